@@ -39,8 +39,8 @@ from stitchmesh.yarngen.templates.template import (
     RADIUS_OVER_WIDTH,
     STITCH_HEIGHT,
     Crossing,
-    Part,
     Template,
+    TemplatePart,
     centripetal_parameters,
     top,
 )
@@ -81,7 +81,7 @@ OUTWARD = np.array([2.0, 4.0, 0.0]) / 20**0.5
 class Strand:
     """A part of the drawing during the descent."""
 
-    part: Part
+    part: TemplatePart
     waypoints: Array
     """Waypoints of the spline, ends included, shape (w, 3)."""
     spline: CubicSpline
@@ -123,7 +123,7 @@ def arc_lengths(points: Array) -> Array:
     return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
 
 
-def strands_along(parts: list[Part], curves: list[Array]) -> list[Strand]:
+def strands_along(parts: list[TemplatePart], curves: list[Array]) -> list[Strand]:
     """Make strands along curves, with waypoints at uniform distances."""
     strands: list[Strand] = []
     for part, curve in zip(parts, curves, strict=True):

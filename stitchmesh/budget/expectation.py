@@ -16,7 +16,7 @@ import statistics
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from stitchmesh.budget.tables import Kind, Measurement, Table
+from stitchmesh.budget.tables import Kind, MeasuredRelaxation, Table
 
 NEAREST = 8
 """Measured scenes with which a new one is compared."""
@@ -71,7 +71,7 @@ def expectations(table: Table, scene: BudgetScene, slowness: float = 1.0) -> lis
     return sorted(found, key=lambda one: one.most_seconds)
 
 
-def _expectation(setting: str, rows: Sequence[Measurement], scene: BudgetScene, slowness: float) -> Expectation:
+def _expectation(setting: str, rows: Sequence[MeasuredRelaxation], scene: BudgetScene, slowness: float) -> Expectation:
     errors = [row.error for row in rows if row.error is not None]
     near = sorted(rows, key=lambda row: abs(math.log(row.stitches / scene.stitches)))[:NEAREST]
     slowness *= scene.relaxations

@@ -23,7 +23,7 @@ Processor = Literal["cpu", "cuda"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Measurement:
+class MeasuredRelaxation:
     """One relaxation."""
 
     kind: Kind
@@ -62,10 +62,10 @@ class Table:
     """Command that measured."""
     pace: tuple[float, float]
     """Times of the small and of the large scene of ``calibration`` [s]."""
-    measurements: tuple[Measurement, ...]
+    measurements: tuple[MeasuredRelaxation, ...]
     """The relaxations."""
 
-    def of(self, kind: Kind) -> list[Measurement]:
+    def of(self, kind: Kind) -> list[MeasuredRelaxation]:
         """Return the measurements of one kind."""
         return [one for one in self.measurements if one.kind == kind]
 
@@ -94,12 +94,4 @@ def _table(entry: dict[str, Any]) -> Table:
     if not all(row["kind"] in get_args(Kind) for row in rows):
         raise ValueError(f"a kind is none of {', '.join(get_args(Kind))}")
     own = {name: value for name, value in entry.items() if name not in ("columns", "measurements", "pace")}
-    return Table(**own, pace=tuple(entry["pace"]), measurements=tuple(Measurement(**row) for row in rows))
-
-
-def table_entry(table: Table) -> dict[str, Any]:
-    """Return the entry of a table in the file."""
-    columns = list(Measurement.__dataclass_fields__)
-    own = {name: getattr(table, name) for name in Table.__dataclass_fields__ if name != "measurements"}
-    rows = [[getattr(one, name) for name in columns] for one in table.measurements]
-    return own | {"columns": columns, "measurements": rows}
+    return Table(**own, pace=tuple(entry["pace"]), measurements=tuple(MeasuredRelaxation(**row) for row in rows))

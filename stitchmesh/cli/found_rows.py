@@ -21,7 +21,7 @@ from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING, STITCH_WIDTH
 
 
 @dataclass(frozen=True)
-class FoundRows:
+class RowFinding:
     """Rows that are found on a mesh of any kind, in the place of the labeled rows of a modelled mesh."""
 
     auto: Flag = False

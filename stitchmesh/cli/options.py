@@ -33,7 +33,7 @@ from stitchmesh.recipe.sections import (
 )
 from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING, STITCH_WIDTH
 from stitchmesh.yarn.rest_length import RestLengths
-from stitchmesh.yarn.stitch_size import StitchSize, stitch_size
+from stitchmesh.yarn.stitch_size import StitchMeasures, stitch_size
 from stitchmesh.yarn.yarn_presets import Yarn, yarn_names
 from stitchmesh.yarnrelax.model.material import (
     DEFAULT_MATERIAL,
@@ -163,7 +163,7 @@ class YarnAndGauge:
     gauge: Annotated[str | None, help_entry("STITCHES[xROWS]", "that of the yarn")] = None
     """stitches and rows in 10 cm of stockinette, for example 22 or 22x30"""
 
-    def size(self, **lengths: float | None) -> StitchSize:
+    def size(self, **lengths: float | None) -> StitchMeasures:
         """Return the sizes of stitches and yarn; ``lengths`` are the given ones, as for ``stitch_size``.
 
         Raises:
@@ -181,7 +181,7 @@ class YarnAndGauge:
 
 
 @dataclass(frozen=True)
-class Rows:
+class RowOptions:
     """Starts and directions of the knitting rows, and the side of the mesh that is outside."""
 
     start_border: Annotated[UseAppendAction[tuple[Pair, ...]], help_entry("V,W")] = ()

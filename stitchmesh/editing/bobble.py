@@ -14,7 +14,7 @@ from collections.abc import Hashable
 import numpy as np
 
 from stitchmesh.editing.sides import check_face
-from stitchmesh.editing.sketch import Loop, Sketch, face_like
+from stitchmesh.editing.sketch import Sketch, SketchedLoop, face_like
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import FloatArray, StitchMesh
 from stitchmesh.mesh.change import Change
@@ -65,7 +65,7 @@ def bobble(fabric: StitchMesh, face: int) -> list[Change]:
     top.loops = base.loops
     sketch.add(top)
     base.high, base.above, base.right, base.stitch = low, first, "lower right slit", Stitch.KYK
-    base.loops = [Loop() for _ in first]
+    base.loops = [SketchedLoop() for _ in first]
     return [sketch.patch()]
 
 

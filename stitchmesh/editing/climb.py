@@ -14,7 +14,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from stitchmesh.editing.ring_rows import Turns
+from stitchmesh.editing.ring_rows import CutRings
 from stitchmesh.mesh import BORDER, FloatArray, StitchMesh
 from stitchmesh.mesh.border_lean import border_lean, vertex_step
 from stitchmesh.mesh.courses import bottom_sides, top_sides
@@ -24,7 +24,7 @@ CROWDED_STEP = 0.5
 where wales run together."""
 
 
-def climb(fabric: StitchMesh, turns: Turns, *, up: bool) -> FloatArray:
+def climb(fabric: StitchMesh, turns: CutRings, *, up: bool) -> FloatArray:
     """Return the vertices moved along their wales, and the new upper end of the seam [cm], shape (V + 1, 3).
 
     Args:
@@ -45,14 +45,14 @@ def climb(fabric: StitchMesh, turns: Turns, *, up: bool) -> FloatArray:
     return moved
 
 
-def _course_lines(fabric: StitchMesh, turns: Turns) -> list[list[int]]:
+def _course_lines(fabric: StitchMesh, turns: CutRings) -> list[list[int]]:
     """Return the vertices of the course lines below, between and above the rings, from the seam to the right."""
     bottoms = [bottom_sides(fabric, ring) for ring in turns.rings]
     tops = [side + 1 for side in top_sides(fabric, turns.rings[-1])]  # the ends of the sides, on the left
     return [fabric.face_vertex[corners].tolist() for corners in (*bottoms, tops)]
 
 
-def _is_free(fabric: StitchMesh, turns: Turns) -> NDArray[np.bool_]:
+def _is_free(fabric: StitchMesh, turns: CutRings) -> NDArray[np.bool_]:
     """Whether no face lies above each vertex of the highest course line, shape (n, 1)."""
     border = fabric.twin[top_sides(fabric, turns.rings[-1])] == BORDER
     return (border & np.roll(border, 1))[:, None]

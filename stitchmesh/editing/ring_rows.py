@@ -13,7 +13,7 @@ from stitchmesh.mesh.courses import Course, bottom_sides, find_courses, sides_ac
 
 
 @dataclass(frozen=True)
-class Turns:
+class CutRings:
     """A stack of rings that is cut along a seam."""
 
     rings: list[list[int]]

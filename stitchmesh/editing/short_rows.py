@@ -35,7 +35,7 @@ LOWER_LINE, UPPER_LINE = 1 / 3, 2 / 3
 
 
 @dataclass(frozen=True)
-class Run:
+class ShortRowRun:
     """Neighbouring stitches of a row that get short rows."""
 
     faces: tuple[int, ...]
@@ -80,7 +80,7 @@ def short_rows(fabric: StitchMesh, faces: Sequence[int], stitch: str = "k") -> l
     return changes
 
 
-def _add_short_rows(fabric: StitchMesh, run: Run, stitch: Stitch) -> tuple[list[Change], StitchMesh]:
+def _add_short_rows(fabric: StitchMesh, run: ShortRowRun, stitch: Stitch) -> tuple[list[Change], StitchMesh]:
     """Add the short rows of one run; return the changes, and the mesh after them."""
     row = int(fabric.row[run.faces[0]])
     changes, fabric = renumber_rows(fabric, (fabric.row > row) & run.in_rounds, 1)
@@ -91,7 +91,7 @@ def _add_short_rows(fabric: StitchMesh, run: Run, stitch: Stitch) -> tuple[list[
     return changes, apply_change(fabric, changes[-1])
 
 
-def _run(fabric: StitchMesh, course: Course, chosen: set[int]) -> Run:
+def _run(fabric: StitchMesh, course: Course, chosen: set[int]) -> ShortRowRun:
     """The first run of neighbours among the chosen faces of a course.
 
     Raises:
@@ -106,7 +106,7 @@ def _run(fabric: StitchMesh, course: Course, chosen: set[int]) -> Run:
     first = int(np.flatnonzero(inside & ~np.roll(inside, 1))[0]) if course.closed else int(np.flatnonzero(inside)[0])
     following = np.roll(inside, -first)[: len(faces) if course.closed else len(faces) - first]
     count = len(following) if following.all() else int(np.argmin(following))
-    return Run(
+    return ShortRowRun(
         faces=tuple(faces[(first + place) % len(faces)] for place in range(count)),
         left_border=not course.closed and _ends_at_border(fabric, course, first, 0),
         right_border=not course.closed and _ends_at_border(fabric, course, first + count - 1, -1),
@@ -143,7 +143,7 @@ def _row_end_below(fabric: StitchMesh, side: int) -> int:
     return lower if stacked else BORDER
 
 
-def _check_run(sketch: Sketch, run: Run) -> None:
+def _check_run(sketch: Sketch, run: ShortRowRun) -> None:
     """Check that a run has loops to work, and room for its slits.
 
     Raises:
@@ -166,7 +166,7 @@ def _check_run(sketch: Sketch, run: Run) -> None:
             )
 
 
-def _knit_short_rows(sketch: Sketch, run: Run, stitch: Stitch, row: int) -> None:
+def _knit_short_rows(sketch: Sketch, run: ShortRowRun, stitch: Stitch, row: int) -> None:
     """Shorten the faces of a run to the lower course line, and add two rows of stitches above the line."""
     faces = [sketch.face(number) for number in run.faces]
     low, high = _course_line(sketch, faces), [faces[0].high[0], *(v for face in faces for v in face.high[1:])]
@@ -196,7 +196,7 @@ def _knit_short_rows(sketch: Sketch, run: Run, stitch: Stitch, row: int) -> None
     faces[0].left, faces[-1].right = wales[0][0], wales[0][-1]
 
 
-def _wales(run: Run, faces: list[SketchFace], count: int) -> list[list[Hashable]]:
+def _wales(run: ShortRowRun, faces: list[SketchFace], count: int) -> list[list[Hashable]]:
     """Names of the wale edges of the lower, the middle and the upper row, from left to right.
 
     Only the ends of the lower row are used. The old edge beside the run goes to the lower row at the end where the yarn
@@ -219,7 +219,7 @@ def _course_line(sketch: Sketch, faces: list[SketchFace]) -> FloatArray:
     return np.array(points)
 
 
-def _lines(sketch: Sketch, run: Run, low: FloatArray, high: list[int]) -> tuple[list[int], list[int]]:
+def _lines(sketch: Sketch, run: ShortRowRun, low: FloatArray, high: list[int]) -> tuple[list[int], list[int]]:
     """Add the vertices of the two new course lines, from left to right.
 
     Where the yarn comes in, the lower line begins at the top of the row and the upper line at the tip of the slit; at
@@ -243,6 +243,6 @@ def _lines(sketch: Sketch, run: Run, low: FloatArray, high: list[int]) -> tuple[
     return lines[0], lines[1]
 
 
-def _bottom_vertex(sketch: Sketch, run: Run, end: int) -> int:
+def _bottom_vertex(sketch: Sketch, run: ShortRowRun, end: int) -> int:
     """The lower left (``end`` 0) or the lower right vertex (-1) of a run."""
     return sketch.face(run.faces[end]).low[end]

@@ -31,7 +31,7 @@ from stitchmesh.mesh.stitch import VOCABULARY, Stitch
 
 
 @dataclass(frozen=True)
-class Loop:
+class SketchedLoop:
     """Marks of the loop at a top side, as in ``StitchMesh``."""
 
     twist: int = 0
@@ -63,11 +63,11 @@ class SketchFace:
     """Type code of the stitch."""
     row: int
     yarn: int
-    loops: list[Loop] = field(default_factory=list)
+    loops: list[SketchedLoop] = field(default_factory=list)
     """Marks of the loops at the top sides; no marks by default."""
 
     def __post_init__(self) -> None:
-        self.loops = self.loops or [Loop() for _ in self.above]
+        self.loops = self.loops or [SketchedLoop() for _ in self.above]
 
     def chain(self, on_top: bool) -> tuple[list[int], list[Hashable]]:
         """Return the vertices and edges of the top or of the bottom."""
@@ -87,7 +87,7 @@ class SketchFace:
         line[place : place + 1] = vertices
         names.insert(place, edge)
         if on_top:
-            self.loops.insert(place, Loop())
+            self.loops.insert(place, SketchedLoop())
 
     def close(self, on_top: bool, side: int) -> None:
         """Remove a course side whose two ends are the same vertex."""
@@ -107,7 +107,7 @@ class SketchFace:
         self.low, self.high = self.high[::-1], self.low[::-1]
         self.below, self.above = self.above[::-1], self.below[::-1]
         self.left, self.right = self.right, self.left
-        self.loops = [Loop() for _ in self.above]
+        self.loops = [SketchedLoop() for _ in self.above]
 
     def new_face(self) -> NewFace:
         """Return the face in the form that the patch adds."""
@@ -265,7 +265,7 @@ def face_of(fabric: StitchMesh, number: int) -> SketchFace:
         low=corners[: n_bottom + 1], high=corners[n_bottom + 1 :][::-1],
         below=edges[:n_bottom], above=edges[n_bottom + 1 : -1][::-1], left=edges[-1], right=edges[n_bottom],
         stitch=int(fabric.stitch[number]), row=int(fabric.row[number]), yarn=int(fabric.yarn[number]),
-        loops=[Loop(*mark) for mark in marks],
+        loops=[SketchedLoop(*mark) for mark in marks],
     )  # fmt: skip
 
 
@@ -292,7 +292,7 @@ def _fitted_stitch(face: SketchFace, code: str | None, free: int) -> Stitch:
     return stitch
 
 
-def _fitted_loops(face: SketchFace, *, closes: bool) -> list[Loop]:
+def _fitted_loops(face: SketchFace, *, closes: bool) -> list[SketchedLoop]:
     """Return the loops of a face that has its new stitch, from left to right.
 
     A yarn-over that becomes another loop loses its half turn. A loop that becomes a yarn-over of an increase is a made

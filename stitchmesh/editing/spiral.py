@@ -17,7 +17,7 @@ import numpy as np
 
 from stitchmesh.editing.climb import climb
 from stitchmesh.editing.reconnect import corner_fans, reconnect
-from stitchmesh.editing.ring_rows import Turns, ring_stacks
+from stitchmesh.editing.ring_rows import CutRings, ring_stacks
 from stitchmesh.errors import ParameterError, check_kind
 from stitchmesh.mesh import BORDER, IntArray, StitchMesh
 from stitchmesh.mesh.courses import Course, bottom_sides, find_courses, top_sides
@@ -50,7 +50,7 @@ def make_spiral(fabric: StitchMesh, seam: int | None = None) -> StitchMesh:
     check_kind("make_spiral", fabric, StitchMesh)
     if fabric.lattice is not None:
         raise ParameterError("spiral: got a patch that repeats on a lattice; its rows are not rings of a tube")
-    parts: list[Turns] = []
+    parts: list[CutRings] = []
     for stack in _stacks_to_convert(fabric, seam):
         parts += _cut_stack(fabric, stack, seam, {end for turns in parts for end in _ends(fabric, turns)})
     if not parts and seam is not None:
@@ -92,7 +92,7 @@ def _is_closing(fabric: StitchMesh, ring: Course) -> bool:
     return bool(fabric.side_length[top].mean() < CONVERGING * fabric.side_length[bottom].mean())
 
 
-def _cut_stack(fabric: StitchMesh, stack: list[Course], seam: int | None, taken: set[int]) -> list[Turns]:
+def _cut_stack(fabric: StitchMesh, stack: list[Course], seam: int | None, taken: set[int]) -> list[CutRings]:
     """Divide a stack into parts of at least two rings.
 
     A seam runs through the whole of each part, and the vertices at its ends are not used by another seam.
@@ -112,10 +112,10 @@ def _cut_stack(fabric: StitchMesh, stack: list[Course], seam: int | None, taken:
         columns = [_column(fabric, face, starts) for face in stack[lowest].faces]
         if seam is not None:
             columns = [column for column in columns if seam in column]
-        possible = [Turns([_start_at(stack[level[face]].faces, face) for face in column]) for column in columns]
+        possible = [CutRings([_start_at(stack[level[face]].faces, face) for face in column]) for column in columns]
         possible = [_with_free_ends(fabric, turns, own) for turns in possible]
         possible = [turns for turns in possible if turns.rings and not taken & _ends(fabric, turns)]
-        turns = max(possible, key=lambda each: len(each.rings), default=Turns([]))
+        turns = max(possible, key=lambda each: len(each.rings), default=CutRings([]))
         if len(turns.rings) > 1:
             parts.append(turns)
         lowest = level[turns.firsts[-1]] + 1 if turns.rings else lowest + 1
@@ -130,7 +130,7 @@ def _column(fabric: StitchMesh, face: int, starts: dict[int, int]) -> list[int]:
     return column
 
 
-def _ends(fabric: StitchMesh, turns: Turns) -> set[int]:
+def _ends(fabric: StitchMesh, turns: CutRings) -> set[int]:
     """Return the vertices at both ends of a seam, and the far ends of the wales that are opened beyond the seam."""
     lowest, highest = int(fabric.face_start[turns.firsts[0]]), _top_right(fabric, turns.rings[-1])
     ends = {int(fabric.face_vertex[side]) for side in (lowest, highest)}
@@ -138,14 +138,14 @@ def _ends(fabric: StitchMesh, turns: Turns) -> set[int]:
     return ends | {int(fabric.face_vertex[fabric.side_next[wale]]) for wale in opened}
 
 
-def _with_free_ends(fabric: StitchMesh, turns: Turns, own: set[int]) -> Turns:
+def _with_free_ends(fabric: StitchMesh, turns: CutRings, own: set[int]) -> CutRings:
     """Return the turns without the rings at which no spiral can start or end."""
     rings = turns.rings
     while rings and not _may_end(fabric, _top_right(fabric, rings[-1]), _top_left(fabric, rings[-1]), own):
         rings = rings[:-1]
     while rings and not _may_end(fabric, int(fabric.face_start[rings[0][0]]), _bottom_right(fabric, rings[0]), own):
         rings = rings[1:]
-    return Turns(rings)
+    return CutRings(rings)
 
 
 def _top_right(fabric: StitchMesh, ring: Sequence[int]) -> int:
@@ -189,7 +189,7 @@ def _start_at(faces: tuple[int, ...], first: int) -> list[int]:
     return [*faces[place:], *faces[:place]]
 
 
-def _to_spiral(fabric: StitchMesh, turns: Turns) -> StitchMesh:
+def _to_spiral(fabric: StitchMesh, turns: CutRings) -> StitchMesh:
     """Connect each ring to the next ring along the seam, and move the vertices up along their wales."""
     twin = fabric.twin.copy()
     top = _top_right(fabric, turns.rings[-1])
@@ -203,7 +203,7 @@ def _to_spiral(fabric: StitchMesh, turns: Turns) -> StitchMesh:
     return reconnect(fabric, climb(fabric, turns, up=True), corner, twin)
 
 
-def _to_rings(fabric: StitchMesh, turns: Turns) -> StitchMesh:
+def _to_rings(fabric: StitchMesh, turns: CutRings) -> StitchMesh:
     """Connect each turn of a spiral to a ring, and move the vertices down along their wales."""
     twin = fabric.twin.copy()
     for side in (int(fabric.right_wale[turns.lasts[-1]]), int(fabric.left_wale[turns.firsts[0]])):
@@ -234,7 +234,7 @@ def _close_outside(fabric: StitchMesh, twin: IntArray, side: int) -> None:
         _join(twin, first, second)
 
 
-def _corners(fabric: StitchMesh, twin: IntArray, turns: Turns, named: dict[int, int]) -> IntArray:
+def _corners(fabric: StitchMesh, twin: IntArray, turns: CutRings, named: dict[int, int]) -> IntArray:
     """Return the vertex of each corner for new twins, shape (C,).
 
     Each fan of corners has one vertex: the one that its corners to the right of the seam had before.
@@ -261,7 +261,7 @@ def _join(twin: IntArray, first: int, second: int) -> None:
     twin[first], twin[second] = second, first
 
 
-def _spirals(fabric: StitchMesh) -> list[Turns]:
+def _spirals(fabric: StitchMesh) -> list[CutRings]:
     """Return all rows whose row number increases along the row, divided into turns."""
     found = []
     for course in find_courses(fabric, climbing=True):
@@ -270,5 +270,5 @@ def _spirals(fabric: StitchMesh) -> list[Turns]:
         firsts = np.array([ring[0] for ring in rings])
         heads = fabric.face_vertex[fabric.left_wale[firsts[:-1]]]
         if len(rings) > 1 and (heads == fabric.face_vertex[fabric.face_start[firsts[1:]]]).all():
-            found.append(Turns([ring.tolist() for ring in rings]))
+            found.append(CutRings([ring.tolist() for ring in rings]))
     return found

@@ -14,7 +14,7 @@ from typing import Literal
 import numpy as np
 
 from stitchmesh.hand_knitting.pieces import Piece, PieceRow
-from stitchmesh.hand_knitting.rows import Crossings, places_below, twist_worked
+from stitchmesh.hand_knitting.rows import CableCrossings, places_below, twist_worked
 from stitchmesh.hand_knitting.words import colour_letter
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.mesh.cable_groups import CableGroup
@@ -71,7 +71,7 @@ class PieceChart:
         return lines + [f"  {symbol} {meaning}" for symbol, meaning in self.legend]
 
 
-def piece_charts(fabric: StitchMesh, piece: Piece, crossings: Crossings) -> list[PieceChart]:
+def piece_charts(fabric: StitchMesh, piece: Piece, crossings: CableCrossings) -> list[PieceChart]:
     """Return the charts of a piece.
 
     There is one chart for each block of consecutive rows that form a grid with more than one kind of stitch or yarn.
@@ -93,7 +93,7 @@ def piece_charts(fabric: StitchMesh, piece: Piece, crossings: Crossings) -> list
     return found + _charts_of(piece, block)
 
 
-def _row_symbols(fabric: StitchMesh, row: PieceRow, crossings: Crossings) -> tuple[list[str], list[str]] | None:
+def _row_symbols(fabric: StitchMesh, row: PieceRow, crossings: CableCrossings) -> tuple[list[str], list[str]] | None:
     """The symbols and the colours of a row; None if the row does not fit into a grid."""
     if row.passed or row.left_over or row.bound_off:
         return None
@@ -103,7 +103,7 @@ def _row_symbols(fabric: StitchMesh, row: PieceRow, crossings: Crossings) -> tup
     return [str(symbol) for symbol in symbols], [colour_letter(int(yarn)) for yarn in fabric.yarn[list(row.faces)]]
 
 
-def _symbol(fabric: StitchMesh, face: int, crossings: Crossings) -> str | None:
+def _symbol(fabric: StitchMesh, face: int, crossings: CableCrossings) -> str | None:
     """The symbol of a stitch; None if there is none."""
     stitch = fabric.stitch_type(int(fabric.stitch[face]))
     if isinstance(stitch, OwnStitch) or stitch not in SYMBOLS:

@@ -44,7 +44,7 @@ class WrittenStitch:
 
 
 @dataclass(frozen=True)
-class Crossings:
+class CableCrossings:
     """The cables of a fabric, indexed by the top sides of their loops."""
 
     group_at: dict[int, CableGroup]
@@ -53,7 +53,7 @@ class Crossings:
     """For each top side of a group, the top side from which its loop comes when the group is crossed."""
 
     @classmethod
-    def of(cls, fabric: StitchMesh) -> Crossings:
+    def of(cls, fabric: StitchMesh) -> CableCrossings:
         """Find the cables of a fabric.
 
         Raises:
@@ -67,7 +67,7 @@ class Crossings:
         return found
 
 
-def row_words(fabric: StitchMesh, row: PieceRow, crossings: Crossings) -> list[str]:
+def row_words(fabric: StitchMesh, row: PieceRow, crossings: CableCrossings) -> list[str]:
     """Return one word per stitch, and one before loops that cross; with the yarn if the row has several yarns."""
     coloured = len(set(fabric.yarn[list(row.faces)].tolist())) > 1
     words = []
@@ -77,7 +77,7 @@ def row_words(fabric: StitchMesh, row: PieceRow, crossings: Crossings) -> list[s
     return words
 
 
-def _worked(fabric: StitchMesh, row: PieceRow, crossings: Crossings) -> Iterator[tuple[int, str]]:
+def _worked(fabric: StitchMesh, row: PieceRow, crossings: CableCrossings) -> Iterator[tuple[int, str]]:
     """Each face of a row with its word, in working order; a cable of plain knit stitches is one word."""
     crossed: list[CableGroup] = []
     inside = 0
@@ -105,7 +105,7 @@ def places_below(fabric: StitchMesh, face: int) -> list[int]:
     return [int(side) for side in across if side != BORDER]
 
 
-def stitches_of_face(fabric: StitchMesh, face: int, crossings: Crossings) -> list[WrittenStitch]:
+def stitches_of_face(fabric: StitchMesh, face: int, crossings: CableCrossings) -> list[WrittenStitch]:
     """Return the stitches that a knitter works for a face, from left to right.
 
     A face of loops that are cast on or drawn through is one stitch for each loop. A yarn-over at a side of an increase
@@ -138,7 +138,7 @@ def twist_worked(fabric: StitchMesh, side: int) -> int:
     return int(fabric.twist[side]) if left <= place < fabric.n_top[face] - right else 0
 
 
-def _short_cable(fabric: StitchMesh, group: CableGroup, right_side: bool, crossings: Crossings) -> str:
+def _short_cable(fabric: StitchMesh, group: CableGroup, right_side: bool, crossings: CableCrossings) -> str:
     """Return ``c4f`` or ``c4b`` for two equal bundles that are knit with one yarn, else an empty string."""
     words = cable_word(group, right_side).split()
     first, _, second = words[1].partition("/")

@@ -18,7 +18,7 @@ from stitchmesh.hand_knitting.folding import fold_words, repeats
 from stitchmesh.hand_knitting.joins import Joins
 from stitchmesh.hand_knitting.pieces import Piece, PieceRow, find_pieces
 from stitchmesh.hand_knitting.rhythm import MARKER, RowForRhythm, ShapedWord, rhythm_line, rhythms
-from stitchmesh.hand_knitting.rows import Crossings, places_below, row_words, stitches_of_face
+from stitchmesh.hand_knitting.rows import CableCrossings, places_below, row_words, stitches_of_face
 from stitchmesh.hand_knitting.words import (
     YARN_OVERS,
     cable_meanings,
@@ -60,7 +60,7 @@ def knitting_instructions(fabric: StitchMesh, *, charts: bool = True) -> str:
     """
     check_kind("knitting_instructions", fabric, StitchMesh)
     pieces = find_pieces(fabric)
-    joins, crossings = Joins(fabric, pieces), Crossings.of(fabric)
+    joins, crossings = Joins(fabric, pieces), CableCrossings.of(fabric)
     body: list[str] = []
     for number, piece in enumerate(pieces, start=1):
         body += ["", *_piece(fabric, number, piece, joins, crossings)]
@@ -87,7 +87,7 @@ def _legend(fabric: StitchMesh, pieces: list[Piece], body: list[str]) -> list[st
     return ["Words", *named, *(f"  {text}" for text in [*cable_meanings(rows), *more])]
 
 
-def _piece(fabric: StitchMesh, number: int, piece: Piece, joins: Joins, crossings: Crossings) -> list[str]:
+def _piece(fabric: StitchMesh, number: int, piece: Piece, joins: Joins, crossings: CableCrossings) -> list[str]:
     """Lines of one piece: its start, its rows, and the use of its remaining loops."""
     how = "in rounds" if piece.in_rounds else "to and fro"
     lines = [f"Piece {number}, worked {how}"]
@@ -119,7 +119,7 @@ def _cast_on(fabric: StitchMesh, row: PieceRow, loops: int, in_rounds: bool) -> 
     return f"Cast on {loops} sts{colour}{'; join in the round' if in_rounds else ''}."
 
 
-def _row(fabric: StitchMesh, row: PieceRow, loops: int, crossings: Crossings) -> tuple[str, int]:
+def _row(fabric: StitchMesh, row: PieceRow, loops: int, crossings: CableCrossings) -> tuple[str, int]:
     """The text after the number of a row, and the number of loops on the needle after the row."""
     faces = list(row.faces)
     yarns = set(fabric.yarn[faces].tolist())
@@ -134,7 +134,7 @@ def _row(fabric: StitchMesh, row: PieceRow, loops: int, crossings: Crossings) ->
     return f"{colour}:{bound} {passed}{words}{turn}.{count}", after
 
 
-def _for_rhythm(fabric: StitchMesh, row: PieceRow, crossings: Crossings, before: str) -> RowForRhythm | None:
+def _for_rhythm(fabric: StitchMesh, row: PieceRow, crossings: CableCrossings, before: str) -> RowForRhythm | None:
     """The words of a row with the loops that they take and make; None if it has more than words of known stitches.
 
     Args:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 from stitchmesh.errors import check_kind
 from stitchmesh.hand_knitting.pieces import Piece, PieceRow, find_pieces
-from stitchmesh.hand_knitting.rows import Crossings, WrittenStitch, places_below, stitches_of_face
+from stitchmesh.hand_knitting.rows import CableCrossings, WrittenStitch, places_below, stitches_of_face
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.mesh.cable_groups import CableGroup
 
@@ -67,7 +67,7 @@ def written_pieces(fabric: StitchMesh) -> tuple[WrittenPiece, ...]:
         ParameterError, LabelError: as for ``knitting_instructions``.
     """
     check_kind("written_pieces", fabric, StitchMesh)
-    crossings = Crossings.of(fabric)
+    crossings = CableCrossings.of(fabric)
     return tuple(_piece(fabric, piece, crossings) for piece in find_pieces(fabric))
 
 
@@ -83,14 +83,14 @@ def over_pairs(destination: Sequence[int], depth: Sequence[int]) -> frozenset[tu
     return frozenset((one, other) if depth[one] > depth[other] else (other, one) for one, other in crossed)
 
 
-def _piece(fabric: StitchMesh, piece: Piece, crossings: Crossings) -> WrittenPiece:
+def _piece(fabric: StitchMesh, piece: Piece, crossings: CableCrossings) -> WrittenPiece:
     first = 0 if piece.sources else 1
     cast_on = 0 if piece.sources else int(fabric.n_top[list(piece.rows[0].faces)].sum())
     rows = tuple(_row(fabric, row, crossings) for row in piece.rows[first:])
     return WrittenPiece(piece.in_rounds, cast_on, rows)
 
 
-def _row(fabric: StitchMesh, row: PieceRow, crossings: Crossings) -> WrittenRow:
+def _row(fabric: StitchMesh, row: PieceRow, crossings: CableCrossings) -> WrittenRow:
     stitches: list[WrittenStitch] = []
     crossed: list[WrittenCrossing] = []
     loops = 0

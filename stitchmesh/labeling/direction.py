@@ -16,7 +16,7 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from stitchmesh.labeling.growth import COURSE, Labels
+from stitchmesh.labeling.growth import COURSE, EdgeLabels
 from stitchmesh.mesh import BORDER, IntArray, Mesh
 
 ROOT = -1
@@ -25,7 +25,7 @@ DIGITS = 9
 """Decimal digits to which lengths [cm] are rounded before comparison; equally long seams may differ by rounding."""
 
 
-def turned_rows(mesh: Mesh, labels: Labels, seeded: Iterable[int]) -> NDArray[np.bool_]:
+def turned_rows(mesh: Mesh, labels: EdgeLabels, seeded: Iterable[int]) -> NDArray[np.bool_]:
     """Return whether the direction of each row must be reversed, shape (rows,).
 
     Args:
@@ -41,7 +41,7 @@ def turned_rows(mesh: Mesh, labels: Labels, seeded: Iterable[int]) -> NDArray[np
     return np.array([forest.parity(row) ^ forest.parity_of_root(row) for row in range(labels.row_count)], dtype=bool)
 
 
-def _neighbours(mesh: Mesh, labels: Labels) -> list[tuple[int, int, int]]:
+def _neighbours(mesh: Mesh, labels: EdgeLabels) -> list[tuple[int, int, int]]:
     """Pairs of rows, and whether one of them must be reversed to match, in descending order of the matched length."""
     sides = seam_sides(mesh, labels)
     across = mesh.twin[sides]
@@ -55,7 +55,7 @@ def _neighbours(mesh: Mesh, labels: Labels) -> list[tuple[int, int, int]]:
     return list(zip(first.tolist(), second.tolist(), (gain[order] < 0).astype(int).tolist(), strict=True))
 
 
-def seam_sides(mesh: Mesh, labels: Labels) -> IntArray:
+def seam_sides(mesh: Mesh, labels: EdgeLabels) -> IntArray:
     """Return one side of each course edge that joins faces of two different rows."""
     sides = mesh.edge_side[labels.edge_label == COURSE]
     sides = sides[mesh.twin[sides] != BORDER]

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stitchmesh.errors import first_few
-from stitchmesh.labeling.growth import COURSE, UNKNOWN, WALE, Labels
+from stitchmesh.labeling.growth import COURSE, UNKNOWN, WALE, EdgeLabels
 from stitchmesh.labeling.seeds import parts_of
 from stitchmesh.mesh import BORDER, IntArray, Mesh
 
@@ -27,7 +27,7 @@ class LabelingFault:
     """The reason in words, and what to do."""
 
 
-def find_faults(mesh: Mesh, labels: Labels) -> tuple[LabelingFault, ...]:
+def find_faults(mesh: Mesh, labels: EdgeLabels) -> tuple[LabelingFault, ...]:
     """Find the faces that cannot be labeled: those with contradicting edges, and parts without a start."""
     rest = np.flatnonzero(labels.row < 0)
     if len(rest) == 0:
@@ -38,7 +38,7 @@ def find_faults(mesh: Mesh, labels: Labels) -> tuple[LabelingFault, ...]:
     return (*faults, *_parts_without_start(mesh, labels))
 
 
-def error_message(mesh: Mesh, labels: Labels, faults: tuple[LabelingFault, ...]) -> str:
+def error_message(mesh: Mesh, labels: EdgeLabels, faults: tuple[LabelingFault, ...]) -> str:
     """Return one line that says why faces are unlabeled."""
     rest = np.count_nonzero(labels.row < 0)
     triangles = triangles_message(mesh)
@@ -61,7 +61,7 @@ def triangles_message(mesh: Mesh) -> str:
     )
 
 
-def _contradiction(mesh: Mesh, labels: Labels, side: int) -> LabelingFault:
+def _contradiction(mesh: Mesh, labels: EdgeLabels, side: int) -> LabelingFault:
     """The fault of a face that needs another label of this side than the side has."""
     face, twin = int(mesh.side_face[side]), mesh.twin[side]
     faces = (face,) if twin == BORDER else (face, int(mesh.side_face[twin]))
@@ -83,7 +83,7 @@ def _contradiction(mesh: Mesh, labels: Labels, side: int) -> LabelingFault:
     )
 
 
-def _corner_of_row(mesh: Mesh, labels: Labels, face: int) -> int | None:
+def _corner_of_row(mesh: Mesh, labels: EdgeLabels, face: int) -> int | None:
     """A side of a face all of whose edges except two are course edges, and which is one of these two; else None.
 
     The two edges can be wale edges, although the rule of growth would choose others. The user decides whether a row
@@ -99,7 +99,7 @@ def _ends(mesh: Mesh, side: int) -> str:
     return f"{mesh.face_vertex[side]}-{mesh.face_vertex[mesh.side_next[side]]}"
 
 
-def _wrong_wale_counts(mesh: Mesh, labels: Labels, faces: IntArray) -> list[LabelingFault]:
+def _wrong_wale_counts(mesh: Mesh, labels: EdgeLabels, faces: IntArray) -> list[LabelingFault]:
     """The faults of unlabeled faces that have more than two wale edges, or fewer and no edge without a label."""
     label = labels.edge_label[mesh.side_edge]
     wales = np.add.reduceat(label == WALE, mesh.face_start[:-1], dtype=np.int64)[faces]
@@ -115,7 +115,7 @@ def _wrong_wale_counts(mesh: Mesh, labels: Labels, faces: IntArray) -> list[Labe
     ]
 
 
-def _parts_without_start(mesh: Mesh, labels: Labels) -> list[LabelingFault]:
+def _parts_without_start(mesh: Mesh, labels: EdgeLabels) -> list[LabelingFault]:
     """The faults of parts of the mesh that have no border and no labeled face."""
     part = parts_of(mesh)
     startable = np.zeros(part.max() + 1, dtype=bool)

@@ -30,7 +30,7 @@ SHORTEST_RUN = 12
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Labels:
+class EdgeLabels:
     """Labels of the edges of a mesh, and the rows of its faces; F and E are the numbers of faces and edges."""
 
     edge_label: IntArray
@@ -54,10 +54,10 @@ class Labels:
         return int(self.row.max()) + 1
 
 
-def no_labels(mesh: Mesh) -> Labels:
+def no_labels(mesh: Mesh) -> EdgeLabels:
     """Return the labels of a mesh on which nothing is labeled."""
     edges, faces = len(mesh.edge_side), mesh.face_count
-    return Labels(
+    return EdgeLabels(
         edge_label=np.full(edges, UNKNOWN),
         by_hand=np.zeros(edges, dtype=bool),
         row=np.full(faces, UNLABELED),
@@ -75,7 +75,7 @@ class RowGrowth:
     several times faster than arrays for single numbers.
     """
 
-    def __init__(self, mesh: Mesh, labels: Labels) -> None:
+    def __init__(self, mesh: Mesh, labels: EdgeLabels) -> None:
         """Start with a copy of labels."""
         self.mesh = mesh
         self.edge_label = np.array(labels.edge_label)
@@ -99,10 +99,10 @@ class RowGrowth:
         self._beyond = mesh.side_beyond.data
         self._next, self._previous, self._start = mesh.side_next.data, mesh.side_previous.data, mesh.face_start.data
 
-    def labels(self) -> Labels:
+    def labels(self) -> EdgeLabels:
         """Return the present labels; the growth must not continue afterwards, because the arrays are not copied."""
         waiting = [side for side in self.waiting if self._row[self._face[side]] < 0]
-        return Labels(
+        return EdgeLabels(
             edge_label=self.edge_label,
             by_hand=self.by_hand,
             row=self.row,

@@ -16,14 +16,14 @@ from numpy.typing import NDArray
 
 from stitchmesh.errors import LabelError
 from stitchmesh.labeling.direction import ParityForest
-from stitchmesh.labeling.growth import COURSE, UNKNOWN, UNLABELED, WALE, Labels
+from stitchmesh.labeling.growth import COURSE, UNKNOWN, UNLABELED, WALE, EdgeLabels
 from stitchmesh.mesh import BORDER, IntArray, Mesh, ranges
 
 LABEL_NAMES = {COURSE: "course", WALE: "wale", UNKNOWN: "unknown"}
 """Names of the labels in messages."""
 
 
-def with_edge_label(mesh: Mesh, labels: Labels, side: int, label: int) -> Labels:
+def with_edge_label(mesh: Mesh, labels: EdgeLabels, side: int, label: int) -> EdgeLabels:
     """Return labels in which the user has labeled one edge; ``UNKNOWN`` clears the label.
 
     The rows of the result must be found anew with ``find_rows``, because rows may be divided or joined.
@@ -41,7 +41,7 @@ def with_edge_label(mesh: Mesh, labels: Labels, side: int, label: int) -> Labels
     return _with_faces_examined(mesh, changed, np.array(faces))
 
 
-def _check_hand_labels(mesh: Mesh, labels: Labels, face: int, side: int) -> None:
+def _check_hand_labels(mesh: Mesh, labels: EdgeLabels, face: int, side: int) -> None:
     """Raise an error if a face cannot have two wale edges with the labels that the user has set."""
     edges = mesh.side_edge[mesh.face_start[face] : mesh.face_start[face + 1]]
     wales = np.count_nonzero(labels.by_hand[edges] & (labels.edge_label[edges] == WALE))
@@ -60,7 +60,7 @@ def _check_hand_labels(mesh: Mesh, labels: Labels, face: int, side: int) -> None
         )
 
 
-def _with_faces_examined(mesh: Mesh, labels: Labels, faces: IntArray) -> Labels:
+def _with_faces_examined(mesh: Mesh, labels: EdgeLabels, faces: IntArray) -> EdgeLabels:
     """Return labels in which these faces have rows if their edges permit it, and wait for a row otherwise."""
     row, left, right = np.array(labels.row), np.array(labels.left_wale), np.array(labels.right_wale)
     fault = np.array(labels.fault_side)
@@ -86,7 +86,7 @@ def _with_faces_examined(mesh: Mesh, labels: Labels, faces: IntArray) -> Labels:
     )  # fmt: skip
 
 
-def find_rows(mesh: Mesh, labels: Labels) -> tuple[Labels, IntArray]:
+def find_rows(mesh: Mesh, labels: EdgeLabels) -> tuple[EdgeLabels, IntArray]:
     """Find the rows anew: faces joined by wale edges get one row, and rows are numbered without gaps.
 
     A row gets the direction and the rank of the first row that it contains.
@@ -120,11 +120,11 @@ def find_rows(mesh: Mesh, labels: Labels) -> tuple[Labels, IntArray]:
     return replace(labels, row=row, left_wale=left, right_wale=right), first_row[order]
 
 
-def _wales(labels: Labels) -> tuple[IntArray, IntArray]:
+def _wales(labels: EdgeLabels) -> tuple[IntArray, IntArray]:
     return labels.left_wale, labels.right_wale
 
 
-def _wale_neighbours(mesh: Mesh, labels: Labels, wale: IntArray) -> tuple[IntArray, IntArray, IntArray]:
+def _wale_neighbours(mesh: Mesh, labels: EdgeLabels, wale: IntArray) -> tuple[IntArray, IntArray, IntArray]:
     """Return labeled faces, the labeled faces across their wale sides ``wale`` (F,), and the sides of the latter."""
     faces = np.flatnonzero(labels.row >= 0)
     across = mesh.twin[wale[faces]]
@@ -132,7 +132,7 @@ def _wale_neighbours(mesh: Mesh, labels: Labels, wale: IntArray) -> tuple[IntArr
     return faces[joined], mesh.side_face[across[joined]], across[joined]
 
 
-def _turned_to_agree(mesh: Mesh, labels: Labels) -> NDArray[np.bool_]:
+def _turned_to_agree(mesh: Mesh, labels: EdgeLabels) -> NDArray[np.bool_]:
     """Whether each row must be turned to have the direction of the first row that it is joined with, shape (rows,)."""
     forest = ParityForest(labels.row_count)
     for wale in _wales(labels):

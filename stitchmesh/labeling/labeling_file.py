@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from stitchmesh.errors import FileError, StitchMeshError
 from stitchmesh.io.contents import FilePath, read_bytes, suffix_of
 from stitchmesh.io.hdf5 import read_dataclass, stored_format, write_dataclass
-from stitchmesh.labeling.growth import Labels
+from stitchmesh.labeling.growth import EdgeLabels
 from stitchmesh.labeling.partial_labeling import PartialLabeling
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import FloatArray, IntArray, Mesh
@@ -25,7 +25,7 @@ SUFFIXES = (".h5",)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class _Contents(Labels):
+class _Contents(EdgeLabels):
     """The datasets of a file: the fields of ``Mesh`` and of ``PartialLabeling``."""
 
     vertices: FloatArray

@@ -19,7 +19,7 @@ from stitchmesh.io.library_meshes import MeshLike, as_mesh
 from stitchmesh.labeling.direction import is_top, seam_sides, turned_rows
 from stitchmesh.labeling.faults import LabelingFault, error_message, find_faults
 from stitchmesh.labeling.frame import in_knitting_frame
-from stitchmesh.labeling.growth import COURSE, UNKNOWN, UNLABELED, WALE, Labels, RowGrowth, no_labels
+from stitchmesh.labeling.growth import COURSE, UNKNOWN, UNLABELED, WALE, EdgeLabels, RowGrowth, no_labels
 from stitchmesh.labeling.hand_labels import find_rows, with_edge_label
 from stitchmesh.labeling.seeds import EdgeName, candidate_seeds, parts_of, seed_chain, side_of, whole_border
 from stitchmesh.mesh import IntArray, Mesh, StitchMesh, frozen_array
@@ -48,7 +48,7 @@ def start_labeling(mesh: MeshLike) -> PartialLabeling:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class PartialLabeling(Labels):
+class PartialLabeling(EdgeLabels):
     """A partly labeled mesh (Yuksel et al. 2012, section 5.1).
 
     A face is labeled if it belongs to a row. A face that cannot be labeled is listed in ``faults`` with the reason, and
@@ -219,7 +219,7 @@ class PartialLabeling(Labels):
         """
         if label not in LABELS:
             raise ParameterError(f"label of edge {edge}: got {label!r}; expected course, wale, or none to clear it")
-        labels = Labels(**{part.name: getattr(self, part.name) for part in fields(Labels)})
+        labels = EdgeLabels(**{part.name: getattr(self, part.name) for part in fields(EdgeLabels)})
         changed = with_edge_label(self.mesh, labels, side_of(self.mesh, edge), LABELS[label])
         return self._regrouped(changed, self.seeded, self.held_direction)
 
@@ -344,7 +344,7 @@ class PartialLabeling(Labels):
             return self._regrouped(growth.labels(), kept, held)
         return self._replaced(growth.labels(), kept, held)
 
-    def _regrouped(self, labels: Labels, seeded: NDArray[np.bool_], held: IntArray) -> PartialLabeling:
+    def _regrouped(self, labels: EdgeLabels, seeded: NDArray[np.bool_], held: IntArray) -> PartialLabeling:
         """The labeling with rows that are found anew; further rows of ``labels`` are neither seeded nor held."""
         more = labels.row_count - len(seeded)
         labels, former = find_rows(self.mesh, labels)
@@ -352,8 +352,8 @@ class PartialLabeling(Labels):
         held = np.concatenate([held, np.full(max(more, 0), NOT_HELD)])
         return self._replaced(labels, seeded[former], held[former])
 
-    def _replaced(self, labels: Labels, seeded: NDArray[np.bool_], held: IntArray) -> PartialLabeling:
-        arrays = {part.name: getattr(labels, part.name) for part in fields(Labels)}
+    def _replaced(self, labels: EdgeLabels, seeded: NDArray[np.bool_], held: IntArray) -> PartialLabeling:
+        arrays = {part.name: getattr(labels, part.name) for part in fields(EdgeLabels)}
         for array in (*arrays.values(), seeded, held):
             array.setflags(write=False)  # The arrays are new, so that the constructor need not copy them.
         return PartialLabeling(mesh=self.mesh, **arrays, seeded=seeded, held_direction=held)
@@ -363,7 +363,7 @@ class PartialLabeling(Labels):
         return f"{self.mesh.face_vertex[side]}-{self.mesh.face_vertex[self.mesh.side_next[side]]}"
 
 
-def _untouched_parts(mesh: Mesh, labels: Labels | RowGrowth) -> list[list[list[int]]]:
+def _untouched_parts(mesh: Mesh, labels: EdgeLabels | RowGrowth) -> list[list[list[int]]]:
     """The chains of border sides, best first, of each part of the mesh without a labeled face and without a fault.
 
     Chains with an edge that the user has set to wale are left out.

@@ -37,7 +37,7 @@ RIGHT_ANGLE = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class Attachment:
+class SurfaceAttachment:
     """A surface and the constraint of each vertex of a fabric."""
 
     surface: LimitSurface
@@ -63,7 +63,7 @@ class Attachment:
             allowed = allowed - np.einsum("v,vi,vj->vij", pressed, placement.outward, placement.outward)
         return np.where(self.fixed[:, None, None], 0.0, allowed)
 
-    def within(self) -> Attachment:
+    def within(self) -> SurfaceAttachment:
         """Return the attachment under which no force presses an inner vertex against the end of the surface."""
         return replace(self, stops_at_end=True)
 
@@ -126,7 +126,7 @@ class Attachment:
 def attach(
     fabric: StitchMesh, surface: LimitSurface, reach: float, device: str | None, *, bobbles: Bobbles = NO_BOBBLES,
     held: NDArray[np.bool_] | None = None,
-) -> tuple[Attachment, SurfacePlacement]:  # fmt: skip
+) -> tuple[SurfaceAttachment, SurfacePlacement]:  # fmt: skip
     """Attach a fabric whose vertices are on the input polygons to the limit surface of these polygons.
 
     Args:
@@ -145,7 +145,7 @@ def attach(
     position, normal = surface.evaluate(triangle, weights)
     border, arc = _locate_borders(fabric, surface, FREE_BORDER_REACHES * reach, bobbles)
     closest = ClosestPoint(surface.vertices, surface.triangles, reach, device)
-    without_corners = Attachment(surface, closest, border, np.zeros(len(border), dtype=bool))
+    without_corners = SurfaceAttachment(surface, closest, border, np.zeros(len(border), dtype=bool))
     placement = without_corners.place(triangle, weights, position, normal, arc)
     corner = border_corners(fabric, placement.position) & (border >= 0)
     if held is None:

@@ -32,14 +32,14 @@ from stitchmesh.mesh import FloatArray
 from stitchmesh.meshrelax.assembly import Assembly
 from stitchmesh.meshrelax.conjugate_gradients import modified_conjugate_gradients
 from stitchmesh.meshrelax.forces import element_forces
-from stitchmesh.meshrelax.placement import Constraint, P
+from stitchmesh.meshrelax.placement import MeshConstraint, P
 from stitchmesh.meshrelax.preconditioner import Patches, preconditioner
 from stitchmesh.meshrelax.sub_quads import Springs
 from stitchmesh.run_control import RunStopped
 
 Progress = Callable[[int, float], None]
 """Called after each iteration with its number and the residual."""
-Note = Callable[[int, "State[Any]"], None]
+Note = Callable[[int, "MeshState[Any]"], None]
 """Called before the first iteration and after each one with the number of iterations and the last accepted state; it
 raises ``RunStopped`` if this state is to be the result."""
 
@@ -72,7 +72,7 @@ class Outcome(Generic[P]):
 
 
 @dataclass(frozen=True, eq=False)
-class State(Generic[P]):
+class MeshState(Generic[P]):
     """A placement with its forces."""
 
     placement: P
@@ -88,12 +88,12 @@ class State(Generic[P]):
     """Root mean square of ``force`` over the vertices."""
 
 
-def residuals(before: State[Any], after: State[Any]) -> tuple[float, float]:
+def residuals(before: MeshState[Any], after: MeshState[Any]) -> tuple[float, float]:
     """Return the residuals after and before a step."""
     return after.residual, before.residual
 
 
-def works(before: State[Any], after: State[Any]) -> tuple[float, float]:
+def works(before: MeshState[Any], after: MeshState[Any]) -> tuple[float, float]:
     """Return -f . d after a step d, and f . d before it, which is positive unless the surface ends on the way."""
     step = after.placement.position - before.placement.position
     first, last = (float(np.einsum("vi,vi->", state.force, step)) for state in (before, after))
@@ -104,7 +104,7 @@ def works(before: State[Any], after: State[Any]) -> tuple[float, float]:
 class StepControl:
     """How the time step follows the rise of what a step changes."""
 
-    compared: Callable[[State[Any], State[Any]], tuple[float, float]]
+    compared: Callable[[MeshState[Any], MeshState[Any]], tuple[float, float]]
     """Returns what is compared of the states after and before a step: the new number and the old one."""
     growth: float
     """Factor of the time step after a step with a rise below ``mild_rise``."""
@@ -132,14 +132,14 @@ BY_WORK = StepControl(works, growth=3.0, mild_cut=0.7, cut=0.3, mild_rise=0.1, l
 
 
 @dataclass(frozen=True, eq=False)
-class Relaxation(Generic[P]):
+class MeshDynamics(Generic[P]):
     """The constant data of a relaxation, and its iteration."""
 
     springs: Springs
     """Vertices and rest lengths of the forces."""
     assembly: Assembly
     """Assembly of the forces and of their Jacobians."""
-    attachment: Constraint[P]
+    attachment: MeshConstraint[P]
     """What says where the vertices may move, for example on a surface."""
     patches: Patches
     """Patches of the preconditioner."""
@@ -178,7 +178,7 @@ class Relaxation(Generic[P]):
         worst = int(np.einsum("vi,vi->v", state.force, state.force).argmax())
         return Outcome(state.placement, state.residual, iteration, worst, stopped)
 
-    def state(self, placement: P) -> State[P]:
+    def state(self, placement: P) -> MeshState[P]:
         """Compute the forces at a placement.
 
         Raises:
@@ -194,9 +194,9 @@ class Relaxation(Generic[P]):
             place = placement.position[bad].round(1).tolist()
             raise SolverError(f"mesh relaxation: near {place} cm: the force is not finite; check the mesh there")
         turning = self.attachment.turning_stiffness(placement, whole)
-        return State(placement, projector, force, jacobian, turning, residual)
+        return MeshState(placement, projector, force, jacobian, turning, residual)
 
-    def next_placement(self, state: State[P], time_step: float) -> P:
+    def next_placement(self, state: MeshState[P], time_step: float) -> P:
         """Return the placement after one backward Euler step, scaled down to the largest allowed displacement."""
         matrix = self.assembly.system(state.jacobian, state.turning_stiffness + np.eye(3) / time_step)
         diagonal = matrix.data[self.assembly.diagonal]

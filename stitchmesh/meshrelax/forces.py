@@ -8,7 +8,7 @@ import numpy as np
 
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.meshrelax.area import area_forces
-from stitchmesh.meshrelax.placement import Placement
+from stitchmesh.meshrelax.placement import PlacedPoints
 from stitchmesh.meshrelax.shear import shear_force
 from stitchmesh.meshrelax.stretch import stretch_force
 from stitchmesh.meshrelax.strut import strut_force
@@ -32,7 +32,7 @@ def force_groups(springs: Springs) -> list[tuple[IntArray, list[float]]]:
     return groups
 
 
-def element_forces(springs: Springs, placement: Placement) -> tuple[FloatArray, FloatArray]:
+def element_forces(springs: Springs, placement: PlacedPoints) -> tuple[FloatArray, FloatArray]:
     """Compute the force and the negative semidefinite Jacobian of each element.
 
     The elements are springs, corners of sub-quads, struts and, if the area force acts, first diagonals and second
@@ -60,7 +60,7 @@ def element_forces(springs: Springs, placement: Placement) -> tuple[FloatArray, 
     return np.concatenate(force), np.concatenate(jacobian)
 
 
-def _mean_normal(springs: Springs, placement: Placement) -> FloatArray:
+def _mean_normal(springs: Springs, placement: PlacedPoints) -> FloatArray:
     """Unit normal of the surface at each sub-quad, shape (Q, 3)."""
     total = placement.normal[springs.quads].sum(axis=1)
     length = np.linalg.norm(total, axis=1, keepdims=True)

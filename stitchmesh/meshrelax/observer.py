@@ -11,14 +11,14 @@ from typing import Generic
 
 from stitchmesh.compute.device import others_may_launch
 from stitchmesh.mesh import StitchMesh
-from stitchmesh.meshrelax.dynamics import Progress, State
+from stitchmesh.meshrelax.dynamics import MeshState, Progress
 from stitchmesh.meshrelax.placement import P
 from stitchmesh.run_control import RunControl, Snapshot
 from stitchmesh.time_limit import check_time
 
 
 @dataclass(frozen=True, eq=False)
-class Observer(Generic[P]):
+class MeshObserver(Generic[P]):
     """Output of a running relaxation."""
 
     made: Callable[[P], StitchMesh]
@@ -32,7 +32,7 @@ class Observer(Generic[P]):
     control: RunControl[StitchMesh] | None
     """Watches, pauses and stops the relaxation."""
 
-    def note(self, iteration: int, state: State[P]) -> None:
+    def note(self, iteration: int, state: MeshState[P]) -> None:
         """Report an iteration, and let the user watch, pause and stop.
 
         Raises:
@@ -49,5 +49,5 @@ class Observer(Generic[P]):
         waited = 0.0 if self.control is None else self.control.seconds_waited
         return time.perf_counter() - self.began - waited
 
-    def _snapshot(self, iteration: int, state: State[P]) -> Snapshot[StitchMesh]:
+    def _snapshot(self, iteration: int, state: MeshState[P]) -> Snapshot[StitchMesh]:
         return Snapshot(self.made(state.placement), iteration, state.residual, self.tolerance, self.seconds())

@@ -11,7 +11,7 @@ from stitchmesh.mesh import FloatArray
 
 
 @dataclass(frozen=True, eq=False)
-class Placement:
+class PlacedPoints:
     """Positions and normals of the points that the forces act between."""
 
     position: FloatArray
@@ -21,7 +21,7 @@ class Placement:
 
 
 @dataclass(frozen=True, eq=False)
-class SurfacePlacement(Placement):
+class SurfacePlacement(PlacedPoints):
     """Positions of the vertices of a fabric on a surface, and the geometry of the surface at the vertices.
 
     The normal of a vertex on a border is that of the surface next to the vertex.
@@ -40,16 +40,16 @@ class SurfacePlacement(Placement):
     shape (V, 3)."""
 
 
-P = TypeVar("P", bound=Placement)
+P = TypeVar("P", bound=PlacedPoints)
 
 
-class Constraint(Protocol[P]):
+class MeshConstraint(Protocol[P]):
     """Says where the unknowns of a relaxation may move. The unknowns of a fabric on a surface are its vertices."""
 
     def projector(self, placement: P, force: FloatArray) -> FloatArray:
         """Return the projector onto the allowed directions of each unknown, (U, 3, 3); forces have shape (U, 3)."""
 
-    def within(self) -> Constraint[P]:
+    def within(self) -> MeshConstraint[P]:
         """Return the constraint under which no force presses an unknown against the end of what it lies on."""
 
     def turning_stiffness(self, placement: P, force: FloatArray) -> FloatArray:

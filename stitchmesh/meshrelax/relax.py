@@ -20,14 +20,14 @@ from stitchmesh.mesh.turns import with_tips_placed
 from stitchmesh.meshrelax.assembly import assembly
 from stitchmesh.meshrelax.attachment import attach
 from stitchmesh.meshrelax.bobbles import Bobbles, carried, find_bobbles
-from stitchmesh.meshrelax.dynamics import Outcome, Relaxation
+from stitchmesh.meshrelax.dynamics import MeshDynamics, Outcome
 from stitchmesh.meshrelax.forces import force_groups
-from stitchmesh.meshrelax.observer import Observer
+from stitchmesh.meshrelax.observer import MeshObserver
 from stitchmesh.meshrelax.options import ALPHA, ASPECT, MeshRelaxOptions
 from stitchmesh.meshrelax.placement import SurfacePlacement
 from stitchmesh.meshrelax.preconditioner import patches
 from stitchmesh.meshrelax.report import MeshRelaxReport
-from stitchmesh.meshrelax.rest_lengths import RestLengths, rest_lengths
+from stitchmesh.meshrelax.rest_lengths import RestRectangle, rest_lengths
 from stitchmesh.meshrelax.sub_quads import edge_ends, springs
 from stitchmesh.meshrelax.surface.limit_surface import limit_surface
 from stitchmesh.run import SHOWN, Run
@@ -130,10 +130,10 @@ def relax_mesh_with_report(
     model = springs(fabric, rest, bobbles=bobbles, area_force=area_force)
     whole = patches(placement.position, placement.normal, limit.area)
     count = len(fabric.vertices) if moving is None else max(1, int(moving.sum()))
-    relaxation = Relaxation(model, assembly(len(fabric.vertices), force_groups(model)), attachment, whole, count)
+    relaxation = MeshDynamics(model, assembly(len(fabric.vertices), force_groups(model)), attachment, whole, count)
     made = partial(_relaxed, fabric, rest, bobbles, moving)
     with run.assessments_shown("meshrelax", tolerance) as report_iteration:
-        shown: Observer[SurfacePlacement] = Observer(
+        shown: MeshObserver[SurfacePlacement] = MeshObserver(
             lambda state: made(state.position)[0], tolerance, start, report_iteration, run.control
         )
         outcome = relaxation.run(placement, tolerance, max_iterations, shown.note)
@@ -155,7 +155,7 @@ def relax_mesh_with_report(
 
 
 def _relaxed(
-    fabric: StitchMesh, rest: RestLengths, bobbles: Bobbles, moving: NDArray[np.bool_] | None, position: FloatArray
+    fabric: StitchMesh, rest: RestRectangle, bobbles: Bobbles, moving: NDArray[np.bool_] | None, position: FloatArray
 ) -> tuple[StitchMesh, FloatArray]:
     """Return the fabric at new positions, shape (V, 3), and the stretch of the edges that lie on the surface."""
     position = position.copy()
@@ -202,7 +202,7 @@ def _remedy(fabric: StitchMesh, outcome: Outcome[SurfacePlacement], aspect: floa
     return f"check near {place} cm that the surface is that of the fabric and that no stitch is inverted"
 
 
-def edge_stretch(fabric: StitchMesh, position: FloatArray, rest: RestLengths) -> FloatArray:
+def edge_stretch(fabric: StitchMesh, position: FloatArray, rest: RestRectangle) -> FloatArray:
     """Return the stretch (length divided by rest length) of each edge, shape (E,).
 
     Args:

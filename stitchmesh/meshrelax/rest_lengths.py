@@ -19,7 +19,7 @@ from stitchmesh.meshrelax.bobbles import NO_BOBBLES, Bobbles
 
 
 @dataclass(frozen=True)
-class RestLengths:
+class RestRectangle:
     """The rectangle of an unstressed plain stitch."""
 
     course: float
@@ -40,7 +40,7 @@ class RestLengths:
 
 def rest_lengths(
     fabric: StitchMesh, area: float, *, aspect: float, alpha: float, bobbles: Bobbles = NO_BOBBLES
-) -> RestLengths:
+) -> RestRectangle:
     """Compute the rest lengths with which the unstressed stitches cover the part ``alpha`` of an area.
 
     Args:
@@ -53,4 +53,4 @@ def rest_lengths(
     loops = fabric.n_bottom + fabric.n_top
     stitches = 0.5 * float(loops.sum() - loops[bobbles.faces].sum()) + bobbles.count
     course = float(np.sqrt(alpha * area / (stitches * aspect)))
-    return RestLengths(course, aspect * course)
+    return RestRectangle(course, aspect * course)

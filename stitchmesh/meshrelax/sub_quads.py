@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.turns import turn_edges
 from stitchmesh.meshrelax.bobbles import NO_BOBBLES, Bobbles
-from stitchmesh.meshrelax.rest_lengths import RestLengths
+from stitchmesh.meshrelax.rest_lengths import RestRectangle
 
 TURN_HEIGHT = 0.2
 """Rest length of a row end at a turn within the fabric, over that of a wale edge. The two rows meet in a point there,
@@ -44,7 +44,7 @@ class Springs:
 
 
 def springs(
-    fabric: StitchMesh, rest: RestLengths, *, bobbles: Bobbles = NO_BOBBLES, area_force: bool = True
+    fabric: StitchMesh, rest: RestRectangle, *, bobbles: Bobbles = NO_BOBBLES, area_force: bool = True
 ) -> Springs:
     """Find the vertices and rest lengths of all forces of a fabric, in which each bobble counts as one stitch."""
     raised = bobbles.is_raised(len(fabric.vertices))

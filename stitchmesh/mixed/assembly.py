@@ -19,10 +19,11 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import FloatArray
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.contact.attachments import Attachment, at_simulated_nodes
-from stitchmesh.mixed.contact.body import Body
+from stitchmesh.mixed.contact.body import SolidBody
 from stitchmesh.mixed.contact.body_distance import BodyContact
 from stitchmesh.mixed.contact.body_friction import BodyFriction
 from stitchmesh.mixed.contact.contact_points import ContactPoints, join_points, points_at_nodes
+from stitchmesh.mixed.contact.layer_friction import LayerFriction
 from stitchmesh.mixed.contact.self_collision import PRESSURE, SelfCollision
 from stitchmesh.mixed.contact.triangle_points import SeamLinks, points_on_triangles
 from stitchmesh.mixed.crossings.materials.fabric_materials import FabricMaterials
@@ -32,7 +33,7 @@ from stitchmesh.mixed.enrichment.region import Region
 from stitchmesh.mixed.layout.laid_yarns import LaidYarns
 from stitchmesh.mixed.layout.spline_yarns import SplineYarns
 from stitchmesh.mixed.splines.spline_material import SplineMaterial
-from stitchmesh.mixed.term import Term
+from stitchmesh.mixed.term import MixedTerm
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
 from stitchmesh.mixed.triangles.seam_material import SeamMaterial
 
@@ -70,7 +71,7 @@ class MixedFabric:
 class LoadedBody:
     """A body with the numbers of its contact."""
 
-    body: Body
+    body: SolidBody
     friction: float = 0.0
     """Coefficient of friction."""
     thickness: float = 0.0
@@ -93,6 +94,8 @@ class Loads:
     """Thickness of the cloth in contact [cm]."""
     pressure: float = PRESSURE
     """Scale of the pressure of contact [dyn/cm^2]."""
+    friction: float = 0.0
+    """Coefficient of friction between layers of a cloth that collides with itself."""
 
 
 def loaded_system(
@@ -112,12 +115,11 @@ def loaded_system(
         ParameterError: an attachment holds what does not exist, or a load is not possible.
     """
     none = np.zeros(0, dtype=np.int64)
-    held = [each for each in loads.held if each.stiffness is None]
     model = ClothModel(fabric.cloth_material, fabric.yarn_materials, fabric.seam_material, acceleration=loads.gravity)
     made = cloth_system(
         fabric.cloth, fabric.yarns, region, model,
-        fixed_vertices=np.concatenate([none, *(each.vertices for each in held)]),
-        fixed_nodes=np.concatenate([none, *(each.nodes for each in held)]),
+        fixed_vertices=np.concatenate([none, *(each.vertices for each in loads.held)]),
+        fixed_nodes=np.concatenate([none, *(each.nodes for each in loads.held)]),
         vertices=vertices, scalar=scalar, device=device,
     )  # fmt: skip
     for term in _contact_terms(fabric, region, loads, scalar, device):
@@ -130,18 +132,21 @@ def held_in_state(region: Region, held: Sequence[Attachment]) -> list[Attachment
     return at_simulated_nodes(held, region.node_number)
 
 
-def _contact_terms(fabric: MixedFabric, region: Region, loads: Loads, scalar: Any, device: wp.Device) -> list[Term]:
+def _contact_terms(
+    fabric: MixedFabric, region: Region, loads: Loads, scalar: Any, device: wp.Device
+) -> list[MixedTerm]:
     if not loads.bodies and not loads.self_collision:
         return []
     points, links = contact_points(fabric, region, loads.thickness)
-    terms: list[Term] = []
+    terms: list[MixedTerm] = []
     for each in loads.bodies:
         contact = BodyContact(
             points, each.body, thickness=each.thickness, pressure=loads.pressure, scalar=scalar, device=device
         )
         terms += [contact, BodyFriction(contact, each.friction)] if each.friction else [contact]
     if loads.self_collision:
-        terms.append(SelfCollision(points, links, pressure=loads.pressure, scalar=scalar, device=device))
+        layers = SelfCollision(points, links, pressure=loads.pressure, scalar=scalar, device=device)
+        terms += [layers, LayerFriction(layers, loads.friction)] if loads.friction else [layers]
     return terms
 
 

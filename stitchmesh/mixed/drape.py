@@ -31,21 +31,19 @@ from stitchmesh.io.contents import FilePath
 from stitchmesh.mixed.adaptive_region import AdaptiveRegion, resumed_budget, resumed_region
 from stitchmesh.mixed.automatic_region import place_yarns
 from stitchmesh.mixed.cloth.cloth import Cloth
-from stitchmesh.mixed.dynamics.equilibrium import AfterIteration
+from stitchmesh.mixed.dynamics.equilibrium import AfterIteration, search_progress
 from stitchmesh.mixed.layout.laid_yarns import LaidYarns
 from stitchmesh.mixed.measured_budget import node_budget
 from stitchmesh.mixed.memory import check_scene_memory
-from stitchmesh.mixed.output.display import Display, Shown
-from stitchmesh.mixed.output.displays import Displays
+from stitchmesh.mixed.output.display import Display, Displays, Shown
 from stitchmesh.mixed.output.files import ANIMATION, MAPS, SURFACE, YARNS, RunFiles
-from stitchmesh.mixed.output.frames import Frame, Frames
+from stitchmesh.mixed.output.frames import DrapeFrame, Frames
 from stitchmesh.mixed.output.report import RunTotals, mixed_report, peak_memory, region_counts, work_of
 from stitchmesh.mixed.placement.chosen_region import NodeBudget
 from stitchmesh.mixed.run_checkpoint import NAME, RunCheckpoint, read_run, run_inputs, write_run
 from stitchmesh.mixed.scene.scene import Scene
 from stitchmesh.mixed.scene.scene_fabric import PreparedScene, prepare
 from stitchmesh.mixed.scene.scene_file import read_scene, write_scene
-from stitchmesh.mixed.search_progress import search_progress
 from stitchmesh.mixed.simulation import Simulation, SimulationStep, begin_simulation
 from stitchmesh.mixed.triangle_run import run_triangles, unwatched
 from stitchmesh.progress import Progress, shown_stages
@@ -79,12 +77,12 @@ class Draped:
         """The maps of the last state."""
         return self.display_of(self.end)
 
-    def display_of(self, frame: Frame) -> Display:
+    def display_of(self, frame: DrapeFrame) -> Display:
         """Return the maps of a frame, with its region."""
         return self.displays.of(frame)
 
     @property
-    def end(self) -> Frame:
+    def end(self) -> DrapeFrame:
         """The last state."""
         return self.frames[-1]
 
@@ -118,11 +116,11 @@ class Draped:
         scene = self.prepared.scene
         return scene.output.frames_per_second if scene.mode == "dynamic" else scene.load_steps / scene.duration
 
-    def shown_at(self, frame: Frame) -> Shown:
+    def shown_at(self, frame: DrapeFrame) -> Shown:
         """Return vertices, yarn nodes and smooth surface of a frame [cm]."""
         return self.displays.show(frame)
 
-    def yarns_at(self, frame: Frame) -> YarnSet:
+    def yarns_at(self, frame: DrapeFrame) -> YarnSet:
         """Return all yarns of a frame as curves."""
         return self.display_of(frame).curves(self.shown_at(frame), self.prepared.fabric.yarn_radius)
 
@@ -253,10 +251,10 @@ def _watch_triangles(control: RunControl[Draped], simulation: Simulation, iterat
     control.after_step(snapshot, aside=others_may_launch)
 
 
-def frame_of(simulation: Simulation) -> Frame:
+def frame_of(simulation: Simulation) -> DrapeFrame:
     """Return the present state of a simulation."""
     region = simulation.prepared.region
-    return Frame(simulation.time, *simulation.positions, region.triangle_kind, region.vertex_alpha)
+    return DrapeFrame(simulation.time, *simulation.positions, region.triangle_kind, region.vertex_alpha)
 
 
 def _resumed(prepared: PreparedScene, state: RunCheckpoint) -> _Start:
@@ -368,7 +366,7 @@ class _Run:
             yield number / scene.output.frames_per_second
             number += 1
 
-    def _frame(self) -> Frame:
+    def _frame(self) -> DrapeFrame:
         return frame_of(self.simulation)
 
     def _note(self, made: SimulationStep) -> str:

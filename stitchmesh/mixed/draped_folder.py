@@ -14,8 +14,8 @@ from stitchmesh.io.checked import check_value
 from stitchmesh.io.json_file import read_json
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.drape import REPORT, SCENE_FILE, Draped
-from stitchmesh.mixed.output.displays import Displays
-from stitchmesh.mixed.output.frames import Frame, Frames
+from stitchmesh.mixed.output.display import Displays
+from stitchmesh.mixed.output.frames import DrapeFrame, Frames
 from stitchmesh.mixed.scene.region_section import RegionSection
 from stitchmesh.mixed.scene.scene_fabric import prepare
 from stitchmesh.mixed.scene.scene_file import read_scene
@@ -58,7 +58,7 @@ def _frames(folder: Path) -> Frames:
     return frames
 
 
-def _check_frame(frame: Frame, cloth: Cloth, folder: Path) -> None:
+def _check_frame(frame: DrapeFrame, cloth: Cloth, folder: Path) -> None:
     """Check that the frames belong to the cloth."""
     found, expected = (len(frame.triangle_kind), len(frame.vertices)), (len(cloth.triangles), len(cloth.vertices))
     if found != expected:

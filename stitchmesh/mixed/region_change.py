@@ -28,7 +28,7 @@ from stitchmesh.mixed.mixed_vector import MixedVector
 from stitchmesh.mixed.placement.carried_terms import RegionChange, carry_terms
 from stitchmesh.mixed.placement.moved_state import move_state
 from stitchmesh.mixed.placement.node_memory import SLIDING, NodeMemory
-from stitchmesh.mixed.term import Term
+from stitchmesh.mixed.term import MixedTerm
 
 SETTLING_ITERATIONS = 3
 """Newton iterations with which new nodes come near to their equilibrium."""
@@ -76,7 +76,7 @@ def settle_changed(
     change: RegionChange,
     loads: Loads,
     vertices: FloatArray,
-    old_terms: Sequence[Term],
+    old_terms: Sequence[MixedTerm],
     positions: MixedVector,
     time_step: float,
 ) -> None:

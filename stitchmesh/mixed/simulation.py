@@ -45,7 +45,7 @@ from stitchmesh.mixed.region_change import (
 )
 from stitchmesh.mixed.scene.scene_fabric import PreparedScene
 from stitchmesh.mixed.splines.spline_term import SplineTerm
-from stitchmesh.mixed.term import Term
+from stitchmesh.mixed.term import MixedTerm
 
 MOST_PARTS = 200
 """Largest number of parts in which attachments move between two equilibria beside B-spline yarns."""
@@ -155,7 +155,7 @@ class Simulation(ABC):
         vertices, nodes = self.start
         return MixedVector.from_numpy(vertices, nodes, self.prepared.sliding, self.scalar, self.device)
 
-    def take_region(self, region: Region, terms: Sequence[Term]) -> RegionChange:
+    def take_region(self, region: Region, terms: Sequence[MixedTerm]) -> RegionChange:
         """Take a region for what is made from now on; return the change from the present one, with its terms."""
         old = self.prepared.region
         self.memory = remember(self.memory, terms, old).kept(SLIDING, old, self.positions[2])

@@ -30,7 +30,7 @@ from stitchmesh.mixed.mixed_blocks import MixedBlocks
 from stitchmesh.mixed.mixed_vector import MixedVector
 
 
-class Term(ABC):
+class MixedTerm(ABC):
     """An energy of the mixed system on a device."""
 
     name: str

@@ -19,12 +19,11 @@ import warp as wp
 from numpy.typing import NDArray
 
 from stitchmesh.mesh import FloatArray
-from stitchmesh.mixed.dynamics.equilibrium import AfterIteration
+from stitchmesh.mixed.dynamics.equilibrium import AfterIteration, search_progress
 from stitchmesh.mixed.output.report import RunTotals
 from stitchmesh.mixed.placement.error_indicator import indicate_errors
 from stitchmesh.mixed.placement.triangle_deformation import shares_of
 from stitchmesh.mixed.scene.scene_fabric import PreparedScene
-from stitchmesh.mixed.search_progress import search_progress
 from stitchmesh.mixed.simulation import Simulation, begin_simulation
 from stitchmesh.progress import Progress, no_progress
 from stitchmesh.run_control import RunStopped

@@ -23,7 +23,7 @@ from stitchmesh.periodic.weave.weave import Weave
 from stitchmesh.progress import Progress, shown_progress
 from stitchmesh.quality import DEFAULT_QUALITY, Quality
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
-from stitchmesh.yarnrelax.together.ways_together import ways_together
+from stitchmesh.yarnrelax.together.relax_together import ways_together
 
 SwatchProgress = Callable[[int, int], None]
 """Called with the number of swatches that are done, and with that of all swatches."""

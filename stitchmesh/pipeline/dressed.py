@@ -25,7 +25,7 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import FloatArray, StitchMesh
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.cloth.from_stitches import stitch_triangles
-from stitchmesh.mixed.contact.body import Body as SolidBody
+from stitchmesh.mixed.contact.body import SolidBody
 from stitchmesh.mixed.contact.dressing import WornBody, dressed_vertices
 from stitchmesh.mixed.layout.splines_on_stitches import lay_splines
 from stitchmesh.yarn import YarnSet

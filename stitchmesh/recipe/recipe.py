@@ -39,7 +39,7 @@ from stitchmesh.recipe.sections import (
 )
 from stitchmesh.selection import parse_selection
 from stitchmesh.tessellate import STITCH_WIDTH
-from stitchmesh.yarn.stitch_size import StitchSize, stitch_size
+from stitchmesh.yarn.stitch_size import StitchMeasures, stitch_size
 from stitchmesh.yarngen import YarnFinish
 
 if TYPE_CHECKING:
@@ -159,7 +159,7 @@ class Recipe:
     solver: SolverSection = field(default_factory=SolverSection)
 
     @property
-    def size(self) -> StitchSize:
+    def size(self) -> StitchMeasures:
         """Sizes of stitches and yarn.
 
         Raises:

@@ -29,7 +29,7 @@ EXAMPLES = "face 120, row 12, point X Y Z in cm, or share U V from the lower lef
 
 
 @dataclass(frozen=True)
-class Place:
+class CloseUpTarget:
     """Where a close-up looks."""
 
     kind: str
@@ -39,7 +39,7 @@ class Place:
 
 
 @dataclass(frozen=True)
-class Surface:
+class CloseUpPoints:
     """Points of an object with the faces and the rows to which they belong."""
 
     points: FloatArray
@@ -50,7 +50,7 @@ class Surface:
     """Row of each point, shape (n,)."""
 
 
-def place_of(given: str | int | Iterable[int]) -> Place:
+def place_of(given: str | int | Iterable[int]) -> CloseUpTarget:
     """Return the place of a close-up.
 
     Args:
@@ -65,10 +65,10 @@ def place_of(given: str | int | Iterable[int]) -> Place:
     faces = np.atleast_1d(np.asarray(list(given) if isinstance(given, Iterable) else given))
     if faces.size == 0 or faces.dtype.kind not in "iu":
         raise ParameterError(f"close-up: got {given!r}; expected {EXAMPLES}, or faces")
-    return Place("faces", tuple(faces.tolist()))
+    return CloseUpTarget("faces", tuple(faces.tolist()))
 
 
-def _parsed(text: str) -> Place:
+def _parsed(text: str) -> CloseUpTarget:
     kind, *words = re.split(r"[\s,=]+", text.strip().lower())
     try:
         numbers = tuple(float(word) for word in words)
@@ -81,10 +81,12 @@ def _parsed(text: str) -> Place:
         raise ParameterError(f"close-up: got {text!r}; expected {EXAMPLES}{hint}")
     if kind == "share" and not all(0.0 <= number <= 1.0 for number in numbers):
         raise ParameterError(f"close-up: got {text!r}; expected shares of the picture from 0 to 1")
-    return Place("faces" if kind == "face" else kind, numbers)
+    return CloseUpTarget("faces" if kind == "face" else kind, numbers)
 
 
-def close_up_patch(surface: Surface, place: Place, whole: Camera, aspect: float, width: float) -> tuple[int, IntArray]:
+def close_up_patch(
+    surface: CloseUpPoints, place: CloseUpTarget, whole: Camera, aspect: float, width: float
+) -> tuple[int, IntArray]:
     """Find the point in the middle of a close-up, and the points of the patch around it.
 
     Args:
@@ -133,7 +135,7 @@ def outward_normal(points: FloatArray, patch: IntArray, towards: FloatArray) -> 
     return normal if above > below else -normal
 
 
-def _members(surface: Surface, place: Place) -> IntArray:
+def _members(surface: CloseUpPoints, place: CloseUpTarget) -> IntArray:
     """Return the points of the faces or the row of a place."""
     wanted = np.array(place.numbers, dtype=np.int64)
     own, what = (surface.row, "row") if place.kind == "row" else (surface.face, "face")

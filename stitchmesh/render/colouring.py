@@ -24,7 +24,6 @@ from stitchmesh.render.lettering import Colour
 from stitchmesh.render.palette import stitch_colour
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.colours import row_colours
-from stitchmesh.yarn.control_point_means import control_point_means
 from stitchmesh.yarn.strand_distance import strand_distance
 
 if TYPE_CHECKING:
@@ -186,3 +185,22 @@ def _fabric_of(yarns: YarnSet, fabric: StitchMesh | None, colour: str) -> Stitch
 def _code_colours(codes: NDArray[np.int64]) -> NDArray[np.uint8]:
     table = np.array([stitch_colour(code) for code in range(int(codes.max(initial=0)) + 1)], dtype=np.uint8)
     return table[np.maximum(codes, 0)]
+
+
+def control_point_means(yarns: YarnSet, of_segments: FloatArray) -> FloatArray:
+    """Return the mean of the two segments that meet near each control point, shape (N,).
+
+    At the ends of an open yarn only one segment lies beside a control point, and beside the first and the last control
+    point there is none: they have the number of their neighbour.
+
+    Args:
+        yarns: the yarns.
+        of_segments: a number for each segment, shape (S,).
+    """
+    beside = yarns.segment_points[:, 1:3]
+    total = np.bincount(beside.ravel(), weights=np.repeat(of_segments, 2), minlength=len(yarns.points))
+    count = np.bincount(beside.ravel(), minlength=len(yarns.points))
+    mean = total / np.maximum(count, 1)
+    first, last = yarns.start[:-1][~yarns.closed], yarns.start[1:][~yarns.closed] - 1
+    mean[first], mean[last] = mean[first + 1], mean[last - 1]
+    return mean

@@ -16,7 +16,7 @@ from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.mesh.palette import colours_of
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.render.camera import Camera, camera_around, camera_at
-from stitchmesh.render.close_up import Place, Surface, close_up_patch
+from stitchmesh.render.close_up import CloseUpPoints, CloseUpTarget, close_up_patch
 from stitchmesh.render.colouring import blend_colours, one_colour
 from stitchmesh.render.lettering import INK
 from stitchmesh.render.options import DEFAULTS, PictureOptions
@@ -156,7 +156,9 @@ def look_at_mesh(plotter: pyvista.Plotter, mesh: Mesh, options: PictureOptions, 
     plotter.camera.SetWindowCenter(kept_free, 0.0)
 
 
-def _close_up_camera(mesh: Mesh, options: PictureOptions, whole: Camera, place: Place, kept_free: float) -> Camera:
+def _close_up_camera(
+    mesh: Mesh, options: PictureOptions, whole: Camera, place: CloseUpTarget, kept_free: float
+) -> Camera:
     """The camera of a close-up of some faces."""
     side = float(np.median(mesh.side_length))
     width = options.extent or CLOSE_UP_EXTENT * side
@@ -164,7 +166,7 @@ def _close_up_camera(mesh: Mesh, options: PictureOptions, whole: Camera, place: 
     faces = np.arange(mesh.face_count)
     counts = np.diff(mesh.face_start)
     centre = np.add.reduceat(mesh.corner_position, mesh.face_start[:-1]) / counts[:, None]
-    surface = Surface(centre, faces, row)
+    surface = CloseUpPoints(centre, faces, row)
     middle, patch = close_up_patch(surface, place, whole, options.aspect, width)
     towards = mesh.face_vector_area[patch].sum(axis=0) if len(patch) else mesh.face_vector_area[middle]
     if options.view is not None:

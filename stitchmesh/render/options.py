@@ -12,7 +12,7 @@ import numpy as np
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.mesh.palette import parse_colour
-from stitchmesh.render.close_up import Place, place_of
+from stitchmesh.render.close_up import CloseUpTarget, place_of
 from stitchmesh.render.view import View, view_angles
 
 Size = tuple[int, int]
@@ -90,7 +90,7 @@ class PictureOptions:
             raise ParameterError(f"colours: got {self.colours}; expected 2 to {MOST_COLOURS}")
 
     @property
-    def place(self) -> Place | None:
+    def place(self) -> CloseUpTarget | None:
         """The place of the close-up; None for a picture of the whole object."""
         return None if self.close_up is None else place_of(self.close_up)
 

@@ -19,7 +19,7 @@ import numpy as np
 from stitchmesh.errors import ParameterError
 from stitchmesh.hand_knitting.chart import PieceChart, piece_charts
 from stitchmesh.hand_knitting.pieces import Piece, find_pieces
-from stitchmesh.hand_knitting.rows import Crossings
+from stitchmesh.hand_knitting.rows import CableCrossings
 from stitchmesh.hand_knitting.text import knitting_instructions
 from stitchmesh.hand_knitting.words import colour_letter
 from stitchmesh.io.atomic import atomic_path
@@ -112,7 +112,7 @@ def garment_sheet(
     """
     gauge = fabric_gauge(fabric)
     known = yarn or yarn_for_gauge(gauge)
-    pieces, crossings = find_pieces(fabric), Crossings.of(fabric)
+    pieces, crossings = find_pieces(fabric), CableCrossings.of(fabric)
     facts = [("Finished size", _finished_size(np.ptp(fabric.vertices, axis=0), gauge))]
     facts += [(f"Piece {number}", _piece_size(fabric, piece)) for number, piece in enumerate(pieces, start=1)]
     facts += [*_knitted_at(gauge, known), ("Stitches", f"{fabric.face_count:,} in {len(np.unique(fabric.row)):,} rows")]

@@ -13,7 +13,7 @@ from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.mesh.plies import FULLNESS, LAY, POINTS_PER_TURN, plies_around, ply_radius
 from stitchmesh.mesh.tube_mesh import TubeMesh, tubes_around
 from stitchmesh.render.camera import Camera, camera_around, camera_at, front_patch
-from stitchmesh.render.close_up import Place, Surface, close_up_patch, outward_normal
+from stitchmesh.render.close_up import CloseUpPoints, CloseUpTarget, close_up_patch, outward_normal
 from stitchmesh.render.colouring import Coloured, colour_yarns
 from stitchmesh.render.layout import ALONE, Layout, layout_for
 from stitchmesh.render.options import DEFAULTS, PictureOptions
@@ -87,13 +87,15 @@ def _render_whole(yarns: YarnSet, path: FilePath, options: PictureOptions, colou
             _draw_region(plotter, yarns, coloured, options, camera_at(focus, normal, up, height), extent)
 
 
-def _render_place(yarns: YarnSet, path: FilePath, options: PictureOptions, coloured: Coloured, place: Place) -> None:
+def _render_place(
+    yarns: YarnSet, path: FilePath, options: PictureOptions, coloured: Coloured, place: CloseUpTarget
+) -> None:
     """Draw the yarns around one place."""
     radius = float(np.median(yarns.drawn_radius))
     width = options.extent or CLOSE_UP_EXTENT * radius
     towards, up = view_directions(yarns.points, options.view or FRONT)
     whole = camera_around(yarns.points, towards, up, options.aspect, clearance=radius)
-    surface = Surface(yarns.points, yarns.face, yarns.row)
+    surface = CloseUpPoints(yarns.points, yarns.face, yarns.row)
     middle, patch = close_up_patch(surface, place, whole, options.aspect, width)
     normal = towards if options.view is not None else outward_normal(yarns.points, patch, towards)
     focus = yarns.points[patch].mean(axis=0) if len(patch) > 2 else yarns.points[middle]

@@ -66,11 +66,6 @@ class TileDrawing:
     segments: IntArray
     """Control points of each segment of the yarns, shape (S, 4); drawings with equal segments have equal triangles."""
 
-    @property
-    def triangle_count(self) -> int:
-        """Number of triangles of one repeat."""
-        return sum(len(part.triangles) for part in self.parts)
-
 
 def draw_tiles(
     yarns: YarnSet,

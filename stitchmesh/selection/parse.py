@@ -29,20 +29,20 @@ from stitchmesh.selection.selection import (
     Everything,
     Faces,
     FacesOfFile,
+    GarmentPart,
     Hand,
     LastRows,
     OfYarn,
-    Panel,
-    Place,
     Rectangle,
     RectangleBetween,
     Ring,
-    Rows,
+    RowRange,
     Selection,
     Span,
     Spans,
     Stitches,
     Wale,
+    WalePanel,
     Without,
 )
 
@@ -159,7 +159,7 @@ class _Parser:
         if word in SIDES:
             return self._of_side(word)
         if word in PLACES:
-            return Place(word)
+            return GarmentPart(word)
         if word in STITCH_GROUPS:
             return Stitches(word)
         if word in BORDER_NAMES:
@@ -177,14 +177,14 @@ class _Parser:
     def _of_side(self, side: str) -> Selection:
         """Return the selection that begins with front, back, left or right."""
         if self._take("panel"):
-            return Panel(side, self._number("the width of the panel in wales", least=1))
+            return WalePanel(side, self._number("the width of the panel in wales", least=1))
         following = self._peek()
         if side in ("left", "right") and following in SIDED:
             self._next += 1
             if following in PLACES:
-                return Place(following, cast(Hand, side))
+                return GarmentPart(following, cast(Hand, side))
             return self._at_border(following, cast(Hand, side))
-        return Place(side)
+        return GarmentPart(side)
 
     def _at_border(self, name: str, hand: Hand | None) -> Selection:
         number = self._number("the number of a border") if name == "border" else None
@@ -201,7 +201,7 @@ class _Parser:
         return Everything()
 
     def _rows(self) -> Selection:
-        return Rows(self._spans())
+        return RowRange(self._spans())
 
     def _last(self) -> Selection:
         count = self._number("a number of rows", least=1)

@@ -25,18 +25,18 @@ from stitchmesh.selection.selection import (
     Everything,
     Faces,
     FacesOfFile,
+    GarmentPart,
     LastRows,
     OfYarn,
-    Panel,
-    Place,
     Rectangle,
     RectangleBetween,
     Ring,
-    Rows,
+    RowRange,
     Selection,
     Spans,
     Stitches,
     Wale,
+    WalePanel,
     Without,
 )
 from stitchmesh.selection.wales import panel_faces, rectangle_between, rectangle_faces, ring_rows, wale_faces
@@ -83,9 +83,9 @@ def _mask(parts: Parts, selection: Selection) -> Mask:
             return np.ones(parts.fabric.face_count, dtype=bool)
         case AtBorder():
             return _band(parts, selection)
-        case Place():
+        case GarmentPart():
             return _place(parts, selection)
-        case Rows(spans):
+        case RowRange(spans):
             return _rows(parts, spans)
         case LastRows(count):
             return parts.row_index >= len(parts.row_numbers) - count
@@ -114,7 +114,7 @@ def _listed(parts: Parts, selection: Selection) -> Mask:
             faces = rectangle_faces(fabric, selection)
         case RectangleBetween():
             faces = rectangle_between(fabric, selection)
-        case Panel():
+        case WalePanel():
             faces = panel_faces(parts, selection)
         case _:
             raise ParameterError(f"selection: got {type(selection).__name__}; expected a text or a selection")
@@ -136,7 +136,7 @@ def _rows(parts: Parts, spans: Spans) -> Mask:
     chosen = in_spans(parts.row_numbers, spans)
     if not chosen.any():
         last = parts.row_numbers[-1]
-        raise ParameterError(f"{Rows(spans)}: the fabric has no such row; its rows are 0 to {last}")
+        raise ParameterError(f"{RowRange(spans)}: the fabric has no such row; its rows are 0 to {last}")
     return chosen[parts.row_index]
 
 
@@ -164,7 +164,7 @@ def _band(parts: Parts, band: AtBorder) -> Mask:
     return in_spans(distance, band.spans) & (distance > 0)
 
 
-def _place(parts: Parts, place: Place) -> Mask:
+def _place(parts: Parts, place: GarmentPart) -> Mask:
     match place.name:
         case "front":
             return parts.in_front

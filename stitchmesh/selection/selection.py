@@ -126,7 +126,7 @@ class Everything(Selection):
 
 
 @dataclass(frozen=True)
-class Rows(Selection):
+class RowRange(Selection):
     """Whole rows by their numbers (``StitchMesh.row``), counted from 0."""
 
     spans: Spans
@@ -169,7 +169,7 @@ class AtBorder(Selection):
 
 
 @dataclass(frozen=True)
-class Place(Selection):
+class GarmentPart(Selection):
     """A part of a garment."""
 
     name: str
@@ -182,7 +182,7 @@ class Place(Selection):
 
 
 @dataclass(frozen=True)
-class Panel(Selection):
+class WalePanel(Selection):
     """Neighbouring wales in the middle of a side of the garment, from the first row upwards."""
 
     side: str

@@ -17,7 +17,7 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import BORDER, BOTTOM, TOP, FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.courses import course_through
 from stitchmesh.selection.parts import FORWARD, LEFT_HAND, UP, Parts, face_centres, perpendicular
-from stitchmesh.selection.selection import Panel, Rectangle, RectangleBetween, Ring, Wale
+from stitchmesh.selection.selection import Rectangle, RectangleBetween, Ring, Wale, WalePanel
 
 
 def wale_faces(fabric: StitchMesh, wale: Wale) -> IntArray:
@@ -95,7 +95,7 @@ def rectangle_between(fabric: StitchMesh, rectangle: RectangleBetween) -> IntArr
     raise ParameterError(f"{rectangle}: the wale through one face does not meet the row through the other face")
 
 
-def panel_faces(parts: Parts, panel: Panel) -> IntArray:
+def panel_faces(parts: Parts, panel: WalePanel) -> IntArray:
     """Return the faces of the wales in the middle of the front, the back, the left or the right.
 
     The panel begins in the first row that runs around or faces that side. It is as wide as its wales: where stitches
@@ -111,7 +111,7 @@ def panel_faces(parts: Parts, panel: Panel) -> IntArray:
     return _between(fabric, row, None)[0]
 
 
-def _middle_of_row(parts: Parts, panel: Panel) -> list[int]:
+def _middle_of_row(parts: Parts, panel: WalePanel) -> list[int]:
     """Return the faces of the panel in the first row, from left to right."""
     fabric = parts.fabric
     course = course_through(fabric, int(fabric.row.argmin()))

@@ -23,7 +23,7 @@ from stitchmesh.shaping.counts import StitchSize
 from stitchmesh.shaping.divided_lines import divisions
 from stitchmesh.shaping.level_lines import LevelLine, LevelLines
 from stitchmesh.shaping.plain_places import PlainPlaces
-from stitchmesh.shaping.rows import Rows
+from stitchmesh.shaping.rows import MadeRows
 
 SPREAD = 1.0 / 3.0
 """Part by which panels may be narrower or wider before their number changes. The widest panel is then twice the
@@ -56,7 +56,7 @@ def panels_between(
     return replace(made, stitch=np.full(made.face_count, Stitch.PANEL))
 
 
-class _PanelRows(Rows):
+class _PanelRows(MadeRows):
     """Courses and rows of panels made so far."""
 
     faces_are = "panels"

@@ -84,12 +84,12 @@ def stitches_between(
     Raises:
         TessellationError: limbs join and part within one band, or neighbouring courses differ too much.
     """
-    rows = Rows(levels, saddles, size, plain)
+    rows = MadeRows(levels, saddles, size, plain)
     fabric = rows.knitted(report_part)
     return fabric, rows.shaped, rows.shaped.leaning(rows.tube_of_row)[rows.faces.row]
 
 
-class Rows:
+class MadeRows:
     """Courses and rows made so far."""
 
     faces_are = "stitches"

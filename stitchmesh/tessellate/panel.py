@@ -39,7 +39,7 @@ class StitchFaces:
 
 
 @dataclass(frozen=True)
-class Panel:
+class DividedPanel:
     """A panel with the vertices of its course lines and the edges on its sides."""
 
     levels: list[IntArray]
@@ -58,7 +58,7 @@ class Panel:
     """Wale side at which all increases and decreases are placed, ``"left"`` or ``"right"``; ``""`` for both."""
 
 
-def add_stitches(panel: Panel, faces: StitchFaces, next_edge: int) -> int:
+def add_stitches(panel: DividedPanel, faces: StitchFaces, next_edge: int) -> int:
     """Add the stitch faces of a panel to ``faces``, and return the next free edge number."""
     courses = len(panel.levels) - 1
     below = panel.bottom
@@ -71,7 +71,9 @@ def add_stitches(panel: Panel, faces: StitchFaces, next_edge: int) -> int:
     return next_edge
 
 
-def _add_course(panel: Panel, course: int, below: IntArray, above: IntArray, faces: StitchFaces, next_edge: int) -> int:
+def _add_course(
+    panel: DividedPanel, course: int, below: IntArray, above: IntArray, faces: StitchFaces, next_edge: int
+) -> int:
     """Add the stitch faces of one course, and return the next free edge number."""
     narrow = min(len(below), len(above)) or max(len(below), len(above))
     wide = max(len(below), len(above))

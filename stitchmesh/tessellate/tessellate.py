@@ -15,7 +15,7 @@ from stitchmesh.mesh.shaping_stitches import DEFAULT_INCREASE, Increase, with_in
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.tessellate.counts import EdgeName, edge_counts, edge_named
 from stitchmesh.tessellate.courses import loops_per_course
-from stitchmesh.tessellate.panel import Panel, StitchFaces, add_stitches, inner_points
+from stitchmesh.tessellate.panel import DividedPanel, StitchFaces, add_stitches, inner_points
 
 STITCH_WIDTH = 0.8
 """Wale spacing [cm] where a command is given none: bulky yarn by hand, 12.5 stitches in 10 cm."""
@@ -121,7 +121,7 @@ class _Tessellation:
         edges = [part[1] for part in parts]
         return np.concatenate([first, *vertices]), np.concatenate([np.zeros(0, dtype=np.int64), *edges])
 
-    def panel(self, face: int) -> Panel:
+    def panel(self, face: int) -> DividedPanel:
         """Return the panel of a face, and make the points inside the panel."""
         mesh, start = self.labeled, int(self.labeled.face_start[face])
         right, left = int(mesh.right_wale[face]), int(mesh.left_wale[face])
@@ -146,7 +146,7 @@ class _Tessellation:
         levels.append(high[::-1])
         marks = (self.marked[left], self.marked[right])
         mark = {(True, False): "left", (False, True): "right"}.get((bool(marks[0]), bool(marks[1])), "")
-        return Panel(levels, bottom, top[::-1], left_edges, right_edges, int(self.first_row[face]), mark)
+        return DividedPanel(levels, bottom, top[::-1], left_edges, right_edges, int(self.first_row[face]), mark)
 
     def stitch_mesh(self) -> StitchMesh:
         """Divide all panels and join their stitch faces to a stitch mesh."""

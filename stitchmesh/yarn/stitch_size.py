@@ -11,7 +11,7 @@ from stitchmesh.yarn.yarn_presets import GAUGE_LENGTH, WIDTH_OVER_CORE, Gauge, Y
 
 
 @dataclass(frozen=True, kw_only=True)
-class StitchSize:
+class StitchMeasures:
     """Sizes of a stitch and of its yarn [cm], and the mass of the yarn; None where nothing determines a value."""
 
     stitch_width: float | None = None
@@ -32,7 +32,7 @@ def stitch_size(
     yarn: str | Yarn | None = None, gauge: str | Gauge | None = None, *, stitch_width: float | None = None,
     stitch_height: float | None = None, yarn_radius: float | None = None, drawn_radius: float | None = None,
     loop_length: float | None = None, mass_per_length: float | None = None,
-) -> StitchSize:  # fmt: skip
+) -> StitchMeasures:  # fmt: skip
     """Return the sizes of a stitch and of its yarn, and the mass of the yarn.
 
     A given length is returned unchanged. The other sizes follow from the yarn and the gauge; the gauge is that of the
@@ -55,7 +55,7 @@ def stitch_size(
     known = Yarn.named(yarn) if isinstance(yarn, str) else yarn
     knitted = _gauge(known, parse_gauge(gauge) if isinstance(gauge, str) else gauge, stitch_width, stitch_height)
     if knitted is None:
-        return StitchSize(
+        return StitchMeasures(
             stitch_width=stitch_width, stitch_height=stitch_height, yarn_radius=yarn_radius,
             drawn_radius=drawn_radius, loop_length=loop_length, mass_per_length=mass_per_length,
         )  # fmt: skip
@@ -65,7 +65,7 @@ def stitch_size(
         drawn_radius = max(known.apparent_radius, yarn_radius)
     if mass_per_length is None and known is not None:
         mass_per_length = known.mass_per_length
-    return StitchSize(
+    return StitchMeasures(
         stitch_width=knitted.stitch_width,
         stitch_height=knitted.stitch_height if stitch_height is None else stitch_height,
         yarn_radius=yarn_radius,

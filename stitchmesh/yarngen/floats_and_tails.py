@@ -25,7 +25,7 @@ from stitchmesh.mesh import BORDER, RIGHT, FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.courses import course_of_faces, find_courses, left_neighbours, right_neighbours
 from stitchmesh.mesh.own_stitch import StitchType
 from stitchmesh.yarngen.bridges import Bridges, crossing_number
-from stitchmesh.yarngen.row_ends import Strand, Strands, tail_points
+from stitchmesh.yarngen.row_ends import RowEndStrand, Strands, tail_points
 from stitchmesh.yarngen.templates.table import template
 
 FLOAT_CLEARANCE = 2.2
@@ -55,7 +55,7 @@ TAIL_OFFSET = 0.15
 
 
 @dataclass(frozen=True, eq=False)
-class Rows:
+class FloatRows:
     """The rows of a stitch mesh behind which floats run."""
 
     fabric: StitchMesh
@@ -165,7 +165,7 @@ class Rows:
         return faces
 
 
-def lay_floats(rows: Rows, longest: int, bridges: Bridges) -> None:
+def lay_floats(rows: FloatRows, longest: int, bridges: Bridges) -> None:
     """Carry every yarn that changes along a row to its next stitch, or cut it and end it in tails.
 
     Args:
@@ -204,7 +204,7 @@ def _length(points: FloatArray) -> FloatArray:
     return np.linalg.norm(np.diff(points, axis=0), axis=1).sum()
 
 
-def separate_corners(rows: Rows, corner_position: FloatArray) -> FloatArray:
+def separate_corners(rows: FloatRows, corner_position: FloatArray) -> FloatArray:
     """Corners of the faces, displaced where two neighbouring stitches have different yarns [cm], shape (C, 3).
 
     The displacement (``CHANGE_OFFSET``) makes room for the yarns that change there.
@@ -227,7 +227,7 @@ def separate_corners(rows: Rows, corner_position: FloatArray) -> FloatArray:
     return position
 
 
-def carried_strands(rows: Rows, longest: int) -> Strands:
+def carried_strands(rows: FloatRows, longest: int) -> Strands:
     """The strands at each row end that more than one yarn reaches.
 
     Args:
@@ -247,7 +247,7 @@ def carried_strands(rows: Rows, longest: int) -> Strands:
     return {side: _strands(rows, side, last) for side, last in found.items() if len(last) > 1}
 
 
-def _last_faces(rows: Rows, side: int, neighbour: IntArray, longest: int) -> dict[int, list[int]]:
+def _last_faces(rows: FloatRows, side: int, neighbour: IntArray, longest: int) -> dict[int, list[int]]:
     """For each yarn that reaches a row end, the faces from the row end to the last stitch of that yarn."""
     face = int(rows.fabric.side_face[side])
     row = int(rows.fabric.row[face])
@@ -260,7 +260,7 @@ def _last_faces(rows: Rows, side: int, neighbour: IntArray, longest: int) -> dic
     return found
 
 
-def _strands(rows: Rows, side: int, last: dict[int, list[int]]) -> dict[int, Strand]:
+def _strands(rows: FloatRows, side: int, last: dict[int, list[int]]) -> dict[int, RowEndStrand]:
     """The strands at a row end by the number of their yarn, from the faces that ``_last_faces`` returns."""
     fabric, result = rows.fabric, {}
     is_right = fabric.side_role[side] == RIGHT
@@ -277,11 +277,11 @@ def _strands(rows: Rows, side: int, last: dict[int, list[int]]) -> dict[int, Str
         depth = rank * TURN_SPACING * rows.radius
         end = int(fabric.side_face[side])
         points.append(rows.point(end, float(is_right), CHANGE_SHARES[min(rank, 1)], -depth))
-        result[yarn] = Strand(crossing_number(own), np.array(points), depth, tail)
+        result[yarn] = RowEndStrand(crossing_number(own), np.array(points), depth, tail)
     return result
 
 
-def _cut_tail(rows: Rows, face: int, beside: int, direction: int) -> FloatArray:
+def _cut_tail(rows: FloatRows, face: int, beside: int, direction: int) -> FloatArray:
     """Points of the tail of a yarn that is cut at the wale side between two faces [cm], shape (n, 3).
 
     Args:
@@ -300,7 +300,7 @@ def _cut_tail(rows: Rows, face: int, beside: int, direction: int) -> FloatArray:
     return np.array([rows.change_point(left, own, other), *away]) + begins
 
 
-def _end_in_tail(rows: Rows, bridges: Bridges, side: int, tail: FloatArray) -> None:
+def _end_in_tail(rows: FloatRows, bridges: Bridges, side: int, tail: FloatArray) -> None:
     """End the yarn in a tail where it crosses a side, unless a bridge or a tail begins there."""
     crossing = crossing_number(side)
     if not bridges.redirects(crossing):

@@ -22,7 +22,7 @@ from stitchmesh.yarngen.edge_choice import choose_edges
 from stitchmesh.yarngen.edge_tension import edge_tension
 from stitchmesh.yarngen.embedding import PlacedParts, place_parts, points_per_width
 from stitchmesh.yarngen.finish import DEFAULT_FINISH, YarnFinish
-from stitchmesh.yarngen.floats_and_tails import Rows, carried_strands, lay_floats, separate_corners
+from stitchmesh.yarngen.floats_and_tails import FloatRows, carried_strands, lay_floats, separate_corners
 from stitchmesh.yarngen.row_ends import finish_row_ends
 from stitchmesh.yarngen.shaped_stitches import rest_length_ratios
 from stitchmesh.yarngen.splines import control_points_through
@@ -141,7 +141,7 @@ def trace_yarn_routes(
     whole = with_bind_off(fabric, CHAIN_HEIGHT if finish.bind_off == "chain" else DRAWN_HEIGHT)
     groups = cable_groups(whole)
     corners = open_corners(whole, groups)
-    rows = Rows(whole, radius, points_per_width(points_per_stitch))
+    rows = FloatRows(whole, radius, points_per_width(points_per_stitch))
     bridges = finish_row_ends(whole, carried_strands(rows, finish.longest_float))
     lay_floats(rows, finish.longest_float, bridges)
     corner_position = separate_corners(rows, corners)

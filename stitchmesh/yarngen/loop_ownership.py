@@ -17,7 +17,7 @@ from stitchmesh.yarngen.templates.table import template
 
 
 def belongs_to_loop_below(yarns: YarnSet, fabric: StitchMesh) -> NDArray[np.bool_]:
-    """Whether each control point belongs to a loop below its stitch (``Part.is_head``), shape (N,).
+    """Whether each control point belongs to a loop below its stitch (``TemplatePart.is_head``), shape (N,).
 
     Args:
         yarns: the yarns generated from the fabric.

@@ -38,7 +38,7 @@ both back into their own stitches, over the stitch width."""
 
 
 @dataclass(frozen=True, eq=False)
-class Strand:
+class RowEndStrand:
     """One of the yarns of a row, between its last stitch and the end of the row."""
 
     crossing: int
@@ -51,7 +51,7 @@ class Strand:
     """Points of the tail that is used where the strand is not joined [cm], shape (n, 3)."""
 
 
-Strands = dict[int, dict[int, Strand]]
+Strands = dict[int, dict[int, RowEndStrand]]
 """Strands by the border side at which their row ends, and then by the number of their yarn."""
 Pair = tuple[int, int, FloatArray]
 """Two border sides and the points of the turn between them [cm], shape (n, 3)."""
@@ -92,14 +92,14 @@ def _separate_tails(fabric: StitchMesh, strands_by_side: Strands, first: int, se
         strands_by_side[side] |= {yarn: replace(strands_by_side[side][yarn], tail=tail)}
 
 
-def _strand_of_stitch(fabric: StitchMesh, side: int) -> dict[int, Strand]:
+def _strand_of_stitch(fabric: StitchMesh, side: int) -> dict[int, RowEndStrand]:
     """The strand of the stitch at a row end, by the number of its yarn."""
     yarn = int(fabric.yarn[fabric.side_face[side]])
-    return {yarn: Strand(crossing_number(side), np.zeros((0, 3)), 0.0, tail_points(fabric, side))}
+    return {yarn: RowEndStrand(crossing_number(side), np.zeros((0, 3)), 0.0, tail_points(fabric, side))}
 
 
 def _join_strands(
-    fabric: StitchMesh, bridges: Bridges, strands: tuple[Strand, Strand], side: int, turn: FloatArray
+    fabric: StitchMesh, bridges: Bridges, strands: tuple[RowEndStrand, RowEndStrand], side: int, turn: FloatArray
 ) -> None:
     """Join two strands by a turn, behind the border by the larger depth of the two."""
     first, second = strands

@@ -63,25 +63,17 @@ LARGEST_GROUP = 32_768
 """Coordinates of the largest group of several cells that is factored at once on a GPU."""
 
 
-def assembled_hessian(simulation: YarnSimulation) -> csc_array:
-    """Return the exact Hessian of the current state [erg / unit^2], shape (3 E, 3 E).
-
-    E is the number of control points, and with it the number of cells if their periods relax. Who needs the matrices of
-    many states of a simulation keeps a ``HessianAssembly``.
-
-    Args:
-        simulation: the yarns, with candidate lists for their current state. Terms that are neither constant forces nor
-            give blocks of points, pairs or samples (``Term.point_blocks``, ``Term.pair_stiffness``,
-            ``Term.sample_stiffness``) are left out.
-    """
-    return HessianAssembly(simulation).matrix()
-
-
 class HessianAssembly:
     """The arrays from which the Hessians of the states of a simulation are assembled."""
 
     def __init__(self, simulation: YarnSimulation) -> None:
-        """Allocate; nothing is found yet."""
+        """Allocate; nothing is found yet.
+
+        Args:
+            simulation: the yarns, with candidate lists for their current state. Terms that are neither constant forces
+                nor give blocks of points, pairs or samples (``Term.point_blocks``, ``Term.pair_stiffness``,
+                ``Term.sample_stiffness``) are left out.
+        """
         model, strain = simulation.model, simulation.strain
         self._simulation = simulation
         self._exact = model.empty(model.segment_count)
@@ -100,7 +92,8 @@ class HessianAssembly:
     ) -> csc_array:  # fmt: skip
         """Return the Hessian of the current state [erg / unit^2], shape (3 E, 3 E).
 
-        While the same segments touch, all matrices share ``indices`` and ``indptr``, which nobody may change.
+        E is the number of control points, and with it the number of cells if their periods relax. While the same
+        segments touch, all matrices share ``indices`` and ``indptr``, which nobody may change.
         Cells that rest (``Model.resting``) keep the matrices of their legs and contacts of the last time.
 
         Args:

@@ -29,7 +29,7 @@ from stitchmesh.yarnrelax.motion.carried_points import CarriedPoints
 from stitchmesh.yarnrelax.motion.moving_body import MovingBody, MovingBodyTerm
 from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 from stitchmesh.yarnrelax.simulation import YarnSimulation
-from stitchmesh.yarnrelax.solvers.dynamics import Dynamics
+from stitchmesh.yarnrelax.solvers.dynamics import YarnDynamics
 
 LARGEST_MOTION = 0.2
 """Largest motion of the surface in a time step, in reaches of the contact samples."""
@@ -65,7 +65,7 @@ class BodyFollower:
         self.simulation = YarnSimulation.start(inputs.yarns, inputs.material, inputs.quality, inputs.device, terms)
         term, solver = self.simulation.terms[-1], self.simulation.solver
         assert isinstance(term, MovingBodyTerm)
-        assert isinstance(solver, Dynamics)
+        assert isinstance(solver, YarnDynamics)
         self.term, self.solver = term, solver
         if inputs.carried is not None:
             points = pinned_points(inputs.yarns, inputs.carried)

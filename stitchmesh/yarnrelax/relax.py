@@ -8,10 +8,12 @@ import logging
 import time
 from collections.abc import Sequence
 
+import numpy as np
+
 from stitchmesh.compute.device import alone, device_named
-from stitchmesh.errors import check_kind
+from stitchmesh.errors import ParameterError, check_kind
 from stitchmesh.memory_need import check_relaxation_memory
-from stitchmesh.mesh import StitchMesh
+from stitchmesh.mesh import FloatArray, StitchMesh
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.run import SHOWN, Run
 from stitchmesh.run_control import RunStopped
@@ -29,7 +31,6 @@ from stitchmesh.yarnrelax.model.material import YarnMaterial
 from stitchmesh.yarnrelax.observer import Observer
 from stitchmesh.yarnrelax.relaxation_result import Relaxation, relaxation_report, unrest_text
 from stitchmesh.yarnrelax.solvers.cell_strain import RelaxCell
-from stitchmesh.yarnrelax.start_points import start_points
 
 logger = logging.getLogger(__name__)
 
@@ -92,7 +93,7 @@ def relax_yarns(
     if keep_shape is not None:
         check_kind("relax_yarns, keep_shape", keep_shape, StitchMesh)
         terms, constraints = [*terms, KeepShape(keep_shape)], [*constraints, KeepBorders(keep_shape)]
-    points = None if start is None else start_points(start, yarns)
+    points = None if start is None else _start_points(start, yarns)
     if cell is not None:
         refuse_in_free_cells(terms, constraints)
     keeps = run.checkpoints is not None or run.resume is not None
@@ -120,3 +121,16 @@ def relax_yarns(
     refuse_changed_linking(yarns, relaxed, linking, device)
     report = relaxation_report(loading, relaxed, observer.seconds(), stopped=stopped, out_of_time=out_of_time)
     return Relaxation(relaxed, report, observer.history)
+
+
+def _start_points(start: YarnSet, yarns: YarnSet) -> FloatArray:
+    """Return control points of the same yarns to start from [cm], shape (N, 3).
+
+    Raises:
+        ParameterError: they are not those of the same yarns.
+    """
+    if not (np.array_equal(start.start, yarns.start) and np.array_equal(start.closed, yarns.closed)):
+        found = f"{start.yarn_count} yarns of {len(start.points)} control points"
+        expected = f"{yarns.yarn_count} of {len(yarns.points)}, closed where they are"
+        raise ParameterError(f"start: got {found}; expected the same yarns, {expected}")
+    return start.points

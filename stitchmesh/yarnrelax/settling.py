@@ -53,7 +53,7 @@ OLDEST = SPAN**2 * MARK**2
 
 
 @dataclass(frozen=True, eq=False)
-class Mark:
+class Milestone:
     """What a piece was after some iterations."""
 
     iteration: int
@@ -76,7 +76,7 @@ class Settling:
     def __init__(self, yarns: YarnSet) -> None:
         """Find the stitches and their neighbours, in the yarns as they were given."""
         self.stitches = SpacingChange(yarns)
-        self.marks: list[Mark] = []
+        self.marks: list[Milestone] = []
         """Marks in the order of their iterations; those older than an estimate needs are dropped."""
 
     def is_due(self, iteration: int) -> bool:
@@ -100,7 +100,7 @@ class Settling:
         """
         middles = self.stitches.middles(points)
         spacing = self.stitches.mean_distances(middles)
-        self.marks.append(Mark(iteration, now.energy, now.size, now.residual, spacing, middles))
+        self.marks.append(Milestone(iteration, now.energy, now.size, now.residual, spacing, middles))
         while len(self.marks) > 1 and self.marks[1].iteration * OLDEST <= iteration:
             del self.marks[0]
         return self.remaining_change()
@@ -119,13 +119,13 @@ class Settling:
         rms = float(_left(_rms(now.middles - middle.middles), _rms(middle.middles - first.middles)))
         return RemainingChange(spacing, energy, rms)
 
-    def _span_before(self, end: Mark) -> Mark | None:
+    def _span_before(self, end: Milestone) -> Milestone | None:
         """The mark at the beginning of the span that ends with a mark; spans are as equal as the marks allow."""
         latest = end.iteration / SPAN * MARK**0.5
         return next((mark for mark in reversed(self.marks) if mark.iteration <= latest), None)
 
     def arrays(self) -> dict[str, NDArray[np.float64]]:
-        """The marks, for a checkpoint: their numbers, in the order of ``Mark``, (M, 6), and middles, (M, G, 3)."""
+        """The marks, for a checkpoint: their numbers, in the order of ``Milestone``, (M, 6), and middles, (M, G, 3)."""
         rows = [[mark.iteration, mark.energy, mark.size, mark.residual, *mark.spacing] for mark in self.marks]
         table = np.array(rows, dtype=np.float64).reshape(-1, 6)
         middles = np.array([mark.middles for mark in self.marks]).reshape(-1, self.stitches.group_count, 3)
@@ -134,7 +134,7 @@ class Settling:
     def resume(self, table: NDArray[np.float64], middles: NDArray[np.float64]) -> None:
         """Restore the marks from ``arrays``."""
         rows = zip(table.tolist(), table[:, 4:], middles, strict=True)
-        self.marks = [Mark(int(row[0]), row[1], row[2], row[3], spacing, middle) for row, spacing, middle in rows]
+        self.marks = [Milestone(int(row[0]), row[1], row[2], row[3], spacing, middle) for row, spacing, middle in rows]
 
 
 def settling_of(

@@ -18,7 +18,7 @@ import warp as wp
 from numpy.typing import NDArray
 
 from stitchmesh.compute.captured import CapturedLaunches
-from stitchmesh.compute.copy_where import copy_where
+from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.precision import scalar_named
 from stitchmesh.errors import OverloadError
 from stitchmesh.lattice import Lattice
@@ -44,6 +44,20 @@ from stitchmesh.yarnrelax.solvers.stiffness_bounds import stiffness_row_sums
 
 GRAPH_ITERATIONS = {"cpu": 1, "cuda": 5}
 """Iterations of a graph. The host reads the progress after each graph, which costs a GPU as much as an iteration."""
+
+
+@kernel
+def copy_where(
+    # state in
+    chosen: wp.array[wp.int32],
+    source: wp.array[Any],
+    # state out
+    target: wp.array[Any],
+) -> None:
+    """Copy the chosen elements."""
+    i = wp.tid()
+    if chosen[i] != 0:
+        target[i] = source[i]
 
 
 class YarnSimulation:

@@ -20,7 +20,7 @@ from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.pipeline.options import KnitOptions, RelaxOptions
 from stitchmesh.recipe.recipe import Recipe, RecipePattern, recipe_options
 from stitchmesh.yarn.rest_length import RestLengths
-from stitchmesh.yarn.stitch_size import StitchSize, stitch_size
+from stitchmesh.yarn.stitch_size import StitchMeasures, stitch_size
 from stitchmesh.yarn.yarn_presets import Yarn
 from stitchmesh.yarngen import YarnFinish
 from tests.gallery import ROOT
@@ -75,7 +75,7 @@ def test_defaults_are_those_of_the_library():
     knit, swatch = parsed(words_of("knit")), parsed(words_of("swatch"))
     library = KnitOptions()
     assert knit.recipe() == Recipe(mesh="a.h5") and recipe_options(Recipe(mesh="a.h5")) == library
-    assert knit.stitch_width is None and knit.yarn.size() == StitchSize()  # so the width is that of the library
+    assert knit.stitch_width is None and knit.yarn.size() == StitchMeasures()  # so the width is that of the library
     assert knit.pattern_remainder == RecipePattern(pattern="rib2x2").remainder
     assert knit.finish == library.finish == YarnFinish()
     assert knit.material.material == RelaxOptions().material

@@ -146,10 +146,10 @@ def _read_state(path: Path) -> object:
 
 def _frame(folder: Path) -> list[bytes]:
     """Return the file of a frame of mixed yarns and triangles."""
-    from stitchmesh.mixed.output.frames import Frame, Frames
+    from stitchmesh.mixed.output.frames import DrapeFrame, Frames
 
     points = np.arange(12.0).reshape(4, 3)
-    Frames(folder).add(Frame(0.5, points, points, points[:, :2], np.zeros(2, dtype=np.int64), np.ones(4)))
+    Frames(folder).add(DrapeFrame(0.5, points, points, points[:, :2], np.zeros(2, dtype=np.int64), np.ones(4)))
     return [next(folder.rglob("0000.smc")).read_bytes()]
 
 

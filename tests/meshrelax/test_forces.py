@@ -10,8 +10,8 @@ import pytest
 from stitchmesh.mesh import FloatArray
 from stitchmesh.meshrelax.assembly import assembly
 from stitchmesh.meshrelax.forces import element_forces, force_groups
-from stitchmesh.meshrelax.placement import Placement
-from stitchmesh.meshrelax.rest_lengths import RestLengths, rest_lengths
+from stitchmesh.meshrelax.placement import PlacedPoints
+from stitchmesh.meshrelax.rest_lengths import RestRectangle, rest_lengths
 from stitchmesh.meshrelax.shear import shear_force
 from stitchmesh.meshrelax.stretch import stretch_force
 from stitchmesh.meshrelax.strut import strut_force
@@ -27,9 +27,9 @@ def differences(force: Callable[[FloatArray], FloatArray], at: FloatArray, step:
     return np.stack(columns, axis=2)
 
 
-def placement_of(position: FloatArray, normal: FloatArray) -> Placement:
+def placement_of(position: FloatArray, normal: FloatArray) -> PlacedPoints:
     """Placement of vertices on a surface of which only the normals are known."""
-    return Placement(position, normal)
+    return PlacedPoints(position, normal)
 
 
 def largest_eigenvalue(jacobian: FloatArray) -> float:
@@ -120,7 +120,7 @@ def test_forces_of_vanished_edges_are_finite(spans: FloatArray) -> None:
 
 def test_forces_and_their_moments_sum_to_zero() -> None:
     fabric = grid_fabric(tube_points(12, 6, 3.0, 4.0), wrap=True)
-    model = springs(fabric, RestLengths(1.0, 0.77))
+    model = springs(fabric, RestRectangle(1.0, 0.77))
     position = fabric.vertices + 0.2 * RANDOM.normal(size=fabric.vertices.shape)
     element = element_forces(model, placement_of(position, fabric.vertex_normal))[0]
     gather = assembly(len(position), force_groups(model))
@@ -137,7 +137,7 @@ def test_forces_and_their_moments_sum_to_zero() -> None:
 def test_the_assembled_jacobian_is_the_derivative_of_extended_springs() -> None:
     """All edges are stretched, and springs are the only forces, so that no part of the Jacobian is dropped."""
     fabric = grid_fabric(rectangle_points(3, 3, 6.0, 6.0))
-    model = springs(fabric, RestLengths(1.0, 0.8))
+    model = springs(fabric, RestRectangle(1.0, 0.8))
     gather = assembly(len(fabric.vertices), force_groups(model))
     count = len(model.stretch_ends)
 

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stitchmesh.mixed.enrichment.region import HYBRID, Region
+
 
 @dataclass(frozen=True, eq=False)
 class Patch:
@@ -59,3 +61,11 @@ def square_patch(squares: int, nodes_a_square: int, side: float = 1.0) -> Patch:
     triangle = np.where(lower, square, square + squares**2)
     nodes = np.einsum("nk,nkd->nd", weight, vertices[triangles[triangle]])
     return Patch(vertices, triangles, nodes, triangle, weight, count)
+
+
+def enriched_everywhere(
+    triangles: np.ndarray, vertex_count: int, node_triangle: np.ndarray, node_weight: np.ndarray
+) -> Region:
+    """All triangles hybrid with alpha = 1: the triangle mesh moves along, and the yarns behave as a full-yarn model."""
+    everywhere = np.full(len(triangles), HYBRID)
+    return Region(triangles, node_triangle, node_weight, everywhere, np.ones(vertex_count))

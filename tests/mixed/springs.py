@@ -18,7 +18,7 @@ from stitchmesh.compute.precision import matrix, vector
 from stitchmesh.mixed.gather import GatherTable
 from stitchmesh.mixed.mixed_blocks import MixedBlocks
 from stitchmesh.mixed.mixed_vector import MixedVector
-from stitchmesh.mixed.term import Term
+from stitchmesh.mixed.term import MixedTerm
 
 
 @kernel
@@ -81,7 +81,7 @@ def both_ends(blocks: wp.array[Any], slots: wp.array[Any]) -> None:
     slots[2 * e + 1] = blocks[e]
 
 
-class Springs(Term):
+class Springs(MixedTerm):
     """Springs between vertices, or between nodes."""
 
     def __init__(

@@ -19,7 +19,7 @@ LAYERS = [
     {"contact"},
     {"enrichment"},
     {"dynamics"},
-    {"assembly", "memory", "search_progress"},
+    {"assembly", "memory"},
     {"output", "placement", "matching"},
     {"scene"},
     {"region_change"},

@@ -19,7 +19,7 @@ from stitchmesh.yarnrelax.constraints.pins import Pins
 from stitchmesh.yarnrelax.energies.gravity import STANDARD, Gravity
 from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice
 from stitchmesh.yarnrelax.simulation import YarnSimulation
-from stitchmesh.yarnrelax.solvers.dynamics import Dynamics
+from stitchmesh.yarnrelax.solvers.dynamics import YarnDynamics
 from tests.yarnrelax.loops import iterate
 
 FALL = -STANDARD[1]
@@ -35,9 +35,9 @@ def started(
     material: YarnMaterial,
     terms: list[TermChoice] | None = None,
     constraints: list[ConstraintChoice] | None = None,
-) -> tuple[YarnSimulation, Dynamics]:
+) -> tuple[YarnSimulation, YarnDynamics]:
     simulation = YarnSimulation.start(yarns, material, MOTION, device_named("cpu"), terms or [], constraints or [])
-    assert isinstance(simulation.solver, Dynamics)
+    assert isinstance(simulation.solver, YarnDynamics)
     return simulation, simulation.solver
 
 
@@ -45,7 +45,7 @@ def positions(simulation: YarnSimulation) -> NDArray[np.float64]:
     return simulation.model.from_device(simulation.state.points)
 
 
-def velocities(simulation: YarnSimulation, solver: Dynamics) -> NDArray[np.float64]:
+def velocities(simulation: YarnSimulation, solver: YarnDynamics) -> NDArray[np.float64]:
     return solver.velocity.numpy() * simulation.model.unit
 
 
@@ -149,7 +149,7 @@ def test_energy_is_conserved_without_damping() -> None:
     assert np.mean(energies[-10:]) == pytest.approx(energies[0], rel=0.04)
 
 
-def half_period_of(simulation: YarnSimulation, solver: Dynamics, displacement: Callable[[], float]) -> float:
+def half_period_of(simulation: YarnSimulation, solver: YarnDynamics, displacement: Callable[[], float]) -> float:
     """Mean time [s] between the zero crossings of a vibration: half a period."""
     crossing_times: list[float] = []
     last_time, last = solver.time, displacement()

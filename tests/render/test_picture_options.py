@@ -15,7 +15,7 @@ from stitchmesh.mesh.palette import make_palette, parse_colour
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.render import render
 from stitchmesh.render.camera import camera_around
-from stitchmesh.render.close_up import Surface, close_up_patch, outward_normal, place_of
+from stitchmesh.render.close_up import CloseUpPoints, close_up_patch, outward_normal, place_of
 from stitchmesh.render.colouring import blend_colours, colour_yarns
 from stitchmesh.render.options import PictureOptions
 from stitchmesh.render.palette import stitch_colour
@@ -55,12 +55,12 @@ def test_a_flat_object_is_seen_straight():
     np.testing.assert_allclose(view_directions(flat, "back")[0], [0, 0, -1], atol=1e-12)
 
 
-def tube_surface() -> Surface:
+def tube_surface() -> CloseUpPoints:
     """A tube around y of radius 5 with 40 points in each of 20 rows; a point is a face."""
     row, place = (index.ravel() for index in np.indices((20, 40)))
     angle = 2 * np.pi * place / 40
     points = np.stack([5 * np.sin(angle), row - 9.5, 5 * np.cos(angle)], axis=1)
-    return Surface(points, np.arange(800), row)
+    return CloseUpPoints(points, np.arange(800), row)
 
 
 @pytest.mark.parametrize(

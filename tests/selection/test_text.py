@@ -13,8 +13,8 @@ from stitchmesh.selection.selection import (
     Both,
     Either,
     Everything,
-    Place,
-    Rows,
+    GarmentPart,
+    RowRange,
     Span,
     Stitches,
     Wale,
@@ -54,14 +54,14 @@ def test_abbreviations_and_codes_name_the_same_stitches():
 
 
 def test_and_binds_more_than_or_and_not_more_than_both():
-    hem, front, back = AtBorder("hem"), Place("front"), Place("back")
+    hem, front, back = AtBorder("hem"), GarmentPart("front"), GarmentPart("back")
     assert parse_selection("hem or front and not back") == Either(hem, Both(front, Without(back)))
     assert parse_selection("hem or front or back") == Either(Either(hem, front), back)
     assert hem | front & ~back == Either(hem, Both(front, Without(back)))
 
 
 def test_parsed_selections_are_values():
-    assert parse_selection("rows 10-20 step 4") == Rows((Span(10, 20, 4),))
+    assert parse_selection("rows 10-20 step 4") == RowRange((Span(10, 20, 4),))
     assert parse_selection("hem 6") == AtBorder("hem", (Span(1, 6),))
     assert parse_selection("stitch p") == Stitches("p")
     assert parse_selection("wale 7 up") == Wale(7, "up")

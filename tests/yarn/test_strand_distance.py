@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from stitchmesh.lattice import Lattice
+from stitchmesh.render.colouring import control_point_means
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarn.control_point_means import control_point_means
 from stitchmesh.yarn.strand_distance import strand_distance
 from stitchmesh.yarn.tiling import tile_yarns
 from tests.yarnrelax.stockinette import woven_cell

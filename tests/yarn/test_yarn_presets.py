@@ -10,7 +10,7 @@ import pytest
 
 import stitchmesh as sm
 from stitchmesh.errors import ParameterError
-from stitchmesh.yarn.stitch_size import StitchSize, stitch_size
+from stitchmesh.yarn.stitch_size import StitchMeasures, stitch_size
 from stitchmesh.yarn.yarn_presets import parse_gauge, yarn_for_gauge, yarn_names
 
 PUBLISHED = {
@@ -130,15 +130,15 @@ def test_a_yarn_keeps_its_radii_at_another_gauge():
 
 def test_sizes_follow_from_the_yarn_unless_they_are_given():
     dk = sm.Yarn.named("dk")
-    assert stitch_size() == StitchSize()
-    assert stitch_size("dk") == StitchSize(
+    assert stitch_size() == StitchMeasures()
+    assert stitch_size("dk") == StitchMeasures(
         stitch_width=dk.stitch_width, stitch_height=dk.stitch_height, yarn_radius=dk.core_radius,
         drawn_radius=dk.apparent_radius, loop_length=dk.loop_length, mass_per_length=dk.grams_per_metre / 100,
     )  # fmt: skip
     given = {"stitch_width": 0.6, "stitch_height": 0.5, "yarn_radius": 0.07, "loop_length": 2.0}
     given |= {"mass_per_length": 0.001}
-    assert stitch_size(**given) == StitchSize(**given)
-    assert stitch_size(dk, **given) == StitchSize(**given, drawn_radius=dk.apparent_radius)
+    assert stitch_size(**given) == StitchMeasures(**given)
+    assert stitch_size(dk, **given) == StitchMeasures(**given, drawn_radius=dk.apparent_radius)
 
 
 def test_a_stitch_width_is_a_gauge_of_the_yarn():

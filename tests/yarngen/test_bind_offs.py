@@ -21,7 +21,7 @@ from stitchmesh.yarngen.finish import YarnFinish
 from stitchmesh.yarngen.generate import trace_yarn_routes
 from stitchmesh.yarngen.templates.edge_templates import BACK_SLOT, FRONT_SLOT, Edge, chain, edge_template, yarn_overs
 from stitchmesh.yarngen.templates.edges import cast_on
-from stitchmesh.yarngen.templates.template import Crossing, Part
+from stitchmesh.yarngen.templates.template import Crossing, TemplatePart
 from tests.gallery import grid, tube
 from tests.yarngen.templates.test_templates import crossings_between as crossings
 
@@ -31,7 +31,7 @@ QUALITIES = ("draft", "standard", "reference")
 CHAIN = YarnFinish(bind_off="chain")
 
 
-def heights(first: Part, second: Part) -> list[int]:
+def heights(first: TemplatePart, second: TemplatePart) -> list[int]:
     """1 where the first part lies in front at a crossing of the two parts, -1 where it lies behind."""
     return crossings(first, second)[0]
 

@@ -14,7 +14,7 @@ from stitchmesh.compute.device import device_named
 from stitchmesh.lattice import lattice_frame
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import RelaxCell
-from stitchmesh.yarnrelax.assembled_hessian import HessianAssembly, assembled_hessian
+from stitchmesh.yarnrelax.assembled_hessian import HessianAssembly
 from stitchmesh.yarnrelax.collision.broad_phase import allocate_lists
 from stitchmesh.yarnrelax.collision.budget import STRAIN_UNIT
 from stitchmesh.yarnrelax.energies.confinement import Confinement
@@ -31,6 +31,7 @@ from tests.yarnrelax.hessian.scenes import (
     LEAF,
     SCENES,
     Scene,
+    assembled_hessian,
     assert_close,
     derivative_of_forces,
     forces_at,

@@ -15,7 +15,6 @@ from stitchmesh.periodic.relaxation.prepared_swatch import prepare_swatch
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, relax_yarns
-from stitchmesh.yarnrelax.assembled_hessian import assembled_hessian
 from stitchmesh.yarnrelax.hessian.factored_matrix import factored
 from stitchmesh.yarnrelax.newton import BALANCED, MOVE, SHORTER, SMALLEST_MOVE, Newton
 from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
@@ -23,6 +22,7 @@ from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.newton_system import SIGNIFICANT
 from stitchmesh.yarnrelax.together.relax_cells import relax_cells
 from tests.periodic.free_cells import FREE
+from tests.yarnrelax.hessian.scenes import assembled_hessian
 from tests.yarnrelax.rings import RADIUS, height, ring
 
 pytestmark = pytest.mark.decides

@@ -27,7 +27,7 @@ from stitchmesh.yarnrelax.follow_body import follow_body
 from stitchmesh.yarnrelax.motion.moving_body import MovingBody
 from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 from stitchmesh.yarnrelax.simulation import YarnSimulation
-from stitchmesh.yarnrelax.solvers.dynamics import Dynamics
+from stitchmesh.yarnrelax.solvers.dynamics import YarnDynamics
 from tests.yarnrelax.energies.test_body import ring, sphere
 
 LEAF = YarnMaterial.named("leaf")
@@ -123,7 +123,7 @@ def test_a_body_at_rest_gives_what_a_still_body_gives() -> None:
     still = replace(LEAF, k_global=0.0)
     simulation = YarnSimulation.start(yarns, still, EXACT, device_named("cpu"), [Body(body.mesh)])
     solver, loop = simulation.solver, RelaxationLoop(simulation, EXACT.tolerance)
-    assert isinstance(solver, Dynamics)
+    assert isinstance(solver, YarnDynamics)
     solver.clock.run_until(0.01)
     while solver.time < 0.01:
         loop.iterate(1)

@@ -21,8 +21,8 @@ from stitchmesh.app.pages.view.draped_sketch import DrapedSketch
 from stitchmesh.app.pages.view.draped_view import DrapedView
 from stitchmesh.app.scene.null_scene import NullScene
 from stitchmesh.mixed.drape import Draped
-from stitchmesh.mixed.output.displays import Displays
-from stitchmesh.mixed.output.frames import Frame, Frames
+from stitchmesh.mixed.output.display import Displays
+from stitchmesh.mixed.output.frames import DrapeFrame, Frames
 from stitchmesh.mixed.scene.scene import Scene
 from stitchmesh.mixed.scene.scene_fabric import prepare
 from stitchmesh.mixed.scene.scene_file import read_scene
@@ -54,7 +54,7 @@ def start_of(scene: Scene) -> Draped:
     prepared, frames = prepare(scene), Frames()
     region, fabric = prepared.region, prepared.fabric
     state = prepared.vertices, prepared.nodes, prepared.sliding
-    frames.add(Frame(0.0, *state, region.triangle_kind, region.vertex_alpha))
+    frames.add(DrapeFrame(0.0, *state, region.triangle_kind, region.vertex_alpha))
     displays = Displays(fabric.cloth, fabric.yarns, region, scene.output.subdivisions)
     return Draped(prepared=prepared, displays=displays, frames=frames, report={})
 

@@ -24,7 +24,7 @@ from stitchmesh.compute.precision import scalar_named
 from stitchmesh.errors import StitchMeshError
 from stitchmesh.mixed.cloth.panel_file import PanelTable
 from stitchmesh.mixed.cloth.panel_position import PanelPosition
-from stitchmesh.mixed.cloth.seams import Border, Seam
+from stitchmesh.mixed.cloth.seams import PanelBorder, PanelSeam
 from stitchmesh.mixed.enrichment.embedding import embed
 from stitchmesh.mixed.enrichment.region import region_around
 from stitchmesh.mixed.memory import check_scene_memory
@@ -164,7 +164,7 @@ def at_a_seam() -> PreparedScene:
     half, high = 0.5 * SIDE, SIDE
     outline = ((0.0, 0.0), (half, 0.0), (half, high), (0.0, high))
     right = PanelTable(name="right", outline=outline, position=PanelPosition(origin=(half, 0.0, 0.0)))
-    seam = Seam(first=Border(panel="left", start=1, end=2), second=Border(panel="right", start=3, end=0))
+    seam = PanelSeam(first=PanelBorder(panel="left", start=1, end=2), second=PanelBorder(panel="right", start=3, end=0))
     panels = PanelTable(name="left", outline=outline), right
     return scene(cloth=ClothSection(panels=panels, seams=(seam,), edge_length=0.6))
 

@@ -32,7 +32,7 @@ from stitchmesh.compute.precision import scalar_named
 from stitchmesh.compute.threads import set_threads
 from stitchmesh.mesh import Mesh
 from stitchmesh.mixed.cloth.cloth import Cloth
-from stitchmesh.mixed.contact.body import Body
+from stitchmesh.mixed.contact.body import SolidBody
 from stitchmesh.mixed.contact.body_distance import BodyContact
 from stitchmesh.mixed.contact.body_friction import BodyFriction
 from stitchmesh.mixed.contact.contact_points import points_at_nodes
@@ -47,7 +47,7 @@ from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
 from stitchmesh.mixed.layout.embedding import world_positions
 from stitchmesh.mixed.layout.weave import lay_weave
 from stitchmesh.mixed.mixed_vector import MixedVector
-from stitchmesh.mixed.term import Term
+from stitchmesh.mixed.term import MixedTerm
 from stitchmesh.mixed.triangles.measured_cloths import named_material
 from stitchmesh.mixed.triangles.membrane import Membrane
 from stitchmesh.mixed.triangles.seam_material import SeamMaterial
@@ -95,7 +95,7 @@ def weave_on(cloth: Cloth, nodes: int) -> CrossingYarns:
     return lay_weave(cloth, [[1, 0], [0, 1]], ends=density, picks=density)
 
 
-def terms_of(cloth: Cloth, yarns: CrossingYarns, scalar: Any, device: wp.Device) -> Iterator[tuple[Term, int]]:
+def terms_of(cloth: Cloth, yarns: CrossingYarns, scalar: Any, device: wp.Device) -> Iterator[tuple[MixedTerm, int]]:
     """The terms that are measured, with their numbers of elements."""
     material = named_material("interlock")
     yield Membrane(cloth, material, scalar, device), len(cloth.triangles)
@@ -104,16 +104,13 @@ def terms_of(cloth: Cloth, yarns: CrossingYarns, scalar: Any, device: wp.Device)
     elements = crossing_elements(yarns, FabricMaterials.of(CrossingMaterial.named("gong-1")))
     elasticity = CrossingTerm(elements, scalar, device)
     yield elasticity, elements.count
-    again = CrossingTerm(elements, scalar, device, stored=False)
-    again.name = "yarns, no blocks"
-    yield again, elements.count
     yield SlidingFriction(elements, elasticity), elements.count
     weight = YarnGravity(elements, scalar, device)
     weight.name = "weight of yarns"
     yield weight, elements.count
 
 
-def contact_terms(count: int, scalar: Any, device: wp.Device) -> tuple[MixedVector, list[Term]]:
+def contact_terms(count: int, scalar: Any, device: wp.Device) -> tuple[MixedVector, list[MixedTerm]]:
     """Layers of about ``count`` contact points around a ball, and the terms of their contact."""
     thickness, half = 0.1, count // 2
     radius = (half / (4.0 * np.pi)) ** 0.5 * thickness  # points one thickness apart
@@ -123,7 +120,7 @@ def contact_terms(count: int, scalar: Any, device: wp.Device) -> tuple[MixedVect
         0, panel=np.repeat([0, 1], half), rest=1e3 * np.arange(4 * half).reshape(-1, 2), area=thickness**2, weight=1.0,
         thickness=thickness,
     )  # fmt: skip
-    body = BodyContact(points, Body(mesh), scalar=scalar, device=device)
+    body = BodyContact(points, SolidBody(mesh), scalar=scalar, device=device)
     terms = [SelfCollision(points, None, scalar=scalar, device=device), body, BodyFriction(body, 0.4)]
     return MixedVector.from_numpy([], np.concatenate(layers), np.zeros((2 * half, 2)), scalar, device), terms
 
@@ -181,7 +178,7 @@ def row_of(name: str, row: tuple[float, ...]) -> tuple[object, ...]:
     return name, f"{row[0]:.0f}", *(f"{value:.3f}" for value in row[1:-1]), f"{row[-1]:.1f}"
 
 
-def measure(term: Term, elements: int, state: MixedVector, runs: int) -> tuple[float, ...]:
+def measure(term: MixedTerm, elements: int, state: MixedVector, runs: int) -> tuple[float, ...]:
     """A row of the table: elements, times [ms] and the time of a product per element [ns]."""
     launcher = partial(prepare, device=state.device)
     term.begin_step(state, 0.0, 1e-3)

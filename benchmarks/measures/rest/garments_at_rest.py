@@ -32,7 +32,7 @@ from stitchmesh.quality import PRESETS, Quality
 from stitchmesh.run import QUIET
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import Relaxation, YarnMaterial
-from stitchmesh.yarnrelax.assembled_hessian import assembled_hessian
+from stitchmesh.yarnrelax.assembled_hessian import HessianAssembly
 from stitchmesh.yarnrelax.constraints.borders import KeepBorders
 from stitchmesh.yarnrelax.energies.shape import KeepShape
 from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
@@ -104,7 +104,7 @@ def agreement(scene: str, name: str, yarns: YarnSet, most: int, options: Mapping
         )  # fmt: skip
         loop = RelaxationLoop(simulation, quality.tolerance, quality.largest_change, by_newton=by_newton)
         loop.run(20)
-        assembled_hessian(simulation)
+        HessianAssembly(simulation).matrix()
         began = time.perf_counter()
         loop.run(most)
         seconds, left = time.perf_counter() - began, loop.remaining[0]

@@ -32,7 +32,7 @@ from stitchmesh.periodic.relaxation.continuation import size_of
 from stitchmesh.periodic.relaxation.prepared_swatch import PreparedSwatch, prepare_swatch
 from stitchmesh.periodic.swatch import relax_prepared, shaken_yarns
 from stitchmesh.periodic.swatch_options import COMPACT_LOOP, YARN_RADIUS, KnitState
-from stitchmesh.yarnrelax.together.ways_together import ways_together
+from stitchmesh.yarnrelax.together.relax_together import ways_together
 
 SHOWN = (1, 2, 3, 4, 6)
 """Numbers of shaken starts of the first table."""

@@ -25,6 +25,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import zip_longest
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -34,7 +35,7 @@ from benchmarks.places import MESHES
 from benchmarks.table import Rows, note
 from stitchmesh.budget.calibration import calibrate, device_title
 from stitchmesh.budget.settings import SETTINGS
-from stitchmesh.budget.tables import TABLES, Kind, Measurement, Table, read_tables, table_entry
+from stitchmesh.budget.tables import TABLES, Kind, MeasuredRelaxation, Table, read_tables
 from stitchmesh.compute.device import device_named
 from stitchmesh.errors import StitchMeshError
 from stitchmesh.periodic.resolve_pattern import resolve_pattern
@@ -70,7 +71,7 @@ def true_quality(quality: Quality, tolerance: float = TRUE) -> Quality:
     return replace(quality, precision="float64", tolerance=tolerance, largest_change=TRUE, max_iterations=200_000)
 
 
-def swatch_rows(kind: Kind, name: str, device: str) -> Iterator[Measurement]:
+def swatch_rows(kind: Kind, name: str, device: str) -> Iterator[MeasuredRelaxation]:
     """Measure each setting on a swatch."""
     free = kind == "free cell"
     try:
@@ -96,7 +97,7 @@ def swatch_rows(kind: Kind, name: str, device: str) -> Iterator[Measurement]:
             note(f"{kind} {name} {setting}: {error}")
             continue
         wrong = spacing_error(made.yarns, truth.yarns) if free else place_error(made, truth)
-        yield Measurement(
+        yield MeasuredRelaxation(
             kind=kind, scene=resolve_pattern(name).name, setting=setting, stitches=stitches_of(resolve_pattern(name)),
             points=len(made.yarns.points), iterations=made.report["iterations"], seconds=seconds,
             error=wrong if truth.report["converged"] else None, converged=made.report["converged"],
@@ -123,7 +124,7 @@ def place_error(made: sm.Swatch, truth: sm.Swatch) -> float:
     return rms / float(truth.report["wale_spacing"])
 
 
-def garment_rows(name: str, device: str) -> Iterator[Measurement]:
+def garment_rows(name: str, device: str) -> Iterator[MeasuredRelaxation]:
     """Measure each setting on the yarns of a garment."""
     mesh_name, _, width = name.rpartition(":")
     mesh = sm.read_mesh(MESHES / mesh_name)
@@ -145,7 +146,7 @@ def garment_rows(name: str, device: str) -> Iterator[Measurement]:
         relax_yarns(yarns, quality=loading, device=device, keep_shape=fabric, run=QUIET)
         began = time.perf_counter()
         made = relax_yarns(yarns, quality=limited, device=device, keep_shape=fabric, run=QUIET)
-        yield Measurement(
+        yield MeasuredRelaxation(
             kind="garment", scene=name, setting=setting, stitches=fabric.face_count, points=len(yarns.points),
             iterations=made.report["iterations"], seconds=time.perf_counter() - began,
             error=None if truth is None else garment_error(fabric, made.yarns, truth.yarns),
@@ -164,7 +165,7 @@ def garment_error(fabric: sm.StitchMesh, yarns: YarnSet, truth: YarnSet) -> floa
     return max(abs(found.wale_error), abs(found.course_error))
 
 
-def all_rows(given: Options) -> Iterator[Measurement]:
+def all_rows(given: Options) -> Iterator[MeasuredRelaxation]:
     """Measure swatches and garments in turn, from small to large."""
     for pattern, garment in zip_longest(given.patterns, given.garments):
         try:
@@ -198,7 +199,7 @@ def budget_tables(given: Options) -> Rows:
         for table in read_tables(given.join):
             write_tables(given.tables, table)
         return
-    began, rows = time.perf_counter(), list[Measurement]()
+    began, rows = time.perf_counter(), list[MeasuredRelaxation]()
     calibrate(given.device)  # loads kernels
     sm.swatch(
         "stockinette", quality="draft", relax_cell=True, relaxation="frictionless", device=given.device, progress=False
@@ -215,7 +216,7 @@ def budget_tables(given: Options) -> Rows:
             break
 
 
-def table_of(device: str, pace: tuple[float, float], rows: list[Measurement]) -> Table:
+def table_of(device: str, pace: tuple[float, float], rows: list[MeasuredRelaxation]) -> Table:
     """Return the table of a device."""
     return Table(
         device=device_title(device), processor="cuda" if device_named(device).is_cuda else "cpu",
@@ -223,6 +224,14 @@ def table_of(device: str, pace: tuple[float, float], rows: list[Measurement]) ->
         command=f"python benchmarks/run.py budget-tables --device {device}", pace=(_digits(pace[0]), _digits(pace[1])),
         measurements=tuple(rows),
     )  # fmt: skip
+
+
+def table_entry(table: Table) -> dict[str, Any]:
+    """Return the entry of a table in the file."""
+    columns = list(MeasuredRelaxation.__dataclass_fields__)
+    own = {name: getattr(table, name) for name in Table.__dataclass_fields__ if name != "measurements"}
+    rows = [[getattr(one, name) for name in columns] for one in table.measurements]
+    return own | {"columns": columns, "measurements": rows}
 
 
 def write_tables(path: Path, table: Table) -> None:

@@ -21,7 +21,7 @@ from stitchmesh.cli.budget_options import (
     exit_status,
     time_after,
 )
-from stitchmesh.cli.found_rows import FoundRows, KnittedPanels
+from stitchmesh.cli.found_rows import KnittedPanels, RowFinding
 from stitchmesh.cli.labeling_faults import REMEDY, faults_drawn
 from stitchmesh.cli.options import (
     DRAWN_RADIUS,
@@ -37,7 +37,7 @@ from stitchmesh.cli.options import (
     Overwrite,
     QualityName,
     RestLengthFactors,
-    Rows,
+    RowOptions,
     Shift,
     SolverOptions,
     StitchCounts,
@@ -121,8 +121,8 @@ class Knit:
     json: AsJson = False
     yarn: YarnAndGauge = field(default_factory=YarnAndGauge)
     colours: YarnColours = field(default_factory=YarnColours)
-    rows: Rows = field(default_factory=Rows)
-    found_rows: FoundRows = field(default_factory=FoundRows)
+    rows: RowOptions = field(default_factory=RowOptions)
+    found_rows: RowFinding = field(default_factory=RowFinding)
     knitted_panels: KnittedPanels = field(default_factory=KnittedPanels)
     stitches: StitchCounts = field(default_factory=StitchCounts)
     mesh_relaxation: MeshRelaxation = field(default_factory=MeshRelaxation)

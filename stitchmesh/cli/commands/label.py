@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Annotated
 from tyro.conf import Positional, UseAppendAction, arg
 
 from stitchmesh.cli.arguments import Pair, help_entry, pair, parsed_by
-from stitchmesh.cli.found_rows import FoundPanels, FoundRows
-from stitchmesh.cli.options import MeshInFile, Overwrite, Rows, Unit
+from stitchmesh.cli.found_rows import FoundPanels, RowFinding
+from stitchmesh.cli.options import MeshInFile, Overwrite, RowOptions, Unit
 from stitchmesh.cli.say import say
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.units import DEFAULT_UNIT
@@ -50,14 +50,14 @@ class Label:
     in_file: MeshInFile = field(default_factory=MeshInFile)
     set_edge: Annotated[UseAppendAction[tuple[EdgeWithLabel, ...]], help_entry("V,W=LABEL")] = ()
     """label of one edge, set by hand before rows are labeled: course, wale, or clear for no label"""
-    starts: Annotated[Rows, arg(name="")] = field(default_factory=Rows)
+    starts: Annotated[RowOptions, arg(name="")] = field(default_factory=RowOptions)
     row_at: Annotated[UseAppendAction[tuple[Pair, ...]], help_entry("V,W")] = ()
     """labeled course edge at which one row more is labeled"""
     rows: Annotated[int | None, help_entry("N", "all, and the mesh must be labeled completely")] = None
     """number of rows to label after those of the starts; the result is a partly labeled mesh"""
     picture: Annotated[str | None, help_entry("PNG", "none")] = None
     """picture of rows, wale directions, seams that do not match, unlabeled faces and faults"""
-    found_rows: FoundRows = field(default_factory=FoundRows)
+    found_rows: RowFinding = field(default_factory=RowFinding)
     panels: FoundPanels = field(default_factory=FoundPanels)
     overwrite: Overwrite = False
 

@@ -42,11 +42,6 @@ def measures_of(report: Mapping[str, Any]) -> Row:
     return dict(_flat({name: value for name, value in report.items() if name not in NOT_MEASURES}))
 
 
-def is_of_the_run(column: str) -> bool:
-    """Whether a column says how the work went, and so differs from run to run: times, and who worked."""
-    return column == WORKER or column.endswith("seconds")
-
-
 def _flat(table: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]]:
     """Yield the numbers and texts of nested tables; other values become JSON."""
     for key, value in table.items():

@@ -29,7 +29,7 @@ CENTRE = -1
 
 
 @dataclass(frozen=True, eq=False)
-class Borders:
+class ClosedBorders:
     """The closed borders of a manifold surface; n is their number and m the number of border sides."""
 
     sides: IntArray
@@ -48,7 +48,7 @@ class Borders:
         return self.sides[loop]
 
 
-def borders_of(soup: Soup) -> Borders:
+def borders_of(soup: Soup) -> ClosedBorders:
     """Find the borders of an oriented manifold surface."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
@@ -60,7 +60,7 @@ def borders_of(soup: Soup) -> Borders:
     places = np.arange(len(sides))
     graph = coo_array((np.ones(len(sides)), (places, following)), shape=(len(sides), len(sides)))
     border = connected_components(graph.tocsr(), directed=False)[1] if len(sides) else places
-    return Borders(sides, border.astype(np.int64), following)
+    return ClosedBorders(sides, border.astype(np.int64), following)
 
 
 def fill_holes(soup: Soup, largest_hole: float, log: ActionLog) -> Soup:
@@ -86,7 +86,7 @@ def fill_holes(soup: Soup, largest_hole: float, log: ActionLog) -> Soup:
     return soup
 
 
-def _small_holes(soup: Soup, borders: Borders, largest_hole: float) -> IntArray:
+def _small_holes(soup: Soup, borders: ClosedBorders, largest_hole: float) -> IntArray:
     """Numbers of the borders that are holes to fill."""
     count = np.bincount(borders.border)
     perimeter = np.bincount(borders.border, soup.side_length[borders.sides])

@@ -11,7 +11,7 @@ import numpy as np
 from stitchmesh.errors import MeshError
 from stitchmesh.mesh import FloatArray, StitchMesh
 from stitchmesh.meshrelax.free.points import Points
-from stitchmesh.meshrelax.placement import Placement
+from stitchmesh.meshrelax.placement import PlacedPoints
 from stitchmesh.meshrelax.preconditioner import PATCH_VERTICES, Patches
 
 FLAT = 1e-9
@@ -20,14 +20,14 @@ FLAT = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class FabricPlane:
-    """Where the points of a free fabric may move (``placement.Constraint``)."""
+    """Where the points of a free fabric may move (``placement.MeshConstraint``)."""
 
     points: Points
     """The points and their unknowns."""
     normal: FloatArray
     """Unit normal of the plane, shape (3,)."""
 
-    def projector(self, placement: Placement, force: FloatArray) -> FloatArray:
+    def projector(self, placement: PlacedPoints, force: FloatArray) -> FloatArray:
         """Return the projector onto the plane for each unknown, shape (U, 3, 3)."""
         allowed = np.eye(3) - np.outer(self.normal, self.normal)
         return np.broadcast_to(allowed, (self.points.unknown_count, 3, 3))
@@ -36,17 +36,17 @@ class FabricPlane:
         """Return the plane itself, which has no end."""
         return self
 
-    def turning_stiffness(self, placement: Placement, force: FloatArray) -> FloatArray:
+    def turning_stiffness(self, placement: PlacedPoints, force: FloatArray) -> FloatArray:
         """Return zeros, shape (U, 3, 3), because a plane does not turn."""
         return np.zeros((self.points.unknown_count, 3, 3))
 
-    def move(self, placement: Placement, step: FloatArray, stride: float) -> Placement:
+    def move(self, placement: PlacedPoints, step: FloatArray, stride: float) -> PlacedPoints:
         """Return the placement after a step of the unknowns [cm], shape (U, 3); no projection limits the stride."""
         return self.place(self.points.moved(placement.position, step))
 
-    def place(self, position: FloatArray) -> Placement:
+    def place(self, position: FloatArray) -> PlacedPoints:
         """Return the placement of points at some positions [cm], shape (P, 3)."""
-        return Placement(position, np.broadcast_to(self.normal, position.shape))
+        return PlacedPoints(position, np.broadcast_to(self.normal, position.shape))
 
     def patches(self, position: FloatArray, size: float) -> Patches:
         """Divide the unknowns into patches for the preconditioner: vertices by place, and each period for itself.

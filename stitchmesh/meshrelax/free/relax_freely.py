@@ -24,15 +24,15 @@ from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.mesh.turns import with_tips_placed
 from stitchmesh.meshrelax.assembly import assembly
 from stitchmesh.meshrelax.bobbles import NO_BOBBLES, Bobbles, carried, find_bobbles
-from stitchmesh.meshrelax.dynamics import FREE, Outcome, Relaxation
+from stitchmesh.meshrelax.dynamics import FREE, MeshDynamics, Outcome
 from stitchmesh.meshrelax.forces import force_groups
 from stitchmesh.meshrelax.free.fabric_plane import FabricPlane, plane_normal
 from stitchmesh.meshrelax.free.free_shape import FreeShape
 from stitchmesh.meshrelax.free.free_springs import FreeSprings, free_springs
 from stitchmesh.meshrelax.free.stitch_sizes import stitch_sizes
-from stitchmesh.meshrelax.observer import Observer
+from stitchmesh.meshrelax.observer import MeshObserver
 from stitchmesh.meshrelax.options import ASPECT, STITCH_WIDTH
-from stitchmesh.meshrelax.placement import Placement
+from stitchmesh.meshrelax.placement import PlacedPoints
 from stitchmesh.meshrelax.report import MeshRelaxReport
 from stitchmesh.run import SHOWN, Run
 
@@ -86,14 +86,14 @@ def relax_mesh_freely(
     groups = [points.on_unknowns(*group) for group in force_groups(model)]
     patches = plane.patches(forces.corners.position, model.unit)
     gather = assembly(points.unknown_count, groups)
-    relaxation = Relaxation(model, gather, plane, patches, points.unknown_count, FREE)
+    relaxation = MeshDynamics(model, gather, plane, patches, points.unknown_count, FREE)
 
-    def made(placement: Placement) -> StitchMesh:
+    def made(placement: PlacedPoints) -> StitchMesh:
         relaxed = _relaxed(fabric, forces, bobbles, placement)
         return relaxed if shown_as is None else shown_as(relaxed)
 
     with run.assessments_shown("outline", tolerance) as report_iteration:
-        shown = Observer(made, tolerance, start, report_iteration, run.control)
+        shown = MeshObserver(made, tolerance, start, report_iteration, run.control)
         outcome = relaxation.run(plane.place(forces.corners.position), tolerance, max_iterations, shown.note)
     relaxed = made(outcome.placement)
     report = _report(relaxed, outcome, tolerance, shown.seconds())
@@ -116,7 +116,7 @@ def _check(fabric: object, stitch_width: float, aspect: float, tolerance: float,
 
 
 def _report(
-    relaxed: StitchMesh, outcome: Outcome[Placement], tolerance: float, seconds: float
+    relaxed: StitchMesh, outcome: Outcome[PlacedPoints], tolerance: float, seconds: float
 ) -> MeshRelaxReport:
     """Return the figures of a relaxation."""
     assert relaxed.stretch is not None  # The relaxation fills it.
@@ -135,7 +135,7 @@ def _report(
     )
 
 
-def _relaxed(fabric: StitchMesh, forces: FreeSprings, bobbles: Bobbles, placement: Placement) -> StitchMesh:
+def _relaxed(fabric: StitchMesh, forces: FreeSprings, bobbles: Bobbles, placement: PlacedPoints) -> StitchMesh:
     """Return the fabric at a placement, with the stretch of its edges."""
     position = placement.position
     ends = position[forces.edge_points]

@@ -15,25 +15,20 @@
     angle = 0                                               # at rest [degrees]
 
 Corners are counted from 0. Other keys and their defaults are those of ``PanelFile``, ``PanelTable``,
-``PanelPosition`` and ``Seam``.
+``PanelPosition`` and ``PanelSeam``.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
-from stitchmesh.io.atomic import write_text
-from stitchmesh.io.contents import FilePath, suffix_of
-from stitchmesh.io.toml_file import SUFFIX, changed_fields, read_dataclass, table_lines
+from stitchmesh.io.contents import FilePath
+from stitchmesh.io.toml_file import read_dataclass
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.cloth.panel_position import PanelPosition
 from stitchmesh.mixed.cloth.panels import Panel, checked_edge_length
-from stitchmesh.mixed.cloth.seams import Seam, cloth_from_panels, seam_counts
+from stitchmesh.mixed.cloth.seams import PanelSeam, cloth_from_panels, seam_counts
 from stitchmesh.mixed.cloth.starting_shape import checked_rounds, evened_vertices
-
-INLINE = ("position", "first", "second")
-"""Keys whose tables are written within one line."""
-HEADER = "# Panels of a cloth and their seams. Lengths are in cm; outlines run anticlockwise.\n"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,7 +64,7 @@ class PanelFile:
     """Wanted length of the triangle edges [cm]."""
     panels: tuple[PanelTable, ...]
     """The panels."""
-    seams: tuple[Seam, ...] = ()
+    seams: tuple[PanelSeam, ...] = ()
     """The seams."""
     evening_rounds: int = 0
     """Rounds in which the strain of the starting shape is spread over the panels (``evened_vertices``)."""
@@ -98,13 +93,3 @@ def read_panels(path: FilePath) -> PanelFile:
             that cannot be sewn; the message names the key and, for an unknown key, the nearest known one.
     """
     return read_dataclass(path, PanelFile)
-
-
-def write_panels(path: FilePath, content: PanelFile) -> None:
-    """Write panels and seams as a TOML file; the file is written atomically. Default values are left out.
-
-    Raises:
-        FileError: the file cannot be written, or its suffix is not ``.toml``.
-    """
-    suffix_of(path, [SUFFIX])
-    write_text(path, HEADER + "\n" + "\n".join(table_lines(changed_fields(content), inline=INLINE)) + "\n")

@@ -23,7 +23,7 @@ from stitchmesh.mixed.cloth.panels import Panel, PanelTriangles, checked_edge_le
 
 
 @dataclass(frozen=True, kw_only=True)
-class Border:
+class PanelBorder:
     """A part of the border of a panel."""
 
     panel: str
@@ -39,15 +39,15 @@ class Border:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Seam:
+class PanelSeam:
     """Two borders that are sewn together: the start of the first one to the end of the second one.
 
     Raises:
         ParameterError: the angle is not a finite number, or the number of edges is below 1.
     """
 
-    first: Border
-    second: Border
+    first: PanelBorder
+    second: PanelBorder
     angle: float = 0.0
     """Angle of the seam at rest [degrees], positive on a ridge seen from outside."""
     edges: int | None = None
@@ -60,7 +60,7 @@ class Seam:
             raise ParameterError(f"seam: edges: got {self.edges}; expected a number of at least 1")
 
 
-def cloth_from_panels(panels: Sequence[Panel], seams: Sequence[Seam], *, edge_length: float) -> Cloth:
+def cloth_from_panels(panels: Sequence[Panel], seams: Sequence[PanelSeam], *, edge_length: float) -> Cloth:
     """Divide panels into triangles and sew them together.
 
     Args:
@@ -77,7 +77,7 @@ def cloth_from_panels(panels: Sequence[Panel], seams: Sequence[Seam], *, edge_le
     return sew(panels, [triangulate(panel, edge_length, counts[panel.name]) for panel in panels], seams)
 
 
-def seam_counts(panels: Sequence[Panel], seams: Sequence[Seam], edge_length: float) -> dict[str, IntArray]:
+def seam_counts(panels: Sequence[Panel], seams: Sequence[PanelSeam], edge_length: float) -> dict[str, IntArray]:
     """Return the number of edges of each side of each panel, so that the two borders of each seam have equally many.
 
     A number that the panel or the seam gives is kept. The number of a seam for which none is given is that of its
@@ -101,7 +101,7 @@ def seam_counts(panels: Sequence[Panel], seams: Sequence[Seam], edge_length: flo
     return counts
 
 
-def sew(panels: Sequence[Panel], triangles: Sequence[PanelTriangles], seams: Sequence[Seam]) -> Cloth:
+def sew(panels: Sequence[Panel], triangles: Sequence[PanelTriangles], seams: Sequence[PanelSeam]) -> Cloth:
     """Sew panels that are divided into triangles.
 
     Args:
@@ -133,7 +133,7 @@ def sew(panels: Sequence[Panel], triangles: Sequence[PanelTriangles], seams: Seq
 
 
 def _sewn_cloth(
-    panels: Sequence[Panel], triangles: Sequence[PanelTriangles], seams: Sequence[Seam], offset: IntArray,
+    panels: Sequence[Panel], triangles: Sequence[PanelTriangles], seams: Sequence[PanelSeam], offset: IntArray,
     merged: IntArray, chains: Sequence[IntArray],
 ) -> Cloth:  # fmt: skip
     """The cloth of triangles whose vertices are merged; the arguments follow ``sew``."""
@@ -170,7 +170,7 @@ def _by_name(panels: Sequence[Panel]) -> dict[str, Panel]:
     return named
 
 
-def _panel_and_sides(named: dict[str, Panel], number: int, border: Border) -> tuple[Panel, IntArray]:
+def _panel_and_sides(named: dict[str, Panel], number: int, border: PanelBorder) -> tuple[Panel, IntArray]:
     """The panel of a border, and its sides in order."""
     if border.panel not in named:
         raise ParameterError(f"seam {number}: there is no panel {border.panel!r}; the panels are {', '.join(named)}")
@@ -182,7 +182,7 @@ def _panel_and_sides(named: dict[str, Panel], number: int, border: Border) -> tu
     return named[border.panel], (border.start + np.arange((border.end - border.start - 1) % count + 1)) % count
 
 
-def _claim(owner: dict[tuple[str, int], int], number: int, border: Border, panel: Panel, sides: IntArray) -> None:
+def _claim(owner: dict[tuple[str, int], int], number: int, border: PanelBorder, panel: Panel, sides: IntArray) -> None:
     """Note that the sides belong to a seam."""
     for side in sides.tolist():
         if (panel.name, side) in owner:
@@ -193,7 +193,9 @@ def _claim(owner: dict[tuple[str, int], int], number: int, border: Border, panel
         owner[panel.name, side] = number
 
 
-def _edges_of(number: int, seam: Seam, borders: Sequence[tuple[Panel, IntArray]], counts: dict[str, IntArray]) -> int:
+def _edges_of(
+    number: int, seam: PanelSeam, borders: Sequence[tuple[Panel, IntArray]], counts: dict[str, IntArray]
+) -> int:
     """The number of edges along a seam."""
     found = [int(counts[panel.name][sides].sum()) for panel, sides in borders]
     given = [count for count, (panel, _) in zip(found, borders, strict=True) if panel.side_edges]

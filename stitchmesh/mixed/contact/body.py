@@ -30,7 +30,7 @@ def to_body(frame: Any, origin: Any, place: Any) -> Any:
 
 
 @dataclass(frozen=True, eq=False)
-class Body:
+class SolidBody:
     """A closed surface that a cloth cannot enter; its faces are oriented outwards.
 
     Raises:
@@ -67,7 +67,7 @@ class Body:
 class PlacedBody:
     """A body on a device, at one time."""
 
-    def __init__(self, body: Body, scalar: Any, device: wp.Device) -> None:
+    def __init__(self, body: SolidBody, scalar: Any, device: wp.Device) -> None:
         """Put a body where it is at time 0."""
         self.body = body
         self._topology = feature_topology(body.mesh)

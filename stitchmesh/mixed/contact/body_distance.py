@@ -39,14 +39,14 @@ from stitchmesh.compute.precision import vector
 from stitchmesh.compute.reduction import minimum
 from stitchmesh.errors import ParameterError, SolverError
 from stitchmesh.mesh import FloatArray
-from stitchmesh.mixed.contact.body import Body, PlacedBody, to_body
+from stitchmesh.mixed.contact.body import PlacedBody, SolidBody, to_body
 from stitchmesh.mixed.contact.contact_points import ContactPoints
 from stitchmesh.mixed.contact.point_map import PointMap
 from stitchmesh.mixed.contact.self_collision import PRESSURE
 from stitchmesh.mixed.kept_share import keep_share
 from stitchmesh.mixed.mixed_blocks import MixedBlocks
 from stitchmesh.mixed.mixed_vector import MixedVector
-from stitchmesh.mixed.term import Term
+from stitchmesh.mixed.term import MixedTerm
 from stitchmesh.yarnrelax.energies.body_penalty import push_of, push_outside
 from stitchmesh.yarnrelax.energies.body_stiffness import body_block, outside_block, without_negative
 from stitchmesh.yarnrelax.energies.body_surface import gap_to
@@ -227,7 +227,7 @@ def body_limits(
     part[i] = wp.min(type(depth)(1.0), room / wp.max(size, type(depth)(1.0e-18)))
 
 
-class BodyContact(Term):
+class BodyContact(MixedTerm):
     """The contact of a cloth with one body, on a device.
 
     A body that moves is where it will be at the end of the step (``begin_step``).
@@ -236,7 +236,7 @@ class BodyContact(Term):
     def __init__(
         self,
         points: ContactPoints,
-        body: Body,
+        body: SolidBody,
         *,
         thickness: float = 0.0,
         pressure: float = PRESSURE,

@@ -38,7 +38,7 @@ from stitchmesh.mixed.contact.body import to_body
 from stitchmesh.mixed.contact.body_distance import BodyContact, block_products
 from stitchmesh.mixed.mixed_blocks import MixedBlocks
 from stitchmesh.mixed.mixed_vector import MixedVector
-from stitchmesh.mixed.term import Term
+from stitchmesh.mixed.term import MixedTerm
 from stitchmesh.yarnrelax.energies.body_surface import single
 from stitchmesh.yarnrelax.friction.friction_law import slip_curvature, slip_energy, slip_slope, within
 from stitchmesh.yarnrelax.friction.surface_anchor import NO_ANCHOR, anchor_at, anchor_place
@@ -164,7 +164,7 @@ def renew_anchors(
             local[i] = anchor_at(surface, query.face, here)
 
 
-class BodyFriction(Term):
+class BodyFriction(MixedTerm):
     """Friction of a cloth with the body of a contact term."""
 
     def __init__(self, contact: BodyContact, coefficient: float, *, slip_length: float = SLIP_LENGTH) -> None:

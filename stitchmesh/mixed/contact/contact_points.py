@@ -131,21 +131,6 @@ def points_at_nodes(
     )
 
 
-def node_areas(rest_area: FloatArray, triangle_panel: IntArray, node_panel: IntArray) -> FloatArray:
-    """Area of cloth that each yarn node of a layout stands for [cm^2], shape (N,): the nodes of a panel share its area.
-
-    Args:
-        rest_area: area of each triangle at rest [cm^2], shape (T,).
-        triangle_panel: panel of each triangle, shape (T,).
-        node_panel: panel of each node, shape (N,).
-    """
-    panels = int(max(triangle_panel.max(initial=-1), node_panel.max(initial=-1))) + 1
-    area = np.zeros(panels)
-    np.add.at(area, triangle_panel, rest_area)
-    shared: FloatArray = area / np.maximum(np.bincount(node_panel, minlength=panels), 1)
-    return shared[node_panel]
-
-
 def join_points(parts: Sequence[ContactPoints]) -> ContactPoints:
     """All points of several sets for the same vertices and nodes, in the given order.
 

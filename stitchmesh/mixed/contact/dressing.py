@@ -20,7 +20,7 @@ from stitchmesh.compute.device import alone
 from stitchmesh.mesh import FloatArray
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.cloth.starting_shape import RestEdges
-from stitchmesh.mixed.contact.body import Body, PlacedBody
+from stitchmesh.mixed.contact.body import PlacedBody, SolidBody
 from stitchmesh.mixed.contact.start_outside import ENOUGH, moved_outside, outward_move
 from stitchmesh.mixed.contact.triangle_points import points_on_triangles
 
@@ -32,7 +32,7 @@ ROUNDS = 300
 class WornBody:
     """A body that a cloth is put on."""
 
-    body: Body
+    body: SolidBody
     clearance: float
     """Wanted distance of the cloth from its surface [cm]."""
 

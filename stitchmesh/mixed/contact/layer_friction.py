@@ -37,7 +37,7 @@ from stitchmesh.mixed.contact.pair_penalty import distance_of, pair_size, pair_s
 from stitchmesh.mixed.contact.self_collision import SelfCollision
 from stitchmesh.mixed.mixed_blocks import MixedBlocks
 from stitchmesh.mixed.mixed_vector import MixedVector
-from stitchmesh.mixed.term import Term
+from stitchmesh.mixed.term import MixedTerm
 from stitchmesh.yarnrelax.friction.friction_law import slip_curvature, slip_energy, slip_slope, within
 
 SLIP_SPEED = 1.0
@@ -189,7 +189,7 @@ def times_blocks(
     pull[i] = block[i] * slip[i]
 
 
-class LayerFriction(Term):
+class LayerFriction(MixedTerm):
     """Friction between the layers of a cloth that collides with itself, on a device."""
 
     name = "layer friction"

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The motion that attachments without stiffness prescribe, for a solver that filters what is fixed."""
+"""The motion that attachments prescribe, for a solver that filters what is fixed."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class PrescribedMotion:
     """Where attached vertices and nodes are at each time."""
 
     def __init__(self, attachments: Sequence[Attachment], vertices: FloatArray, nodes: FloatArray) -> None:
-        """Prescribe the motion of attachments; those with a stiffness are left out.
+        """Prescribe the motion of attachments.
 
         Args:
             attachments: the attachments, whose nodes are numbered as ``nodes``.
@@ -28,7 +28,7 @@ class PrescribedMotion:
         Raises:
             ParameterError: a number does not exist, or is in two attachments.
         """
-        self._held = [attachment for attachment in attachments if attachment.stiffness is None]
+        self._held = list(attachments)
         self._vertices, self._nodes = np.asarray(vertices, dtype=np.float64), np.asarray(nodes, dtype=np.float64)
         self.fixed_vertices = _numbers("vertex", [(a.name, a.vertices) for a in self._held], len(self._vertices))
         """Numbers of the fixed vertices, ascending."""

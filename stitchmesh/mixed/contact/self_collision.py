@@ -42,7 +42,7 @@ from stitchmesh.mixed.contact.triangle_points import SeamLinks
 from stitchmesh.mixed.kept_share import keep_share
 from stitchmesh.mixed.mixed_blocks import MixedBlocks
 from stitchmesh.mixed.mixed_vector import MixedVector
-from stitchmesh.mixed.term import Term
+from stitchmesh.mixed.term import MixedTerm
 
 PRESSURE = 2000.0
 """Default of P [dyn / cm^2]; the pressure at 0.7 thicknesses, 740 dyn / cm^2, is that of 25 layers of 30 mg / cm^2."""
@@ -193,7 +193,7 @@ def pair_limits(
     part[i] = least
 
 
-class SelfCollision(Term):
+class SelfCollision(MixedTerm):
     """The contact of a cloth with itself, on a device.
 
     Prepared launches are stale after ``generation`` has changed: lists have grown. ``begin_step`` and ``step_limit``

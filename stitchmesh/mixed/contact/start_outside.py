@@ -24,7 +24,7 @@ from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.launch import launch
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import FloatArray
-from stitchmesh.mixed.contact.body import Body, PlacedBody, to_body
+from stitchmesh.mixed.contact.body import PlacedBody, SolidBody, to_body
 from stitchmesh.mixed.contact.contact_points import ContactPoints
 from stitchmesh.yarnrelax.energies.body_surface import gap_to
 
@@ -61,7 +61,7 @@ def move_out(
 
 @alone()
 def moved_outside(
-    points: ContactPoints, vertices: FloatArray, body: Body, clearance: float, device: wp.Device
+    points: ContactPoints, vertices: FloatArray, body: SolidBody, clearance: float, device: wp.Device
 ) -> tuple[FloatArray, float]:
     """Vertices of a cloth moved out of a body at time 0.
 

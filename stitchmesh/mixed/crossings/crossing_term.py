@@ -2,8 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The elastic energy of crossing yarns as a term of the mixed system: stretch, contact, bending and shear.
 
-Products with the Hessian come from the blocks of each star, which are found once for a state and stored, or from the
-second derivatives taken again in each product (C, section 6.1), where memory is short.
+Products with the Hessian come from the blocks of each star, which are found once for a state and stored.
 """
 
 from __future__ import annotations
@@ -15,15 +14,12 @@ import warp as wp
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.launch import launch
-from stitchmesh.compute.precision import vector
 from stitchmesh.mixed.crossings.bending_yield import turn_after_yield
 from stitchmesh.mixed.crossings.crossing_elements import CrossingElements
 from stitchmesh.mixed.crossings.crossing_model import CrossingModel
 from stitchmesh.mixed.crossings.star.star_hessian import (
     add_star_diagonal,
     find_star_blocks,
-    find_star_products,
-    keep_state,
     multiply_star_blocks,
 )
 from stitchmesh.mixed.crossings.star.star_kernels import add_star_slots, find_star_energies, find_star_forces
@@ -31,10 +27,10 @@ from stitchmesh.mixed.crossings.star.star_memory import BLOCK_NUMBERS, LEG_NUMBE
 from stitchmesh.mixed.crossings.step_limit import sliding_limits
 from stitchmesh.mixed.mixed_blocks import MixedBlocks
 from stitchmesh.mixed.mixed_vector import MixedVector
-from stitchmesh.mixed.term import Term
+from stitchmesh.mixed.term import MixedTerm
 
 
-class CrossingTerm(Term):
+class CrossingTerm(MixedTerm):
     """Stretch, contact of parallel yarns, bending and shear of crossing yarns on a device.
 
     Rest angles of bending change by yield at the end of a step; they last from step to step.
@@ -49,7 +45,6 @@ class CrossingTerm(Term):
         scalar: Any,
         device: wp.Device,
         *,
-        stored: bool = True,
         block_scalar: Any = wp.float32,
     ) -> None:
         """Put the elements on a device.
@@ -58,12 +53,10 @@ class CrossingTerm(Term):
             elements: the yarns.
             scalar: Warp's floating-point type.
             device: where the term lies.
-            stored: whether the blocks of the Hessian are stored, 160 scalars for each node (640 bytes in single
-                precision). Products are then several times as fast on a CPU; diagonal blocks need them.
-            block_scalar: floating-point type of the stored blocks. Newton's method does not need more than single
-                precision: the forces that it brings to zero have the precision of ``scalar``.
+            block_scalar: floating-point type of the blocks of the Hessian, which take 160 scalars for each node.
+                Newton's method does not need more than single precision: the forces that it brings to zero have the
+                precision of ``scalar``.
         """
-        self.stored = stored
         self.model = CrossingModel.of(elements, scalar, device)
         count, self.device = elements.count, device
         self.turn = wp.array(elements.rest_turn, dtype=scalar, device=device)
@@ -71,16 +64,10 @@ class CrossingTerm(Term):
         self._yield_curvature = wp.array(elements.yield_curvature, dtype=scalar, device=device)
         places = numbers_of(count, LEG_NUMBERS)
         self._slots = wp.zeros(places, dtype=scalar, device=device)
-        of_products = block_scalar if stored else scalar
-        self._product_slots = wp.zeros(places, dtype=of_products, device=device)
+        self._product_slots = wp.zeros(places, dtype=block_scalar, device=device)
         self._limits = wp.zeros(count, dtype=scalar, device=device)
         self._energy = wp.zeros(count, dtype=wp.float64, device=device)
-        places = numbers_of(count if stored else 0, BLOCK_NUMBERS)
-        self._block = wp.zeros(places, dtype=block_scalar, device=device)
-        kept = 0 if stored else count
-        self._nodes = wp.zeros(kept, dtype=vector(3, scalar), device=device)
-        self._sliding = wp.zeros(kept, dtype=vector(2, scalar), device=device)
-        self._share = wp.zeros(1, dtype=scalar, device=device)
+        self._block = wp.zeros(numbers_of(count, BLOCK_NUMBERS), dtype=block_scalar, device=device)
         self._scalar = scalar
 
     def element_energies(self, state: MixedVector, launcher: Launcher) -> tuple[list[Any], wp.array[Any]]:
@@ -99,13 +86,10 @@ class CrossingTerm(Term):
         return [own, self._gather(self._slots, force, launcher)]
 
     def linearize(self, state: MixedVector, launcher: Launcher) -> list[Any]:
-        """The launch that finds the blocks, or keeps the state."""
+        """The launch that finds the blocks."""
         if self.model.count == 0:
             return []
         exact = self._scalar(self.exact)
-        if not self.stored:
-            kept = [self._nodes, self._sliding, self._share]
-            return [launcher(keep_state, self.model.count, [exact, state.nodes, state.sliding], kept)]
         inputs = [*self.model.constants, exact, self.turn, state.nodes, state.sliding]
         return [launcher(find_star_blocks, self.model.count, inputs, [self._block])]
 
@@ -114,18 +98,13 @@ class CrossingTerm(Term):
         if self.model.count == 0:
             return []
         given = [direction.nodes, direction.sliding]
-        if self.stored:
-            inputs = [self.model.link, self.model.slides, self.model.shear, self._block, *given]
-            own = launcher(multiply_star_blocks, self.model.count, inputs, [self._product_slots])
-        else:
-            kept = [self.turn, self._nodes, self._sliding, self._share]
-            inputs = [*self.model.constants, self.model.slides, *kept, *given]
-            own = launcher(find_star_products, self.model.count, inputs, [self._product_slots])
+        inputs = [self.model.link, self.model.slides, self.model.shear, self._block, *given]
+        own = launcher(multiply_star_blocks, self.model.count, inputs, [self._product_slots])
         return [own, self._gather(self._product_slots, product, launcher)]
 
     def diagonal(self, blocks: MixedBlocks, launcher: Launcher) -> list[Any]:
-        """The launch that adds the diagonal blocks; none without stored blocks."""
-        if self.model.count == 0 or not self.stored:
+        """The launch that adds the diagonal blocks."""
+        if self.model.count == 0:
             return []
         inputs = [self.model.link, self.model.slides, self._block]
         outputs = [blocks.nodes, blocks.sliding, blocks.coupling_u, blocks.coupling_v]

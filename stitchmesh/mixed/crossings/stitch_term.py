@@ -43,7 +43,7 @@ from stitchmesh.mixed.gather import GatherTable
 from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
 from stitchmesh.mixed.mixed_blocks import MixedBlocks
 from stitchmesh.mixed.mixed_vector import MixedVector
-from stitchmesh.mixed.term import Term
+from stitchmesh.mixed.term import MixedTerm
 
 
 @dataclass(frozen=True, eq=False)
@@ -236,7 +236,7 @@ def keep_nodes(
         share[0] = exact
 
 
-class StitchTerm(Term):
+class StitchTerm(MixedTerm):
     """Wrapping and length of stitch contacts on a device."""
 
     name = "stitch contacts"

@@ -8,8 +8,8 @@ A segment between two nodes holds yarn of the rest length D = u1 - u0 and of the
 
 Yarn that slides to another segment changes its height there, so that the coordinates have a weight too: a yarn that
 hangs over a crossing runs to its heavier side. The Hessian couples D with the positions and is not positive; the matrix
-that is never negative is zero. The coupling rho g is some 20 dyn/cm beside 1e5 dyn/cm of stretch, and a launch in each
-product; products leave it out unless it is asked for.
+that is never negative is zero. The coupling rho g is some 20 dyn/cm beside 1e5 dyn/cm of stretch, and products leave it
+out.
 """
 
 from __future__ import annotations
@@ -26,9 +26,8 @@ from stitchmesh.compute.precision import vector
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.crossings.crossing_elements import CrossingElements
 from stitchmesh.mixed.crossings.star.star import coordinate_of, leg_vector
-from stitchmesh.mixed.kept_share import keep_share
 from stitchmesh.mixed.mixed_vector import MixedVector
-from stitchmesh.mixed.term import Term
+from stitchmesh.mixed.term import MixedTerm
 
 STANDARD = (0.0, -981.0, 0.0)
 """Acceleration on Earth [cm/s^2]; y points up."""
@@ -99,42 +98,7 @@ def add_yarn_weights(
     on_sliding[i] += wp.cw_mul(on_coordinates, slides[i])
 
 
-@kernel
-def add_weight_products(
-    # model
-    link: wp.array2d[wp.int32],
-    slides: wp.array[Any],
-    density: wp.array2d[Any],
-    acceleration: Any,
-    # state in
-    share: wp.array[Any],
-    d_nodes: wp.array[Any],
-    d_sliding: wp.array[Any],
-    # state out
-    on_nodes: wp.array[Any],
-    on_sliding: wp.array[Any],
-) -> None:
-    """Add the products of the Hessian, which couples positions and coordinates."""
-    i = wp.tid()
-    exact = share[0]
-    half = type(exact)(0.5)
-    of_coordinates = type(slides[i])()
-    mass = half - half
-    one = type(exact)(1.0)
-    n = int(4)
-    for k in range(n):
-        if link[i, k] >= 0:
-            own = d_sliding[i][k // 2] * slides[i][k // 2]
-            signed = density_of(link[i, k], k, i, density)
-            other = coordinate_of(link[i, k], d_sliding, own) * coordinate_of(link[i, k], slides, one)
-            mass += half * signed * (other - own)
-            middle = d_nodes[i] + leg_vector(link[i, k], d_nodes, d_nodes[i]) * half
-            of_coordinates[k // 2] += signed * wp.dot(acceleration, middle)
-    on_nodes[i] -= acceleration * (mass * exact)
-    on_sliding[i] += wp.cw_mul(of_coordinates, slides[i]) * exact
-
-
-class YarnGravity(Term):
+class YarnGravity(MixedTerm):
     """The weight of crossing yarns on a device; the energy is relative to the origin."""
 
     name = "weight of crossing yarns"
@@ -146,8 +110,6 @@ class YarnGravity(Term):
         scalar: Any,
         device: wp.Device,
         acceleration: ArrayLike = STANDARD,
-        *,
-        coupled: bool = False,
     ) -> None:
         """Put the densities on a device.
 
@@ -156,21 +118,18 @@ class YarnGravity(Term):
             scalar: Warp's floating-point type.
             device: where the term lies.
             acceleration: acceleration by gravity [cm/s^2], shape (3,).
-            coupled: whether products contain the exact Hessian; otherwise they are zero.
 
         Raises:
             ParameterError: the acceleration is not three finite numbers.
         """
-        self.coupled = coupled
         pull = np.asarray(acceleration, dtype=np.float64)
         if pull.shape != (3,) or not np.isfinite(pull).all():
             raise ParameterError(f"gravity: got the acceleration {pull.tolist()}; expected three finite numbers")
-        self.count, self.device, self._scalar = elements.count, device, scalar
+        self.count, self.device = elements.count, device
         self._link = wp.array(elements.link.astype(np.int32), dtype=wp.int32, device=device)
         self._slides = wp.array(elements.slides.astype(np.float64), dtype=vector(2, scalar), device=device)
         self._density = wp.array(elements.density, dtype=scalar, device=device)
         self._acceleration = vector(3, scalar)(*pull)
-        self._share = wp.zeros(1, dtype=scalar, device=device)
         self._energy = wp.zeros(self.count, dtype=wp.float64, device=device)
 
     def element_energies(self, state: MixedVector, launcher: Launcher) -> tuple[list[Any], wp.array[Any]]:
@@ -188,15 +147,9 @@ class YarnGravity(Term):
         return [launcher(add_yarn_weights, self.count, inputs, [force.nodes, force.sliding])]
 
     def linearize(self, state: MixedVector, launcher: Launcher) -> list[Any]:
-        """The launch that keeps the share of the exact Hessian, which does not depend on the state."""
-        if not self.coupled:
-            return []
-        return [launcher(keep_share, 1, [self._scalar(self.exact)], [self._share])]
+        """No launch: the Hessian is left out."""
+        return []
 
     def products(self, direction: MixedVector, product: MixedVector, launcher: Launcher) -> list[Any]:
-        """The launch that adds the products; none if they are zero."""
-        if self.count == 0 or not self.coupled:
-            return []
-        model = [self._link, self._slides, self._density, self._acceleration]
-        inputs = [*model, self._share, direction.nodes, direction.sliding]
-        return [launcher(add_weight_products, self.count, inputs, [product.nodes, product.sliding])]
+        """No launch: the products are zero."""
+        return []

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The mass matrix of crossing yarns (Cirio et al. 2014, section 3), and its lumped blocks.
+"""The lumped mass of crossing yarns, from their mass matrix (Cirio et al. 2014, section 3).
 
 The yarn at a place of a segment moves with the nodes and with the yarn that slides through them. With w = (x1 - x0) / D
 and D = u1 - u0, its velocity is a mean of n0 = dx0/dt - w du0/dt and n1 = dx1/dt - w du1/dt, and the kinetic energy is
@@ -16,11 +16,10 @@ with it a symmetric block of 5 x 5 for (x, u, v), with the sum over the segments
     [[m I, -c_u, -c_v], [-c_u', d_u, 0], [-c_v', 0, d_v]]
     m = sum rho D / 2,   c_u = sum rho D / 2 w,   d_u = sum rho D / 2 w . w
 
-*Inverse.* The block is positive, but singular where a yarn is straight and alone: then sliding along the yarn is
-motion of the same material, d_u - c_u . c_u / m = 0. Where two yarns cross, the yarn that does not slide has its
-share of m, and the block is regular. The inverse is that of the block whose d is larger by the share
-``SLIDING_INERTIA``, and whose rows of fixed coordinates are zero. The same share is added to the products if
-``regular`` is set, so that the matrix and its inverse belong together.
+The block is positive, but singular where a yarn is straight and alone: then sliding along the yarn is motion of the
+same material, d_u - c_u . c_u / m = 0. Where two yarns cross, the yarn that does not slide has its share of m, and the
+block is regular. The block here has a d that is larger by the share ``SLIDING_INERTIA``, and its rows of fixed
+coordinates are zero.
 """
 
 from __future__ import annotations
@@ -100,42 +99,6 @@ def find_mass_rows(
 
 
 @kernel
-def add_mass_products(
-    # model
-    link: wp.array2d[wp.int32],
-    slides: wp.array[Any],
-    inertia: Any,
-    # state in
-    leg_slope: wp.array2d[Any],
-    d_nodes: wp.array[Any],
-    d_sliding: wp.array[Any],
-    # state out
-    on_nodes: wp.array[Any],
-    on_sliding: wp.array[Any],
-) -> None:
-    """Add M d at each node."""
-    i = wp.tid()
-    total = type(d_nodes[i])()
-    coordinates = type(d_sliding[i])()
-    one, two, three = type(inertia)(1.0), type(inertia)(2.0), type(inertia)(3.0)
-    n = int(4)
-    for k in range(n):
-        code = link[i, k]
-        if code >= 0:
-            row = leg_slope[i, k]
-            w = type(total)(row[0], row[1], row[2])
-            own = d_sliding[i][k // 2] * slides[i][k // 2]
-            other = coordinate_of(code, d_sliding, own) * coordinate_of(code, slides, one)
-            near = d_nodes[i] - w * own
-            far = d_nodes[code // 2] - w * other
-            momentum = (near * two + far) * row[3]
-            total += momentum
-            coordinates[k // 2] += three * inertia * row[3] * wp.dot(w, w) * own - wp.dot(w, momentum)
-    on_nodes[i] += total
-    on_sliding[i] += wp.cw_mul(coordinates, slides[i])
-
-
-@kernel
 def find_mass_blocks(
     # model
     link: wp.array2d[wp.int32],
@@ -173,76 +136,16 @@ def find_mass_blocks(
     sliding_mass[i] = wp.cw_mul(own, slides[i])
 
 
-@kernel
-def add_block_products(
-    # state in
-    mass: wp.array[Any],
-    coupling_u: wp.array[Any],
-    coupling_v: wp.array[Any],
-    sliding_mass: wp.array[Any],
-    d_nodes: wp.array[Any],
-    d_sliding: wp.array[Any],
-    # state out
-    on_nodes: wp.array[Any],
-    on_sliding: wp.array[Any],
-) -> None:
-    """Add the product of the lumped blocks."""
-    i = wp.tid()
-    x, u = d_nodes[i], d_sliding[i]
-    on_nodes[i] += x * mass[i] + coupling_u[i] * u[0] + coupling_v[i] * u[1]
-    across = type(u)(wp.dot(coupling_u[i], x), wp.dot(coupling_v[i], x))
-    on_sliding[i] += across + wp.cw_mul(sliding_mass[i], u)
-
-
-@kernel
-def solve_blocks(
-    # state in
-    mass: wp.array[Any],
-    coupling_u: wp.array[Any],
-    coupling_v: wp.array[Any],
-    sliding_mass: wp.array[Any],
-    b_nodes: wp.array[Any],
-    b_sliding: wp.array[Any],
-    # state out
-    nodes: wp.array[Any],
-    sliding: wp.array[Any],
-) -> None:
-    """Solve with the lumped blocks; a coordinate without mass gets 0, and so does a node without mass."""
-    i = wp.tid()
-    zero, one = mass[i] - mass[i], type(mass[i])(1.0)
-    inverse = zero
-    if mass[i] > zero:
-        inverse = one / mass[i]
-    c_u, c_v, d = coupling_u[i], coupling_v[i], sliding_mass[i]
-    b, r = b_nodes[i], b_sliding[i]
-    # Schur complement of m I, 2 x 2
-    s_uu, s_vv = d[0] - wp.dot(c_u, c_u) * inverse, d[1] - wp.dot(c_v, c_v) * inverse
-    s_uv = -wp.dot(c_u, c_v) * inverse
-    r_u, r_v = r[0] - wp.dot(c_u, b) * inverse, r[1] - wp.dot(c_v, b) * inverse
-    u, v = zero, zero
-    if d[0] > zero and d[1] > zero:
-        determinant = s_uu * s_vv - s_uv * s_uv
-        u = (r_u * s_vv - r_v * s_uv) / determinant
-        v = (r_v * s_uu - r_u * s_uv) / determinant
-    elif d[0] > zero:
-        u = r_u / s_uu
-    elif d[1] > zero:
-        v = r_v / s_vv
-    nodes[i] = (b - c_u * u - c_v * v) * inverse
-    sliding[i] = type(r)(u, v)
-
-
 class YarnMass:
     """The mass of crossing yarns on a device, at the state of the last ``update_launches``."""
 
-    def __init__(self, elements: CrossingElements, scalar: Any, device: wp.Device, *, regular: bool = True) -> None:
+    def __init__(self, elements: CrossingElements, scalar: Any, device: wp.Device) -> None:
         """Put the densities on a device.
 
         Args:
             elements: the yarns.
             scalar: Warp's floating-point type.
             device: where the mass lies.
-            regular: whether products contain the inertia of sliding ``SLIDING_INERTIA``, as the blocks do.
         """
         count, three = elements.count, vector(3, scalar)
         self.count, self.device = count, device
@@ -253,7 +156,6 @@ class YarnMass:
         merging[..., 3] = elements.merging_distance
         self._segment = wp.array(merging, dtype=vector(4, scalar), device=device)
         self._inertia = scalar(SLIDING_INERTIA)
-        self._inertia_of_products = scalar(SLIDING_INERTIA if regular else 0.0)
         self.leg_slope = wp.zeros((count, 4), dtype=vector(4, scalar), device=device)
         self.mass = wp.zeros(count, dtype=scalar, device=device)
         """m of each node [g], shape (N,)."""
@@ -272,25 +174,3 @@ class YarnMass:
             launcher(find_mass_rows, self.count, inputs, [self.leg_slope]),
             launcher(find_mass_blocks, self.count, [self._link, self._slides, self._inertia, self.leg_slope], blocks),
         ]
-
-    def product_launches(self, direction: MixedVector, product: MixedVector, launcher: Launcher) -> list[Any]:
-        """The launch that adds M d with the consistent matrix to ``product``."""
-        if self.count == 0:
-            return []
-        model = [self._link, self._slides, self._inertia_of_products]
-        inputs = [*model, self.leg_slope, direction.nodes, direction.sliding]
-        return [launcher(add_mass_products, self.count, inputs, [product.nodes, product.sliding])]
-
-    def block_launches(self, direction: MixedVector, product: MixedVector, launcher: Launcher) -> list[Any]:
-        """The launch that adds M d with the lumped blocks to ``product``."""
-        if self.count == 0:
-            return []
-        inputs = [self.mass, *self.coupling, self.sliding_mass, direction.nodes, direction.sliding]
-        return [launcher(add_block_products, self.count, inputs, [product.nodes, product.sliding])]
-
-    def solve_launches(self, right: MixedVector, solution: MixedVector, launcher: Launcher) -> list[Any]:
-        """The launch that solves with the lumped blocks; it sets nodes and coordinates of ``solution``."""
-        if self.count == 0:
-            return []
-        inputs = [self.mass, *self.coupling, self.sliding_mass, right.nodes, right.sliding]
-        return [launcher(solve_blocks, self.count, inputs, [solution.nodes, solution.sliding])]

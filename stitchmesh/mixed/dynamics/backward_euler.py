@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 from stitchmesh.errors import ParameterError, SolverError
 from stitchmesh.mixed.dynamics.first_guess import FirstGuess
 from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
-from stitchmesh.mixed.dynamics.newton import Newton, NewtonState, Quadratic
+from stitchmesh.mixed.dynamics.newton import NewtonState, Quadratic, SystemNewton
 from stitchmesh.mixed.dynamics.vector_sums import set_sum
 from stitchmesh.mixed.mixed_vector import MixedVector, Parts
 
@@ -130,7 +130,7 @@ class Dynamics:
         self.time, self.time_step, self.calm_steps = 0.0, self.settings.time_step, 0
         self._prescribed = prescribed
         self._refusal: SolverError | None = None
-        self._newton = Newton(system)
+        self._newton = SystemNewton(system)
         self._state = NewtonState(*(system.zeros() for _ in range(4)))
         self._still = system.zeros()
         self._guess = FirstGuess(system, self.positions, self.velocities, self._state)

@@ -34,8 +34,7 @@ from stitchmesh.mixed.crossings.yarn_mass import YarnMass
 from stitchmesh.mixed.dynamics.blended_masses import BlendedMasses, blend_masses
 from stitchmesh.mixed.dynamics.mass_matrix import MassMatrix, NodeMasses
 from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
-from stitchmesh.mixed.dynamics.spline_masses import spline_masses
-from stitchmesh.mixed.dynamics.spline_part import spline_term
+from stitchmesh.mixed.dynamics.spline_part import spline_masses, spline_term
 from stitchmesh.mixed.dynamics.weight import Weight
 from stitchmesh.mixed.enrichment.balanced_weights import StretchedCloth, StretchWeights, balanced_weights
 from stitchmesh.mixed.enrichment.embedding import embed
@@ -47,7 +46,7 @@ from stitchmesh.mixed.layout.laid_yarns import LaidYarns
 from stitchmesh.mixed.layout.spline_yarns import SplineYarns
 from stitchmesh.mixed.mixed_vector import MixedVector
 from stitchmesh.mixed.splines.spline_material import SplineMaterial
-from stitchmesh.mixed.term import Term
+from stitchmesh.mixed.term import MixedTerm
 from stitchmesh.mixed.triangles.cloth_mass import rod_masses, triangle_masses
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
 from stitchmesh.mixed.triangles.membrane import Membrane
@@ -79,7 +78,7 @@ class ClothModel:
 class YarnPart:
     """What a yarn model brings to the system."""
 
-    terms: Sequence[Term]
+    terms: Sequence[MixedTerm]
     """Energies of the yarns."""
     slides: NDArray[np.bool_]
     """Whether the model lets each Eulerian coordinate move, shape (n, 2)."""
@@ -259,11 +258,11 @@ def _edge_weights(cloth: Cloth, region: Region) -> NDArray[np.float64]:
 
 def _triangle_terms(
     cloth: Cloth, region: Region, model: ClothModel, scalar: Any, device: wp.Device, stretch: StretchWeights | None
-) -> list[Term]:
+) -> list[MixedTerm]:
     """The energies of the triangles and of the rods along seams."""
     weight = 1.0 - region.triangle_alpha
     shares = None if stretch is None else stretch.triangles / np.where(weight > 0.0, weight, 1.0)[:, None]
-    terms: list[Term] = [
+    terms: list[MixedTerm] = [
         Membrane(cloth, model.triangles, scalar, device, weight, shares),
         ShellBending(cloth, model.triangles, scalar, device, weight),
     ]
@@ -280,12 +279,12 @@ def _crossing_terms(
     alpha: NDArray[np.float64],
     scalar: Any,
     device: wp.Device,
-) -> list[Term]:
+) -> list[MixedTerm]:
     """The energies of the yarns."""
     if elements.count == 0:
         return []
     elastic = CrossingTerm(elements, scalar, device)
-    terms: list[Term] = [elastic, YarnGravity(elements, scalar, device, model.acceleration)]
+    terms: list[MixedTerm] = [elastic, YarnGravity(elements, scalar, device, model.acceleration)]
     if yarns.kind == "knit":
         stitches = stitch_elements(yarns, elements, materials.weft, alpha=alpha, full=alpha >= FULL)
         terms.append(StitchTerm(stitches, elements.count, scalar, device))

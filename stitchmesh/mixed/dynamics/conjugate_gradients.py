@@ -93,11 +93,6 @@ class SolveReport:
     negative: bool
     """Whether a direction had negative curvature."""
 
-    @property
-    def reduction(self) -> float:
-        """The last norm over the first one; 0 where the first one is 0."""
-        return self.norm / self.first_norm if self.first_norm > 0.0 else 0.0
-
 
 class ConjugateGradients:
     """A solver whose iterations are captured once and repeated."""

@@ -25,9 +25,10 @@ from numpy.typing import NDArray
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
-from stitchmesh.mixed.dynamics.newton import IterationReport, Newton, NewtonState, Quadratic
+from stitchmesh.mixed.dynamics.newton import IterationReport, NewtonState, Quadratic, SystemNewton
 from stitchmesh.mixed.dynamics.vector_sums import largest
 from stitchmesh.mixed.mixed_vector import MixedVector
+from stitchmesh.progress import Progress, relaxing_progress
 
 NEAR = 1e-2
 """Part of the first unbalanced force below which the exact Hessian is used."""
@@ -124,7 +125,7 @@ class EquilibriumSearch:
         """Begin a search; arguments as for ``find_equilibrium``."""
         self.system, self.positions, self.time = system, positions, time
         self.settings = settings or EquilibriumSettings()
-        self._newton = Newton(system)
+        self._newton = SystemNewton(system)
         self._filtered = system.zeros()
         self._state = NewtonState(positions, *(system.zeros() for _ in range(3)))
         self._time_step, self._exact, self._first_force = self.settings.first_time_step, 0.0, 0.0
@@ -199,3 +200,23 @@ class EquilibriumSearch:
     @property
     def _quadratic(self) -> Quadratic:
         return Quadratic(1.0 / self._time_step**2)
+
+
+def search_progress(
+    stage: str, found: int, count: int, progress: Progress, *, tolerance: float, most_iterations: int
+) -> AfterIteration:
+    """Return a function that reports the iterations of a search.
+
+    Args:
+        stage: name of the stage.
+        found: number of equilibria before this one.
+        count: number of all equilibria.
+        progress: called with the completed part of all searches and a line of text.
+        tolerance: unbalanced force at which the search ends [dyn].
+        most_iterations: largest number of its iterations.
+    """
+
+    def of_all(stage: str, done: float, note: str) -> None:
+        progress(stage, min((found + done) / count, 1.0), note)
+
+    return relaxing_progress(stage, tolerance, of_all, max_iterations=most_iterations)

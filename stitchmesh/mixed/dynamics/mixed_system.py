@@ -33,7 +33,7 @@ from stitchmesh.mixed.enrichment.free_unknowns import FreeUnknowns
 from stitchmesh.mixed.enrichment.preconditioner import Preconditioner
 from stitchmesh.mixed.mixed_blocks import MixedBlocks
 from stitchmesh.mixed.mixed_vector import MixedVector
-from stitchmesh.mixed.term import Term
+from stitchmesh.mixed.term import MixedTerm
 
 
 class MixedSystem:
@@ -44,7 +44,7 @@ class MixedSystem:
         embedding: Embedding,
         free: FreeUnknowns,
         masses: BlendedMasses,
-        terms: Sequence[Term],
+        terms: Sequence[MixedTerm],
         *,
         node_masses: NodeMasses | None = None,
         scalar: Any = wp.float64,
@@ -122,10 +122,10 @@ class MixedSystem:
 
     def least_limit(self, limits: Iterable[float], state: MixedVector, direction: MixedVector) -> float:
         """The smallest of the limits of elements and of those that terms find by themselves, at most 1."""
-        by_themselves = (term for term in self.terms if type(term).step_limit is not Term.step_limit)
+        by_themselves = (term for term in self.terms if type(term).step_limit is not MixedTerm.step_limit)
         return min([1.0, *map(float, limits), *(term.step_limit(state, direction) for term in by_themselves)])
 
-    def add(self, term: Term) -> None:
+    def add(self, term: MixedTerm) -> None:
         """Add a term, for example the weight of ``mass``."""
         self.terms.append(term)
         self._forget_launches()
@@ -297,7 +297,7 @@ class MixedSystem:
             self._forget_launches()
             self._captured = generations
 
-    def _beside(self, launches_of: Callable[[Term], list[Any]]) -> list[Any]:
+    def _beside(self, launches_of: Callable[[MixedTerm], list[Any]]) -> list[Any]:
         """The launches of all terms; those of terms that act on vertices alone beside those that act on nodes alone."""
         kinds: dict[str, list[list[Any]]] = {"nodes": [], "vertices": [], "all": []}
         for term in self.terms:

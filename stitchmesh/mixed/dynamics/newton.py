@@ -90,7 +90,7 @@ class NewtonState:
         return self.position, self.displacement, self.inertia, self.damping
 
 
-class Newton:
+class SystemNewton:
     """Newton's method for one system."""
 
     def __init__(self, system: MixedSystem) -> None:

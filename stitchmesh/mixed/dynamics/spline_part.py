@@ -1,10 +1,15 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What B-spline yarns bring to a mixed system: the energy of the yarns in the region and beside it.
+"""What B-spline yarns bring to a mixed system: the energy and the masses of the yarns in the region and beside it.
 
 Segments have weights by alpha at their control points, as all elements of yarns (``blending``). Control points beside
 the region have an alpha of zero, are carried by the triangles, and reach as far as yarns of the region touch them. Each
 weight is at least the smallest one of the region.
+
+The mass m l of a segment goes to its four control points in the parts (1, 11, 11, 1) / 24, the row sums of its mass
+matrix (Leaf et al. 2018, appendix B). The three legs between them have the masses (2, 20, 2) / 24, half of which
+belongs to each end. With the weight of the segment, they blend with the masses of the triangles as the yarn between
+crossings does (``blended_masses``). Carried control points have no mass of their own.
 """
 
 from __future__ import annotations
@@ -18,15 +23,19 @@ from numpy.typing import NDArray
 
 from stitchmesh.mixed.blending import FULL, element_weight
 from stitchmesh.mixed.cloth.cloth import Cloth
+from stitchmesh.mixed.dynamics.blended_masses import BlendedMasses, blend_masses
 from stitchmesh.mixed.enrichment.region import TRIANGLES, Region
 from stitchmesh.mixed.layout.spline_yarns import SplineYarns
-from stitchmesh.mixed.splines.carried_points import CarriedPoints, Carrier
+from stitchmesh.mixed.splines.carried_points import CarriedSplinePoints, Carrier
 from stitchmesh.mixed.splines.spline_material import SplineMaterial
 from stitchmesh.mixed.splines.spline_pieces import spline_pieces
 from stitchmesh.mixed.splines.spline_term import SplineTerm
+from stitchmesh.yarn import YarnSet
 
 REACH = 2
 """Rings of triangles around the region in which yarns are carried: a loop reaches through one stitch to the next."""
+OF_LEGS = np.array([2.0, 20.0, 2.0]) / 24.0
+"""Parts of the mass of a segment that its three legs have."""
 Numbers = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
@@ -56,7 +65,7 @@ def spline_term(
     carrier = None
     if len(carried):
         triangle = yarns.triangle[point[carried]]
-        places = CarriedPoints(
+        places = CarriedSplinePoints(
             point=carried,
             corners=cloth.triangles[triangle],
             weight=yarns.barycentric[point[carried]],
@@ -100,3 +109,23 @@ def _near(region: Region) -> NDArray[np.bool_]:
         reached[region.triangles[near]] = True
         near = np.asarray(reached[region.triangles].any(axis=1))
     return near
+
+
+def spline_masses(curves: YarnSet, density: float, region: Region, triangle_mass: Numbers) -> BlendedMasses:
+    """Return the masses of a cloth with B-spline yarns in a region.
+
+    Args:
+        curves: all yarns; their control points are the nodes of the region's layout.
+        density: mass of a length of yarn [g/cm].
+        region: the region of interest.
+        triangle_mass: mass of each triangle of the cloth [g], shape (T,).
+
+    Raises:
+        ParameterError: shapes do not agree.
+    """
+    points = curves.segment_points
+    legs = np.stack([points[:, :3], points[:, 1:]], axis=2).reshape(-1, 2)
+    mass = (density * curves.rest_length[:, None] * OF_LEGS).reshape(-1)
+    simulated = (region.node_kind[points] != TRIANGLES).any(axis=1)
+    alpha = np.repeat(np.where(simulated, weights_of(points, region), 0.0), 3)
+    return blend_masses(region, legs, mass, np.zeros_like(legs), triangle_mass, alpha)

@@ -22,7 +22,7 @@ from stitchmesh.compute.precision import vector
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.dynamics.mass_matrix import MassMatrix
 from stitchmesh.mixed.mixed_vector import MixedVector
-from stitchmesh.mixed.term import Term
+from stitchmesh.mixed.term import MixedTerm
 
 
 @kernel
@@ -65,7 +65,7 @@ def weight_energies(
         energy[i] = -node_mass[j] * wp.dot(acceleration, nodes[j])
 
 
-class Weight(Term):
+class Weight(MixedTerm):
     """The weight of all masses."""
 
     name = "weight"

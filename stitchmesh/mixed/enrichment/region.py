@@ -151,18 +151,6 @@ def region_around(
     return Region(corners, home, weight, kind, np.maximum(0.0, 1.0 - distance / rings), smallest_alpha)
 
 
-def enriched_everywhere(
-    triangles: ArrayLike, vertex_count: int, node_triangle: ArrayLike, node_weight: ArrayLike
-) -> Region:
-    """All triangles hybrid with alpha = 1: the triangle mesh moves along, and the yarns behave as a full-yarn model.
-
-    Raises:
-        ParameterError: a number of a triangle or of a vertex does not exist.
-    """
-    corners, home, weight = _layout(triangles, vertex_count, node_triangle, node_weight)
-    return Region(corners, home, weight, np.full(len(corners), HYBRID), np.ones(vertex_count))
-
-
 def _layout(
     triangles: ArrayLike, vertex_count: int, node_triangle: ArrayLike, node_weight: ArrayLike
 ) -> tuple[Integers, Integers, Numbers]:

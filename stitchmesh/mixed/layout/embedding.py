@@ -28,7 +28,7 @@ POINTS = 1_000_000
 
 
 @dataclass(frozen=True, eq=False)
-class Embedding:
+class BarycentricPoints:
     """Triangles and barycentric coordinates of points."""
 
     triangle: IntArray
@@ -55,7 +55,7 @@ class _Grid:
     """Barycentric coordinates of (x, y, 1) in each triangle of the panel, shape (n, 3, 3)."""
 
 
-def embed_points(cloth: Cloth, panel: IntArray, position: FloatArray) -> Embedding:
+def embed_points(cloth: Cloth, panel: IntArray, position: FloatArray) -> BarycentricPoints:
     """Find the triangle of each point.
 
     Args:
@@ -73,10 +73,10 @@ def embed_points(cloth: Cloth, panel: IntArray, position: FloatArray) -> Embeddi
         for first in range(0, len(points), POINTS):
             part = points[first : first + POINTS]
             triangle[part], barycentric[part] = _locate(grid, position[part])
-    return Embedding(triangle, barycentric)
+    return BarycentricPoints(triangle, barycentric)
 
 
-def embed_among(cloth: Cloth, position: FloatArray, first: IntArray, end: IntArray) -> Embedding:
+def embed_among(cloth: Cloth, position: FloatArray, first: IntArray, end: IntArray) -> BarycentricPoints:
     """Find the triangle of each point among given ones; a point outside of all of them gets the nearest of them.
 
     Args:
@@ -86,7 +86,7 @@ def embed_among(cloth: Cloth, position: FloatArray, first: IntArray, end: IntArr
         end: number after the last triangle that may hold each point, shape (n,).
     """
     numbers = np.arange(len(cloth.triangles))
-    return Embedding(*_first_holding(_affine_maps(cloth.rest), numbers, first.copy(), end, position, -np.inf))
+    return BarycentricPoints(*_first_holding(_affine_maps(cloth.rest), numbers, first.copy(), end, position, -np.inf))
 
 
 def _affine_maps(rest: FloatArray) -> FloatArray:

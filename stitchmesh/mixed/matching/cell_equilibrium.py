@@ -37,7 +37,7 @@ from stitchmesh.mixed.crossings.stitch_term import StitchTerm
 from stitchmesh.mixed.matching.cell_shape import PARAMETERS, CellShape, place_nodes, shape_derivatives, turned_back
 from stitchmesh.mixed.matching.yarn_cell import OUTSIDE, YarnCell
 from stitchmesh.mixed.mixed_vector import MixedVector
-from stitchmesh.mixed.term import Term
+from stitchmesh.mixed.term import MixedTerm
 
 Numbers = NDArray[np.float64]
 TOLERANCE = 1e-8
@@ -86,7 +86,7 @@ class CellSolver:
         self.cell, self.device = cell, device_named("cpu")
         self.kept = np.array([True, True, True, sliding, sliding])
         self.size = float(np.sqrt(cell.area))
-        self.terms: list[Term] = [CrossingTerm(cell.elements, wp.float64, self.device)]
+        self.terms: list[MixedTerm] = [CrossingTerm(cell.elements, wp.float64, self.device)]
         if len(cell.stitches.nodes):
             self.terms.append(StitchTerm(cell.stitches, cell.elements.count, wp.float64, self.device))
         self._known = np.flatnonzero(cell.copy_of != OUTSIDE)

@@ -15,7 +15,6 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.integrate import cumulative_trapezoid
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.contents import FilePath
@@ -86,18 +85,6 @@ class ClothMatch:
         for curve in self.curves:
             lines += _rows(material, curve)
         return lines
-
-    def energy_differences(self, material: ClothMaterial) -> dict[str, tuple[Numbers, Numbers]]:
-        """How much energy a material is off, for each test: strains, and energy for each area [erg/cm^2], both (K,).
-
-        The energy is the integral of the difference of tensions from strain 0, without sign.
-        """
-        result = {}
-        for curve in self.curves:
-            apart = np.abs(respond(material, curve)[0] - curve.rise[0])
-            total = cumulative_trapezoid(apart, curve.strain, initial=0.0)
-            result[str(curve.test)] = curve.strain, np.abs(total - total[curve.strain == 0.0])
-        return result
 
     def __str__(self) -> str:
         """The table of mismatch."""

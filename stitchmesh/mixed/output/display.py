@@ -31,6 +31,7 @@ from stitchmesh.mixed.layout.curves import yarn_curves
 from stitchmesh.mixed.layout.laid_yarns import LaidYarns
 from stitchmesh.mixed.layout.spline_yarns import SplineYarns
 from stitchmesh.mixed.output.covered_vertices import CoveredVertices
+from stitchmesh.mixed.output.frames import DrapeFrame
 from stitchmesh.mixed.output.loop_subdivision import Subdivision, loop_subdivision
 from stitchmesh.yarn import YarnSet
 
@@ -162,3 +163,28 @@ def _units(vectors: FloatArray) -> FloatArray:
     length = np.linalg.norm(vectors, axis=1, keepdims=True)
     units: FloatArray = vectors / np.where(length > 0.0, length, 1.0)
     return units
+
+
+class Displays:
+    """The displays of a run whose region may change. The one made last serves all frames of the same region."""
+
+    def __init__(self, cloth: Cloth, yarns: LaidYarns, region: Region, rounds: int = ROUNDS) -> None:
+        """Begin with the region at the start; arguments are those of ``Display``."""
+        self.cloth, self.yarns, self.rounds = cloth, yarns, rounds
+        self._region = region
+        self._made: Display | None = None  # Runs that nobody looks at need none, and large ones take seconds.
+
+    def of(self, frame: DrapeFrame) -> Display:
+        """Return the display of a frame."""
+        made = self._made  # Another thread may ask for another frame meanwhile.
+        region = self._region if made is None else made.region
+        same = np.array_equal(region.triangle_kind, frame.triangle_kind)
+        if not (same and np.array_equal(region.vertex_alpha, frame.vertex_alpha)):
+            region = replace(region, triangle_kind=frame.triangle_kind, vertex_alpha=frame.vertex_alpha)
+        if made is None or region is not made.region:
+            self._made = made = Display(self.cloth, self.yarns, region, self.rounds)
+        return made
+
+    def show(self, frame: DrapeFrame) -> Shown:
+        """Return vertices, yarn nodes and smooth surface of a frame [cm]."""
+        return self.of(frame).show(frame.vertices, frame.nodes)

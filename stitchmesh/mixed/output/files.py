@@ -14,10 +14,9 @@ from stitchmesh.io.yarn_formats.animated_usd import UsdFrame, write_animated_usd
 from stitchmesh.mesh import FloatArray, Mesh
 from stitchmesh.mixed.assembly import MixedFabric
 from stitchmesh.mixed.layout.spline_yarns import SplineYarns
-from stitchmesh.mixed.output.display import Display, Shown
-from stitchmesh.mixed.output.displays import Displays
+from stitchmesh.mixed.output.display import Display, Displays, Shown
 from stitchmesh.mixed.output.fans import one_vertex_for_each_fan
-from stitchmesh.mixed.output.frames import Frame
+from stitchmesh.mixed.output.frames import DrapeFrame
 from stitchmesh.mixed.output.maps import StateMaps, spline_tension, triangle_tension, yarn_tension
 from stitchmesh.mixed.splines.spline_material import SplineMaterial
 
@@ -34,7 +33,7 @@ class RunFiles:
         """Write into a folder, which is made if it is missing."""
         self.folder, self.fabric, self.displays = folder, fabric, displays
 
-    def write_state(self, frame: Frame, formats: Sequence[str]) -> None:
+    def write_state(self, frame: DrapeFrame, formats: Sequence[str]) -> None:
         """Write yarns, surface and maps of a state.
 
         Args:
@@ -55,7 +54,7 @@ class RunFiles:
             write_mesh(self.folder / SURFACE, Mesh.from_polygons(shown.surface[source], triangles.tolist()))
         write_dataclass(self.folder / MAPS, state_maps(self.fabric, display, frame), FORMAT)
 
-    def write_animation(self, frames: Iterable[Frame], frames_per_second: float) -> int:
+    def write_animation(self, frames: Iterable[DrapeFrame], frames_per_second: float) -> int:
         """Write all frames as USD, and return their number.
 
         Raises:
@@ -64,7 +63,7 @@ class RunFiles:
         path = self.folder / ANIMATION
         return write_animated_usd(path, self._animated(frames), frames_per_second=frames_per_second)
 
-    def _animated(self, frames: Iterable[Frame]) -> Iterator[UsdFrame]:
+    def _animated(self, frames: Iterable[DrapeFrame]) -> Iterator[UsdFrame]:
         for frame in frames:
             display, shown = self.displays.of(frame), self.displays.show(frame)
             tension = triangle_tension(self.fabric.cloth, self.fabric.cloth_material, shown.vertices)
@@ -73,7 +72,7 @@ class RunFiles:
             yield UsdFrame(frame.time, curves, shown.surface, display.triangles, values)
 
 
-def state_maps(fabric: MixedFabric, display: Display, frame: Frame) -> StateMaps:
+def state_maps(fabric: MixedFabric, display: Display, frame: DrapeFrame) -> StateMaps:
     """Return weights and stress of a state."""
     shown = display.show(frame.vertices, frame.nodes)
     cloth, yarns, region = fabric.cloth, fabric.yarns, display.region

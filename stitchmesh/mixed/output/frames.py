@@ -24,7 +24,7 @@ STATE, PLACE = ("vertices", "nodes", "sliding"), ("triangle_kind", "vertex_alpha
 
 
 @dataclass(frozen=True, eq=False)
-class Frame:
+class DrapeFrame:
     """The state of the mixed system at a time."""
 
     time: float
@@ -40,14 +40,14 @@ class Frame:
     vertex_alpha: FloatArray
     """The blending field at the vertices, shape (V,)."""
 
-    def between(self, later: Frame, time: float) -> Frame:
+    def between(self, later: DrapeFrame, time: float) -> DrapeFrame:
         """Return the state at a time between this one and a later one of the same region, on the straight line."""
         if time == later.time:
             return later
         part = (time - self.time) / (later.time - self.time)
         mixed = [(1.0 - part) * getattr(self, name) + part * getattr(later, name) for name in STATE]
         vertices, nodes, sliding = mixed
-        return Frame(time, vertices, nodes, sliding, later.triangle_kind, later.vertex_alpha)
+        return DrapeFrame(time, vertices, nodes, sliding, later.triangle_kind, later.vertex_alpha)
 
 
 class _Header(TypedDict):
@@ -56,7 +56,7 @@ class _Header(TypedDict):
     time: float
 
 
-def read_frame(path: Path) -> Frame:
+def read_frame(path: Path) -> DrapeFrame:
     """Read the file of a frame.
 
     Raises:
@@ -67,7 +67,7 @@ def read_frame(path: Path) -> Frame:
     missing = [name for name in (*STATE, *PLACE) if name not in content.arrays]
     if missing:
         raise FileError(f"{path}: is no frame of a run: it holds no {missing[0]}; run stitchmesh drape again")
-    return Frame(time, **{name: content.arrays[name] for name in (*STATE, *PLACE)})
+    return DrapeFrame(time, **{name: content.arrays[name] for name in (*STATE, *PLACE)})
 
 
 class Frames:
@@ -76,7 +76,7 @@ class Frames:
     def __init__(self, folder: Path | None = None) -> None:
         """Keep frames in memory, or as files in a folder of the output folder."""
         self._folder = None if folder is None else folder / FOLDER
-        self._kept: list[Frame] = []
+        self._kept: list[DrapeFrame] = []
         self.count = 0
         """Number of frames."""
 
@@ -88,7 +88,7 @@ class Frames:
             found.count += 1
         return found
 
-    def __iter__(self) -> Iterator[Frame]:
+    def __iter__(self) -> Iterator[DrapeFrame]:
         """Yield the frames one after the other."""
         for number in range(self.count):
             yield self[number]
@@ -97,14 +97,14 @@ class Frames:
         """Return the number of frames."""
         return self.count
 
-    def __getitem__(self, number: int) -> Frame:
+    def __getitem__(self, number: int) -> DrapeFrame:
         """Return a frame; negative numbers count from the last one."""
         number = number + self.count if number < 0 else number
         if self._folder is None:
             return self._kept[number]
         return read_frame(self._path(number))
 
-    def add(self, frame: Frame) -> None:
+    def add(self, frame: DrapeFrame) -> None:
         """Add a frame.
 
         Raises:

@@ -22,7 +22,7 @@ from stitchmesh.mixed.contact.body_friction import BodyFriction
 from stitchmesh.mixed.contact.contact_points import ContactPoints
 from stitchmesh.mixed.enrichment.region import Region
 from stitchmesh.mixed.placement.node_memory import NodeMemory
-from stitchmesh.mixed.term import Term
+from stitchmesh.mixed.term import MixedTerm
 
 PARTS = 1 << 20
 """Shares of contact points are compared as multiples of one over this number; they are multiples of a power of 1/2."""
@@ -41,7 +41,7 @@ class RegionChange:
     new_points: ContactPoints | None = None
 
 
-def remember(memory: NodeMemory, terms: Sequence[Term], region: Region) -> NodeMemory:
+def remember(memory: NodeMemory, terms: Sequence[MixedTerm], region: Region) -> NodeMemory:
     """Return a memory with what the terms of a region remember of its nodes.
 
     Raises:
@@ -62,7 +62,7 @@ def _named(key: tuple[str, int], name: str) -> str:
     return f"{key[0]} {key[1]} {name}"
 
 
-def carry_terms(old: Sequence[Term], new: Sequence[Term], change: RegionChange) -> None:
+def carry_terms(old: Sequence[MixedTerm], new: Sequence[MixedTerm], change: RegionChange) -> None:
     """Give terms of a new region what those of the old one remember.
 
     Args:
@@ -82,7 +82,7 @@ def carry_terms(old: Sequence[Term], new: Sequence[Term], change: RegionChange) 
             term.carry(own)
 
 
-def _keyed(terms: Sequence[Term]) -> list[tuple[tuple[str, int], Term]]:
+def _keyed(terms: Sequence[MixedTerm]) -> list[tuple[tuple[str, int], MixedTerm]]:
     """Each term with its name, and its number among the terms of this name."""
     names = [term.name for term in terms]
     return [((term.name, names[:place].count(term.name)), term) for place, term in enumerate(terms)]

@@ -2,11 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """How much energy triangles alone are wrong by, for each triangle of a cloth: where yarns are worth their time.
 
-Yarns and triangles of one fabric store different energies in four cases. The indicator is the area of a triangle times
+Yarns and triangles of one fabric store different energies in three cases. The indicator is the area of a triangle times
 the sum of these differences of energy density [erg/cm^2].
-
-*The laws differ.* At the strains along both axes, the shear and both curvatures of the triangle, the difference of the
-energy densities of the two models, from the tests with which the triangles were matched to the yarns.
 
 *Wrinkles are missing.* Triangles of size h have no waves of half length h or less. A strip of the fabric of that length
 buckles at the compression (Euler)
@@ -33,11 +30,11 @@ D_k at the corners, the moduli C and D_0 = D_1 + D_2 + D_3, the mean energy dens
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.cloth.cloth import Cloth
@@ -47,18 +44,12 @@ from stitchmesh.mixed.triangles.slope_shares import SlopeShares
 from stitchmesh.mixed.triangles.weights import materials_of_panels
 
 Numbers = NDArray[np.float64]
-Differences = Mapping[str, tuple[ArrayLike, ArrayLike]]
-"""Strains (or angles, or curvatures) of tests and the differences of energy density there [erg/cm^2], by the names of
-tests ``course``, ``wale``, ``shear``, ``bend course`` and ``bend wale``; as ``ClothMatch.energy_differences``."""
-TESTS = ("course", "wale", "shear", "bend course", "bend wale")
 
 
 @dataclass(frozen=True, eq=False)
 class ErrorIndicator:
     """Energies by which T triangles alone are wrong [erg]; arrays are read-only and of shape (T,)."""
 
-    laws: Numbers
-    """Because the laws of yarns and triangles differ."""
     wrinkles: Numbers
     """Because triangles cannot wrinkle."""
     curves: Numbers
@@ -67,20 +58,19 @@ class ErrorIndicator:
     """Because the strain of a triangle is constant."""
 
     def __post_init__(self) -> None:
-        for array in (self.laws, self.wrinkles, self.curves, self.strains):
+        for array in (self.wrinkles, self.curves, self.strains):
             array.flags.writeable = False
 
     @property
     def total(self) -> Numbers:
         """The sum."""
-        return self.laws + self.wrinkles + self.curves + self.strains
+        return self.wrinkles + self.curves + self.strains
 
 
 def indicate_errors(
     cloth: Cloth,
     vertices: Numbers,
     materials: ClothMaterial | Sequence[ClothMaterial],
-    differences: Differences | None = None,
     *,
     shares: SlopeShares | None = None,
 ) -> ErrorIndicator:
@@ -90,7 +80,6 @@ def indicate_errors(
         cloth: the cloth.
         vertices: positions of the vertices [cm], shape (V, 3).
         materials: one material for all panels, or one for each panel.
-        differences: differences of the laws of yarns and triangles; none if it is None.
         shares: ``shares_of(cloth)``, which are the same for all positions; computed if it is None.
 
     Raises:
@@ -106,47 +95,10 @@ def indicate_errors(
     moduli = np.array([material.moduli() for material in chosen])[which]
     rigidities = np.array([material.rigidities() for material in chosen])[which]
     return ErrorIndicator(
-        cloth.rest_area * _of_laws(deformation, differences or {}),
         cloth.rest_area * _of_wrinkles(cloth, deformation, moduli, rigidities),
         cloth.rest_area * _of_curves(cloth, deformation, moduli, rigidities),
         cloth.rest_area * _of_strains(cloth, deformation, moduli),
     )
-
-
-def _of_laws(deformation: TriangleDeformation, differences: Differences) -> Numbers:
-    """Difference of the laws [erg/cm^2]."""
-    unknown = [name for name in differences if name not in (*TESTS, "both", "bend across")]
-    if unknown:
-        raise ParameterError(f"error indicator: got the test {unknown[0]!r}; expected names of {', '.join(TESTS)}")
-    values = _test_values(deformation)
-    total = np.zeros(len(deformation.strain))
-    for name in TESTS:
-        if name in differences:
-            strain, energy = (np.asarray(part, dtype=np.float64) for part in differences[name])
-            total += _continued(values[name], strain, energy)
-    return total
-
-
-def _test_values(deformation: TriangleDeformation) -> dict[str, Numbers]:
-    """What each triangle has in the place of the strain of each test."""
-    strain, curvature = deformation.strain, deformation.curvature
-    stretch = np.sqrt(np.maximum(1.0 + 2.0 * np.einsum("tkk->tk", strain), np.finfo(np.float64).tiny))
-    cosine = 2.0 * strain[:, 0, 1] / stretch.prod(axis=1)
-    return {
-        "course": stretch[:, 0] - 1.0,
-        "wale": stretch[:, 1] - 1.0,
-        "shear": np.arcsin(np.clip(cosine, -1.0, 1.0)),
-        "bend course": curvature[:, 0, 0],
-        "bend wale": curvature[:, 1, 1],
-    }
-
-
-def _continued(values: Numbers, strain: Numbers, energy: Numbers) -> Numbers:
-    """Interpolated differences; beyond the tests they go on in proportion to the strain."""
-    inside = np.clip(values, strain[0], strain[-1])
-    beyond = np.where(inside != 0.0, values / np.where(inside != 0.0, inside, 1.0), 1.0)
-    result: Numbers = np.interp(inside, strain, energy) * np.maximum(beyond, 1.0)
-    return result
 
 
 def _of_wrinkles(cloth: Cloth, deformation: TriangleDeformation, moduli: Numbers, rigidities: Numbers) -> Numbers:

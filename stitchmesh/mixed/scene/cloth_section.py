@@ -16,7 +16,7 @@ from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.cloth.panel_file import PanelTable, read_panels
 from stitchmesh.mixed.cloth.panel_position import PanelPosition
 from stitchmesh.mixed.cloth.panels import Panel
-from stitchmesh.mixed.cloth.seams import Seam, cloth_from_panels
+from stitchmesh.mixed.cloth.seams import PanelSeam, cloth_from_panels
 
 STITCH_SUFFIXES = (".h5", ".smobj")
 """Suffixes of stitch meshes."""
@@ -38,7 +38,7 @@ class ClothSection:
     """Where the rectangle lies in space at the start: ``origin``, ``x_axis``, ``y_axis``, ``radius``."""
     panels: tuple[PanelTable, ...] = ()
     """Panels: ``name``, ``outline``, ``position``, ``side_edges``."""
-    seams: tuple[Seam, ...] = ()
+    seams: tuple[PanelSeam, ...] = ()
     """Seams between them: ``first`` and ``second`` (``panel``, ``start``, ``end``), ``angle``, ``edges``."""
     seam_rods: bool = False
     """Whether the rods along the seams, yarns to which others are joined, go on where triangles are simulated."""

@@ -20,7 +20,7 @@ from stitchmesh.mixed.scene.simple_bodies import ball, box
 
 if TYPE_CHECKING:
     from stitchmesh.mesh import Mesh
-    from stitchmesh.mixed.contact.body import Body
+    from stitchmesh.mixed.contact.body import SolidBody
 
 Triple = tuple[float, float, float]
 STILL: Triple = (0.0, 0.0, 0.0)
@@ -170,16 +170,16 @@ class BodySection:
             return replace(Arm(*self.size).mesh(), vertices=motion.vertices[0])
         return ball(self.size[0], self.centre) if self.shape == "ball" else box(self.size, self.centre)
 
-    def body(self) -> Body:
+    def body(self) -> SolidBody:
         """Return the body.
 
         Raises:
             FileError: the file cannot be read.
             ParameterError: the surface is open or inside out.
         """
-        from stitchmesh.mixed.contact.body import Body
+        from stitchmesh.mixed.contact.body import SolidBody
 
-        return Body(self.mesh(), self.motion(), self.name)
+        return SolidBody(self.mesh(), self.motion(), self.name)
 
 
 def rigid_motion(place: str, keyframes: tuple[Keyframe, ...], centre: Triple) -> RigidMotion:

@@ -30,7 +30,7 @@ class ContactSection:
     """Contact of the cloth with itself and with bodies.
 
     Raises:
-        ParameterError: a number is not positive.
+        ParameterError: a number is not positive, or the friction is below 0.
     """
 
     self_collision: bool = False
@@ -39,6 +39,8 @@ class ContactSection:
     """Thickness of the cloth in contact [cm]; four yarn radii, the two layers of a crossing, by default."""
     pressure: float | None = None
     """Scale of the pressure of contact [dyn/cm^2]; a default that suits cloth."""
+    friction: float = 0.0
+    """Coefficient of friction between the layers of a cloth that moves and collides with itself."""
     start_outside: bool = False
     """Whether a cloth that starts partly inside a body is moved out of it; if not, a deep start is an error."""
 
@@ -47,6 +49,8 @@ class ContactSection:
             value = getattr(self, name)
             if value is not None:
                 check_positive(f"contact.{name}", value)
+        if not (math.isfinite(self.friction) and self.friction >= 0.0):
+            raise ParameterError(f"contact.friction: got {self.friction}; expected a number of at least 0")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -156,6 +160,11 @@ class Scene:
             raise ParameterError(f"disturbance: got {self.disturbance}; expected a number of cm of at least 0")
         if self.yarns.model == "splines" and self.mode != "static":
             raise ParameterError(f"mode: got {self.mode!r} with B-spline yarns; expected 'static'")
+        if self.mode == "static" and self.contact.friction:
+            raise ParameterError(
+                f"contact.friction: got {self.contact.friction} in a static scene, whose layers slide freely; expected "
+                '0, or mode = "dynamic"'
+            )
         if self.mode == "dynamic" and self.region.start != "layout":
             raise ParameterError(
                 f"region.start: got {self.region.start!r} in a dynamic scene; expected 'layout', or mode = \"static\""

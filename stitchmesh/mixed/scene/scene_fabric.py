@@ -86,6 +86,7 @@ class PreparedScene:
             self_collision=contact.self_collision,
             thickness=contact.thickness or 4.0 * radius,
             pressure=contact.pressure or PRESSURE,
+            friction=contact.friction,
         )
 
     @property
@@ -286,7 +287,7 @@ def _attachment(
         raise ParameterError(f"{name}: holds only what attachments before it hold; expected other triangles")
     if not len(vertices) + len(nodes):
         raise ParameterError(f"{name}: {section.boxes[0]}: holds nothing of the cloth; expected a box that overlaps it")
-    return Attachment(vertices, nodes, section.motion(), None, name)
+    return Attachment(vertices, nodes, section.motion(), name)
 
 
 def check_simulated(held: tuple[Attachment, ...], region: Region) -> None:

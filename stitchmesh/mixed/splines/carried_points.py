@@ -76,7 +76,7 @@ def add_to_vertices(
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class CarriedPoints:
+class CarriedSplinePoints:
     """Control points that are carried."""
 
     point: Integers
@@ -92,7 +92,7 @@ class CarriedPoints:
 class Carrier:
     """Carried control points on a device."""
 
-    def __init__(self, carried: CarriedPoints, vertices: Numbers, scalar: Any, device: wp.Device) -> None:
+    def __init__(self, carried: CarriedSplinePoints, vertices: Numbers, scalar: Any, device: wp.Device) -> None:
         """Store the points with their offsets from the triangles at ``vertices`` [cm], shape (V, 3)."""
         foot = np.einsum("nk,nkd->nd", carried.weight, vertices[carried.corners])
         self._offset = TurnedVectors(carried.corners, carried.place - foot, vertices, scalar, device)

@@ -21,9 +21,6 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import FloatArray, IntArray, frozen_array
 from stitchmesh.yarn import YarnSet
 
-OPEN_SEGMENT = 3
-"""Control points of an open yarn beyond its number of segments."""
-
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class SplinePieces:

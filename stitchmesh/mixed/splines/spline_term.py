@@ -41,7 +41,7 @@ from stitchmesh.mixed.splines.spline_kernels import (
 from stitchmesh.mixed.splines.spline_limit import longest_move
 from stitchmesh.mixed.splines.spline_material import SplineMaterial
 from stitchmesh.mixed.splines.spline_pieces import SplinePieces
-from stitchmesh.mixed.term import Term
+from stitchmesh.mixed.term import MixedTerm
 from stitchmesh.yarnrelax.collision.captured_search import ContactSearch
 from stitchmesh.yarnrelax.collision.narrow_phase import WIDEST_MARGIN, make_candidates
 from stitchmesh.yarnrelax.energies.by_term import contact_energies, segment_energies
@@ -53,7 +53,7 @@ from stitchmesh.yarnrelax.model.state import make_state
 from stitchmesh.yarnrelax.model.upload import put_model
 
 
-class SplineTerm(Term):
+class SplineTerm(MixedTerm):
     """Yarns as B-splines in contact, on a device."""
 
     name = "yarns"

@@ -41,7 +41,7 @@ from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.gather import GatherTable
 from stitchmesh.mixed.mixed_blocks import MixedBlocks
 from stitchmesh.mixed.mixed_vector import MixedVector
-from stitchmesh.mixed.term import Term
+from stitchmesh.mixed.term import MixedTerm
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
 from stitchmesh.mixed.triangles.weights import checked_weights, materials_of_panels
 
@@ -280,7 +280,7 @@ def find_triangle_blocks(
     block[3 * t + 2] = corner_block(g[1, 0], g[1, 1], a1, a2, s, c) * amount[t]
 
 
-class Membrane(Term):
+class Membrane(MixedTerm):
     """Stretch and shear of a cloth on a device."""
 
     name = "membrane"

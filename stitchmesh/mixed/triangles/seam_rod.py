@@ -37,7 +37,7 @@ from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.gather import GatherTable
 from stitchmesh.mixed.mixed_blocks import MixedBlocks
 from stitchmesh.mixed.mixed_vector import MixedVector
-from stitchmesh.mixed.term import Term
+from stitchmesh.mixed.term import MixedTerm
 from stitchmesh.mixed.triangles.seam_material import SeamMaterial
 from stitchmesh.mixed.triangles.seam_shape import following_edges, rest_angles, rest_lengths
 from stitchmesh.mixed.triangles.weights import checked_weights
@@ -252,7 +252,7 @@ def find_rod_blocks(
     block[slot] = found
 
 
-class SeamRod(Term):
+class SeamRod(MixedTerm):
     """The rods along all seams of a cloth, on a device."""
 
     name = "seam rods"

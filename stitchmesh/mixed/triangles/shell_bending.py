@@ -31,7 +31,7 @@ from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.gather import GatherTable
 from stitchmesh.mixed.mixed_blocks import MixedBlocks
 from stitchmesh.mixed.mixed_vector import MixedVector
-from stitchmesh.mixed.term import Term
+from stitchmesh.mixed.term import MixedTerm
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
 from stitchmesh.mixed.triangles.curvature import hinge_angles_of, hinge_stiffness
 from stitchmesh.mixed.triangles.hinge_angle import (
@@ -230,7 +230,7 @@ def find_hinge_blocks(
     block[slot] = (product + wp.transpose(product)) * half
 
 
-class ShellBending(Term):
+class ShellBending(MixedTerm):
     """Bending of a cloth on a device."""
 
     name = "bending"

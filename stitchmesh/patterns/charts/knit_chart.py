@@ -23,8 +23,8 @@ from stitchmesh.mesh.polygon_mesh import frozen_array
 from stitchmesh.mesh.stitch import mirrored as mirrored_stitch
 from stitchmesh.patterns.charts.grid import BLANK, LONGEST_SIDE, Box, Brush, check_chart_shape
 from stitchmesh.patterns.language.items import ItemParser
-from stitchmesh.patterns.language.rows import WrittenRow, finish_row, finish_rows
-from stitchmesh.patterns.language.tokens import Place, split_lines
+from stitchmesh.patterns.language.rows import DescribedRow, finish_row, finish_rows
+from stitchmesh.patterns.language.tokens import TextPlace, split_lines
 from stitchmesh.patterns.language.word_stitches import WordStitches
 from stitchmesh.patterns.language.words import NO_STITCH
 from stitchmesh.patterns.language.writing import chart_word, pieces_of
@@ -104,7 +104,7 @@ class KnitChart:
             head -= 1
         return self.words[self.squares[row, head]]
 
-    def pattern(self, lines: Sequence[Place] | None = None) -> Pattern:
+    def pattern(self, lines: Sequence[TextPlace] | None = None) -> Pattern:
         """Return the pattern that the chart describes.
 
         Args:
@@ -113,16 +113,16 @@ class KnitChart:
         Raises:
             PatternError: the rows do not fit together, or a cable lies across the limit of a border.
         """
-        places = lines or [Place(self.name, row + 1, 1) for row in range(self.shape[0])]
+        places = lines or [TextPlace(self.name, row + 1, 1) for row in range(self.shape[0])]
         tucks = any(read_square(self.words[number]).tuck for number in np.unique(self.squares) if number != COVERED)
         rows = self._rows_with_tucks(places) if tucks else self._rows(places)
         return Pattern(self.name, self.source, rows, self.palette)
 
-    def _rows_with_tucks(self, places: Sequence[Place]) -> tuple[Row, ...]:
+    def _rows_with_tucks(self, places: Sequence[TextPlace]) -> tuple[Row, ...]:
         """Return the rows; a row over a tuck depends on the row below it."""
         return finish_rows([self.written_row(row, places[row]) for row in range(self.shape[0])])
 
-    def _rows(self, places: Sequence[Place]) -> tuple[Row, ...]:
+    def _rows(self, places: Sequence[TextPlace]) -> tuple[Row, ...]:
         """Return the rows without tucks, each of which is made once while it does not change."""
         rows = tuple(self._row(index, place) for index, place in enumerate(places))
         fault = first_fault(rows)
@@ -130,7 +130,7 @@ class KnitChart:
             raise places[fault[0]].error(f"row {fault[0] + 1}: {fault[1]}")
         return rows
 
-    def _row(self, index: int, place: Place) -> Row:
+    def _row(self, index: int, place: TextPlace) -> Row:
         squares, yarns = self.squares[index].tobytes(), self.yarns[index].tobytes()
         try:
             return _made_row(self.words, squares, yarns, self.left, self.right)
@@ -215,7 +215,7 @@ class KnitChart:
             raise ParameterError(f"chart: {word} covers {width} columns; got {room} up to the right edge")
         return np.array(kept)
 
-    def written_row(self, row: int, place: Place) -> WrittenRow:
+    def written_row(self, row: int, place: TextPlace) -> DescribedRow:
         """Return a row as its words describe it, with its place in a text.
 
         Raises:
@@ -228,7 +228,7 @@ class KnitChart:
                 found = f"a cable covers the limit between columns {limit} and {limit + 1}"
                 raise place.error(f"got {found}; expected it on one side of the limit of the border")
         bars = tuple(sum(start < limit for start in starts) for limit in limits)
-        return WrittenRow(tuple(self.pieces(row)), bars, place)
+        return DescribedRow(tuple(self.pieces(row)), bars, place)
 
     def pieces(self, row: int) -> Iterator[WordStitches]:
         """Give the stitches of each word of a row, left to right."""
@@ -253,7 +253,7 @@ def knit_chart(pattern: Pattern) -> KnitChart:
 
 
 def chart_of_written(
-    rows: Sequence[WrittenRow], name: str, source: str, palette: tuple[tuple[int, int, int], ...]
+    rows: Sequence[DescribedRow], name: str, source: str, palette: tuple[tuple[int, int, int], ...]
 ) -> KnitChart:
     """Return the chart of rows as their words describe them, from the bottom up.
 
@@ -385,7 +385,7 @@ def mirrored_word(word: str) -> str:
 def _made_row(words: tuple[str, ...], squares: bytes, yarns: bytes, left: int, right: int) -> Row:
     """Return a row without tucks; an edit of a chart changes a few of its rows, and the others are made already."""
     numbers, colours = (np.frombuffer(values, dtype=np.int64)[None] for values in (squares, yarns))
-    return finish_row(KnitChart(numbers, words, colours, left, right).written_row(0, Place("chart", 1, 1)))
+    return finish_row(KnitChart(numbers, words, colours, left, right).written_row(0, TextPlace("chart", 1, 1)))
 
 
 @lru_cache(maxsize=4096)

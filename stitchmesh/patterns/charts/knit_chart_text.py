@@ -18,9 +18,9 @@ from stitchmesh.patterns.charts.grid import check_chart_shape
 from stitchmesh.patterns.charts.knit_chart import COVERED, PLAIN, KnitChart, chart_of_written, knit_chart
 from stitchmesh.patterns.language.leaf_codes import bare_chart_name, bare_chart_rows, holds_digits
 from stitchmesh.patterns.language.parse import WrittenPattern, begins_with_statement, parse_written
-from stitchmesh.patterns.language.rows import WrittenRow, finish_rows
+from stitchmesh.patterns.language.rows import DescribedRow, finish_rows
 from stitchmesh.patterns.language.text_charts import FIGURES, LETTERS
-from stitchmesh.patterns.language.tokens import Place
+from stitchmesh.patterns.language.tokens import TextPlace
 from stitchmesh.patterns.language.writing import chart_word
 from stitchmesh.patterns.pattern import Pattern
 
@@ -34,7 +34,7 @@ class KnitChartText:
 
     text: str
     chart: KnitChart
-    places: tuple[Place, ...]
+    places: tuple[TextPlace, ...]
     """Place in the text of each row of the chart, the lowest row first."""
 
     def pattern(self) -> Pattern:
@@ -54,7 +54,7 @@ def write_knit_chart(chart: KnitChart) -> KnitChartText:
     kind, rows = _written_rows(chart)
     text = "\n".join([*head, f"chart{kind}:", *rows[::-1]]) + "\n"
     last = len(head) + 1 + len(rows)
-    return KnitChartText(text, chart, tuple(Place(chart.name, last - row, 1) for row in range(len(rows))))
+    return KnitChartText(text, chart, tuple(TextPlace(chart.name, last - row, 1) for row in range(len(rows))))
 
 
 def parse_knit_chart(text: str, name: str = "pattern") -> KnitChartText:
@@ -87,7 +87,7 @@ def _read(text: str, name: str) -> WrittenPattern:
     return WrittenPattern(bare_chart_name(name), "", (), tuple(bare_chart_rows(kind, text, name)))
 
 
-def _has_turned_tuck(rows: tuple[WrittenRow, ...]) -> bool:
+def _has_turned_tuck(rows: tuple[DescribedRow, ...]) -> bool:
     return any(piece.tuck and piece.cells[0].stitch == Stitch.YS for row in rows for piece in row.pieces)
 
 

@@ -12,9 +12,9 @@ from __future__ import annotations
 from pathlib import Path
 
 from stitchmesh.errors import PatternError
-from stitchmesh.patterns.language.rows import WrittenRow, finish_rows
+from stitchmesh.patterns.language.rows import DescribedRow, finish_rows
 from stitchmesh.patterns.language.text_charts import LEAF, leaf_pieces, read_chart
-from stitchmesh.patterns.language.tokens import Line, Place, split_lines
+from stitchmesh.patterns.language.tokens import Line, TextPlace, split_lines
 from stitchmesh.patterns.pattern import Cell, Loop, Pattern
 
 TILES: dict[tuple[Cell, ...], str] = {
@@ -56,7 +56,7 @@ def holds_digits(text: str) -> bool:
     return "".join(first.split()).isdecimal()
 
 
-def bare_chart_rows(kind: str, text: str, name: str) -> list[WrittenRow]:
+def bare_chart_rows(kind: str, text: str, name: str) -> list[DescribedRow]:
     """Read the rows of a text of one chart alone, from the bottom up, whether or not they fit together.
 
     Args:
@@ -93,7 +93,7 @@ def _rows(lines: list[Line], name: str) -> list[Line]:
     """Return the lines of the rows, without the blank lines before and after them."""
     filled = [index for index, line in enumerate(lines) if line.text.strip()]
     if not filled:
-        raise Place(name, 1, 1).error("got no codes; expected a line such as KKPP for each row")
+        raise TextPlace(name, 1, 1).error("got no codes; expected a line such as KKPP for each row")
     rows = lines[filled[0] : filled[-1] + 1]
     for line in rows:
         if not line.text.strip():

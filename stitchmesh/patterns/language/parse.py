@@ -20,9 +20,9 @@ from stitchmesh.errors import ParameterError, PatternError, check_kind, first_fe
 from stitchmesh.mesh.own_stitch import OwnStitch
 from stitchmesh.mesh.palette import make_palette
 from stitchmesh.patterns.language.items import ItemParser
-from stitchmesh.patterns.language.rows import WrittenRow, finish_rows
+from stitchmesh.patterns.language.rows import DescribedRow, finish_rows
 from stitchmesh.patterns.language.text_charts import read_chart
-from stitchmesh.patterns.language.tokens import END, Line, Place, Token, split_lines
+from stitchmesh.patterns.language.tokens import END, Line, TextPlace, Token, split_lines
 from stitchmesh.patterns.language.words import NO_WORDS, OwnWords, own_words
 from stitchmesh.patterns.pattern import Pattern
 
@@ -59,7 +59,7 @@ class WrittenPattern:
     name: str
     source: str
     palette: tuple[tuple[int, int, int], ...]
-    rows: tuple[WrittenRow, ...]
+    rows: tuple[DescribedRow, ...]
     """The rows from the bottom up, with their places in the text."""
 
 
@@ -90,8 +90,8 @@ class _PatternParser:
         self.names = {"pattern": name, "source": ""}
         self.palette: tuple[tuple[int, int, int], ...] = ()
         self.file = name
-        self.rows: dict[int, WrittenRow] = {}
-        self.chart: list[WrittenRow] = []
+        self.rows: dict[int, DescribedRow] = {}
+        self.chart: list[DescribedRow] = []
         self.next = 0
 
     def parse(self) -> Pattern:
@@ -101,7 +101,7 @@ class _PatternParser:
         try:
             return Pattern(written.name, written.source, rows, written.palette)
         except PatternError as error:
-            raise Place(self.file, 1, 1).error(str(error)) from None
+            raise TextPlace(self.file, 1, 1).error(str(error)) from None
 
     def parse_written(self) -> WrittenPattern:
         """Read all statements."""
@@ -151,7 +151,7 @@ class _PatternParser:
         if not side and word.text.lower().startswith("row"):
             raise colon.unexpected("RS or WS before it (or round instead of row)")
         pieces, bars = items.parse_row()
-        row = WrittenRow(tuple(pieces), tuple(bars), word.place)
+        row = DescribedRow(tuple(pieces), tuple(bars), word.place)
         if side == "ws":
             _check_turns(row)
         for number in numbers:
@@ -167,7 +167,7 @@ class _PatternParser:
             seen.add(number)
         return numbers
 
-    def _repeat(self, items: ItemParser, numbers: list[int], place: Place) -> None:
+    def _repeat(self, items: ItemParser, numbers: list[int], place: TextPlace) -> None:
         items.take()
         sources = items.token.place
         copied = _ranges(items, "the rows to repeat, such as 1-2")
@@ -202,9 +202,9 @@ class _PatternParser:
             self.next += 1
         return self.lines[start : self.next]
 
-    def _in_order(self) -> list[WrittenRow]:
+    def _in_order(self) -> list[DescribedRow]:
         if not self.rows:
-            end = self.lines[-1].place if self.lines else Place(self.file, 1, 1)
+            end = self.lines[-1].place if self.lines else TextPlace(self.file, 1, 1)
             raise end.error("got the end of a pattern without rows; expected row 1 RS: and stitches, or a chart")
         missing = [number for number in range(1, max(self.rows) + 1) if number not in self.rows]
         if missing:
@@ -214,7 +214,7 @@ class _PatternParser:
         return [self.rows[number] for number in sorted(self.rows)]
 
 
-def _check_turns(row: WrittenRow) -> None:
+def _check_turns(row: DescribedRow) -> None:
     """Check that a row on the wrong side holds no stitch of the user's own, which is drawn from the right side."""
     cells = [cell for piece in row.pieces for cell in piece.cells if isinstance(cell.stitch, OwnStitch)]
     if cells:

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from stitchmesh.errors import PatternError
 from stitchmesh.hand_knitting.words import stitch_name
 from stitchmesh.mesh.stitch import Stitch
-from stitchmesh.patterns.language.tokens import Place
+from stitchmesh.patterns.language.tokens import TextPlace
 from stitchmesh.patterns.language.word_stitches import WordStitches, single
 from stitchmesh.patterns.pattern import Cell, Loop, Row, first_fault
 
@@ -18,24 +18,24 @@ _TOGETHER = {Stitch.KNIT: Stitch.D12K, Stitch.PURL: Stitch.D12P}
 
 
 @dataclass(frozen=True)
-class WrittenRow:
+class DescribedRow:
     """A row as its words describe it, left to right as seen from the right side."""
 
     pieces: tuple[WordStitches, ...]
     """The stitches of each word."""
     bars: tuple[int, ...]
     """Number of pieces before each bar; a row has no bars or two."""
-    place: Place
+    place: TextPlace
     """Place of the row in the text."""
 
-    def turned(self) -> WrittenRow:
+    def turned(self) -> DescribedRow:
         """Return the row as seen from the other side of the fabric."""
         count = len(self.pieces)
         pieces = tuple(piece.turned() for piece in reversed(self.pieces))
         return replace(self, pieces=pieces, bars=tuple(count - bar for bar in reversed(self.bars)))
 
 
-def finish_rows(written: Sequence[WrittenRow]) -> tuple[Row, ...]:
+def finish_rows(written: Sequence[DescribedRow]) -> tuple[Row, ...]:
     """Convert written rows to the rows of a pattern, from the bottom up.
 
     The first row works the tucks of the last row together, because the pattern repeats upwards.
@@ -51,7 +51,7 @@ def finish_rows(written: Sequence[WrittenRow]) -> tuple[Row, ...]:
     return tuple(rows)
 
 
-def finish_row(row: WrittenRow) -> Row:
+def finish_row(row: DescribedRow) -> Row:
     """Convert one written row that lies over no tuck.
 
     Raises:
@@ -68,7 +68,7 @@ def finish_row(row: WrittenRow) -> Row:
         raise row.place.error(str(error)) from None
 
 
-def _with_tucks(below: WrittenRow, row: WrittenRow) -> WrittenRow:
+def _with_tucks(below: DescribedRow, row: DescribedRow) -> DescribedRow:
     """Return the row with one decrease through both loops of every tuck in the row below."""
     sizes = [size for piece in below.pieces for size in _stitch_sizes(piece)]
     if 2 not in sizes:
@@ -86,7 +86,7 @@ def _stitch_sizes(piece: WordStitches) -> list[int]:
     return [2] if piece.tuck else [1] * sum(cell.n_top for cell in piece.cells)
 
 
-def _decrease_over_tuck(piece: WordStitches, place: Place) -> WordStitches:
+def _decrease_over_tuck(piece: WordStitches, place: TextPlace) -> WordStitches:
     stitch = piece.cells[0].stitch
     if len(piece.cells) != 1 or stitch not in _TOGETHER or piece.loops != (Loop(),):
         found = " ".join(stitch_name(cell.stitch) for cell in piece.cells)

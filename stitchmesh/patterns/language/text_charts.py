@@ -16,7 +16,7 @@ from collections.abc import Callable
 from functools import cache, lru_cache
 
 from stitchmesh.patterns.language.items import BAR, ItemParser
-from stitchmesh.patterns.language.rows import WrittenRow
+from stitchmesh.patterns.language.rows import DescribedRow
 from stitchmesh.patterns.language.tokens import Line
 from stitchmesh.patterns.language.word_stitches import WordStitches
 from stitchmesh.patterns.language.words import NO_WORDS, OwnWords, read_word
@@ -39,7 +39,9 @@ FIGURES = "0123456789abcdefghijklmnopqrstuvwxyz"
 _Split = Callable[[Line, int, int], tuple[int, list[WordStitches]]]
 
 
-def read_chart(kind: str, lines: list[Line], yarn: int, *, upwards: bool, own: OwnWords = NO_WORDS) -> list[WrittenRow]:
+def read_chart(
+    kind: str, lines: list[Line], yarn: int, *, upwards: bool, own: OwnWords = NO_WORDS
+) -> list[DescribedRow]:
     """Read the rows of a chart and return them from the bottom up.
 
     Args:
@@ -61,12 +63,12 @@ def read_chart(kind: str, lines: list[Line], yarn: int, *, upwards: bool, own: O
     return rows if upwards else rows[::-1]
 
 
-def _read_words(line: Line, yarn: int, own: OwnWords) -> WrittenRow:
+def _read_words(line: Line, yarn: int, own: OwnWords) -> DescribedRow:
     pieces, bars = ItemParser(line.tokens(), yarn, leftwards=False, own=own).parse_row()
-    return WrittenRow(tuple(pieces), tuple(bars), line.place)
+    return DescribedRow(tuple(pieces), tuple(bars), line.place)
 
 
-def _read_codes(line: Line, yarn: int, split: _Split) -> WrittenRow:
+def _read_codes(line: Line, yarn: int, split: _Split) -> DescribedRow:
     pieces: list[WordStitches] = []
     bars = []
     column = 0
@@ -80,7 +82,7 @@ def _read_codes(line: Line, yarn: int, split: _Split) -> WrittenRow:
         pieces += found
     if len(bars) not in (0, 2):
         raise line.place.error(f"got {len(bars)} bars; expected none, or two around the stitches that repeat")
-    return WrittenRow(tuple(pieces), tuple(bars), line.place)
+    return DescribedRow(tuple(pieces), tuple(bars), line.place)
 
 
 @lru_cache(maxsize=4096)
@@ -118,7 +120,7 @@ def _figure(line: Line, column: int, yarn: int) -> tuple[int, list[WordStitches]
     return column + 1, _one_word(f"k@{number}", yarn)
 
 
-def _check_widths(rows: list[WrittenRow], remedy: str) -> None:
+def _check_widths(rows: list[DescribedRow], remedy: str) -> None:
     widths = [sum(piece.columns for piece in row.pieces) for row in rows]
     for row, width in zip(rows, widths, strict=True):
         if width != widths[0]:

@@ -15,7 +15,7 @@ END = "the end of the line"
 
 
 @dataclass(frozen=True)
-class Place:
+class TextPlace:
     """A place in a text: the file, and the line and column counted from 1."""
 
     file: str
@@ -33,7 +33,7 @@ class Token:
     """A word, a quoted string or a sign."""
 
     text: str
-    place: Place
+    place: TextPlace
 
     def unexpected(self, expected: str) -> PatternError:
         """Return the error that this token was found where another token was expected."""
@@ -46,7 +46,7 @@ class Line:
     """A line of text without its comment."""
 
     text: str
-    place: Place
+    place: TextPlace
     """Place of the first character of the line."""
 
     def tokens(self) -> list[Token]:
@@ -65,9 +65,9 @@ class Line:
             column = match.end()
         return [*found, Token(END, self.at(len(self.text)))]
 
-    def at(self, column: int) -> Place:
+    def at(self, column: int) -> TextPlace:
         """Return the place of a character of the line; ``column`` is counted from 0."""
-        return Place(self.place.file, self.place.line, column + 1)
+        return TextPlace(self.place.file, self.place.line, column + 1)
 
 
 def split_lines(text: str, file: str) -> list[Line]:
@@ -75,5 +75,5 @@ def split_lines(text: str, file: str) -> list[Line]:
     lines = []
     for number, line in enumerate(text.splitlines(), start=1):
         comment = _COMMENT.match(line)
-        lines.append(Line((comment[1] if comment else line).rstrip(), Place(file, number, 1)))
+        lines.append(Line((comment[1] if comment else line).rstrip(), TextPlace(file, number, 1)))
     return lines

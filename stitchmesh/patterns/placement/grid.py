@@ -20,7 +20,7 @@ from stitchmesh.selection.wales import middle_of_front
 
 
 @dataclass(frozen=True, eq=False)
-class Grid:
+class StitchGrid:
     """Plain stitches in adjacent rows and columns."""
 
     faces: IntArray
@@ -29,7 +29,7 @@ class Grid:
     """Whether the rows are rings."""
 
 
-def grid_around(fabric: StitchMesh, face: int) -> Grid:
+def grid_around(fabric: StitchMesh, face: int) -> StitchGrid:
     """Return the grid with the most stitches that contains a face.
 
     The grid ends at shaping, short rows, borders and rows knit in the other direction.
@@ -47,11 +47,11 @@ def grid_around(fabric: StitchMesh, face: int) -> Grid:
     faces = row[columns]
     below = neighbours.rows_beyond(faces, neighbours.below, rows_down)[:0:-1]
     above = neighbours.rows_beyond(faces, neighbours.above, rows_up)
-    return Grid(np.array([*below, *above]), closed and len(columns) == len(row))
+    return StitchGrid(np.array([*below, *above]), closed and len(columns) == len(row))
 
 
 def fill_grid(
-    fabric: StitchMesh, pattern: Pattern, grid: Grid, remainder: Remainder, *, centre: bool = False
+    fabric: StitchMesh, pattern: Pattern, grid: StitchGrid, remainder: Remainder, *, centre: bool = False
 ) -> Placement:
     """Place a pattern on a grid, from the bottom of the grid; ``centre`` is as for ``lay_pattern``.
 

@@ -24,7 +24,7 @@ from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.patterns.placement.placement import is_plain, is_worked
 from stitchmesh.patterns.placement.rebuilt_runs import (
     MOST_LOOPS,
-    Line,
+    CourseLine,
     Rebuilt,
     RunPlan,
     line_above,
@@ -95,7 +95,7 @@ class _Ground:
                 plans.append(RunPlan(run, below[number], above[number], cells, _stitches(cells)))
         return plans
 
-    def _chains(self, below: list[Line], above: list[Line]) -> list[list[int]]:
+    def _chains(self, below: list[CourseLine], above: list[CourseLine]) -> list[list[int]]:
         """Return the chains of runs in which each run is worked on exactly the loops of the run before."""
         fabric = self.fabric
         run_of = np.full(fabric.face_count, BORDER)
@@ -117,7 +117,7 @@ class _Ground:
             chains.append(chain)
         return chains
 
-    def _new_line(self, run: Course, above: Line, below: Line, count: int) -> tuple[Line, Line]:
+    def _new_line(self, run: Course, above: CourseLine, below: CourseLine, count: int) -> tuple[CourseLine, CourseLine]:
         """Return a course line with another number of loops, as the run below it and the run above it see the line."""
         fabric, old = self.fabric, len(above.loops)
         loops = fabric.side_count + self.new_loops + np.arange(count)
@@ -127,13 +127,13 @@ class _Ground:
         points = fabric.vertices[above.vertices]
         self.positions += list(points[place] + (at - place)[:, None] * (points[place + 1] - points[place]))
         self.new_loops += count
-        line = Line(loops, np.concatenate([above.vertices[:1], ends, above.vertices[-1:]]))
+        line = CourseLine(loops, np.concatenate([above.vertices[:1], ends, above.vertices[-1:]]))
         if not run.closed:
             return line, line
         start = int(np.flatnonzero(above.vertices == below.vertices[0])[0])
         turn = round(start * count / old) % count
         turned = np.roll(line.vertices[:-1], -turn)
-        return line, Line(np.roll(loops, -turn), np.append(turned, turned[0]))
+        return line, CourseLine(np.roll(loops, -turn), np.append(turned, turned[0]))
 
 
 def _holds_pattern(fabric: StitchMesh, run: Course) -> bool:

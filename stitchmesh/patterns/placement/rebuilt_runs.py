@@ -23,7 +23,7 @@ from stitchmesh.mesh.stitch import Stitch
 
 
 @dataclass(frozen=True, eq=False)
-class Line:
+class CourseLine:
     """The loops of a course line along a run, from left to right."""
 
     loops: IntArray
@@ -38,9 +38,9 @@ class RunPlan:
 
     run: Course
     """The run; a closed run may start with any of its faces."""
-    below: Line
+    below: CourseLine
     """The loops below the run."""
-    above: Line
+    above: CourseLine
     """The loops above the run."""
     loops: IntArray
     """Numbers of loops below and above each new face, left to right, shape (n, 2)."""
@@ -58,18 +58,18 @@ class Rebuilt:
     """Numbers of all faces before and after the patch."""
 
 
-def line_below(fabric: StitchMesh, run: Course) -> Line:
+def line_below(fabric: StitchMesh, run: Course) -> CourseLine:
     """Return the course line below a run."""
     sides = np.array(bottom_sides(fabric, run.faces), dtype=np.int64)
     last = fabric.face_vertex[fabric.right_wale[run.faces[-1]]]
-    return Line(sides, np.append(fabric.face_vertex[sides], last))
+    return CourseLine(sides, np.append(fabric.face_vertex[sides], last))
 
 
-def line_above(fabric: StitchMesh, run: Course) -> Line:
+def line_above(fabric: StitchMesh, run: Course) -> CourseLine:
     """Return the course line above a run."""
     sides = np.array(top_sides(fabric, run.faces), dtype=np.int64)
     first = fabric.face_vertex[fabric.left_wale[run.faces[0]]]
-    return Line(sides, np.concatenate([[first], fabric.face_vertex[sides]]))
+    return CourseLine(sides, np.concatenate([[first], fabric.face_vertex[sides]]))
 
 
 def rebuild_runs(fabric: StitchMesh, plans: Sequence[RunPlan], positions: FloatArray) -> Rebuilt:

@@ -20,7 +20,7 @@ from stitchmesh.mesh import FloatArray
 
 
 @dataclass(frozen=True)
-class Plan:
+class PixelGrid:
     """A grid of pixels over one period."""
 
     lattice: Lattice

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.mesh import FloatArray, IntArray
-from stitchmesh.periodic.textures.plan import Plan
+from stitchmesh.periodic.textures.plan import PixelGrid
 from stitchmesh.periodic.textures.tubes import Tubes
 from stitchmesh.periodic.textures.visibility import Visible
 
@@ -28,7 +28,7 @@ a hundredth of a step of eight bits."""
 
 
 @dataclass(frozen=True)
-class Surface:
+class PixelSurface:
     """The surface at the pixels of some rows of a plan, bottom row first; all values are 0 where there is no yarn."""
 
     covered: NDArray[np.bool_]
@@ -43,7 +43,7 @@ class Surface:
     """Unit vector along the yarn, shape (rows, width, 3)."""
 
 
-def surface_at(tubes: Tubes, plan: Plan, visible: Visible, first: int, last: int) -> Surface:
+def surface_at(tubes: Tubes, plan: PixelGrid, visible: Visible, first: int, last: int) -> PixelSurface:
     """Return the surface at the rows ``first`` to ``last - 1`` of a plan."""
     rows = slice(first, last)
     covered = visible.segment[rows] >= 0
@@ -63,7 +63,7 @@ def surface_at(tubes: Tubes, plan: Plan, visible: Visible, first: int, last: int
         "normal": ball / np.linalg.norm(ball, axis=1)[:, None],
         "direction": along / np.linalg.norm(along, axis=1)[:, None],
     }
-    return Surface(covered, **{name: _expand(covered, value) for name, value in values.items()})
+    return PixelSurface(covered, **{name: _expand(covered, value) for name, value in values.items()})
 
 
 def _highest(

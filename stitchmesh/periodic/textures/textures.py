@@ -23,8 +23,8 @@ from stitchmesh.lattice import Lattice
 from stitchmesh.memory_need import BASE_MEMORY, BYTES_PER_TEXTURE_SAMPLE, check_memory
 from stitchmesh.mesh import FloatArray
 from stitchmesh.mesh.palette import colours_of, linear_colour, srgb_colour
-from stitchmesh.periodic.textures.plan import Plan
-from stitchmesh.periodic.textures.surface import Surface, surface_at
+from stitchmesh.periodic.textures.plan import PixelGrid
+from stitchmesh.periodic.textures.surface import PixelSurface, surface_at
 from stitchmesh.periodic.textures.tubes import Tubes, tubes_above
 from stitchmesh.periodic.textures.visibility import visible_pieces
 from stitchmesh.yarn import YarnSet
@@ -89,13 +89,13 @@ def texture_maps(
     height = max(1, round(float(width * size[1] / size[0]))) if height is None else height
     _check_size("height", height)
     check_texture_memory(width, height)
-    fine = Plan(cell.lattice, SAMPLES * width, SAMPLES * height)
+    fine = PixelGrid(cell.lattice, SAMPLES * width, SAMPLES * height)
     tubes = tubes_above(cell, fine)
     maps = _mean_maps(tubes, fine, linear_colour(colours_of(cell.colour, cell.palette) / 255))
     low, high = tubes.depth
     covered = maps["opacity"] > 0.0
     relief = np.where(covered, maps["height"] - low, 0.0)
-    light = _light(relief, Plan(cell.lattice, width, height), float(cell.drawn_radius.mean()))
+    light = _light(relief, PixelGrid(cell.lattice, width, height), float(cell.drawn_radius.mean()))
     return TextureMaps(
         lattice=cell.lattice,
         depth=high - low,
@@ -124,7 +124,7 @@ def _check_size(name: str, pixels: int) -> None:
         raise ParameterError(f"textures: got a {name} of {pixels} pixels; expected a whole number from 1 to {LARGEST}")
 
 
-def _mean_maps(tubes: Tubes, fine: Plan, yarn_colours: FloatArray) -> dict[str, FloatArray]:
+def _mean_maps(tubes: Tubes, fine: PixelGrid, yarn_colours: FloatArray) -> dict[str, FloatArray]:
     """Return the mean of the covered samples of each pixel, bottom row first."""
     visible = visible_pieces(tubes, fine)
     step = SAMPLES * ROWS_AT_ONCE
@@ -135,7 +135,7 @@ def _mean_maps(tubes: Tubes, fine: Plan, yarn_colours: FloatArray) -> dict[str, 
     return {name: np.concatenate([band[name] for band in bands]) for name in bands[0]}
 
 
-def _means(surface: Surface, yarn_colours: FloatArray) -> dict[str, FloatArray]:
+def _means(surface: PixelSurface, yarn_colours: FloatArray) -> dict[str, FloatArray]:
     covered = surface.covered.astype(np.float64)
     opacity = _blocks(covered).mean(axis=2)
     count = np.maximum(_blocks(covered).sum(axis=2), 1.0)
@@ -150,7 +150,7 @@ def _means(surface: Surface, yarn_colours: FloatArray) -> dict[str, FloatArray]:
     }
 
 
-def _tangents(surface: Surface) -> FloatArray:
+def _tangents(surface: PixelSurface) -> FloatArray:
     """Return the direction of the highest sample of each pixel; two yarns of opposite direction have no mean."""
     height = np.where(surface.covered, surface.height, -np.inf)
     highest = _blocks(height).argmax(axis=2)
@@ -167,7 +167,7 @@ def _blocks(values: FloatArray) -> FloatArray:
     return split.swapaxes(1, 2).reshape(rows, columns, SAMPLES**2, *values.shape[2:])
 
 
-def _light(relief: FloatArray, plan: Plan, radius: float) -> FloatArray:
+def _light(relief: FloatArray, plan: PixelGrid, radius: float) -> FloatArray:
     """Return the fraction of light that reaches each point, from the depth of the point below its surroundings."""
     light = np.ones_like(relief)
     for width, strength in HOLLOWS:
@@ -176,7 +176,7 @@ def _light(relief: FloatArray, plan: Plan, radius: float) -> FloatArray:
     return light
 
 
-def _smooth(values: FloatArray, plan: Plan, width: float) -> FloatArray:
+def _smooth(values: FloatArray, plan: PixelGrid, width: float) -> FloatArray:
     """Convolve a periodic map with a Gaussian of a standard deviation [cm], as a product of Fourier series."""
     wave = np.linalg.inv(plan.periods).T * 2 * np.pi
     row, column = np.fft.fftfreq(plan.height) * plan.height, np.fft.rfftfreq(plan.width) * plan.width

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stitchmesh.mesh import FloatArray, IntArray
-from stitchmesh.periodic.textures.plan import Plan
+from stitchmesh.periodic.textures.plan import PixelGrid
 from stitchmesh.yarn import YarnSet
 
 POWERS = np.array([[1, 4, 1, 0], [-3, 0, 3, 0], [3, -6, 3, 0], [-1, 3, -3, 1]]) / 6
@@ -53,7 +53,7 @@ class Tubes:
         return float((z - self.radius[:, None]).min()), float((z + self.radius[:, None]).max())
 
 
-def tubes_above(yarns: YarnSet, plan: Plan) -> Tubes:
+def tubes_above(yarns: YarnSet, plan: PixelGrid) -> Tubes:
     """Return the tubes of yarns whose periods are those of the plan."""
     corners = yarns.points[yarns.segment_points]
     if yarns.point_shift is not None:

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.mesh import FloatArray, IntArray
-from stitchmesh.periodic.textures.plan import Plan
+from stitchmesh.periodic.textures.plan import PixelGrid
 from stitchmesh.periodic.textures.tubes import Tubes
 
 PAIRS_AT_ONCE = 1 << 19
@@ -72,7 +72,7 @@ class _Pieces:
         return _Pieces(*(getattr(self, field.name)[which] for field in fields(self)))
 
 
-def visible_pieces(tubes: Tubes, plan: Plan) -> Visible:
+def visible_pieces(tubes: Tubes, plan: PixelGrid) -> Visible:
     """Find the uppermost piece at each pixel."""
     count = plan.width * plan.height
     top = np.full(count, -np.inf)
@@ -134,7 +134,7 @@ def _bend_angles(direction: FloatArray) -> FloatArray:
     return np.minimum(np.maximum(padded[:, 1:], padded[:, :-1]) + 1e-3, np.pi / 2)
 
 
-def _pairs(pieces: _Pieces, plan: Plan) -> Iterator[tuple[_Pieces, IntArray, IntArray]]:
+def _pairs(pieces: _Pieces, plan: PixelGrid) -> Iterator[tuple[_Pieces, IntArray, IntArray]]:
     """Yield pieces, columns and rows of all pixels in the rectangles of the pieces: one entry for each pair."""
     low, high = _reach(pieces.along_y, pieces.along_x, pieces)
     first = np.ceil((pieces.y + low) / plan.pixel[1, 1] - 0.5).astype(np.int64)
@@ -168,7 +168,7 @@ def _reach(along: FloatArray, across: FloatArray, pieces: _Pieces) -> tuple[Floa
     return ends.min(axis=0) - aside, ends.max(axis=0) + aside
 
 
-def _columns(pieces: _Pieces, row: IntArray, plan: Plan) -> tuple[IntArray, IntArray]:
+def _columns(pieces: _Pieces, row: IntArray, plan: PixelGrid) -> tuple[IntArray, IntArray]:
     """Return the first and last column of each rectangle in a row of pixels."""
     shift, y = plan.places(-0.5, row)
     up = y - pieces.y

@@ -41,7 +41,7 @@ logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, eq=False)
-class Block:
+class WeaveBlock:
     """Two wefts and two warps of one layer whose four crossings form a plain weave."""
 
     wefts: IntArray
@@ -86,7 +86,7 @@ def jam_report(weave: Weave, yarns: YarnSet) -> dict[str, Any]:
     return {"jammed": jammed, "jam_ratio": tightest.jam_ratio()}
 
 
-def interlaced_blocks(weave: Weave, yarns: YarnSet) -> list[Block]:
+def interlaced_blocks(weave: Weave, yarns: YarnSet) -> list[WeaveBlock]:
     """Return all blocks of crossings that form a plain weave; the arguments are those of ``jam_report``."""
     count, place = len(weave.wefts), _places(yarns)
     found = []
@@ -101,7 +101,7 @@ def interlaced_blocks(weave: Weave, yarns: YarnSet) -> list[Block]:
             two_warps = np.array([warps[column], next_warps[column]])
             gap = np.array([between_warps[column], between_wefts[row]]) * _sizes(yarns)
             touch = yarns.radius[two_wefts][:, None] + yarns.radius[count + two_warps]
-            found.append(Block(two_wefts, two_warps, gap, touch))
+            found.append(WeaveBlock(two_wefts, two_warps, gap, touch))
     return found
 
 
@@ -133,7 +133,7 @@ def _sizes(yarns: YarnSet) -> FloatArray:
     return np.linalg.norm(yarns.lattice.periods, axis=1)
 
 
-def _warning(weave: Weave, block: Block) -> str:
+def _warning(weave: Weave, block: WeaveBlock) -> str:
     """Return the warning: the jammed block, its spacings and the spacings that it needs in mean yarn diameters."""
     wefts, warps = (
         " and ".join(weave.number(kind, index) for index in pair.tolist())

@@ -30,7 +30,7 @@ from stitchmesh.errors import PatternError
 from stitchmesh.mesh import IntArray
 from stitchmesh.mesh.palette import colour_text
 from stitchmesh.patterns.language.parse import quoted_palette, quoted_text
-from stitchmesh.patterns.language.tokens import END, Line, Place, Token, split_lines
+from stitchmesh.patterns.language.tokens import END, Line, TextPlace, Token, split_lines
 from stitchmesh.periodic.weave.layers import Stack, stack_layers
 from stitchmesh.periodic.weave.weave import Thread, Weave
 
@@ -54,7 +54,7 @@ class WrittenWeave:
     name: str
     source: str
     palette: tuple[tuple[int, int, int], ...]
-    places: tuple[Place, ...] = ()
+    places: tuple[TextPlace, ...] = ()
     """Place in the text of each row of the matrix; empty if there is no text yet."""
 
 
@@ -129,7 +129,7 @@ class _WeaveParser:
         self.names = {"weave": file.replace('"', "'"), "source": ""}
         self.palette: tuple[tuple[int, int, int], ...] = ()
         self.layers: list[list[list[int]]] = []
-        self.places: list[list[Place]] = []
+        self.places: list[list[TextPlace]] = []
         self.layered = False
         self.stitches: list[_Stitch] = []
         self.threads: dict[tuple[str, str], list[Token]] = {}
@@ -139,7 +139,7 @@ class _WeaveParser:
         for line in lines:
             if line.text.strip():
                 self._statement(line)
-        end = lines[-1].place if lines else Place(self.file, 1, 1)
+        end = lines[-1].place if lines else TextPlace(self.file, 1, 1)
         if not self.layers or not self.layers[-1]:
             raise end.error("got the end of a weave without a matrix; expected a line of 0 and 1 for each weft")
         rows, columns = sum(map(len, self.layers)), sum(len(layer[0]) for layer in self.layers)

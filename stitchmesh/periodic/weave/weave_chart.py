@@ -19,7 +19,7 @@ from stitchmesh.mesh import IntArray
 from stitchmesh.mesh.polygon_mesh import frozen_array
 from stitchmesh.patterns.charts.grid import BLANK, Box, Brush, check_chart_shape
 from stitchmesh.patterns.charts.knit_chart import overlap
-from stitchmesh.patterns.language.tokens import Place
+from stitchmesh.patterns.language.tokens import TextPlace
 from stitchmesh.periodic.weave.text import WrittenWeave, format_matrix, parse_written_weave
 from stitchmesh.periodic.weave.weave import Thread, Weave
 
@@ -214,7 +214,7 @@ class WeaveChartText:
 
     text: str
     chart: WeaveChart
-    places: tuple[Place, ...]
+    places: tuple[TextPlace, ...]
     """Place in the text of each weft, from the top."""
 
     def pattern(self) -> Weave:
@@ -246,7 +246,7 @@ def write_weave_chart(chart: WeaveChart) -> WeaveChartText:
     matrix = tuple(map(tuple, chart.squares.tolist()))
     text = format_matrix(WrittenWeave(matrix, chart.wefts, chart.warps, *names))
     first = text.count("\n") - chart.shape[0] + 1
-    return WeaveChartText(text, chart, tuple(Place(chart.name, first + row, 1) for row in range(chart.shape[0])))
+    return WeaveChartText(text, chart, tuple(TextPlace(chart.name, first + row, 1) for row in range(chart.shape[0])))
 
 
 def parse_weave_chart(text: str, name: str = "weave") -> WeaveChartText:

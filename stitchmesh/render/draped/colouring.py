@@ -14,7 +14,7 @@ from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.mixed.drape import Draped
 from stitchmesh.mixed.output.display import Display
 from stitchmesh.mixed.output.files import state_maps
-from stitchmesh.mixed.output.frames import Frame
+from stitchmesh.mixed.output.frames import DrapeFrame
 from stitchmesh.mixed.output.maps import StateMaps
 from stitchmesh.render.colour_scale import ColourScale
 from stitchmesh.yarn import YarnSet
@@ -25,7 +25,7 @@ ALPHA_SCALE = ColourScale(np.array([[128, 152, 184], [200, 176, 130], [196, 84, 
 """Colours of the blending field: triangles, hybrid region, yarns."""
 
 
-def nodes_at_points(draped: Draped, frame: Frame, curves: YarnSet) -> IntArray:
+def nodes_at_points(draped: Draped, frame: DrapeFrame, curves: YarnSet) -> IntArray:
     """Return the yarn node that is nearest to each control point of the yarns of a state, shape (P,).
 
     The numbers of one state serve all states of a run.
@@ -40,7 +40,7 @@ class DrapedValues:
 
     draped: Draped
     """The run."""
-    frame: Frame
+    frame: DrapeFrame
     """The state."""
     node: IntArray
     """Yarn node at each control point of the yarns, shape (P,): ``nodes_at_points``."""

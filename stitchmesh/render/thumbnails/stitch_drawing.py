@@ -23,7 +23,7 @@ from stitchmesh.mesh.palette import colour_text, linear_colour
 from stitchmesh.mesh.stitch import SIDE_COUNTS, Stitch
 from stitchmesh.render.palette import stitch_colour
 from stitchmesh.yarngen.templates.table import template
-from stitchmesh.yarngen.templates.template import STITCH_HEIGHT, Part
+from stitchmesh.yarngen.templates.template import STITCH_HEIGHT, TemplatePart
 
 OWN = "#1b1815"
 """Colour of the yarn of the stitch's own row, black."""
@@ -106,7 +106,7 @@ def _strokes(stitch: Stitch, low: int, high: int) -> list[_Stroke]:
     return [stroke for part, x, y, own in parts for stroke in _cut(part, np.array([x, y, 0.0]), own)]
 
 
-def _cut(part: Part, offset: FloatArray, is_own: bool) -> list[_Stroke]:
+def _cut(part: TemplatePart, offset: FloatArray, is_own: bool) -> list[_Stroke]:
     """Cut a part into strokes of about equal length; neighbouring strokes share a point."""
     count = max(round(part.length * STROKES_PER_WIDTH), 2)
     places = np.linspace(0, len(part.curve) - 1, 2 * count + 1).round().astype(np.int64)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stitchmesh.mesh import FloatArray
-from stitchmesh.shaping.panels.outline_pieces import BEGINS, Piece
+from stitchmesh.shaping.panels.outline_pieces import BEGINS, OutlinePiece
 from stitchmesh.shaping.panels.panel_time import PanelTime
 
 
@@ -35,7 +35,7 @@ class Hem:
     """Its parts from left to right."""
 
 
-def hems_of(found: PanelTime, pieces: list[Piece], width: float) -> list[Hem]:
+def hems_of(found: PanelTime, pieces: list[OutlinePiece], width: float) -> list[Hem]:
     """Return the hems of a panel, with the number of stitches of each of their pieces.
 
     Args:
@@ -51,7 +51,7 @@ def hems_of(found: PanelTime, pieces: list[Piece], width: float) -> list[Hem]:
     return hems
 
 
-def _count(pieces: list[Piece], number: int, width: float) -> int:
+def _count(pieces: list[OutlinePiece], number: int, width: float) -> int:
     """Number of stitches along a piece; the same for the two pieces at a seam, from their mean length."""
     piece = pieces[number]
     length = piece.length if piece.partner < 0 else 0.5 * (piece.length + pieces[piece.partner].length)

@@ -30,7 +30,7 @@ SIDE, BEGINS, ENDS = 0, -1, 1
 
 
 @dataclass(frozen=True, eq=False)
-class Piece:
+class OutlinePiece:
     """A piece of the outline of a panel."""
 
     panel: int
@@ -47,7 +47,7 @@ class Piece:
     """Number of the next piece of the same border."""
 
 
-def outline_pieces(panels: PanelMesh, direction: FloatArray, stitch_width: float) -> list[Piece]:
+def outline_pieces(panels: PanelMesh, direction: FloatArray, stitch_width: float) -> list[OutlinePiece]:
     """Divide the outlines of all panels.
 
     Args:
@@ -57,7 +57,7 @@ def outline_pieces(panels: PanelMesh, direction: FloatArray, stitch_width: float
     """
     breaks = _breaks(panels)
     across, place = _side_of_vertex(panels), _places_across(panels, direction)
-    pieces: list[Piece] = []
+    pieces: list[OutlinePiece] = []
     for loop in panels.mesh.boundary_loops:
         first = len(pieces)
         lines = _between_breaks(panels.mesh.face_vertex[loop], breaks)
@@ -66,11 +66,11 @@ def outline_pieces(panels: PanelMesh, direction: FloatArray, stitch_width: float
             length = float(_steps(panels.mesh.vertices[line]).sum())
             kind = _kind(float(place[line[-1]] - place[line[0]]), length)
             kind = kind if length >= SHORTEST_HEM * stitch_width else SIDE
-            pieces.append(Piece(panel, line, length, kind, -1, first + (number + 1) % len(lines)))
+            pieces.append(OutlinePiece(panel, line, length, kind, -1, first + (number + 1) % len(lines)))
     return _without_touching_hems(_with_partners(pieces, across))
 
 
-def hem_runs(pieces: list[Piece], panel: int) -> list[list[int]]:
+def hem_runs(pieces: list[OutlinePiece], panel: int) -> list[list[int]]:
     """Return the pieces of each hem of a panel, along the border; neighbours of one kind are one hem."""
     hems = [number for number, piece in enumerate(pieces) if piece.panel == panel and piece.kind != SIDE]
     before = {pieces[number].following: number for number in hems}
@@ -148,13 +148,13 @@ def _kind(width: float, length: float) -> int:
     return BEGINS if width > 0.0 else ENDS
 
 
-def _with_partners(pieces: list[Piece], across: dict[int, int]) -> list[Piece]:
+def _with_partners(pieces: list[OutlinePiece], across: dict[int, int]) -> list[OutlinePiece]:
     """Find the piece that each piece is sewn to."""
     owner = {vertex: number for number, piece in enumerate(pieces) for vertex in piece.vertices[:-1].tolist()}
     return [replace(piece, partner=owner.get(across.get(int(piece.vertices[0]), -1), -1)) for piece in pieces]
 
 
-def _without_touching_hems(pieces: list[Piece]) -> list[Piece]:
+def _without_touching_hems(pieces: list[OutlinePiece]) -> list[OutlinePiece]:
     """Make a side of the shorter one of two hems, one where rows begin and one where they end, with a common vertex."""
     kinds = [piece.kind for piece in pieces]
     for number, piece in enumerate(pieces):

@@ -20,7 +20,7 @@ from stitchmesh.shaping.chains import Chain
 from stitchmesh.shaping.counts import SLACK, StitchSize
 from stitchmesh.shaping.level_lines import Band, LevelLine, LevelLines
 from stitchmesh.shaping.panels.hems import Hem
-from stitchmesh.shaping.rows import AT_EDGE, Rows
+from stitchmesh.shaping.rows import AT_EDGE, MadeRows
 from stitchmesh.shaping.seams import Gore, RowChange, ShapedRows, halves, seam_plan, stacked_wales
 from stitchmesh.shaping.wales import Wales, join_courses
 from stitchmesh.tessellate.panel import StitchFaces, stitch_for
@@ -226,8 +226,8 @@ class PanelStitches:
             for chain in (joint.low_part, joint.high_part)
         )  # fmt: skip
         penalty = np.zeros(len(below))
-        penalty[: Rows.edge_vertices] += AT_EDGE
-        penalty[len(penalty) - Rows.edge_vertices :] += AT_EDGE
+        penalty[: MadeRows.edge_vertices] += AT_EDGE
+        penalty[len(penalty) - MadeRows.edge_vertices :] += AT_EDGE
         return join_courses(below, above, self.size.width, penalty)
 
     def _add_face(

@@ -18,7 +18,7 @@ import numpy as np
 from stitchmesh.errors import TessellationError
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.shaping.ends import End, Ends
-from stitchmesh.shaping.panels.outline_pieces import BEGINS, Piece, hem_runs
+from stitchmesh.shaping.panels.outline_pieces import BEGINS, OutlinePiece, hem_runs
 from stitchmesh.shaping.panels.refined_panel import RefinedPanel
 from stitchmesh.shaping.time_function import knots
 from stitchmesh.shaping.triangle_surface import TriangleSurface
@@ -65,7 +65,7 @@ class PanelTime:
 
 
 def panel_time(
-    panel: int, refined: RefinedPanel, pieces: list[Piece], direction: FloatArray, height: float
+    panel: int, refined: RefinedPanel, pieces: list[OutlinePiece], direction: FloatArray, height: float
 ) -> PanelTime:
     """Find the time of a panel.
 
@@ -116,7 +116,7 @@ def _solved(surface: TriangleSurface, coordinate: FloatArray, field: FloatArray,
     return parts.solve(matrix, right, known)
 
 
-def refined_line(refined: RefinedPanel, run: list[Piece]) -> IntArray:
+def refined_line(refined: RefinedPanel, run: list[OutlinePiece]) -> IntArray:
     """Vertices of the surface along consecutive pieces of the outline."""
     corner = np.concatenate([run[0].vertices, *(piece.vertices[1:] for piece in run[1:])])
     first, last = refined.place(int(corner[0])), refined.place(int(corner[-1]))

@@ -8,7 +8,7 @@ import numpy as np
 
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, Mesh
 from stitchmesh.shaping.level_lines import LevelLine
-from stitchmesh.shaping.panels.outline_pieces import ENDS, Piece
+from stitchmesh.shaping.panels.outline_pieces import ENDS, OutlinePiece
 
 SIDE_GAP = 0.5
 """Distance by which a border is drawn back from a seam, in stitch widths."""
@@ -16,7 +16,7 @@ TOP_GAP = 0.7
 """The same for a border at which rows end, above which loops are bound off."""
 
 
-def gap_at(piece: Piece, width: float) -> float:
+def gap_at(piece: OutlinePiece, width: float) -> float:
     """Return the distance by which a border is drawn back from a piece of an outline, if it is sewn [cm]."""
     return width * (TOP_GAP if piece.kind == ENDS else SIDE_GAP)
 
@@ -41,7 +41,7 @@ def drawn_back(mesh: Mesh, sides: IntArray, distance: FloatArray) -> FloatArray:
 
 
 def sides_on_seams(
-    fabric: Mesh, face_panel: IntArray, pieces: list[Piece], lines: list[LevelLine], reach: float
+    fabric: Mesh, face_panel: IntArray, pieces: list[OutlinePiece], lines: list[LevelLine], reach: float
 ) -> tuple[IntArray, IntArray]:
     """Find the border sides of stitches that lie on a piece of an outline that is sewn to another one.
 

@@ -11,14 +11,14 @@ from __future__ import annotations
 import numpy as np
 
 from stitchmesh.mesh import FloatArray, IntArray
-from stitchmesh.shaping.panels.outline_pieces import SIDE, Piece
+from stitchmesh.shaping.panels.outline_pieces import SIDE, OutlinePiece
 from stitchmesh.shaping.panels.panel_time import PanelTime, refined_line
 
 LARGEST_CHANGE = 2.0
 """Deviation of the difference of two times from a whole number, in courses, up to which they are made equal."""
 
 
-def with_equal_seams(times: list[PanelTime], pieces: list[Piece]) -> list[PanelTime]:
+def with_equal_seams(times: list[PanelTime], pieces: list[OutlinePiece]) -> list[PanelTime]:
     """Make the times of panels at their seams equal, up to whole numbers of courses.
 
     Args:
@@ -43,7 +43,7 @@ class _Side:
         self.panel, self.vertices, self.place, self.courses = panel, vertices, place, courses
 
     @classmethod
-    def of(cls, time: PanelTime, piece: Piece) -> _Side:
+    def of(cls, time: PanelTime, piece: OutlinePiece) -> _Side:
         """Return the time along a piece of an outline."""
         vertices = refined_line(time.refined, [piece])
         points = time.refined.surface.vertices[vertices]

@@ -21,7 +21,7 @@ from stitchmesh.mesh.connectivity import find_fans, next_sides
 from stitchmesh.mesh.courses import course_of_faces, courses_below, find_courses, knitting_order
 from stitchmesh.mesh.shaping_stitches import with_increases
 from stitchmesh.shaping.level_lines import LevelLine
-from stitchmesh.shaping.panels.outline_pieces import BEGINS, ENDS, SIDE, Piece
+from stitchmesh.shaping.panels.outline_pieces import BEGINS, ENDS, SIDE, OutlinePiece
 from stitchmesh.shaping.panels.panel_rows import PanelStitches, RowEnd
 from stitchmesh.tessellate.tessellate import twins_of_edges, with_cast_on
 
@@ -63,7 +63,7 @@ class _Faces:
 
 
 def sewn_fabric(
-    made: PanelStitches, pieces: list[Piece], lines: list[LevelLine], apart: Collection[tuple[int, int]] = ()
+    made: PanelStitches, pieces: list[OutlinePiece], lines: list[LevelLine], apart: Collection[tuple[int, int]] = ()
 ) -> tuple[StitchMesh, tuple[SeamResult, ...]]:
     """Join the panels at their seams where their stitches fit.
 
@@ -102,13 +102,13 @@ def sewn_fabric(
     return in_knitting_order(fabric), tuple(results[number] for number in sorted(results))
 
 
-def _sides_first(pieces: list[Piece]) -> list[int]:
+def _sides_first(pieces: list[OutlinePiece]) -> list[int]:
     """The first piece of each seam: seams of sides, and then those of two hems, which depend on what is beside them."""
     seams = [number for number, piece in enumerate(pieces) if piece.partner > number]
     return sorted(seams, key=lambda number: SIDE not in (pieces[number].kind, pieces[pieces[number].partner].kind))
 
 
-def _graft_fits(pieces: list[Piece], number: int, joined: Collection[int]) -> bool:
+def _graft_fits(pieces: list[OutlinePiece], number: int, joined: Collection[int]) -> bool:
     """Whether there is room for the yarns at the ends of a graft of two hems.
 
     Where rows begin on both sides, the first rows need to go on in the other panel beside the graft: the yarns of their
@@ -201,7 +201,7 @@ def _with_twins(
 
 
 def _hem_pairs(
-    hem_edges: dict[int, tuple[int, ...]], sides: dict[int, int], pieces: list[Piece], number: int
+    hem_edges: dict[int, tuple[int, ...]], sides: dict[int, int], pieces: list[OutlinePiece], number: int
 ) -> list[tuple[int, int]]:
     """Pair the sides along two hems, from one end of the seam to the other; none if their numbers differ."""
     lines = []
@@ -225,7 +225,9 @@ class _PlacedEnd:
     """Lengths along the piece to the two vertices of the edge [cm], ascending."""
 
 
-def _ends_by_piece(made: PanelStitches, pieces: list[Piece], lines: list[LevelLine]) -> dict[int, list[_PlacedEnd]]:
+def _ends_by_piece(
+    made: PanelStitches, pieces: list[OutlinePiece], lines: list[LevelLine]
+) -> dict[int, list[_PlacedEnd]]:
     """Find the piece of the outline at which each row ends; the ends at each piece, in the order along it."""
     found: dict[int, list[_PlacedEnd]] = {}
     own: dict[int, list[int]] = {}

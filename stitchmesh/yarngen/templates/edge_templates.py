@@ -22,8 +22,8 @@ from stitchmesh.yarngen.templates.plain import knit
 from stitchmesh.yarngen.templates.template import (
     CURVE_POINTS,
     Crossing,
-    Part,
     Template,
+    TemplatePart,
     bottom,
     centripetal_parameters,
     crossing_point,
@@ -125,7 +125,7 @@ def chain(*, first: bool = False, last: bool = False) -> Template:
         last: whether the stitch is the last of the chain, through which the yarn is drawn.
     """
     head = next(part for part in knit().parts if part.is_head)
-    parts = [Part(bottom(0, 0), bottom(0, 1), head.curve / [1.0, CHAIN_HEIGHT, 1.0], is_head=True)]
+    parts = [TemplatePart(bottom(0, 0), bottom(0, 1), head.curve / [1.0, CHAIN_HEIGHT, 1.0], is_head=True)]
     left, right = left_wale(1, 1), right_wale(1)
     if not first:
         parts.append(
@@ -147,9 +147,9 @@ def _foot(wale: Crossing) -> tuple[float, float, float]:
     return x, y * CHAIN_HEIGHT, 0.0
 
 
-def _part_through(start: Crossing, end: Crossing, waypoints: Waypoints, *, is_head: bool = False) -> Part:
+def _part_through(start: Crossing, end: Crossing, waypoints: Waypoints, *, is_head: bool = False) -> TemplatePart:
     """A part along a natural cubic spline through waypoints; the first and the last waypoint are its ends."""
     points = np.array(waypoints)
     places = centripetal_parameters(points)
     curve = CubicSpline(places, points, bc_type="natural")(np.linspace(0.0, places[-1], CURVE_POINTS))
-    return Part(start, end, curve / [1.0, CHAIN_HEIGHT, 1.0], is_head)
+    return TemplatePart(start, end, curve / [1.0, CHAIN_HEIGHT, 1.0], is_head)

@@ -15,8 +15,8 @@ from stitchmesh.yarngen.templates.plain import HEIGHT_FADE, HEIGHT_IN_RADII, kni
 from stitchmesh.yarngen.templates.template import (
     STITCH_HEIGHT,
     Crossing,
-    Part,
     Template,
+    TemplatePart,
     bottom,
     left_wale,
     right_wale,
@@ -88,7 +88,7 @@ def column_waypoint(
     return left + (loop + u) / loops * (right - left), v, height
 
 
-def _held_head(n: tuple[int, int], loop: int) -> Part:
+def _held_head(n: tuple[int, int], loop: int) -> TemplatePart:
     """The plain head, narrowed with its face.
 
     Its right leg lies behind at the place where the drawn-through yarn passes in front.
@@ -100,4 +100,4 @@ def _held_head(n: tuple[int, int], loop: int) -> Part:
     height = HEIGHT_IN_RADII * np.cos(np.pi * share) * np.sin(np.pi / 2 * height_factor)
     points = [column_waypoint(n, loop, n[0], *point) for point in zip(u, v, height, strict=True)]
     curve = np.array([(x, y * STITCH_HEIGHT, h) for x, y, h in points])
-    return Part(bottom(loop, 0), bottom(loop, 1), curve, is_head=True)
+    return TemplatePart(bottom(loop, 0), bottom(loop, 1), curve, is_head=True)

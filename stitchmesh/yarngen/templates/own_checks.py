@@ -24,7 +24,7 @@ from stitchmesh.yarngen.clearance import smallest_distance
 from stitchmesh.yarngen.generate import generate_yarns
 from stitchmesh.yarngen.templates.drawings import template_of_own
 from stitchmesh.yarngen.templates.surrounding import surround_stitch
-from stitchmesh.yarngen.templates.template import RADIUS_OVER_WIDTH, Crossing, Part, Template, trapezoid
+from stitchmesh.yarngen.templates.template import RADIUS_OVER_WIDTH, Crossing, Template, TemplatePart, trapezoid
 from stitchmesh.yarngen.templates.twists import twisted
 
 PIERCING = {"k": 1, "p": -1, "y": 0}
@@ -163,7 +163,7 @@ def _check_distances(stitch: OwnStitch) -> None:
                 raise YarnError(f"stitch {stitch.code!r}: {found}; expected more than {wanted:g}: {remedy}")
 
 
-def crossings_between(first: Part, second: Part) -> tuple[list[int], list[int]]:
+def crossings_between(first: TemplatePart, second: TemplatePart) -> tuple[list[int], list[int]]:
     """Return the crossings of two parts as seen from the right side.
 
     Returns:
@@ -183,12 +183,12 @@ def crossings_between(first: Part, second: Part) -> tuple[list[int], list[int]]:
     return front.tolist(), (front * np.sign(det[i, j]).astype(int)).tolist()
 
 
-def handedness(first: Part, second: Part) -> int:
+def handedness(first: TemplatePart, second: TemplatePart) -> int:
     """Return the sum of the signs of the crossings of two parts; a motion without crossings of yarn preserves it."""
     return sum(crossings_between(first, second)[1])
 
 
-def piercings(part: Part, head: Part) -> int:
+def piercings(part: TemplatePart, head: TemplatePart) -> int:
     """Return how often a part passes through a head from behind to the front, minus how often it passes back.
 
     A head runs clockwise, upwards on its left side. A part in front that leaves the head over its edge therefore

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Knit and purl: the plain loop (t + 1.5 sin 2t, 4 cos t, cos 2t) with rows 4.5 apart (Crane 2023).
+"""Knit: the plain loop (t + 1.5 sin 2t, 4 cos t, cos 2t) with rows 4.5 apart (Crane 2023).
 
 The loop is 2 pi wide, so all lengths are divided by 2 pi. A face holds three parts: the head of the lower row, with t
 from -pi/2 to pi/2; the left foot of its own row, with t from -pi to -pi/2; and the right foot, the mirror image of the
@@ -17,13 +17,12 @@ from stitchmesh.yarngen.templates.template import (
     CURVE_POINTS,
     RADIUS_OVER_WIDTH,
     STITCH_HEIGHT,
-    Part,
     Template,
+    TemplatePart,
     bottom,
     left_wale,
     right_wale,
     top,
-    turned_over,
 )
 
 LOOP_WIDTH = 2 * np.pi
@@ -36,15 +35,13 @@ HEIGHT_FADE = 0.16
 
 def knit() -> Template:
     """The knit stitch: a loop pulled through the loop below from the wrong side to the right side."""
-    head = Part(bottom(0, 0), bottom(0, 1), _plain(-np.pi / 2, np.pi / 2, 0.0, HEIGHT_FADE / 2), is_head=True)
-    left = Part(left_wale(1, 1), top(1, 1, 0, 0), _plain(-np.pi, -np.pi / 2, STITCH_HEIGHT, HEIGHT_FADE), is_head=False)
-    right = Part(top(1, 1, 0, 1), right_wale(1), _plain(np.pi / 2, np.pi, STITCH_HEIGHT, HEIGHT_FADE), is_head=False)
+    over = _plain(-np.pi / 2, np.pi / 2, 0.0, HEIGHT_FADE / 2)
+    rising = _plain(-np.pi, -np.pi / 2, STITCH_HEIGHT, HEIGHT_FADE)
+    falling = _plain(np.pi / 2, np.pi, STITCH_HEIGHT, HEIGHT_FADE)
+    head = TemplatePart(bottom(0, 0), bottom(0, 1), over, is_head=True)
+    left = TemplatePart(left_wale(1, 1), top(1, 1, 0, 0), rising, is_head=False)
+    right = TemplatePart(top(1, 1, 0, 1), right_wale(1), falling, is_head=False)
     return Template(1, 1, (head, left, right))
-
-
-def purl() -> Template:
-    """The purl stitch: a loop pulled through the loop below from the right side to the wrong side."""
-    return turned_over(knit())
 
 
 def _plain(first: float, last: float, shift_up: float, fade: float) -> FloatArray:

@@ -41,7 +41,7 @@ class Crossing:
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
+class TemplatePart:
     """A piece of yarn between two crossings."""
 
     start: Crossing
@@ -83,7 +83,9 @@ class Part:
         arc_lengths = np.linspace(self.length - length, self.length, count)
         return self._at(arc_lengths if crossing == self.end else self.length - arc_lengths)
 
-    def with_end_replaced(self, crossing: Crossing, length: float, end_stretch: FloatArray, to: Crossing) -> Part:
+    def with_end_replaced(
+        self, crossing: Crossing, length: float, end_stretch: FloatArray, to: Crossing
+    ) -> TemplatePart:
         """The part with its last stretch before a crossing replaced.
 
         Args:
@@ -111,7 +113,7 @@ class Template:
     """Number of bottom sides of the face."""
     n_top: int
     """Number of top sides of the face."""
-    parts: tuple[Part, ...]
+    parts: tuple[TemplatePart, ...]
     """The yarn parts."""
 
     @cached_property
@@ -172,7 +174,7 @@ def crossing_point(n_bottom: int, n_top: int, crossing: Crossing) -> tuple[float
 def spline_part(
     n_bottom: int, n_top: int, start: Crossing, end: Crossing, waypoints: Sequence[tuple[float, float, float]],
     *, is_head: bool = False,
-) -> Part:  # fmt: skip
+) -> TemplatePart:  # fmt: skip
     """A part along a natural cubic spline through waypoints between two crossings.
 
     Args:
@@ -188,7 +190,7 @@ def spline_part(
     points = np.array([ends[0], *inner, ends[1]])
     arc_lengths = centripetal_parameters(points)
     curve = CubicSpline(arc_lengths, points, bc_type="natural")(np.linspace(0.0, arc_lengths[-1], CURVE_POINTS))
-    return Part(start, end, curve, is_head)
+    return TemplatePart(start, end, curve, is_head)
 
 
 def centripetal_parameters(points: FloatArray) -> FloatArray:
@@ -207,7 +209,7 @@ def mirrored(template: Template) -> Template:
         curve = part.curve * [-1.0, 1.0, 1.0] + [widest, 0.0, 0.0]
         if not (part.is_head and part.end.place > nb):  # the legs of a slipped loop keep their upward direction
             ends, curve = ends[::-1], curve[::-1]
-        parts.append(Part(*ends, curve, part.is_head))
+        parts.append(TemplatePart(*ends, curve, part.is_head))
     return Template(nb, nt, tuple(parts))
 
 
@@ -224,5 +226,6 @@ def _mirror_crossing(crossing: Crossing, nb: int, nt: int) -> Crossing:
 
 def turned_over(template: Template) -> Template:
     """The template with reversed heights, which turns knit into purl."""
-    parts = tuple(Part(part.start, part.end, part.curve * [1.0, 1.0, -1.0], part.is_head) for part in template.parts)
+    turned = [1.0, 1.0, -1.0]
+    parts = tuple(TemplatePart(part.start, part.end, part.curve * turned, part.is_head) for part in template.parts)
     return Template(template.n_bottom, template.n_top, parts)

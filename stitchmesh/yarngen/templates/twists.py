@@ -17,7 +17,7 @@ from __future__ import annotations
 import numpy as np
 
 from stitchmesh.mesh import FloatArray
-from stitchmesh.yarngen.templates.template import Crossing, Part, Template, top
+from stitchmesh.yarngen.templates.template import Crossing, Template, TemplatePart, top
 
 LONGEST_TURN = 0.5
 """Largest arc length of the turn, from the top side down [stitch widths]."""
@@ -45,7 +45,7 @@ def twisted(template: Template, twists: tuple[int, ...]) -> Template:
     return Template(template.n_bottom, template.n_top, tuple(parts))
 
 
-def _twist_loop(parts: list[Part], slots: list[Crossing], turn: int) -> None:
+def _twist_loop(parts: list[TemplatePart], slots: list[Crossing], turn: int) -> None:
     """Turn the left and the right leg, which end at ``slots``, around each other; ``parts`` is changed in place."""
     left, right = ([slot in (part.start, part.end) for part in parts].index(True) for slot in slots)
     length = min(LONGEST_TURN, LARGEST_SHARE_OF_PART * parts[left].length, LARGEST_SHARE_OF_PART * parts[right].length)

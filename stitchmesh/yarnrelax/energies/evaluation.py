@@ -14,7 +14,6 @@ from typing import Any
 import warp as wp
 
 from stitchmesh.compute.captured import Launcher
-from stitchmesh.compute.clear_vectors import clear_vectors
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.vector_loads import load_vector
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
@@ -87,6 +86,16 @@ def gather_forces(
     i = wp.tid()
     if not rests(model.images, cell_of(model.images, wp.max(model.point_segments[i]))):
         gather_at(model, i, point_stiffness, leg_force, sample_force, external_force, force, stiffness)
+
+
+@kernel
+def clear_vectors(
+    # state out
+    vectors: wp.array[Any],
+) -> None:
+    """Set an array to zero, in a launch like others."""
+    i = wp.tid()
+    vectors[i] = type(vectors[0])()
 
 
 def force_launches(

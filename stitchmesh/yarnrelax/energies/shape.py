@@ -43,7 +43,7 @@ from stitchmesh.compute.precision import vector
 from stitchmesh.compute.reduction import ordered_sum
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
-from stitchmesh.yarnrelax.energies.shape_patches import Loops, Rows, choose_patches, loops_of, owners
+from stitchmesh.yarnrelax.energies.shape_patches import Loops, WeightedRows, choose_patches, loops_of, owners
 from stitchmesh.yarnrelax.energies.term import Coupling, Term, TermChoice
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.state import State
@@ -286,7 +286,7 @@ def put_shape(model: Model, fabric: StitchMesh, loops: Loops) -> Shape:
     )
 
 
-def _stiffness(model: Model, loops: Loops, by_loop: Rows) -> tuple[float, float, float]:
+def _stiffness(model: Model, loops: Loops, by_loop: WeightedRows) -> tuple[float, float, float]:
     """kappa_T, kappa_N and kappa_S [erg / unit^2] from the pull of one stitch; the mean radius is the unit."""
     length = float(model.rest_length.mean())
     pull = 0.02 * model.material.k_len / length + 2 * model.material.k_bend / 4**2

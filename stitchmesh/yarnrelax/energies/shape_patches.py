@@ -19,7 +19,7 @@ RINGS = 3
 
 
 @dataclass(frozen=True, eq=False)
-class Rows:
+class WeightedRows:
     """Lists of numbers in compressed rows, each with a weight."""
 
     start: IntArray
@@ -34,7 +34,7 @@ class Rows:
 class Loops:
     """The control points of each stitch face that has any."""
 
-    points: Rows
+    points: WeightedRows
     """Control points of each loop."""
     face: IntArray
     """Stitch face of each loop."""
@@ -54,13 +54,13 @@ def loops_of(yarns: YarnSet, fabric: StitchMesh) -> Loops:
         raise ParameterError(f"keep_shape: got yarns with {found} and a fabric of {fabric.face_count}; pass its own")
     order = known[np.argsort(yarns.face[known], kind="stable")]
     face, first = np.unique(yarns.face[order], return_index=True)
-    points = Rows(np.append(first, len(order)), order, np.ones(len(order)))
+    points = WeightedRows(np.append(first, len(order)), order, np.ones(len(order)))
     at_border = np.zeros(fabric.face_count, dtype=bool)
     at_border[fabric.side_face[fabric.twin == BORDER]] = True
     return Loops(points, face, np.flatnonzero(at_border[face]))
 
 
-def choose_patches(fabric: StitchMesh, loops: Loops, rings: int = RINGS) -> tuple[Rows, IntArray]:
+def choose_patches(fabric: StitchMesh, loops: Loops, rings: int = RINGS) -> tuple[WeightedRows, IntArray]:
     """Overlapping patches of loops with tent weights, and the face at each patch's centre."""
     steps = _steps_apart(fabric, rings)
     centres = _greedy_centres(steps, loops.face, rings // 2)
@@ -74,16 +74,16 @@ def choose_patches(fabric: StitchMesh, loops: Loops, rings: int = RINGS) -> tupl
     weight = 1.0 - (chosen.data[inside] - 1.0) / (rings + 1.0)
     order = np.lexsort((member, patch))
     counts = np.bincount(patch, minlength=len(centres))
-    rows = Rows(np.concatenate([[0], np.cumsum(counts)]), member[order], weight[order])
+    rows = WeightedRows(np.concatenate([[0], np.cumsum(counts)]), member[order], weight[order])
     return rows, centres
 
 
-def owners(patches: Rows, loop_count: int) -> Rows:
+def owners(patches: WeightedRows, loop_count: int) -> WeightedRows:
     """The patches of each loop: the transpose of ``patches``."""
     patch = np.repeat(np.arange(len(patches.start) - 1), np.diff(patches.start))
     order = np.argsort(patches.entry, kind="stable")
     counts = np.bincount(patches.entry, minlength=loop_count)
-    return Rows(np.concatenate([[0], np.cumsum(counts)]), patch[order], patches.weight[order])
+    return WeightedRows(np.concatenate([[0], np.cumsum(counts)]), patch[order], patches.weight[order])
 
 
 def _steps_apart(fabric: StitchMesh, rings: int) -> csr_array:

@@ -28,7 +28,7 @@ from stitchmesh.yarnrelax.model.state import State
 
 @wp.func
 def block_of_legs(leg_hessian: wp.array2d[Any], s: int, leg: int, other: int) -> wp.mat33d:
-    """The block of two legs of a segment, of which one half is stored (``LEG_PAIRS``)."""
+    """The block of two legs of a segment, of which one half is stored (``segment_hessian``)."""
     low, high = wp.min(leg, other), wp.max(leg, other)
     block = wp.mat33d(leg_hessian[(low * (5 - low)) // 2 + high, s])
     if leg > other:

@@ -36,9 +36,6 @@ from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.lattice_images import cell_of, rests
 from stitchmesh.yarnrelax.model.spline import segment_corners
 
-LEG_PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
-"""The pairs of legs whose blocks are stored, in this order; the others are their transposes."""
-
 
 @wp.func
 def gauss_newton_bend(t: Any, a: Any, c: Any) -> tuple[Any, Any, Any]:
@@ -129,7 +126,10 @@ def find_leg_hessians(
     # state out
     leg_hessian: wp.array2d[Any],
 ) -> None:
-    """The six blocks of each segment (``LEG_PAIRS``) [erg / unit^2]; ``exact`` is the share of the exact matrix."""
+    """Find six blocks of each segment [erg / unit^2]: of the pairs of legs 00, 01, 02, 11, 12 and 22, in this order.
+
+    The others are their transposes; ``exact`` is the share of the exact matrix.
+    """
     s = wp.tid()
     if rests(model.images, cell_of(model.images, s)):
         return

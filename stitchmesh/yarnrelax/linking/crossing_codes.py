@@ -21,7 +21,7 @@ import warp as wp
 from stitchmesh.compute.slots import next_slot
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import IntArray
-from stitchmesh.yarnrelax.linking.projection import Projection
+from stitchmesh.yarnrelax.linking.projection import ProjectedPolylines
 
 
 @wp.struct
@@ -50,7 +50,7 @@ def note(crossings: Crossings, one: int, two: int, image: wp.vec2i, positive: bo
         crossings.code[slot] = wp.int64(2) * code + wp.where(positive, wp.int64(1), wp.int64(0))
 
 
-def collected(projection: Projection, launch: Callable[[Any], None]) -> IntArray:
+def collected(projection: ProjectedPolylines, launch: Callable[[Any], None]) -> IntArray:
     """Codes that a launch writes; the launch is repeated with more capacity where crossings outnumber edges.
 
     Raises:
@@ -73,7 +73,7 @@ def collected(projection: Projection, launch: Callable[[Any], None]) -> IntArray
         room = found
 
 
-def decoded(projection: Projection, code: IntArray) -> tuple[IntArray, IntArray, IntArray]:
+def decoded(projection: ProjectedPolylines, code: IntArray) -> tuple[IntArray, IntArray, IntArray]:
     """Two yarns, image of the second relative to the first, and sign, of each code."""
     code, positive = np.divmod(code, 2)
     image = np.empty((len(code), 2), dtype=np.int64)

@@ -29,7 +29,7 @@ from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.launch import launch
 from stitchmesh.mesh import IntArray
 from stitchmesh.yarnrelax.linking.crossing_codes import Crossings, collected, note
-from stitchmesh.yarnrelax.linking.projection import EDGE, Grid, Projection
+from stitchmesh.yarnrelax.linking.projection import EDGE, Grid, ProjectedPolylines
 
 APART = wp.constant(wp.float64(4 * EDGE))
 """Height difference [units] above which one edge lies above another whatever their slopes."""
@@ -239,7 +239,7 @@ def find_crossings(
             j += 1
 
 
-def edge_crossings(projection: Projection) -> IntArray:
+def edge_crossings(projection: ProjectedPolylines) -> IntArray:
     """Codes of the crossings of two yarns, or of two copies of one, in no particular order."""
     count, device = projection.edge_yarn.shape[0], projection.vertices.device
     edges = _sorted_edges(projection)
@@ -251,7 +251,7 @@ def edge_crossings(projection: Projection) -> IntArray:
     return collected(projection, find)
 
 
-def _sorted_edges(projection: Projection) -> Any:
+def _sorted_edges(projection: ProjectedPolylines) -> Any:
     count, device = projection.edge_yarn.shape[0], projection.vertices.device
     polylines = [projection.grids, projection.yarn_set, projection.vertices, projection.edge_yarn]
     edges = Edges()

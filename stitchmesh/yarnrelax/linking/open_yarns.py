@@ -26,14 +26,14 @@ from stitchmesh.compute.launch import launch
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.yarnrelax.linking.crossing_codes import Crossings, collected, note
 from stitchmesh.yarnrelax.linking.crossings import is_left
-from stitchmesh.yarnrelax.linking.projection import Projection
+from stitchmesh.yarnrelax.linking.projection import ProjectedPolylines
 
 SURE = wp.constant(wp.float64(2.0**61))
 """A larger cross product has the sign of its float64 estimate, and a smaller one fits 64 bits."""
 
 
 @wp.struct
-class Lines:
+class EndLines:
     """Lines from the ends of open yarns, in the order of their angles."""
 
     angle: wp.array[wp.float64]
@@ -75,7 +75,7 @@ def angle_of(place: wp.vec3d) -> wp.float64:
 
 
 @wp.func
-def cross_line(lines: Lines, k: int, yarn: int, tail: wp.vec3d, head: wp.vec3d, crossings: Crossings) -> None:
+def cross_line(lines: EndLines, k: int, yarn: int, tail: wp.vec3d, head: wp.vec3d, crossings: Crossings) -> None:
     """Write the crossing of line k with an edge, if there is one; places are relative to the middle."""
     if lines.yarn[k] == yarn:
         return
@@ -101,7 +101,7 @@ def find_line_crossings(
     # state in
     vertices: wp.array[wp.vec3d],
     edge_yarn: wp.array[wp.int32],
-    lines: Lines,
+    lines: EndLines,
     # state out
     crossings: Crossings,
 ) -> None:
@@ -132,7 +132,7 @@ def find_line_crossings(
 
 
 @dataclass(frozen=True, eq=False)
-class Ends:
+class OpenEnds:
     """Both ends of all open yarns, in the order of their angles around the middle."""
 
     place: FloatArray
@@ -150,10 +150,12 @@ class Ends:
         return outwards
 
 
-def open_yarn_crossings(projection: Projection, closed: NDArray[np.bool_]) -> tuple[IntArray, IntArray, IntArray]:
+def open_yarn_crossings(
+    projection: ProjectedPolylines, closed: NDArray[np.bool_]
+) -> tuple[IntArray, IntArray, IntArray]:
     """Codes of the crossings of lines with yarns; pairs of yarns and signs where an arc passes above a line."""
     ends = _ends(projection, np.flatnonzero(~closed))
-    lines = Lines()
+    lines = EndLines()
     device = projection.vertices.device
     lines.angle = wp.array(np.append(_angle(ends.direction), 3.0), dtype=wp.float64, device=device)
     lines.end = wp.array(ends.place, dtype=wp.vec3d, device=device)
@@ -170,13 +172,13 @@ def open_yarn_crossings(projection: Projection, closed: NDArray[np.bool_]) -> tu
     return (collected(projection, find), *_arc_crossings(ends))
 
 
-def _ends(projection: Projection, yarn: IntArray) -> Ends:
+def _ends(projection: ProjectedPolylines, yarn: IntArray) -> OpenEnds:
     index = np.concatenate([projection.yarn_edge[yarn], projection.yarn_edge[yarn + 1]]) + np.tile(yarn, 2)
     device = projection.vertices.device
     place = projection.vertices[wp.array(index, dtype=wp.int32, device=device)].numpy() - projection.middle
-    ends = Ends(place, np.tile(yarn, 2), np.arange(len(index)) >= len(yarn))
+    ends = OpenEnds(place, np.tile(yarn, 2), np.arange(len(index)) >= len(yarn))
     order = _order_around(ends)
-    return Ends(place[order], ends.yarn[order], ends.leaves[order])
+    return OpenEnds(place[order], ends.yarn[order], ends.leaves[order])
 
 
 def _angle(direction: FloatArray) -> FloatArray:
@@ -186,7 +188,7 @@ def _angle(direction: FloatArray) -> FloatArray:
     return np.where(x >= 0.0, part, np.where(y >= 0.0, 2.0, -2.0) - part)
 
 
-def _order_around(ends: Ends) -> list[int]:
+def _order_around(ends: OpenEnds) -> list[int]:
     """Order of the ends by their angles, exactly; in one direction a later yarn's line counts as moved by (e, e^2)."""
     direction = ends.direction
     x, y = direction[:, 0], direction[:, 1]
@@ -196,7 +198,7 @@ def _order_around(ends: Ends) -> list[int]:
     return sorted(range(len(keys)), key=keys.__getitem__)
 
 
-def _arc_crossings(ends: Ends) -> tuple[IntArray, IntArray]:
+def _arc_crossings(ends: OpenEnds) -> tuple[IntArray, IntArray]:
     """Pairs of open yarns where the earlier one's arc passes above just one of the later one's lines, and the sign."""
     order = np.lexsort((ends.leaves, ends.yarn))  # of each yarn where it returns, then where it leaves
     returns, leaves = order[0::2], order[1::2]

@@ -67,7 +67,7 @@ class Grid:
 
 
 @dataclass(frozen=True, eq=False)
-class Projection:
+class ProjectedPolylines:
     """Polylines on the device: edge ``e`` of yarn ``y`` runs from vertex ``e + y`` to vertex ``e + y + 1``."""
 
     vertices: wp.array[Any]
@@ -128,7 +128,7 @@ class _Seen:
         return np.zeros(2) if self.periods is None else np.ceil(self.room[:2] / self.periods) + 2
 
 
-def project_yarns(sets: Sequence[YarnSet], device: wp.Device, edges: int = SAMPLES) -> Projection:
+def project_yarns(sets: Sequence[YarnSet], device: wp.Device, edges: int = SAMPLES) -> ProjectedPolylines:
     """The projections of sets of yarns in their current positions, with ``edges`` in a segment of usual length."""
     seen = [_Seen.of(yarns) for yarns in sets]
     curves = _put_curves(seen, device)
@@ -147,7 +147,7 @@ def project_yarns(sets: Sequence[YarnSet], device: wp.Device, edges: int = SAMPL
     counts = [yarns.yarn_count for yarns in sets]
     yarn_edge = segment_edge[_starts(np.concatenate([np.diff(yarns.segment_start) for yarns in sets]))]
     curves.scale = wp.array(np.repeat(scales, counts, axis=0), dtype=wp.vec3d, device=device)
-    projection = Projection(
+    projection = ProjectedPolylines(
         vertices=wp.empty(int(yarn_edge[-1]) + sum(counts), dtype=wp.vec3d, device=device),
         edge_yarn=wp.empty(int(yarn_edge[-1]), dtype=wp.int32, device=device),
         yarn_edge=yarn_edge,
@@ -169,7 +169,7 @@ def _starts(counts: Sequence[int] | IntArray) -> IntArray:
 
 
 def _sample(
-    projection: Projection, curves: Any, segment_edge: IntArray, closed: NDArray[np.bool_], periods: FloatArray
+    projection: ProjectedPolylines, curves: Any, segment_edge: IntArray, closed: NDArray[np.bool_], periods: FloatArray
 ) -> None:
     """Fill in vertices and yarns of edges; ``periods`` are those of the projection of each yarn [units]."""
     device = projection.vertices.device

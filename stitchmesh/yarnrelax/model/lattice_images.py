@@ -19,7 +19,7 @@ from typing import Any
 
 import warp as wp
 
-NO_TURNS = 2147483647
+NO_TURNS = wp.constant(2147483647)
 """Mark of an image that no number of turns of a yarn reaches."""
 
 
@@ -119,7 +119,7 @@ def turns_of(image: wp.vec2i, step: wp.vec2i) -> int:
     elif step[1] != 0:
         turns = image[1] // step[1]
     if turns * step[0] != image[0] or turns * step[1] != image[1]:
-        turns = 2147483647
+        turns = NO_TURNS
     return turns
 
 

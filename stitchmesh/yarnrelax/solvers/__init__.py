@@ -7,11 +7,11 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.yarnrelax.solvers.dynamics import Dynamics
+from stitchmesh.yarnrelax.solvers.dynamics import YarnDynamics
 from stitchmesh.yarnrelax.solvers.lbfgs import LBFGS
 from stitchmesh.yarnrelax.solvers.solver import Solver
 
-SOLVERS: dict[str, Callable[..., Solver]] = {"quasistatic": LBFGS, "dynamics": Dynamics}
+SOLVERS: dict[str, Callable[..., Solver]] = {"quasistatic": LBFGS, "dynamics": YarnDynamics}
 
 
 def solver_named(name: str) -> Callable[..., Solver]:

@@ -124,7 +124,7 @@ def kinetic_energies(
     energy[i] = wp.dot(velocity[i], velocity[i]) * mass[i] * type(mass[i])(0.5)
 
 
-class Dynamics(Solver):
+class YarnDynamics(Solver):
     """Motion of yarns with mass.
 
     Raises:

@@ -25,10 +25,8 @@ from stitchmesh.yarnrelax.solvers.preconditioner import times_block
 from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL
 
 # Loops over these numbers have literal bounds below: Warp unrolls a loop only where its bound is a literal.
-MEMORY = 6
-"""Pairs that are kept."""
 SLOTS = wp.constant(7)
-"""Slots for pairs: the oldest pair stays valid while the newest one is on trial."""
+"""Slots for pairs: six pairs are kept, and the oldest one stays valid while the newest one is on trial."""
 SMOOTHING = wp.constant(4)
 """Plain iterations at the end of each assessment interval."""
 PLAIN_STEP = wp.constant(1.6)

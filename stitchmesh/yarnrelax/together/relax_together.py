@@ -19,15 +19,18 @@ from typing import Any
 import numpy as np
 
 from stitchmesh.compute.asking import Ask, Begun
+from stitchmesh.compute.asking_together import Together
 from stitchmesh.compute.device import alone, device_named
 from stitchmesh.errors import StitchMeshError
 from stitchmesh.time_limit import seconds_left
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax.cell_stress import CellStress, cell_stresses
+from stitchmesh.yarnrelax.cell_stress import CellStress, cell_stress, cell_stresses
 from stitchmesh.yarnrelax.convergence import rest_text
 from stitchmesh.yarnrelax.energies.confinement import Confinement
-from stitchmesh.yarnrelax.linking.certificate import pull_throughs_together
-from stitchmesh.yarnrelax.load_steps import StepAtRest
+from stitchmesh.yarnrelax.linking.certificate import pull_throughs_together, refuse_pull_through
+from stitchmesh.yarnrelax.load_steps import StepAtRest, relax_through_steps
+from stitchmesh.yarnrelax.relax import relax_yarns
+from stitchmesh.yarnrelax.relax_partly import relax_partly
 from stitchmesh.yarnrelax.relaxation_result import Relaxation
 from stitchmesh.yarnrelax.together.begun_cell import BegunCell
 from stitchmesh.yarnrelax.together.cell_batch import CellBatch, RelaxedCell, relax_batch, relax_batch_partly
@@ -37,6 +40,17 @@ IN_CELLS = {"material", "quality", "device", "cell", "terms", "progress", "itera
 """Arguments of relaxations that cells of a batch have."""
 
 logger = logging.getLogger(__name__)
+
+
+def ways_together() -> dict[Callable[..., Any], Together]:
+    """How calls are answered together, the shortest work first."""
+    return {
+        cell_stress: cell_stresses_together,
+        refuse_pull_through: refuse_pull_through_together,
+        relax_partly: relax_partly_together,
+        relax_yarns: relax_together,
+        relax_through_steps: relax_through_steps_together,
+    }
 
 
 @alone()

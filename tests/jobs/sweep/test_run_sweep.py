@@ -28,7 +28,7 @@ from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.jobs.stop import JobStopped, StopRequest
 from stitchmesh.jobs.sweep.axis import Axis, Choices
 from stitchmesh.jobs.sweep.result_table import TASKS, read_table
-from stitchmesh.jobs.sweep.row import is_of_the_run
+from stitchmesh.jobs.sweep.row import WORKER
 from stitchmesh.jobs.sweep.run_sweep import run_sweep
 from stitchmesh.jobs.sweep.sweep import Kept, Sweep
 from stitchmesh.jobs.sweep.sweep_file import read_sweep
@@ -113,6 +113,11 @@ def harmless(count):
 def begun(folder):
     """Return how often each task was begun."""
     return Counter((folder / "begun.txt").read_text().split())
+
+
+def is_of_the_run(column):
+    """Return whether a column says how the work went, and so differs from run to run: times, and who worked."""
+    return column == WORKER or column.endswith("seconds")
 
 
 def assert_same_results(first, second):

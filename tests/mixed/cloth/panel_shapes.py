@@ -9,7 +9,7 @@ import numpy as np
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.cloth.panel_position import PanelPosition
 from stitchmesh.mixed.cloth.panels import Panel
-from stitchmesh.mixed.cloth.seams import Border, Seam, cloth_from_panels
+from stitchmesh.mixed.cloth.seams import PanelBorder, PanelSeam, cloth_from_panels
 
 ANGLES = np.linspace(0.0, 2.0 * np.pi, 40, endpoint=False)
 OUTLINES = {
@@ -35,12 +35,14 @@ def side_by_side(left: float, right: float, height: float = 8.0, edge_length: fl
         rectangle(10.0, left, "left"),
         rectangle(10.0, right, "right", position=PanelPosition(origin=(10.0, 0.0, 0.0))),
     ]
-    seam = Seam(first=Border(panel="left", start=1, end=2), second=Border(panel="right", start=3, end=0), angle=20.0)
+    left, right = PanelBorder(panel="left", start=1, end=2), PanelBorder(panel="right", start=3, end=0)
+    seam = PanelSeam(first=left, second=right, angle=20.0)
     return cloth_from_panels(panels, [seam], edge_length=edge_length)
 
 
 def tube(around: float, height: float, edge_length: float = 1.0) -> Cloth:
     """A rectangle whose right side is sewn to its left side, wrapped round a cylinder."""
     panel = rectangle(around, height, position=PanelPosition(radius=around / (2 * np.pi)))
-    seam = Seam(first=Border(panel="panel", start=1, end=2), second=Border(panel="panel", start=3, end=0))
+    right, left = PanelBorder(panel="panel", start=1, end=2), PanelBorder(panel="panel", start=3, end=0)
+    seam = PanelSeam(first=right, second=left)
     return cloth_from_panels([panel], [seam], edge_length=edge_length)

@@ -13,7 +13,7 @@ from stitchmesh.errors import ParameterError, StitchMeshError
 from stitchmesh.mesh import BORDER
 from stitchmesh.mixed.cloth.panel_position import PanelPosition
 from stitchmesh.mixed.cloth.panels import Panel, triangulate
-from stitchmesh.mixed.cloth.seams import Border, Seam, cloth_from_panels, sew
+from stitchmesh.mixed.cloth.seams import PanelBorder, PanelSeam, cloth_from_panels, sew
 from tests.mixed.cloth.panel_shapes import OUTLINES, rectangle, side_by_side, tube
 
 
@@ -74,7 +74,7 @@ def test_the_outer_side_of_a_wrapped_panel_is_its_front():
 def test_a_seam_over_several_sides_shares_its_edges_out():
     panel = Panel(name="shirt", outline=OUTLINES["shirt"])
     cap = rectangle(26.0, 4.0, "cap")
-    seam = Seam(first=Border(panel="shirt", start=2, end=5), second=Border(panel="cap", start=0, end=1))
+    seam = PanelSeam(first=PanelBorder(panel="shirt", start=2, end=5), second=PanelBorder(panel="cap", start=0, end=1))
     cloth = cloth_from_panels([panel, cap], [seam], edge_length=3.0)
     along = panel.side_lengths[2:5].sum()
     np.testing.assert_allclose(rest_lengths(cloth).sum(axis=0), [along, 26.0], rtol=1e-12)
@@ -85,8 +85,12 @@ def test_a_whole_border_can_be_sewn_to_a_whole_border():
     ring = [[0, 0], [62.8, 0], [62.8, 5], [0, 5]]
     wall = Panel(name="wall", outline=ring, position=PanelPosition(radius=10.0))
     seams = [
-        Seam(first=Border(panel="wall", start=1, end=2), second=Border(panel="wall", start=3, end=0)),
-        Seam(first=Border(panel="lid", start=0, end=0), second=Border(panel="wall", start=2, end=3), angle=90.0),
+        PanelSeam(first=PanelBorder(panel="wall", start=1, end=2), second=PanelBorder(panel="wall", start=3, end=0)),
+        PanelSeam(
+            first=PanelBorder(panel="lid", start=0, end=0),
+            second=PanelBorder(panel="wall", start=2, end=3),
+            angle=90.0,
+        ),
     ]
     cloth = cloth_from_panels([disc, wall], seams, edge_length=1.5)
     assert len(cloth.seam_edges) - cloth.seam_start[1] == 40
@@ -95,7 +99,7 @@ def test_a_whole_border_can_be_sewn_to_a_whole_border():
 
 def test_borders_with_other_numbers_of_edges_are_refused_with_both_numbers():
     panels = [rectangle(4.0, 6.0, "a"), rectangle(4.0, 6.0, "b")]
-    seam = Seam(first=Border(panel="a", start=1, end=2), second=Border(panel="b", start=3, end=0))
+    seam = PanelSeam(first=PanelBorder(panel="a", start=1, end=2), second=PanelBorder(panel="b", start=3, end=0))
     made = [triangulate(panels[0], 1.0), triangulate(panels[1], 1.0, (4, 9, 4, 9))]
     with pytest.raises(ParameterError, match=r"seam 0 .*'a', corners 1 to 2; .* got 6 and 9 edges; expected the same"):
         sew(panels, made, [seam])
@@ -106,13 +110,13 @@ def test_borders_with_other_numbers_of_edges_are_refused_with_both_numbers():
         cloth_from_panels([fixed[0], panels[1]], [replace(seam, edges=7)], edge_length=1.0)
 
 
-A, B = Border(panel="a", start=1, end=2), Border(panel="b", start=3, end=0)
+A, B = PanelBorder(panel="a", start=1, end=2), PanelBorder(panel="b", start=3, end=0)
 REFUSED = {
-    "there is no panel 'c'; the panels are a, b": [Seam(first=A, second=replace(B, panel="c"))],
-    "got end 4; expected a corner from 0 to 3": [Seam(first=replace(A, end=4), second=B)],
-    "side 1 is in seam 0 too": [Seam(first=A, second=B), Seam(first=A, second=replace(B, start=0, end=1))],
-    "got 1 edges; expected at least 2": [Seam(first=replace(A, end=3), second=B, edges=1)],
-    "joins two corners of one triangle": [Seam(first=A, second=replace(A, start=2, end=3), edges=1)],
+    "there is no panel 'c'; the panels are a, b": [PanelSeam(first=A, second=replace(B, panel="c"))],
+    "got end 4; expected a corner from 0 to 3": [PanelSeam(first=replace(A, end=4), second=B)],
+    "side 1 is in seam 0 too": [PanelSeam(first=A, second=B), PanelSeam(first=A, second=replace(B, start=0, end=1))],
+    "got 1 edges; expected at least 2": [PanelSeam(first=replace(A, end=3), second=B, edges=1)],
+    "joins two corners of one triangle": [PanelSeam(first=A, second=replace(A, start=2, end=3), edges=1)],
 }
 
 
@@ -126,7 +130,7 @@ def test_seams_that_are_refused(message):
 @pytest.mark.parametrize(("fields", "message"), [({"angle": np.nan}, "angle"), ({"edges": 0}, "edges")])
 def test_numbers_of_a_seam_that_are_refused(fields, message):
     with pytest.raises(ParameterError, match=f"seam: {message}"):
-        Seam(first=A, second=B, **fields)
+        PanelSeam(first=A, second=B, **fields)
 
 
 def test_panels_need_different_names():

@@ -9,7 +9,7 @@ import pytest
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.cloth.panel_position import PanelPosition
-from stitchmesh.mixed.cloth.seams import Border, Seam, cloth_from_panels
+from stitchmesh.mixed.cloth.seams import PanelBorder, PanelSeam, cloth_from_panels
 from stitchmesh.mixed.cloth.starting_shape import evened_vertices
 from tests.mixed.cloth.panel_shapes import rectangle, side_by_side
 
@@ -32,8 +32,8 @@ def test_panels_that_are_apart_come_together():
         rectangle(10.0, 10.0, "back", position=PanelPosition(origin=(10.0, 0.0, 0.0), x_axis=(-1.0, 0.0, 0.0))),
     ]
     seams = [
-        Seam(first=Border(panel="front", start=1, end=2), second=Border(panel="back", start=3, end=0)),
-        Seam(first=Border(panel="back", start=1, end=2), second=Border(panel="front", start=3, end=0)),
+        PanelSeam(first=PanelBorder(panel="front", start=1, end=2), second=PanelBorder(panel="back", start=3, end=0)),
+        PanelSeam(first=PanelBorder(panel="back", start=1, end=2), second=PanelBorder(panel="front", start=3, end=0)),
     ]
     cloth = cloth_from_panels(panels, seams, edge_length=1.0)
     assert largest_strain(cloth, cloth.vertices) > 1.5

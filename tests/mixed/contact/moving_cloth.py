@@ -17,7 +17,7 @@ from stitchmesh.mixed.dynamics.weight import Weight
 from stitchmesh.mixed.enrichment.embedding import embed
 from stitchmesh.mixed.enrichment.free_unknowns import FreeUnknowns
 from stitchmesh.mixed.enrichment.region import region_around
-from stitchmesh.mixed.term import Term
+from stitchmesh.mixed.term import MixedTerm
 from tests.mixed.contact.sheets import Sheets, cpu, state_of
 from tests.mixed.springs import Springs
 
@@ -34,14 +34,23 @@ class MovingCloth:
     """A cloth of springs with further terms, that moves from rest, or from a velocity that is set before it runs."""
 
     def __init__(
-        self, cloth: Sheets, density: float, gravity: FloatArray, stiffness: float, terms: Sequence[Term]
+        self,
+        cloth: Sheets,
+        density: float,
+        gravity: FloatArray,
+        stiffness: float,
+        terms: Sequence[MixedTerm],
+        *,
+        held: Sequence[int] = (),
     ) -> None:
+        """Begin at rest; the vertices of the numbers ``held`` stay where they are."""
         region = region_around(cloth.triangles, len(cloth.vertices), np.zeros(0, dtype=int), np.zeros((0, 3)), [])
         self.mass = cloth.masses(density)
         masses = BlendedMasses(self.mass.copy(), np.zeros((0, 2)))
         springs = side_springs(cloth, stiffness)
+        free = FreeUnknowns.of(region, fixed_vertices=held)
         self._system = MixedSystem(
-            embed(region), FreeUnknowns.of(region), masses, [*terms, springs], scalar=wp.float64, device=cpu()
+            embed(region), free, masses, [*terms, springs], scalar=wp.float64, device=cpu()
         )
         self._system.add(Weight(self._system.mass, gravity))
         self.vertices, self.velocity = cloth.vertices, np.zeros_like(cloth.vertices)

@@ -19,7 +19,7 @@ from stitchmesh.mixed.contact.contact_points import ContactPoints
 from stitchmesh.mixed.contact.triangle_points import SeamLinks, points_on_triangles
 from stitchmesh.mixed.mixed_blocks import MixedBlocks
 from stitchmesh.mixed.mixed_vector import MixedVector
-from stitchmesh.mixed.term import Term
+from stitchmesh.mixed.term import MixedTerm
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ def launcher() -> Any:
     return partial(launch, device=cpu())
 
 
-def forces_of(term: Term, state: MixedVector) -> FloatArray:
+def forces_of(term: MixedTerm, state: MixedVector) -> FloatArray:
     """Forces on vertices and nodes, shape (V + N, 3)."""
     force = state.like()
     term.forces(state, force, launcher())
@@ -90,7 +90,7 @@ def forces_of(term: Term, state: MixedVector) -> FloatArray:
     return np.concatenate([v, p])
 
 
-def products_of(term: Term, state: MixedVector, direction: MixedVector, exact: float = 1.0) -> FloatArray:
+def products_of(term: MixedTerm, state: MixedVector, direction: MixedVector, exact: float = 1.0) -> FloatArray:
     """H d on vertices and nodes, shape (V + N, 3)."""
     term.exact = exact
     term.linearize(state, launcher())
@@ -100,7 +100,7 @@ def products_of(term: Term, state: MixedVector, direction: MixedVector, exact: f
     return np.concatenate([v, p])
 
 
-def blocks_of(term: Term, state: MixedVector, exact: float = 1.0) -> FloatArray:
+def blocks_of(term: MixedTerm, state: MixedVector, exact: float = 1.0) -> FloatArray:
     """Diagonal blocks of vertices, shape (V, 3, 3)."""
     term.exact = exact
     term.linearize(state, launcher())
@@ -121,7 +121,7 @@ def random_direction(state: MixedVector, seed: int = 0) -> MixedVector:
     return state_of(rng.normal(size=(state.vertex_count, 3)), rng.normal(size=(state.node_count, 3)))
 
 
-def derivative_errors(term: Term, state: MixedVector, step: float, seed: int = 0) -> tuple[float, float]:
+def derivative_errors(term: MixedTerm, state: MixedVector, step: float, seed: int = 0) -> tuple[float, float]:
     """Relative errors of the forces and of the exact products against central differences of energy and forces."""
     direction = random_direction(state, seed)
     ahead, back = moved(state, direction, step), moved(state, direction, -step)

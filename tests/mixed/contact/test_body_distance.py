@@ -14,7 +14,7 @@ from stitchmesh.compute.precision import scalar_named
 from stitchmesh.errors import ParameterError, SolverError
 from stitchmesh.mesh import Mesh
 from stitchmesh.mesh.vertex_motion import VertexMotion
-from stitchmesh.mixed.contact.body import Body
+from stitchmesh.mixed.contact.body import SolidBody
 from stitchmesh.mixed.contact.body_distance import BodyContact
 from stitchmesh.mixed.contact.contact_points import ContactPoints, points_at_nodes
 from stitchmesh.mixed.contact.motion import RigidMotion
@@ -42,7 +42,7 @@ def nodes_in(count: int) -> ContactPoints:
     )
 
 
-def contact(count: int, body: Body, precision: str = "float64", **options: Any) -> BodyContact:
+def contact(count: int, body: SolidBody, precision: str = "float64", **options: Any) -> BodyContact:
     return BodyContact(nodes_in(count), body, scalar=scalar_named(precision), device=cpu(), **options)
 
 
@@ -67,12 +67,12 @@ def test_forces_and_products_are_derivatives_of_the_energy(mesh, turn):
     places = motion.places_at(around(mesh), 0.0)
     # Points beside a kink (the surface, the reach, where the nearest feature changes inside) are left out: there the
     # differences of both sides do not agree.
-    term = contact(len(places), Body(mesh, motion))
+    term = contact(len(places), SolidBody(mesh, motion))
     state = nodes_at(places)
     term.begin_step(state, 0.0, 1e-3)
     smooth = [each for each in range(len(places)) if smooth_at(term, state, each)]
     assert len(smooth) > 300
-    term = contact(len(smooth), Body(mesh, motion))
+    term = contact(len(smooth), SolidBody(mesh, motion))
     of_force, of_product = derivative_errors(term, nodes_at(places[smooth]), 1e-6)
     assert of_force < 1e-7 and of_product < 1e-6  # h^2 times the third derivative over the first, and rounding / h
 
@@ -98,7 +98,7 @@ def node_blocks(term: BodyContact, state) -> np.ndarray:
 def test_the_matrix_without_its_negative_part_is_never_negative():
     mesh = ball(1.0, 2)
     places = around(mesh)
-    term = contact(len(places), Body(mesh))
+    term = contact(len(places), SolidBody(mesh))
     state = nodes_at(places)
     blocks = {exact: [] for exact in (0.0, 0.4, 1.0)}
     for exact, columns in blocks.items():
@@ -121,7 +121,7 @@ def test_pressure_on_a_flat_body_is_the_closed_form(x):
     cloth = sheet(6, 1.0, height=x * REACH)
     points, _links = cloth.points(2 * REACH, spacing=np.inf)
     term = BodyContact(
-        points, Body(box((2, 2, 1), (0, 0, -1))), pressure=500.0, scalar=scalar_named("float64"), device=cpu()
+        points, SolidBody(box((2, 2, 1), (0, 0, -1))), pressure=500.0, scalar=scalar_named("float64"), device=cpu()
     )
     state = state_of(cloth.vertices)
     force = forces_of(term, state)
@@ -139,7 +139,7 @@ def test_forces_are_continuous_in_a_concave_part():
     groove = Mesh.from_polygons(
         np.concatenate([low, high]), [*sides, *caps, *[[f + 5 for f in face[::-1]] for face in caps]]
     )
-    body = Body(groove if volume_is_positive(groove) else reversed_mesh(groove))
+    body = SolidBody(groove if volume_is_positive(groove) else reversed_mesh(groove))
     at = np.array([[-1e-7, 0.0, 0.1], [1e-7, 0.0, 0.1]])
     force = forces_of(contact(2, body), nodes_at(at))
     assert np.abs(force[1] - force[0]).max() < 1e-4 * np.abs(force).max()  # 2e-7 cm times the stiffness
@@ -148,7 +148,7 @@ def test_forces_are_continuous_in_a_concave_part():
 
 def volume_is_positive(mesh: Mesh) -> bool:
     try:
-        Body(mesh)
+        SolidBody(mesh)
     except ParameterError:
         return False
     return True
@@ -163,28 +163,28 @@ def test_forces_do_not_depend_on_the_place_of_the_world():
     """A body and points moved together: forces turn with them."""
     mesh = box((1.0, 0.8, 0.6))
     places = around(mesh)
-    here = forces_of(contact(len(places), Body(mesh)), nodes_at(places))
+    here = forces_of(contact(len(places), SolidBody(mesh)), nodes_at(places))
     motion = RigidMotion(np.zeros(1), np.array([[3.0, -2.0, 5.0]]), TURN[None], np.array([0.5, 0.0, 0.0]))
-    there = forces_of(contact(len(places), Body(mesh, motion)), nodes_at(motion.places_at(places, 0.0)))
+    there = forces_of(contact(len(places), SolidBody(mesh, motion)), nodes_at(motion.places_at(places, 0.0)))
     assert there == pytest.approx(here @ TURN.T, abs=1e-9 * np.abs(here).max())
 
 
 def test_a_deformed_body_is_the_body_made_in_that_place():
     mesh = ball(1.0, 2)
     wide = mesh.vertices * [1.5, 1.0, 0.7]
-    deforming = Body(mesh, VertexMotion(np.array([0.0, 2.0]), np.stack([mesh.vertices, wide])))
+    deforming = SolidBody(mesh, VertexMotion(np.array([0.0, 2.0]), np.stack([mesh.vertices, wide])))
     middle = Mesh.from_polygons(0.5 * (mesh.vertices + wide), mesh.face_vertex.reshape(-1, 3).tolist())
     places = around(middle)
     term = contact(len(places), deforming)
     state = nodes_at(places)
     term.begin_step(state, 0.5, 0.5)
-    expected = forces_of(contact(len(places), Body(middle)), state)
+    expected = forces_of(contact(len(places), SolidBody(middle)), state)
     assert forces_of(term, state) == pytest.approx(expected, abs=1e-9 * np.abs(expected).max())
 
 
 def test_a_body_in_motion_is_where_it_will_be_at_the_end_of_the_step():
     motion = RigidMotion(np.array([0.0, 1.0]), np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 4.0]]))
-    term = contact(1, Body(box((1, 1, 1)), motion))
+    term = contact(1, SolidBody(box((1, 1, 1)), motion))
     state = nodes_at(np.array([[0.0, 0.0, 3.1]]))
     term.begin_step(state, 0.4, 0.1)
     assert term.distances(state)[0] == pytest.approx(0.1)
@@ -199,7 +199,7 @@ def test_no_move_passes_through_the_surface(speed):
     rng = np.random.default_rng(1)
     places = rng.normal(size=(50, 3))
     places *= 3.0 / np.linalg.norm(places, axis=1)[:, None]
-    term = contact(len(places), Body(mesh), depth=0.5)
+    term = contact(len(places), SolidBody(mesh), depth=0.5)
     for _ in range(10):
         direction = nodes_at(-speed * places)
         part = term.step_limit(nodes_at(places), direction)
@@ -220,7 +220,7 @@ def test_measured_distances_change_no_bit():
     start = rng.normal(size=(300, 3)) * [0.8, 0.8, 0.8]
     start = start[np.linalg.norm(start, axis=1) > 0.9]
     moved = start + 0.1 * rng.normal(size=start.shape)
-    term, fresh = (contact(len(start), Body(mesh)) for _ in range(2))
+    term, fresh = (contact(len(start), SolidBody(mesh)) for _ in range(2))
     term.begin_step(nodes_at(start), 0.0, 1e-3)
     state, direction = nodes_at(moved), random_direction(nodes_at(moved))
     assert np.abs(forces_of(term, state)).any(axis=1).sum() > 20
@@ -236,7 +236,7 @@ def test_measured_distances_change_no_bit():
 
 
 def test_a_far_body_has_no_force_and_limits_nothing():
-    term = contact(2, Body(box((1, 1, 1), (1e4, 0, 0))))
+    term = contact(2, SolidBody(box((1, 1, 1), (1e4, 0, 0))))
     state = nodes_at(np.array([[0.0, 0.0, 0.0], [1.0, 2.0, 3.0]]))
     term.begin_step(state, 0.0, 1e-3)
     assert term.energy(state) == 0.0 and not forces_of(term, state).any()
@@ -247,8 +247,8 @@ def test_a_far_body_has_no_force_and_limits_nothing():
 def test_single_precision_agrees():
     mesh = ball(1.0, 2)
     places = around(mesh)
-    expected = forces_of(contact(len(places), Body(mesh)), nodes_at(places))
-    single = forces_of(contact(len(places), Body(mesh), "float32"), nodes_at(places, "float32"))
+    expected = forces_of(contact(len(places), SolidBody(mesh)), nodes_at(places))
+    single = forces_of(contact(len(places), SolidBody(mesh), "float32"), nodes_at(places, "float32"))
     # places are rounded by 6e-8 cm; the stiffness is below 100 forces / reach
     assert np.abs(single - expected).max() < 1e-4 * np.abs(expected).max()
     far = np.linalg.norm(expected, axis=1) < 0.1 * np.abs(expected).max()
@@ -258,7 +258,7 @@ def test_single_precision_agrees():
 def test_weights_and_vertices():
     """Points on triangles of half weight have half of the forces, and blocks are the diagonal."""
     cloth = sheet(4, 1.0, height=0.1)
-    body = Body(box((2, 2, 1), (0, 0, -1)))
+    body = SolidBody(box((2, 2, 1), (0, 0, -1)))
     terms = [
         BodyContact(cloth.points(2 * REACH, weight=w)[0], body, scalar=scalar_named("float64"), device=cpu())
         for w in (1.0, 0.5)
@@ -276,15 +276,15 @@ def test_refuses():
     with pytest.raises(
         ParameterError, match=r"^arm: got an open mesh, with 4 sides on a border; expected a closed one"
     ):
-        Body(Mesh.from_polygons(mesh.vertices, mesh.face_vertex.reshape(-1, 4)[1:].tolist()), name="arm")
+        SolidBody(Mesh.from_polygons(mesh.vertices, mesh.face_vertex.reshape(-1, 4)[1:].tolist()), name="arm")
     with pytest.raises(ParameterError, match=r"^body: got a mesh that is inside out \(volume -8 cm\^3\)"):
-        Body(reversed_mesh(mesh))
+        SolidBody(reversed_mesh(mesh))
     with pytest.raises(ParameterError, match=r"got a motion of 7 vertices; expected 8"):
-        Body(mesh, VertexMotion(np.zeros(1), np.zeros((1, 7, 3))))
+        SolidBody(mesh, VertexMotion(np.zeros(1), np.zeros((1, 7, 3))))
     for options in ({"thickness": -0.1}, {"pressure": 0.0}, {"depth": np.inf}):
         with pytest.raises(ParameterError, match=r"^body: got a"):
-            contact(1, Body(mesh), **options)
-    term = contact(3, Body(box((3, 3, 3))))
+            contact(1, SolidBody(mesh), **options)
+    term = contact(3, SolidBody(box((3, 3, 3))))
     with pytest.raises(SolverError) as raised:
         term.begin_step(nodes_at(np.array([[0.0, 0.0, 0.0], [9.0, 0.0, 0.0], [0.0, 1.0, 0.0]])), 0.0, 1e-3)
     expected = "body: 2 contact points, the deepest at node 0, are up to 3 cm inside; expected at most 1"
@@ -292,7 +292,7 @@ def test_refuses():
 
 
 def test_no_points():
-    term = contact(0, Body(box((1, 1, 1))))
+    term = contact(0, SolidBody(box((1, 1, 1))))
     state = nodes_at(np.zeros((0, 3)))
     term.begin_step(state, 0.0, 1e-3)
     assert term.energy(state) == 0.0 and term.step_limit(state, state) == 1.0

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from stitchmesh.compute.precision import scalar_named
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh.vertex_motion import VertexMotion
-from stitchmesh.mixed.contact.body import Body
+from stitchmesh.mixed.contact.body import SolidBody
 from stitchmesh.mixed.contact.body_distance import BodyContact
 from stitchmesh.mixed.contact.body_friction import NO_ANCHOR, BodyFriction
 from stitchmesh.mixed.contact.motion import RigidMotion
@@ -33,7 +33,9 @@ G, DENSITY, THICKNESS, PRESSURE = 981.0, 0.02, 0.1, 500.0
 FLOOR = box((20.0, 20.0, 2.0), (0.0, 0.0, -2.0))
 
 
-def with_friction(cloth: Sheets, body: Body, mu: float, precision: str = "float64") -> tuple[BodyContact, BodyFriction]:
+def with_friction(
+    cloth: Sheets, body: SolidBody, mu: float, precision: str = "float64"
+) -> tuple[BodyContact, BodyFriction]:
     points, _links = cloth.points(THICKNESS, spacing=np.inf)
     contact = BodyContact(points, body, pressure=PRESSURE, scalar=scalar_named(precision), device=cpu())
     return contact, BodyFriction(contact, mu)
@@ -49,7 +51,7 @@ def on_slope(angle: float, mu: float, steps: int, h: float) -> tuple[MovingCloth
     """A patch that starts at rest on an inclined plane; the slope is in gravity. Displacement and steps."""
     gravity = G * np.array([np.sin(angle), 0.0, -np.cos(angle)])
     cloth = sheet(2, 1.0, height=resting_height(-DENSITY * gravity[2]))
-    terms = with_friction(cloth, Body(FLOOR), mu)
+    terms = with_friction(cloth, SolidBody(FLOOR), mu)
     motion = MovingCloth(cloth, DENSITY, gravity, 2e3, terms)
     motion.run(steps, h)
     return motion, motion.vertices - cloth.vertices
@@ -57,7 +59,7 @@ def on_slope(angle: float, mu: float, steps: int, h: float) -> tuple[MovingCloth
 
 def test_forces_and_products_are_derivatives_of_the_energy():
     cloth = sheet(3, 1.0, height=0.03)
-    _contact, friction = with_friction(cloth, Body(FLOOR), 0.4)
+    _contact, friction = with_friction(cloth, SolidBody(FLOOR), 0.4)
     friction.begin_step(state_of(cloth.vertices), 0.0, 1e-3)
     rng = np.random.default_rng(0)
     moved = state_of(cloth.vertices + rng.uniform(-0.008, 0.008, size=cloth.vertices.shape))
@@ -70,7 +72,7 @@ def test_the_hessian_is_never_negative(turn):
     motion = RigidMotion(np.zeros(1), np.zeros((1, 3)), Rotation.from_rotvec(turn).as_matrix()[None])
     cloth = sheet(3, 1.0, height=0.03)
     vertices = motion.places_at(cloth.vertices, 0.0)
-    _contact, friction = with_friction(cloth, Body(FLOOR, motion), 0.4)
+    _contact, friction = with_friction(cloth, SolidBody(FLOOR, motion), 0.4)
     friction.begin_step(state_of(vertices), 0.0, 1e-3)
     moved = state_of(vertices + 0.004 * np.random.default_rng(0).normal(size=vertices.shape))
     for seed in range(20):
@@ -81,7 +83,7 @@ def test_the_hessian_is_never_negative(turn):
 
 def test_friction_reaches_mu_times_the_normal_force_and_has_no_normal_part():
     cloth = sheet(3, 1.0, height=0.03)
-    contact, friction = with_friction(cloth, Body(FLOOR), 0.4)
+    contact, friction = with_friction(cloth, SolidBody(FLOOR), 0.4)
     state = state_of(cloth.vertices)
     friction.begin_step(state, 0.0, 1e-3)
     slid = state_of(cloth.vertices + np.array([0.3, -0.4, 0.01]))
@@ -121,7 +123,7 @@ def test_a_moving_body_carries_a_patch(kind):
     rigid = RigidMotion(times, away)
     moving = rigid if kind == "rigid" else VertexMotion(times, FLOOR.vertices + away[:, None])
     cloth = sheet(2, 1.0, height=resting_height())
-    terms = with_friction(cloth, Body(FLOOR, moving), 0.5)
+    terms = with_friction(cloth, SolidBody(FLOOR, moving), 0.5)
     gravity = np.array([0.0, 0.0, -G])
     motion = MovingCloth(cloth, DENSITY, gravity, 2e3, terms)
     motion.run(50, 2e-3)
@@ -135,7 +137,8 @@ def test_a_turntable_carries_what_rests_on_it():
     turns = Rotation.from_rotvec(np.outer(np.linspace(0.0, 0.2, 5), [0.0, 0.0, 1.0])).as_matrix()
     turning = RigidMotion(np.linspace(0.0, 0.4, 5), np.zeros((5, 3)), turns)
     cloth = sheet(2, 1.0, height=resting_height())
-    motion = MovingCloth(cloth, DENSITY, np.array([0.0, 0.0, -G]), 2e3, with_friction(cloth, Body(table, turning), 0.5))
+    terms = with_friction(cloth, SolidBody(table, turning), 0.5)
+    motion = MovingCloth(cloth, DENSITY, np.array([0.0, 0.0, -G]), 2e3, terms)
     motion.run(90, 5e-3)
     assert motion.vertices == pytest.approx(turning.places_at(cloth.vertices, 1.0), abs=0.006)
 
@@ -146,7 +149,7 @@ def test_anchors_on_edges_and_curves_start_without_force():
     places = rng.normal(size=(50, 3))
     places *= 1.02 / np.linalg.norm(places, axis=1)[:, None]
     cloth = sheet(1, 1.0)
-    contact, friction = with_friction(cloth, Body(mesh), 0.5)
+    contact, friction = with_friction(cloth, SolidBody(mesh), 0.5)
     for four in places[:48].reshape(-1, 4, 3):
         friction._begun = False
         friction.face.fill_(int(NO_ANCHOR))
@@ -158,11 +161,11 @@ def test_anchors_on_edges_and_curves_start_without_force():
 def test_stop_and_resume_give_the_same_bits():
     cloth = sheet(2, 1.0, height=0.03)
     state, later = state_of(cloth.vertices), state_of(cloth.vertices + np.array([0.02, 0.0, 0.0]))
-    _contact, friction = with_friction(cloth, Body(FLOOR), 0.4)
+    _contact, friction = with_friction(cloth, SolidBody(FLOOR), 0.4)
     friction.begin_step(state, 0.0, 1e-3)
     friction.end_step(later, 1e-3, 1e-3)
     kept = {name: array.numpy() for name, array in friction.arrays().items()}
-    _other, resumed = with_friction(cloth, Body(FLOOR), 0.4)
+    _other, resumed = with_friction(cloth, SolidBody(FLOOR), 0.4)
     resumed.resume(kept)
     for term in (friction, resumed):
         term.begin_step(later, 1e-3, 1e-3)
@@ -175,7 +178,7 @@ def test_stop_and_resume_give_the_same_bits():
 def test_a_step_that_begins_again_is_the_same_step():
     motion = RigidMotion(np.array([0.0, 1.0]), np.array([[0.0, 0.0, 0.0], [0.1, 0.0, 0.0]]))
     cloth = sheet(2, 1.0, height=0.03)
-    _contact, friction = with_friction(cloth, Body(FLOOR, motion), 0.4)
+    _contact, friction = with_friction(cloth, SolidBody(FLOOR, motion), 0.4)
     state = state_of(cloth.vertices)
     friction.begin_step(state, 0.0, 0.01)
     first = forces_of(friction, state)
@@ -189,7 +192,7 @@ def test_single_precision_agrees():
     cloth = sheet(3, 1.0, height=0.03)
     forces = []
     for precision in ("float64", "float32"):
-        _contact, friction = with_friction(cloth, Body(FLOOR), 0.4, precision)
+        _contact, friction = with_friction(cloth, SolidBody(FLOOR), 0.4, precision)
         friction.begin_step(state_of(cloth.vertices, precision=precision), 0.0, 1e-3)
         forces.append(
             forces_of(friction, state_of(cloth.vertices + np.array([0.003, 0.001, 0.0]), precision=precision))
@@ -201,7 +204,7 @@ def test_single_precision_agrees():
 def test_refuses():
     cloth = sheet(1, 1.0)
     points, _links = cloth.points(THICKNESS, spacing=np.inf)
-    contact = BodyContact(points, Body(FLOOR, name="floor"), scalar=scalar_named("float64"), device=cpu())
+    contact = BodyContact(points, SolidBody(FLOOR, name="floor"), scalar=scalar_named("float64"), device=cpu())
     with pytest.raises(ParameterError, match=r"^floor friction: got a coefficient of -0\.1; expected at least 0$"):
         BodyFriction(contact, -0.1)
     with pytest.raises(ParameterError, match=r"slip length of 0\.0 cm; expected a positive number$"):

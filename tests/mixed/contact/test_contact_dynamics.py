@@ -4,13 +4,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
 
 from stitchmesh.compute.precision import scalar_named
-from stitchmesh.mixed.contact.attachment_springs import AttachmentSprings
-from stitchmesh.mixed.contact.attachments import Attachment
-from stitchmesh.mixed.contact.body import Body
+from stitchmesh.mixed.contact.body import SolidBody
 from stitchmesh.mixed.contact.body_distance import BodyContact
 from stitchmesh.mixed.contact.body_friction import BodyFriction
 from stitchmesh.mixed.contact.motion import RigidMotion
@@ -24,20 +24,22 @@ GRAVITY = np.array([0.0, 0.0, -981.0])
 FLOAT64 = scalar_named("float64")
 
 
-def contact_of(cloth: Sheets, body: Body, spacing: float = THICKNESS) -> BodyContact:
+def contact_of(cloth: Sheets, body: SolidBody, spacing: float = THICKNESS) -> BodyContact:
     points, _links = cloth.points(THICKNESS, spacing=spacing)
     return BodyContact(points, body, scalar=FLOAT64, device=cpu())
 
 
-def motion_of(cloth: Sheets, stiffness: float, terms: list, gravity: np.ndarray = GRAVITY) -> MovingCloth:
-    return MovingCloth(cloth, DENSITY, gravity, stiffness, terms)
+def motion_of(
+    cloth: Sheets, stiffness: float, terms: list, gravity: np.ndarray = GRAVITY, *, held: Sequence[int] = ()
+) -> MovingCloth:
+    return MovingCloth(cloth, DENSITY, gravity, stiffness, terms, held=held)
 
 
 @pytest.mark.parametrize("kind", ["floor", "ball"])
 def test_a_falling_patch_comes_to_rest_with_its_weight_on_the_body(kind):
     cloth = sheet(4, 1.0, height=0.3)
     body = box((5, 5, 1), (0, 0, -1)) if kind == "floor" else ball(2.0, 3, (0.0, 0.0, -2.0))
-    contact = contact_of(cloth, Body(body))
+    contact = contact_of(cloth, SolidBody(body))
     friction = BodyFriction(contact, 0.6)
     motion = motion_of(cloth, 200.0, [contact, friction])
     motion.run(60, 1e-2)  # implicit Euler damps the rest of the motion
@@ -53,12 +55,9 @@ def test_a_ball_that_is_pushed_slowly_into_a_cloth_does_not_pass_it():
     """The cloth is held by its border; the ball rises by 0.6 cm and the cloth stays above it."""
     cloth = sheet(6, 2.0)
     rising = RigidMotion(np.array([0.0, 0.3]), np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.6]]))
-    contact = contact_of(cloth, Body(ball(0.5, 2, (0.03, 0.02, -0.56)), rising), 0.25)
+    contact = contact_of(cloth, SolidBody(ball(0.5, 2, (0.03, 0.02, -0.56)), rising), 0.25)
     border = np.flatnonzero(np.abs(cloth.vertices[:, :2]).max(axis=1) > 0.99)
-    held = AttachmentSprings(
-        [Attachment(border, stiffness=1e5)], cloth.vertices, np.zeros((0, 3)), scalar=FLOAT64, device=cpu()
-    )
-    motion = motion_of(cloth, 2e3, [contact, held], np.zeros(3))
+    motion = motion_of(cloth, 2e3, [contact], np.zeros(3), held=border)
     motion.run(10, 3e-2)
     distance = contact.distances(state_of(motion.vertices))
     assert 0.0 < distance.min() < THICKNESS / 2
@@ -74,10 +73,7 @@ def test_a_sheet_that_falls_fast_on_another_one_does_not_pass_it(speed, spacing)
     points, links = cloth.points(THICKNESS, spacing=spacing)
     contact = SelfCollision(points, links, pressure=2e5, scalar=FLOAT64, device=cpu())
     border = np.flatnonzero(np.abs(cloth.vertices[:lower, :2]).max(axis=1) > 0.39)
-    held = AttachmentSprings(
-        [Attachment(border, stiffness=1e5)], cloth.vertices, np.zeros((0, 3)), scalar=FLOAT64, device=cpu()
-    )
-    motion = motion_of(cloth, 2e4, [contact, held])
+    motion = motion_of(cloth, 2e4, [contact], held=border)
     motion.velocity[lower:, 2] = -speed
     pressed = 0.0
     for _ in range(8 if speed < 1000.0 else 4):
@@ -111,7 +107,7 @@ def test_layers_rest_on_one_another_and_on_a_floor():
     half = len(cloth.vertices) // 2
     points, links = cloth.points(THICKNESS)
     layers = SelfCollision(points, links, scalar=FLOAT64, device=cpu())
-    floor = BodyContact(points, Body(box((5, 5, 1), (0, 0, -1))), scalar=FLOAT64, device=cpu())
+    floor = BodyContact(points, SolidBody(box((5, 5, 1), (0, 0, -1))), scalar=FLOAT64, device=cpu())
     motion = motion_of(cloth, 500.0, [layers, floor, BodyFriction(floor, 0.5)])
     motion.run(30, 2e-2)
     state = state_of(motion.vertices)

@@ -12,7 +12,7 @@ import warp as wp
 
 from stitchmesh.errors import SolverError
 from stitchmesh.mixed.contact.attachments import Attachment, at_simulated_nodes
-from stitchmesh.mixed.contact.body import Body
+from stitchmesh.mixed.contact.body import SolidBody
 from stitchmesh.mixed.contact.body_distance import BodyContact
 from stitchmesh.mixed.contact.body_friction import BodyFriction
 from stitchmesh.mixed.contact.contact_points import ContactPoints, join_points, points_at_nodes
@@ -58,7 +58,7 @@ def points_of(region: Region) -> ContactPoints:
 def on_floor(region: Region, mu: float = 0.4, **options: Any) -> tuple[Scene, BodyContact, BodyFriction]:
     """A patch with weight above a floor."""
     scene = spring_scene(PATCH, region, stiffness=2e3, **options)
-    contact = BodyContact(points_of(region), Body(FLOOR), scalar=wp.float64, device=cpu())
+    contact = BodyContact(points_of(region), SolidBody(FLOOR), scalar=wp.float64, device=cpu())
     friction = BodyFriction(contact, mu)
     for term in (contact, friction, Weight(scene.system.mass, GRAVITY)):
         scene.system.add(term)
@@ -164,7 +164,7 @@ def test_time_steps_over_four_decades_stay_above_the_floor(time_step):
 
 
 def test_a_cloth_that_is_dragged_over_a_body_wraps_it_and_one_that_is_dragged_into_it_is_an_error():
-    ball_in_the_way = Body(ball(0.25, 2, (0.5, 0.5, -0.3)))
+    ball_in_the_way = SolidBody(ball(0.25, 2, (0.5, 0.5, -0.3)))
     border = np.flatnonzero(np.abs(PATCH.vertices[:, :2] - 0.5).max(axis=1) > 0.49)
     for held, works in ((border, True), (np.arange(len(PATCH.vertices)), False)):
         none = REGIONS["none"]
@@ -190,7 +190,7 @@ def test_a_body_that_moves_too_far_in_a_step_makes_the_step_shorter():
     """A ball that rises by 2.5 cm in a step of 5 ms, below a patch that it can be found 0.2 cm deep in."""
     scene = spring_scene(PATCH, HYBRID, stiffness=2e3)
     rising = RigidMotion(np.array([0.0, 0.01]), np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 5.0]]))
-    body = Body(ball(0.6, 2, (0.5, 0.5, -0.9)), rising)
+    body = SolidBody(ball(0.6, 2, (0.5, 0.5, -0.9)), rising)
     contact = BodyContact(points_of(HYBRID), body, depth=0.2, scalar=wp.float64, device=cpu())
     scene.system.add(contact)
     run = Dynamics(scene.system, scene.at_rest(), DynamicsSettings(time_step=5e-3, velocity_tolerance=1.0))

@@ -11,7 +11,7 @@ import pytest
 import warp as wp
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.mixed.contact.contact_points import join_points, node_areas, points_at_nodes
+from stitchmesh.mixed.contact.contact_points import join_points, points_at_nodes
 from stitchmesh.mixed.contact.point_map import PointMap
 from stitchmesh.mixed.contact.rest_neighbours import seam_neighbours
 from tests.mixed.contact.sheets import cpu, launcher, sheet, state_of, together
@@ -117,11 +117,6 @@ def test_nodes_without_weight_have_no_point():
     points = points_at_nodes(5, panel=[0, 0, 1], rest=np.zeros((3, 2)), area=0.02, weight=[0, 0.5, 1], thickness=0.1)
     assert points.index[:, 0].tolist() == [6, 7]
     assert points.area.tolist() == [0.01, 0.02]
-
-
-def test_nodes_of_a_panel_share_its_area():
-    area = node_areas(np.array([1.0, 2.0, 5.0]), np.array([0, 0, 2]), np.array([2, 0, 0, 0, 2]))
-    assert area.tolist() == [2.5, 1.0, 1.0, 1.0, 2.5]
 
 
 def test_refuses():

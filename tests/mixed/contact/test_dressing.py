@@ -8,8 +8,8 @@ import numpy as np
 
 from stitchmesh.mixed.cloth.panel_position import PanelPosition
 from stitchmesh.mixed.cloth.panels import Panel
-from stitchmesh.mixed.cloth.seams import Border, Seam, cloth_from_panels
-from stitchmesh.mixed.contact.body import Body
+from stitchmesh.mixed.cloth.seams import PanelBorder, PanelSeam, cloth_from_panels
+from stitchmesh.mixed.contact.body import SolidBody
 from stitchmesh.mixed.contact.dressing import WornBody, dressed_vertices
 from tests.mixed.contact.bodies import ball
 from tests.mixed.contact.sheets import cpu
@@ -24,8 +24,8 @@ def band():
         Panel(name="back", outline=SQUARE, position=PanelPosition(origin=(0.0, -2.0, -0.5), x_axis=(-1.0, 0.0, 0.0))),
     ]
     seams = [
-        Seam(first=Border(panel="front", start=1, end=2), second=Border(panel="back", start=3, end=0)),
-        Seam(first=Border(panel="back", start=1, end=2), second=Border(panel="front", start=3, end=0)),
+        PanelSeam(first=PanelBorder(panel="front", start=1, end=2), second=PanelBorder(panel="back", start=3, end=0)),
+        PanelSeam(first=PanelBorder(panel="back", start=1, end=2), second=PanelBorder(panel="front", start=3, end=0)),
     ]
     return cloth_from_panels(panels, seams, edge_length=0.8)
 
@@ -39,7 +39,7 @@ def largest_stretch(cloth, vertices) -> float:
 
 def test_a_band_goes_round_a_ball_that_it_cuts():
     """A ball of radius 2 is 12.6 cm round, 5 % less than the band, and 1.5 cm of it stick out of each panel."""
-    cloth, body = band(), Body(ball(2.0, 3))
+    cloth, body = band(), SolidBody(ball(2.0, 3))
     dressed = dressed_vertices(cloth, cloth.vertices, [WornBody(body, 0.05)], thickness=0.1, device=cpu())
     distance = np.linalg.norm(dressed, axis=1)
     assert distance.min() > 2.0
@@ -48,6 +48,6 @@ def test_a_band_goes_round_a_ball_that_it_cuts():
 
 def test_a_cloth_outside_stays_where_it_is():
     cloth = band()
-    body = Body(ball(0.2, 2))
+    body = SolidBody(ball(0.2, 2))
     dressed = dressed_vertices(cloth, cloth.vertices, [WornBody(body, 0.05)], thickness=0.1, device=cpu())
     assert dressed is cloth.vertices

@@ -4,16 +4,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import warp as wp
 
 from stitchmesh.compute.precision import scalar_named
 from stitchmesh.errors import ParameterError
-from stitchmesh.mixed.contact.attachment_springs import AttachmentSprings
-from stitchmesh.mixed.contact.attachments import Attachment
 from stitchmesh.mixed.contact.layer_friction import LayerFriction
 from stitchmesh.mixed.contact.self_collision import SelfCollision
+from stitchmesh.mixed.scene.scene import ContactSection
+from stitchmesh.mixed.scene.scene_fabric import prepare
+from stitchmesh.mixed.simulation import begin_simulation
 from tests.mixed.contact.moving_cloth import MovingCloth
 from tests.mixed.contact.sheets import (
     Sheets,
@@ -26,6 +29,7 @@ from tests.mixed.contact.sheets import (
     state_of,
     together,
 )
+from tests.mixed.small_scene import SWINGING
 
 THICKNESS, MU, STEP = 0.1, 0.3, 1e-2
 
@@ -83,14 +87,23 @@ def test_a_layer_on_a_held_layer_creeps_below_the_friction_angle_and_slides_abov
         lower = 25
         points, links = cloth.points(THICKNESS, spacing=THICKNESS / 2)
         collision = SelfCollision(points, links, pressure=500.0, scalar=wp.float64, device=cpu())
-        held = Attachment(np.arange(lower), stiffness=1e6)
-        springs = AttachmentSprings([held], cloth.vertices, np.zeros((0, 3)), scalar=wp.float64, device=cpu())
         gravity = 981.0 * np.array([lean, 0.0, -1.0])
-        motion = MovingCloth(cloth, 0.02, gravity, 500.0, [collision, LayerFriction(collision, 0.3), springs])
+        terms = [collision, LayerFriction(collision, 0.3)]
+        motion = MovingCloth(cloth, 0.02, gravity, 500.0, terms, held=range(lower))
         motion.run(15, 4e-3)
         speeds[lean] = motion.velocity[lower:, 0].mean()
     assert abs(speeds[0.2]) < 1.0  # the slip speed
     assert speeds[0.5] == pytest.approx(981.0 * (0.5 - 0.3) * 15 * 4e-3, rel=0.25)  # bumps of the points, first contact
+
+
+def test_a_scene_that_moves_asks_for_it():
+    contact = ContactSection(self_collision=True, friction=0.3)
+    made = {}
+    for friction in (0.0, 0.3):
+        prepared = prepare(replace(SWINGING, contact=replace(contact, friction=friction)))
+        system, _motion = begin_simulation(prepared, wp.float64, cpu()).system_at(0.0)
+        made[friction] = [term for term in system.terms if isinstance(term, LayerFriction)]
+    assert not made[0.0] and [term.coefficient for term in made[0.3]] == [0.3]
 
 
 def test_nothing_and_single_precision():

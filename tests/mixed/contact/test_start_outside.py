@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.contact import start_outside
-from stitchmesh.mixed.contact.body import Body
+from stitchmesh.mixed.contact.body import SolidBody
 from stitchmesh.mixed.contact.body_distance import BodyContact
 from stitchmesh.mixed.contact.motion import RigidMotion
 from stitchmesh.mixed.contact.start_outside import moved_outside
@@ -22,7 +22,7 @@ from tests.mixed.contact.sheets import cpu, sheet, state_of
 def test_points_of_a_cloth_move_out_of_a_ball():
     turn = RigidMotion(np.zeros(1), np.array([[0.0, 0.0, 0.3]]), Rotation.from_rotvec([0, 0, 0.4]).as_matrix()[None])
     cloth = sheet(10, 3.0)
-    body = Body(ball(0.8, 3), turn)
+    body = SolidBody(ball(0.8, 3), turn)
     points, _links = cloth.points(0.1, spacing=0.25)
     moved, depth = moved_outside(points, cloth.vertices, body, 0.05, cpu())
     contact = BodyContact(points, body, scalar=wp.float64, device=cpu())
@@ -39,9 +39,9 @@ def test_refuses(monkeypatch):
     cloth = sheet(1, 0.2)
     points, _links = cloth.points(0.1, spacing=np.inf)
     with pytest.raises(ParameterError, match=r"clearance of 0\.0 cm; expected a positive number"):
-        moved_outside(points, cloth.vertices, Body(box((1.0, 1.0, 1.0))), 0.0, cpu())
+        moved_outside(points, cloth.vertices, SolidBody(box((1.0, 1.0, 1.0))), 0.0, cpu())
     deep = sheet(10, 3.0)
     fine, _links = deep.points(0.1, spacing=0.25)
     monkeypatch.setattr(start_outside, "ROUNDS", 1)  # one move is not enough
     with pytest.raises(ParameterError, match=r"^ball: \d+ of \d+ points, up to .* cm deep, find no way out"):
-        moved_outside(fine, deep.vertices, Body(ball(1.0, 2), name="ball"), 0.05, cpu())
+        moved_outside(fine, deep.vertices, SolidBody(ball(1.0, 2), name="ball"), 0.05, cpu())

@@ -13,7 +13,7 @@ from stitchmesh.mixed.crossings.crossing_elements import CrossingElements
 from stitchmesh.mixed.crossings.crossing_term import CrossingTerm
 from stitchmesh.mixed.crossings.friction.sliding_friction import SlidingFriction
 from stitchmesh.mixed.crossings.materials.crossing_material import CrossingMaterial
-from stitchmesh.mixed.term import Term
+from stitchmesh.mixed.term import MixedTerm
 from tests.mixed.crossings.small_fabrics import (
     CPU,
     Fabric,
@@ -34,7 +34,7 @@ def with_friction(
     return elements, yarns, SlidingFriction(elements, yarns)
 
 
-def rest_of(terms: Sequence[Term], values: np.ndarray, free: np.ndarray, residual: float) -> np.ndarray:
+def rest_of(terms: Sequence[MixedTerm], values: np.ndarray, free: np.ndarray, residual: float) -> np.ndarray:
     """The state of equilibrium of the free entries, near a given one; ``residual`` is the largest force left [dyn]."""
     values = values.copy()
     for _ in range(100):
@@ -53,7 +53,7 @@ def rest_of(terms: Sequence[Term], values: np.ndarray, free: np.ndarray, residua
 
 
 def take_step(
-    terms: Sequence[Term],
+    terms: Sequence[MixedTerm],
     values: np.ndarray,
     free: np.ndarray,
     loaded: np.ndarray | None = None,

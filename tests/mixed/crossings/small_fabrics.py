@@ -17,7 +17,7 @@ from stitchmesh.mixed.crossings.materials.crossing_material import CrossingMater
 from stitchmesh.mixed.crossings.materials.fabric_materials import FabricMaterials
 from stitchmesh.mixed.layout.crossing_yarns import WARP, WEFT, CrossingYarns
 from stitchmesh.mixed.mixed_vector import MixedVector
-from stitchmesh.mixed.term import Term
+from stitchmesh.mixed.term import MixedTerm
 
 CPU = device_named("cpu")
 RUN = partial(launch, device=CPU)
@@ -105,18 +105,20 @@ def split(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return values[: 3 * count].reshape(-1, 3), values[3 * count :].reshape(-1, 2)
 
 
-def energy_at(term: Term, values: np.ndarray, scalar=wp.float64) -> float:
+def energy_at(term: MixedTerm, values: np.ndarray, scalar=wp.float64) -> float:
     return term.energy(vector_of(*split(values), scalar))
 
 
-def force_at(term: Term, values: np.ndarray, scalar=wp.float64) -> np.ndarray:
+def force_at(term: MixedTerm, values: np.ndarray, scalar=wp.float64) -> np.ndarray:
     state = vector_of(*split(values), scalar)
     force = state.like()
     term.forces(state, force, RUN)
     return flat(*force.numpy()[1:])
 
 
-def hessian_at(term: Term, values: np.ndarray, exact: float = 1.0, scalar=wp.float64, of=slice(None)) -> np.ndarray:
+def hessian_at(
+    term: MixedTerm, values: np.ndarray, exact: float = 1.0, scalar=wp.float64, of=slice(None)
+) -> np.ndarray:
     """The columns ``of`` of the Hessian."""
     state = vector_of(*split(values), scalar)
     term.exact = exact

@@ -40,8 +40,8 @@ ONLY = {
 """Stiffnesses that leave one energy of the star; stretch cannot be absent."""
 
 
-def term_of(fabric, material=YARN, scalar=wp.float64, stored=True, **changes):
-    return CrossingTerm(fabric.elements(material, **changes), scalar, CPU, stored=stored, block_scalar=scalar)
+def term_of(fabric, material=YARN, scalar=wp.float64, **changes):
+    return CrossingTerm(fabric.elements(material, **changes), scalar, CPU, block_scalar=scalar)
 
 
 @pytest.mark.parametrize("energy", ONLY)
@@ -308,16 +308,6 @@ def test_wrong_nodes_and_shapes_are_refused():
         crossing_elements(yarns, materials, slides=np.ones(6))
 
 
-@pytest.mark.parametrize("exact", [0.0, 0.5, 1.0])
-def test_stored_blocks_and_products_without_them_agree(exact):
-    fabric = plain_weave(3, 4, spacing=0.19)
-    slides = np.arange(12) != 5
-    state = disturbed(fabric)
-    stored = hessian_at(term_of(fabric, slides=slides), state, exact)
-    other = hessian_at(term_of(fabric, slides=slides, stored=False), state, exact)
-    np.testing.assert_allclose(other, stored, rtol=0, atol=1e-13 * np.abs(stored).max())  # sums in another order
-
-
 def test_rounded_blocks_have_the_products_of_single_precision_and_none_for_a_translation():
     fabric = plain_weave(3, 4, spacing=0.19)
     state = disturbed(fabric)
@@ -346,4 +336,3 @@ def test_diagonal_blocks_are_those_of_the_matrix():
         np.testing.assert_allclose(
             blocks.sliding.numpy()[i], matrix[slide, slide], rtol=0, atol=1e-12 * np.abs(matrix).max()
         )
-    assert term_of(fabric, stored=False).diagonal(blocks, RUN) == []

@@ -13,9 +13,9 @@ import warp as wp
 from stitchmesh.errors import ParameterError, SolverError
 from stitchmesh.mixed.dynamics.backward_euler import Dynamics, DynamicsSettings
 from stitchmesh.mixed.dynamics.weight import Weight
-from stitchmesh.mixed.enrichment.region import Region, enriched_everywhere, region_around
+from stitchmesh.mixed.enrichment.region import Region, region_around
 from tests.mixed.dynamics.scene import Scene, masses_of, spring_scene
-from tests.mixed.patch import square_patch
+from tests.mixed.patch import enriched_everywhere, square_patch
 
 PATCH = square_patch(6, 4)
 SQUARE = region_around(*PATCH.layout, PATCH.near((0.5, 0.5), 0.2))

@@ -14,13 +14,13 @@ import warp as wp
 
 from stitchmesh.mixed.cloth.panel_position import PanelPosition
 from stitchmesh.mixed.cloth.panels import Panel
-from stitchmesh.mixed.cloth.seams import Border, Seam, cloth_from_panels
+from stitchmesh.mixed.cloth.seams import PanelBorder, PanelSeam, cloth_from_panels
 from stitchmesh.mixed.crossings.materials.crossing_material import CrossingMaterial
 from stitchmesh.mixed.crossings.materials.fabric_materials import FabricMaterials
 from stitchmesh.mixed.dynamics.backward_euler import Dynamics, DynamicsSettings
 from stitchmesh.mixed.dynamics.cloth_system import ClothModel, ClothSystem, cloth_masses, cloth_system
 from stitchmesh.mixed.dynamics.equilibrium import EquilibriumSettings, find_equilibrium
-from stitchmesh.mixed.enrichment.region import Region, enriched_everywhere, region_around
+from stitchmesh.mixed.enrichment.region import Region, region_around
 from stitchmesh.mixed.layout.knit import lay_knit
 from stitchmesh.mixed.layout.weave import lay_weave
 from stitchmesh.mixed.mixed_blocks import MixedBlocks
@@ -28,6 +28,7 @@ from stitchmesh.mixed.mixed_vector import MixedVector
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
 from stitchmesh.mixed.triangles.seam_material import SeamMaterial
 from tests.mixed.dynamics.scene import CPU
+from tests.mixed.patch import enriched_everywhere
 
 SIDE, ENDS = 3.0, 6.0
 OUTLINE = np.array([[0.0, 0.0], [SIDE, 0.0], [SIDE, SIDE], [0.0, SIDE]])
@@ -108,8 +109,8 @@ def test_a_rod_along_a_seam_goes_on_from_the_triangles_to_the_yarns():
         Panel(name=name, outline=OUTLINE, position=PanelPosition(origin=(SIDE * number, 0.0, 0.0)))
         for number, name in enumerate(("left", "right"))
     ]
-    sides = Border(panel="left", start=1, end=2), Border(panel="right", start=3, end=0)
-    cloth = cloth_from_panels(panels, [Seam(first=sides[0], second=sides[1])], edge_length=0.6)
+    sides = PanelBorder(panel="left", start=1, end=2), PanelBorder(panel="right", start=3, end=0)
+    cloth = cloth_from_panels(panels, [PanelSeam(first=sides[0], second=sides[1])], edge_length=0.6)
     yarns = lay_weave(cloth, np.eye(2, dtype=int), ends=ENDS, picks=ENDS)
     middle = cloth.vertices[cloth.triangles].mean(axis=1)
     light = replace(YARN, density=1e-12)

@@ -10,9 +10,9 @@ import pytest
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.dynamics.equilibrium import EquilibriumSettings, find_equilibrium
 from stitchmesh.mixed.dynamics.weight import Weight
-from stitchmesh.mixed.enrichment.region import enriched_everywhere, region_around
+from stitchmesh.mixed.enrichment.region import region_around
 from tests.mixed.dynamics.scene import spring_scene
-from tests.mixed.patch import square_patch
+from tests.mixed.patch import enriched_everywhere, square_patch
 
 PATCH = square_patch(8, 4)
 CHOSEN = PATCH.near((0.5, 0.5), 0.26)

@@ -16,11 +16,11 @@ from stitchmesh.compute.precision import vector
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.dynamics.blended_masses import BlendedMasses, blend_masses
 from stitchmesh.mixed.dynamics.mass_matrix import MassMatrix
-from stitchmesh.mixed.enrichment.region import HYBRID, YARNS, enriched_everywhere, region_around
+from stitchmesh.mixed.enrichment.region import HYBRID, YARNS, region_around
 from stitchmesh.mixed.mixed_blocks import MixedBlocks
 from stitchmesh.mixed.mixed_vector import MixedVector
 from tests.mixed.dynamics.scene import MASS, crossing_masses, masses_of
-from tests.mixed.patch import square_patch
+from tests.mixed.patch import enriched_everywhere, square_patch
 
 CPU = device_named("cpu")
 RUN = partial(launch, device=CPU)

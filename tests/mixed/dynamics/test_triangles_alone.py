@@ -11,7 +11,7 @@ import warp as wp
 
 from stitchmesh.mixed.dynamics.backward_euler import Dynamics
 from stitchmesh.mixed.mixed_vector import MixedVector
-from stitchmesh.mixed.term import Term
+from stitchmesh.mixed.term import MixedTerm
 from stitchmesh.mixed.triangles.membrane import Membrane
 from stitchmesh.mixed.triangles.shell_bending import ShellBending
 from tests.mixed.dynamics.scene import CPU
@@ -29,7 +29,7 @@ def lumped_masses() -> FloatArray:
     return masses
 
 
-def stepped(terms: Sequence[Term], vertices: FloatArray, velocities: FloatArray) -> FloatArray:
+def stepped(terms: Sequence[MixedTerm], vertices: FloatArray, velocities: FloatArray) -> FloatArray:
     """The vertices after a step of backward Euler: M (x - x_n - h u_n) / h^2 = f(x) + M g, by Newton's method."""
     free = np.setdiff1d(np.arange(len(vertices)), HELD)
     index = (3 * free[:, None] + np.arange(3)).ravel()

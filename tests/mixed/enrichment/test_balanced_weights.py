@@ -13,9 +13,10 @@ import pytest
 from stitchmesh.mixed.dynamics import cloth_system as assembled
 from stitchmesh.mixed.dynamics.cloth_system import ClothModel, cloth_system
 from stitchmesh.mixed.enrichment.balanced_weights import MOST_CHANGE, ROUNDING, StretchedCloth, balanced_weights
-from stitchmesh.mixed.enrichment.region import HYBRID, Region, enriched_everywhere, region_around
+from stitchmesh.mixed.enrichment.region import HYBRID, Region, region_around
 from tests.mixed.dynamics.scene import CPU
 from tests.mixed.dynamics.test_uniform_stretch import CLOTH, FROM_MIDDLE, LAYOUT, MATERIAL, MIDDLE, SIDE, STRAIN, YARN
+from tests.mixed.patch import enriched_everywhere
 
 INNER = np.flatnonzero(FROM_MIDDLE < SIDE / 2 - 1e-9)
 PARTS = CLOTH.triangles, len(CLOTH.vertices), LAYOUT.triangle, LAYOUT.barycentric

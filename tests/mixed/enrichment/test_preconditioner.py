@@ -17,10 +17,10 @@ from stitchmesh.mixed.enrichment.embedding import Embedding, embed
 from stitchmesh.mixed.enrichment.free_unknowns import FreeUnknowns
 from stitchmesh.mixed.enrichment.inverse_metric import SHARE
 from stitchmesh.mixed.enrichment.preconditioner import Preconditioner
-from stitchmesh.mixed.enrichment.region import Region, enriched_everywhere, region_around
+from stitchmesh.mixed.enrichment.region import Region, region_around
 from stitchmesh.mixed.mixed_blocks import MixedBlocks
 from stitchmesh.mixed.mixed_vector import MixedVector
-from tests.mixed.patch import square_patch
+from tests.mixed.patch import enriched_everywhere, square_patch
 
 CPU = device_named("cpu")
 RUN = partial(launch, device=CPU)

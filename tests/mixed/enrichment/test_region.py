@@ -9,8 +9,8 @@ import pytest
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.enrichment.free_unknowns import FreeUnknowns
-from stitchmesh.mixed.enrichment.region import HYBRID, TRIANGLES, YARNS, enriched_everywhere, region_around
-from tests.mixed.patch import square_patch
+from stitchmesh.mixed.enrichment.region import HYBRID, TRIANGLES, YARNS, region_around
+from tests.mixed.patch import enriched_everywhere, square_patch
 
 PATCH = square_patch(8, 3)
 CHOSEN = PATCH.near((0.5, 0.5), 0.26)

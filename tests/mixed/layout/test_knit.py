@@ -10,7 +10,7 @@ import pytest
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.cloth.panel_position import PanelPosition
 from stitchmesh.mixed.cloth.panels import Panel
-from stitchmesh.mixed.cloth.seams import Border, Seam, cloth_from_panels
+from stitchmesh.mixed.cloth.seams import PanelBorder, PanelSeam, cloth_from_panels
 from stitchmesh.mixed.layout.crossing_yarns import ROD
 from stitchmesh.mixed.layout.knit import P, Q, lay_knit
 from tests.mixed.cloth.panel_shapes import OUTLINES, rectangle, tube
@@ -159,7 +159,7 @@ def test_heads_and_feet_are_joined_to_a_seam_along_a_course():
         rectangle(5.0, 4.0, "low"),
         rectangle(5.0, 4.0, "high", position=PanelPosition(origin=(0.0, 4.0, 0.0))),
     ]
-    seam = Seam(first=Border(panel="low", start=2, end=3), second=Border(panel="high", start=0, end=1))
+    seam = PanelSeam(first=PanelBorder(panel="low", start=2, end=3), second=PanelBorder(panel="high", start=0, end=1))
     cloth = cloth_from_panels(panels, [seam], edge_length=1.0)
     yarns = lay_knit(cloth, [[1]], wale_spacing=WALE, course_spacing=COURSE)
     check_yarns(cloth, yarns)

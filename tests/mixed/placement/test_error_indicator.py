@@ -87,20 +87,6 @@ def test_a_strain_that_varies_is_an_error_of_the_order_of_the_square_of_the_tria
     assert errors[1] == pytest.approx(0.5 * WEAVE.stretch_course * (gradient / 16.0) ** 2 / 15.0, rel=0.3)
 
 
-def test_different_laws_count_by_their_energy_at_the_strain() -> None:
-    differences = {"course": ([-0.2, 0.0, 0.2], [4.0, 0.0, 8.0]), "shear": ([-0.5, 0.0, 0.5], [1.0, 0.0, 1.0])}
-    areas = CLOTH.rest_area
-    found = indicate_errors(CLOTH, stretched([[1.1, 0.0], [0.0, 1.0]]), WEAVE, differences)
-    assert np.allclose(found.laws, 4.0 * areas, rtol=1e-12)
-    beyond = indicate_errors(CLOTH, stretched([[1.4, 0.0], [0.0, 1.0]]), WEAVE, differences)
-    assert np.allclose(beyond.laws, 16.0 * areas, rtol=1e-12)  # twice the largest strain, in proportion
-    half = 0.25 / 2.0
-    turned = stretched([[np.cos(half), np.sin(half)], [np.sin(half), np.cos(half)]])
-    assert np.allclose(indicate_errors(CLOTH, turned, WEAVE, differences).laws, 0.5 * areas, rtol=1e-10)
-
-
-def test_positions_that_are_not_finite_and_unknown_tests_are_refused() -> None:
+def test_positions_that_are_not_finite_are_refused() -> None:
     with pytest.raises(ParameterError, match="not finite"):
         indicate_errors(CLOTH, CLOTH.vertices * np.nan, WEAVE)
-    with pytest.raises(ParameterError, match="'twist'"):
-        indicate_errors(CLOTH, CLOTH.vertices, WEAVE, {"twist": ([0.0, 1.0], [0.0, 1.0])})

@@ -9,12 +9,7 @@ import pytest
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.cloth.from_stitches import cloth_from_stitches
-from stitchmesh.mixed.placement.triangle_choice import (
-    triangles_in_box,
-    triangles_in_rectangle,
-    triangles_of_faces,
-    triangles_of_panels,
-)
+from stitchmesh.mixed.placement.triangle_choice import triangles_of_faces, triangles_of_panels
 from stitchmesh.selection import select
 from tests.editing.fabrics import flat
 from tests.mixed.placement.sheets import sheet
@@ -22,18 +17,7 @@ from tests.mixed.placement.sheets import sheet
 CLOTH = sheet(4).cloth
 
 
-def test_a_box_over_half_of_a_sheet_holds_half_of_its_triangles() -> None:
-    found = triangles_in_box(CLOTH, (0.0, 0.0, -1.0), (0.5, 1.0, 1.0))
-    assert len(found) == 16
-    assert (CLOTH.rest[found][:, :, 0] <= 0.5).all()
-    moved = triangles_in_box(CLOTH, (10.0, 0.0, -1.0), (10.5, 1.0, 1.0), CLOTH.vertices + np.array([10.0, 0.0, 0.0]))
-    assert np.array_equal(found, moved)
-
-
-def test_a_rectangle_is_in_the_coordinates_of_its_panel() -> None:
-    found = triangles_in_rectangle(CLOTH, "sheet", (0.0, 0.5), (1.0, 1.0))
-    assert len(found) == 16
-    assert (CLOTH.rest[found][:, :, 1] >= 0.5).all()
+def test_a_panel_is_all_its_triangles() -> None:
     assert np.array_equal(triangles_of_panels(CLOTH, "sheet"), np.arange(32))
 
 
@@ -47,16 +31,7 @@ def test_stitches_of_a_selection_are_all_their_triangles() -> None:
     assert set(map(int, cloth.triangles[found].ravel())) == own
 
 
-def test_what_holds_no_triangle_is_refused_with_the_extent_of_the_cloth() -> None:
-    with pytest.raises(ParameterError, match="holds no triangle; the cloth reaches from"):
-        triangles_in_box(CLOTH, (5.0, 5.0, 5.0), (6.0, 6.0, 6.0))
-    with pytest.raises(ParameterError, match="panel 'sheet' reaches from"):
-        triangles_in_rectangle(CLOTH, "sheet", (5.0, 5.0), (6.0, 6.0))
-
-
-def test_wrong_boxes_panels_and_faces_are_refused() -> None:
-    with pytest.raises(ParameterError, match="the smaller ones first"):
-        triangles_in_box(CLOTH, (1.0, 0.0, 0.0), (0.0, 1.0, 1.0))
+def test_wrong_panels_and_faces_are_refused() -> None:
     with pytest.raises(ParameterError, match="got panel 'sleeve'"):
         triangles_of_panels(CLOTH, "sleeve")
     with pytest.raises(ParameterError, match="got face 99"):

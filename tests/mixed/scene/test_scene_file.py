@@ -13,7 +13,7 @@ import pytest
 from stitchmesh.errors import StitchMeshError
 from stitchmesh.mixed.cloth.panel_file import PanelTable
 from stitchmesh.mixed.cloth.panel_position import PanelPosition
-from stitchmesh.mixed.cloth.seams import Border, Seam
+from stitchmesh.mixed.cloth.seams import PanelBorder, PanelSeam
 from stitchmesh.mixed.scene import matched_cloth
 from stitchmesh.mixed.scene.cloth_of_yarns import cloth_of_weave
 from stitchmesh.mixed.scene.cloth_section import ClothSection
@@ -45,7 +45,8 @@ def scene_of(tmp_path: Path, text: str) -> Scene:
 def two_panels() -> ClothSection:
     square = ((0.0, 0.0), (3.0, 0.0), (3.0, 3.0), (0.0, 3.0))
     right = PanelTable(name="right", outline=square, position=PanelPosition(origin=(3.0, 0.0, 0.0)))
-    seam = Seam(first=Border(panel="left", start=1, end=2), second=Border(panel="right", start=3, end=0), angle=10.0)
+    first, second = PanelBorder(panel="left", start=1, end=2), PanelBorder(panel="right", start=3, end=0)
+    seam = PanelSeam(first=first, second=second, angle=10.0)
     return ClothSection(panels=(PanelTable(name="left", outline=square), right), seams=(seam,), edge_length=1.0)
 
 
@@ -64,7 +65,7 @@ def test_a_scene_is_read_as_it_was_written(tmp_path):
             ),
         ),
         bodies=(BodySection(shape="box", size=(1.0, 2.0, 3.0), friction=0.1),),
-        contact=ContactSection(self_collision=True, thickness=0.2),
+        contact=ContactSection(self_collision=True, thickness=0.2, friction=0.3),
         solver=SolverSection(precision="float32"),
         output=OutputSection(yarns=("usda", "h5"), colour="alpha", view=(30.0, 10.0)),
     )
@@ -110,6 +111,8 @@ WRONG = {
     ),
     "body without size": (BASE + '[[bodies]]\nshape = "ball"\n', "expected 1 positive numbers"),
     "missing body": (BASE + '[[bodies]]\nfile = "nowhere.obj"\n', "nowhere.obj"),
+    "friction of resting layers": (BASE + "[contact]\nfriction = 0.3\n", "in a static scene, whose layers"),
+    "friction that pushes": (BASE + "[contact]\nfriction = -0.3\n", "got -0.3; expected a number of at least 0"),
     "crossed panel": (
         BASE.replace("rectangle = [4, 4]", "panels = [{ name = 'a', outline = [[0,0],[2,2],[2,0],[0,2]] }]"), "cross"
     ),

@@ -18,7 +18,7 @@ from stitchmesh.mesh import BORDER
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.cloth.from_stitches import cloth_from_stitches
 from stitchmesh.mixed.dynamics.cloth_system import ClothModel, ClothSystem, cloth_system
-from stitchmesh.mixed.enrichment.region import Region, enriched_everywhere, region_around
+from stitchmesh.mixed.enrichment.region import Region, region_around
 from stitchmesh.mixed.layout.spline_yarns import SplineYarns
 from stitchmesh.mixed.layout.splines_on_stitches import lay_splines
 from stitchmesh.mixed.splines.spline_material import SplineMaterial
@@ -30,6 +30,7 @@ from stitchmesh.yarngen import generate_yarns
 from stitchmesh.yarnrelax import relax_yarns
 from stitchmesh.yarnrelax.constraints.pins import Pins
 from tests.gallery import grid
+from tests.mixed.patch import enriched_everywhere
 
 CPU = device_named("cpu")
 WIDTH, HEIGHT, RADIUS, LOOP = 0.41, 0.316, 0.05, 1.668

@@ -15,7 +15,7 @@ from stitchmesh.compute.device import device_named
 from stitchmesh.compute.launch import launch
 from stitchmesh.mixed.mixed_blocks import MixedBlocks
 from stitchmesh.mixed.mixed_vector import MixedVector
-from stitchmesh.mixed.term import Term
+from stitchmesh.mixed.term import MixedTerm
 
 CPU = device_named("cpu")
 RUN = partial(launch, device=CPU)
@@ -26,11 +26,11 @@ def state_of(vertices: FloatArray, scalar: type = wp.float64) -> MixedVector:
     return MixedVector.from_numpy(vertices, [], [], scalar, CPU)
 
 
-def energy_of(term: Term, vertices: FloatArray, scalar: type = wp.float64) -> float:
+def energy_of(term: MixedTerm, vertices: FloatArray, scalar: type = wp.float64) -> float:
     return term.energy(state_of(vertices, scalar))
 
 
-def forces_of(term: Term, vertices: FloatArray, scalar: type = wp.float64) -> FloatArray:
+def forces_of(term: MixedTerm, vertices: FloatArray, scalar: type = wp.float64) -> FloatArray:
     """Forces on the vertices, shape (V, 3)."""
     state = state_of(vertices, scalar)
     force = state.like()
@@ -39,7 +39,7 @@ def forces_of(term: Term, vertices: FloatArray, scalar: type = wp.float64) -> Fl
 
 
 def product_of(
-    term: Term, vertices: FloatArray, direction: FloatArray, exact: float = 1.0, scalar: type = wp.float64
+    term: MixedTerm, vertices: FloatArray, direction: FloatArray, exact: float = 1.0, scalar: type = wp.float64
 ) -> FloatArray:
     """Hessian times a direction, shape (V, 3)."""
     state = state_of(vertices, scalar)
@@ -50,7 +50,7 @@ def product_of(
     return product.numpy()[0]
 
 
-def hessian_of(term: Term, vertices: FloatArray, exact: float = 1.0) -> FloatArray:
+def hessian_of(term: MixedTerm, vertices: FloatArray, exact: float = 1.0) -> FloatArray:
     """The whole Hessian, shape (3 V, 3 V)."""
     state = state_of(vertices)
     term.exact = exact
@@ -63,7 +63,7 @@ def hessian_of(term: Term, vertices: FloatArray, exact: float = 1.0) -> FloatArr
     return np.array(columns).T
 
 
-def blocks_of(term: Term, vertices: FloatArray, exact: float = 1.0) -> FloatArray:
+def blocks_of(term: MixedTerm, vertices: FloatArray, exact: float = 1.0) -> FloatArray:
     """The diagonal blocks, shape (V, 3, 3)."""
     state = state_of(vertices)
     term.exact = exact
@@ -85,7 +85,7 @@ def slope(values: Callable[[float], FloatArray | float], step: float) -> FloatAr
     return (8.0 * near - far) / (12.0 * step)
 
 
-def assert_forces_are_minus_the_gradient(term: Term, vertices: FloatArray, step: float = 2e-5) -> None:
+def assert_forces_are_minus_the_gradient(term: MixedTerm, vertices: FloatArray, step: float = 2e-5) -> None:
     """Differences of the energy along random directions."""
     force = forces_of(term, vertices)
     random = np.random.default_rng(1)
@@ -95,7 +95,7 @@ def assert_forces_are_minus_the_gradient(term: Term, vertices: FloatArray, step:
         np.testing.assert_allclose(rise, -(force * direction).sum(), rtol=0, atol=1e-7 * _size(force))
 
 
-def assert_products_are_differences_of_forces(term: Term, vertices: FloatArray, step: float = 2e-5) -> None:
+def assert_products_are_differences_of_forces(term: MixedTerm, vertices: FloatArray, step: float = 2e-5) -> None:
     """Differences of the forces along random directions."""
     random = np.random.default_rng(2)
     for direction in random.normal(size=(4, *vertices.shape)):
@@ -105,7 +105,7 @@ def assert_products_are_differences_of_forces(term: Term, vertices: FloatArray, 
         np.testing.assert_allclose(product, expected, rtol=0, atol=1e-6 * _size(product))
 
 
-def assert_nothing_acts_on_the_whole(term: Term, vertices: FloatArray) -> None:
+def assert_nothing_acts_on_the_whole(term: MixedTerm, vertices: FloatArray) -> None:
     """Internal forces have no resultant and no torque, because a rigid motion costs nothing."""
     force = forces_of(term, vertices)
     scale = _size(force)

@@ -8,11 +8,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from stitchmesh.mixed.term import Term
+from stitchmesh.mixed.term import MixedTerm
 from tests.mixed.triangles.derivatives import FloatArray, energy_of, forces_of, hessian_of
 
 
-def equilibrium(terms: Sequence[Term], vertices: FloatArray, free: np.ndarray, steps: int = 100) -> FloatArray:
+def equilibrium(terms: Sequence[MixedTerm], vertices: FloatArray, free: np.ndarray, steps: int = 100) -> FloatArray:
     """The vertices at rest.
 
     Args:
@@ -38,7 +38,7 @@ def equilibrium(terms: Sequence[Term], vertices: FloatArray, free: np.ndarray, s
     raise AssertionError(f"no equilibrium in {steps} steps: the largest force is {np.abs(force).max():g}")
 
 
-def _lowered(terms: Sequence[Term], vertices: FloatArray, move: FloatArray) -> tuple[FloatArray, float]:
+def _lowered(terms: Sequence[MixedTerm], vertices: FloatArray, move: FloatArray) -> tuple[FloatArray, float]:
     """The vertices moved by the largest halved step that lowers the energy, and the part of the step."""
     before, length = sum(energy_of(term, vertices) for term in terms), 1.0
     while length > 1e-6 and sum(energy_of(term, vertices + length * move) for term in terms) > before:

@@ -18,8 +18,8 @@ from stitchmesh.errors import FileError, ParameterError, YarnError
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh.palette import STOCK
 from stitchmesh.periodic.textures.files import DESCRIPTIONS, images, texture_archive, write_textures
-from stitchmesh.periodic.textures.plan import Plan
-from stitchmesh.periodic.textures.surface import Surface, surface_at
+from stitchmesh.periodic.textures.plan import PixelGrid
+from stitchmesh.periodic.textures.surface import PixelSurface, surface_at
 from stitchmesh.periodic.textures.textures import TextureMaps, texture_maps
 from stitchmesh.periodic.textures.tubes import tubes_above
 from stitchmesh.periodic.textures.visibility import visible_pieces
@@ -45,15 +45,15 @@ def ring_cell(points: NDArray[np.float64], radius: float = 0.2) -> YarnSet:
     return replace(bare, lattice=Lattice(2 * np.eye(3)[:2]), lattice_step=np.array([[0, 0]]))
 
 
-def seen(yarns: YarnSet, width: int, height: int) -> tuple[Plan, Surface]:
+def seen(yarns: YarnSet, width: int, height: int) -> tuple[PixelGrid, PixelSurface]:
     """Return a plan and the surface at its pixels."""
     assert yarns.lattice is not None
-    plan = Plan(yarns.lattice, width, height)
+    plan = PixelGrid(yarns.lattice, width, height)
     tubes = tubes_above(yarns, plan)
     return plan, surface_at(tubes, plan, visible_pieces(tubes, plan), 0, height)
 
 
-def places(plan: Plan) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def places(plan: PixelGrid) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     row, column = np.mgrid[: plan.height, : plan.width]
     return plan.places(column, row)
 
@@ -110,7 +110,7 @@ def test_a_crest_has_the_colour_of_the_yarn_and_a_hole_the_mean_colour():
 
 def test_a_ring_gives_a_torus():
     _, surface = seen(ring_cell(ring([0, 0, 0.3], 0.6)), 100, 100)
-    x, y = places(Plan(Lattice(2 * np.eye(3)[:2]), 100, 100))
+    x, y = places(PixelGrid(Lattice(2 * np.eye(3)[:2]), 100, 100))
     around = np.hypot(x - 1, y - 1)
     # a B-spline of 40 control points on a circle lies inside it by a factor (2 + cos 9 degrees) / 3
     across = around - 0.6 * (2 + np.cos(2 * np.pi / 40)) / 3
@@ -128,7 +128,7 @@ def test_a_ring_gives_a_torus():
 
 def test_an_upright_ring_gives_an_upright_torus():
     _, surface = seen(ring_cell(ring([0, 0, 0], 0.6, 80)[:, [0, 2, 1]]), 100, 100)
-    x, y = places(Plan(Lattice(2 * np.eye(3)[:2]), 100, 100))
+    x, y = places(PixelGrid(Lattice(2 * np.eye(3)[:2]), 100, 100))
     size = 0.6 * (2 + np.cos(2 * np.pi / 80)) / 3
     across = np.abs(y - 1) < 0.199
     outer = size + np.sqrt(np.maximum(0.04 - (y - 1) ** 2, 0))

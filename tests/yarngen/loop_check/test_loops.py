@@ -23,7 +23,7 @@ from stitchmesh.yarngen.loop_check.loops import Arc, Arcs, find_arcs
 from stitchmesh.yarngen.loop_check.polygon_linking import Polygons, linking_numbers
 from stitchmesh.yarngen.loop_check.threadings import slipped_legs
 from stitchmesh.yarngen.loop_check.yarn_polylines import SAMPLES_PER_POINT
-from stitchmesh.yarngen.templates.template import Part, Template
+from stitchmesh.yarngen.templates.template import Template, TemplatePart
 from stitchmesh.yarnrelax import relax_yarns
 from tests.gallery import FLAT_AND_ROUND
 from tests.meshrelax.fabrics import rotation
@@ -300,7 +300,7 @@ def hook_beside_the_head(shape: Template) -> Template:
     for part in shape.parts:
         straight = np.linspace(part.curve[0], part.curve[-1], len(part.curve))
         on_top = [shape.n_bottom < end.place <= shape.n_bottom + shape.n_top for end in (part.start, part.end)]
-        parts.append(Part(part.start, part.end, straight, part.is_head) if all(on_top) else part)
+        parts.append(TemplatePart(part.start, part.end, straight, part.is_head) if all(on_top) else part)
     return Template(shape.n_bottom, shape.n_top, tuple(parts))
 
 

@@ -19,15 +19,15 @@ from stitchmesh.yarngen.embedding import place_parts
 from stitchmesh.yarngen.templates.drawings import drawings, template_from_drawing
 from stitchmesh.yarngen.templates.own_checks import PIERCING as MADE_PIERCING
 from stitchmesh.yarngen.templates.own_checks import crossings_between, handedness, piercings
-from stitchmesh.yarngen.templates.plain import HEIGHT_IN_RADII, LOOP_WIDTH, knit, purl
+from stitchmesh.yarngen.templates.plain import HEIGHT_IN_RADII, LOOP_WIDTH, knit
 from stitchmesh.yarngen.templates.surrounding import surround_stitch
 from stitchmesh.yarngen.templates.table import ANY_SIDES, template
 from stitchmesh.yarngen.templates.template import (
     RADIUS_OVER_WIDTH,
     STITCH_HEIGHT,
     Crossing,
-    Part,
     Template,
+    TemplatePart,
     crossing_point,
     mirrored,
     top,
@@ -59,16 +59,16 @@ def template_of(stitch: Stitch, twists: tuple[int, ...] = ()) -> Template:
     return template(stitch, *SIDE_COUNTS[stitch], twists)
 
 
-def heads_of(shape: Template) -> dict[int, list[tuple[Part, int]]]:
+def heads_of(shape: Template) -> dict[int, list[tuple[TemplatePart, int]]]:
     """Parts of the loop below on each bottom side, with 1 if they run clockwise and -1 if they do not."""
-    heads: dict[int, list[tuple[Part, int]]] = {}
+    heads: dict[int, list[tuple[TemplatePart, int]]] = {}
     for part in shape.parts:
         if part.is_head:
             heads.setdefault(part.start.place, []).append((part, 1 if part.start.slot == 0 else -1))
     return heads
 
 
-def own_parts(shape: Template) -> list[Part]:
+def own_parts(shape: Template) -> list[TemplatePart]:
     return [part for part in shape.parts if not part.is_head]
 
 
@@ -126,7 +126,7 @@ def test_the_plain_loop_is_the_closed_form():
 
 
 def test_purl_is_knit_turned_over():
-    for front, back in zip(knit().parts, purl().parts, strict=True):
+    for front, back in zip(knit().parts, template(Stitch.PURL, 1, 1).parts, strict=True):
         np.testing.assert_array_equal(front.curve * [1, 1, -1], back.curve)
 
 
@@ -137,7 +137,7 @@ def assert_same(one: Template, other: Template) -> None:
         np.testing.assert_allclose(first.curve, second.curve, atol=1e-12)
 
 
-def _by_start(part: Part) -> tuple[int, int]:
+def _by_start(part: TemplatePart) -> tuple[int, int]:
     return part.start.place, part.start.slot
 
 

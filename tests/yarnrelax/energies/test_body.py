@@ -23,7 +23,7 @@ from stitchmesh.mesh import Mesh
 from stitchmesh.quality import Quality, quality_named
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial, relax_yarns
-from stitchmesh.yarnrelax.assembled_hessian import HessianAssembly, assembled_hessian
+from stitchmesh.yarnrelax.assembled_hessian import HessianAssembly
 from stitchmesh.yarnrelax.collision.narrow_phase import make_candidates
 from stitchmesh.yarnrelax.energies import evaluation
 from stitchmesh.yarnrelax.energies.body import DEPTH, Body
@@ -37,6 +37,7 @@ from stitchmesh.yarnrelax.model.state import make_state
 from stitchmesh.yarnrelax.model.upload import put_model
 from tests.gallery import shared
 from tests.yarnrelax.hessian import scenes as hessian_scenes
+from tests.yarnrelax.hessian.scenes import assembled_hessian
 
 MATTER = YarnMaterial.named("leaf")
 BOX = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]

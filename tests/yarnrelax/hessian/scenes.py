@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from scipy.sparse import csc_array
 
 from stitchmesh.compute.captured import CapturedLaunches
 from stitchmesh.compute.device import device_named
@@ -24,6 +25,11 @@ DOUBLE = replace(PRESETS["draft"], precision="float64")
 KALDOR, LEAF = YarnMaterial.named("kaldor-simulation"), YarnMaterial.named("leaf")
 FREE = RelaxCell()
 Scene = tuple[YarnSet, YarnMaterial]
+
+
+def assembled_hessian(simulation: YarnSimulation) -> csc_array:
+    """The exact Hessian of the current state [erg / unit^2]."""
+    return HessianAssembly(simulation).matrix()
 
 
 def shaken(yarns: YarnSet, rest: float = 0.95) -> YarnSet:

@@ -15,7 +15,7 @@ from stitchmesh.compute.device import device_named
 from stitchmesh.errors import SolverError
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
-from stitchmesh.yarnrelax.assembled_hessian import HessianAssembly, assembled_hessian
+from stitchmesh.yarnrelax.assembled_hessian import HessianAssembly
 from stitchmesh.yarnrelax.constraints.borders import KeepBorders
 from stitchmesh.yarnrelax.energies.shape import KeepShape
 from stitchmesh.yarnrelax.hessian.cell_matrices import Owners
@@ -26,6 +26,7 @@ from stitchmesh.yarnrelax.simulation import YarnSimulation
 from tests.compute.pretended_cudss import pretend_cudss
 from tests.compute.test_cudss import GPUS, needs_cudss
 from tests.yarnrelax.hessian.places import Place, on_device, pattern_of
+from tests.yarnrelax.hessian.scenes import assembled_hessian
 from tests.yarnrelax.stockinette import fabric_of, periodic_patch, tube, woven_cell
 
 KALDOR, FREE = YarnMaterial.named("kaldor-simulation"), RelaxCell()

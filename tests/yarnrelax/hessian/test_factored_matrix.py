@@ -9,11 +9,10 @@ import pytest
 from scipy.sparse import csc_array, csr_array, diags_array
 
 from stitchmesh.errors import SolverError
-from stitchmesh.yarnrelax.assembled_hessian import assembled_hessian
 from stitchmesh.yarnrelax.energies.term import Coupling
 from stitchmesh.yarnrelax.hessian.couplings import CouplingRows, Couplings, joined
 from stitchmesh.yarnrelax.hessian.factored_matrix import factored
-from tests.yarnrelax.hessian.scenes import SCENES, started
+from tests.yarnrelax.hessian.scenes import SCENES, assembled_hessian, started
 
 pytestmark = pytest.mark.decides
 COMPRESSED = assembled_hessian(started(*SCENES["compressed open piece"]))

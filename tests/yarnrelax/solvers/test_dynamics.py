@@ -20,7 +20,7 @@ from stitchmesh.yarnrelax.constraints.borders import KeepBorders
 from stitchmesh.yarnrelax.energies.shape import KeepShape
 from stitchmesh.yarnrelax.model.material import point_masses
 from stitchmesh.yarnrelax.simulation import YarnSimulation
-from stitchmesh.yarnrelax.solvers.dynamics import Dynamics
+from stitchmesh.yarnrelax.solvers.dynamics import YarnDynamics
 from stitchmesh.yarnrelax.solvers.stiffness_bounds import stiffness_row_sums
 from stitchmesh.yarnrelax.solvers.time_step import LONGEST_TIME_STEP, STABLE_PART
 from tests.yarnrelax.loops import iterate
@@ -42,9 +42,9 @@ Vectors = NDArray[np.float64]
 
 def started(
     yarns: YarnSet, material: YarnMaterial = LEAF, quality: Quality = MOTION
-) -> tuple[YarnSimulation, Dynamics]:
+) -> tuple[YarnSimulation, YarnDynamics]:
     simulation = YarnSimulation.start(yarns, material, quality, device_named("cpu"))
-    assert isinstance(simulation.solver, Dynamics)
+    assert isinstance(simulation.solver, YarnDynamics)
     return simulation, simulation.solver
 
 
@@ -268,7 +268,7 @@ def test_both_solvers_reach_the_same_state_of_rest() -> None:
     iterate(moving, 1600)
     end = moving.assess_cells()[0]
     assert end.residual < 1e-3
-    assert isinstance(moving.solver, Dynamics)
+    assert isinstance(moving.solver, YarnDynamics)
     assert moving.solver.kinetic_energy() < 1e-5 * end.energy
     still.state.points.assign(moving.state.points)
     still.search_contacts()

@@ -15,13 +15,15 @@ from stitchmesh.yarnrelax import YarnMaterial
 from stitchmesh.yarnrelax.energies import by_term
 from stitchmesh.yarnrelax.model.spline import place_contact_samples
 from stitchmesh.yarnrelax.simulation import YarnSimulation
-from stitchmesh.yarnrelax.solvers.lbfgs_steps import ITERATION, MEMORY, PAIRS, PLAIN, SMOOTHING, WAITING
+from stitchmesh.yarnrelax.solvers.lbfgs_steps import ITERATION, PAIRS, PLAIN, SLOTS, SMOOTHING, WAITING
 from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL
 from tests.yarnrelax.loops import loop_of
 from tests.yarnrelax.stockinette import flat_patch, tube
 
 DOUBLE = replace(PRESETS["draft"], precision="float64")
 LEAF = YarnMaterial.named("leaf")
+MEMORY = SLOTS - 1
+"""Pairs that are kept."""
 
 
 def started(yarns: YarnSet, material: YarnMaterial = LEAF) -> YarnSimulation:

@@ -23,7 +23,7 @@ from stitchmesh.mixed.assembly import LoadedBody
 from stitchmesh.mixed.drape import Draped
 from stitchmesh.mixed.enrichment.region import TRIANGLES, YARNS
 from stitchmesh.mixed.output.display import Display, Shown
-from stitchmesh.mixed.output.frames import Frame
+from stitchmesh.mixed.output.frames import DrapeFrame
 from stitchmesh.render.colour_scale import ColourScale, sequential_scale
 from stitchmesh.render.colouring import Coloured, colour_yarns
 from stitchmesh.render.draped.body_places import bodies_at
@@ -61,7 +61,7 @@ class DrapedView:
             everywhere: whether all yarns are drawn, and no triangles.
         """
         self.draped, self.everywhere = draped, everywhere
-        self.frame: Frame = draped.frames[-1 if frame is None else frame]
+        self.frame: DrapeFrame = draped.frames[-1 if frame is None else frame]
         self.shown: Shown = draped.shown_at(self.frame)
         self.display: Display = draped.display_of(self.frame)
         self.yarns: YarnSet = self.display.curves(self.shown, draped.prepared.fabric.yarn_radius, measured=False)

@@ -50,7 +50,7 @@ from stitchmesh.mixed.crossings.crossing_term import CrossingTerm
 from stitchmesh.mixed.crossings.friction.normal_forces import NormalForces
 from stitchmesh.mixed.mixed_blocks import MixedBlocks
 from stitchmesh.mixed.mixed_vector import MixedVector
-from stitchmesh.mixed.term import Term
+from stitchmesh.mixed.term import MixedTerm
 
 SLIP_SHARE = 0.05
 """Smallest slip length as a share of the radius of the yarn. A smaller one costs Newton's method more iterations."""
@@ -228,7 +228,7 @@ def drag_anchors(
     anchor[i] = type(anchor[0])(dragged(old[0], place[0], e[0]), dragged(old[1], place[1], e[1]))
 
 
-class SlidingFriction(Term):
+class SlidingFriction(MixedTerm):
     """Friction between the yarns of each crossing on a device."""
 
     name = "sliding friction"

@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The Hessian of the star of each crossing node: blocks of 4 x 4 for each pair of legs, and their products.
 
-A star has ten blocks (``PAIRS``); the others are their transposes. They are found once for a state and stored, which
-takes 160 scalars for each node (``star_memory``), or found again in each product, which takes none. Stored blocks may
-have less precision than the state: they are found in the precision of the state and rounded, and so are the changes of
-legs that they multiply, so that a direction that moves nothing has no product.
+A star has ten blocks, in this order: of the pairs of legs 00, 11, 22, 33, 10, 32, 02, 03, 12 and 13. The others are
+their transposes. Blocks are found once for a state and stored, which takes 160 scalars for each node
+(``star_memory``). They may have less precision than the state: they are found in the precision of the state and
+rounded, and so are the changes of legs that they multiply, so that a direction that moves nothing has no product.
 """
 
 from __future__ import annotations
@@ -18,9 +18,6 @@ from stitchmesh.compute.kernel import kernel
 from stitchmesh.mixed.crossings.star.star import leg_change, leg_of, quadrant_blocks, slot_behind, yarn_blocks
 from stitchmesh.mixed.crossings.star.star_kernels import HALF_TURN
 from stitchmesh.mixed.crossings.star.star_memory import load_block, store_block, store_leg
-
-PAIRS = ((0, 0), (1, 1), (2, 2), (3, 3), (1, 0), (3, 2), (0, 2), (0, 3), (1, 2), (1, 3))
-"""The pairs of legs whose blocks are stored, in this order."""
 
 
 @wp.func
@@ -116,77 +113,6 @@ def multiply_star_blocks(
     store_leg(slots, i, 1, of_b)
     store_leg(slots, i, 2, of_c)
     store_leg(slots, i, 3, of_d)
-
-
-@kernel
-def find_star_products(
-    # model
-    link: wp.array2d[wp.int32],
-    segment: wp.array2d[Any],
-    bend: wp.array2d[Any],
-    shear: wp.array[Any],
-    shear_rest: wp.array[Any],
-    slides: wp.array[Any],
-    # state in
-    turn: wp.array2d[Any],
-    nodes: wp.array[Any],
-    sliding: wp.array[Any],
-    share: wp.array[Any],
-    d_nodes: wp.array[Any],
-    d_sliding: wp.array[Any],
-    # state out
-    slots: wp.array[Any],
-) -> None:
-    """Products of the Hessian of each star with a direction [dyn], without stored blocks; slot 4 i + k for leg k."""
-    i = wp.tid()
-    exact = share[0]
-    k0, k1, k2, k3 = link[i, 0], link[i, 1], link[i, 2], link[i, 3]
-    a, b = leg_of(link, nodes, sliding, i, 0), leg_of(link, nodes, sliding, i, 1)
-    c, d = leg_of(link, nodes, sliding, i, 2), leg_of(link, nodes, sliding, i, 3)
-    xa, xb = leg_change(link, slides, d_nodes, d_sliding, i, 0), leg_change(link, slides, d_nodes, d_sliding, i, 1)
-    xc, xd = leg_change(link, slides, d_nodes, d_sliding, i, 2), leg_change(link, slides, d_nodes, d_sliding, i, 3)
-    own, both, far = yarn_blocks(k0, k1, a, b, segment[i, 0], bend[i, 0], turn[i, 0], exact)
-    of_a, of_b = own * xa + xb * both, far * xb + both * xa
-    own, both, far = yarn_blocks(k2, k3, c, d, segment[i, 1], bend[i, 1], turn[i, 1], exact)
-    of_c, of_d = own * xc + xd * both, far * xd + both * xc
-    stiffness, angle = shear[i], shear_rest[i]
-    other = type(angle)(HALF_TURN) - angle
-    if wp.max(stiffness) > type(angle)(0.0):
-        own, both, far = quadrant_blocks(k0, k2, a, c, angle, stiffness[0], exact)
-        of_a += own * xa + both * xc
-        of_c += far * xc + xa * both
-        own, both, far = quadrant_blocks(k0, k3, a, d, other, stiffness[1], exact)
-        of_a += own * xa + both * xd
-        of_d += far * xd + xa * both
-        own, both, far = quadrant_blocks(k1, k2, b, c, other, stiffness[2], exact)
-        of_b += own * xb + both * xc
-        of_c += far * xc + xb * both
-        own, both, far = quadrant_blocks(k1, k3, b, d, angle, stiffness[3], exact)
-        of_b += own * xb + both * xd
-        of_d += far * xd + xb * both
-    store_leg(slots, i, 0, of_a)
-    store_leg(slots, i, 1, of_b)
-    store_leg(slots, i, 2, of_c)
-    store_leg(slots, i, 3, of_d)
-
-
-@kernel
-def keep_state(
-    # state in
-    exact: Any,
-    nodes: wp.array[Any],
-    sliding: wp.array[Any],
-    # state out
-    kept_nodes: wp.array[Any],
-    kept_sliding: wp.array[Any],
-    share: wp.array[Any],
-) -> None:
-    """Keep the state at which products are taken, and the share of the exact Hessian."""
-    i = wp.tid()
-    kept_nodes[i] = nodes[i]
-    kept_sliding[i] = sliding[i]
-    if i == 0:
-        share[0] = exact
 
 
 @wp.func

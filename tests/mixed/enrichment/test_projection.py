@@ -1,10 +1,14 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The kinematic filter is the projection onto what the triangles cannot represent."""
+"""The projection, with nodes of unit mass and vertices at rest: it removes what the triangles represent.
+
+This is the kinematic filter F = I - B (B'B)^-1 B' of Casafranca et al. 2020, equation 3.
+"""
 
 from __future__ import annotations
 
 from functools import partial
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,10 +17,11 @@ import warp as wp
 from stitchmesh.compute.device import device_named
 from stitchmesh.compute.launch import launch
 from stitchmesh.mixed.enrichment.embedding import Embedding, basis_of, embed, independent_columns
-from stitchmesh.mixed.enrichment.filter import Filter
-from stitchmesh.mixed.enrichment.region import enriched_everywhere, region_around
+from stitchmesh.mixed.enrichment.projection import Projection
+from stitchmesh.mixed.enrichment.region import region_around
+from stitchmesh.mixed.mixed_blocks import MixedBlocks
 from stitchmesh.mixed.mixed_vector import MixedVector
-from tests.mixed.patch import square_patch
+from tests.mixed.patch import enriched_everywhere, square_patch
 
 CPU = device_named("cpu")
 RUN = partial(launch, device=CPU)
@@ -29,10 +34,18 @@ REGIONS = {
 }
 
 
+def unit_projection(embedding: Embedding, scalar: Any) -> Projection:
+    numbers = np.zeros(embedding.vertex_count), np.ones(embedding.node_count)
+    metric = MixedBlocks.of_numbers(*numbers, scalar, CPU)
+    projection = Projection(embedding, metric, element=wp.float64, device=CPU)
+    projection.invert(*numbers)
+    return projection
+
+
 def filtered(embedding: Embedding, displacement: np.ndarray, scalar=wp.float64) -> np.ndarray:
     zeros = np.zeros((embedding.vertex_count, 3))
     vector = MixedVector.from_numpy(zeros, displacement, displacement[:, :2], scalar, CPU)
-    Filter(embedding, scalar, CPU).launches(vector, RUN)
+    unit_projection(embedding, scalar).launches(vector, RUN)
     vertices, nodes, sliding = vector.numpy()
     assert not vertices.any()
     np.testing.assert_array_equal(sliding, displacement[:, :2].astype(np.float32 if scalar is wp.float32 else float))
@@ -101,4 +114,4 @@ def test_without_hybrid_nodes_there_is_nothing_to_launch():
     for chosen in ([], np.arange(len(PATCH.triangles))):
         embedding = embed(region_around(*PATCH.layout, chosen))
         zeros = MixedVector.zeros(embedding.vertex_count, embedding.node_count, wp.float64, CPU)
-        assert Filter(embedding, wp.float64, CPU).launches(zeros, RUN) == []
+        assert unit_projection(embedding, wp.float64).launches(zeros, RUN) == []

@@ -1,0 +1,210 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What nothing uses is not kept, and no two public classes have one name.
+
+A definition at the level of a module is used if the command line, a public name, code that runs at import or the
+promise of a page leads to it through names of production code. Tests and benchmarks use nothing.
+"""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections import Counter, defaultdict
+from collections.abc import Iterator, Sequence
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from tests.gallery import ROOT
+
+PACKAGE = ROOT / "stitchmesh"
+Definition = tuple[str, str]
+"""A module and a name in it."""
+ENTRY: Definition = ("stitchmesh.cli.main", "main")
+NAMED_BY_TEXT = "stitchmesh.app.pages.all_pages"
+"""The module that names the classes of pages by texts."""
+PROMISED = {
+    ("stitchmesh.app.front", "NullFront"): "CONTRIBUTING.md",
+    ("stitchmesh.mixed.output.files", "read_maps"): "docs/robustness.md",
+    ("stitchmesh.patterns.charts.colour_chart", "chart_palette"): "docs/patterns.md",
+    ("stitchmesh.patterns.charts.colour_chart", "write_colour_chart"): "docs/patterns.md",
+    ("stitchmesh.patterns.charts.leaf_chart", "write_leaf_chart"): "docs/patterns.md",
+}
+"""Definitions that no production code uses, each with the page that tells readers to use it."""
+SHARED_NAMES = {"Box", "Choices", "Scene", "SolverSection", "Task", "YarnView"}
+"""Names that two public classes still have; a name leaves this set when one of its classes gets a better one."""
+
+
+def name_of(path: Path) -> str:
+    return ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
+
+
+@cache
+def sources() -> dict[str, list[Path]]:
+    """The files of each module: its code, and the stub of a package whose names load when they are first used."""
+    found: dict[str, list[Path]] = defaultdict(list)
+    for path in sorted([*PACKAGE.rglob("*.py"), *PACKAGE.rglob("*.pyi")]):
+        found[name_of(path)].append(path)
+    return dict(found)
+
+
+def statements(body: Sequence[ast.stmt]) -> Iterator[ast.stmt]:
+    """Statements at the level of a module, also those under a condition."""
+    for statement in body:
+        if isinstance(statement, ast.If | ast.Try | ast.With):
+            yield from statements(statement.body)
+            yield from statements(getattr(statement, "orelse", []))
+        else:
+            yield statement
+
+
+def names_defined_by(statement: ast.stmt) -> list[str]:
+    if isinstance(statement, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
+        return [statement.name]
+    if isinstance(statement, ast.Assign):
+        targets = statement.targets
+    elif isinstance(statement, ast.AnnAssign):
+        targets = [statement.target]
+    else:
+        return []
+    if not all(isinstance(target, ast.Name | ast.Tuple) for target in targets):
+        return []
+    return [node.id for target in targets for node in ast.walk(target) if isinstance(node, ast.Name)]
+
+
+class Module:
+    """The definitions, the imports and the other statements of a module."""
+
+    def __init__(self, name: str, paths: Sequence[Path]) -> None:
+        self.name = name
+        self.definitions: dict[str, list[ast.stmt]] = defaultdict(list)
+        self.imports: dict[str, tuple[str, str | None]] = {}
+        self.others: list[ast.stmt] = []
+        for path in paths:
+            tree = ast.parse(path.read_text())
+            package = name if path.stem == "__init__" else name.rpartition(".")[0]
+            for node in ast.walk(tree):
+                self._note_import(node, package)
+            for statement in statements(tree.body):
+                self._note_definition(statement)
+
+    def _note_import(self, node: ast.AST, package: str) -> None:
+        if isinstance(node, ast.Import):
+            for alias in node.names:
+                whole = alias.name if alias.asname else alias.name.partition(".")[0]
+                self.imports[alias.asname or whole] = (whole, None)
+        elif isinstance(node, ast.ImportFrom):
+            above = package.split(".")[: len(package.split(".")) + 1 - node.level] if node.level else []
+            origin = ".".join([*above, *([node.module] if node.module else [])])
+            for alias in node.names:
+                self.imports[alias.asname or alias.name] = (origin, alias.name)
+
+    def _note_definition(self, statement: ast.stmt) -> None:
+        names = names_defined_by(statement)
+        for name in names:
+            self.definitions[name].append(statement)
+        if not names and not isinstance(statement, ast.Import | ast.ImportFrom):
+            self.others.append(statement)
+
+
+@cache
+def modules() -> dict[str, Module]:
+    return {name: Module(name, paths) for name, paths in sources().items()}
+
+
+def definition_of(module: str, name: str) -> Definition | None:
+    """Where a name of a module is defined; None if it is a module, or comes from another package."""
+    while module in modules():
+        known = modules()[module]
+        if name in known.definitions:
+            return module, name
+        origin, original = known.imports.get(name, ("", None))
+        if original is None:
+            return None
+        module, name = origin, original
+    return None
+
+
+def module_of(module: str, node: ast.expr) -> str | None:
+    """The module for which an expression stands, such as ``quality`` after ``from stitchmesh import quality``."""
+    if isinstance(node, ast.Name):
+        origin, original = modules()[module].imports.get(node.id, ("", None))
+        found = origin if original is None else f"{origin}.{original}"
+    elif isinstance(node, ast.Attribute):
+        found = f"{module_of(module, node.value)}.{node.attr}"
+    else:
+        return None
+    return found if found in modules() else None
+
+
+def words_of(text: str) -> list[str]:
+    """The names in a text that may be a type, such as ``Sequence[Mesh]``."""
+    return re.findall(r"\w+", text) if re.fullmatch(r"[\w.\[\], |]{1,200}", text) else []
+
+
+def used_by(module: str, node: ast.AST) -> Iterator[Definition | None]:
+    """The definitions that a piece of code of a module names."""
+    for part in ast.walk(node):
+        if isinstance(part, ast.Name):
+            yield definition_of(module, part.id)
+        elif isinstance(part, ast.Attribute):
+            yield definition_of(module_of(module, part.value) or "", part.attr)
+        elif isinstance(part, ast.Constant) and isinstance(part.value, str):
+            for word in words_of(part.value):
+                yield definition_of(module, word)
+                if module == NAMED_BY_TEXT:
+                    yield from ((name, word) for name, other in modules().items() if word in other.definitions)
+
+
+@cache
+def reached(further: frozenset[Definition]) -> frozenset[Definition]:
+    """All definitions to which the entry, the public names, what runs at import and further definitions lead."""
+    seen = {ENTRY, *further}
+    seen |= {found for name in modules()["stitchmesh"].imports if (found := definition_of("stitchmesh", name))}
+    for name, module in modules().items():
+        for statement in module.others:
+            seen |= {found for found in used_by(name, statement) if found}
+    waiting = list(seen)
+    while waiting:
+        module, name = waiting.pop()
+        for statement in modules()[module].definitions[name]:
+            new = {found for found in used_by(module, statement) if found} - seen
+            seen |= new
+            waiting += new
+    return frozenset(seen)
+
+
+@cache
+def unused() -> frozenset[Definition]:
+    defined = {(module.name, name) for module in modules().values() for name in module.definitions}
+    return frozenset(one for one in defined - reached(frozenset(PROMISED)) if not one[1].startswith("__"))
+
+
+def test_production_code_leads_to_every_definition():
+    assert sorted(unused()) == []
+
+
+@pytest.mark.parametrize("definition", PROMISED)
+def test_a_page_names_what_no_production_code_uses(definition):
+    module, name = definition
+    assert name in modules()[module].definitions
+    assert re.search(rf"\b{name}\b", (ROOT / PROMISED[definition]).read_text())
+
+
+def test_only_promises_that_are_needed_are_listed():
+    assert reached(frozenset()).isdisjoint(PROMISED)
+
+
+def public_classes(path: Path) -> list[str]:
+    """The classes of a file, but for those whose names a command of the program decides."""
+    if path.parent == PACKAGE / "cli" / "commands":
+        return []
+    classes = [node.name for node in ast.parse(path.read_text()).body if isinstance(node, ast.ClassDef)]
+    return [name for name in classes if not name.startswith("_")]
+
+
+def test_each_public_class_has_a_name_of_its_own():
+    count = Counter(name for path in PACKAGE.rglob("*.py") for name in public_classes(path))
+    assert {name for name, classes in count.items() if classes > 1} == SHARED_NAMES
