@@ -58,11 +58,12 @@ def draw(path: Path) -> None:
     """Draw a lace on the hat and cables on the dress, coloured by stitch type."""
     from benchmarks.sheet import drawn, joined
     from stitchmesh.render.fabric_pictures import render_stitches
+    from stitchmesh.render.options import PictureOptions
 
     pictures = []
     for name, width, pattern in (("hat", 1.0, parse_pattern(LACE)), ("dress", 1.2, read_pattern("rope-cable"))):
         mesh = read_mesh(mesh_of(name))
         laid = lay_pattern(tessellate(label(mesh), stitch_width=width), pattern)
         even = relax_mesh(laid.fabric, surface=mesh)
-        pictures.append(drawn(partial(render_stitches, even, size=(1000, 900))))
+        pictures.append(drawn(partial(render_stitches, even, options=PictureOptions(size=(1000, 900)))))
     joined(pictures, 2).save(path, quality=80)

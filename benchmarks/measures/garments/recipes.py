@@ -46,7 +46,7 @@ def stages(recipe: Recipe, folder: Path) -> dict[str, float]:
     """Call the stages one by one, and return the time of each [s]."""
     seconds: dict[str, float] = {}
     options = timed(seconds, "options", lambda: recipe_options(recipe))
-    mesh = timed(seconds, "read", lambda: recipe.label.read_mesh(recipe.mesh, recipe.unit))
+    mesh = timed(seconds, "read", lambda: recipe.read_mesh().mesh)
     labeled = timed(seconds, "label", lambda: label(mesh, seeds=options.seeds, flip=options.flip))
     fabric = timed(seconds, "tessellate", lambda: tessellate(
         labeled, stitch_width=options.stitch_width, stitch_height=options.stitch_height))  # fmt: skip

@@ -23,6 +23,7 @@ from stitchmesh.mixed.dynamics.cloth_system import ClothModel, cloth_system
 from stitchmesh.mixed.dynamics.equilibrium import EquilibriumSettings, find_equilibrium
 from stitchmesh.mixed.enrichment.region import YARNS, region_around
 from stitchmesh.mixed.layout.weave import lay_weave
+from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
 
 Numbers = NDArray[np.float64]
 SIDE, EDGE, HALF = 4.8, 0.6, 0.5
@@ -57,7 +58,7 @@ def displacements(density: float, rings: int, deformation: Numbers) -> Numbers:
 
 
 @cache
-def matched(density: float, material: sm.FabricMaterials) -> sm.ClothMaterial:
+def matched(density: float, material: sm.FabricMaterials) -> ClothMaterial:
     """The material of triangles that is fitted to the weave."""
     return sm.match_cloth(sm.weave_cell([[1, 0], [0, 1]], ends=density, picks=density, materials=material)).material
 

@@ -104,7 +104,7 @@ def measure(points: int, quality: Quality, device: wp.Device, settle: int) -> Ro
     whole = seconds(device, repeated(device, launches, times), repeats) / times
     wp.copy(simulation.state.points, relaxed_points)
     yield "one iteration", f"{whole * 1e6:.2f}", f"{whole / n * 1e9:.2f}"
-    for name, action in (("assessment", simulation.assess), ("new lists", loop.search_contacts)):
+    for name, action in (("assessment", simulation.assess_cells), ("new lists", loop.search_contacts)):
         took = seconds(device, action, 3)
         yield name, f"{took * 1e6:.2f}", f"{took / n * 1e9:.2f}"
 
