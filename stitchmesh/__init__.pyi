@@ -133,6 +133,7 @@ from .pipeline.dressed import Dressed as Dressed
 from .pipeline.dressed import dressed as dressed
 from .pipeline.knit import Knitted as Knitted
 from .pipeline.knit import knit as knit
+from .pipeline.options import RelaxOptions as RelaxOptions
 from .quality import Quality as Quality
 from .recipe.estimate import GarmentEstimate as GarmentEstimate
 from .recipe.estimate import estimate_garment as estimate_garment
