@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Measured tables: what relaxations cost, and how wrong their spacings are, for each device.
 
-``tables.json`` beside this file is written by ``benchmarks/budget_tables.py``, which says how each figure is measured.
+``benchmarks/run.py budget-tables`` writes ``tables.json`` beside this file, and says how each figure is measured.
 """
 
 from __future__ import annotations

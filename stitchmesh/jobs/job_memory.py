@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Memory that a job needs, estimated before its long stages, and compared with what its device has.
 
-On a CPU it is that of the process, and on a GPU that of the relaxation on the device. ``benchmarks/job_memory.py``
+On a CPU it is that of the process, and on a GPU that of the relaxation on the device. ``benchmarks/run.py job-memory``
 compares the estimates with the largest resident memory of jobs, or with the largest use of the memory of a GPU.
 """
 

@@ -406,7 +406,7 @@ def test_sigterm_writes_a_checkpoint_and_ends_the_process(job, tmp_path):
     [(80_196, "draft", 0.174e9), (120_740, "standard", 0.319e9), (63_096, "reference", 0.866e9)],
 )
 def test_the_memory_on_a_gpu_is_that_of_the_measured_jobs(points, quality, measured):
-    """The figures are those of ``benchmarks/job_memory.py --device cuda:0``; 20 % is what the estimate promises."""
+    """The figures are those of ``benchmarks/run.py job-memory --device cuda:0``; 20 % is what the estimate promises."""
     assert relaxation_memory(points, PRESETS[quality], on_gpu=True) == pytest.approx(measured, rel=0.2)
 
 
