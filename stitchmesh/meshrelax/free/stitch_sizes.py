@@ -14,8 +14,8 @@ with R^2 and C^2 in the place of R and C, and every other fabric of knit and pur
 slipped stitch has no row of its own, so that fabrics with slips are lower. The logarithms of width and height, relative
 to plain knit, are taken as linear in the last three products and in the share of slips in the course.
 ``python benchmarks/run.py stitch-sizes`` relaxes swatches of the library and fits the factors ``WIDTH`` and ``HEIGHT``
-to the sizes of the pure fabrics. Yarn-overs and decreases have the rest size of their neighbours: they shape a fabric by
-their places.
+to the sizes of the pure fabrics. Yarn-overs and decreases have the rest size of their neighbours: they shape a fabric
+by their places.
 """
 
 from __future__ import annotations
