@@ -25,6 +25,7 @@ from stitchmesh.progress import (
     relaxing_progress,
     shown_progress,
 )
+from stitchmesh.run import SHOWN
 
 
 def reports_of(*entries: tuple, max_iterations: float = math.inf) -> list[tuple[str, float, str]]:
@@ -180,12 +181,17 @@ def test_a_failure_removes_the_line(monkeypatch):
     assert terminal.getvalue().endswith(f"\r{' ' * len('relaxing the stitch mesh: 0% (iteration 1)')}\r")
 
 
-def functions_with_progress() -> list[str]:
+def functions_with(argument: str) -> list[str]:
     functions = [name for name in stitchmesh.__all__ if inspect.isfunction(getattr(stitchmesh, name))]
-    return [name for name in functions if "progress" in inspect.signature(getattr(stitchmesh, name)).parameters]
+    return [name for name in functions if argument in inspect.signature(getattr(stitchmesh, name)).parameters]
 
 
-@pytest.mark.parametrize("name", functions_with_progress())
+@pytest.mark.parametrize("name", functions_with("run"))
+def test_every_public_relaxation_shows_its_progress_by_default(name):
+    assert inspect.signature(getattr(stitchmesh, name)).parameters["run"].default is SHOWN
+
+
+@pytest.mark.parametrize("name", functions_with("progress"))
 def test_every_public_function_shows_progress_by_default_and_nothing_with_false(name):
     given = inspect.signature(getattr(stitchmesh, name)).parameters["progress"]
     assert given.default is None and given.annotation.endswith("| Literal[False] | None")

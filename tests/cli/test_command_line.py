@@ -14,7 +14,7 @@ import signal
 import subprocess
 import sys
 from contextlib import suppress
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
@@ -412,11 +412,11 @@ def test_an_interrupt_writes_the_last_good_state(tube_obj, tmp_path, capsys, mon
 
     relax = yarn_relaxation.relax_yarns
 
-    def interrupted(*args, **options):
+    def interrupted(*args, run, **options):
         def strike(*_):
             raise KeyboardInterrupt
 
-        return relax(*args, **{**options, "progress": strike})
+        return relax(*args, **options, run=replace(run, progress=strike))
 
     monkeypatch.setattr(yarn_relaxation, "relax_yarns", interrupted)
     options = ["--stitch-width", "1", "--quality", "standard", "--device", "cpu", "-o", str(tmp_path)]

@@ -119,7 +119,7 @@ def agreement(scene: str, name: str, yarns: YarnSet, most: int, options: Mapping
 
 def scene_of(path: str, arguments: Options, name: str) -> tuple[YarnSet, dict[str, Any]]:
     """Yarns of one scene as a preset samples them, and how they are held."""
-    options: dict[str, Any] = {"device": arguments.device, "progress": False}
+    options: dict[str, Any] = {"device": arguments.device, "run": QUIET}
     if path not in SCENES and not path.endswith(".obj"):
         return sm.read_yarns(path), options
     mesh = SCENES[path]() if path in SCENES else sm.read_mesh(path, unit=arguments.unit)
