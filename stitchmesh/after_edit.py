@@ -70,7 +70,7 @@ def relax_edited(
         options: options of the relaxation.
         finish: the finish with which the relaxed yarns were generated.
         surface: the mesh of the garment, on which crowded stitches are evened out; the surface of ``before`` if None.
-        run: progress, states and control of the relaxation.
+        run: progress, states, checkpoints and control of the relaxation.
 
     Raises:
         ParameterError: the relaxed yarns were not generated from ``before`` with this quality and finish.

@@ -64,6 +64,20 @@ class Run(Generic[S]):
     """Watches, pauses, steps and stops the relaxation from another thread. A pause writes a checkpoint, and a stopped
     relaxation returns its last accepted state."""
 
+    def refuse_all_but(self, place: str, *obeyed: str) -> None:
+        """Refuse what a computation does not obey; all of them show their progress.
+
+        Args:
+            place: name of the function, for the message.
+            obeyed: names of the fields that it obeys beside ``progress``.
+
+        Raises:
+            ParameterError: another field is given.
+        """
+        for name in ("on_state", "checkpoints", "resume", "control"):
+            if name not in obeyed and getattr(self, name) is not None:
+                raise ParameterError(f"{place}, run: got {name}, which it does not obey; leave it out")
+
     @contextmanager
     def assessments_shown(
         self, stage: str, goal: float, max_iterations: float = math.inf

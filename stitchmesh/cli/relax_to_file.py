@@ -67,12 +67,15 @@ def relax_to_file(
     from stitchmesh.io import write_yarns
 
     last = [] if given is None else [given]
+
+    def keep(state: YarnSet) -> None:
+        last[:] = [state]
+
     with ExitStack() as stack:
         stack.enter_context(output_folder(str(Path(output).parent), [Path(output).name]))
         folder = None if report is None else stack.enter_context(output_folder(report, REPORT_FILES))
         progress = stack.enter_context(show_progress())
         try:
-            keep: Callable[[YarnSet], None] = lambda state: last.__setitem__(slice(None), [state])  # noqa: E731
             relaxed: T = relax(run=replace(run, progress=progress, on_state=keep))
         except KeyboardInterrupt:
             for state in last:

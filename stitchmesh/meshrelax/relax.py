@@ -77,13 +77,13 @@ def relax_mesh(
         tolerance: root mean square of the net force along the surface at which the relaxation has converged.
         max_iterations: iterations after which the relaxation stops without having converged.
         device: Warp's name of the device that finds closest points; None for the preferred device.
-        run: progress after each iteration, and control, of which a step is one iteration; no checkpoints are written.
+        run: progress after each iteration, and control, of which a step is one iteration; nothing else.
 
     Returns:
         The same stitches with new vertices [cm] and the ``stretch`` of each edge.
 
     Raises:
-        ParameterError: a number is out of range.
+        ParameterError: a number is out of range, or a run asks for what is not obeyed.
         MeshError: the fabric or the surface has a lattice.
         SolverError: the forces are not finite, or stitches were pressed to a line or a point.
     """
@@ -117,6 +117,7 @@ def relax_mesh_with_report(
 ) -> tuple[StitchMesh, MeshRelaxReport]:
     """Relax a fabric as ``relax_mesh`` does, and also return the report; arguments and errors are the same."""
     start = time.perf_counter()
+    run.refuse_all_but("relax_mesh", "control")
     check_kind("relax_mesh", fabric, StitchMesh)
     check_kind("relax_mesh, surface", surface, Mesh)
     MeshRelaxOptions(aspect=aspect, alpha=alpha)  # This checks the numbers.

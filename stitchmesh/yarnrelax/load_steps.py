@@ -122,7 +122,7 @@ def relax_through_steps(
         cell: which changes the periods are free to make; its loads are those of the steps.
         device: as for ``relax_yarns``.
         terms: further energies, such as what the fabric lies on.
-        run: progress, states and checkpoints.
+        run: progress, states and checkpoints; a control is refused.
 
     Raises:
         FileError: a checkpoint cannot be written, or the one to resume is missing or damaged.
@@ -131,6 +131,7 @@ def relax_through_steps(
         SolverError: the yarns are too close to each other, or a yarn passed through another one.
     """
     refuse_in_free_cells(terms, ())
+    run.refuse_all_but("relax_through_steps", "on_state", "checkpoints", "resume")
     began, on_device, acting = time.perf_counter(), device_named(device), [friction, *terms]
     inputs: dict[str, str] = {}
     if run.checkpoints is not None or run.resume is not None:

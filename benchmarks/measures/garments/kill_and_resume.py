@@ -30,7 +30,6 @@ from benchmarks.table import Rows
 from stitchmesh.errors import FileError
 from stitchmesh.io import read_yarns
 from stitchmesh.io.checkpoint_file import read_checkpoint
-from stitchmesh.progress import Progress
 from stitchmesh.quality import quality_named
 from stitchmesh.run import Checkpoints, Run
 from stitchmesh.yarn import YarnSet
@@ -55,8 +54,11 @@ def relax(arguments: Options) -> None:
     if arguments.every:
         checkpoint = Checkpoints(folder, arguments.every)
     resume = checkpoint.path if checkpoint is not None and checkpoint.path.exists() else None
-    shown: Progress = lambda stage, done, note: print(note.split()[1].rstrip(","), flush=True)  # noqa: E731
-    run = Run(shown, checkpoints=checkpoint, resume=resume)
+
+    def print_iteration(_stage: str, _done: float, note: str) -> None:
+        print(note.split()[1].rstrip(","), flush=True)
+
+    run = Run(print_iteration, checkpoints=checkpoint, resume=resume)
     result = relax_yarns(scene(arguments), quality=quality, device=arguments.device, run=run)
     np.save(folder / "points.npy", result.yarns.points)
     (folder / "report.json").write_text(json.dumps(result.report))

@@ -66,7 +66,7 @@ def relax_mesh_freely(
         tolerance: root mean square of the net force at which the relaxation has converged, dimensionless.
         max_iterations: iterations after which the relaxation stops without having converged; it then logs a warning.
         run: progress after each iteration, and control, of which a step is one iteration. Its snapshots hold the
-            positions and the stretch of each edge. No checkpoints are written.
+            positions and the stretch of each edge. Nothing else is obeyed.
         shown_as: makes the fabric of the snapshots and of the result from the relaxed one, for example a round tube.
 
     Returns:
@@ -78,6 +78,7 @@ def relax_mesh_freely(
         SolverError: the forces are not finite.
     """
     start = time.perf_counter()
+    run.refuse_all_but("relax_mesh_freely", "control")
     _check(fabric, stitch_width, aspect, tolerance, max_iterations)
     bobbles = find_bobbles(fabric) if fabric.lattice is None else NO_BOBBLES
     forces = free_springs(fabric, stitch_sizes(fabric, width=stitch_width, height=aspect * stitch_width), bobbles)
