@@ -6,9 +6,10 @@
     python benchmarks/run.py same-bits make out/after --glove glove.bcc      # at the commit after it
     python benchmarks/run.py same-bits compare out/before out/after          # prints the arrays that differ
 
-`make` runs whole commands on the CPU: the sweater of `make knit`; a hat with rope cables, knitted in a spiral; six
-swatches, of which two have a relaxed cell and one is woven; a glove that is relaxed in two parts with a checkpoint
-between them; and a hat that is edited and relaxed again. `compare` compares every array of every HDF5 file that the
+`make` runs whole commands on the CPU: the sweater of `make knit`; a hat with rope cables, knitted in a spiral; two meshes
+whose rows are found; six swatches, of which two have a relaxed cell and one is woven; eight swatches in one batch; a
+glove that is relaxed in two parts with a checkpoint between them; a hat that is edited and relaxed again; and three
+scenes of cloth and yarns. `compare` compares every array of every HDF5 file that the
 commands wrote. The linear algebra runs on one thread and with one set of instructions, so that the processor cannot
 change the results between the two runs.
 """
@@ -39,22 +40,43 @@ SWATCHES = {
     "twill-3x2": ["twill-3x2"],
 }
 """Arguments of the swatch commands by name; all run at draft quality."""
+FOUND_ROWS = ("alien", "sock")
+"""Meshes of which no row is labeled before."""
+SCENES = ("corner", "puckering", "sheared")
+"""Scenes of `examples/mixed`: a corner that is pulled and let go, a seam that puckers, and a patch that is sheared."""
+BATCH = """
+import sys
+from pathlib import Path
+import stitchmesh as sm
+
+names = "stockinette garter rib1x1 rib2x2 seed twisted-rib lice plain".split()
+requests = [sm.SwatchRequest(name, quality="draft", relax_cell=name != "plain") for name in names]
+for name, swatch in zip(names, sm.relax_swatches(requests, device="cpu", progress=False), strict=True):
+    sm.write_yarns(Path(sys.argv[1]) / f"batch-{name}.h5", swatch.yarns)
+"""
+"""A program that makes eight swatches in one batch: seven knits whose cells relax, and a weave."""
 EDIT = {"edit": "change_stitch", "arguments": {"faces": [700, 702, 704], "stitch": "p"}}
 """The edit of the README."""
 
 
-def run(*words: str) -> None:
-    """Run one command of StitchMesh on the CPU."""
+def stitchmesh(*words: str) -> None:
+    """Run one command of StitchMesh."""
+    python("-m", "stitchmesh", *words)
+
+
+def python(*words: str) -> None:
+    """Run Python on the CPU with one thread and one set of instructions."""
     environment = {
         **os.environ,
         "OPENBLAS_NUM_THREADS": "1",
         "OPENBLAS_CORETYPE": "Haswell",
         "PYTHONPATH": str(ROOT),
     }
-    command = [sys.executable, "-m", "stitchmesh", *words]
-    done = subprocess.run(command, check=False, cwd=ROOT, env=environment, capture_output=True, text=True)
+    done = subprocess.run(
+        [sys.executable, *words], check=False, cwd=ROOT, env=environment, capture_output=True, text=True
+    )
     if done.returncode != 0:
-        raise SystemExit(f"stitchmesh {' '.join(words)}: {done.stderr}")
+        raise SystemExit(f"{' '.join(words)}: {done.stderr}")
 
 
 def make(folder: Path, /, *, glove: Path) -> Rows:
@@ -68,11 +90,18 @@ def make(folder: Path, /, *, glove: Path) -> Rows:
     folder.mkdir(parents=True, exist_ok=True)
     draft = ["--quality", "draft", "--device", "cpu"]
     sweater = ["knit", "assets/meshes/sweater.obj", "--stitch-width", "1.5", "--no-picture"]
-    run(*sweater, *draft, "-o", f"{folder}/sweater")
+    stitchmesh(*sweater, *draft, "-o", f"{folder}/sweater")
     ropes = ["knit", HAT, "--pattern", "rope-cable", "--spiral", "--stitch-width", "1.2", "--no-picture"]
-    run(*ropes, *draft, "-o", f"{folder}/ropes")
+    stitchmesh(*ropes, *draft, "-o", f"{folder}/ropes")
+    for name in FOUND_ROWS:
+        found = ["knit", f"assets/meshes/{name}.obj", "--auto", "--stitch-width", "2", "--no-picture"]
+        stitchmesh(*found, *draft, "-o", f"{folder}/auto-{name}")
     for name, words in SWATCHES.items():
-        run("swatch", *words, *draft, "-o", f"{folder}/{name}")
+        stitchmesh("swatch", *words, *draft, "-o", f"{folder}/{name}")
+    python("-c", BATCH, str(folder))
+    for name in SCENES:
+        scene = ["drape", f"examples/mixed/{name}.toml", "--no-picture", "--device", "cpu"]
+        stitchmesh(*scene, "-o", f"{folder}/{name}")
     relax_glove_in_two_parts(folder, glove, draft)
     edit_and_relax_again(folder, draft)
     yield f"{sum(1 for _array in arrays(folder))} arrays in {folder}"
@@ -81,22 +110,22 @@ def make(folder: Path, /, *, glove: Path) -> Rows:
 def relax_glove_in_two_parts(folder: Path, glove: Path, draft: list[str]) -> None:
     """Relax for 60 iterations, and continue from the checkpoint for 60 iterations."""
     words = ["relax", str(glove.resolve()), *draft, "--checkpoint-every", "60", "-o", f"{folder}/glove.h5"]
-    run(*words, "--max-iterations", "60")
-    run(*words, "--max-iterations", "120", "--resume", f"{folder}/glove.checkpoints/checkpoint.smc")
+    stitchmesh(*words, "--max-iterations", "60")
+    stitchmesh(*words, "--max-iterations", "120", "--resume", f"{folder}/glove.checkpoints/checkpoint.smc")
 
 
 def edit_and_relax_again(folder: Path, draft: list[str]) -> None:
     """Knit a hat, change three of its stitches to purl, and relax it again."""
     log, hat = folder / "log.jsonl", folder / "hat"
     log.write_text(json.dumps(EDIT) + "\n")
-    run("knit", HAT, "--stitch-width", "0.8", "--no-picture", *draft, "-o", str(hat))
-    run("edit", f"{hat}/stitches.h5", "--replay", str(log), "-o", f"{folder}/edited.h5")
+    stitchmesh("knit", HAT, "--stitch-width", "0.8", "--no-picture", *draft, "-o", str(hat))
+    stitchmesh("edit", f"{hat}/stitches.h5", "--replay", str(log), "-o", f"{folder}/edited.h5")
     fabrics = ["--before", f"{hat}/stitches.h5", "--after", f"{folder}/edited.h5"]
-    run("relax-edited", f"{hat}/yarns.h5", *fabrics, *draft, "-o", f"{folder}/again.h5")
+    stitchmesh("relax-edited", f"{hat}/yarns.h5", *fabrics, *draft, "-o", f"{folder}/again.h5")
 
 
 def arrays(folder: Path) -> Iterator[tuple[str, np.ndarray]]:
-    """Return every array of every HDF5 file of a folder, by file and name."""
+    """Return every array of every HDF5 file of a folder by file and name."""
     for path in sorted(folder.rglob("*.h5")):
         with h5py.File(path) as file:
             names: list[str] = []
