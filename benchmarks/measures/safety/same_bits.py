@@ -6,12 +6,12 @@
     python benchmarks/run.py same-bits make out/after --glove glove.bcc      # at the commit after it
     python benchmarks/run.py same-bits compare out/before out/after          # prints the arrays that differ
 
-`make` runs whole commands on the CPU: the sweater of `make knit`; a hat with rope cables, knitted in a spiral; two meshes
-whose rows are found; six swatches, of which two have a relaxed cell and one is woven; eight swatches in one batch; a
-glove that is relaxed in two parts with a checkpoint between them; a hat that is edited and relaxed again; and three
-scenes of cloth and yarns. `compare` compares every array of every HDF5 file that the
-commands wrote. The linear algebra runs on one thread and with one set of instructions, so that the processor cannot
-change the results between the two runs.
+`make` runs whole commands on the CPU: the sweater of `make knit`; a hat with rope cables, knitted in a spiral; two
+meshes whose rows are found; six swatches, of which two have a relaxed cell and one is woven; eight swatches in one
+batch; a glove that is relaxed in two parts with a checkpoint between them; a hat that is edited and relaxed again;
+and three scenes of cloth and yarns. `compare` compares every array of every HDF5 file that the commands wrote. The
+linear algebra runs on one thread and with one set of instructions, so that the processor cannot change the results
+between the two runs.
 """
 
 from __future__ import annotations
