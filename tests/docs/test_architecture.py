@@ -11,7 +11,6 @@ from itertools import pairwise
 import pytest
 
 from tests.docs.pages import DOCS
-from tests.gallery import ROOT
 
 sys.path.insert(0, str(DOCS / "site_build"))
 
@@ -56,15 +55,6 @@ def test_the_boxes_of_the_picture_do_not_overlap_and_arrows_point_downwards(pack
     arrows = ENDS.findall(picture)
     assert len(arrows) == source.count("-->")
     assert all(float(bottom) > float(top) for _, top, _, bottom in arrows)
-
-
-def test_the_walk_of_one_iteration_is_short():
-    """A reader opens at most 15 files and reads at most 2,500 lines to understand one plain iteration."""
-    page = PAGE.read_text()
-    walk = page[page.index("<!-- walk of one iteration -->") : page.index("<!-- end of walk -->")]
-    files = re.findall(r"^\| *\d+ \| `(.*?)` \|", walk, flags=re.MULTILINE)
-    assert 0 < len(files) <= 15
-    assert sum(len((ROOT / file).read_text().splitlines()) for file in files) <= 2500
 
 
 def test_a_line_that_is_neither_node_nor_arrow_is_an_error():
