@@ -9,8 +9,8 @@ from contextlib import nullcontext
 from dataclasses import asdict, replace
 from typing import Any
 
-from stitchmesh.compute.asking import answer_alone
 from stitchmesh.compute.device import device_named
+from stitchmesh.compute.shared_work import done_by
 from stitchmesh.io.state_saver import StateSaver
 from stitchmesh.io.stitches import write_stitches
 from stitchmesh.jobs.budget_stage import chosen_quality
@@ -77,11 +77,12 @@ def _relaxed(run: JobRun, table: SwatchTable, source: Source, quality: Quality, 
         """Relax the repeat from its beginning or from the checkpoints."""
         began, before = time.perf_counter(), relaxations.seconds()
         with run.continued(before) if before else nullcontext():
-            preparation = prepare_swatch.asking(source, material=material, quality=quality, device=device, **arguments)
-            prepared = answer_alone(preparation, relaxations.do)
+            with done_by(relaxations):
+                prepared = prepare_swatch(source, material=material, quality=quality, device=device, **arguments)
             saver = StateSaver(run.folder, run.report, in_fabric(prepared.yarns, prepared.options))
             saving = replace(relaxations, on_state=lambda state: saver.keep(in_fabric(state, prepared.options)))
-            made = answer_alone(relax_shaken.asking(prepared, table.shaken, Run(show)), saving.do)
+            with done_by(saving):
+                made = relax_shaken(prepared, table.shaken, Run(show))
             late = seconds_left() <= 0.0  # starts of the search for the lowest state may be left out
         own = {"seconds": before + time.perf_counter() - began, "search_out_of_time": late}
         made = replace(made, report=made.report | own)

@@ -17,13 +17,14 @@ import logging
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, Literal
 
 import numpy as np
 
 from stitchmesh.budget.budget import Budget
 from stitchmesh.budget.plan import limit_of
-from stitchmesh.compute.asking import Asking, Several, answered_alone, ask
+from stitchmesh.compute.shared_work import compute_each
 from stitchmesh.errors import ParameterError, SolverError, StitchMeshError
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.lattice import Lattice
@@ -150,17 +151,14 @@ def swatch(
     return replace(made, report=made.report | own)
 
 
-@answered_alone
 def make_swatch(
     pattern: str | Pattern | Weave, *, shaken: int = 0, run: Run[YarnSet] = QUIET, **given: Any
-) -> Asking[Swatch]:
+) -> Swatch:
     """Prepare and relax one repeat of a pattern; arguments as for ``swatch``, errors too."""
-    prepared = yield from prepare_swatch.asking(pattern, **given)
-    return (yield from relax_shaken.asking(prepared, shaken, run))
+    return relax_shaken(prepare_swatch(pattern, **given), shaken, run)
 
 
-@answered_alone
-def relax_shaken(prepared: PreparedSwatch, shaken: int, run: Run[YarnSet] = QUIET) -> Asking[Swatch]:
+def relax_shaken(prepared: PreparedSwatch, shaken: int, run: Run[YarnSet] = QUIET) -> Swatch:
     """Relax a prepared repeat and measure it, with the spread of its size over a number of shaken starts.
 
     Raises:
@@ -170,13 +168,11 @@ def relax_shaken(prepared: PreparedSwatch, shaken: int, run: Run[YarnSet] = QUIE
     if shaken < 0:
         raise ParameterError(f"shaken: got {shaken} starts; expected 0 or more")
     check_kept_states("swatch", shaken, prepared.yarns)
-    made = yield from relax_prepared.asking(prepared, prepared.yarns, run)
+    made = relax_prepared(prepared, prepared.yarns, run)
     if not shaken:
         return made
     starts = [shaken_yarns(prepared.yarns, number) for number in range(shaken)]
-    others: list[Swatch | StitchMeshError] = yield Several(
-        [relax_prepared.asking(prepared, start) for start in starts]
-    )
+    others = compute_each([partial(relax_prepared, prepared, start) for start in starts])
     for other in others:
         if isinstance(other, StitchMeshError) and not isinstance(other, SolverError):
             raise other
@@ -205,8 +201,7 @@ def size_spread(swatches: Sequence[Swatch]) -> tuple[float, float]:
     return width, height
 
 
-@answered_alone
-def relax_prepared(prepared: PreparedSwatch, yarns: YarnSet, run: Run[YarnSet] = QUIET) -> Asking[Swatch]:
+def relax_prepared(prepared: PreparedSwatch, yarns: YarnSet, run: Run[YarnSet] = QUIET) -> Swatch:
     """Relax a prepared repeat, starting from the prepared yarns or from the same yarns at other places, and measure it.
 
     Raises:
@@ -217,20 +212,20 @@ def relax_prepared(prepared: PreparedSwatch, yarns: YarnSet, run: Run[YarnSet] =
     with tearing(chosen):
         if prepared.release is not None and prepared.fabric is not None:
             needles = needle_size(prepared.fabric, chosen.plain_loop * chosen.gamma)
-            relaxed = yield from let_go.asking(
+            relaxed = let_go(
                 yarns, needles, prepared.release, prepared.similar, prepared.quality, device, prepared.terms, run
             )
         else:
-            relaxed = yield from relax_along.asking(prepared, yarns, run)
+            relaxed = relax_along(prepared, yarns, run)
     own, at_rest = prepared.smallest, CellAtRest.of(prepared, relaxed.yarns)
     drawn = prepared.drawn if len(prepared.path) == 1 else sample_evenly(prepared.drawn, relaxed.yarns)
-    yield ask(refuse_pull_through, drawn, relaxed.yarns, device)
+    refuse_pull_through(drawn, relaxed.yarns, device)
     refuse_tearing(relaxed.report["max_strain"], chosen)
     if own.copies > 1:
         like = prepared.drawn_with(prepared.quality)
         drawn, relaxed = own.repeated(drawn, like), whole_repeat(relaxed, own, like)
     result = in_fabric(relaxed.yarns, chosen)
-    measures = yield from swatch_report.asking(
+    measures = swatch_report(
         result, prepared.fabric, prepared.material, prepared.quality, relaxed.report["energy"], device
     )
     if isinstance(prepared.source, Weave):

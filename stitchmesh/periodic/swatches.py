@@ -2,8 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Many swatches, as in a sweep over patterns, materials and options.
 
-How one swatch is made is written once (``swatch.make_swatch``). Its relaxations and examinations are done together with
-those of the other swatches (``compute.asking_together``), in batches of cells (``yarnrelax.together.relax_together``).
+Each swatch is made in a thread of its own by the same code as one alone (``swatch.make_swatch``). All threads wait at
+their relaxations and examinations, and these are done for all of them together (``compute.work_together``), in batches
+of cells (``yarnrelax.together.relax_together``).
 """
 
 from __future__ import annotations
@@ -11,10 +12,10 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field, replace
+from functools import partial
 from typing import Any, Literal
 
-from stitchmesh.compute.asking import Asking
-from stitchmesh.compute.asking_together import answer_together
+from stitchmesh.compute.work_together import done_together
 from stitchmesh.errors import StitchMeshError
 from stitchmesh.patterns import Pattern
 from stitchmesh.periodic.swatch import Swatch, make_swatch
@@ -79,13 +80,13 @@ def relax_swatches(
     """
     began = time.perf_counter()
     with shown_progress(progress, _report_swatches) as report:
-        computations = [_making(request, device, began) for request in requests]
+        computations = [partial(_make, request, device, began) for request in requests]
 
         def on_done(done: int) -> None:
             if report is not None:
                 report(done, len(requests))
 
-        return answer_together(computations, ways_together(), on_done)
+        return done_together(computations, ways_together(), on_done)
 
 
 def _report_swatches(progress: Progress) -> SwatchProgress:
@@ -93,9 +94,9 @@ def _report_swatches(progress: Progress) -> SwatchProgress:
     return lambda done, count: progress("swatches", done / count, f"{done} of {count}")
 
 
-def _making(request: SwatchRequest, device: str | None, began: float) -> Asking[Swatch]:
+def _make(request: SwatchRequest, device: str | None, began: float) -> Swatch:
     """Make a swatch; its report says how long this took with all other swatches."""
-    made = yield from make_swatch.asking(
+    made = make_swatch(
         request.pattern, material=request.material, quality=request.quality, device=device,
         relax_cell=request.relax_cell, relaxation=request.relaxation, friction=request.friction,
         shaken=request.shaken, **request.options,

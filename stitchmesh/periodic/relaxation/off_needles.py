@@ -31,7 +31,6 @@ from typing import Any, get_args
 
 import numpy as np
 
-from stitchmesh.compute.asking import Ask, Asking, answered_alone, ask
 from stitchmesh.errors import ParameterError, SolverError
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.periodic.relaxation.continuation import change_period
@@ -139,7 +138,6 @@ def needle_size(fabric: StitchMesh, loop_length: float) -> tuple[float, float]:
     return faces / courses * loop_length / NEEDLES_K_W, courses * loop_length / NEEDLES_K_C
 
 
-@answered_alone
 def let_go(
     yarns: YarnSet,
     needles: tuple[float, float],
@@ -149,7 +147,7 @@ def let_go(
     device: str | None = None,
     terms: Sequence[TermChoice] = (),
     run: Run[YarnSet] = SHOWN,
-) -> Asking[Relaxation]:
+) -> Relaxation:
     """Draw yarns to their size on the needles, let them go with friction, and relax them to a state.
 
     Args:
@@ -173,8 +171,8 @@ def let_go(
     """
     tolerance, change = min(quality.tolerance, TOLERANCE), min(quality.largest_change, LARGEST_CHANGE)
     quality = replace(quality, tolerance=tolerance, largest_change=change)
-    start = yield from on_needles.asking(yarns, needles, release, material, quality, device, terms)
-    found: list[StepAtRest] = yield _release(start, release, material, quality, device, terms, run)
+    start = on_needles(yarns, needles, release, material, quality, device, terms)
+    found = _release(start, release, material, quality, device, terms, run)
     on_the_way = [start.converged, *(step.converged for step in found[:-1])]
     (width, height), (course, wale) = needles, start.border_forces
     own = {
@@ -186,11 +184,10 @@ def let_go(
     return Relaxation(found[-1].yarns, report, [entry for step in found for entry in step.history])
 
 
-@answered_alone
 def on_needles(
     yarns: YarnSet, needles: tuple[float, float], release: Release, material: YarnMaterial, quality: Quality,
     device: str | None, terms: Sequence[TermChoice],
-) -> Asking[StepAtRest]:  # fmt: skip
+) -> StepAtRest:  # fmt: skip
     """Draw yarns to their size on the needles, without friction, and let them come to rest there with it.
 
     Where the yarns as generated are too crowded to be drawn, they first relax to their free size.
@@ -199,36 +196,34 @@ def on_needles(
         SolverError: the yarns cannot be drawn to that size, or a yarn passed through another one.
     """
     try:
-        drawn = yield from change_period.asking(yarns, needles, material, quality, device)
+        drawn = change_period(yarns, needles, material, quality, device)
     except SolverError:
-        free: Relaxation = yield ask(
-            relax_yarns, yarns, material=material, quality=quality, cell=RelaxCell(shear=False), device=device,
+        free = relax_yarns(
+            yarns, material=material, quality=quality, cell=RelaxCell(shear=False), device=device,
             terms=terms, run=QUIET,
         )  # fmt: skip
-        drawn = yield from change_period.asking(free.yarns, needles, material, quality, device)
-    found: list[StepAtRest] = yield _path(drawn, [LoadStep()], release, material, quality, ON_NEEDLES, device)
-    return found[0]
+        drawn = change_period(free.yarns, needles, material, quality, device)
+    return _through_steps(drawn, [LoadStep()], release, material, quality, ON_NEEDLES, device)[0]
 
 
 def _release(
     start: StepAtRest, release: Release, material: YarnMaterial, quality: Quality, device: str | None,
     terms: Sequence[TermChoice], run: Run[YarnSet],
-) -> Ask:  # fmt: skip
-    """The path from the needles to the state."""
+) -> list[StepAtRest]:  # fmt: skip
+    """Let yarns go from the needles to the state."""
     course, wale = (max(force, 0.0) for force in start.border_forces)  # none where the fabric pushes
     steps = [LoadStep(share * course, share * wale) for share in falling(1.0, LAST_FORCE, RELEASE_STEPS)]
     steps += [LoadStep(friction=share) for share in friction_left(release.state)]
-    return _path(start.yarns, steps, release, material, quality, release.cell, device, terms, run)
+    return _through_steps(start.yarns, steps, release, material, quality, release.cell, device, terms, run)
 
 
-def _path(
+def _through_steps(
     yarns: YarnSet, steps: Sequence[LoadStep], release: Release, material: YarnMaterial, quality: Quality,
     cell: RelaxCell, device: str | None, terms: Sequence[TermChoice] = (),
     run: Run[YarnSet] = QUIET,
-) -> Ask:  # fmt: skip
-    """A path through load steps."""
-    return ask(
-        relax_through_steps, yarns, steps, friction=Friction(release.friction), material=material, quality=quality,
+) -> list[StepAtRest]:  # fmt: skip
+    return relax_through_steps(
+        yarns, steps, friction=Friction(release.friction), material=material, quality=quality,
         cell=cell, device=device, terms=terms, run=run,
     )  # fmt: skip
 

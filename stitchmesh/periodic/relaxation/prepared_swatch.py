@@ -17,7 +17,6 @@ from typing import Any
 
 import numpy as np
 
-from stitchmesh.compute.asking import Asking, answered_alone
 from stitchmesh.errors import ParameterError, check_kind
 from stitchmesh.memory_need import check_relaxation_memory
 from stitchmesh.mesh import FloatArray, StitchMesh
@@ -107,7 +106,6 @@ class PreparedSwatch:
         return self.repeat if quality is self.path[0] else draw_swatch(self.source, self.options, quality)[1]
 
 
-@answered_alone
 def prepare_swatch(
     pattern: str | Pattern | Weave,
     *,
@@ -119,7 +117,7 @@ def prepare_swatch(
     friction: float | None = None,
     smallest: bool = True,
     **options: Any,
-) -> Asking[PreparedSwatch]:
+) -> PreparedSwatch:
     """Generate a repeat, and change its radii, lengths and size to those asked for; arguments as for ``swatch``.
 
     Whether a free repeat comes to rest in its smallest cell is given by ``smallest``.
@@ -154,10 +152,10 @@ def prepare_swatch(
     path = tuple(with_contacts(step, chosen, fabric, own, cell if release is None else None) for step in steps)
     quality = path[0]
     cell = None if cell is None else own.cell_of(cell)
-    yarns = yield from change_radius.asking(own.part_of(natural), thicker, similar, quality, device)
+    yarns = change_radius(own.part_of(natural), thicker, similar, quality, device)
     lengths = own.part_of(replace(first, rest_length=wanted)).rest_length
-    yarns = yield from change_rest_length.asking(yarns, lengths, similar, quality, device, cell, terms)
-    yarns = yield from change_period.asking(yarns, own.period_of(period), similar, quality, device)
+    yarns = change_rest_length(yarns, lengths, similar, quality, device, cell, terms)
+    yarns = change_period(yarns, own.period_of(period), similar, quality, device)
     drawn, searched = own.part_of(first), lies_alike and is_small(fabric, own)
     return PreparedSwatch(
         source, chosen, material, path, device, fabric, own, repeat, drawn, yarns, cell, flat, terms, release, searched
