@@ -48,10 +48,9 @@ def relax_swatch(run: JobRun, table: SwatchTable) -> Swatch:
         lambda quality: swatch_memory(table, quality, device, run.job.render), given, device,
         "fewer repeats, or no pictures (render = [])",
     )  # fmt: skip
-    planned = {name: value for name, value in arguments.items() if name != "friction"}
     quality = chosen_quality(
-        run, given, lambda budget: plan_swatch(source, budget, given, device, **planned),
-        source, sorted(planned.items()), device,
+        run, given, lambda budget: plan_swatch(source, budget, given, device, **arguments),
+        source, sorted(arguments.items()), device,
     )  # fmt: skip
     made = _relaxed(run, table, source, quality, device)
     if made.fabric is not None:

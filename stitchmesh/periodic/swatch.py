@@ -42,7 +42,7 @@ from stitchmesh.periodic.relaxation.way_to_rest import relax_along
 from stitchmesh.periodic.repeat.smallest_cell import SmallestCell
 from stitchmesh.periodic.sampling.even_sampling import sample_evenly
 from stitchmesh.periodic.swatch_budget import plan_swatch
-from stitchmesh.periodic.swatch_options import KnitState, SwatchOptions
+from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.periodic.weave.jamming import jam_report
 from stitchmesh.periodic.weave.weave import Weave
 from stitchmesh.progress import Progress
@@ -98,8 +98,6 @@ def swatch(
     quality: str | Quality = DEFAULT_QUALITY,
     device: str | None = None,
     relax_cell: bool | RelaxCell = False,
-    relaxation: KnitState | None = None,
-    friction: float | None = None,
     shaken: int = 0,
     budget: Budget | None = None,
     progress: Progress | Literal[False] | None = None,
@@ -116,12 +114,6 @@ def swatch(
         relax_cell: whether the width and height of the repeat are relaxed, lying between two planes (``support``),
             or a ``RelaxCell`` with the degrees of freedom of a cell that lies on nothing. With ``RelaxCell()`` the
             cell can also shear; ribs without friction do so to one of the two sides.
-        relaxation: ``dry``, ``wet`` or ``full``: the state of a knit that was let go off the needles with friction
-            (``off_needles``); width and height are then free. Or ``frictionless``. By default a knit that
-            ``relax_cell=True`` lets find its size is dry, and all else is without friction: weaves, given sizes,
-            blocking and a ``RelaxCell``.
-        friction: coefficient of friction between the yarns of a knit that is let go; ``YARN_FRICTION`` where not
-            given.
         shaken: number of shaken starts that relax too. The report then has ``shaken``, ``shaken_at_rest``, how many of
             them came to rest, and ``size_spread``: the differences of the largest and the smallest width and height of
             all starts at rest, over their means, None where none of them is.
@@ -129,7 +121,7 @@ def swatch(
             the default, and the report says what they chose (``budget.plan``).
         progress: called about every half second with the stage, its completed part and a line of text; by default a
             line shows them on a terminal or in a notebook, and False shows nothing.
-        options: fields of ``SwatchOptions``.
+        options: fields of ``SwatchOptions``: yarn, loops, size, and the relaxation of a knit.
 
     Raises:
         FileError: the file cannot be read.
@@ -141,21 +133,14 @@ def swatch(
     with limited_to(limit_of(budget)):
         plan = None
         if budget is not None:
-            plan = plan_swatch(pattern, budget, quality, device, relax_cell, relaxation, **options)
-        made = make_swatch(
+            plan = plan_swatch(pattern, budget, quality, device, relax_cell, **options)
+        prepared = prepare_swatch(
             pattern, material=material, quality=quality if plan is None else plan.quality, device=device,
-            relax_cell=relax_cell, relaxation=relaxation, friction=friction, shaken=shaken, run=Run(progress),
-            **options,
+            relax_cell=relax_cell, **options,
         )  # fmt: skip
+        made = relax_shaken(prepared, shaken, Run(progress))
     own = {"seconds": time.perf_counter() - began} | ({} if plan is None else {"budget": plan.report()})
     return replace(made, report=made.report | own)
-
-
-def make_swatch(
-    pattern: str | Pattern | Weave, *, shaken: int = 0, run: Run[YarnSet] = QUIET, **given: Any
-) -> Swatch:
-    """Prepare and relax one repeat of a pattern; arguments as for ``swatch``, errors too."""
-    return relax_shaken(prepare_swatch(pattern, **given), shaken, run)
 
 
 def relax_shaken(prepared: PreparedSwatch, shaken: int, run: Run[YarnSet] = QUIET) -> Swatch:

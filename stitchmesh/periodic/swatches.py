@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Many swatches, as in a sweep over patterns, materials and options.
 
-Each swatch is made in a thread of its own by the same code as one alone (``swatch.make_swatch``). All threads wait at
+Each swatch is made in a thread of its own by the same functions as one alone. All threads wait at
 their relaxations and examinations, and these are done for all of them together (``compute.work_together``), in batches
 of cells (``yarnrelax.together.relax_together``).
 """
@@ -18,8 +18,8 @@ from typing import Any, Literal
 from stitchmesh.compute.work_together import done_together
 from stitchmesh.errors import StitchMeshError
 from stitchmesh.patterns import Pattern
-from stitchmesh.periodic.swatch import Swatch, make_swatch
-from stitchmesh.periodic.swatch_options import KnitState
+from stitchmesh.periodic.relaxation.prepared_swatch import prepare_swatch
+from stitchmesh.periodic.swatch import Swatch, relax_shaken
 from stitchmesh.periodic.weave.weave import Weave
 from stitchmesh.progress import Progress, shown_progress
 from stitchmesh.quality import DEFAULT_QUALITY, Quality
@@ -43,10 +43,6 @@ class SwatchRequest:
     """A preset or a ``Quality``."""
     relax_cell: bool | RelaxCell = False
     """Whether the width and height of the repeat are relaxed, or the degrees of freedom of a cell."""
-    relaxation: KnitState | None = None
-    """State of a knit that was let go off the needles with friction, or ``frictionless``; None as for ``swatch``."""
-    friction: float | None = None
-    """Coefficient of friction between the yarns of a knit that is let go."""
     shaken: int = 0
     """Number of shaken starts that relax too, for the spread of the size."""
     options: Mapping[str, Any] = field(default_factory=dict)
@@ -96,9 +92,9 @@ def _report_swatches(progress: Progress) -> SwatchProgress:
 
 def _make(request: SwatchRequest, device: str | None, began: float) -> Swatch:
     """Make a swatch; its report says how long this took with all other swatches."""
-    made = make_swatch(
+    prepared = prepare_swatch(
         request.pattern, material=request.material, quality=request.quality, device=device,
-        relax_cell=request.relax_cell, relaxation=request.relaxation, friction=request.friction,
-        shaken=request.shaken, **request.options,
+        relax_cell=request.relax_cell, **request.options,
     )  # fmt: skip
+    made = relax_shaken(prepared, request.shaken)
     return replace(made, report=made.report | {"seconds": time.perf_counter() - began})

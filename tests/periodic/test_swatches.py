@@ -13,19 +13,22 @@ import pytest
 import stitchmesh as sm
 from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.yarnrelax import YarnMaterial
+from stitchmesh.yarnrelax.together import relax_together
+from stitchmesh.yarnrelax.together.cell_batch import CellBatch
 
-DRAFT: dict[str, Any] = {"quality": "draft", "relax_cell": True, "relaxation": "frictionless"}
+DRAFT: dict[str, Any] = {"quality": "draft", "relax_cell": True}
+STATE = {"relaxation": "frictionless"}
 FREE = [
-    sm.SwatchRequest("stockinette", **DRAFT),
-    sm.SwatchRequest("stockinette", material=YarnMaterial.named("leaf"), **DRAFT, options={"gamma": 1.1}),
-    sm.SwatchRequest("plain", **DRAFT),
+    sm.SwatchRequest("stockinette", **DRAFT, options=STATE),
+    sm.SwatchRequest("stockinette", material=YarnMaterial.named("leaf"), **DRAFT, options=STATE | {"gamma": 1.1}),
+    sm.SwatchRequest("plain", **DRAFT, options=STATE),
 ]
 
 
 def alone(request: sm.SwatchRequest) -> sm.Swatch:
     return sm.swatch(
         request.pattern, material=request.material, quality=request.quality, relax_cell=request.relax_cell,
-        relaxation=request.relaxation, friction=request.friction, device="cpu", progress=False, **request.options,
+        device="cpu", progress=False, **request.options,
     )  # fmt: skip
 
 
@@ -34,7 +37,15 @@ def points_of(made: object) -> np.ndarray:
     return made.yarns.points
 
 
-def test_swatches_are_those_of_swatch() -> None:
+def test_swatches_are_those_of_swatch(monkeypatch: pytest.MonkeyPatch) -> None:
+    cells = list[int]()
+    relax_batch = relax_together.relax_batch
+
+    def counted(batch: CellBatch, *others: Any, **named: Any) -> Any:
+        cells.append(len(batch.given))
+        return relax_batch(batch, *others, **named)
+
+    monkeypatch.setattr(relax_together, "relax_batch", counted)
     for request, made in zip(FREE[:2], sm.relax_swatches(FREE[:2], device="cpu", progress=False), strict=True):
         one = alone(request)
         assert isinstance(made, sm.Swatch) and made.report.keys() == one.report.keys()
@@ -45,6 +56,7 @@ def test_swatches_are_those_of_swatch() -> None:
         for name in ("width", "height", "thickness"):
             # a tenth of what draft promises, as for noise on the yarns (test_lowest_rest)
             assert made.report[name] == pytest.approx(one.report[name], rel=5e-3)
+    assert {2, 8} <= set(cells), "both swatches, and all their displaced starts, are relaxed in one batch each"
 
 
 @pytest.mark.usefixtures("first_state")

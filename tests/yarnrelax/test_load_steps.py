@@ -18,7 +18,7 @@ from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.io.checkpoint_file import CheckpointFile, read_checkpoint, write_checkpoint
 from stitchmesh.periodic.relaxation.continuation import size_of
 from stitchmesh.quality import PRESETS
-from stitchmesh.run import Checkpoints, Run
+from stitchmesh.run import QUIET, Checkpoints, Run
 from stitchmesh.time_limit import TimeLimit, limited_to
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import RelaxCell, observer
@@ -26,7 +26,7 @@ from stitchmesh.yarnrelax.cell_stress import cell_stress
 from stitchmesh.yarnrelax.friction.friction import Friction
 from stitchmesh.yarnrelax.load_steps import LoadStep, StepAtRest, relax_through_steps
 from stitchmesh.yarnrelax.model.material import YarnMaterial
-from stitchmesh.yarnrelax.together.steps_together import relax_group_through_steps
+from stitchmesh.yarnrelax.together.steps_together import group_of_steps, relax_group_through_steps
 from tests.yarnrelax.stockinette import periodic_patch
 
 YARNS = periodic_patch(1, 1)
@@ -134,10 +134,11 @@ def test_cells_that_are_loaded_together_come_to_the_sizes_that_they_have_alone()
     calls = [
         Call.of(
             relax_through_steps, YARNS, steps, friction=Friction(0.2), material=YarnMaterial.named(),
-            quality=quality, cell=RelaxCell(shear=False), device="cpu",
+            quality=quality, cell=RelaxCell(shear=False), device="cpu", run=QUIET,
         )
         for steps in (STEPS, wider)
     ]  # fmt: skip
+    assert group_of_steps(calls[0], 0) == group_of_steps(calls[1], 1)
     for together, steps in zip(relax_group_through_steps(calls), (STEPS, wider), strict=True):
         assert isinstance(together, list)
         for one, other in zip(together, relaxed(steps=steps, quality=quality), strict=True):

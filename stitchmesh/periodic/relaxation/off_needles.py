@@ -27,7 +27,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
-from typing import Any, get_args
+from typing import Any
 
 import numpy as np
 
@@ -78,45 +78,34 @@ class Release:
     """Which changes the periods are free to make; without loads."""
 
 
-def state_of_rest(
-    state: KnitState | None, relax_cell: bool | RelaxCell, options: SwatchOptions, *, woven: bool
-) -> KnitState:
+def state_of_rest(relax_cell: bool | RelaxCell, options: SwatchOptions, *, woven: bool) -> KnitState:
     """Return the state that is meant: dry for a knit whose size is free, and without friction for everything else.
 
     A given size, a tension of blocking and the loads of a ``RelaxCell`` are reached without friction, and a weave comes
     off no needles.
 
     Args:
-        state: the state that is asked for; None where none is.
         relax_cell: as for ``swatch``.
         options: options of the swatch.
         woven: whether it is a weave.
-
-    Raises:
-        ParameterError: there is no such state.
     """
-    if state is not None:
-        if state not in get_args(KnitState):
-            raise ParameterError(f"relaxation: got {state!r}; expected dry, wet, full or frictionless")
-        return state
+    if options.relaxation is not None:
+        return options.relaxation
     lies_free = relax_cell is True and options.period == (None, None) and options.blocked is None
     return "dry" if lies_free and not woven else "frictionless"
 
 
-def chosen_release(
-    state: KnitState | None, friction: float | None, relax_cell: bool | RelaxCell, options: SwatchOptions, *,
-    woven: bool,
-) -> Release | None:  # fmt: skip
+def chosen_release(relax_cell: bool | RelaxCell, options: SwatchOptions, *, woven: bool) -> Release | None:
     """Check the choice of a relaxation; None without friction. Arguments as for ``state_of_rest``.
 
     Raises:
-        ParameterError: an unknown state, a state of knits for a weave, a coefficient without friction or that no yarn
-            has, or sizes or loads beside a state.
+        ParameterError: a state of knits for a weave, a coefficient without friction or that no yarn has, or sizes or
+            loads beside a state.
     """
-    meant = state_of_rest(state, relax_cell, options, woven=woven)
+    meant = state_of_rest(relax_cell, options, woven=woven)
     if meant == "frictionless":
-        if friction is not None:
-            found = f"friction: got {friction:g} for a swatch that relaxes without it"
+        if options.friction is not None:
+            found = f"friction: got {options.friction:g} for a swatch that relaxes without it"
             raise ParameterError(f"{found}; add a relaxation: dry, wet or full")
         return None
     if woven:
@@ -126,7 +115,7 @@ def chosen_release(
     cell = relax_cell if isinstance(relax_cell, RelaxCell) else RelaxCell(shear=False)
     if (cell.course, cell.wale) != (0.0, 0.0):
         raise ParameterError("relaxation: got a load or a held size beside it; a knit off the needles has neither")
-    mu = YARN_FRICTION if friction is None else friction
+    mu = YARN_FRICTION if options.friction is None else options.friction
     Friction(mu)
     return Release(meant, mu, cell)
 

@@ -32,7 +32,7 @@ from stitchmesh.periodic.sampling.contact_samples import is_small, with_contacts
 from stitchmesh.periodic.sampling.even_sampling import even_lengths, sample_evenly
 from stitchmesh.periodic.sampling.sampling import GENERATED, path_to, released
 from stitchmesh.periodic.swatch_budget import stitches_of
-from stitchmesh.periodic.swatch_options import TAKE_UP, KnitState, SwatchOptions
+from stitchmesh.periodic.swatch_options import TAKE_UP, SwatchOptions
 from stitchmesh.periodic.weave.weave import Weave
 from stitchmesh.quality import PRESETS, Quality, quality_named
 from stitchmesh.yarn import YarnSet
@@ -113,8 +113,6 @@ def prepare_swatch(
     quality: str | Quality,
     device: str | None,
     relax_cell: bool | RelaxCell,
-    relaxation: KnitState | None = None,
-    friction: float | None = None,
     smallest: bool = True,
     **options: Any,
 ) -> PreparedSwatch:
@@ -127,7 +125,7 @@ def prepare_swatch(
         check_kind("swatch, material", material, YarnMaterial)
     material = chosen.yarn_material(material)
     source = resolve_pattern(pattern)
-    release = chosen_release(relaxation, friction, relax_cell, chosen, woven=isinstance(source, Weave))
+    release = chosen_release(relax_cell, chosen, woven=isinstance(source, Weave))
     relax_cell = relax_cell or release is not None
     check_repeat_memory(source, chosen, quality, device, free=relax_cell is not False)
     fabric, generated = draw_swatch(source, chosen, GENERATED)
