@@ -74,12 +74,14 @@ class _Scheduler:
     def __init__(self, ways: Mapping[Callable[..., Any], Together], on_done: Callable[[int], None]) -> None:
         self.ways = ways
         self.on_done = on_done
-        self.reported = 0
-        """Number of given computations of whose end ``on_done`` knows."""
         self.given: list[_Running] = []
         """The given computations that have begun."""
-        self.started: list[_Running] = []
-        """These and their parts."""
+        self.ended = 0
+        """How many of them have ended."""
+        self.reported = 0
+        """How many of these ``on_done`` knows."""
+        self.running: set[_Running] = set()
+        """The computations that have begun and not ended, parts included."""
         self.waiting: list[tuple[_Running, Call]] = []
         """The computations that wait for the work of a call, in the order in which they called."""
         self.is_given_up = False
@@ -109,16 +111,17 @@ class _Scheduler:
         running.go_on()
         if self.fault is not None:
             raise self.fault
-        for done in range(self.reported, sum(one.has_ended for one in self.given)):
-            self.reported = done + 1
+        while self.reported < self.ended:
+            self.reported += 1
             self.on_done(self.reported)
 
     def give_up(self) -> None:
         """End all computations, and wait until they have ended."""
         self.is_given_up = True
-        for running in self.started:
+        left = list(self.running)
+        for running in left:
             running.turn.release()
-        for running in self.started:
+        for running in left:
             running.thread.join()
 
 
@@ -147,9 +150,11 @@ class _Running(Worker):
         """Let the thread run until it waits or has ended; the calling thread stands still meanwhile."""
         if self.thread.ident is None:
             self.thread.start()
-            self.scheduler.started.append(self)
+            self.scheduler.running.add(self)
         self.turn.release()
         self.pause.acquire()
+        if self.has_ended:
+            self.thread.join()
 
     def do(self, call: Call) -> Any:
         """Wait for the work of a call, and return its result."""
@@ -198,7 +203,10 @@ class _Running(Worker):
             self.scheduler.fault = error
             self.scheduler.is_given_up = True
         self.has_ended = True
-        if self.whole is not None and not self.scheduler.is_given_up:
+        self.scheduler.running.discard(self)
+        if self.whole is None:
+            self.scheduler.ended += 1
+        elif not self.scheduler.is_given_up:
             self.whole.part_ended(self)
         self.pause.release()
 
