@@ -38,7 +38,9 @@ def relax_swatch(run: JobRun, table: SwatchTable) -> Swatch:
         JobStopped: the user wants the job to stop.
     """
     name = run.job.quality or DEFAULT_QUALITY
-    source, given, device = resolve_pattern(table.pattern), table.quality(name), str(device_named(run.job.device))
+    source = resolve_pattern(table.pattern)
+    given = table.quality(name)
+    device = str(device_named(run.job.device))
     arguments = table.arguments()
     head = {"pattern": table.pattern, "name": source.name, "source": source.source}
     options = {"quality": name, "material": table.material, "stiffness": list(table.stiffness)}
@@ -62,7 +64,8 @@ def relax_swatch(run: JobRun, table: SwatchTable) -> Swatch:
 
 def _relaxed(run: JobRun, table: SwatchTable, source: Source, quality: Quality, device: str) -> Swatch:
     """Relax the repeat, with checkpoints in the folder of the stage."""
-    arguments, material = table.arguments(), table.yarn_material()
+    arguments = table.arguments()
+    material = table.yarn_material()
     given = [*sorted(arguments.items()), table.shaken]
     key = stage_key("swatch", source, material, quality, given, device.partition(":")[0])
     stage = swatch_stage("swatch", key)
@@ -74,7 +77,8 @@ def _relaxed(run: JobRun, table: SwatchTable, source: Source, quality: Quality, 
 
     def relax(report: dict[str, Any]) -> Swatch:
         """Relax the repeat from its beginning or from the checkpoints."""
-        began, before = time.perf_counter(), relaxations.seconds()
+        began = time.perf_counter()
+        before = relaxations.seconds()
         with run.continued(before) if before else nullcontext():
             with done_by(relaxations):
                 prepared = prepare_swatch(source, material=material, quality=quality, device=device, **arguments)

@@ -193,25 +193,28 @@ def relax_prepared(prepared: PreparedSwatch, yarns: YarnSet, run: Run[YarnSet] =
         ParameterError: the tension of a blocked swatch is too large.
         SolverError: the yarns cannot be relaxed, or a yarn passed through another one.
     """
-    chosen, device = prepared.options, prepared.device
+    chosen = prepared.options
     with tearing(chosen):
         if prepared.release is not None and prepared.fabric is not None:
             needles = needle_size(prepared.fabric, chosen.plain_loop * chosen.gamma)
             relaxed = let_go(
-                yarns, needles, prepared.release, prepared.similar, prepared.quality, device, prepared.terms, run
-            )
+                yarns, needles, prepared.release, prepared.similar, prepared.quality, prepared.device, prepared.terms,
+                run,
+            )  # fmt: skip
         else:
             relaxed = relax_along(prepared, yarns, run)
-    own, at_rest = prepared.smallest, CellAtRest.of(prepared, relaxed.yarns)
+    own = prepared.smallest
+    at_rest = CellAtRest.of(prepared, relaxed.yarns)
     drawn = prepared.drawn if len(prepared.path) == 1 else sample_evenly(prepared.drawn, relaxed.yarns)
-    refuse_pull_through(drawn, relaxed.yarns, device)
+    refuse_pull_through(drawn, relaxed.yarns, prepared.device)
     refuse_tearing(relaxed.report["max_strain"], chosen)
     if own.copies > 1:
         like = prepared.drawn_with(prepared.quality)
-        drawn, relaxed = own.repeated(drawn, like), whole_repeat(relaxed, own, like)
+        drawn = own.repeated(drawn, like)
+        relaxed = whole_repeat(relaxed, own, like)
     result = in_fabric(relaxed.yarns, chosen)
     measures = swatch_report(
-        result, prepared.fabric, prepared.material, prepared.quality, relaxed.report["energy"], device
+        result, prepared.fabric, prepared.material, prepared.quality, relaxed.report["energy"], prepared.device
     )
     if isinstance(prepared.source, Weave):
         measures |= jam_report(prepared.source, result)

@@ -30,7 +30,8 @@ def plan_swatch(
     Raises:
         StitchMeshError: as for ``swatch``, or a quality beside an error.
     """
-    chosen, source = SwatchOptions(**options), resolve_pattern(pattern)
+    chosen = SwatchOptions(**options)
+    source = resolve_pattern(pattern)
     free = has_free_size(relax_cell=relax_cell, relaxation=chosen.relaxation, blocked=chosen.blocked)
     state = state_of_rest(relax_cell, chosen, woven=isinstance(source, Weave))
     scene = BudgetScene(

@@ -158,8 +158,10 @@ def let_go(
     Raises:
         SolverError: the yarns cannot be drawn to that size, or a yarn passed through another one.
     """
-    tolerance, change = min(quality.tolerance, TOLERANCE), min(quality.largest_change, LARGEST_CHANGE)
-    quality = replace(quality, tolerance=tolerance, largest_change=change)
+    quality = replace(
+        quality, tolerance=min(quality.tolerance, TOLERANCE),
+        largest_change=min(quality.largest_change, LARGEST_CHANGE),
+    )  # fmt: skip
     start = on_needles(yarns, needles, release, material, quality, device, terms)
     found = _release(start, release, material, quality, device, terms, run)
     on_the_way = [start.converged, *(step.converged for step in found[:-1])]

@@ -73,7 +73,8 @@ def _settled(prepared: PreparedSwatch) -> YarnSet:
         SolverError: the yarns cannot be separated.
     """
     given: dict[str, Any] = {"material": prepared.similar, "quality": prepared.path[0], "device": prepared.device}
-    wanted, yarns = prepared.yarns, prepared.smallest.part_of(prepared.repeat)
+    wanted = prepared.yarns
+    yarns = prepared.smallest.part_of(prepared.repeat)
     assert wanted.lattice is not None
     lengths, own = (np.add.reduceat(each.rest_length, each.segment_start[:-1]) for each in (wanted, yarns))
     yarns = change_radius(yarns, float(wanted.radius[0] / yarns.radius[0]), **given)

@@ -61,7 +61,8 @@ class SwatchSettings:
             raise ParameterError(f"session: got a change of {unknown[0]!r}; expected one of {known}")
         options = replace(self.options, **{name: changes[name] for name in changes.keys() & optional})
         given = {name: changes[name] for name in changes.keys() & own}
-        quality, solver = quality_named(given.pop("quality", self.quality)), given.pop("solver", None)
+        quality = quality_named(given.pop("quality", self.quality))
+        solver = given.pop("solver", None)
         given["quality"] = quality if solver is None else replace(quality, solver=solver)
         return replace(self, options=options, **given)
 
@@ -87,7 +88,7 @@ class SwatchSettings:
     def arguments(self) -> dict[str, Any]:
         """Return the arguments of ``swatch``, except for the pattern and the device."""
         own = {name: getattr(self, name) for name in ("material", "quality", "relax_cell")}
-        return own | {option.name: getattr(self.options, option.name) for option in fields(SwatchOptions)}
+        return own | vars(self.options)
 
     @property
     def yarn_material(self) -> YarnMaterial:

@@ -92,8 +92,10 @@ class _Path:
 
     def take(self, steps: Sequence[Sequence[LoadStep]]) -> None:
         """Take the next steps of each cell, of which the first draws the cells and sets the friction of all."""
-        loop, first = self.cells.loop, steps[0][0]
-        number, active = np.zeros(len(steps), dtype=np.int64), np.ones(len(steps), dtype=bool)
+        loop = self.cells.loop
+        first = steps[0][0]
+        number = np.zeros(len(steps), dtype=np.int64)
+        active = np.ones(len(steps), dtype=bool)
         self.cells.load(_loads(steps, number), first.friction, first.stretch)
         self._begin(active)
         noted = loop.iterations.copy()
@@ -126,7 +128,8 @@ class _Path:
 
     def _note(self, noted: NDArray[np.int64]) -> None:
         """Note the assessments of the cells that have iterated since they were last noted."""
-        loop, seconds = self.cells.loop, time.perf_counter() - self.began
+        loop = self.cells.loop
+        seconds = time.perf_counter() - self.began
         for cell in np.flatnonzero(loop.iterations > noted).tolist():
             last = loop.last[cell]
             entry = HistoryEntry(
@@ -137,12 +140,16 @@ class _Path:
 
     def _end(self, cells: NDArray[np.bool_]) -> None:
         """Keep the states in which the present step of some cells has ended."""
-        loop, seconds = self.cells.loop, time.perf_counter() - self.began
+        loop = self.cells.loop
         simulation = loop.simulation
-        yarns, nearest = simulation.good_cells(), simulation.smallest_distances()
-        forces, device = self.cells.border_forces(), str(simulation.model.device)
+        seconds = time.perf_counter() - self.began
+        yarns = simulation.good_cells()
+        nearest = simulation.smallest_distances()
+        forces = self.cells.border_forces()
+        device = str(simulation.model.device)
         for cell in np.flatnonzero(cells).tolist():
-            last, count = loop.last[cell], int(loop.iterations[cell] - self.before[cell])
+            last = loop.last[cell]
+            count = int(loop.iterations[cell] - self.before[cell])
             self.found[cell].append(StepAtRest(
                 yarns[cell], last.energies, last.residual, bool(loop.at_rest[cell]), count, float(nearest[cell]),
                 (float(forces[cell, 0]), float(forces[cell, 1])), device, seconds, self.history[cell],
