@@ -194,7 +194,11 @@ def on_needles(
             terms=terms, run=QUIET,
         )  # fmt: skip
         drawn = change_period(free.yarns, needles, material, quality, device)
-    return _through_steps(drawn, [LoadStep()], release, material, quality, ON_NEEDLES, device)[0]
+    (rest,) = relax_through_steps(
+        drawn, [LoadStep()], friction=Friction(release.friction), material=material, quality=quality, cell=ON_NEEDLES,
+        device=device, run=QUIET,
+    )  # fmt: skip
+    return rest
 
 
 def _release(
@@ -205,17 +209,9 @@ def _release(
     course, wale = (max(force, 0.0) for force in start.border_forces)  # none where the fabric pushes
     steps = [LoadStep(share * course, share * wale) for share in falling(1.0, LAST_FORCE, RELEASE_STEPS)]
     steps += [LoadStep(friction=share) for share in friction_left(release.state)]
-    return _through_steps(start.yarns, steps, release, material, quality, release.cell, device, terms, run)
-
-
-def _through_steps(
-    yarns: YarnSet, steps: Sequence[LoadStep], release: Release, material: YarnMaterial, quality: Quality,
-    cell: RelaxCell, device: str | None, terms: Sequence[TermChoice] = (),
-    run: Run[YarnSet] = QUIET,
-) -> list[StepAtRest]:  # fmt: skip
     return relax_through_steps(
-        yarns, steps, friction=Friction(release.friction), material=material, quality=quality,
-        cell=cell, device=device, terms=terms, run=run,
+        start.yarns, steps, friction=Friction(release.friction), material=material, quality=quality,
+        cell=release.cell, device=device, terms=terms, run=run,
     )  # fmt: skip
 
 
