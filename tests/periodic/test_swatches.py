@@ -12,6 +12,7 @@ import pytest
 
 import stitchmesh as sm
 from stitchmesh.errors import FileError, ParameterError
+from stitchmesh.periodic import swatches
 from stitchmesh.yarnrelax import YarnMaterial
 from stitchmesh.yarnrelax.together import relax_together
 from stitchmesh.yarnrelax.together.cell_batch import CellBatch
@@ -37,6 +38,13 @@ def points_of(made: object) -> np.ndarray:
     return made.yarns.points
 
 
+@pytest.fixture
+def together(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let swatches be made together on the CPU too, as on a GPU."""
+    monkeypatch.setattr(swatches, "_in_turn", swatches._together)
+
+
+@pytest.mark.usefixtures("together")
 def test_swatches_are_those_of_swatch(monkeypatch: pytest.MonkeyPatch) -> None:
     cells = list[int]()
     relax_batch = relax_together.relax_batch
@@ -59,7 +67,7 @@ def test_swatches_are_those_of_swatch(monkeypatch: pytest.MonkeyPatch) -> None:
     assert {2, 8} <= set(cells), "both swatches, and all their displaced starts, are relaxed in one batch each"
 
 
-@pytest.mark.usefixtures("first_state")
+@pytest.mark.usefixtures("first_state", "together")
 def test_the_same_requests_give_the_same_bits_and_a_single_one_those_of_swatch() -> None:
     one, other = (sm.relax_swatches(FREE, device="cpu", progress=False) for _ in range(2))
     for first, second in zip(one, other, strict=True):
@@ -68,7 +76,10 @@ def test_the_same_requests_give_the_same_bits_and_a_single_one_those_of_swatch()
     np.testing.assert_array_equal(points_of(single[0]), alone(FREE[0]).yarns.points)
 
 
-def test_an_error_is_in_the_place_of_a_swatch_that_cannot_be_made() -> None:
+@pytest.mark.parametrize("way", ["together", "in turn"])
+def test_an_error_is_in_the_place_of_a_swatch_that_cannot_be_made(way: str, request: pytest.FixtureRequest) -> None:
+    if way == "together":
+        request.getfixturevalue("together")
     requests = [
         sm.SwatchRequest("stockinette", quality="draft"),
         sm.SwatchRequest("stockinette", quality="draft", options={"gamma": -1.0}),
