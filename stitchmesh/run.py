@@ -64,6 +64,11 @@ class Run(Generic[S]):
     """Watches, pauses, steps and stops the relaxation from another thread. A pause writes a checkpoint, and a stopped
     relaxation returns its last accepted state."""
 
+    @property
+    def only_shows(self) -> bool:
+        """Whether nothing is asked for but the progress."""
+        return self.on_state is None and self.checkpoints is None and self.resume is None and self.control is None
+
     def refuse_all_but(self, place: str, *obeyed: str) -> None:
         """Refuse what a computation does not obey; all of them show their progress.
 

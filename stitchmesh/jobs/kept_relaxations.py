@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Checkpoints of a computation that relaxes yarns several times, such as a swatch that searches its lowest state.
 
-Each relaxation that the computation asks for has a folder of checkpoints, with the checksum of its inputs as name. The
+Each relaxation of the computation has a folder of checkpoints, with the checksum of its inputs as name. The
 last checkpoint is written at its end, and a relaxation that continues from its end gives the same result without an
 iteration. A computation that begins again therefore passes through the relaxations that had ended, continues the one
 that was stopped, and ends with the same bits as one that was never stopped. The short work between the relaxations is
@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from stitchmesh.compute.asking import Ask
+from stitchmesh.compute.shared_work import Call, Worker
 from stitchmesh.run import CHECKPOINT, SHOWN, Checkpoints
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import relax_yarns
@@ -32,8 +32,8 @@ NO_INPUTS = ("run", "device")
 
 
 @dataclass(frozen=True)
-class KeptRelaxations:
-    """The relaxations of one computation in a folder, and how each is continued."""
+class KeptRelaxations(Worker):
+    """The relaxations of one computation in a folder; as a worker, it continues each of them."""
 
     folder: Path
     """Folder of the computation."""
@@ -44,10 +44,10 @@ class KeptRelaxations:
     on_state: Callable[[YarnSet], None] | None = None
     """Called every few seconds with the last accepted state of the present relaxation."""
 
-    def do(self, asked: Ask) -> Any:
+    def do(self, call: Call) -> Any:
         """Do one piece of work; a relaxation writes checkpoints, and continues from one if there is one."""
         self.check()
-        return self._relax(asked) if asked.function in (relax_yarns, relax_through_steps) else asked.answer()
+        return self._relax(call) if call.function in (relax_yarns, relax_through_steps) else call.do()
 
     def exist(self) -> bool:
         """Return whether an earlier run has begun a relaxation."""
@@ -65,15 +65,15 @@ class KeptRelaxations:
         """Remove all checkpoints, because the result of the computation is kept."""
         shutil.rmtree(self.folder / FOLDER, ignore_errors=True)
 
-    def _relax(self, asked: Ask) -> Any:
-        given = {name: value for name, value in sorted(asked.named.items()) if name not in NO_INPUTS}
-        key = checksum("relaxation", (asked.positional, given))
+    def _relax(self, call: Call) -> Any:
+        given = {name: value for name, value in sorted(call.arguments.items()) if name not in NO_INPUTS}
+        key = checksum("relaxation", given)
         checkpoints = Checkpoints(self.folder / FOLDER / key, self.every)
         resume = checkpoints.path if checkpoints.path.is_file() else None
         run = replace(
-            asked.named.get("run", SHOWN), on_state=self.on_state, checkpoints=checkpoints, resume=resume
+            call.arguments.get("run", SHOWN), on_state=self.on_state, checkpoints=checkpoints, resume=resume
         )  # fmt: skip
-        return replace(asked, named={**asked.named, "run": run}).answer()
+        return replace(call, arguments={**call.arguments, "run": run}).do()
 
     def _checkpoints(self) -> Iterator[Path]:
         """Yield the newest checkpoint of each relaxation."""

@@ -229,9 +229,7 @@ class SwatchTable:
 
     def arguments(self) -> dict[str, Any]:
         """Return the arguments of ``swatch`` except for the pattern, the quality and the device."""
-        options = self.options()
-        own = {"relax_cell": self.relax_cell, "relaxation": self.relaxation, "friction": self.friction}
-        return own | {name: getattr(options, name) for name in options.__dataclass_fields__}
+        return {"relax_cell": self.relax_cell} | vars(self.options())
 
 
 @dataclass(frozen=True, kw_only=True)

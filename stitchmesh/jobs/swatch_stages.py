@@ -9,8 +9,8 @@ from contextlib import nullcontext
 from dataclasses import asdict, replace
 from typing import Any
 
-from stitchmesh.compute.asking import answer_alone
 from stitchmesh.compute.device import device_named
+from stitchmesh.compute.shared_work import done_by
 from stitchmesh.io.state_saver import StateSaver
 from stitchmesh.io.stitches import write_stitches
 from stitchmesh.jobs.budget_stage import chosen_quality
@@ -38,7 +38,9 @@ def relax_swatch(run: JobRun, table: SwatchTable) -> Swatch:
         JobStopped: the user wants the job to stop.
     """
     name = run.job.quality or DEFAULT_QUALITY
-    source, given, device = resolve_pattern(table.pattern), table.quality(name), str(device_named(run.job.device))
+    source = resolve_pattern(table.pattern)
+    given = table.quality(name)
+    device = str(device_named(run.job.device))
     arguments = table.arguments()
     head = {"pattern": table.pattern, "name": source.name, "source": source.source}
     options = {"quality": name, "material": table.material, "stiffness": list(table.stiffness)}
@@ -48,10 +50,9 @@ def relax_swatch(run: JobRun, table: SwatchTable) -> Swatch:
         lambda quality: swatch_memory(table, quality, device, run.job.render), given, device,
         "fewer repeats, or no pictures (render = [])",
     )  # fmt: skip
-    planned = {name: value for name, value in arguments.items() if name != "friction"}
     quality = chosen_quality(
-        run, given, lambda budget: plan_swatch(source, budget, given, device, **planned),
-        source, sorted(planned.items()), device,
+        run, given, lambda budget: plan_swatch(source, budget, given, device, **arguments),
+        source, sorted(arguments.items()), device,
     )  # fmt: skip
     made = _relaxed(run, table, source, quality, device)
     if made.fabric is not None:
@@ -63,7 +64,8 @@ def relax_swatch(run: JobRun, table: SwatchTable) -> Swatch:
 
 def _relaxed(run: JobRun, table: SwatchTable, source: Source, quality: Quality, device: str) -> Swatch:
     """Relax the repeat, with checkpoints in the folder of the stage."""
-    arguments, material = table.arguments(), table.yarn_material()
+    arguments = table.arguments()
+    material = table.yarn_material()
     given = [*sorted(arguments.items()), table.shaken]
     key = stage_key("swatch", source, material, quality, given, device.partition(":")[0])
     stage = swatch_stage("swatch", key)
@@ -75,13 +77,15 @@ def _relaxed(run: JobRun, table: SwatchTable, source: Source, quality: Quality, 
 
     def relax(report: dict[str, Any]) -> Swatch:
         """Relax the repeat from its beginning or from the checkpoints."""
-        began, before = time.perf_counter(), relaxations.seconds()
+        began = time.perf_counter()
+        before = relaxations.seconds()
         with run.continued(before) if before else nullcontext():
-            preparation = prepare_swatch.asking(source, material=material, quality=quality, device=device, **arguments)
-            prepared = answer_alone(preparation, relaxations.do)
+            with done_by(relaxations):
+                prepared = prepare_swatch(source, material=material, quality=quality, device=device, **arguments)
             saver = StateSaver(run.folder, run.report, in_fabric(prepared.yarns, prepared.options))
             saving = replace(relaxations, on_state=lambda state: saver.keep(in_fabric(state, prepared.options)))
-            made = answer_alone(relax_shaken.asking(prepared, table.shaken, Run(show)), saving.do)
+            with done_by(saving):
+                made = relax_shaken(prepared, table.shaken, Run(show))
             late = seconds_left() <= 0.0  # starts of the search for the lowest state may be left out
         own = {"seconds": before + time.perf_counter() - began, "search_out_of_time": late}
         made = replace(made, report=made.report | own)

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from stitchmesh.compute.asking import Asking, answered_alone, ask
 from stitchmesh.lattice import lattice_frame
 from stitchmesh.mesh import FloatArray, StitchMesh
 from stitchmesh.periodic.fabric_shape import thickness_of
@@ -18,7 +17,7 @@ from stitchmesh.quality import Quality
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.yarn_presets import Gauge
 from stitchmesh.yarnrelax import YarnMaterial
-from stitchmesh.yarnrelax.cell_stress import CellStress, cell_stress
+from stitchmesh.yarnrelax.cell_stress import cell_stress
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -77,11 +76,10 @@ def measure_fabric(yarns: YarnSet, fabric: StitchMesh | None, mass_per_length: f
     )  # fmt: skip
 
 
-@answered_alone
 def swatch_report(
     yarns: YarnSet, fabric: StitchMesh | None, material: YarnMaterial, quality: Quality, energy: float,
     device: str | None = None,
-) -> Asking[dict[str, Any]]:  # fmt: skip
+) -> dict[str, Any]:  # fmt: skip
     """Measure a swatch; all values are plain numbers.
 
     Args:
@@ -101,8 +99,8 @@ def swatch_report(
         - warp_crimp and weft_crimp [1] of a weave.
     """
     measures = measure_fabric(yarns, fabric, material.mass_per_length)
-    stress: CellStress = yield ask(
-        cell_stress, yarns, material, quadrature_points=quality.quadrature_points,
+    stress = cell_stress(
+        yarns, material, quadrature_points=quality.quadrature_points,
         contact_samples=quality.contact_samples, device=device,
     )  # fmt: skip
     report = asdict(measures) | {

@@ -17,13 +17,14 @@ import logging
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, Literal
 
 import numpy as np
 
 from stitchmesh.budget.budget import Budget
 from stitchmesh.budget.plan import limit_of
-from stitchmesh.compute.asking import Asking, Several, answered_alone, ask
+from stitchmesh.compute.shared_work import compute_each
 from stitchmesh.errors import ParameterError, SolverError, StitchMeshError
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.lattice import Lattice
@@ -41,7 +42,7 @@ from stitchmesh.periodic.relaxation.way_to_rest import relax_along
 from stitchmesh.periodic.repeat.smallest_cell import SmallestCell
 from stitchmesh.periodic.sampling.even_sampling import sample_evenly
 from stitchmesh.periodic.swatch_budget import plan_swatch
-from stitchmesh.periodic.swatch_options import KnitState, SwatchOptions
+from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.periodic.weave.jamming import jam_report
 from stitchmesh.periodic.weave.weave import Weave
 from stitchmesh.progress import Progress
@@ -97,8 +98,6 @@ def swatch(
     quality: str | Quality = DEFAULT_QUALITY,
     device: str | None = None,
     relax_cell: bool | RelaxCell = False,
-    relaxation: KnitState | None = None,
-    friction: float | None = None,
     shaken: int = 0,
     budget: Budget | None = None,
     progress: Progress | Literal[False] | None = None,
@@ -115,12 +114,6 @@ def swatch(
         relax_cell: whether the width and height of the repeat are relaxed, lying between two planes (``support``),
             or a ``RelaxCell`` with the degrees of freedom of a cell that lies on nothing. With ``RelaxCell()`` the
             cell can also shear; ribs without friction do so to one of the two sides.
-        relaxation: ``dry``, ``wet`` or ``full``: the state of a knit that was let go off the needles with friction
-            (``off_needles``); width and height are then free. Or ``frictionless``. By default a knit that
-            ``relax_cell=True`` lets find its size is dry, and all else is without friction: weaves, given sizes,
-            blocking and a ``RelaxCell``.
-        friction: coefficient of friction between the yarns of a knit that is let go; ``YARN_FRICTION`` where not
-            given.
         shaken: number of shaken starts that relax too. The report then has ``shaken``, ``shaken_at_rest``, how many of
             them came to rest, and ``size_spread``: the differences of the largest and the smallest width and height of
             all starts at rest, over their means, None where none of them is.
@@ -128,7 +121,7 @@ def swatch(
             the default, and the report says what they chose (``budget.plan``).
         progress: called about every half second with the stage, its completed part and a line of text; by default a
             line shows them on a terminal or in a notebook, and False shows nothing.
-        options: fields of ``SwatchOptions``.
+        options: fields of ``SwatchOptions``: yarn, loops, size, and the relaxation of a knit.
 
     Raises:
         FileError: the file cannot be read.
@@ -140,27 +133,17 @@ def swatch(
     with limited_to(limit_of(budget)):
         plan = None
         if budget is not None:
-            plan = plan_swatch(pattern, budget, quality, device, relax_cell, relaxation, **options)
-        made = make_swatch(
+            plan = plan_swatch(pattern, budget, quality, device, relax_cell, **options)
+        prepared = prepare_swatch(
             pattern, material=material, quality=quality if plan is None else plan.quality, device=device,
-            relax_cell=relax_cell, relaxation=relaxation, friction=friction, shaken=shaken, run=Run(progress),
-            **options,
+            relax_cell=relax_cell, **options,
         )  # fmt: skip
+        made = relax_shaken(prepared, shaken, Run(progress))
     own = {"seconds": time.perf_counter() - began} | ({} if plan is None else {"budget": plan.report()})
     return replace(made, report=made.report | own)
 
 
-@answered_alone
-def make_swatch(
-    pattern: str | Pattern | Weave, *, shaken: int = 0, run: Run[YarnSet] = QUIET, **given: Any
-) -> Asking[Swatch]:
-    """Prepare and relax one repeat of a pattern; arguments as for ``swatch``, errors too."""
-    prepared = yield from prepare_swatch.asking(pattern, **given)
-    return (yield from relax_shaken.asking(prepared, shaken, run))
-
-
-@answered_alone
-def relax_shaken(prepared: PreparedSwatch, shaken: int, run: Run[YarnSet] = QUIET) -> Asking[Swatch]:
+def relax_shaken(prepared: PreparedSwatch, shaken: int, run: Run[YarnSet] = QUIET) -> Swatch:
     """Relax a prepared repeat and measure it, with the spread of its size over a number of shaken starts.
 
     Raises:
@@ -170,13 +153,11 @@ def relax_shaken(prepared: PreparedSwatch, shaken: int, run: Run[YarnSet] = QUIE
     if shaken < 0:
         raise ParameterError(f"shaken: got {shaken} starts; expected 0 or more")
     check_kept_states("swatch", shaken, prepared.yarns)
-    made = yield from relax_prepared.asking(prepared, prepared.yarns, run)
+    made = relax_prepared(prepared, prepared.yarns, run)
     if not shaken:
         return made
     starts = [shaken_yarns(prepared.yarns, number) for number in range(shaken)]
-    others: list[Swatch | StitchMeshError] = yield Several(
-        [relax_prepared.asking(prepared, start) for start in starts]
-    )
+    others = compute_each([partial(relax_prepared, prepared, start) for start in starts])
     for other in others:
         if isinstance(other, StitchMeshError) and not isinstance(other, SolverError):
             raise other
@@ -205,33 +186,35 @@ def size_spread(swatches: Sequence[Swatch]) -> tuple[float, float]:
     return width, height
 
 
-@answered_alone
-def relax_prepared(prepared: PreparedSwatch, yarns: YarnSet, run: Run[YarnSet] = QUIET) -> Asking[Swatch]:
+def relax_prepared(prepared: PreparedSwatch, yarns: YarnSet, run: Run[YarnSet] = QUIET) -> Swatch:
     """Relax a prepared repeat, starting from the prepared yarns or from the same yarns at other places, and measure it.
 
     Raises:
         ParameterError: the tension of a blocked swatch is too large.
         SolverError: the yarns cannot be relaxed, or a yarn passed through another one.
     """
-    chosen, device = prepared.options, prepared.device
+    chosen = prepared.options
     with tearing(chosen):
         if prepared.release is not None and prepared.fabric is not None:
             needles = needle_size(prepared.fabric, chosen.plain_loop * chosen.gamma)
-            relaxed = yield from let_go.asking(
-                yarns, needles, prepared.release, prepared.similar, prepared.quality, device, prepared.terms, run
-            )
+            relaxed = let_go(
+                yarns, needles, prepared.release, prepared.similar, prepared.quality, prepared.device, prepared.terms,
+                run,
+            )  # fmt: skip
         else:
-            relaxed = yield from relax_along.asking(prepared, yarns, run)
-    own, at_rest = prepared.smallest, CellAtRest.of(prepared, relaxed.yarns)
+            relaxed = relax_along(prepared, yarns, run)
+    own = prepared.smallest
+    at_rest = CellAtRest.of(prepared, relaxed.yarns)
     drawn = prepared.drawn if len(prepared.path) == 1 else sample_evenly(prepared.drawn, relaxed.yarns)
-    yield ask(refuse_pull_through, drawn, relaxed.yarns, device)
+    refuse_pull_through(drawn, relaxed.yarns, prepared.device)
     refuse_tearing(relaxed.report["max_strain"], chosen)
     if own.copies > 1:
         like = prepared.drawn_with(prepared.quality)
-        drawn, relaxed = own.repeated(drawn, like), whole_repeat(relaxed, own, like)
+        drawn = own.repeated(drawn, like)
+        relaxed = whole_repeat(relaxed, own, like)
     result = in_fabric(relaxed.yarns, chosen)
-    measures = yield from swatch_report.asking(
-        result, prepared.fabric, prepared.material, prepared.quality, relaxed.report["energy"], device
+    measures = swatch_report(
+        result, prepared.fabric, prepared.material, prepared.quality, relaxed.report["energy"], prepared.device
     )
     if isinstance(prepared.source, Weave):
         measures |= jam_report(prepared.source, result)

@@ -23,16 +23,17 @@ RELAXATIONS: dict[KnitState, int] = {"frictionless": 1, "dry": 14, "wet": 18, "f
 
 def plan_swatch(
     pattern: str | Pattern | Weave, budget: Budget, quality: str | Quality, device: str | None,
-    relax_cell: bool | RelaxCell, relaxation: KnitState | None, **options: Any,
+    relax_cell: bool | RelaxCell, **options: Any,
 ) -> Plan:  # fmt: skip
     """Return the plan of a swatch for a budget; arguments as for ``swatch``.
 
     Raises:
         StitchMeshError: as for ``swatch``, or a quality beside an error.
     """
-    chosen, source = SwatchOptions(**options), resolve_pattern(pattern)
-    free = has_free_size(relax_cell=relax_cell, relaxation=relaxation, blocked=chosen.blocked)
-    state = state_of_rest(relaxation, relax_cell, chosen, woven=isinstance(source, Weave))
+    chosen = SwatchOptions(**options)
+    source = resolve_pattern(pattern)
+    free = has_free_size(relax_cell=relax_cell, relaxation=chosen.relaxation, blocked=chosen.blocked)
+    state = state_of_rest(relax_cell, chosen, woven=isinstance(source, Weave))
     scene = BudgetScene(
         kind="free cell" if free else "given cell", stitches=stitches_of(source) * chosen.columns * chosen.rows,
         name=source.name if (chosen.columns, chosen.rows) == (1, 1) else "",

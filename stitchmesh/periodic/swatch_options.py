@@ -47,8 +47,8 @@ class SwatchOptions:
     """Options of a swatch.
 
     Raises:
-        ParameterError: a length, the mass, gamma or the tension is not a positive number, or gamma or the longest float
-            is out of bounds.
+        ParameterError: a length, the mass, gamma or the tension is not a positive number, gamma or the longest float
+            is out of bounds, or there is no such relaxation.
     """
 
     yarn_radius: float = YARN_RADIUS
@@ -73,6 +73,12 @@ class SwatchOptions:
     """Number of repeats of the pattern in the cell, side by side."""
     rows: int = 1
     """Number of repeats of the pattern in the cell, one above another."""
+    relaxation: KnitState | None = None
+    """``dry``, ``wet`` or ``full``: the state of a knit that was let go off the needles with friction
+    (``off_needles``); width and height are then free. Or ``frictionless``. By default a knit that ``relax_cell=True``
+    lets find its size is dry, and all else is without friction: weaves, given sizes, blocking and a ``RelaxCell``."""
+    friction: float | None = None
+    """Coefficient of friction between the yarns of a knit that is let go; ``YARN_FRICTION`` where not given."""
     unsupported: bool = False
     """Whether a repeat whose size relaxes lies on nothing; by default it lies between two planes (``support``)."""
     blocked: float | None = None
@@ -93,6 +99,8 @@ class SwatchOptions:
             raise ParameterError(f"gamma: got {self.gamma}; expected {GAMMAS[0]:g} to {GAMMAS[1]:g}")
         if self.blocked is not None and not (np.isfinite(self.blocked) and self.blocked > 0.0):
             raise ParameterError(f"blocked: got {self.blocked} dyn/cm; expected a positive tension")
+        if self.relaxation not in (None, *get_args(KnitState)):
+            raise ParameterError(f"relaxation: got {self.relaxation!r}; expected dry, wet, full or frictionless")
         if self.longest_float < 0:
             raise ParameterError(f"longest float: got {self.longest_float} stitches; expected 0 or more")
         if self.rest_lengths.loop_length is not None:

@@ -2,8 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Many swatches, as in a sweep over patterns, materials and options.
 
-How one swatch is made is written once (``swatch.make_swatch``). Its relaxations and examinations are done together with
-those of the other swatches (``compute.asking_together``), in batches of cells (``yarnrelax.together.relax_together``).
+Each swatch is made by the same functions as one alone. On a GPU a launch costs more than the work of a small cell.
+There all swatches wait at their relaxations and examinations, and these are done for all of them together
+(``compute.work_together``), in batches of cells (``yarnrelax.together.relax_together``). On a CPU a launch costs
+little, and the cells of a batch that are at rest would wait for the others: swatches are made one after another.
 """
 
 from __future__ import annotations
@@ -11,14 +13,16 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field, replace
+from functools import partial
 from typing import Any, Literal
 
-from stitchmesh.compute.asking import Asking
-from stitchmesh.compute.asking_together import answer_together
+from stitchmesh.compute.device import device_named
+from stitchmesh.compute.shared_work import compute_each
+from stitchmesh.compute.work_together import done_together
 from stitchmesh.errors import StitchMeshError
 from stitchmesh.patterns import Pattern
-from stitchmesh.periodic.swatch import Swatch, make_swatch
-from stitchmesh.periodic.swatch_options import KnitState
+from stitchmesh.periodic.relaxation.prepared_swatch import prepare_swatch
+from stitchmesh.periodic.swatch import Swatch, relax_shaken
 from stitchmesh.periodic.weave.weave import Weave
 from stitchmesh.progress import Progress, shown_progress
 from stitchmesh.quality import DEFAULT_QUALITY, Quality
@@ -42,10 +46,6 @@ class SwatchRequest:
     """A preset or a ``Quality``."""
     relax_cell: bool | RelaxCell = False
     """Whether the width and height of the repeat are relaxed, or the degrees of freedom of a cell."""
-    relaxation: KnitState | None = None
-    """State of a knit that was let go off the needles with friction, or ``frictionless``; None as for ``swatch``."""
-    friction: float | None = None
-    """Coefficient of friction between the yarns of a knit that is let go."""
     shaken: int = 0
     """Number of shaken starts that relax too, for the spread of the size."""
     options: Mapping[str, Any] = field(default_factory=dict)
@@ -58,13 +58,13 @@ def relax_swatches(
     device: str | None = None,
     progress: SwatchProgress | Literal[False] | None = None,
 ) -> list[Swatch | StitchMeshError]:
-    """Make swatches together, each as ``swatch`` makes it.
+    """Make many swatches, each as ``swatch`` makes it: on a GPU together, on a CPU one after another.
 
-    On a GPU a launch costs more than the work of a small cell, so hundreds of swatches take little longer than one.
-    Each has the state of ``swatch`` within the tolerance, but with other roundings: cells of a batch share candidate
-    lists and Newton steps. The bits of a result depend on all requests of the call and on the device; the same call
-    gives the same bits. In the reports, ``seconds`` is the time since the begin of the call, and ``solver_seconds``
-    counts the batches in which a swatch took part.
+    Together, hundreds of swatches take little longer than one. Each has the state of ``swatch`` within the tolerance,
+    but with other roundings: cells of a batch share candidate lists and Newton steps. The bits of a result then depend
+    on all requests of the call; the same call gives the same bits. On a CPU they are those of ``swatch``. In the
+    reports, ``seconds`` is the time from the begin of a swatch to its end, and ``solver_seconds`` counts the batches in
+    which it took part.
 
     Args:
         requests: the swatches.
@@ -76,16 +76,34 @@ def relax_swatches(
     Returns:
         The swatches in the order of the requests; in place of one that cannot be made, the error that ``swatch``
         raises.
+
+    Raises:
+        ParameterError: there is no such device.
     """
-    began = time.perf_counter()
     with shown_progress(progress, _report_swatches) as report:
-        computations = [_making(request, device, began) for request in requests]
+        computations = [partial(_make, request, device) for request in requests]
 
         def on_done(done: int) -> None:
             if report is not None:
                 report(done, len(requests))
 
-        return answer_together(computations, ways_together(), on_done)
+        return (_together if device_named(device).is_cuda else _in_turn)(computations, on_done)
+
+
+def _together(
+    computations: Sequence[Callable[[], Swatch]], on_done: Callable[[int], None]
+) -> list[Swatch | StitchMeshError]:  # fmt: skip
+    return done_together(computations, ways_together(), on_done)
+
+
+def _in_turn(
+    computations: Sequence[Callable[[], Swatch]], on_done: Callable[[int], None]
+) -> list[Swatch | StitchMeshError]:  # fmt: skip
+    made = list[Swatch | StitchMeshError]()
+    for computation in computations:
+        made += compute_each([computation])
+        on_done(len(made))
+    return made
 
 
 def _report_swatches(progress: Progress) -> SwatchProgress:
@@ -93,11 +111,12 @@ def _report_swatches(progress: Progress) -> SwatchProgress:
     return lambda done, count: progress("swatches", done / count, f"{done} of {count}")
 
 
-def _making(request: SwatchRequest, device: str | None, began: float) -> Asking[Swatch]:
-    """Make a swatch; its report says how long this took with all other swatches."""
-    made = yield from make_swatch.asking(
+def _make(request: SwatchRequest, device: str | None) -> Swatch:
+    """Make a swatch; its report says how long this took, with what was done for others meanwhile."""
+    began = time.perf_counter()
+    prepared = prepare_swatch(
         request.pattern, material=request.material, quality=request.quality, device=device,
-        relax_cell=request.relax_cell, relaxation=request.relaxation, friction=request.friction,
-        shaken=request.shaken, **request.options,
+        relax_cell=request.relax_cell, **request.options,
     )  # fmt: skip
+    made = relax_shaken(prepared, request.shaken)
     return replace(made, report=made.report | {"seconds": time.perf_counter() - began})

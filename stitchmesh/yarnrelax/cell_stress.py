@@ -31,6 +31,7 @@ from numpy.typing import NDArray
 
 from stitchmesh.compute.device import alone
 from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.shared_work import shared
 from stitchmesh.errors import ParameterError
 from stitchmesh.lattice import lattice_frame
 from stitchmesh.yarn import YarnSet
@@ -132,6 +133,7 @@ def contact_shares(
         shares[k, p] = share[k]
 
 
+@shared
 @alone()
 def cell_stress(
     yarns: YarnSet,

@@ -23,6 +23,7 @@ import warp as wp
 from numpy.typing import NDArray
 
 from stitchmesh.compute.device import alone, device_named
+from stitchmesh.compute.shared_work import shared
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.lattice import Lattice
 from stitchmesh.quality import Quality
@@ -95,6 +96,7 @@ class StepAtRest:
         return sum(energy for name, energy in self.energies.items() if name not in ("friction", "tension"))
 
 
+@shared
 @alone()
 def relax_through_steps(
     yarns: YarnSet,

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from stitchmesh.compute.device import alone, device_named
+from stitchmesh.compute.shared_work import shared
 from stitchmesh.errors import ParameterError, check_kind
 from stitchmesh.memory_need import check_relaxation_memory
 from stitchmesh.mesh import FloatArray, StitchMesh
@@ -35,6 +36,7 @@ from stitchmesh.yarnrelax.solvers.cell_strain import RelaxCell
 logger = logging.getLogger(__name__)
 
 
+@shared
 @alone()
 def relax_yarns(
     yarns: YarnSet,

@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from stitchmesh.compute.device import alone, device_named
+from stitchmesh.compute.shared_work import shared
 from stitchmesh.quality import Quality
 from stitchmesh.time_limit import without_limit
 from stitchmesh.yarn import YarnSet
@@ -17,6 +18,7 @@ from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.cell_strain import RelaxCell
 
 
+@shared
 @alone()
 def relax_partly(
     yarns: YarnSet, *, material: YarnMaterial, quality: Quality, iterations: int, device: str | None = None,

@@ -12,20 +12,24 @@ import pytest
 
 import stitchmesh as sm
 from stitchmesh.errors import FileError, ParameterError
+from stitchmesh.periodic import swatches
 from stitchmesh.yarnrelax import YarnMaterial
+from stitchmesh.yarnrelax.together import relax_together
+from stitchmesh.yarnrelax.together.cell_batch import CellBatch
 
-DRAFT: dict[str, Any] = {"quality": "draft", "relax_cell": True, "relaxation": "frictionless"}
+DRAFT: dict[str, Any] = {"quality": "draft", "relax_cell": True}
+STATE = {"relaxation": "frictionless"}
 FREE = [
-    sm.SwatchRequest("stockinette", **DRAFT),
-    sm.SwatchRequest("stockinette", material=YarnMaterial.named("leaf"), **DRAFT, options={"gamma": 1.1}),
-    sm.SwatchRequest("plain", **DRAFT),
+    sm.SwatchRequest("stockinette", **DRAFT, options=STATE),
+    sm.SwatchRequest("stockinette", material=YarnMaterial.named("leaf"), **DRAFT, options=STATE | {"gamma": 1.1}),
+    sm.SwatchRequest("plain", **DRAFT, options=STATE),
 ]
 
 
 def alone(request: sm.SwatchRequest) -> sm.Swatch:
     return sm.swatch(
         request.pattern, material=request.material, quality=request.quality, relax_cell=request.relax_cell,
-        relaxation=request.relaxation, friction=request.friction, device="cpu", progress=False, **request.options,
+        device="cpu", progress=False, **request.options,
     )  # fmt: skip
 
 
@@ -34,7 +38,22 @@ def points_of(made: object) -> np.ndarray:
     return made.yarns.points
 
 
-def test_swatches_are_those_of_swatch() -> None:
+@pytest.fixture
+def together(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let swatches be made together on the CPU too, as on a GPU."""
+    monkeypatch.setattr(swatches, "_in_turn", swatches._together)
+
+
+@pytest.mark.usefixtures("together")
+def test_swatches_are_those_of_swatch(monkeypatch: pytest.MonkeyPatch) -> None:
+    cells = list[int]()
+    relax_batch = relax_together.relax_batch
+
+    def counted(batch: CellBatch, *others: Any, **named: Any) -> Any:
+        cells.append(len(batch.given))
+        return relax_batch(batch, *others, **named)
+
+    monkeypatch.setattr(relax_together, "relax_batch", counted)
     for request, made in zip(FREE[:2], sm.relax_swatches(FREE[:2], device="cpu", progress=False), strict=True):
         one = alone(request)
         assert isinstance(made, sm.Swatch) and made.report.keys() == one.report.keys()
@@ -45,9 +64,10 @@ def test_swatches_are_those_of_swatch() -> None:
         for name in ("width", "height", "thickness"):
             # a tenth of what draft promises, as for noise on the yarns (test_lowest_rest)
             assert made.report[name] == pytest.approx(one.report[name], rel=5e-3)
+    assert {2, 8} <= set(cells), "both swatches, and all their displaced starts, are relaxed in one batch each"
 
 
-@pytest.mark.usefixtures("first_state")
+@pytest.mark.usefixtures("first_state", "together")
 def test_the_same_requests_give_the_same_bits_and_a_single_one_those_of_swatch() -> None:
     one, other = (sm.relax_swatches(FREE, device="cpu", progress=False) for _ in range(2))
     for first, second in zip(one, other, strict=True):
@@ -56,7 +76,10 @@ def test_the_same_requests_give_the_same_bits_and_a_single_one_those_of_swatch()
     np.testing.assert_array_equal(points_of(single[0]), alone(FREE[0]).yarns.points)
 
 
-def test_an_error_is_in_the_place_of_a_swatch_that_cannot_be_made() -> None:
+@pytest.mark.parametrize("way", ["together", "in turn"])
+def test_an_error_is_in_the_place_of_a_swatch_that_cannot_be_made(way: str, request: pytest.FixtureRequest) -> None:
+    if way == "together":
+        request.getfixturevalue("together")
     requests = [
         sm.SwatchRequest("stockinette", quality="draft"),
         sm.SwatchRequest("stockinette", quality="draft", options={"gamma": -1.0}),

@@ -13,12 +13,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from stitchmesh.compute.asking import ask
+from stitchmesh.compute.shared_work import Call
 from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.io.checkpoint_file import CheckpointFile, read_checkpoint, write_checkpoint
 from stitchmesh.periodic.relaxation.continuation import size_of
 from stitchmesh.quality import PRESETS
-from stitchmesh.run import Checkpoints, Run
+from stitchmesh.run import QUIET, Checkpoints, Run
 from stitchmesh.time_limit import TimeLimit, limited_to
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import RelaxCell, observer
@@ -26,7 +26,7 @@ from stitchmesh.yarnrelax.cell_stress import cell_stress
 from stitchmesh.yarnrelax.friction.friction import Friction
 from stitchmesh.yarnrelax.load_steps import LoadStep, StepAtRest, relax_through_steps
 from stitchmesh.yarnrelax.model.material import YarnMaterial
-from stitchmesh.yarnrelax.together.steps_together import relax_group_through_steps
+from stitchmesh.yarnrelax.together.steps_together import group_of_steps, relax_group_through_steps
 from tests.yarnrelax.stockinette import periodic_patch
 
 YARNS = periodic_patch(1, 1)
@@ -131,12 +131,15 @@ def test_cells_that_are_loaded_together_come_to_the_sizes_that_they_have_alone()
     """Each goes on by itself, until friction changes; steps differ by what is left at rest, a thousandth in both."""
     quality = replace(PRESETS["draft"], tolerance=1e-3, largest_change=1e-3)
     wider = [replace(step, course=30.0 * step.wale) for step in STEPS]
-    asks = [
-        ask(relax_through_steps, YARNS, steps, friction=Friction(0.2), material=YarnMaterial.named(),
-            quality=quality, cell=RelaxCell(shear=False), device="cpu")
+    calls = [
+        Call.of(
+            relax_through_steps, YARNS, steps, friction=Friction(0.2), material=YarnMaterial.named(),
+            quality=quality, cell=RelaxCell(shear=False), device="cpu", run=QUIET,
+        )
         for steps in (STEPS, wider)
     ]  # fmt: skip
-    for together, steps in zip(relax_group_through_steps(asks), (STEPS, wider), strict=True):
+    assert group_of_steps(calls[0], 0) == group_of_steps(calls[1], 1)
+    for together, steps in zip(relax_group_through_steps(calls), (STEPS, wider), strict=True):
         assert isinstance(together, list)
         for one, other in zip(together, relaxed(steps=steps, quality=quality), strict=True):
             assert one.converged and other.converged

@@ -17,6 +17,7 @@ from __future__ import annotations
 import logging
 import time
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +27,7 @@ import stitchmesh as sm
 from benchmarks.json_lines import append
 from benchmarks.measures.rest.true_rest import PROMISE
 from benchmarks.table import Rows
-from stitchmesh.compute.asking_together import answer_together
+from stitchmesh.compute.work_together import done_together
 from stitchmesh.periodic.relaxation import lowest_rest
 from stitchmesh.periodic.relaxation.continuation import size_of
 from stitchmesh.periodic.relaxation.prepared_swatch import PreparedSwatch, prepare_swatch
@@ -76,10 +77,10 @@ def measured(cases: list[tuple[str, float]], given: Options) -> list[dict[str, A
     """The sizes of all starts of some cases; None for one that does not come to rest."""
     prepared = [preparation(pattern, loop, given) for pattern, loop in cases]
     computations = [
-        relax_prepared.asking(each, each.yarns if number < 0 else shaken_yarns(each.yarns, number))
+        partial(relax_prepared, each, each.yarns if number < 0 else shaken_yarns(each.yarns, number))
         for each in prepared for number in range(-1, given.starts)
     ]  # fmt: skip
-    made = iter(answer_together(computations, ways_together()))
+    made = iter(done_together(computations, ways_together()))
     rows = []
     for (pattern, loop), own in zip(cases, prepared, strict=True):
         swatches = [next(made) for _start in range(given.starts + 1)]

@@ -8,7 +8,7 @@
 
 `make` runs whole commands on the CPU: the sweater of `make knit`; a hat with rope cables, knitted in a spiral; two
 meshes whose rows are found; six swatches, of which two have a relaxed cell and one is woven; eight swatches in one
-batch; a glove that is relaxed in two parts with a checkpoint between them; a hat that is edited and relaxed again;
+call; a glove that is relaxed in two parts with a checkpoint between them; a hat that is edited and relaxed again;
 and three scenes of cloth and yarns. `compare` compares every array of every HDF5 file that the commands wrote. The
 linear algebra runs on one thread and with one set of instructions, so that the processor cannot change the results
 between the two runs.
@@ -54,7 +54,7 @@ requests = [sm.SwatchRequest(name, quality="draft", relax_cell=name != "plain") 
 for name, swatch in zip(names, sm.relax_swatches(requests, device="cpu", progress=False), strict=True):
     sm.write_yarns(Path(sys.argv[1]) / f"batch-{name}.h5", swatch.yarns)
 """
-"""A program that makes eight swatches in one batch: seven knits whose cells relax, and a weave."""
+"""A program that makes eight swatches in one call: seven knits whose cells relax, and a weave."""
 EDIT = {"edit": "change_stitch", "arguments": {"faces": [700, 702, 704], "stitch": "p"}}
 """The edit of the README."""
 

@@ -84,7 +84,7 @@ def request_of(
 ) -> sm.SwatchRequest:
     """A free swatch of a pattern, where it is a knit in a state."""
     state = None if name in sm.weave_names() else relaxation
-    return sm.SwatchRequest(name, relax_cell=True, quality=quality, relaxation=state, options=options)
+    return sm.SwatchRequest(name, relax_cell=True, quality=quality, options=options | {"relaxation": state})
 
 
 def raised(made: sm.Swatch | sm.StitchMeshError) -> sm.Swatch:

@@ -49,8 +49,8 @@ def variants(count: int, quality: str) -> list[sm.SwatchRequest]:
     grid = list(itertools.product(PATTERNS, LOOPS.tolist(), MATERIALS))
     return [
         sm.SwatchRequest(
-            pattern, material=YarnMaterial.named(material), quality=quality, relax_cell=True, relaxation="frictionless",
-            options={"loop_length": loop * DIAMETER},
+            pattern, material=YarnMaterial.named(material), quality=quality, relax_cell=True,
+            options={"relaxation": "frictionless", "loop_length": loop * DIAMETER},
         )
         for pattern, loop, material in (grid[number] for number in evenly(len(grid), count))
     ]  # fmt: skip
@@ -66,7 +66,7 @@ def alone(request: sm.SwatchRequest, device: str) -> sm.Swatch | StitchMeshError
     try:
         return sm.swatch(
             request.pattern, material=request.material, quality=request.quality, relax_cell=request.relax_cell,
-            relaxation=request.relaxation, device=device, progress=False, **request.options,
+            device=device, progress=False, **request.options,
         )  # fmt: skip
     except StitchMeshError as error:
         return error

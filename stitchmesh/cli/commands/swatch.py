@@ -155,7 +155,7 @@ class Swatch:
         options = SwatchOptions(
             **self.fabric.options(woven=woven, drawn_radius=self.drawn_radius),
             rest_lengths=parse_rest_lengths(self.rest_length), period=self.period,
-            unsupported=self.unsupported, blocked=self.blocked,
+            relaxation=self.relaxation, friction=self.friction, unsupported=self.unsupported, blocked=self.blocked,
         )  # fmt: skip
         self._check_memory(source, options, tiles, pixels)
         if self.explore is not None:
@@ -203,14 +203,13 @@ class Swatch:
         if self.budget.budget() is not None:
             raise ParameterError("explore: got --within or --error beside it; each start runs to rest; leave one out")
         quality, starts = self._quality, self.explore
-        given = {name: getattr(options, name) for name in options.__dataclass_fields__}
+        options = replace(options, relaxation=options.relaxation or "frictionless")
         with output_folder(self.output, RESTS) as folder, show_progress() as progress:
             found = explore(
                 source, starts, material=self.material.yarn_material(options.yarn_radius, options.mass_per_length),
                 quality=quality, device=self.device, progress=False,
-                relaxation=self.relaxation or "frictionless", friction=self.friction,
                 on_start=lambda start: progress("yarnrelax", start / (starts + 1), f"start {start} of {starts}"),
-                **given,
+                **vars(options),
             )  # fmt: skip
             head = {"pattern": self.pattern, "name": source.name, "quality": self._name, "version": __version__}
             report = head | exploration_report(found)
@@ -311,18 +310,17 @@ class Swatch:
         from stitchmesh.progress import with_work_after
 
         material = self.material.yarn_material(options.yarn_radius, options.mass_per_length)
-        given = {name: getattr(options, name) for name in options.__dataclass_fields__}
         return swatch(
             source, material=material, quality=self._quality, device=self.device, relax_cell=self.relax_cell,
-            relaxation=self.relaxation, friction=self.friction, shaken=self.shaken, budget=budget,
-            progress=progress if self.no_picture else with_work_after(progress, START_OF_RENDERER), **given,
+            shaken=self.shaken, budget=budget,
+            progress=progress if self.no_picture else with_work_after(progress, START_OF_RENDERER), **vars(options),
         )  # fmt: skip
 
     def _report(self, source: Pattern | Weave, options: SwatchOptions, made: RelaxedSwatch) -> dict[str, Any]:
         """Return the report: the pattern, the options, the version, and the figures of the swatch."""
         yarn = {"material": self.material.material, "stiffness": self.material.section().values()}
         name = chosen_setting(made.report) or self._name
-        asked = {"quality": name, **yarn, "relax_cell": self.relax_cell, "relaxation": self.relaxation}
+        asked = {"quality": name, **yarn, "relax_cell": self.relax_cell}
         head = {"pattern": self.pattern, "name": source.name, "source": source.source, "version": __version__}
         return head | {"options": asked | asdict(options)} | made.report
 

@@ -40,6 +40,8 @@ OF_THE_MACHINE = {errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EIO, errno.ESTA
 """Errors of the operating system that are no fault of a job, such as a full disk."""
 PICTURE_COLOURS = 64
 """Colours of a picture: a page may hold thousands of them, and a yarn in light and shade has few."""
+NOT_STRETCHED = ("period", "blocked", "relaxation", "friction")
+"""Options of a swatch that a stretch test does not take: it begins at the free cell without friction."""
 WAIT_SECONDS = 1.0
 """Time between two looks at the folder of a garment on which another process still works [s]."""
 
@@ -88,14 +90,12 @@ def _relaxed(task: Task, folder: Path) -> list[Swatch | str]:
 
     asked = [_request_or_fault(one, folder) for one in task.jobs]
     requests = [one for one in asked if not isinstance(one, str)]
-    groups = [requests] if task.needs_gpu else [[one] for one in requests]
     try:
-        together = [relax_swatches(group, device=task.jobs[0].job.device, progress=False) for group in groups]
+        made = iter(relax_swatches(requests, device=task.jobs[0].job.device, progress=False))
     except Exception as error:
         if len(task.jobs) == 1:
             return [_fault_of(error, task.jobs[0], folder)]
         return [one for alone in task.alone() for one in _relaxed(alone, folder)]
-    made = iter(one for group in together for one in group)
     found = [one if isinstance(one, str) else next(made) for one in asked]
     return [_text_of(one) if isinstance(one, StitchMeshError) else one for one in found]
 
@@ -119,8 +119,7 @@ def _request(job: Job) -> SwatchRequest:
     assert table is not None
     return SwatchRequest(
         table.pattern, material=table.yarn_material(), quality=table.quality(job.quality or DEFAULT_QUALITY),
-        relax_cell=table.relax_cell, relaxation=table.relaxation, friction=table.friction,
-        shaken=table.shaken, options=vars(table.options()),
+        relax_cell=table.relax_cell, shaken=table.shaken, options=vars(table.options()),
     )  # fmt: skip
 
 
@@ -177,7 +176,7 @@ def _stretched(job: Job, measure: StretchMeasure) -> Row:
     from stitchmesh.periodic.stretch import stretch_test
 
     assert job.swatch is not None
-    options = {name: value for name, value in vars(job.swatch.options()).items() if name not in ("period", "blocked")}
+    options = {name: value for name, value in vars(job.swatch.options()).items() if name not in NOT_STRETCHED}
     table = job.swatch
     course, wale = (measure.strains if measure.direction == name else None for name in ("course", "wale"))
     curve = stretch_test(

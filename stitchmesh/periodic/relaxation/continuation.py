@@ -15,7 +15,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from stitchmesh.compute.asking import Asking, answered_alone, ask
 from stitchmesh.errors import SolverError
 from stitchmesh.lattice import Lattice, lattice_frame
 from stitchmesh.mesh import FloatArray
@@ -42,10 +41,9 @@ TOO_STRETCHED = (
 )
 
 
-@answered_alone
 def change_radius(
     yarns: YarnSet, factor: float, material: YarnMaterial, quality: Quality, device: str | None = None
-) -> Asking[YarnSet]:
+) -> YarnSet:
     """Multiply the radius of yarns by a factor: in one step if the radius becomes smaller, otherwise in several steps.
 
     Args:
@@ -61,18 +59,17 @@ def change_radius(
     steps = _steps(factor, GROWTH) if factor > 1.0 else [factor]
     for step in steps:
         if len(steps) > 1:
-            yarns = yield from _relax_between_steps(yarns, material, quality, device, TOO_THICK)
+            yarns = _relax_between_steps(yarns, material, quality, device, TOO_THICK)
         yarns = yarns.with_radius(yarns.radius * step)
     if len(steps) == 1:
         return yarns
-    return (yield from _relax_between_steps(yarns, material, quality, device, TOO_THICK))
+    return _relax_between_steps(yarns, material, quality, device, TOO_THICK)
 
 
-@answered_alone
 def change_rest_length(
     yarns: YarnSet, rest_length: FloatArray, material: YarnMaterial, quality: Quality, device: str | None = None,
     cell: RelaxCell | None = None, terms: Sequence[TermChoice] = (),
-) -> Asking[YarnSet]:  # fmt: skip
+) -> YarnSet:  # fmt: skip
     """Change the rest lengths of yarns in steps.
 
     Args:
@@ -94,14 +91,13 @@ def change_rest_length(
     count = max(len(_steps(factor, LENGTHENING)) for factor in (float(ratio.min()), float(ratio.max())))
     for number in range(count + 1):
         yarns = replace(yarns, rest_length=first * ratio ** (number / count))
-        yarns = yield from _relax_between_steps(yarns, material, quality, device, TOO_SHORT, cell, terms)
+        yarns = _relax_between_steps(yarns, material, quality, device, TOO_SHORT, cell, terms)
     return replace(yarns, rest_length=rest_length)
 
 
-@answered_alone
 def change_period(
     yarns: YarnSet, size: Sequence[float | None], material: YarnMaterial, quality: Quality, device: str | None = None
-) -> Asking[YarnSet]:
+) -> YarnSet:
     """Change the periods of yarns on a lattice in steps.
 
     Args:
@@ -120,11 +116,11 @@ def change_period(
     step = [factor ** (1.0 / count) for factor in factors]
     for number in range(count if factors != [1.0, 1.0] else 0):
         if number:
-            yarns = yield from _relax_between_steps(yarns, material, quality, device, TOO_STRETCHED)
+            yarns = _relax_between_steps(yarns, material, quality, device, TOO_STRETCHED)
         yarns = stretch_cell(yarns, *step)
     if count == 1:
         return yarns
-    return (yield from _relax_between_steps(yarns, material, quality, device, TOO_STRETCHED))
+    return _relax_between_steps(yarns, material, quality, device, TOO_STRETCHED)
 
 
 def stretch_cell(yarns: YarnSet, along: float, across: float) -> YarnSet:
@@ -150,17 +146,15 @@ def _steps(factor: float, largest: float) -> list[float]:
 def _relax_between_steps(
     yarns: YarnSet, material: YarnMaterial, quality: Quality, device: str | None, reason: str,
     cell: RelaxCell | None = None, terms: Sequence[TermChoice] = (),
-) -> Asking[YarnSet]:  # fmt: skip
+) -> YarnSet:  # fmt: skip
     """Relax yarns for the iterations between two steps.
 
     If the yarns cannot be separated, the error gives ``reason``: the change of this step is too large, because the
     yarns were separated before it.
     """
     try:
-        relaxed: YarnSet = yield ask(
-            relax_partly, yarns, material=material, quality=quality, device=device, iterations=ITERATIONS, cell=cell,
-            terms=terms,
-        )  # fmt: skip
+        return relax_partly(
+            yarns, material=material, quality=quality, device=device, iterations=ITERATIONS, cell=cell, terms=terms
+        )
     except SolverError as error:
         raise SolverError(f"{str(error).partition(':')[0]}: {reason}") from error
-    return relaxed

@@ -19,10 +19,11 @@ import logging
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
-from stitchmesh.compute.asking import Asking, Several, answered_alone, ask
+from stitchmesh.compute.shared_work import compute_each
 from stitchmesh.errors import SolverError, StitchMeshError
 from stitchmesh.periodic.relaxation.perturbation import perturb
 from stitchmesh.periodic.relaxation.prepared_swatch import PreparedSwatch
@@ -41,14 +42,13 @@ KICKS = 3
 BETWEEN = 20
 """Iterations between two displacements."""
 
-Relax = Callable[[YarnSet, int], Asking[Relaxation]]
+Relax = Callable[[YarnSet, int], Relaxation]
 """A relaxation of yarns, after a number of iterations that count for a limit of all of them."""
 
 logger = logging.getLogger(__name__)
 
 
-@answered_alone
-def lowest_rest(prepared: PreparedSwatch, yarns: YarnSet, relax: Relax) -> Asking[Relaxation]:
+def lowest_rest(prepared: PreparedSwatch, yarns: YarnSet, relax: Relax) -> Relaxation:
     """Relax yarns, and displaced starts too if the repeat has states; return the way to the lowest state.
 
     The report has ``starts``, the number of starts that came to rest, and the iterations and seconds of all of them,
@@ -64,11 +64,11 @@ def lowest_rest(prepared: PreparedSwatch, yarns: YarnSet, relax: Relax) -> Askin
     Raises:
         SolverError: the yarns cannot be relaxed.
     """
-    last = yield from relax(yarns, 0)
+    last = relax(yarns, 0)
     found = [last]
     for some in _independent_starts(prepared) if prepared.has_states and last.report["converged"] else ():
         done = last.report["iterations"]
-        others = yield Several([_from_start(prepared, yarns, number, relax, done) for number in some])
+        others = compute_each([partial(_from_start, prepared, yarns, number, relax, done) for number in some])
         for number, other in zip(some, others, strict=True):
             if isinstance(other, SolverError):
                 logger.debug("start %d of the search for the lowest state: %s", number + 1, other)
@@ -84,8 +84,7 @@ def lowest_rest(prepared: PreparedSwatch, yarns: YarnSet, relax: Relax) -> Askin
     return replace(kept, report=kept.report | spent | {"starts": len(rested)})
 
 
-@answered_alone
-def perturbed_start(prepared: PreparedSwatch, yarns: YarnSet, random: np.random.Generator) -> Asking[YarnSet]:
+def perturbed_start(prepared: PreparedSwatch, yarns: YarnSet, random: np.random.Generator) -> YarnSet:
     """Return yarns of a prepared repeat after ``KICKS`` equal displacements, separated after each of them.
 
     Raises:
@@ -95,10 +94,9 @@ def perturbed_start(prepared: PreparedSwatch, yarns: YarnSet, random: np.random.
     state = random.bit_generator.state
     for _kick in range(KICKS):
         random.bit_generator.state = state
-        yarns = yield ask(
-            relax_partly, perturb(yarns, random, prepared.cell.free), material=prepared.similar,
-            quality=prepared.path[0], iterations=BETWEEN, device=prepared.device, cell=prepared.cell,
-            terms=prepared.terms,
+        yarns = relax_partly(
+            perturb(yarns, random, prepared.cell.free), material=prepared.similar, quality=prepared.path[0],
+            iterations=BETWEEN, device=prepared.device, cell=prepared.cell, terms=prepared.terms,
         )  # fmt: skip
     return yarns
 
@@ -112,7 +110,7 @@ def _independent_starts(prepared: PreparedSwatch) -> list[range]:
 
 def _from_start(
     prepared: PreparedSwatch, yarns: YarnSet, number: int, relax: Relax, done: int
-) -> Asking[Relaxation | None]:  # fmt: skip
+) -> Relaxation | None:  # fmt: skip
     """Relax from a displaced start; None where no time is left for it.
 
     Raises:
@@ -120,7 +118,7 @@ def _from_start(
     """
     if seconds_left() <= 0.0:
         return None
-    start = yield from perturbed_start.asking(prepared, yarns, np.random.default_rng(number))
-    other = yield from relax(start, done)
-    yield ask(refuse_pull_through, prepared.drawn, other.yarns, prepared.device)
+    start = perturbed_start(prepared, yarns, np.random.default_rng(number))
+    other = relax(start, done)
+    refuse_pull_through(prepared.drawn, other.yarns, prepared.device)
     return other

@@ -27,11 +27,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
-from typing import Any, get_args
+from typing import Any
 
 import numpy as np
 
-from stitchmesh.compute.asking import Ask, Asking, answered_alone, ask
 from stitchmesh.errors import ParameterError, SolverError
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.periodic.relaxation.continuation import change_period
@@ -79,45 +78,34 @@ class Release:
     """Which changes the periods are free to make; without loads."""
 
 
-def state_of_rest(
-    state: KnitState | None, relax_cell: bool | RelaxCell, options: SwatchOptions, *, woven: bool
-) -> KnitState:
+def state_of_rest(relax_cell: bool | RelaxCell, options: SwatchOptions, *, woven: bool) -> KnitState:
     """Return the state that is meant: dry for a knit whose size is free, and without friction for everything else.
 
     A given size, a tension of blocking and the loads of a ``RelaxCell`` are reached without friction, and a weave comes
     off no needles.
 
     Args:
-        state: the state that is asked for; None where none is.
         relax_cell: as for ``swatch``.
         options: options of the swatch.
         woven: whether it is a weave.
-
-    Raises:
-        ParameterError: there is no such state.
     """
-    if state is not None:
-        if state not in get_args(KnitState):
-            raise ParameterError(f"relaxation: got {state!r}; expected dry, wet, full or frictionless")
-        return state
+    if options.relaxation is not None:
+        return options.relaxation
     lies_free = relax_cell is True and options.period == (None, None) and options.blocked is None
     return "dry" if lies_free and not woven else "frictionless"
 
 
-def chosen_release(
-    state: KnitState | None, friction: float | None, relax_cell: bool | RelaxCell, options: SwatchOptions, *,
-    woven: bool,
-) -> Release | None:  # fmt: skip
+def chosen_release(relax_cell: bool | RelaxCell, options: SwatchOptions, *, woven: bool) -> Release | None:
     """Check the choice of a relaxation; None without friction. Arguments as for ``state_of_rest``.
 
     Raises:
-        ParameterError: an unknown state, a state of knits for a weave, a coefficient without friction or that no yarn
-            has, or sizes or loads beside a state.
+        ParameterError: a state of knits for a weave, a coefficient without friction or that no yarn has, or sizes or
+            loads beside a state.
     """
-    meant = state_of_rest(state, relax_cell, options, woven=woven)
+    meant = state_of_rest(relax_cell, options, woven=woven)
     if meant == "frictionless":
-        if friction is not None:
-            found = f"friction: got {friction:g} for a swatch that relaxes without it"
+        if options.friction is not None:
+            found = f"friction: got {options.friction:g} for a swatch that relaxes without it"
             raise ParameterError(f"{found}; add a relaxation: dry, wet or full")
         return None
     if woven:
@@ -127,7 +115,7 @@ def chosen_release(
     cell = relax_cell if isinstance(relax_cell, RelaxCell) else RelaxCell(shear=False)
     if (cell.course, cell.wale) != (0.0, 0.0):
         raise ParameterError("relaxation: got a load or a held size beside it; a knit off the needles has neither")
-    mu = YARN_FRICTION if friction is None else friction
+    mu = YARN_FRICTION if options.friction is None else options.friction
     Friction(mu)
     return Release(meant, mu, cell)
 
@@ -139,7 +127,6 @@ def needle_size(fabric: StitchMesh, loop_length: float) -> tuple[float, float]:
     return faces / courses * loop_length / NEEDLES_K_W, courses * loop_length / NEEDLES_K_C
 
 
-@answered_alone
 def let_go(
     yarns: YarnSet,
     needles: tuple[float, float],
@@ -149,7 +136,7 @@ def let_go(
     device: str | None = None,
     terms: Sequence[TermChoice] = (),
     run: Run[YarnSet] = SHOWN,
-) -> Asking[Relaxation]:
+) -> Relaxation:
     """Draw yarns to their size on the needles, let them go with friction, and relax them to a state.
 
     Args:
@@ -171,10 +158,12 @@ def let_go(
     Raises:
         SolverError: the yarns cannot be drawn to that size, or a yarn passed through another one.
     """
-    tolerance, change = min(quality.tolerance, TOLERANCE), min(quality.largest_change, LARGEST_CHANGE)
-    quality = replace(quality, tolerance=tolerance, largest_change=change)
-    start = yield from on_needles.asking(yarns, needles, release, material, quality, device, terms)
-    found: list[StepAtRest] = yield _release(start, release, material, quality, device, terms, run)
+    quality = replace(
+        quality, tolerance=min(quality.tolerance, TOLERANCE),
+        largest_change=min(quality.largest_change, LARGEST_CHANGE),
+    )  # fmt: skip
+    start = on_needles(yarns, needles, release, material, quality, device, terms)
+    found = _release(start, release, material, quality, device, terms, run)
     on_the_way = [start.converged, *(step.converged for step in found[:-1])]
     (width, height), (course, wale) = needles, start.border_forces
     own = {
@@ -186,11 +175,10 @@ def let_go(
     return Relaxation(found[-1].yarns, report, [entry for step in found for entry in step.history])
 
 
-@answered_alone
 def on_needles(
     yarns: YarnSet, needles: tuple[float, float], release: Release, material: YarnMaterial, quality: Quality,
     device: str | None, terms: Sequence[TermChoice],
-) -> Asking[StepAtRest]:  # fmt: skip
+) -> StepAtRest:  # fmt: skip
     """Draw yarns to their size on the needles, without friction, and let them come to rest there with it.
 
     Where the yarns as generated are too crowded to be drawn, they first relax to their free size.
@@ -199,37 +187,31 @@ def on_needles(
         SolverError: the yarns cannot be drawn to that size, or a yarn passed through another one.
     """
     try:
-        drawn = yield from change_period.asking(yarns, needles, material, quality, device)
+        drawn = change_period(yarns, needles, material, quality, device)
     except SolverError:
-        free: Relaxation = yield ask(
-            relax_yarns, yarns, material=material, quality=quality, cell=RelaxCell(shear=False), device=device,
+        free = relax_yarns(
+            yarns, material=material, quality=quality, cell=RelaxCell(shear=False), device=device,
             terms=terms, run=QUIET,
         )  # fmt: skip
-        drawn = yield from change_period.asking(free.yarns, needles, material, quality, device)
-    found: list[StepAtRest] = yield _path(drawn, [LoadStep()], release, material, quality, ON_NEEDLES, device)
-    return found[0]
+        drawn = change_period(free.yarns, needles, material, quality, device)
+    (rest,) = relax_through_steps(
+        drawn, [LoadStep()], friction=Friction(release.friction), material=material, quality=quality, cell=ON_NEEDLES,
+        device=device, run=QUIET,
+    )  # fmt: skip
+    return rest
 
 
 def _release(
     start: StepAtRest, release: Release, material: YarnMaterial, quality: Quality, device: str | None,
     terms: Sequence[TermChoice], run: Run[YarnSet],
-) -> Ask:  # fmt: skip
-    """The path from the needles to the state."""
+) -> list[StepAtRest]:  # fmt: skip
+    """Let yarns go from the needles to the state."""
     course, wale = (max(force, 0.0) for force in start.border_forces)  # none where the fabric pushes
     steps = [LoadStep(share * course, share * wale) for share in falling(1.0, LAST_FORCE, RELEASE_STEPS)]
     steps += [LoadStep(friction=share) for share in friction_left(release.state)]
-    return _path(start.yarns, steps, release, material, quality, release.cell, device, terms, run)
-
-
-def _path(
-    yarns: YarnSet, steps: Sequence[LoadStep], release: Release, material: YarnMaterial, quality: Quality,
-    cell: RelaxCell, device: str | None, terms: Sequence[TermChoice] = (),
-    run: Run[YarnSet] = QUIET,
-) -> Ask:  # fmt: skip
-    """A path through load steps."""
-    return ask(
-        relax_through_steps, yarns, steps, friction=Friction(release.friction), material=material, quality=quality,
-        cell=cell, device=device, terms=terms, run=run,
+    return relax_through_steps(
+        start.yarns, steps, friction=Friction(release.friction), material=material, quality=quality,
+        cell=release.cell, device=device, terms=terms, run=run,
     )  # fmt: skip
 
 

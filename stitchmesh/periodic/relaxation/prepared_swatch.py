@@ -17,7 +17,6 @@ from typing import Any
 
 import numpy as np
 
-from stitchmesh.compute.asking import Asking, answered_alone
 from stitchmesh.errors import ParameterError, check_kind
 from stitchmesh.memory_need import check_relaxation_memory
 from stitchmesh.mesh import FloatArray, StitchMesh
@@ -33,7 +32,7 @@ from stitchmesh.periodic.sampling.contact_samples import is_small, with_contacts
 from stitchmesh.periodic.sampling.even_sampling import even_lengths, sample_evenly
 from stitchmesh.periodic.sampling.sampling import GENERATED, path_to, released
 from stitchmesh.periodic.swatch_budget import stitches_of
-from stitchmesh.periodic.swatch_options import TAKE_UP, KnitState, SwatchOptions
+from stitchmesh.periodic.swatch_options import TAKE_UP, SwatchOptions
 from stitchmesh.periodic.weave.weave import Weave
 from stitchmesh.quality import PRESETS, Quality, quality_named
 from stitchmesh.yarn import YarnSet
@@ -107,7 +106,6 @@ class PreparedSwatch:
         return self.repeat if quality is self.path[0] else draw_swatch(self.source, self.options, quality)[1]
 
 
-@answered_alone
 def prepare_swatch(
     pattern: str | Pattern | Weave,
     *,
@@ -115,31 +113,32 @@ def prepare_swatch(
     quality: str | Quality,
     device: str | None,
     relax_cell: bool | RelaxCell,
-    relaxation: KnitState | None = None,
-    friction: float | None = None,
     smallest: bool = True,
     **options: Any,
-) -> Asking[PreparedSwatch]:
+) -> PreparedSwatch:
     """Generate a repeat, and change its radii, lengths and size to those asked for; arguments as for ``swatch``.
 
     Whether a free repeat comes to rest in its smallest cell is given by ``smallest``.
     """
-    chosen, quality = SwatchOptions(**options), quality_named(quality)
+    chosen = SwatchOptions(**options)
+    quality = quality_named(quality)
     if material is not None:
         check_kind("swatch, material", material, YarnMaterial)
     material = chosen.yarn_material(material)
     source = resolve_pattern(pattern)
-    release = chosen_release(relaxation, friction, relax_cell, chosen, woven=isinstance(source, Weave))
+    release = chosen_release(relax_cell, chosen, woven=isinstance(source, Weave))
     relax_cell = relax_cell or release is not None
     check_repeat_memory(source, chosen, quality, device, free=relax_cell is not False)
     fabric, generated = draw_swatch(source, chosen, GENERATED)
-    cell, flat = free_cell(relax_cell, chosen, generated, material), FlatFabric.of(generated, fabric, source)
+    flat = FlatFabric.of(generated, fabric, source)
+    cell = free_cell(relax_cell, chosen, generated, material)
     steps = path_to(quality, cell) if release is None else (released(quality),)
     repeat = first = draw_swatch(source, chosen, steps[0])[1]
     # friction holds the yarn of a stitch in its place
     wanted = take_up_rest_lengths(first if release is not None else generated, fabric, chosen)
     if release is None:
-        first, wanted = sample_evenly(generated, first), even_lengths(first, wanted, generated.segment_start)
+        wanted = even_lengths(first, wanted, generated.segment_start)
+        first = sample_evenly(generated, first)
     # the fabric is relaxed at gamma times its final size, and scaled at the end
     similar = material.scaled(chosen.gamma)
     thicker = chosen.gamma * (1.0 if fabric is None else chosen.yarn_radius / float(first.radius[0]))
@@ -152,16 +151,15 @@ def prepare_swatch(
     lies_alike = smallest and alone and bool(terms) and fabric is not None and release is None
     own = smallest_cell(generated, first, wanted, chosen, lies_alike=lies_alike)
     path = tuple(with_contacts(step, chosen, fabric, own, cell if release is None else None) for step in steps)
-    quality = path[0]
     cell = None if cell is None else own.cell_of(cell)
-    yarns = yield from change_radius.asking(own.part_of(natural), thicker, similar, quality, device)
+    yarns = change_radius(own.part_of(natural), thicker, similar, path[0], device)
     lengths = own.part_of(replace(first, rest_length=wanted)).rest_length
-    yarns = yield from change_rest_length.asking(yarns, lengths, similar, quality, device, cell, terms)
-    yarns = yield from change_period.asking(yarns, own.period_of(period), similar, quality, device)
-    drawn, searched = own.part_of(first), lies_alike and is_small(fabric, own)
+    yarns = change_rest_length(yarns, lengths, similar, path[0], device, cell, terms)
+    yarns = change_period(yarns, own.period_of(period), similar, path[0], device)
     return PreparedSwatch(
-        source, chosen, material, path, device, fabric, own, repeat, drawn, yarns, cell, flat, terms, release, searched
-    )
+        source, chosen, material, path, device, fabric, own, repeat, own.part_of(first), yarns, cell, flat, terms,
+        release, has_states=lies_alike and is_small(fabric, own),
+    )  # fmt: skip
 
 
 def check_repeat_memory(

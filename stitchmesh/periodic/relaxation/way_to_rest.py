@@ -17,7 +17,6 @@ from typing import Any
 
 import numpy as np
 
-from stitchmesh.compute.asking import Asking, answered_alone, ask
 from stitchmesh.errors import SolverError
 from stitchmesh.periodic.relaxation.continuation import change_period, change_radius, change_rest_length, size_of
 from stitchmesh.periodic.relaxation.lowest_rest import lowest_rest
@@ -38,10 +37,7 @@ SETTLING = 1000
 logger = logging.getLogger(__name__)
 
 
-@answered_alone
-def relax_along(
-    prepared: PreparedSwatch, yarns: YarnSet, run: Run[YarnSet]
-) -> Asking[Relaxation]:
+def relax_along(prepared: PreparedSwatch, yarns: YarnSet, run: Run[YarnSet]) -> Relaxation:
     """Relax yarns through the samplings of their path; the iterations are those of all relaxations, one after another.
 
     The first sampling goes to the lowest state (``lowest_rest``), from which the others continue. The history is that
@@ -55,55 +51,53 @@ def relax_along(
     for step in prepared.path:
         relax = partial(_relax, prepared, step, run)
         if found is None:
-            found = yield from lowest_rest.asking(prepared, yarns, relax)
+            found = lowest_rest(prepared, yarns, relax)
             wedged = prepared.cell is not None and found.report["min_distance_over_radius"] < WEDGED
             if wedged and yarns is prepared.yarns:
                 try:
-                    start = yield from _settled.asking(prepared)
+                    start = _settled(prepared)
                 except SolverError:  # They cannot be settled at that size, and the rest that was found stays.
                     continue
-                found = continued((yield from relax(start, found.report["iterations"])), found)
+                found = continued(relax(start, found.report["iterations"]), found)
         else:
             yarns = sample_evenly(found.yarns, prepared.smallest.part_of(prepared.drawn_with(step)))
-            relaxed = yield from relax(yarns, found.report["iterations"])
-            found = continued(relaxed, found)
+            found = continued(relax(yarns, found.report["iterations"]), found)
     assert found is not None
     return found
 
 
-@answered_alone
-def _settled(prepared: PreparedSwatch) -> Asking[YarnSet]:
+def _settled(prepared: PreparedSwatch) -> YarnSet:
     """Return the generated yarns, settled at the size of the prepared ones and sampled like them.
 
     Raises:
         SolverError: the yarns cannot be separated.
     """
     given: dict[str, Any] = {"material": prepared.similar, "quality": prepared.path[0], "device": prepared.device}
-    wanted, yarns = prepared.yarns, prepared.smallest.part_of(prepared.repeat)
+    wanted = prepared.yarns
+    yarns = prepared.smallest.part_of(prepared.repeat)
     assert wanted.lattice is not None
     lengths, own = (np.add.reduceat(each.rest_length, each.segment_start[:-1]) for each in (wanted, yarns))
-    yarns = yield from change_radius.asking(yarns, float(wanted.radius[0] / yarns.radius[0]), **given)
+    yarns = change_radius(yarns, float(wanted.radius[0] / yarns.radius[0]), **given)
     rest_length = yarns.rest_length * (lengths / own)[yarns.segment_yarn]
-    yarns = yield from change_rest_length.asking(yarns, rest_length, **given)
-    yarns = yield from change_period.asking(yarns, size_of(wanted.lattice), **given)
-    yarns = yield ask(relax_partly, yarns, iterations=SETTLING, cell=None, terms=(), **given)
+    yarns = change_rest_length(yarns, rest_length, **given)
+    yarns = change_period(yarns, size_of(wanted.lattice), **given)
+    yarns = relax_partly(yarns, iterations=SETTLING, cell=None, terms=(), **given)
     return sample_evenly(yarns, wanted)
 
 
 def _relax(
     prepared: PreparedSwatch, step: Quality, run: Run[YarnSet],
     yarns: YarnSet, done: int,
-) -> Asking[Relaxation]:  # fmt: skip
+) -> Relaxation:  # fmt: skip
     """Relax yarns with a sampling, after a number of iterations that count for the limit of all together."""
     left = int(min(step.max_iterations, max(prepared.most_iterations - done, 0)))
-    return (yield from relax_with_digits.asking(
+    return relax_with_digits(
         yarns, replace(step, max_iterations=left), material=prepared.similar, device=prepared.device,
         cell=prepared.cell, terms=prepared.terms, run=run,
-    ))  # fmt: skip
+    )  # fmt: skip
 
 
-@answered_alone
-def relax_with_digits(yarns: YarnSet, quality: Quality, **given: Any) -> Asking[Relaxation]:
+def relax_with_digits(yarns: YarnSet, quality: Quality, **given: Any) -> Relaxation:
     """Relax yarns as ``relax_yarns``, and on in float64 where rounding hides whether they are at rest.
 
     Rounding does so in satins, whose long floats carry small forces, and in fabrics whose yarns are stretched.
@@ -111,11 +105,11 @@ def relax_with_digits(yarns: YarnSet, quality: Quality, **given: Any) -> Asking[
     Raises:
         SolverError: the yarns cannot be relaxed, or a yarn passed through another one.
     """
-    found: Relaxation = yield ask(relax_yarns, yarns, quality=quality, **given)
+    found = relax_yarns(yarns, quality=quality, **given)
     if quality.precision == "float64" or not found.report["hidden_by_rounding"]:
         return found
     logger.warning("rounding hides rest in float32; the yarns relax on in float64")
     left = max(quality.max_iterations - found.report["iterations"], 0)
     finer = replace(quality, precision="float64", max_iterations=left)
-    further: Relaxation = yield ask(relax_yarns, found.yarns, quality=finer, **given)
+    further = relax_yarns(found.yarns, quality=finer, **given)
     return continued(further, found)

@@ -30,7 +30,9 @@ LOOP_OVER_WIDTH = 4.07
 LARGEST_RADIUS_OVER_WIDTH = 0.16
 """Largest yarn radius over the stitch width for which loops are generated; thicker yarn grows from this radius."""
 
-WITHOUT_EFFECT = {"rest_lengths", "gamma", "period", "unsupported", "blocked", "mass_per_length"}
+WITHOUT_EFFECT = {
+    "rest_lengths", "gamma", "period", "relaxation", "friction", "unsupported", "blocked", "mass_per_length"
+}  # fmt: skip
 """Options that do not change the yarns as they are generated."""
 KEPT = 16
 """Number of repeats that are kept: variants of one repeat often differ in the material alone."""

@@ -24,7 +24,7 @@ from stitchmesh.periodic.resolve_pattern import Source
 from stitchmesh.periodic.session.frames import Frame
 from stitchmesh.periodic.session.incremental_relaxation import LiveSwatch
 from stitchmesh.periodic.session.settings import SwatchSettings
-from stitchmesh.periodic.swatch_options import KnitState, SwatchOptions
+from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
 from stitchmesh.yarnrelax.stepwise_loop import INTERVAL
@@ -44,8 +44,6 @@ class SwatchSession:
         quality: str | Quality = DEFAULT_QUALITY,
         device: str | None = None,
         relax_cell: bool | RelaxCell = False,
-        relaxation: KnitState | None = None,
-        friction: float | None = None,
         iterations_per_frame: int = INTERVAL,
         stopped: bool = False,
         **options: Any,
@@ -58,19 +56,15 @@ class SwatchSession:
             quality: a preset or a ``Quality``.
             device: device of the kernels.
             relax_cell: whether the width and height of the repeat are relaxed, or a ``RelaxCell``.
-            relaxation: as for ``swatch``. A knit with friction moves as a preview without it, and is then let go off
-                the needles in one piece of work, which other sessions wait for.
-            friction: as for ``swatch``.
             iterations_per_frame: number of iterations between two frames.
             stopped: whether the relaxation waits for ``start`` or ``step``.
-            options: fields of ``SwatchOptions``.
+            options: fields of ``SwatchOptions``. A knit with friction moves as a preview without it, and is then let
+                go off the needles in one piece of work, which other sessions wait for.
 
         Raises:
             StitchMeshError: as for ``swatch``, except for the errors of the relaxation.
         """
-        self._settings = SwatchSettings(
-            pattern, material, relax_cell, SwatchOptions(**options), quality_named(quality), relaxation, friction
-        )
+        self._settings = SwatchSettings(pattern, material, relax_cell, SwatchOptions(**options), quality_named(quality))
         self._first_settings, self._requested_at = self._settings, time.perf_counter()
         self._condition = threading.Condition()
         self._iterations_per_frame = _checked_count("iterations per frame", iterations_per_frame)
@@ -183,7 +177,7 @@ class SwatchSession:
         chart that cannot be read, is the ``error`` of a frame.
 
         Args:
-            changes: arguments of ``swatch``: pattern, material, relax_cell, relaxation, friction, quality, and the
+            changes: arguments of ``swatch``: pattern, material, relax_cell, quality, and the
                 fields of ``SwatchOptions``; ``solver`` for another solver of the same quality.
 
         Raises:

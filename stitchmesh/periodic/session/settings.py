@@ -12,7 +12,7 @@ from stitchmesh.io.contents import FilePath
 from stitchmesh.periodic.relaxation.off_needles import Release, chosen_release
 from stitchmesh.periodic.resolve_pattern import Source
 from stitchmesh.periodic.sampling.sampling import path_to
-from stitchmesh.periodic.swatch_options import KnitState, LetGo, SwatchOptions
+from stitchmesh.periodic.swatch_options import LetGo, SwatchOptions
 from stitchmesh.periodic.weave.weave import Weave
 from stitchmesh.quality import Quality, quality_named
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
@@ -37,10 +37,6 @@ class SwatchSettings:
     """All other options."""
     quality: Quality
     """Resolution, tolerance and solver of the relaxation."""
-    relaxation: KnitState | None = None
-    """State of a knit that is let go off the needles, or ``frictionless``; None as for ``swatch``."""
-    friction: float | None = None
-    """Coefficient of friction between the yarns of a knit that is let go."""
 
     def __post_init__(self) -> None:
         solver_named(self.quality.solver)
@@ -57,7 +53,7 @@ class SwatchSettings:
         Raises:
             ParameterError: there is no such argument or it cannot change, or a value is out of bounds.
         """
-        own = {"pattern", "material", "relax_cell", "quality", "solver", "relaxation", "friction"}
+        own = {"pattern", "material", "relax_cell", "quality", "solver"}
         optional = {option.name for option in fields(SwatchOptions)}
         unknown = sorted(changes.keys() - own - optional)
         if unknown:
@@ -65,14 +61,15 @@ class SwatchSettings:
             raise ParameterError(f"session: got a change of {unknown[0]!r}; expected one of {known}")
         options = replace(self.options, **{name: changes[name] for name in changes.keys() & optional})
         given = {name: changes[name] for name in changes.keys() & own}
-        quality, solver = quality_named(given.pop("quality", self.quality)), given.pop("solver", None)
+        quality = quality_named(given.pop("quality", self.quality))
+        solver = given.pop("solver", None)
         given["quality"] = quality if solver is None else replace(quality, solver=solver)
         return replace(self, options=options, **given)
 
     @property
     def freedom(self) -> bool | RelaxCell:
         """Which changes of the size are free, as for ``swatch``; a knit that is let go finds its size."""
-        return self.relax_cell or self.relaxation in get_args(LetGo)
+        return self.relax_cell or self.options.relaxation in get_args(LetGo)
 
     @property
     def sampled(self) -> Quality:
@@ -86,13 +83,12 @@ class SwatchSettings:
         Raises:
             ParameterError: as for ``chosen_release``.
         """
-        woven = isinstance(source, Weave)
-        return chosen_release(self.relaxation, self.friction, self.relax_cell, self.options, woven=woven)
+        return chosen_release(self.relax_cell, self.options, woven=isinstance(source, Weave))
 
     def arguments(self) -> dict[str, Any]:
         """Return the arguments of ``swatch``, except for the pattern and the device."""
-        own = {name: getattr(self, name) for name in ("material", "quality", "relax_cell", "relaxation", "friction")}
-        return own | {option.name: getattr(self.options, option.name) for option in fields(SwatchOptions)}
+        own = {name: getattr(self, name) for name in ("material", "quality", "relax_cell")}
+        return own | vars(self.options)
 
     @property
     def yarn_material(self) -> YarnMaterial:

@@ -39,6 +39,7 @@ import numpy as np
 from scipy.sparse import coo_array, csr_array
 
 from stitchmesh.compute.device import alone, device_named
+from stitchmesh.compute.shared_work import shared
 from stitchmesh.errors import SolverError, check_kind
 from stitchmesh.mesh import IntArray
 from stitchmesh.yarn import YarnSet
@@ -148,6 +149,7 @@ def changed_pairs(before: DoubledLinking | csr_array, after: DoubledLinking | cs
     return np.unique(rows[:, :2], axis=0)
 
 
+@shared
 @alone()
 def refuse_pull_through(drawn: YarnSet, relaxed: YarnSet, device: str | None = None) -> None:
     """Check that yarns are linked as they were drawn.

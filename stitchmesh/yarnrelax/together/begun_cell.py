@@ -43,7 +43,8 @@ def learned_by(loop: RelaxationLoop) -> list[dict[str, NDArray[Any]]]:
 
     The counts and gradients of each cell are among them, because a relaxation reports them.
     """
-    newton, solver = loop.newton, loop.simulation.solver
+    newton = loop.newton
+    solver = loop.simulation.solver
     assert newton is not None and isinstance(solver, LBFGS)
     columns = {
         "iterations": loop.iterations, "ending": loop.ending, "descent": loop.alternation.descent,
@@ -57,15 +58,19 @@ def teach(loop: RelaxationLoop, cells: Sequence[Mapping[str, NDArray[Any]] | Non
     known = [(number, own) for number, own in enumerate(cells) if own is not None]
     if not known:
         return
-    newton, solver = loop.newton, loop.simulation.solver
+    newton = loop.newton
+    solver = loop.simulation.solver
     assert newton is not None and isinstance(solver, LBFGS)
-    numbers, memory = np.array([number for number, _own in known]), newton.memory
-    names = "iterations", "ending", "descent", "newton_fall", "newton", "gradients"
-    iterations, ending, descent, fall, own, gradients = (
-        np.array([learned[name] for _number, learned in known]) for name in names
-    )
-    memory[numbers] = own
+    numbers = np.array([number for number, _own in known])
+
+    def column(name: str) -> NDArray[Any]:
+        return np.array([learned[name] for _number, learned in known])
+
+    memory = newton.memory
+    memory[numbers] = column("newton")
     newton.memory = memory
-    loop.iterations[numbers], loop.ending[numbers] = iterations, ending
-    loop.alternation.descent[numbers], loop.alternation.newton_fall[numbers] = descent, fall
-    solver.record_gradients(numbers, gradients)
+    loop.iterations[numbers] = column("iterations")
+    loop.ending[numbers] = column("ending")
+    loop.alternation.descent[numbers] = column("descent")
+    loop.alternation.newton_fall[numbers] = column("newton_fall")
+    solver.record_gradients(numbers, column("gradients"))

@@ -126,7 +126,8 @@ def relax_batch(
         The cells in their order, and the iterations of the cell that did most.
     """
     found: dict[int, RelaxedCell | BegunCell] = {}
-    numbers, launched = np.arange(len(batch.given)), 0
+    numbers = np.arange(len(batch.given))
+    launched = 0
     few = LAST_PART * len(numbers) if others_follow else 0.0
     while True:
         run = _Run(batch.simulation(), batch)
@@ -137,7 +138,8 @@ def relax_batch(
                 run.active[:] = False  # all cells end with their last accepted states
             if progress is not None:
                 progress(len(found) + int((~run.active).sum()), run.loop.iteration)
-        launched, remaining = max(launched, run.loop.iteration), run.active
+        launched = max(launched, run.loop.iteration)
+        remaining = run.active
         yarns = run.simulation.good_cells()
         found |= {int(numbers[k]): cell for k, cell in run.relaxed(yarns, np.flatnonzero(~remaining)).items()}
         numbers = numbers[remaining]
@@ -169,7 +171,8 @@ class _Run:
 
     def __init__(self, simulation: YarnSimulation, batch: CellBatch) -> None:
         """Assess the cells as they are given."""
-        self.simulation, self.batch = simulation, batch
+        self.simulation = simulation
+        self.batch = batch
         quality = batch.quality
         self.loop = RelaxationLoop(simulation, quality.tolerance, quality.largest_change, most=batch.most)
         self.loop.start()
@@ -185,14 +188,15 @@ class _Run:
 
     def begun(self, yarns: Sequence[YarnSet]) -> list[BegunCell]:
         """All cells, to go on in another batch; ``yarns`` are their last accepted states."""
-        seconds, heights = time.perf_counter() - self.began, self.batch.middle_heights()
-        parts = zip(yarns, heights, learned_by(self.loop), self.history, self.before, strict=True)
+        seconds = time.perf_counter() - self.began
+        parts = zip(yarns, self.batch.middle_heights(), learned_by(self.loop), self.history, self.before, strict=True)
         return [BegunCell(own, height, learned, history, before + seconds)
                 for own, height, learned, history, before in parts]  # fmt: skip
 
     def advance(self) -> None:
         """Iterate and assess cells that are not at rest."""
-        loop, before = self.loop, self.loop.iterations.copy()
+        loop = self.loop
+        before = loop.iterations.copy()
         with suppress(OverloadError):  # of the only cell, whose error the loop keeps
             loop.advance(self.active)
         self._note((loop.iterations > before) & ~loop.failed)  # others stand still
@@ -201,7 +205,9 @@ class _Run:
     def _note(self, cells: NDArray[np.bool_]) -> None:
         """Add the last assessments of some cells to their histories."""
         seconds = time.perf_counter() - self.began
-        numbers, last, names = np.flatnonzero(cells), self.loop.last, tuple(self.loop.last.energies)
+        numbers = np.flatnonzero(cells)
+        last = self.loop.last
+        names = tuple(last.energies)
         columns = self.loop.iterations, last.residual, *last.energies.values()
         rows = zip(numbers.tolist(), *(column[numbers].tolist() for column in columns), strict=True)
         for cell, count, residual, *energies in rows:
@@ -220,9 +226,12 @@ class _Run:
         solver = self.simulation.solver
         assert isinstance(solver, LBFGS)
         tenth, gradient = solver.gradients()
-        last, at_rest, left = self.loop.last, self.loop.at_rest, self.loop.remaining
+        last = self.loop.last
+        at_rest = self.loop.at_rest
+        left = self.loop.remaining
         hidden = hidden_by_rounding(last, at_rest, self.loop.stalled, self.loop.tolerance)
-        distance, strain = self.simulation.smallest_distances(), self._largest_strains()
+        distance = self.simulation.smallest_distances()
+        strain = self._largest_strains()
         return {
             cell: RelaxedCell(yarns[cell], {
                 "iterations": int(self.loop.iterations[cell]),
@@ -243,7 +252,8 @@ class _Run:
 
     def _largest_strains(self) -> NDArray[np.float64]:
         """Largest strain of the segments of each cell in its last accepted state, shape (C,)."""
-        model, points = self.simulation.model, self.simulation.model.from_device(self.simulation.good_points)
+        model = self.simulation.model
+        points = model.from_device(self.simulation.good_points)
         assert self.simulation.good_periods is not None
         periods = self.simulation.good_periods.numpy().astype(np.float64).reshape(-1, 2, 3)
         segment, slot, image = model.wrapped

@@ -16,10 +16,11 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from stitchmesh.compute.asking import Ask
 from stitchmesh.compute.device import device_named
+from stitchmesh.compute.shared_work import Call
 from stitchmesh.errors import OverloadError, StitchMeshError
 from stitchmesh.io.history import HistoryEntry
+from stitchmesh.run import SHOWN
 from stitchmesh.time_limit import OutOfTime
 from stitchmesh.yarnrelax.energies.confinement import CellConfinements, Confinement
 from stitchmesh.yarnrelax.energies.term import TermChoice
@@ -27,31 +28,33 @@ from stitchmesh.yarnrelax.linking.certificate import pull_throughs_together
 from stitchmesh.yarnrelax.load_steps import LoadedCells, LoadStep, StepAtRest
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 
-GIVEN = {"friction", "material", "quality", "cell", "device", "terms", "progress"}
+IN_CELLS = {"yarns", "steps", "friction", "material", "quality", "cell", "device", "terms", "run"}
 """Arguments of ``relax_through_steps`` that many cells may have together."""
 
 
-def group_of_steps(ask: Ask, number: int) -> Hashable:
+def group_of_steps(call: Call, number: int) -> Hashable:
     """What cells have in common that take load steps together; the number of the call if it belongs to no group."""
-    named, steps = ask.named, ask.positional[1]
-    terms = named.get("terms", ())
+    given = call.arguments
+    terms = given.get("terms", ())
     lies = len(terms) == 1 and isinstance(terms[0], Confinement)
-    if not named.keys() <= GIVEN or not (lies or len(terms) == 0) or named["quality"].solver != "quasistatic":
+    suits = given.keys() <= IN_CELLS and given["quality"].solver == "quasistatic" and given.get("run", SHOWN).only_shows
+    if not suits or not (lies or len(terms) == 0):
         return number
-    path = tuple((step.friction, step.stretch) for step in steps)
-    return replace(named["quality"], contact_samples=0), named.get("device"), named["friction"], lies, path
+    path = tuple((step.friction, step.stretch) for step in given["steps"])
+    return replace(given["quality"], contact_samples=0), given.get("device"), given["friction"], lies, path
 
 
-def relax_group_through_steps(asks: Sequence[Ask]) -> list[list[StepAtRest] | StitchMeshError | None]:
-    """Answer calls of ``relax_through_steps`` of one group; None for a cell that cannot go on together with others."""
-    path, steps = _Path(asks), [ask.positional[1] for ask in asks]
+def relax_group_through_steps(calls: Sequence[Call]) -> list[list[StepAtRest] | StitchMeshError | None]:
+    """Do calls of ``relax_through_steps`` of one group; None for a cell that cannot go on together with others."""
+    path = _Path(calls)
+    steps = [call.arguments["steps"] for call in calls]
     for first, last in pairwise(_waits(steps[0])):
         path.take([own[first:last] for own in steps])
         if path.out_of_time:
             break
     failed = path.cells.loop.failed.tolist()
-    given = [(ask.positional[0], own[-1].yarns) for ask, own in zip(asks, path.found, strict=True)]
-    passes = pull_throughs_together(given, asks[0].named.get("device"))
+    given = [(call.arguments["yarns"], own[-1].yarns) for call, own in zip(calls, path.found, strict=True)]
+    passes = pull_throughs_together(given, calls[0].arguments.get("device"))
     return [None if fails else error or own for fails, error, own in zip(failed, passes, path.found, strict=True)]
 
 
@@ -65,21 +68,23 @@ def _waits(steps: Sequence[LoadStep]) -> list[int]:
 class _Path:
     """Cells on their way through the steps."""
 
-    def __init__(self, asks: Sequence[Ask]) -> None:
+    def __init__(self, calls: Sequence[Call]) -> None:
         """Put the cells on the device."""
-        first, self.began = asks[0].named, time.perf_counter()
-        planes = tuple(ask.named["terms"][0] for ask in asks if ask.named.get("terms"))
+        self.began = time.perf_counter()
+        each = [call.arguments for call in calls]
+        first = each[0]
+        planes = tuple(given["terms"][0] for given in each if given.get("terms"))
         terms: list[TermChoice] = [first["friction"]]
         terms += [CellConfinements(planes, (None,) * len(planes))] if planes else []
         simulation = YarnSimulation(
-            [(ask.positional[0], ask.named["material"]) for ask in asks], first["quality"],
-            device_named(first.get("device")), terms, cells=[ask.named["cell"] for ask in asks],
-            samples=[ask.named["quality"].contact_samples for ask in asks],
+            [(given["yarns"], given["material"]) for given in each], first["quality"],
+            device_named(first.get("device")), terms, cells=[given["cell"] for given in each],
+            samples=[given["quality"].contact_samples for given in each],
         )  # fmt: skip
         self.cells = LoadedCells(simulation, first["quality"])
-        self.found: list[list[StepAtRest]] = [[] for _ask in asks]
+        self.found: list[list[StepAtRest]] = [[] for _call in calls]
         """The steps of each cell that have ended."""
-        self.history: list[list[HistoryEntry]] = [[] for _ask in asks]
+        self.history: list[list[HistoryEntry]] = [[] for _call in calls]
         """The result of each assessment of each cell in the present step."""
         self.before = self.cells.loop.iterations.copy()
         """Iterations of each cell before its present step, shape (C,)."""
@@ -87,8 +92,10 @@ class _Path:
 
     def take(self, steps: Sequence[Sequence[LoadStep]]) -> None:
         """Take the next steps of each cell, of which the first draws the cells and sets the friction of all."""
-        loop, first = self.cells.loop, steps[0][0]
-        number, active = np.zeros(len(steps), dtype=np.int64), np.ones(len(steps), dtype=bool)
+        loop = self.cells.loop
+        first = steps[0][0]
+        number = np.zeros(len(steps), dtype=np.int64)
+        active = np.ones(len(steps), dtype=bool)
         self.cells.load(_loads(steps, number), first.friction, first.stretch)
         self._begin(active)
         noted = loop.iterations.copy()
@@ -121,7 +128,8 @@ class _Path:
 
     def _note(self, noted: NDArray[np.int64]) -> None:
         """Note the assessments of the cells that have iterated since they were last noted."""
-        loop, seconds = self.cells.loop, time.perf_counter() - self.began
+        loop = self.cells.loop
+        seconds = time.perf_counter() - self.began
         for cell in np.flatnonzero(loop.iterations > noted).tolist():
             last = loop.last[cell]
             entry = HistoryEntry(
@@ -132,12 +140,16 @@ class _Path:
 
     def _end(self, cells: NDArray[np.bool_]) -> None:
         """Keep the states in which the present step of some cells has ended."""
-        loop, seconds = self.cells.loop, time.perf_counter() - self.began
+        loop = self.cells.loop
         simulation = loop.simulation
-        yarns, nearest = simulation.good_cells(), simulation.smallest_distances()
-        forces, device = self.cells.border_forces(), str(simulation.model.device)
+        seconds = time.perf_counter() - self.began
+        yarns = simulation.good_cells()
+        nearest = simulation.smallest_distances()
+        forces = self.cells.border_forces()
+        device = str(simulation.model.device)
         for cell in np.flatnonzero(cells).tolist():
-            last, count = loop.last[cell], int(loop.iterations[cell] - self.before[cell])
+            last = loop.last[cell]
+            count = int(loop.iterations[cell] - self.before[cell])
             self.found[cell].append(StepAtRest(
                 yarns[cell], last.energies, last.residual, bool(loop.at_rest[cell]), count, float(nearest[cell]),
                 (float(forces[cell, 0]), float(forces[cell, 1])), device, seconds, self.history[cell],

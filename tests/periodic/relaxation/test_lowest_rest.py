@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from stitchmesh.compute.asking import Asking, answered_alone, ask
 from stitchmesh.periodic.relaxation.continuation import size_of
 from stitchmesh.periodic.relaxation.lowest_rest import SAME_ENERGY, STARTS, lowest_rest, perturbed_start
 from stitchmesh.periodic.relaxation.prepared_swatch import PreparedSwatch, prepare_swatch
@@ -32,13 +31,10 @@ def prepared(pattern: str, **options: Any) -> PreparedSwatch:
     return prepare_swatch(pattern, material=None, **(DRAFT | options))
 
 
-@answered_alone
-def minimum(start: PreparedSwatch, yarns: YarnSet, done: int = 0) -> Asking[Relaxation]:
-    relaxed: Relaxation = yield ask(
-        relax_yarns, yarns, material=start.similar, quality=start.quality, device="cpu", cell=start.cell,
-        terms=start.terms,
-    )  # fmt: skip
-    return relaxed
+def minimum(start: PreparedSwatch, yarns: YarnSet, done: int = 0) -> Relaxation:
+    return relax_yarns(
+        yarns, material=start.similar, quality=start.quality, device="cpu", cell=start.cell, terms=start.terms
+    )
 
 
 @pytest.mark.parametrize("pattern", ["rib1x1", *at_night("rib2x2")])
@@ -56,7 +52,7 @@ def test_noise_on_the_yarns_does_not_change_the_state(pattern: str) -> None:
 
 def test_no_start_is_lower_than_the_state_that_is_kept() -> None:
     start = prepared("rib1x1")
-    kept = lowest_rest(start, start.yarns, partial(minimum.asking, start))
+    kept = lowest_rest(start, start.yarns, partial(minimum, start))
     starts = [perturbed_start(start, start.yarns, np.random.default_rng(number)) for number in range(STARTS)]
     energies = [minimum(start, yarns).report["energy"] for yarns in (start.yarns, *starts)]
     assert kept.report["energy"] in energies
@@ -67,7 +63,7 @@ def test_no_start_is_lower_than_the_state_that_is_kept() -> None:
 def test_equal_energies_keep_the_state_of_the_yarns_themselves() -> None:
     """Plain stitches have one state; rounding must not decide among its copies."""
     start = prepared("stockinette")
-    kept, own = lowest_rest(start, start.yarns, partial(minimum.asking, start)), minimum(start, start.yarns)
+    kept, own = lowest_rest(start, start.yarns, partial(minimum, start)), minimum(start, start.yarns)
     assert np.array_equal(kept.yarns.points, own.yarns.points)
     assert kept.report["iterations"] > own.report["iterations"] == kept.history[-1]["iteration"]
 
@@ -101,7 +97,7 @@ def test_one_start_where_states_are_not_searched_for(pattern: str, options: dict
 def test_a_limit_on_time_or_iterations_ends_the_search() -> None:
     start = prepared("rib1x1")
     with limited_to(TimeLimit(0.0)):
-        assert lowest_rest(start, start.yarns, partial(minimum.asking, start)).report["starts"] == 1
+        assert lowest_rest(start, start.yarns, partial(minimum, start)).report["starts"] == 1
     short = swatch("rib1x1", **(DRAFT | {"quality": replace(start.quality, max_iterations=40)}), progress=False)
     assert not short.report["converged"]
     assert short.report["starts"] == 1

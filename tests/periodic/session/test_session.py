@@ -52,7 +52,7 @@ def live_swatch(pattern="stockinette", *, relax_cell=True, quality="draft", **op
 
 def settings_of(pattern="stockinette", relax_cell=True, quality="draft", *, material=None, **options) -> SwatchSettings:
     quality = sm.quality.quality_named(quality)
-    return SwatchSettings(pattern, material, relax_cell, SwatchOptions(**options), quality, "frictionless")
+    return SwatchSettings(pattern, material, relax_cell, SwatchOptions(relaxation="frictionless", **options), quality)
 
 
 def to_rest(swatch: LiveSwatch, settings: SwatchSettings | None = None, *, most=500) -> list[Frame]:
@@ -458,7 +458,7 @@ def test_a_change_interrupts_a_knit_that_is_let_go():
     """Whatever is asked for while a knit is let go ends that at once; the preview then goes on from where it was."""
     asked = []
     swatch = LiveSwatch(
-        dataclasses.replace(settings_of("stockinette"), relaxation="dry"), "cpu", 0.0,
+        settings_of("stockinette").changed(relaxation="dry"), "cpu", 0.0,
         is_interrupted=lambda: bool(asked) or asked.append(True),
     )  # fmt: skip
     while not asked:

@@ -1,0 +1,101 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Functions whose work on a device another one may do for the caller.
+
+A shared function is called like any other. It does its work at once, unless the call stands in a block with a worker
+(``done_by``). The worker then gets the call, and its answer is the result. Thus a job keeps checkpoints of all
+relaxations of a swatch, and many swatches share launches (``work_together``), while the code of a swatch knows of
+neither.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass
+from functools import wraps
+from typing import Any, ParamSpec, TypeVar
+
+from stitchmesh.errors import StitchMeshError
+
+T = TypeVar("T")
+P = ParamSpec("P")
+
+
+@dataclass(frozen=True, eq=False)
+class Call:
+    """A call of a shared function."""
+
+    function: Callable[..., Any]
+    """The shared function."""
+    arguments: Mapping[str, Any]
+    """Those of its arguments that were given, by name."""
+
+    @classmethod
+    def of(cls, function: Callable[P, Any], *args: P.args, **kwargs: P.kwargs) -> Call:
+        """Return the call of a function with these arguments."""
+        return cls(function, inspect.signature(function).bind(*args, **kwargs).arguments)
+
+    def do(self) -> Any:
+        """Do the work at once."""
+        with done_by(AT_ONCE):
+            bound = inspect.BoundArguments(inspect.signature(self.function), dict(self.arguments))
+            return self.function(*bound.args, **bound.kwargs)
+
+
+class Worker:
+    """Does the shared work of a block: here at once, one piece after another."""
+
+    def do(self, call: Call) -> Any:
+        """Do the work of a call, and return its result."""
+        return call.do()
+
+    def compute_each(self, computations: Sequence[Callable[[], T]]) -> list[T | StitchMeshError]:
+        """Return the result of each computation, or its error."""
+        return [_result_or_error(computation) for computation in computations]
+
+
+AT_ONCE = Worker()
+"""The worker of all that stands in no block."""
+_worker: ContextVar[Worker] = ContextVar("worker", default=AT_ONCE)
+
+
+@contextmanager
+def done_by(worker: Worker) -> Iterator[None]:
+    """Let a worker do the shared work of a block."""
+    token = _worker.set(worker)
+    try:
+        yield
+    finally:
+        _worker.reset(token)
+
+
+def shared(function: Callable[P, T]) -> Callable[P, T]:
+    """Let the worker of the block do the work of a function (a decorator)."""
+
+    @wraps(function)
+    def call(*args: P.args, **kwargs: P.kwargs) -> T:
+        worker = _worker.get()
+        if worker is AT_ONCE:
+            return function(*args, **kwargs)
+        result: T = worker.do(Call.of(call, *args, **kwargs))
+        return result
+
+    return call
+
+
+def compute_each(computations: Sequence[Callable[[], T]]) -> list[T | StitchMeshError]:
+    """Return the results of computations that do not depend on each other, or their errors, in their order.
+
+    The worker of the block decides whether one begins before the other has ended.
+    """
+    return _worker.get().compute_each(computations)
+
+
+def _result_or_error(computation: Callable[[], T]) -> T | StitchMeshError:
+    try:
+        return computation()
+    except StitchMeshError as error:
+        return error
