@@ -23,7 +23,7 @@ from stitchmesh.patterns import Pattern
 from stitchmesh.pipeline.garment import Garment
 from stitchmesh.pipeline.options import KnitOptions
 from stitchmesh.pipeline.stage_table import RELAX_YARNS, ROWS, STITCHES, YARNS, Work, run_stages
-from stitchmesh.progress import shown_stages, with_work_after
+from stitchmesh.progress import no_progress, shown_stages, with_work_after
 from stitchmesh.quality import DEFAULT_QUALITY, Quality
 from stitchmesh.run import SHOWN, Run
 from stitchmesh.shaping.options import ShapingOptions
@@ -126,13 +126,15 @@ def _knit(
 ) -> Knitted:
     """Make and write relaxed yarns in the time that is left."""
     garment = run_stages((*ROWS, *STITCHES, *YARNS), garment, _keeping_nothing(run))
+    progress = run.progress or no_progress
+    progress("yarnrelax", 0.0, f"{len(garment.yarns.points)} control points")
     saver = None
     if target is not None:
         saver = StateSaver(target, garment.report, garment.yarns)
         write_stitches(target / "stitches.h5", garment.fabric)
         run = replace(run, on_state=saver.keep)
-    if seconds_after is not None and run.progress:
-        run = replace(run, progress=with_work_after(run.progress, seconds_after(garment.yarns)))
+    if seconds_after is not None:
+        run = replace(run, progress=with_work_after(progress, seconds_after(garment.yarns)))
     try:
         garment = run_stages((RELAX_YARNS,), garment, _keeping_nothing(run))
     except KeyboardInterrupt:

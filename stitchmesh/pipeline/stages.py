@@ -292,11 +292,9 @@ def _refused(garment: Garment, fabric: StitchMesh) -> Iterator[None]:
 
 def relax_yarns_stage(garment: Garment, run: Run[YarnSet]) -> Made[Relaxation]:
     """Relax the yarns, which keep the borders and the shape of the fabric."""
-    yarns = garment.yarns
-    _progress(run)("yarnrelax", 0.0, f"{len(yarns.points)} control points")
     relaxed = relax_with_options(
-        yarns, garment.options.relaxation, quality=garment.quality, device=garment.device, fabric=garment.fabric,
-        keep_shape=True, run=run,
+        garment.yarns, garment.options.relaxation, quality=garment.quality, device=garment.device,
+        fabric=garment.fabric, keep_shape=True, run=run,
     )  # fmt: skip
     return Made(relaxed, {"yarnrelax": relaxed.report})
 
