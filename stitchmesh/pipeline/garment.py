@@ -95,15 +95,6 @@ class Garment:
         return given if isinstance(given, str) else asdict(given)
 
     @property
-    def whole_mesh(self) -> Mesh:
-        """The mesh of a garment whose rows are labeled or found on the whole of it.
-
-        Raises:
-            ParameterError: the garment is a sewing pattern, and the options do not say how its panels are knitted.
-        """
-        return whole_mesh(self.mesh)
-
-    @property
     def found(self) -> FoundStitches | None:
         """The stitches as they were found on the mesh; None if its rows are labeled."""
         return self.values.get(FoundStitches)
@@ -117,7 +108,7 @@ class Garment:
     @property
     def surface(self) -> Mesh:
         """The surface on which the stitches are evened out."""
-        return self.whole_mesh if self.found is None else self.found.surface_mesh
+        return whole_mesh(self.mesh) if self.found is None else self.found.surface_mesh
 
     @property
     def yarns(self) -> YarnSet:

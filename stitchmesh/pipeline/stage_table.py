@@ -13,22 +13,9 @@ from typing import Any, Generic, TypeVar
 
 from stitchmesh.errors import StitchMeshError
 from stitchmesh.mesh import StitchMesh
+from stitchmesh.pipeline import stages
 from stitchmesh.pipeline.garment import Garment, Made
 from stitchmesh.pipeline.options import KnitOptions
-from stitchmesh.pipeline.stages import (
-    apply_edit_stage,
-    apply_pattern_stage,
-    auto_stitches_stage,
-    budget_stage,
-    edge_forms_stage,
-    generate_yarns_stage,
-    label_stage,
-    make_spiral_stage,
-    relax_mesh_stage,
-    relax_yarns_stage,
-    shape_panels_stage,
-    tessellate_stage,
-)
 from stitchmesh.quality import Quality, quality_named
 from stitchmesh.run import Run
 from stitchmesh.shaping.found_stitches import FoundStitches
@@ -48,8 +35,8 @@ class Stage(Generic[T]):
     """Class of the value that the stage makes."""
     make: Callable[[Garment, Run[YarnSet]], Made[T]]
     """Makes the value, and reports its progress to a run."""
-    inputs: Callable[[Garment], tuple[object, ...]]
-    """What decides the value beside the settings: the mesh, and values of the stages before."""
+    inputs: Callable[[Garment], tuple[object, ...]] = lambda garment: (garment.fabric,)
+    """What decides the value beside the settings: the stitches so far, or other values of the stages before."""
     settings: Callable[[KnitOptions], tuple[object, ...]] = lambda options: ()
     """The options that decide the value; a job asks for those with the content of files in place of their paths."""
     asked: Callable[[Garment], bool] = lambda garment: True
@@ -72,13 +59,13 @@ Work = Callable[[Stage[Any], Garment], Made[Any]]
 """Function that provides what a stage makes of a garment: it runs the stage, or reads what was kept."""
 
 
-def run_stages(stages: Sequence[Stage[Any]], garment: Garment, work: Work) -> Garment:
-    """Run those of some stages that a garment asks for, one after another.
+def run_stages(table: Sequence[Stage[Any]], garment: Garment, work: Work) -> Garment:
+    """Run the stages of a table that a garment asks for, one after another.
 
     Raises:
         StitchMeshError: a stage cannot continue.
     """
-    for stage in stages:
+    for stage in table:
         if stage.asked(garment):
             garment = garment.after(stage.kind, work(stage, garment))
     return garment
@@ -112,74 +99,69 @@ def _inputs_of_budget(garment: Garment) -> tuple[object, ...]:
 
 
 LABEL = Stage(
-    name="label", kind=StitchMesh, make=label_stage,
+    name="label", kind=StitchMesh, make=stages.label_stage,
     asked=lambda garment: not garment.options.finds_rows,
-    inputs=lambda garment: (garment.whole_mesh,),
+    inputs=lambda garment: (garment.mesh,),
     settings=lambda options: (options.borders, options.seeds, options.flip),
 )  # fmt: skip
 AUTO_STITCHES = Stage(
-    name="auto_stitches", kind=FoundStitches, make=auto_stitches_stage,
+    name="auto_stitches", kind=FoundStitches, make=stages.auto_stitches_stage,
     asked=lambda garment: garment.options.shaping is not None,
-    inputs=lambda garment: (garment.whole_mesh,),
+    inputs=lambda garment: (garment.mesh,),
     settings=_settings_of_found_rows,
 )  # fmt: skip
 SHAPE_PANELS = Stage(
-    name="shape_panels", kind=FoundStitches, make=shape_panels_stage,
+    name="shape_panels", kind=FoundStitches, make=stages.shape_panels_stage,
     asked=lambda garment: garment.options.panels is not None,
     inputs=lambda garment: (garment.mesh,),
     settings=_settings_of_found_rows,
 )  # fmt: skip
 TESSELLATE = Stage(
-    name="tessellate", kind=StitchMesh, make=tessellate_stage,
+    name="tessellate", kind=StitchMesh, make=stages.tessellate_stage,
     asked=lambda garment: not garment.options.finds_rows,
-    inputs=lambda garment: (garment.fabric,),
     settings=lambda options: (
         options.stitch_width, options.stitch_height, options.counts, options.marked, options.increase,
     ),
 )  # fmt: skip
 APPLY_PATTERN = Stage(
-    name="apply_pattern", kind=StitchMesh, make=apply_pattern_stage,
+    name="apply_pattern", kind=StitchMesh, make=stages.apply_pattern_stage,
     asked=lambda garment: bool(garment.options.palette or garment.options.patterns),
-    inputs=lambda garment: (garment.fabric,),
     settings=_settings_of_patterns,
 )  # fmt: skip
 APPLY_EDIT = Stage(
-    name="apply_edit", kind=StitchMesh, make=apply_edit_stage,
+    name="apply_edit", kind=StitchMesh, make=stages.apply_edit_stage,
     asked=lambda garment: bool(garment.options.edits),
-    inputs=lambda garment: (garment.fabric,),
     settings=lambda options: (options.edits,),
 )  # fmt: skip
 RELAX_MESH = Stage(
-    name="relax_mesh", kind=StitchMesh, make=relax_mesh_stage,
+    name="relax_mesh", kind=StitchMesh, make=stages.relax_mesh_stage,
     inputs=lambda garment: (garment.fabric, garment.surface, garment.found, _processor(garment)),
     settings=_settings_of_mesh_relaxation,
 )  # fmt: skip
 EDGE_FORMS = Stage(
-    name="edge_forms", kind=StitchMesh, make=edge_forms_stage,
+    name="edge_forms", kind=StitchMesh, make=stages.edge_forms_stage,
     asked=lambda garment: bool(garment.options.edge_forms),
-    inputs=lambda garment: (garment.fabric,),
     settings=lambda options: (options.edge_forms, options.yarn_radius),
 )  # fmt: skip
 MAKE_SPIRAL = Stage(
-    name="make_spiral", kind=StitchMesh, make=make_spiral_stage,
+    name="make_spiral", kind=StitchMesh, make=stages.make_spiral_stage,
     asked=lambda garment: garment.options.spiral,
-    inputs=lambda garment: (garment.fabric,),
 )  # fmt: skip
 BUDGET = Stage(
-    name="budget", kind=Quality, make=budget_stage,
+    name="budget", kind=Quality, make=stages.budget_stage,
     asked=lambda garment: garment.budget is not None,
     inputs=_inputs_of_budget,
     settings=lambda options: (quality_named(options.quality),),
 )  # fmt: skip
 GENERATE_YARNS = Stage(
-    name="generate_yarns", kind=YarnSet, make=generate_yarns_stage,
+    name="generate_yarns", kind=YarnSet, make=stages.generate_yarns_stage,
     inputs=lambda garment: (garment.fabric, garment.quality.control_points_per_stitch),
     settings=lambda options: (
         options.yarn_radius, options.drawn_radius, options.mass_per_length, options.finish,
     ),
 )  # fmt: skip
 RELAX_YARNS = Stage(
-    name="relax_yarns", kind=Relaxation, make=relax_yarns_stage,
+    name="relax_yarns", kind=Relaxation, make=stages.relax_yarns_stage,
     inputs=lambda garment: (garment.fabric, garment.yarns, garment.quality, _processor(garment)),
     settings=lambda options: (options.relaxation,),
 )  # fmt: skip

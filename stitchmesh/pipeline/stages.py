@@ -31,7 +31,7 @@ from stitchmesh.mesh.stitch_counts import stitch_counts
 from stitchmesh.meshrelax import relax_mesh
 from stitchmesh.patterns import LaidPattern
 from stitchmesh.patterns.placement.left_out import left_out_lines
-from stitchmesh.pipeline.garment import Garment, Made
+from stitchmesh.pipeline.garment import Garment, Made, whole_mesh
 from stitchmesh.pipeline.options import KnitOptions
 from stitchmesh.pipeline.refused_yarns import with_place_and_remedy
 from stitchmesh.pipeline.yarn_relaxation import relax_with_options
@@ -63,7 +63,7 @@ SHARE_OF_MESH = 0.5
 def label_stage(garment: Garment, run: Run[YarnSet]) -> Made[StitchMesh]:
     """Find the knitting rows of a mesh."""
     began = time.perf_counter()
-    mesh, options = garment.whole_mesh, garment.options
+    mesh, options = whole_mesh(garment.mesh), garment.options
     _progress(run)("label", 0.0, f"{mesh.face_count} faces")
     labeled = label(mesh, borders=options.borders, seeds=options.seeds, flip=options.flip)
     figures = {"seconds": _since(began), "rows": int(labeled.row.max()) + 1, "faces": labeled.face_count}
@@ -74,7 +74,7 @@ def auto_stitches_stage(garment: Garment, run: Run[YarnSet]) -> Made[FoundStitch
     """Find rows and stitches on a mesh of any kind, and check the radii of the yarn."""
     options = garment.options
     found, figures = found_on_mesh(
-        garment.whole_mesh, options.shaping or ShapingOptions(), stitch_width=options.stitch_width,
+        whole_mesh(garment.mesh), options.shaping or ShapingOptions(), stitch_width=options.stitch_width,
         stitch_height=options.stitch_height, progress=_progress(run),
     )  # fmt: skip
     return Made(_checked(found, options), {"shape": figures})
