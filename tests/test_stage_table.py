@@ -25,7 +25,7 @@ from stitchmesh.yarngen import YarnFinish
 from tests.gallery import grid
 
 STAGES = (*ROWS, *STITCHES, *YARNS, RELAX_YARNS)
-OTHER = {
+OTHER: dict[str, Any] = {
     "stitch_width": 0.7, "stitch_height": 0.6, "counts": {(0, 1): 5}, "marked": ((0, 1),), "increase": "kfb",
     "mesh_relaxation": MeshRelaxOptions(alpha=0.8), "yarn_radius": 0.1, "drawn_radius": 0.2, "mass_per_length": 0.01,
     "borders": (1,), "seeds": (1,), "flip": (0,), "shaping": ShapingOptions(multiple=4), "panels": PanelOptions(),

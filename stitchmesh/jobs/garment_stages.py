@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from contextlib import nullcontext
 from dataclasses import replace
+from typing import TypeVar
 
 from stitchmesh.io.checkpoint_file import previous_path
 from stitchmesh.io.contents import read_bytes
@@ -18,7 +19,7 @@ from stitchmesh.jobs.kept_stages import KeptStage, stage_key
 from stitchmesh.jobs.stage_run import JobRun, cut_short
 from stitchmesh.pipeline.garment import Garment, Made
 from stitchmesh.pipeline.options import KnitOptions
-from stitchmesh.pipeline.stage_table import RELAX_YARNS, ROWS, STITCHES, YARNS, Stage, T, run_stages
+from stitchmesh.pipeline.stage_table import RELAX_YARNS, ROWS, STITCHES, YARNS, Stage, run_stages
 from stitchmesh.quality import Quality
 from stitchmesh.recipe.recipe import recipe_options
 from stitchmesh.recipe.recipe_file import edits_with_paths
@@ -26,6 +27,8 @@ from stitchmesh.run import CHECKPOINT, Checkpoints, Run
 from stitchmesh.selection.selection import with_paths
 from stitchmesh.yarnrelax.checkpoint import seconds_of
 from stitchmesh.yarnrelax.relaxation_result import Relaxation
+
+T = TypeVar("T")
 
 
 def make_garment(run: JobRun) -> Garment:

@@ -97,7 +97,8 @@ class Garment:
     @property
     def found(self) -> FoundStitches | None:
         """The stitches as they were found on the mesh; None if its rows are labeled."""
-        return self.values.get(FoundStitches)
+        found: FoundStitches | None = self.values.get(FoundStitches)
+        return found
 
     @property
     def fabric(self) -> StitchMesh:
