@@ -21,7 +21,7 @@ MESH = Path(__file__).resolve().parent.parent / "assets" / "meshes" / "hat.obj"
 def main(folder: Path = Path("out/edited"), stitch_width: float = 1.6) -> sm.YarnSet:
     """Purl two stitches of the hat, twist a loop and undo the twist, and relax the yarns again."""
     mesh = sm.read_mesh(MESH)
-    fabric = sm.relax_mesh(sm.tessellate(sm.label(mesh), stitch_width=stitch_width), surface=mesh)
+    fabric = sm.relax_mesh(sm.tessellate(sm.label(mesh), stitch_width=stitch_width), surface=mesh).fabric
     yarns = sm.generate_yarns(fabric, quality="draft")
     first = sm.relax_yarns(yarns, quality="draft", device="cpu", keep_shape=fabric)
 

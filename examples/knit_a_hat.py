@@ -21,7 +21,7 @@ def main(folder: Path = Path("out/hat"), stitch_width: float = 1.6) -> sm.YarnSe
     mesh = sm.read_mesh(MESH)  # Coordinates are in centimetres.
     labeled = sm.label(mesh)  # Rows are numbered from the brim upwards.
     fabric = sm.tessellate(labeled, stitch_width=stitch_width)
-    fabric = sm.relax_mesh(fabric, surface=mesh)  # The stitches become equal in size on the smooth surface.
+    fabric = sm.relax_mesh(fabric, surface=mesh).fabric  # The stitches become equal in size on the smooth surface.
     print(f"{fabric.face_count} stitches, stretched {fabric.face_stretch.min():.2f} to {fabric.face_stretch.max():.2f}")
     yarns = sm.generate_yarns(fabric, quality="draft")
     result = sm.relax_yarns(yarns, quality="draft", device="cpu", keep_shape=fabric)

@@ -66,6 +66,8 @@ from .mesh.shaping_stitches import with_increases as with_increases
 from .mesh.stitch import Stitch as Stitch
 from .mesh.vertex_motion import MovingMesh as MovingMesh
 from .mesh.vertex_motion import VertexMotion as VertexMotion
+from .meshrelax import MeshRelaxOptions as MeshRelaxOptions
+from .meshrelax import RelaxedMesh as RelaxedMesh
 from .meshrelax import relax_mesh as relax_mesh
 from .meshrelax import relax_mesh_around_edit as relax_mesh_around_edit
 from .meshrelax.evenness import evenness_verdict as evenness_verdict

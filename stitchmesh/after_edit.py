@@ -109,7 +109,7 @@ class _Edit:
                 return fabric, found.warm, self.from_start(fabric, found, load_steps=False)
         except (YarnError, SolverError) as error:
             self.note(f"evened out the stitches around the edit, because {_reason(error)}")
-            fabric = relax_mesh_around_edit(self.before, self.after, surface=self.surface)[0]
+            fabric = relax_mesh_around_edit(self.before, self.after, surface=self.surface).fabric
             found = self.generated(fabric)
             try:
                 if found.start is not None:

@@ -37,7 +37,7 @@ TELLING = ("twist_loop", "split_course_edge", "insert_row", "short_rows", "paste
 @cache
 def fabric(stitch_width: float) -> StitchMesh:
     surface = read_mesh(HAT)
-    return relax_mesh(tessellate(label(surface), stitch_width=stitch_width), surface=surface, device="cpu")
+    return relax_mesh(tessellate(label(surface), stitch_width=stitch_width), surface=surface, device="cpu").fabric
 
 
 @cache

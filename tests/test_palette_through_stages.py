@@ -34,7 +34,7 @@ def yarns() -> sm.YarnSet:
 
 
 def test_the_stages_of_a_mesh_keep_the_palette():
-    relaxed = sm.relax_mesh(fabric(), surface=tube(8, 3))
+    relaxed = sm.relax_mesh(fabric(), surface=tube(8, 3)).fabric
     edited = sm.apply_edit(relaxed, sm.Edit("stripe", {"yarn": 1, "rows": [2]})).fabric
     spiral = sm.apply_edit(edited, sm.Edit("spiral")).fabric
     longer = sm.apply_edit(edited, sm.Edit("insert_row", {"face": int(np.flatnonzero(edited.row == 2)[0])})).fabric

@@ -14,9 +14,10 @@ import stitchmesh as sm
 from stitchmesh.errors import SolverError, YarnError
 from stitchmesh.mesh import BORDER, RIGHT, TOP, StitchMesh
 from stitchmesh.meshrelax.dynamics import ON_SURFACE
+from stitchmesh.pipeline.garment import Garment
 from stitchmesh.pipeline.options import KnitOptions
-from stitchmesh.pipeline.stages import yarn_stage
-from stitchmesh.quality import quality_named
+from stitchmesh.pipeline.stages import generate_yarns_stage
+from stitchmesh.run import QUIET
 from tests.gallery import grid
 
 WIDTH = 0.5
@@ -27,8 +28,8 @@ def flat_fabric() -> StitchMesh:
 
 
 def yarns_of(fabric: StitchMesh, radius: float | None = None) -> sm.YarnSet:
-    options = KnitOptions(stitch_width=WIDTH, yarn_radius=radius)
-    return yarn_stage(fabric, options, quality_named("draft"), {}, lambda *_: None)
+    options = KnitOptions(stitch_width=WIDTH, yarn_radius=radius, quality="draft")
+    return generate_yarns_stage(Garment(mesh=fabric, options=options, values={StitchMesh: fabric}), QUIET).value
 
 
 @pytest.mark.decides

@@ -16,7 +16,7 @@ from tests.yarnrelax.stockinette import periodic_patch
 
 def relaxed_mesh(run: sm.Run[Any]) -> object:
     mesh = sm.read_mesh("swatch")
-    return sm.relax_mesh(sm.tessellate(sm.label(mesh), stitch_width=1.0), surface=mesh, run=run)
+    return sm.relax_mesh(sm.tessellate(sm.label(mesh), stitch_width=1.0), surface=mesh, run=run).fabric
 
 
 def relaxed_outline(run: sm.Run[Any]) -> object:

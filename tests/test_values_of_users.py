@@ -67,8 +67,8 @@ NAMES = {"text"}
 TAKES = {
     "label": (sm.label, MESHES),
     "tessellate": (lambda value: sm.tessellate(value, stitch_width=1.0), FABRICS),
-    "relax_mesh": (lambda value: sm.relax_mesh(value, surface=values()["mesh"]), FABRICS),
-    "relax_mesh surface": (lambda value: sm.relax_mesh(values()["fabric"], surface=value), MESHES),
+    "relax_mesh": (lambda value: sm.relax_mesh(value, surface=values()["mesh"]).fabric, FABRICS),
+    "relax_mesh surface": (lambda value: sm.relax_mesh(values()["fabric"], surface=value).fabric, MESHES),
     "generate_yarns": (sm.generate_yarns, FABRICS),
     "regenerate_yarns": (lambda value: sm.regenerate_yarns(value, values()["fabric"], values()["fabric"]), YARNS),
     "check_loops": (lambda value: sm.check_loops(value, values()["yarns"]), FABRICS),

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Mapping
 from pathlib import Path
 
 from stitchmesh.io.atomic import write_json
@@ -13,7 +14,7 @@ from stitchmesh.io.yarns import write_yarns
 from stitchmesh.yarn import YarnSet
 
 
-def save_yarns(folder: Path, yarns: YarnSet, report: dict[str, object]) -> None:
+def save_yarns(folder: Path, yarns: YarnSet, report: Mapping[str, object]) -> None:
     """Write ``yarns.h5``, ``yarns.bcc`` and ``report.json``, each file atomically."""
     write_yarns(folder / "yarns.h5", yarns)
     write_yarns(folder / "yarns.bcc", yarns)
@@ -29,7 +30,7 @@ class StateSaver:
     EVERY_SECONDS = 60.0
     """Shortest interval between two writes [s]."""
 
-    def __init__(self, folder: Path, report: dict[str, object], start: YarnSet) -> None:
+    def __init__(self, folder: Path, report: Mapping[str, object], start: YarnSet) -> None:
         """Begin with the generated yarns; ``report`` has the entries of the stages before."""
         self._folder, self._report, self._state = folder, report, start
         self._saved = -math.inf  # The first good state is written at once, so that a running job can be looked at.

@@ -19,7 +19,7 @@ import logging
 import os
 import re
 import shutil
-from collections.abc import Callable, Collection
+from collections.abc import Collection
 from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -35,6 +35,8 @@ from stitchmesh.io.own_files import RECORD as MARK
 from stitchmesh.io.own_files import is_marked, opened_folder
 from stitchmesh.io.part_folder import PARTS, remove_stale_parts
 from stitchmesh.io.path_kind import entries_of, is_folder
+from stitchmesh.jobs.stage_files import read_value, write_value
+from stitchmesh.pipeline.garment import Made
 from stitchmesh.yarnrelax.fingerprint import DIGITS, checksum
 
 STAGES = "stages"
@@ -48,17 +50,15 @@ logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
-class Stage(Generic[T]):
-    """A stage of a job whose result can be kept."""
+class KeptStage(Generic[T]):
+    """A stage of a job whose value can be kept."""
 
     name: str
     """Name of the public function."""
     key: str
-    """Checksum of everything that decides the result."""
-    write: Callable[[Path, T], None]
-    """Writes the result into a folder."""
-    read: Callable[[Path, dict[str, Any]], T]
-    """Reads the result with all its bits from a folder, given the report of the stage."""
+    """Checksum of everything that decides the value."""
+    kind: type[T]
+    """Class of the value, of which ``stage_files`` knows the files."""
 
     @property
     def folder(self) -> str:
@@ -120,11 +120,11 @@ class KeptStages:
             found = "is a symbolic link; expected a folder, in which stages are kept and removed"
             raise FileError(f"{self.folder}: {found}; remove the link, or choose another folder for the job")
 
-    def folder_of(self, stage: Stage[Any]) -> Path:
+    def folder_of(self, stage: KeptStage[Any]) -> Path:
         """Return the folder of a stage."""
         return self.folder / stage.folder
 
-    def record(self, stage: Stage[Any]) -> StageRecord | None:
+    def record(self, stage: KeptStage[Any]) -> StageRecord | None:
         """Return the record of a stage; None if the stage is not finished, or its record is damaged."""
         path = self.folder_of(stage) / RECORD
         try:
@@ -133,14 +133,14 @@ class KeptStages:
             return None
         return read.record if read is not None and read.checksum == _checksum(read.record) else None
 
-    def load(self, stage: Stage[T], record: StageRecord) -> T | None:
-        """Return the result of a finished stage; None if a file is missing or damaged, or its record was altered."""
+    def load(self, stage: KeptStage[T], record: StageRecord) -> Made[T] | None:
+        """Return what a finished stage has made; None if a file is missing or damaged, or its record was altered."""
         try:
-            return stage.read(self.folder_of(stage), record.report)
+            return Made(read_value(self.folder_of(stage), stage.kind, record.report), record.report)
         except StitchMeshError:
             return None
 
-    def begin(self, stage: Stage[Any]) -> None:
+    def begin(self, stage: KeptStage[Any]) -> None:
         """Make the folder of a stage, with the program's mark.
 
         Raises:
@@ -148,14 +148,14 @@ class KeptStages:
         """
         claim_folder(self.folder_of(stage))
 
-    def keep(self, stage: Stage[T], result: T, record: StageRecord) -> None:
-        """Write the result of a stage, and then its record.
+    def keep(self, stage: KeptStage[T], value: T, record: StageRecord) -> None:
+        """Write the value of a stage, and then its record.
 
         Raises:
             FileError: a file cannot be written.
         """
         folder = self.folder_of(stage)
-        stage.write(folder, result)
+        write_value(folder, stage.kind, value)
         write_json(folder / RECORD, asdict(_RecordFile(_checksum(record), record)))
 
     def folders(self) -> list[Path]:

@@ -14,16 +14,16 @@ from stitchmesh.errors import DisplayError
 from stitchmesh.io.atomic import write_bytes
 from stitchmesh.io.contents import read_bytes
 from stitchmesh.io.history import HistoryEntry
-from stitchmesh.jobs.kept_stages import Stage, stage_key
+from stitchmesh.jobs.kept_stages import KeptStage, stage_key
 from stitchmesh.jobs.sections import RenderTable
+from stitchmesh.jobs.stage_files import PICTURE
 from stitchmesh.jobs.stage_run import JobRun
 from stitchmesh.mesh import StitchMesh
+from stitchmesh.pipeline.garment import Made
 from stitchmesh.render import render
 from stitchmesh.render.plots.convergence_plot import plot_convergence
 from stitchmesh.yarn import YarnSet
 
-PICTURE = "picture.png"
-"""Name of a picture in the folder of its stage."""
 PLOT = "convergence.png"
 """Name of the plot of the convergence in the folder of the job."""
 logger = logging.getLogger(__name__)
@@ -38,16 +38,15 @@ def draw_convergence(run: JobRun, history: Sequence[HistoryEntry], tolerance: fl
     )  # fmt: skip
 
 
-def draw_yarns(run: JobRun, fabric: StitchMesh | None, yarns: YarnSet) -> bool:
-    """Draw the pictures that the job asks for; returns whether this machine can draw."""
+def draw_yarns(run: JobRun, fabric: StitchMesh | None, yarns: YarnSet) -> str | None:
+    """Draw the pictures that the job asks for; returns why there are none, or None if they are drawn."""
     try:
         for table in run.job.render:
             _draw_one(run, table, fabric, yarns)
     except DisplayError as error:
         logger.warning("no picture: %s", error)
-        run.report["no_picture"] = str(error)
-        return False
-    return True
+        return str(error)
+    return None
 
 
 def _draw_one(run: JobRun, table: RenderTable, fabric: StitchMesh | None, yarns: YarnSet) -> None:
@@ -58,14 +57,11 @@ def _draw_one(run: JobRun, table: RenderTable, fabric: StitchMesh | None, yarns:
 
 def _draw(run: JobRun, name: str, output: str, draw: Callable[[Path], None], *inputs: Any) -> None:
     """Draw a picture into the folder of its stage, unless it is there, and write it into the folder of the job."""
-    stage: Stage[bytes] = Stage(
-        name, stage_key(name, *inputs), lambda folder, content: write_bytes(folder / PICTURE, content),
-        lambda folder, report: read_bytes(folder / PICTURE),
-    )  # fmt: skip
+    stage = KeptStage(name, stage_key(name, *inputs), bytes)
 
-    def make(_report: dict[str, Any]) -> bytes:
+    def make() -> Made[bytes]:
         path = run.kept.folder_of(stage) / PICTURE
         draw(path)
-        return read_bytes(path)
+        return Made(read_bytes(path), {})
 
-    write_bytes(run.folder / output, run.run(stage, make))
+    write_bytes(run.folder / output, run.keep(stage, make).value)

@@ -13,7 +13,6 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from stitchmesh import __version__
 from stitchmesh.budget.budget import FILES, START_OF_RENDERER, Budget
 from stitchmesh.budget.plan import limit_of
 from stitchmesh.errors import FileError, StitchMeshError, is_interrupt
@@ -103,7 +102,7 @@ def run_job(
             stages.tidy(CHECKPOINT)
             stages.say_what_stays()
             log, budget = JobLog(target, lock, listener), _budget(job, started, load)
-            run = JobRun(job, target, resume, stop or StopRequest(), log, {"stitchmesh": __version__}, budget)
+            run = JobRun(job, target, resume, stop or StopRequest(), log, stages, budget)
             with end_reported(log), limited_to(limit_of(budget)):
                 return _run(run)
         finally:
@@ -120,20 +119,23 @@ def _run(run: JobRun) -> FinishedJob:
     """Run the stages and write the results."""
     job, folder = run.job, run.folder
     fabric: StitchMesh | None
-    made: Relaxation | Swatch
+    relaxed: Relaxation | Swatch
     if job.swatch is None:
-        fabric, made = make_garment(run)
+        garment = make_garment(run)
+        fabric, relaxed, report = garment.fabric, garment.relaxed, dict(garment.report)
     else:
         made = relax_swatch(run, job.swatch)
-        fabric = made.fabric
+        fabric, relaxed, report = made.value.fabric, made.value, dict(made.report)
     for name in job.write_yarns:
-        write_yarns(folder / name, made.yarns)
-    draw_convergence(run, made.history, _tolerance(run.report))
-    drawn = bool(job.render) and _has_time_to_draw(run) and draw_yarns(run, fabric, made.yarns)
-    run.report["job"] = {"seconds": round(run.log.seconds, 2), "stages": [asdict(stage) for stage in run.log.stages]}
-    write_json(folder / REPORT, run.report)
-    write_history(folder / HISTORY, made.history)  # Last: a page that follows the folder takes it as the end.
-    return FinishedJob(made.yarns, fabric, run.report, drawn)
+        write_yarns(folder / name, relaxed.yarns)
+    draw_convergence(run, relaxed.history, _tolerance(report))
+    refused = _drawn_in_time(run, fabric, relaxed.yarns) if job.render else None
+    if refused is not None:
+        report["no_picture"] = refused
+    report["job"] = {"seconds": round(run.log.seconds, 2), "stages": [asdict(stage) for stage in run.log.stages]}
+    write_json(folder / REPORT, report)
+    write_history(folder / HISTORY, relaxed.history)  # Last: a page that follows the folder takes it as the end.
+    return FinishedJob(relaxed.yarns, fabric, report, drawn=bool(job.render) and refused is None)
 
 
 def _tolerance(report: dict[str, Any]) -> float:
@@ -152,16 +154,14 @@ def _budget(job: Job, began: float, load: float) -> Budget | None:
     return replace(given, began=began, after=after if draws else load * FILES, chooses=job.quality is None)
 
 
-def _has_time_to_draw(run: JobRun) -> bool:
-    """Return whether the renderer can start within the budget; if not, the report says so."""
+def _drawn_in_time(run: JobRun, fabric: StitchMesh | None, yarns: YarnSet) -> str | None:
+    """Draw the pictures if the renderer can start within the budget; returns why there are none, if there are none."""
     budget = run.budget
-    if budget is None or budget.within is None:
-        return True
-    has_time = budget.began + budget.within - time.perf_counter() >= START_OF_RENDERER
-    if not has_time:
-        run.report["no_picture"] = "the time leaves none for it"
-        logger.warning("no picture: the time leaves none for it; give more, or draw it with `stitchmesh render`")
-    return has_time
+    if budget is not None and budget.within is not None:
+        if budget.began + budget.within - time.perf_counter() < START_OF_RENDERER:
+            logger.warning("no picture: the time leaves none for it; give more, or draw it with `stitchmesh render`")
+            return "the time leaves none for it"
+    return draw_yarns(run, fabric, yarns)
 
 
 @contextmanager

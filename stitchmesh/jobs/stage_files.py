@@ -1,22 +1,23 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Results of stages as files in the folder of a stage, with all their bits."""
+"""Values of stages as files in the folder of a stage, with all their bits."""
 
 from __future__ import annotations
 
-from dataclasses import asdict
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 from stitchmesh.errors import FileError
-from stitchmesh.io.atomic import write_json
+from stitchmesh.io.atomic import write_bytes, write_json
 from stitchmesh.io.checked import check_table
+from stitchmesh.io.contents import read_bytes
 from stitchmesh.io.hdf5 import read_dataclass, write_dataclass
 from stitchmesh.io.history import read_history, write_history
 from stitchmesh.io.json_file import read_json
 from stitchmesh.io.stitches import read_stitches, write_stitches
 from stitchmesh.io.yarns import read_yarns, write_yarns
-from stitchmesh.jobs.kept_stages import Stage
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.periodic.swatch import Swatch
 from stitchmesh.quality import Quality
@@ -30,39 +31,36 @@ GIVEN, SURFACE, SURFACE_FORMAT = "given.h5", "surface.h5", "stitchmesh surface"
 """Files of the surface on which stitches were found, as given and without fine features, and their format."""
 PLAN = "plan.json"
 """File of the quality that a budget has chosen."""
+PICTURE = "picture.png"
+"""File of a picture."""
+T = TypeVar("T")
 
 
-def found_stage(name: str, key: str) -> Stage[FoundStitches]:
-    """Return a stage whose result is stitches that were found on a surface."""
-    return Stage(name, key, _write_found, _read_found)
+def write_value(folder: Path, kind: type[T], value: T) -> None:
+    """Write a value of a kind into the folder of its stage.
+
+    Raises:
+        FileError: a file cannot be written.
+    """
+    FILES[kind].write(folder, value)
 
 
-def fabric_stage(name: str, key: str) -> Stage[StitchMesh]:
-    """Return a stage whose result is a stitch mesh."""
-    return Stage(name, key, lambda folder, fabric: write_stitches(folder / STITCHES, fabric),
-                 lambda folder, report: read_stitches(folder / STITCHES))  # fmt: skip
+def read_value(folder: Path, kind: type[T], report: dict[str, Any]) -> T:
+    """Read a value of a kind from the folder of its stage, given the report of the stage.
+
+    Raises:
+        FileError: a file is missing or damaged, or the report is that of another stage.
+    """
+    value: T = FILES[kind].read(folder, report)
+    return value
 
 
-def yarns_stage(name: str, key: str) -> Stage[YarnSet]:
-    """Return a stage whose result is yarns."""
-    return Stage(name, key, lambda folder, yarns: write_yarns(folder / YARNS, yarns),
-                 lambda folder, report: read_yarns(folder / YARNS))  # fmt: skip
+@dataclass(frozen=True)
+class _Files(Generic[T]):
+    """How the values of a kind are written and read."""
 
-
-def relaxation_stage(name: str, key: str) -> Stage[Relaxation]:
-    """Return a stage whose result is relaxed yarns, with the report of the relaxation as ``yarnrelax``."""
-    return Stage(name, key, _write_relaxation, _read_relaxation)
-
-
-def swatch_stage(name: str, key: str) -> Stage[Swatch]:
-    """Return a stage whose result is a swatch, with its report as ``swatch``."""
-    return Stage(name, key, _write_swatch, _read_swatch)
-
-
-def quality_stage(name: str, key: str) -> Stage[Quality]:
-    """Return a stage whose result is a quality."""
-    return Stage(name, key, lambda folder, quality: write_json(folder / PLAN, asdict(quality)),
-                 lambda folder, report: check_table(read_json(folder / PLAN), Quality))  # fmt: skip
+    write: Callable[[Path, T], None]
+    read: Callable[[Path, dict[str, Any]], T]
 
 
 def _write_found(folder: Path, found: FoundStitches) -> None:
@@ -109,3 +107,27 @@ def _entry(report: dict[str, Any], name: str) -> dict[str, Any]:
     if not isinstance(report.get(name), dict):
         raise FileError(f"report of a stage: has no entry {name!r}; the stage is computed again")
     return dict(report[name])
+
+
+FILES: dict[type, _Files[Any]] = {
+    FoundStitches: _Files(_write_found, _read_found),
+    StitchMesh: _Files(
+        lambda folder, fabric: write_stitches(folder / STITCHES, fabric),
+        lambda folder, report: read_stitches(folder / STITCHES),
+    ),
+    Quality: _Files(
+        lambda folder, quality: write_json(folder / PLAN, asdict(quality)),
+        lambda folder, report: check_table(read_json(folder / PLAN), Quality),
+    ),
+    YarnSet: _Files(
+        lambda folder, yarns: write_yarns(folder / YARNS, yarns),
+        lambda folder, report: read_yarns(folder / YARNS),
+    ),
+    Relaxation: _Files(_write_relaxation, _read_relaxation),
+    Swatch: _Files(_write_swatch, _read_swatch),
+    bytes: _Files(
+        lambda folder, picture: write_bytes(folder / PICTURE, picture),
+        lambda folder, report: read_bytes(folder / PICTURE),
+    ),
+}
+"""The files of each kind of value; the report of a stage holds the reports of relaxations and swatches."""

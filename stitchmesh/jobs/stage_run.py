@@ -5,9 +5,9 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -16,16 +16,15 @@ from stitchmesh.budget.plan import limit_of
 from stitchmesh.errors import ParameterError
 from stitchmesh.jobs.job import Job
 from stitchmesh.jobs.job_status import JobLog, StageStatus
-from stitchmesh.jobs.kept_stages import KeptStages, Stage, StageRecord
+from stitchmesh.jobs.kept_stages import KeptStage, KeptStages, StageRecord
 from stitchmesh.jobs.stop import StopRequest
+from stitchmesh.pipeline.garment import Made
 from stitchmesh.time_limit import limited_to
 
 T = TypeVar("T")
-Make = Callable[[dict[str, Any]], T]
-"""Function that computes the result of a stage, and adds its entries to a report."""
 
 
-@dataclass(eq=False)
+@dataclass(frozen=True, eq=False)
 class JobRun:
     """A running job."""
 
@@ -39,15 +38,10 @@ class JobRun:
     """The wish to stop."""
     log: JobLog
     """Where progress is reported."""
-    report: dict[str, Any]
-    """Entries of ``report.json`` so far."""
+    kept: KeptStages
+    """The finished stages."""
     budget: Budget | None = None
     """The limits on the time and on the error; None without limits."""
-    kept: KeptStages = field(init=False)
-    """The finished stages."""
-
-    def __post_init__(self) -> None:
-        self.kept = KeptStages(self.folder)
 
     def progress(self, stage: str, done: float, note: str) -> None:
         """Report the progress of the present stage (a ``Progress`` function).
@@ -58,12 +52,12 @@ class JobRun:
         self.log.progress(stage, done, note)
         self.stop.check()
 
-    def finished(self, stage: Stage[T]) -> StageRecord | None:
+    def finished(self, stage: KeptStage[T]) -> StageRecord | None:
         """Return the record of a stage that an earlier run has finished; None if it has to be computed."""
         record = self.kept.record(stage)
         return record if record is None or record.within in (None, self.job.within) else None
 
-    def check_resume(self, stage: Stage[Any], *, stopped: bool) -> None:
+    def check_resume(self, stage: KeptStage[Any], *, stopped: bool) -> None:
         """Refuse to lose the work of a run that was stopped in a stage.
 
         Args:
@@ -79,12 +73,12 @@ class JobRun:
                 f"remove {self.kept.folder_of(stage)} to begin that stage again"
             )
 
-    def run(self, stage: Stage[T], make: Make[T]) -> T:
-        """Return the result of a stage: that of an earlier run, or a new one, which is kept.
+    def keep(self, stage: KeptStage[T], make: Callable[[], Made[T]]) -> Made[T]:
+        """Return what a stage makes: what an earlier run has kept, or a new value, which is kept.
 
         Args:
             stage: the stage.
-            make: computes the result.
+            make: makes the value.
 
         Raises:
             StitchMeshError: the stage cannot be carried out, or its files cannot be written.
@@ -98,12 +92,13 @@ class JobRun:
             return found
         self.log.begin(stage.name)
         self.kept.begin(stage)
-        began, report = time.perf_counter(), dict[str, Any]()
-        made = make(report)
+        began = time.perf_counter()
+        made = make()
+        report = dict(made.report)
         late = any(cut_short(entry) for entry in report.values() if isinstance(entry, dict))
         within = self.job.within if late else None
         record = StageRecord(seconds=round(time.perf_counter() - began, 4), report=report, within=within)
-        self.kept.keep(stage, made, record)
+        self.kept.keep(stage, made.value, record)
         self._end(stage, record, kept=False)
         return made
 
@@ -120,11 +115,10 @@ class JobRun:
         with limited_to(limit_of(limited)):
             yield
 
-    def _end(self, stage: Stage[T], record: StageRecord, *, kept: bool) -> None:
-        self.report |= record.report
+    def _end(self, stage: KeptStage[T], record: StageRecord, *, kept: bool) -> None:
         self.log.end(StageStatus(name=stage.name, key=stage.key, kept=kept, seconds=record.seconds))
 
 
-def cut_short(entry: dict[str, Any]) -> bool:
+def cut_short(entry: Mapping[str, Any]) -> bool:
     """Return whether the time has ended a relaxation, given its report."""
     return any(entry.get(name) for name in ("out_of_time", "stopped", "search_out_of_time"))

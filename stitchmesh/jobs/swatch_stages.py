@@ -5,32 +5,38 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping
 from contextlib import nullcontext
 from dataclasses import asdict, replace
 from typing import Any
 
+<<<<<<< HEAD
+=======
+from stitchmesh import __version__
+from stitchmesh.compute.asking import answer_alone
+>>>>>>> w-stages
 from stitchmesh.compute.device import device_named
 from stitchmesh.compute.shared_work import done_by
 from stitchmesh.io.state_saver import StateSaver
 from stitchmesh.io.stitches import write_stitches
-from stitchmesh.jobs.budget_stage import chosen_quality
 from stitchmesh.jobs.job_memory import check_job_memory, swatch_memory
 from stitchmesh.jobs.kept_relaxations import KeptRelaxations
-from stitchmesh.jobs.kept_stages import stage_key
+from stitchmesh.jobs.kept_stages import KeptStage, stage_key
 from stitchmesh.jobs.sections import SwatchTable
-from stitchmesh.jobs.stage_files import swatch_stage
 from stitchmesh.jobs.stage_run import JobRun, cut_short
 from stitchmesh.periodic.relaxation.prepared_swatch import prepare_swatch
 from stitchmesh.periodic.resolve_pattern import Source, resolve_pattern
 from stitchmesh.periodic.swatch import Swatch, in_fabric, relax_shaken
 from stitchmesh.periodic.swatch_budget import plan_swatch
+from stitchmesh.pipeline.garment import Made
+from stitchmesh.pipeline.stages import planned_quality
 from stitchmesh.quality import DEFAULT_QUALITY, Quality
 from stitchmesh.run import Run
 from stitchmesh.time_limit import seconds_left
 
 
-def relax_swatch(run: JobRun, table: SwatchTable) -> Swatch:
-    """Relax the repeat.
+def relax_swatch(run: JobRun, table: SwatchTable) -> Made[Swatch]:
+    """Relax the repeat; returns it with the report of the job.
 
     Raises:
         StitchMeshError: the repeat cannot be relaxed, or does not fit into the memory, or there is a checkpoint and
@@ -42,8 +48,8 @@ def relax_swatch(run: JobRun, table: SwatchTable) -> Swatch:
     given = table.quality(name)
     device = str(device_named(run.job.device))
     arguments = table.arguments()
-    head = {"pattern": table.pattern, "name": source.name, "source": source.source}
     options = {"quality": name, "material": table.material, "stiffness": list(table.stiffness)}
+<<<<<<< HEAD
     run.report |= head | {"options": options | arguments | {"rest_lengths": asdict(arguments["rest_lengths"])}}
     run.report |= {"quality": asdict(given)}
     run.report["memory"] = check_job_memory(
@@ -55,44 +61,79 @@ def relax_swatch(run: JobRun, table: SwatchTable) -> Swatch:
         source, sorted(arguments.items()), device,
     )  # fmt: skip
     made = _relaxed(run, table, source, quality, device)
+=======
+    report = {
+        "stitchmesh": __version__, "pattern": table.pattern, "name": source.name, "source": source.source,
+        "options": options | arguments | {"rest_lengths": asdict(arguments["rest_lengths"])},
+        "quality": asdict(given),
+        "memory": check_job_memory(
+            lambda quality: swatch_memory(table, quality, device, run.job.render), given, device,
+            "fewer repeats, or no pictures (render = [])",
+        ),
+    }  # fmt: skip
+    planned = _planned(run, table, source, given, device)
+    report |= planned.report
+    made = _relaxed(run, table, source, planned.value, device, report)
+>>>>>>> w-stages
     if made.fabric is not None:
         for path in run.job.write_stitches:
             write_stitches(run.folder / path, made.fabric)
-    run.report |= run.report.pop("swatch")
-    return made
+    return Made(made, report | made.report)
 
 
-def _relaxed(run: JobRun, table: SwatchTable, source: Source, quality: Quality, device: str) -> Swatch:
+def _planned(run: JobRun, table: SwatchTable, source: Source, given: Quality, device: str) -> Made[Quality]:
+    """Return the quality that the budget of a job chooses, which is kept, because a calibration is not repeatable."""
+    budget = run.budget
+    if budget is None:
+        return Made(given, {})
+    arguments = {name: value for name, value in table.arguments().items() if name != "friction"}
+    inputs = source, sorted(arguments.items()), device, given, budget.within, budget.error, budget.chooses
+
+    def plan() -> Made[Quality]:
+        """Choose the quality by the budget."""
+        return planned_quality(plan_swatch(source, budget, given, device, **arguments), asdict(given))
+
+    return run.keep(KeptStage("budget", stage_key("budget", *inputs), Quality), plan)
+
+
+def _relaxed(
+    run: JobRun, table: SwatchTable, source: Source, quality: Quality, device: str, report: Mapping[str, Any]
+) -> Swatch:
     """Relax the repeat, with checkpoints in the folder of the stage."""
     arguments = table.arguments()
     material = table.yarn_material()
     given = [*sorted(arguments.items()), table.shaken]
     key = stage_key("swatch", source, material, quality, given, device.partition(":")[0])
-    stage = swatch_stage("swatch", key)
+    stage = KeptStage("swatch", key, Swatch)
     relaxations = KeptRelaxations(run.kept.folder_of(stage), table.checkpoint_every, run.stop.check)
     run.check_resume(stage, stopped=relaxations.exist())
 
     def show(stage: str, done: float, note: str) -> None:
         run.progress("swatch", done, note)
 
-    def relax(report: dict[str, Any]) -> Swatch:
+    def relax() -> Made[Swatch]:
         """Relax the repeat from its beginning or from the checkpoints."""
         began = time.perf_counter()
         before = relaxations.seconds()
         with run.continued(before) if before else nullcontext():
+<<<<<<< HEAD
             with done_by(relaxations):
                 prepared = prepare_swatch(source, material=material, quality=quality, device=device, **arguments)
             saver = StateSaver(run.folder, run.report, in_fabric(prepared.yarns, prepared.options))
+=======
+            preparation = prepare_swatch.asking(source, material=material, quality=quality, device=device, **arguments)
+            prepared = answer_alone(preparation, relaxations.do)
+            saver = StateSaver(run.folder, report, in_fabric(prepared.yarns, prepared.options))
+>>>>>>> w-stages
             saving = replace(relaxations, on_state=lambda state: saver.keep(in_fabric(state, prepared.options)))
             with done_by(saving):
                 made = relax_shaken(prepared, table.shaken, Run(show))
             late = seconds_left() <= 0.0  # starts of the search for the lowest state may be left out
         own = {"seconds": before + time.perf_counter() - began, "search_out_of_time": late}
         made = replace(made, report=made.report | own)
-        report["swatch"] = made.report
-        return made
+        return Made(made, {"swatch": made.report})
 
-    made = run.run(stage, relax)
+    made = run.keep(stage, relax).value
     if not cut_short(made.report):
         relaxations.remove()
     return made

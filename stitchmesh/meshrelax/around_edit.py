@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, Mesh, StitchMesh
-from stitchmesh.meshrelax.relax import MeshRelaxReport, relax_mesh_with_report
+from stitchmesh.meshrelax.relax import RelaxedMesh, relax_mesh
 
 RINGS = 6
 """Rings of stitches around the changed ones that move with them. An inserted row then takes its height from 14 rows."""
@@ -22,8 +22,8 @@ SAME_PLACE = 1e-9
 
 def relax_mesh_around_edit(
     before: StitchMesh, after: StitchMesh, *, surface: Mesh | None = None, device: str | None = "cpu"
-) -> tuple[StitchMesh, MeshRelaxReport]:
-    """Relax the stitches that an edit has changed, and those around them.
+) -> RelaxedMesh:
+    """Relax the stitches that an edit has changed, and those around them; all other vertices stay where they are.
 
     Args:
         before: relaxed stitch mesh before the edit.
@@ -31,15 +31,12 @@ def relax_mesh_around_edit(
         surface: the mesh of the garment; the surface of ``before`` if it is not given.
         device: Warp's name of the device that finds closest points; None for the preferred device.
 
-    Returns:
-        The stitch mesh after the edit with other vertices near the edit, and the report of the relaxation.
-
     Raises:
         MeshError: as for ``relax_mesh``.
         SolverError: as for ``relax_mesh``.
     """
     moving = vertices_around(after, changed_faces(before, after), RINGS)
-    return relax_mesh_with_report(after, surface=before if surface is None else surface, moving=moving, device=device)
+    return relax_mesh(after, surface=before if surface is None else surface, moving=moving, device=device)
 
 
 def changed_faces(before: StitchMesh, after: StitchMesh) -> IntArray:

@@ -41,3 +41,6 @@ class MeshRelaxOptions:
             check_positive("aspect", self.aspect, "(course spacing over wale spacing)")
         if not LEAST_ALPHA <= self.alpha <= 1.0:
             raise ParameterError(f"alpha: got {self.alpha}; expected a part of the area, {LEAST_ALPHA:g} to 1")
+
+
+DEFAULT_OPTIONS = MeshRelaxOptions()

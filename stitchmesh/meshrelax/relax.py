@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import logging
 import time
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -23,7 +23,7 @@ from stitchmesh.meshrelax.bobbles import Bobbles, carried, find_bobbles
 from stitchmesh.meshrelax.dynamics import MeshDynamics, Outcome
 from stitchmesh.meshrelax.forces import force_groups
 from stitchmesh.meshrelax.observer import MeshObserver
-from stitchmesh.meshrelax.options import ALPHA, ASPECT, MeshRelaxOptions
+from stitchmesh.meshrelax.options import ASPECT, DEFAULT_OPTIONS, MeshRelaxOptions
 from stitchmesh.meshrelax.placement import SurfacePlacement
 from stitchmesh.meshrelax.preconditioner import patches
 from stitchmesh.meshrelax.report import MeshRelaxReport
@@ -47,19 +47,22 @@ REACH = 0.2
 """Distance within which a moved vertex usually finds the surface, divided by the size of a stitch."""
 
 
+@dataclass(frozen=True, eq=False)
+class RelaxedMesh:
+    """The result of ``relax_mesh``."""
+
+    fabric: StitchMesh
+    """The same stitches with new vertices [cm] and the ``stretch`` of each edge."""
+    report: MeshRelaxReport
+    """Figures of the relaxation."""
+
+
+@alone()
 def relax_mesh(
-    fabric: StitchMesh,
-    *,
-    surface: Mesh,
-    aspect: float = ASPECT,
-    alpha: float = ALPHA,
-    area_force: bool = True,
-    moving: NDArray[np.bool_] | None = None,
-    tolerance: float = TOLERANCE,
-    max_iterations: int = MAX_ITERATIONS,
-    device: str | None = "cpu",
-    run: Run[StitchMesh] = SHOWN,
-) -> StitchMesh:
+    fabric: StitchMesh, *, surface: Mesh, options: MeshRelaxOptions = DEFAULT_OPTIONS,
+    moving: NDArray[np.bool_] | None = None, tolerance: float = TOLERANCE, max_iterations: int = MAX_ITERATIONS,
+    device: str | None = "cpu", run: Run[StitchMesh] = SHOWN,
+) -> RelaxedMesh:  # fmt: skip
     """Equalize the sizes of the stitches of a fabric on the subdivision surface of a mesh.
 
     A relaxation that reaches the limit of iterations without having converged logs a warning. Bobbles, which stand off
@@ -69,66 +72,31 @@ def relax_mesh(
     Args:
         fabric: stitch mesh whose vertices are on the polygons of ``surface``.
         surface: the mesh from which the fabric was tessellated [cm]; the fabric moves onto its Catmull-Clark surface.
-        aspect: rest length of a wale edge divided by the rest length of a course edge.
-        alpha: part of the area of the surface that unstressed stitches cover, in (0, 1].
-        area_force: whether stitches that are smaller than at rest resist a further loss of area. Without this force
-            compressed openwork may fold over.
+        options: the shape of unstressed stitches, the part of the surface that they cover, and the forces.
         moving: whether each vertex may move, shape (V,); None if all may. The others stay where they are.
         tolerance: root mean square of the net force along the surface at which the relaxation has converged.
         max_iterations: iterations after which the relaxation stops without having converged.
         device: Warp's name of the device that finds closest points; None for the preferred device.
         run: progress after each iteration, and control, of which a step is one iteration; nothing else.
 
-    Returns:
-        The same stitches with new vertices [cm] and the ``stretch`` of each edge.
-
     Raises:
         ParameterError: a number is out of range, or a run asks for what is not obeyed.
         MeshError: the fabric or the surface has a lattice.
         SolverError: the forces are not finite, or stitches were pressed to a line or a point.
     """
-    return relax_mesh_with_report(
-        fabric,
-        surface=surface,
-        aspect=aspect,
-        alpha=alpha,
-        area_force=area_force,
-        moving=moving,
-        tolerance=tolerance,
-        max_iterations=max_iterations,
-        device=device,
-        run=run,
-    )[0]
-
-
-@alone()
-def relax_mesh_with_report(
-    fabric: StitchMesh,
-    *,
-    surface: Mesh,
-    aspect: float = ASPECT,
-    alpha: float = ALPHA,
-    area_force: bool = True,
-    moving: NDArray[np.bool_] | None = None,
-    tolerance: float = TOLERANCE,
-    max_iterations: int = MAX_ITERATIONS,
-    device: str | None = "cpu",
-    run: Run[StitchMesh] = SHOWN,
-) -> tuple[StitchMesh, MeshRelaxReport]:
-    """Relax a fabric as ``relax_mesh`` does, and also return the report; arguments and errors are the same."""
     start = time.perf_counter()
     run.refuse_all_but("relax_mesh", "control")
     check_kind("relax_mesh", fabric, StitchMesh)
     check_kind("relax_mesh, surface", surface, Mesh)
-    MeshRelaxOptions(aspect=aspect, alpha=alpha)  # This checks the numbers.
     _check(fabric, tolerance=tolerance, max_iterations=max_iterations, moving=moving)
     spacing = SURFACE_SPACING * float(np.sqrt(np.linalg.norm(fabric.face_vector_area, axis=1).mean()))
     limit = limit_surface(surface, spacing)
     bobbles = find_bobbles(fabric)
-    rest = rest_lengths(fabric, limit.area, aspect=aspect, alpha=alpha, bobbles=bobbles)
+    aspect = ASPECT if options.aspect is None else options.aspect
+    rest = rest_lengths(fabric, limit.area, aspect=aspect, alpha=options.alpha, bobbles=bobbles)
     held = None if moving is None else ~moving
     attachment, placement = attach(fabric, limit, REACH * rest.unit, device, bobbles=bobbles, held=held)
-    model = springs(fabric, rest, bobbles=bobbles, area_force=area_force)
+    model = springs(fabric, rest, bobbles=bobbles, area_force=options.area_force)
     whole = patches(placement.position, placement.normal, limit.area)
     count = len(fabric.vertices) if moving is None else max(1, int(moving.sum()))
     relaxation = MeshDynamics(model, assembly(len(fabric.vertices), force_groups(model)), attachment, whole, count)
@@ -152,7 +120,7 @@ def relax_mesh_with_report(
     )
     if not (report.converged or report.stopped):
         logger.warning(not_converged(report))
-    return relaxed, report
+    return RelaxedMesh(relaxed, report)
 
 
 def _relaxed(

@@ -4,17 +4,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
-from typing import Any, cast
 
-from stitchmesh import __version__
 from stitchmesh.budget.budget import Budget
-from stitchmesh.budget.expectation import BudgetScene
-from stitchmesh.budget.plan import limit_of, make_plan
-from stitchmesh.compute.device import device_named
+from stitchmesh.budget.plan import limit_of
 from stitchmesh.editing.pattern_regions import PatternRegion
 from stitchmesh.errors import LabelError
 from stitchmesh.io.history import HistoryEntry, write_history
@@ -24,23 +20,11 @@ from stitchmesh.io.stitches import write_stitches
 from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.mesh.repair import RepairAction
 from stitchmesh.patterns import Pattern
+from stitchmesh.pipeline.garment import Garment
 from stitchmesh.pipeline.options import KnitOptions
-from stitchmesh.pipeline.stages import (
-    edge_forms_stage,
-    edit_stage,
-    label_stage,
-    mesh_stage,
-    pattern_stage,
-    room_stage,
-    shape_stage,
-    spiral_stage,
-    tessellate_stage,
-    whole_mesh,
-    yarn_stage,
-)
-from stitchmesh.pipeline.yarn_relaxation import relax_with_options
-from stitchmesh.progress import Progress, shown_stages, with_work_after
-from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
+from stitchmesh.pipeline.stage_table import RELAX_YARNS, ROWS, STITCHES, YARNS, Work, run_stages
+from stitchmesh.progress import no_progress, shown_stages, with_work_after
+from stitchmesh.quality import DEFAULT_QUALITY, Quality
 from stitchmesh.run import SHOWN, Run
 from stitchmesh.shaping.options import ShapingOptions
 from stitchmesh.shaping.panels.panel_mesh import PanelMesh
@@ -131,70 +115,39 @@ def knit_and_write(
     Raises:
         StitchMeshError: a stage cannot continue; the error is that of the stage.
     """
-    with limited_to(limit_of(budget)), shown_stages(run.progress) as report:
+    with limited_to(limit_of(budget)), shown_stages(run.progress) as progress:
+        garment = Garment.begin(mesh, options, budget=budget, repair=repair)
         target = None if folder is None else Path(folder)
-        return _knit(mesh, target, options, budget, repair, report, run, seconds_after)
+        return _knit(garment, target, replace(run, progress=progress), seconds_after)
 
 
 def _knit(
-    mesh: Mesh | PanelMesh, target: Path | None, options: KnitOptions, budget: Budget | None,
-    repair: Sequence[RepairAction] | None, progress: Progress, run: Run[YarnSet],
-    seconds_after: Callable[[YarnSet], float] | None,
-) -> Knitted:  # fmt: skip
+    garment: Garment, target: Path | None, run: Run[YarnSet], seconds_after: Callable[[YarnSet], float] | None
+) -> Knitted:
     """Make and write relaxed yarns in the time that is left."""
-    quality = quality_named(options.quality)
-    device = str(device_named(options.device))
-    quality_entry = options.quality if isinstance(options.quality, str) else asdict(options.quality)
-    report: dict[str, object] = {"stitchmesh": __version__, "device": device, "quality": quality_entry}
-    if repair is not None:
-        report["repair"] = repair_entries(repair)
-    fabric = _relaxed_stitches(mesh, options, device, report, progress)
-    fabric = spiral_stage(edge_forms_stage(fabric, options, report), options, report)
-    if budget is not None:
-        plan = make_plan(budget, BudgetScene(kind="garment", stitches=fabric.face_count), options.quality, device)
-        quality, report["budget"] = plan.quality, plan.report()
-        report["quality"] = plan.report()["quality"] or quality_entry
-    shape = cast(Mapping[str, Any] | None, report.get("shape"))
-    yarns = yarn_stage(fabric, options, quality, report, progress, shape)
-    progress("yarnrelax", 0.0, f"{len(yarns.points)} control points")
-    saver = None if target is None else StateSaver(target, report, yarns)
+    garment = run_stages((*ROWS, *STITCHES, *YARNS), garment, _keeping_nothing(run))
+    progress = run.progress or no_progress
+    progress("yarnrelax", 0.0, f"{len(garment.yarns.points)} control points")
+    saver = None
     if target is not None:
-        write_stitches(target / "stitches.h5", fabric)
-    shown = with_work_after(progress, seconds_after(yarns)) if seconds_after else progress
+        saver = StateSaver(target, garment.report, garment.yarns)
+        write_stitches(target / "stitches.h5", garment.fabric)
+        run = replace(run, on_state=saver.keep)
+    if seconds_after is not None:
+        run = replace(run, progress=with_work_after(progress, seconds_after(garment.yarns)))
     try:
-        relaxed = relax_with_options(
-            yarns, options.relaxation, quality=quality, device=device, fabric=fabric, keep_shape=True,
-            run=replace(run, progress=shown, on_state=saver.keep if saver else run.on_state),
-        )  # fmt: skip
+        garment = run_stages((RELAX_YARNS,), garment, _keeping_nothing(run))
     except KeyboardInterrupt:
         if saver is not None:
             saver.save()
         raise
-    report["yarnrelax"] = relaxed.report
+    relaxed, report = garment.relaxed, dict(garment.report)
     if target is not None:
         save_yarns(target, relaxed.yarns, report)
         write_history(target / "convergence.csv", relaxed.history)
-    return Knitted(fabric, relaxed.yarns, report, relaxed.history)
+    return Knitted(garment.fabric, relaxed.yarns, report, relaxed.history)
 
 
-def _relaxed_stitches(
-    mesh: Mesh | PanelMesh, options: KnitOptions, device: str, report: dict[str, object], progress: Progress
-) -> StitchMesh:
-    """Make the stitches with their patterns and edits, and relax them on the surface."""
-    shaped = shape_stage(mesh, options, report, progress) if options.finds_rows else None
-    if shaped is None:
-        surface = whole_mesh(mesh)
-        fabric = tessellate_stage(label_stage(surface, options, report, progress), options, report, progress)
-    else:
-        fabric, surface = shaped.fabric, shaped.surface_mesh
-    fabric = pattern_stage(fabric, options, report, progress)
-    fabric = edit_stage(fabric, options, report, progress)
-    fabric = mesh_stage(fabric, surface, options, device, report, progress)
-    if shaped is not None:
-        fabric = room_stage(fabric, shaped.given, options, report, progress)
-    return fabric
-
-
-def repair_entries(actions: Sequence[RepairAction]) -> list[dict[str, object]]:
-    """Return what a repair changed, as it stands in the report: each action with its text and its places."""
-    return [{**asdict(action), "text": f"{action.text}: {action.places}"} for action in actions]
+def _keeping_nothing(run: Run[YarnSet]) -> Work:
+    """Return the function that runs each stage, and keeps nothing of it."""
+    return lambda stage, garment: stage.run(garment, run)

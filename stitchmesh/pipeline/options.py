@@ -5,8 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
-from typing import Any
+from dataclasses import dataclass, field, replace
 
 from stitchmesh.editing.edge_forms import EdgeForm
 from stitchmesh.editing.edit import Edit
@@ -139,9 +138,9 @@ class KnitOptions:
         return self.shaping is not None or self.panels is not None
 
     @property
-    def mesh_arguments(self) -> dict[str, Any]:
-        """Arguments of ``relax_mesh``; the aspect is that of the stitches where it is not given."""
+    def mesh_relax_options(self) -> MeshRelaxOptions:
+        """Options of ``relax_mesh``; the aspect is that of the stitches where it is not given."""
         height = self.stitch_height
         aspect = COURSE_OVER_WALE_SPACING if height is None else height / self.stitch_width
         given = self.mesh_relaxation.aspect
-        return {**asdict(self.mesh_relaxation), "aspect": aspect if given is None else given}
+        return replace(self.mesh_relaxation, aspect=aspect if given is None else given)

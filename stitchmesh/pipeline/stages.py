@@ -1,35 +1,42 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The stages of the pipeline up to yarns; each adds its figures to the report."""
+"""The stages from a mesh to relaxed yarns, each a function from a garment to a value and its report.
+
+``stage_table`` has their order. Each function takes a run too, and reports its progress to it.
+"""
 
 from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, replace
 from functools import partial
 from typing import Any
 
+from stitchmesh.budget.expectation import BudgetScene
+from stitchmesh.budget.plan import Plan, make_plan
 from stitchmesh.editing.edge_forms import with_edge_forms
 from stitchmesh.editing.edit import Edit, apply_edit
 from stitchmesh.editing.pattern_regions import PatternRegion, lay_patterns
 from stitchmesh.editing.spiral import make_spiral
 from stitchmesh.errors import ParameterError, StitchMeshError, YarnError
 from stitchmesh.labeling import label
-from stitchmesh.mesh import Mesh, StitchMesh
+from stitchmesh.mesh import StitchMesh
 from stitchmesh.mesh.change import PaletteChange, apply_change
 from stitchmesh.mesh.palette import make_palette
 from stitchmesh.mesh.shaping_stitches import with_increases
 from stitchmesh.mesh.stitch_counts import stitch_counts
-from stitchmesh.meshrelax import relax_mesh_with_report
+from stitchmesh.meshrelax import relax_mesh
 from stitchmesh.patterns import LaidPattern
 from stitchmesh.patterns.placement.left_out import left_out_lines
+from stitchmesh.pipeline.garment import Garment, Made, whole_mesh
 from stitchmesh.pipeline.options import KnitOptions
 from stitchmesh.pipeline.refused_yarns import with_place_and_remedy
-from stitchmesh.progress import Progress
-from stitchmesh.quality import Quality, quality_named
+from stitchmesh.pipeline.yarn_relaxation import relax_with_options
+from stitchmesh.progress import Progress, no_progress
+from stitchmesh.quality import Quality
 from stitchmesh.run import Run
 from stitchmesh.shaping.found_rows import after_mesh_relaxation, found_on_mesh, found_on_panels, panel_of_face
 from stitchmesh.shaping.found_stitches import FoundStitches
@@ -45,6 +52,7 @@ from stitchmesh.yarngen import generate_yarns
 from stitchmesh.yarngen.generate import checked_drawn_radius, checked_radius
 from stitchmesh.yarngen.loop_check.loop_linking import check_loops
 from stitchmesh.yarngen.room import make_room_with_report
+from stitchmesh.yarnrelax import Relaxation
 
 logger = logging.getLogger(__name__)
 
@@ -52,95 +60,74 @@ SHARE_OF_MESH = 0.5
 """Largest part of the time of a budget for the relaxation of the stitch mesh; the other part is for the yarns."""
 
 
-def label_stage(mesh: Mesh, options: KnitOptions, report: dict[str, object], progress: Progress) -> StitchMesh:
+def label_stage(garment: Garment, run: Run[YarnSet]) -> Made[StitchMesh]:
     """Find the knitting rows of a mesh."""
-    clock = _Clock()
-    progress("label", 0.0, f"{mesh.face_count} faces")
+    began = time.perf_counter()
+    mesh, options = whole_mesh(garment.mesh), garment.options
+    _progress(run)("label", 0.0, f"{mesh.face_count} faces")
     labeled = label(mesh, borders=options.borders, seeds=options.seeds, flip=options.flip)
-    report["label"] = {"seconds": clock.lap(), "rows": int(labeled.row.max()) + 1, "faces": labeled.face_count}
-    return labeled
+    figures = {"seconds": _since(began), "rows": int(labeled.row.max()) + 1, "faces": labeled.face_count}
+    return Made(labeled, {"label": figures})
 
 
-def tessellate_stage(
-    labeled: StitchMesh, options: KnitOptions, report: dict[str, object], progress: Progress
-) -> StitchMesh:
-    """Divide a labeled mesh into stitches; the radii of the yarn are checked before the stages that take long."""
-    clock = _Clock()
-    progress("tessellate", 0.0, f"{int(labeled.row.max()) + 1} rows")
+def auto_stitches_stage(garment: Garment, run: Run[YarnSet]) -> Made[FoundStitches]:
+    """Find rows and stitches on a mesh of any kind, and check the radii of the yarn."""
+    options = garment.options
+    found, figures = found_on_mesh(
+        whole_mesh(garment.mesh), options.shaping or ShapingOptions(), stitch_width=options.stitch_width,
+        stitch_height=options.stitch_height, progress=_progress(run),
+    )  # fmt: skip
+    return Made(_checked(found, options), {"shape": figures})
+
+
+def shape_panels_stage(garment: Garment, run: Run[YarnSet]) -> Made[FoundStitches]:
+    """Find rows and stitches on the panels of a sewing pattern, and check the radii of the yarn."""
+    options = garment.options
+    if options.panels is None or not isinstance(garment.mesh, PanelMesh):
+        raise ParameterError("panels: got a mesh that is no sewing pattern; read it by sm.read_panels(path)")
+    found, figures = found_on_panels(
+        garment.mesh, options.panels, stitch_width=options.stitch_width, stitch_height=options.stitch_height,
+        progress=_progress(run),
+    )  # fmt: skip
+    return Made(_checked(found, options), {"shape": figures})
+
+
+def _checked(found: FoundStitches, options: KnitOptions) -> FoundStitches:
+    """Return found stitches with the increases of the options, if the yarn has possible radii."""
+    _check_radii(found.fabric, options)
+    return replace(found, fabric=with_increases(found.fabric, options.increase))
+
+
+def tessellate_stage(garment: Garment, run: Run[YarnSet]) -> Made[StitchMesh]:
+    """Divide a labeled mesh into stitches, and check the radii of the yarn."""
+    began = time.perf_counter()
+    labeled, options = garment.fabric, garment.options
+    _progress(run)("tessellate", 0.0, f"{int(labeled.row.max()) + 1} rows")
     fabric = tessellate(
         labeled, stitch_width=options.stitch_width, stitch_height=options.stitch_height, counts=options.counts,
         marked=options.marked, increase=options.increase,
     )  # fmt: skip
+    _check_radii(fabric, options)
+    return Made(fabric, {"tessellate": {"seconds": _since(began), **stitch_counts(fabric), **reached_sizes(fabric)}})
+
+
+def _check_radii(fabric: StitchMesh, options: KnitOptions) -> None:
+    """Refuse radii of the yarn that are not possible, before the stages that take long."""
     checked_drawn_radius(checked_radius(fabric, options.yarn_radius), options.drawn_radius)
-    report["tessellate"] = {"seconds": clock.lap(), **stitch_counts(fabric), **reached_sizes(fabric)}
-    return fabric
 
 
-def whole_mesh(mesh: Mesh | PanelMesh) -> Mesh:
-    """Return the mesh of a garment whose rows are labeled or found on the whole of it.
-
-    Raises:
-        ParameterError: the garment is a sewing pattern, and the options do not say how its panels are knitted.
-    """
-    if isinstance(mesh, PanelMesh):
-        raise ParameterError("mesh: got the panels of a sewing pattern; set panels=PanelOptions() in the options")
-    return mesh
-
-
-def shape_stage(
-    mesh: Mesh | PanelMesh, options: KnitOptions, report: dict[str, object], progress: Progress
-) -> FoundStitches:
-    """Find rows and stitches on a mesh of any kind or on panels; radii are checked as in ``tessellate_stage``."""
-    width, height = options.stitch_width, options.stitch_height
-    if options.panels is None:
-        shaping = ShapingOptions() if options.shaping is None else options.shaping
-        found, report["shape"] = found_on_mesh(
-            whole_mesh(mesh), shaping, stitch_width=width, stitch_height=height, progress=progress
-        )
-    elif isinstance(mesh, PanelMesh):
-        found, report["shape"] = found_on_panels(
-            mesh, options.panels, stitch_width=width, stitch_height=height, progress=progress
-        )
-    else:
-        raise ParameterError("panels: got a mesh that is no sewing pattern; read it by sm.read_panels(path)")
-    checked_drawn_radius(checked_radius(found.fabric, options.yarn_radius), options.drawn_radius)
-    return replace(found, fabric=with_increases(found.fabric, options.increase))
-
-
-def room_stage(
-    fabric: StitchMesh, surface: TriangleSurface, options: KnitOptions, report: dict[str, Any], progress: Progress
-) -> StitchMesh:
-    """Make room for the yarns of found rows where the surface has none, and measure how all stitches fit it."""
-    progress("meshrelax", 1.0, "room for the yarns")
-    with _refused(fabric, options, quality_named(options.quality), report["shape"]):
-        roomy, room = make_room_with_report(
-            fabric, yarn_radius=options.yarn_radius, quality=options.quality, finish=options.finish
-        )  # fmt: skip
-    farthest = room.farthest / options.stitch_width
-    if room.faces:
-        logger.warning(
-            f"the surface has no room for the yarns of {len(room.faces)} stitches, such as stitch {room.faces[0]}; "
-            f"stitches were moved there by up to {farthest:.1f} stitch widths"
-        )
-    shape = after_mesh_relaxation(roomy, surface, options.stitch_width, report["shape"])
-    report["shape"] = {**shape, "crowded": len(room.faces), "farthest_moved": round(farthest, 3)}
-    return roomy
-
-
-def pattern_stage(
-    fabric: StitchMesh, options: KnitOptions, report: dict[str, object], progress: Progress
-) -> StitchMesh:
+def apply_pattern_stage(garment: Garment, run: Run[YarnSet]) -> Made[StitchMesh]:
     """Give a fabric its colours and its patterns."""
-    clock = _Clock()
+    began = time.perf_counter()
+    fabric, options = garment.fabric, garment.options
     if options.palette:
         fabric = apply_change(fabric, PaletteChange(make_palette(options.palette)))
-    if options.patterns:
-        progress("pattern", 0.0, ", ".join(region.pattern.name for region in options.patterns))
-        laid = lay_patterns(fabric, options.patterns)
-        fabric = laid[-1].fabric
-        entries = [_pattern_entry(region, one, options) for region, one in zip(options.patterns, laid, strict=True)]
-        report["patterns"] = {"seconds": clock.lap(), "laid": entries}
-    return fabric
+    if not options.patterns:
+        return Made(fabric, {})
+    _progress(run)("pattern", 0.0, ", ".join(region.pattern.name for region in options.patterns))
+    laid = lay_patterns(fabric, options.patterns)
+    entries = [_pattern_entry(region, one, options) for region, one in zip(options.patterns, laid, strict=True)]
+    return Made(laid[-1].fabric, {"patterns": {"seconds": _since(began), "laid": entries}})
 
 
 def _pattern_entry(region: PatternRegion, laid: LaidPattern, options: KnitOptions) -> dict[str, object]:
@@ -161,15 +148,14 @@ def _multiple_line(region: PatternRegion, laid: LaidPattern, options: KnitOption
     return [f"rounds hold whole repeats of {width} stitches with {found}, or with --pattern-remainder stretch"]
 
 
-def edit_stage(fabric: StitchMesh, options: KnitOptions, report: dict[str, object], progress: Progress) -> StitchMesh:
+def apply_edit_stage(garment: Garment, run: Run[YarnSet]) -> Made[StitchMesh]:
     """Apply the edits of the options."""
-    clock = _Clock()
-    for number, edit in enumerate(options.edits):
-        progress("edit", number / len(options.edits), edit.name)
+    began = time.perf_counter()
+    fabric, edits = garment.fabric, garment.options.edits
+    for number, edit in enumerate(edits):
+        _progress(run)("edit", number / len(edits), edit.name)
         fabric = _edited(fabric, edit)
-    if options.edits:
-        report["edits"] = {"seconds": clock.lap(), "count": len(options.edits)}
-    return fabric
+    return Made(fabric, {"edits": {"seconds": _since(began), "count": len(edits)}})
 
 
 def _edited(fabric: StitchMesh, edit: Edit) -> StitchMesh:
@@ -180,46 +166,86 @@ def _edited(fabric: StitchMesh, edit: Edit) -> StitchMesh:
         raise type(error)(f"edit {edit.name}: {error}") from error
 
 
-def mesh_stage(
-    fabric: StitchMesh, mesh: Mesh, options: KnitOptions, device: str, report: dict[str, object], progress: Progress
-) -> StitchMesh:
-    """Relax the stitch mesh on the surface of its mesh, in a part of the time of a budget."""
-    clock = _Clock()
-    progress("meshrelax", 0.0, f"{fabric.face_count} stitches")
+def relax_mesh_stage(garment: Garment, run: Run[YarnSet]) -> Made[StitchMesh]:
+    """Relax the stitch mesh on its surface, in a part of the time of a budget, and make room for yarns of found rows.
+
+    Raises:
+        YarnError: the yarns of found rows find no room; the message names the place, the panel, and a remedy.
+    """
+    began = time.perf_counter()
+    fabric, options = garment.fabric, garment.options
+    _progress(run)("meshrelax", 0.0, f"{fabric.face_count} stitches")
     with limited_to_share(SHARE_OF_MESH):
-        relaxed, how = relax_mesh_with_report(
-            fabric, surface=mesh, device=device, run=Run(progress), **options.mesh_arguments,
+        relaxed = relax_mesh(
+            fabric, surface=garment.surface, options=options.mesh_relax_options, device=garment.device,
+            run=Run(run.progress),
         )  # fmt: skip
-    report["meshrelax"] = {**asdict(how), "seconds": clock.lap()}
-    report["gauge"] = asdict(fabric_gauge(relaxed))
-    return relaxed
+    report = {
+        "meshrelax": {**asdict(relaxed.report), "seconds": _since(began)},
+        "gauge": asdict(fabric_gauge(relaxed.fabric)),
+    }
+    if garment.found is None:
+        return Made(relaxed.fabric, report)
+    _progress(run)("meshrelax", 1.0, "room for the yarns")
+    roomy, shape = _with_room(garment, relaxed.fabric, garment.found.given)
+    return Made(roomy, {**report, "shape": shape})
 
 
-def edge_forms_stage(fabric: StitchMesh, options: KnitOptions, report: dict[str, object]) -> StitchMesh:
-    """Add the rows of folded and rolled edges, if the options ask for some."""
-    if not options.edge_forms:
-        return fabric
-    clock = _Clock()
+def _with_room(garment: Garment, fabric: StitchMesh, given: TriangleSurface) -> tuple[StitchMesh, dict[str, Any]]:
+    """Make room for the yarns where a surface has none, and measure how all stitches fit it."""
+    options, shape = garment.options, garment.report["shape"]
+    with _refused(garment, fabric):
+        roomy, room = make_room_with_report(
+            fabric, yarn_radius=options.yarn_radius, quality=garment.quality, finish=options.finish
+        )
+    farthest = room.farthest / options.stitch_width
+    if room.faces:
+        logger.warning(
+            f"the surface has no room for the yarns of {len(room.faces)} stitches, such as stitch {room.faces[0]}; "
+            f"stitches were moved there by up to {farthest:.1f} stitch widths"
+        )
+    fit = after_mesh_relaxation(roomy, given, options.stitch_width, shape)
+    return roomy, {**fit, "crowded": len(room.faces), "farthest_moved": round(farthest, 3)}
+
+
+def edge_forms_stage(garment: Garment, run: Run[YarnSet]) -> Made[StitchMesh]:
+    """Add the rows of folded and rolled edges."""
+    began = time.perf_counter()
+    fabric, options = garment.fabric, garment.options
     edged = with_edge_forms(fabric, options.edge_forms, checked_radius(fabric, options.yarn_radius))
-    report["edge_forms"] = {"stitches": edged.face_count - fabric.face_count, "seconds": clock.lap()}
-    return edged
+    figures = {"stitches": edged.face_count - fabric.face_count, "seconds": _since(began)}
+    return Made(edged, {"edge_forms": figures})
 
 
-def spiral_stage(fabric: StitchMesh, options: KnitOptions, report: dict[str, object]) -> StitchMesh:
-    """Join the rings of tubes to one spiral row, if the options ask for it."""
-    if not options.spiral:
-        return fabric
-    clock = _Clock()
-    spiral = make_spiral(fabric)
-    report["spiral"] = {"spirals": len(spiral.vertices) - len(fabric.vertices), "seconds": clock.lap()}
-    return spiral
+def make_spiral_stage(garment: Garment, run: Run[YarnSet]) -> Made[StitchMesh]:
+    """Join the rings of tubes to one spiral row."""
+    began = time.perf_counter()
+    spiral = make_spiral(garment.fabric)
+    count = len(spiral.vertices) - len(garment.fabric.vertices)
+    return Made(spiral, {"spiral": {"spirals": count, "seconds": _since(began)}})
 
 
-def yarn_stage(
-    fabric: StitchMesh, options: KnitOptions, quality: Quality, report: dict[str, object], progress: Progress,
-    shape: Mapping[str, Any] | None = None,
-) -> YarnSet:  # fmt: skip
-    """Generate the yarns of a fabric; ``shape`` is the entry of found rows in the report.
+def budget_stage(garment: Garment, run: Run[YarnSet]) -> Made[Quality]:
+    """Choose the quality by the budget and the number of stitches.
+
+    Raises:
+        ParameterError: a quality beside an error.
+    """
+    assert garment.budget is not None
+    scene = BudgetScene(kind="garment", stitches=garment.fabric.face_count)
+    return planned_quality(
+        make_plan(garment.budget, scene, garment.options.quality, garment.device), garment.quality_entry
+    )
+
+
+def planned_quality(plan: Plan, given: str | dict[str, Any]) -> Made[Quality]:
+    """Return the quality of a plan; ``given`` is how the quality of the options stands in the report."""
+    entry = plan.report()
+    return Made(plan.quality, {"budget": entry, "quality": entry["quality"] or given})
+
+
+def generate_yarns_stage(garment: Garment, run: Run[YarnSet]) -> Made[YarnSet]:
+    """Generate the yarns of a fabric.
 
     Loops are checked on panels, because not every direction has room for the yarns at every seam and tip.
 
@@ -227,24 +253,26 @@ def yarn_stage(
         YarnError: as for ``generate_yarns``, and for panels also as for ``check_loops``; the message names the place,
             the panel, and a remedy.
     """
-    clock = _Clock()
-    progress("yarngen", 0.0, f"{fabric.face_count} stitches")
-    with _refused(fabric, options, quality, shape):
-        yarns = _generated(fabric, options, quality, options.yarn_radius)
-    report["yarngen"] = {
-        "seconds": clock.lap(),
+    began = time.perf_counter()
+    fabric = garment.fabric
+    _progress(run)("yarngen", 0.0, f"{fabric.face_count} stitches")
+    with _refused(garment, fabric):
+        yarns = _generated(garment, fabric, garment.options.yarn_radius)
+    figures = {
+        "seconds": _since(began),
         "yarns": yarns.yarn_count,
         "control_points": len(yarns.points),
         "length_cm": round(float(yarns.lengths.sum()), 3),
     }
-    return yarns
+    return Made(yarns, {"yarngen": figures})
 
 
-def _generated(fabric: StitchMesh, options: KnitOptions, quality: Quality, radius: float | None) -> YarnSet:
+def _generated(garment: Garment, fabric: StitchMesh, radius: float | None) -> YarnSet:
     """Generate the yarns of a radius [cm], and check their loops on panels."""
+    options = garment.options
     yarns = generate_yarns(
         fabric, yarn_radius=radius, drawn_radius=options.drawn_radius, mass_per_length=options.mass_per_length,
-        quality=quality, **asdict(options.finish),
+        quality=garment.quality, **asdict(options.finish),
     )  # fmt: skip
     if options.panels is not None:
         check_loops(fabric, yarns, finish=options.finish)
@@ -252,27 +280,29 @@ def _generated(fabric: StitchMesh, options: KnitOptions, quality: Quality, radiu
 
 
 @contextmanager
-def _refused(
-    fabric: StitchMesh, options: KnitOptions, quality: Quality, shape: Mapping[str, Any] | None
-) -> Iterator[None]:
+def _refused(garment: Garment, fabric: StitchMesh) -> Iterator[None]:
     """Give errors about yarns their place, their panel and a remedy."""
     try:
         yield
     except YarnError as error:
-        panel = None if error.face is None else panel_of_face(error.face, fabric, shape or {})
-        made = partial(_generated, fabric, options, quality)
-        radius = checked_radius(fabric, options.yarn_radius)
-        raise with_place_and_remedy(error, fabric, panel, made, radius) from error
+        panel = None if error.face is None else panel_of_face(error.face, fabric, garment.report.get("shape", {}))
+        radius = checked_radius(fabric, garment.options.yarn_radius)
+        raise with_place_and_remedy(error, fabric, panel, partial(_generated, garment, fabric), radius) from error
 
 
-class _Clock:
-    """A stopwatch."""
+def relax_yarns_stage(garment: Garment, run: Run[YarnSet]) -> Made[Relaxation]:
+    """Relax the yarns, which keep the borders and the shape of the fabric."""
+    relaxed = relax_with_options(
+        garment.yarns, garment.options.relaxation, quality=garment.quality, device=garment.device,
+        fabric=garment.fabric, keep_shape=True, run=run,
+    )  # fmt: skip
+    return Made(relaxed, {"yarnrelax": relaxed.report})
 
-    def __init__(self) -> None:
-        self._last = time.perf_counter()
 
-    def lap(self) -> float:
-        """Return the seconds since the last call, or since the construction."""
-        now = time.perf_counter()
-        seconds, self._last = now - self._last, now
-        return round(seconds, 4)
+def _progress(run: Run[YarnSet]) -> Progress:
+    return run.progress or no_progress
+
+
+def _since(began: float) -> float:
+    """Return the seconds since a time of ``time.perf_counter``, as they stand in the report."""
+    return round(time.perf_counter() - began, 4)

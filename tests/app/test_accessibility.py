@@ -41,7 +41,7 @@ def faults_in_both_themes(rig: Rig) -> list[str]:
 def evened_folder(tmp_path_factory):
     """The folder of a project of which all pages have something to show."""
     project = divided_project(tmp_path_factory.mktemp("evened") / "project")
-    project.set_evened(relax_mesh(project.fabric, surface=project.mesh))
+    project.set_evened(relax_mesh(project.fabric, surface=project.mesh).fabric)
     project.close()
     return project.folder
 

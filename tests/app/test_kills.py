@@ -93,7 +93,7 @@ def test_a_relaxation_that_was_killed_goes_on_from_its_checkpoint(browser, tmp_p
     project.import_mesh("tube.obj", tube_file.read_bytes())
     project.apply_label_step(LABEL_ALL)
     project.divide(Division(stitch_width=0.7))
-    project.set_evened(relax_mesh(project.fabric, surface=project.mesh))
+    project.set_evened(relax_mesh(project.fabric, surface=project.mesh).fabric)
     project.set_settings("Yarns", {"choices": {"quality": "draft"}})
     project.close()
     with app_process(folder) as first, closing(BrowserWindow(browser, first.address)) as window:

@@ -49,7 +49,7 @@ def made_in_python(mesh: sm.Mesh, border: tuple[int, int], flipped: int) -> tupl
     labeling = sm.start_labeling(mesh).start_at_edge(border).label_all().flip_row(flipped).flip_row(flipped)
     fabric = sm.tessellate(labeling.finish(), stitch_width=STITCH_WIDTH)
     fabric = sm.lay_pattern(fabric, sm.read_pattern("rib2x2"), faces=sm.select(fabric, "hem 2")).fabric
-    fabric = sm.relax_mesh(fabric, surface=mesh, aspect=0.77)
+    fabric = sm.relax_mesh(fabric, surface=mesh, options=sm.MeshRelaxOptions(aspect=0.77)).fabric
     yarns = sm.generate_yarns(fabric, quality="draft")
     relaxed = relax_with_options(yarns, RelaxOptions(), quality="draft", device="cpu", fabric=fabric, keep_shape=True)
     return fabric, relaxed.yarns

@@ -16,9 +16,11 @@ from stitchmesh.hand_knitting import knitting_instructions
 from stitchmesh.labeling import label
 from stitchmesh.mesh import BORDER, StitchMesh
 from stitchmesh.mesh.stitch import Stitch
+from stitchmesh.pipeline.garment import Garment
 from stitchmesh.pipeline.options import KnitOptions
-from stitchmesh.pipeline.stages import edge_forms_stage
+from stitchmesh.pipeline.stage_table import EDGE_FORMS
 from stitchmesh.recipe.recipe import Recipe, recipe_options
+from stitchmesh.run import QUIET
 from stitchmesh.tessellate import tessellate
 from stitchmesh.yarngen import generate_yarns
 from stitchmesh.yarngen.clearance import smallest_distance
@@ -111,11 +113,11 @@ def test_purl_at_the_hem_goes_on_into_the_first_row():
 
 def test_a_recipe_adds_the_rows_after_the_mesh_relaxation_with_the_radius_of_its_yarn():
     recipe = Recipe(mesh="tube.obj", stitch_width=0.5, yarn_radius=RADIUS, edge_forms=("hem=fold:4",))
-    report: dict[str, object] = {}
-    fabric = edge_forms_stage(FABRIC, recipe_options(recipe), report)
-    np.testing.assert_array_equal(fabric.vertices, edged("hem=fold:4").vertices)
-    assert isinstance(report["edge_forms"], dict) and report["edge_forms"]["stitches"] == 5 * ROUND
-    assert edge_forms_stage(FABRIC, KnitOptions(), report) is FABRIC
+    garment = Garment(mesh=FABRIC, options=recipe_options(recipe), values={StitchMesh: FABRIC})
+    made = EDGE_FORMS.run(garment, QUIET)
+    np.testing.assert_array_equal(made.value.vertices, edged("hem=fold:4").vertices)
+    assert made.report["edge_forms"]["stitches"] == 5 * ROUND
+    assert EDGE_FORMS.asked(garment) and not EDGE_FORMS.asked(replace(garment, options=KnitOptions()))
 
 
 @pytest.mark.parametrize(

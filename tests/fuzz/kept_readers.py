@@ -76,11 +76,10 @@ def _read_status(folder: Path) -> object:
 
 def _stages(folder: Path) -> tuple[Any, Any]:
     """Return the kept stages of a folder, and the stages of relaxed yarns and of a quality, which are complete."""
-    from stitchmesh.jobs.kept_stages import KeptStages, StageRecord
-    from stitchmesh.jobs.stage_files import quality_stage, relaxation_stage
+    from stitchmesh.jobs.kept_stages import KeptStage, KeptStages, StageRecord
     from stitchmesh.yarnrelax.relaxation_result import Relaxation
 
-    kept, stages = KeptStages(folder), (relaxation_stage("relax_yarns", "1"), quality_stage("budget", "1"))
+    kept, stages = KeptStages(folder), (KeptStage("relax_yarns", "1", Relaxation), KeptStage("budget", "1", Quality))
     if not kept.folder_of(stages[1]).is_dir():
         history = [{"iteration": 1, "seconds": 0.1, "residual": 0.5, "energies": {"stretch": 1.0}}]
         relaxed = Relaxation(small_yarns(), REPORT, history)
@@ -112,9 +111,9 @@ def _plan(folder: Path) -> list[bytes]:
 
 
 def _read_plan(folder: Path) -> Quality:
-    from stitchmesh.jobs.stage_files import quality_stage
+    from stitchmesh.jobs.stage_files import read_value
 
-    return quality_stage("budget", "1").read(folder, {})
+    return read_value(folder, Quality, {})
 
 
 def _run_checkpoint(folder: Path) -> list[bytes]:

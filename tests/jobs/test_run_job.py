@@ -25,16 +25,16 @@ from stitchmesh.jobs.job import Job, recipe_of
 from stitchmesh.jobs.job_file import job_of_table
 from stitchmesh.jobs.job_memory import check_job_memory
 from stitchmesh.jobs.job_status import JobLog, read_status
-from stitchmesh.jobs.kept_stages import KeptStages, StageRecord
+from stitchmesh.jobs.kept_stages import KeptStage, KeptStages, StageRecord
 from stitchmesh.jobs.run_job import end_reported, run_job
 from stitchmesh.jobs.sections import GenerateYarnsTable, RelaxYarnsTable, SwatchTable, TessellateTable
-from stitchmesh.jobs.stage_files import quality_stage, yarns_stage
 from stitchmesh.jobs.stage_run import JobRun
 from stitchmesh.jobs.stop import JobStopped, StopRequest
 from stitchmesh.memory_need import relaxation_memory
 from stitchmesh.periodic.swatch import Swatch
+from stitchmesh.pipeline.garment import Made
 from stitchmesh.pipeline.knit import knit_and_write
-from stitchmesh.quality import PRESETS
+from stitchmesh.quality import PRESETS, Quality
 from stitchmesh.recipe.recipe import recipe_options
 from stitchmesh.recipe.recipe_file import write_recipe
 from tests.gallery import ROOT, tube
@@ -140,10 +140,11 @@ def test_a_stage_with_a_damaged_report_is_computed_again(job, copy):
 
 @pytest.mark.parametrize("content", [b"[" * 10_000, b"\xff", b'{"quality": NaN}', b"{}"])
 def test_a_damaged_plan_is_chosen_again(tmp_path, content):
-    kept, stage = KeptStages(tmp_path), quality_stage("budget", "1")
+    kept, stage = KeptStages(tmp_path), KeptStage("budget", "1", Quality)
     record = StageRecord(seconds=0.1, report={})
     kept.keep(stage, PRESETS["draft"], record)
-    assert kept.load(stage, record) == PRESETS["draft"]
+    made = kept.load(stage, record)
+    assert made is not None and made.value == PRESETS["draft"]
     (kept.folder_of(stage) / "plan.json").write_bytes(content)
     assert kept.load(stage, record) is None
 
@@ -162,13 +163,12 @@ def test_a_stopped_job_continues_to_the_same_bits(job, done, tmp_path, monkeypat
 
 
 def test_a_result_that_the_time_cut_short_is_one_of_that_time_only(job, tmp_path):
-    stage, record = yarns_stage("generate_yarns", "0"), StageRecord(seconds=1.0, report={}, within="1s")
+    stage, record = KeptStage("generate_yarns", "0", sm.YarnSet), StageRecord(seconds=1.0, report={}, within="1s")
     log = JobLog(tmp_path, FolderLock(tmp_path, "held"), lambda _: None)
-    run = JobRun(replace(job, within="1s"), tmp_path, False, StopRequest(), log, {})
+    run = JobRun(replace(job, within="1s"), tmp_path, False, StopRequest(), log, KeptStages(tmp_path))
     run.kept.keep(stage, sm.YarnSet.from_curves([np.eye(4)[:, :3]], closed=[False], radius=0.1), record)
     assert run.finished(stage) is not None
-    run.job = replace(job, within="1h")
-    assert run.finished(stage) is None
+    assert replace(run, job=replace(job, within="1h")).finished(stage) is None
 
 
 def test_the_time_of_the_parts_before_counts(job, copy, monkeypatch):
@@ -197,10 +197,10 @@ def test_a_picture_is_drawn_if_the_renderer_can_start_within_the_time(tmp_path, 
     now, yarns = 1e6, sm.YarnSet.from_curves([np.eye(4)[:, :3]], closed=[False], radius=0.1)
     swatch = Swatch(yarns, {}, None, [])
     monkeypatch.setattr("stitchmesh.jobs.run_job.time.perf_counter", lambda: now)
-    monkeypatch.setattr("stitchmesh.jobs.run_job.relax_swatch", lambda run, table: swatch)
+    monkeypatch.setattr("stitchmesh.jobs.run_job.relax_swatch", lambda run, table: Made(swatch, {}))
     monkeypatch.setattr("stitchmesh.jobs.run_job.limit_of", lambda budget: None)
     monkeypatch.setattr("stitchmesh.jobs.run_job.draw_convergence", lambda *given: None)
-    monkeypatch.setattr("stitchmesh.jobs.run_job.draw_yarns", lambda *given: True)
+    monkeypatch.setattr("stitchmesh.jobs.run_job.draw_yarns", lambda *given: None)
     monkeypatch.setattr("stitchmesh.jobs.run_job._tolerance", lambda report: 1.0)
     report = run_job(job, tmp_path, began=now - seconds)
     assert report.drawn is drawn and ("no_picture" in report.report) is not drawn

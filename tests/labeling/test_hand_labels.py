@@ -68,7 +68,7 @@ def test_growth_respects_labels_of_edges_that_were_set_before():
 
 def test_panels_with_neighbouring_wale_edges_are_tessellated_relaxed_and_knitted():
     labeling = mitred(2).label_all()
-    fabric = relax_mesh(tessellate(labeling.finish(), stitch_width=1.0), surface=labeling.mesh)
+    fabric = relax_mesh(tessellate(labeling.finish(), stitch_width=1.0), surface=labeling.mesh).fabric
     yarns = generate_yarns(fabric, yarn_radius=0.1)
     assert yarns.yarn_count > 0 and np.isfinite(yarns.points).all()
 

@@ -31,13 +31,13 @@ def turned(fabric: StitchMesh, faces: list[int]) -> StitchMesh:
 
 def flat_with_turns() -> StitchMesh:
     made = turned(flat(12, 8), [12 * 3 + column for column in range(3, 9)])
-    return relax_mesh(made, surface=grid(12, 8, height=0.72))
+    return relax_mesh(made, surface=grid(12, 8, height=0.72)).fabric
 
 
 def tube_with_turns() -> StitchMesh:
     fabric = around(24, 8)
     made = turned(fabric, list(course_through(fabric, face_at(fabric, 3, 0)).faces[4:14]))
-    return relax_mesh(made, surface=tube(24, 8, radius=4.0, height=0.72))
+    return relax_mesh(made, surface=tube(24, 8, radius=4.0, height=0.72)).fabric
 
 
 def test_a_fabric_without_short_rows_has_no_turns():

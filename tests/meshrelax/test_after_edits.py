@@ -12,7 +12,7 @@ import pytest
 from stitchmesh.editing.edit import Edit, apply_edit
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import StitchMesh
-from stitchmesh.meshrelax import relax_mesh, relax_mesh_around_edit, relax_mesh_with_report
+from stitchmesh.meshrelax import relax_mesh, relax_mesh_around_edit
 from stitchmesh.meshrelax.around_edit import RINGS, changed_faces
 from stitchmesh.meshrelax.bobbles import carried, find_bobbles
 from stitchmesh.meshrelax.sub_quads import edge_ends
@@ -48,9 +48,10 @@ def test_a_bobble_is_found_by_its_slits() -> None:
 
 def test_fabric_around_a_bobble_relaxes_as_around_a_plain_stitch() -> None:
     fabric, surface = tube_and_surface()
-    plain, _ = relax_mesh_with_report(fabric, surface=surface, tolerance=1e-6)
+    plain = relax_mesh(fabric, surface=surface, tolerance=1e-6).fabric
     made = edited(fabric, "bobble", face=middle_face())
-    relaxed, report = relax_mesh_with_report(made, surface=surface, tolerance=1e-6)
+    made = relax_mesh(made, surface=surface, tolerance=1e-6)
+    relaxed, report = made.fabric, made.report
     assert report.converged
     # At a residual of 1e-6, the longest wave of strain, 20 rows of 0.5 cm, has an error of about 1e-5 cm.
     np.testing.assert_allclose(relaxed.vertices[: len(fabric.vertices)], plain.vertices, atol=1e-4)
@@ -72,7 +73,8 @@ def test_two_separated_rows_move_apart_on_the_surface() -> None:
     """Stitches at rest cover 0.9 of the surface, so that rows with a free border leave a gap; they did not converge."""
     fabric, surface = tube_and_surface()
     side = int(fabric.left_wale[middle_face()] - 1)
-    relaxed, report = relax_mesh_with_report(edited(fabric, "ungraft", side=side), surface=surface)
+    made = relax_mesh(edited(fabric, "ungraft", side=side), surface=surface)
+    relaxed, report = made.fabric, made.report
     assert report.converged
     heights = sorted(relaxed.vertices[relaxed.face_vertex[loop], 2].mean() for loop in relaxed.boundary_loops)
     np.testing.assert_allclose([heights[0], heights[-1]], [0.0, 10.0], atol=1e-9)
@@ -83,9 +85,10 @@ def test_two_separated_rows_move_apart_on_the_surface() -> None:
 
 def test_vertices_that_are_held_keep_their_places() -> None:
     fabric, surface = tube_and_surface()
-    even = relax_mesh(fabric, surface=surface)
+    even = relax_mesh(fabric, surface=surface).fabric
     after = edited(even, "insert_row", face=middle_face())
-    relaxed, report = relax_mesh_around_edit(even, after)
+    made = relax_mesh_around_edit(even, after)
+    relaxed, report = made.fabric, made.report
     assert report.converged
     rows = np.unique(after.row[changed_faces(even, after)])
     assert rows.tolist() == [ROWS // 2, ROWS // 2 + 1]
@@ -118,7 +121,7 @@ def test_a_relaxation_that_has_not_converged_says_so_in_one_line(caplog) -> None
     fabric, surface = tube_and_surface()
     fabric = edited(fabric, "insert_row", face=middle_face())
     with caplog.at_level(logging.WARNING):
-        _, report = relax_mesh_with_report(fabric, surface=surface, tolerance=1e-9, max_iterations=1)
+        report = relax_mesh(fabric, surface=surface, tolerance=1e-9, max_iterations=1).report
     assert not report.converged and report.tolerance == 1e-9
     assert report.remedy == "allow more iterations (max_iterations, by default 300)"
     (line,) = [record.message for record in caplog.records]
@@ -126,5 +129,5 @@ def test_a_relaxation_that_has_not_converged_says_so_in_one_line(caplog) -> None
     assert "\n" not in line
     caplog.clear()
     with caplog.at_level(logging.WARNING):
-        assert relax_mesh_with_report(fabric, surface=surface)[1].remedy == ""
+        assert relax_mesh(fabric, surface=surface).report.remedy == ""
     assert not caplog.records

@@ -12,7 +12,7 @@ import pytest
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.mesh.change import UNKNOWN_STRETCH
-from stitchmesh.meshrelax import relax_mesh
+from stitchmesh.meshrelax import MeshRelaxOptions, relax_mesh
 from stitchmesh.meshrelax.evenness import ALLOWED_RATIO, evenness_verdict, relative_sizes, uneven_rows
 from tests.meshrelax.fabrics import grid_fabric, rectangle_points
 
@@ -97,7 +97,8 @@ def test_a_stitch_without_known_sides_has_no_size():
 
 def test_a_relaxed_rectangle_is_even():
     fabric = grid_fabric(rectangle_points(12, 8, 6.0, 4.0))
-    relaxed = relax_mesh(fabric, surface=grid_fabric(rectangle_points(3, 2, 6.0, 4.0)), aspect=1.0)
+    surface = grid_fabric(rectangle_points(3, 2, 6.0, 4.0))
+    relaxed = relax_mesh(fabric, surface=surface, options=MeshRelaxOptions(aspect=1.0)).fabric
     assert evenness_verdict(relaxed).good
 
 

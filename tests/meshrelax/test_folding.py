@@ -12,7 +12,7 @@ import pytest
 
 from stitchmesh import apply_pattern, generate_yarns, label, read_mesh, read_pattern, tessellate
 from stitchmesh.mesh import Mesh, StitchMesh
-from stitchmesh.meshrelax import relax_mesh_with_report
+from stitchmesh.meshrelax import MeshRelaxOptions, relax_mesh
 from stitchmesh.meshrelax.dynamics import ON_SURFACE
 
 pytestmark = pytest.mark.decides
@@ -35,7 +35,8 @@ def openwork(name: str, stitch_width: float) -> tuple[StitchMesh, Mesh]:
 
 def test_lace_on_the_instep_of_a_sock_does_not_fold() -> None:
     fabric, surface = openwork("sock", 0.8)
-    relaxed, report = relax_mesh_with_report(fabric, surface=surface)
+    made = relax_mesh(fabric, surface=surface)
+    relaxed, report = made.fabric, made.report
     assert report.converged
     assert folded_edges(relaxed) == 0
     # The generation of yarns raises an error if the yarns of folded stitches touch.
@@ -44,14 +45,15 @@ def test_lace_on_the_instep_of_a_sock_does_not_fold() -> None:
 
 def test_a_glove_converges_in_the_valleys_between_its_fingers() -> None:
     fabric, surface = openwork("glove", 0.6)
-    assert relax_mesh_with_report(fabric, surface=surface)[1].converged
+    assert relax_mesh(fabric, surface=surface).report.converged
 
 
 def test_stitches_whose_forces_must_rise_before_they_fall_converge() -> None:
     """Rows of a coarse sock slip past its heel: judged by the residual alone, steps shrink to nothing there."""
     surface = read_mesh(MESHES / "sock.obj")
     fabric = tessellate(label(surface), stitch_width=1.6)
-    relaxed, report = relax_mesh_with_report(fabric, surface=surface)
+    made = relax_mesh(fabric, surface=surface)
+    relaxed, report = made.fabric, made.report
     assert ON_SURFACE.patience is not None and report.iterations > ON_SURFACE.patience
     assert report.converged and report.remedy == ""
     assert folded_edges(relaxed) == 0
@@ -60,7 +62,7 @@ def test_stitches_whose_forces_must_rise_before_they_fall_converge() -> None:
 def test_the_aspect_of_a_message_works() -> None:
     surface = read_mesh(MESHES / "hat.obj")
     fabric = tessellate(label(surface), stitch_width=4.0)
-    report = relax_mesh_with_report(fabric, surface=surface, aspect=6.0)[1]
+    report = relax_mesh(fabric, surface=surface, options=MeshRelaxOptions(aspect=6.0)).report
     assert not report.converged
     for aspect in re.findall(r"from (.*) to (.*), because", report.remedy)[0]:
-        assert relax_mesh_with_report(fabric, surface=surface, aspect=float(aspect))[1].converged
+        assert relax_mesh(fabric, surface=surface, options=MeshRelaxOptions(aspect=float(aspect))).report.converged

@@ -9,7 +9,7 @@ import pytest
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import Mesh, StitchMesh
-from stitchmesh.meshrelax import relax_mesh, relax_mesh_with_report
+from stitchmesh.meshrelax import MeshRelaxOptions, relax_mesh
 from stitchmesh.run import Run
 from tests.meshrelax.fabrics import grid_fabric, rectangle_points, rotation, tube_chord_points
 
@@ -35,7 +35,8 @@ def uneven_tube() -> tuple[StitchMesh, Mesh]:
 def test_a_distorted_swatch_relaxes_to_its_rest_shape() -> None:
     """The stitches fit the rectangle exactly, so that every edge can reach its rest length."""
     fabric, surface = distorted_swatch()
-    relaxed, report = relax_mesh_with_report(fabric, surface=surface, aspect=0.8, alpha=1.0, tolerance=1e-6)
+    made = relax_mesh(fabric, surface=surface, options=MeshRelaxOptions(aspect=0.8, alpha=1.0), tolerance=1e-6)
+    relaxed, report = made.fabric, made.report
     assert report.converged
     assert relaxed.stretch is not None
     # A force of 1e-6, accumulated over the longest wave of strain (15 stitches), is a strain of about 1e-5.
@@ -48,7 +49,7 @@ def test_a_distorted_swatch_relaxes_to_its_rest_shape() -> None:
 def test_relaxation_keeps_the_topology_and_does_not_change_its_input() -> None:
     fabric, surface = distorted_swatch()
     before = fabric.vertices.copy()
-    relaxed = relax_mesh(fabric, surface=surface)
+    relaxed = relax_mesh(fabric, surface=surface).fabric
     np.testing.assert_array_equal(fabric.vertices, before)
     for name in ("face_start", "face_vertex", "twin", "n_bottom", "n_top", "stitch", "row"):
         np.testing.assert_array_equal(getattr(relaxed, name), getattr(fabric, name))
@@ -56,7 +57,8 @@ def test_relaxation_keeps_the_topology_and_does_not_change_its_input() -> None:
 
 def test_a_tube_relaxes_to_equal_rows_on_the_cylinder_and_keeps_its_borders() -> None:
     fabric, surface = uneven_tube()
-    relaxed, report = relax_mesh_with_report(fabric, surface=surface, aspect=1.0, tolerance=1e-5)
+    made = relax_mesh(fabric, surface=surface, options=MeshRelaxOptions(aspect=1.0), tolerance=1e-5)
+    relaxed, report = made.fabric, made.report
     assert report.converged
     radius = np.linalg.norm(relaxed.vertices[:, :2], axis=1)
     # The cubic B-spline of a regular 16-gon of radius 4 has the radius 4 (4 + 2 cos(pi/8)) / 6 at its vertices.
@@ -68,7 +70,8 @@ def test_a_tube_relaxes_to_equal_rows_on_the_cylinder_and_keeps_its_borders() ->
 
 def test_stretch_is_length_over_rest_length() -> None:
     fabric, surface = uneven_tube()
-    relaxed, report = relax_mesh_with_report(fabric, surface=surface, aspect=0.8, alpha=0.9)
+    made = relax_mesh(fabric, surface=surface, options=MeshRelaxOptions(aspect=0.8, alpha=0.9))
+    relaxed, report = made.fabric, made.report
     assert relaxed.stretch is not None
     length = relaxed.side_length[relaxed.edge_side] / relaxed.stretch
     wale = relaxed.is_wale[relaxed.edge_side]
@@ -83,8 +86,8 @@ def test_the_result_follows_a_rigid_motion_of_the_input() -> None:
     turn, shift = rotation(2), np.array([30.0, -10.0, 5.0])
     moved = replace(fabric, vertices=fabric.vertices @ turn + shift)
     moved_surface = replace(surface, vertices=surface.vertices @ turn + shift)
-    first = relax_mesh(fabric, surface=surface, tolerance=1e-5)
-    second = relax_mesh(moved, surface=moved_surface, tolerance=1e-5)
+    first = relax_mesh(fabric, surface=surface, tolerance=1e-5).fabric
+    second = relax_mesh(moved, surface=moved_surface, tolerance=1e-5).fabric
     # At a residual of 1e-5, the longest wave still has an error of about 1e-4 of a stitch of 0.7 cm.
     np.testing.assert_allclose(second.stretch, first.stretch, atol=1e-3)
     np.testing.assert_allclose(second.vertices[0] - shift, first.vertices[0] @ turn, atol=2e-3)
@@ -92,16 +95,16 @@ def test_the_result_follows_a_rigid_motion_of_the_input() -> None:
 
 def test_repeated_runs_give_the_same_bits() -> None:
     fabric, surface = distorted_swatch()
-    first, second = (relax_mesh(fabric, surface=surface) for _ in range(2))
+    first, second = (relax_mesh(fabric, surface=surface).fabric for _ in range(2))
     np.testing.assert_array_equal(first.vertices, second.vertices)
 
 
 def test_a_relaxation_that_reaches_its_limit_of_iterations_reports_no_convergence() -> None:
     fabric, surface = distorted_swatch()
     seen: list[str] = []
-    _, report = relax_mesh_with_report(
+    report = relax_mesh(
         fabric, surface=surface, tolerance=1e-9, max_iterations=2, run=Run(lambda stage, done, note: seen.append(note))
-    )
+    ).report
     assert not report.converged
     assert report.iterations == 2
     assert [note.partition(",")[0] for note in seen] == ["iteration 1", "iteration 2"]
@@ -113,18 +116,23 @@ def test_vertices_in_the_same_place_are_separated() -> None:
     fabric, surface = distorted_swatch()
     points = rectangle_points(12, 15, 12.0, 12.0)
     points[7, 6] = points[7, 7] - [1e-9, 0.0, 0.0]
-    relaxed, report = relax_mesh_with_report(
-        replace(fabric, vertices=points.reshape(-1, 3)), surface=surface, aspect=0.8, alpha=1.0
-    )
+    made = relax_mesh(
+        replace(fabric, vertices=points.reshape(-1, 3)), surface=surface,
+        options=MeshRelaxOptions(aspect=0.8, alpha=1.0),
+    )  # fmt: skip
+    relaxed, report = made.fabric, made.report
     assert report.converged
     assert np.isfinite(relaxed.vertices).all()
     assert relaxed.stretch is not None and relaxed.stretch.min() > 0.9
 
 
-@pytest.mark.parametrize(
-    "wrong",
-    [{"aspect": 0.0}, {"aspect": np.nan}, {"alpha": 0.0}, {"alpha": 1.5}, {"tolerance": 0.0}, {"max_iterations": -1}],
-)
+@pytest.mark.parametrize("wrong", [{"aspect": 0.0}, {"aspect": np.nan}, {"alpha": 0.0}, {"alpha": 1.5}])
+def test_the_message_names_an_option_out_of_range(wrong: dict[str, float]) -> None:
+    with pytest.raises(ParameterError, match=next(iter(wrong))):
+        MeshRelaxOptions(**wrong)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("wrong", [{"tolerance": 0.0}, {"max_iterations": -1}])
 def test_the_message_names_a_number_out_of_range(wrong: dict[str, float]) -> None:
     fabric, surface = distorted_swatch()
     with pytest.raises(ParameterError, match=next(iter(wrong))):

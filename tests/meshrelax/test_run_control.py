@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from stitchmesh.mesh import Mesh, StitchMesh
-from stitchmesh.meshrelax import MeshRelaxReport, relax_mesh_with_report
+from stitchmesh.meshrelax import RelaxedMesh, relax_mesh
 from stitchmesh.run import Run
 from stitchmesh.run_control import RunControl, Snapshot
 from stitchmesh.time_limit import TimeLimit, limited_to
@@ -32,22 +32,23 @@ def surface() -> Mesh:
 
 
 @pytest.fixture(scope="module")
-def plain(surface: Mesh) -> tuple[StitchMesh, MeshRelaxReport]:
-    return relax_mesh_with_report(uneven(), surface=surface)
+def plain(surface: Mesh) -> RelaxedMesh:
+    return relax_mesh(uneven(), surface=surface)
 
 
-def test_the_snapshots_lead_from_the_start_to_the_result(surface: Mesh, plain: tuple[StitchMesh, MeshRelaxReport]):
+def test_the_snapshots_lead_from_the_start_to_the_result(surface: Mesh, plain: RelaxedMesh):
     shown: list[Snapshot[StitchMesh]] = []
     control = RunControl(shown.append, seconds=0.0)
-    relaxed, report = relax_mesh_with_report(uneven(), surface=surface, run=Run(control=control))
-    assert np.array_equal(relaxed.vertices, plain[0].vertices) and not report.stopped
+    made = relax_mesh(uneven(), surface=surface, run=Run(control=control))
+    relaxed, report = made.fabric, made.report
+    assert np.array_equal(relaxed.vertices, plain.fabric.vertices) and not report.stopped
     assert shown[0].iteration == 0 and shown[0].state.stretch is not None
     np.testing.assert_allclose(shown[0].state.vertices, uneven().vertices, atol=1e-9)
     assert [one.iteration for one in shown] == sorted({one.iteration for one in shown})
 
 
 def test_a_stopped_relaxation_returns_the_state_that_was_shown_last(
-    surface: Mesh, plain: tuple[StitchMesh, MeshRelaxReport], caplog: pytest.LogCaptureFixture
+    surface: Mesh, plain: RelaxedMesh, caplog: pytest.LogCaptureFixture
 ) -> None:
     shown: list[Snapshot[StitchMesh]] = []
     seen = threading.Semaphore(0)
@@ -57,7 +58,7 @@ def test_a_stopped_relaxation_returns_the_state_that_was_shown_last(
         seen.release()
 
     control, results = RunControl(watch, seconds=1e9, paused=True), []
-    work = lambda: results.append(relax_mesh_with_report(uneven(), surface=surface, run=Run(control=control)))  # noqa: E731
+    work = lambda: results.append(relax_mesh(uneven(), surface=surface, run=Run(control=control)))  # noqa: E731
     thread = threading.Thread(target=work, daemon=True)
     thread.start()
     assert seen.acquire(timeout=SAFETY)
@@ -65,17 +66,19 @@ def test_a_stopped_relaxation_returns_the_state_that_was_shown_last(
     assert seen.acquire(timeout=SAFETY)
     control.stop()
     thread.join(SAFETY)
-    ((relaxed, report),) = results
+    (made,) = results
+    relaxed, report = made.fabric, made.report
     assert [one.iteration for one in shown] == [0, 1]
     assert np.array_equal(relaxed.vertices, shown[1].state.vertices)
-    assert report.stopped and not report.converged and report.iterations == 1 < plain[1].iterations
+    assert report.stopped and not report.converged and report.iterations == 1 < plain.report.iterations
     assert not caplog.records
 
 
 def test_a_relaxation_whose_time_is_over_is_the_one_with_as_many_iterations(surface: Mesh) -> None:
     ticks = iter(range(1000))
     with limited_to(TimeLimit(4.0, lambda: float(next(ticks)))):
-        ended, report = relax_mesh_with_report(uneven(), surface=surface)
-    again = relax_mesh_with_report(uneven(), surface=surface, max_iterations=report.iterations)[0]
+        made = relax_mesh(uneven(), surface=surface)
+        ended, report = made.fabric, made.report
+    again = relax_mesh(uneven(), surface=surface, max_iterations=report.iterations).fabric
     assert report.stopped and report.iterations > 0
     np.testing.assert_array_equal(ended.vertices, again.vertices)

@@ -114,7 +114,7 @@ def test_panels_are_edited_like_the_rows_of_a_modelled_mesh():
 def test_loops_of_divided_panels_hold_one_another(name, width):
     mesh = garment(name)
     stitches = sm.tessellate(labeled(mesh, width), stitch_width=width)
-    relaxed = sm.relax_mesh(stitches, surface=mesh)
+    relaxed = sm.relax_mesh(stitches, surface=mesh).fabric
     sm.check_loops(relaxed, sm.generate_yarns(relaxed))
 
 

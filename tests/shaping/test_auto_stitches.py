@@ -99,7 +99,7 @@ def test_closed_surfaces_are_open_at_two_tips_only(mesh):
 
 def test_the_border_of_a_fabric_on_a_closed_surface_is_free_on_it():
     shaped = sm.shape_fabric(closed_ball(24, 20), stitch_width=0.9)
-    relaxed = sm.relax_mesh(shaped.fabric, surface=shaped.surface.mesh)
+    relaxed = sm.relax_mesh(shaped.fabric, surface=shaped.surface.mesh).fabric
     border = relaxed.face_vertex[relaxed.twin == BORDER]
     # The surface for relaxation lies off the given faces by a small part of a stitch.
     assert distance_to_surface(relaxed.vertices[border], shaped.given).max() < 0.3 * 0.9
@@ -157,7 +157,7 @@ def test_rounds_are_multiples_of_what_a_pattern_repeats(multiple):
 
 def test_stitches_lie_on_the_surface_and_relax_on_it():
     shaped = sm.shape_fabric(garment("hat"), stitch_width=1.2)
-    relaxed = sm.relax_mesh(shaped.fabric, surface=shaped.surface.mesh)
+    relaxed = sm.relax_mesh(shaped.fabric, surface=shaped.surface.mesh).fabric
     # A vertex leaves the given faces by what the smoothing takes off, a small part of a stitch.
     assert distance_to_surface(relaxed.vertices, shaped.given).max() < 0.5 * 1.2
 
@@ -165,7 +165,7 @@ def test_stitches_lie_on_the_surface_and_relax_on_it():
 @pytest.mark.parametrize(("name", "width"), [("hat", 1.6), *at_night(("glove", 0.5), ("tea_cozy", 1.6))])
 def test_loops_hold_one_another_as_their_stitches_say(name, width):
     shaped = sm.shape_fabric(garment(name), stitch_width=width)
-    relaxed = sm.relax_mesh(shaped.fabric, surface=shaped.surface.mesh)
+    relaxed = sm.relax_mesh(shaped.fabric, surface=shaped.surface.mesh).fabric
     yarns = sm.generate_yarns(relaxed)
     sm.check_loops(relaxed, yarns)
     assert yarns.yarn_count > 1

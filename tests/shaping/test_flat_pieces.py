@@ -42,7 +42,7 @@ def test_a_row_beside_a_corner_is_one_row_and_its_loops_hold(name):
     # A slit beside the corner would be a side of length 0.
     assert fabric.side_length.min() > 0.5 * HEIGHT
     assert len(fabric.boundary_loops) == 1
-    relaxed = sm.relax_mesh(fabric, surface=shaped.surface_mesh)
+    relaxed = sm.relax_mesh(fabric, surface=shaped.surface_mesh).fabric
     check_loops(relaxed, sm.generate_yarns(relaxed, quality="draft"))
 
 
@@ -62,7 +62,7 @@ def test_a_row_begins_at_every_part_of_the_outline_below(name):
 def test_limbs_between_holes_join_and_part_in_one_row(drawing):
     shaped = knitted(drawing)
     assert len(shaped.fabric.boundary_loops) == len(shaped.surface.borders) and not shaped.report.lost
-    relaxed = sm.relax_mesh(shaped.fabric, surface=shaped.surface_mesh)
+    relaxed = sm.relax_mesh(shaped.fabric, surface=shaped.surface_mesh).fabric
     check_loops(relaxed, sm.generate_yarns(relaxed, quality="draft"))
 
 
@@ -81,5 +81,5 @@ def test_a_step_piece_of_a_bug_report_is_knitted_to_its_last_row():
     area = 300.0  # 20 x 20 cm without a quarter [cm^2]
     # The outline takes whole numbers of stitches and rows: up to half a row and half a stitch at each of 4 sides.
     assert shaped.fabric.face_count == pytest.approx(area / (1.2 * 0.77 * 1.2), rel=0.07)
-    relaxed = sm.relax_mesh(shaped.fabric, surface=shaped.surface_mesh)
+    relaxed = sm.relax_mesh(shaped.fabric, surface=shaped.surface_mesh).fabric
     assert np.isfinite(relaxed.vertices).all() and relaxed.side_length.min() > 0.2

@@ -21,7 +21,7 @@ def found(name: str, width: float) -> sm.StitchMesh:
     """A garment from triangles, whose rounds are multiples of four stitches."""
     mesh = in_triangles(sm.read_mesh(ROOT / "assets" / "meshes" / f"{name}.obj"))
     shaped = sm.shape_fabric(mesh, stitch_width=width, multiple=4)
-    return sm.relax_mesh(shaped.fabric, surface=shaped.surface.mesh)
+    return sm.relax_mesh(shaped.fabric, surface=shaped.surface.mesh).fabric
 
 
 @pytest.fixture(scope="module")

@@ -16,7 +16,7 @@ from tests.shaping.surfaces import closed_ball, in_triangles
 
 def relaxed(mesh: Mesh, width: float) -> StitchMesh:
     shaped = sm.shape_fabric(mesh, stitch_width=width, progress=False)
-    return sm.relax_mesh(shaped.fabric, surface=shaped.surface.mesh)
+    return sm.relax_mesh(shaped.fabric, surface=shaped.surface.mesh).fabric
 
 
 def test_a_narrowing_tube_is_one_yarn():

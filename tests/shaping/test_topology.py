@@ -7,9 +7,10 @@ from __future__ import annotations
 import pytest
 
 import stitchmesh as sm
+from stitchmesh.pipeline.garment import Garment
 from stitchmesh.pipeline.options import KnitOptions
-from stitchmesh.pipeline.stages import shape_stage
-from stitchmesh.progress import no_progress
+from stitchmesh.pipeline.stages import auto_stitches_stage
+from stitchmesh.run import QUIET
 from stitchmesh.shaping.options import ShapingOptions
 from stitchmesh.shaping.topology import Topology, lost_features, topology
 from tests.gallery import ROOT, grid, tube
@@ -41,9 +42,9 @@ def test_a_fabric_with_all_features_lacks_nothing():
 
 def test_armholes_that_are_lost_at_a_large_stitch_are_told(caplog):
     """A shoulder of the dress is lower than a row, so that its armholes and its neck become one border."""
-    mesh, report = in_triangles(sm.read_mesh(MESHES / "dress.obj")), {}
-    shape_stage(mesh, KnitOptions(stitch_width=3.0, shaping=ShapingOptions()), report, no_progress)
-    lost = report["shape"]["lost"]
+    mesh = in_triangles(sm.read_mesh(MESHES / "dress.obj"))
+    garment = Garment(mesh=mesh, options=KnitOptions(stitch_width=3.0, shaping=ShapingOptions()))
+    lost = auto_stitches_stage(garment, QUIET).report["shape"]["lost"]
     assert lost.startswith("the fabric has 2 borders instead of 4: ") and "choose a smaller stitch" in lost
     assert lost in caplog.text and "\n" not in lost
 

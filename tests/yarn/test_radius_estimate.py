@@ -42,7 +42,7 @@ def plain_weave(spacing: float, radius: float, count: int = 12) -> YarnSet:
 @pytest.fixture(scope="module")
 def hat() -> tuple[YarnSet, sm.StitchMesh]:
     mesh = sm.read_mesh(ROOT / "assets" / "meshes" / "hat.obj")
-    fabric = sm.relax_mesh(sm.tessellate(sm.label(mesh), stitch_width=2.0), surface=mesh, device="cpu")
+    fabric = sm.relax_mesh(sm.tessellate(sm.label(mesh), stitch_width=2.0), surface=mesh, device="cpu").fabric
     return sm.generate_yarns(fabric), fabric
 
 

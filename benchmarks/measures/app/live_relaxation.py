@@ -37,7 +37,7 @@ from stitchmesh.app.project.project import Project
 from stitchmesh.app.server import open_server
 from stitchmesh.app.viser_front import ViserFront
 from stitchmesh.labeling.steps import LabelStep
-from stitchmesh.meshrelax import relax_mesh_with_report
+from stitchmesh.meshrelax import relax_mesh
 from stitchmesh.pipeline.options import RelaxOptions
 from stitchmesh.pipeline.yarn_relaxation import relax_with_options
 from stitchmesh.quality import quality_named, quality_with
@@ -109,7 +109,7 @@ def made_project(folder: Path, mesh: str, stitch_width: float, iterations: int) 
     project.apply_label_step(LabelStep("label_all"))
     project.divide(Division(stitch_width=stitch_width))
     assert project.fabric is not None and project.mesh is not None
-    project.set_evened(sm.relax_mesh(project.fabric, surface=project.mesh, run=QUIET))
+    project.set_evened(sm.relax_mesh(project.fabric, surface=project.mesh, run=QUIET).fabric)
     assert project.evened is not None
     choices = {"quality": "draft", "most_iterations": iterations, "device": "cpu"}
     project.set_settings("Yarns", {"choices": choices})
@@ -185,7 +185,7 @@ def measure_mesh(mesh: str, stitch_width: float, rounds: int) -> Rows:
 
     def relax(control: RunControl[sm.StitchMesh] | None = None) -> Times:
         began = time.process_time()
-        report = relax_mesh_with_report(fabric, surface=surface, run=Run(False, control=control))[1]
+        report = relax_mesh(fabric, surface=surface, run=Run(False, control=control)).report
         return report.seconds, time.process_time() - began
 
     relax()

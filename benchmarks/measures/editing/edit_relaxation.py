@@ -48,7 +48,7 @@ def edit_relaxation(arguments: Options) -> Rows:
         quality = replace(quality, tolerance=arguments.tolerance)
     mesh = sm.read_mesh(MESHES / f"{arguments.garment}.obj")
     fabric = sm.tessellate(sm.label(mesh), stitch_width=arguments.stitch_width)
-    fabric = sm.relax_mesh(fabric, surface=mesh, device=arguments.device)
+    fabric = sm.relax_mesh(fabric, surface=mesh, device=arguments.device).fabric
     yarns = sm.apply_rest_lengths(
         sm.generate_yarns(fabric, quality=quality), sm.RestLengths(factor=arguments.rest_length_factor)
     )

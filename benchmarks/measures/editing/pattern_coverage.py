@@ -64,6 +64,6 @@ def draw(path: Path) -> None:
     for name, width, pattern in (("hat", 1.0, parse_pattern(LACE)), ("dress", 1.2, read_pattern("rope-cable"))):
         mesh = read_mesh(mesh_of(name))
         laid = lay_pattern(tessellate(label(mesh), stitch_width=width), pattern)
-        even = relax_mesh(laid.fabric, surface=mesh)
+        even = relax_mesh(laid.fabric, surface=mesh).fabric
         pictures.append(drawn(partial(render_stitches, even, options=PictureOptions(size=(1000, 900)))))
     joined(pictures, 2).save(path, quality=80)

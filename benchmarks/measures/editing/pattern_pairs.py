@@ -98,8 +98,9 @@ def try_pairs(mesh: Mesh, fabric: StitchMesh, every: int) -> Results:
         if kinds[1] != KINDS[1]:
             without_floats += 1
             if without_floats % SAMPLE == 0:
-                found = loops_of(relax_mesh(laid.fabric, surface=mesh))
-                alone = found == "right" or loops_of(relax_mesh(lay_pattern(fabric, second).fabric, surface=mesh))
+                found = loops_of(relax_mesh(laid.fabric, surface=mesh).fabric)
+                plain = lay_pattern(fabric, second).fabric
+                alone = found == "right" or loops_of(relax_mesh(plain, surface=mesh).fabric)
                 results.yarns[found + ("" if found == "right" else f"; {second} over {first}, on plain: {alone}")] += 1
     return results
 

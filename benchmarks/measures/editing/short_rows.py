@@ -69,7 +69,7 @@ def with_short_rows(fabric: StitchMesh, faces: list[int], trims: tuple[int, int]
 
 def relaxed(mesh: sm.Mesh, fabric: StitchMesh) -> YarnSet:
     """The yarns of a fabric at rest."""
-    fabric = sm.relax_mesh(fabric, surface=mesh)
+    fabric = sm.relax_mesh(fabric, surface=mesh).fabric
     result = sm.relax_yarns(sm.generate_yarns(fabric), quality="draft", keep_shape=fabric)
     keys = ("converged", "residual", "max_strain", "pull_throughs")
     note(f"{fabric}: " + ", ".join(f"{key} {result.report[key]}" for key in keys))

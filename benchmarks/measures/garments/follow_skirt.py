@@ -41,7 +41,7 @@ def skirt_at_rest(
         return sm.read_stitches(fabric_file), sm.read_yarns(yarn_file)
     mesh = sm.read_mesh(given.skirt, unit=given.unit)
     fabric = sm.tessellate(sm.label(mesh), stitch_width=given.stitch_width)
-    fabric = sm.relax_mesh(fabric, surface=mesh, device=given.device)
+    fabric = sm.relax_mesh(fabric, surface=mesh, device=given.device).fabric
     yarns = sm.generate_yarns(fabric, yarn_radius=given.stitch_width / 8.0)
     worn = sm.dressed(yarns, fabric, [sm.Body(body)], device=given.device)
     relaxed = sm.relax_yarns(

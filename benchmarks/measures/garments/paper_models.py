@@ -88,7 +88,7 @@ def yarns_of(model: Model, share: float, quality: str, device: str | None) -> tu
     """The relaxed stitches, their yarns, and the seconds of mesh relaxation."""
     mesh, fabric = knitted(model, share * model.stitches)
     began = time.perf_counter()
-    fabric = sm.relax_mesh(fabric, surface=mesh, device=device or "cpu", run=QUIET)
+    fabric = sm.relax_mesh(fabric, surface=mesh, device=device or "cpu", run=QUIET).fabric
     seconds = time.perf_counter() - began
     return fabric, sm.generate_yarns(fabric, quality=quality), seconds
 

@@ -57,7 +57,7 @@ def stages(recipe: Recipe, folder: Path) -> dict[str, float]:
     for edit in options.edits:
         fabric = timed(seconds, "edits", lambda edit=edit, before=fabric: apply_edit(before, edit).fabric)
     fabric = timed(seconds, "mesh relaxation", lambda: relax_mesh(
-        fabric, surface=mesh, device=options.device, **options.mesh_arguments))  # fmt: skip
+        fabric, surface=mesh, device=options.device, options=options.mesh_relax_options).fabric)  # fmt: skip
     yarns = timed(seconds, "yarns", lambda: generate_yarns(
         fabric, yarn_radius=options.yarn_radius, drawn_radius=options.drawn_radius, quality=options.quality,
         **asdict(options.finish)))  # fmt: skip

@@ -124,7 +124,7 @@ def scene_of(path: str, arguments: Options, name: str) -> tuple[YarnSet, dict[st
         return sm.read_yarns(path), options
     mesh = SCENES[path]() if path in SCENES else sm.read_mesh(path, unit=arguments.unit)
     fabric = sm.tessellate(sm.label(mesh), stitch_width=arguments.stitch_width)
-    fabric = sm.relax_mesh(fabric, surface=mesh, device=arguments.device, run=QUIET)
+    fabric = sm.relax_mesh(fabric, surface=mesh, device=arguments.device, run=QUIET).fabric
     yarns = sm.generate_yarns(fabric, yarn_radius=arguments.stitch_width / 8.0, quality=name)
     return yarns, {**options, "keep_shape": fabric}
 

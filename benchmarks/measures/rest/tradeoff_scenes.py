@@ -128,7 +128,7 @@ def garment(name: str, path: str, unit: str, stitch_width: float, device: str | 
     """Return the scene of a knitted mesh, whose yarns keep the shape of the mesh."""
     mesh = sm.read_mesh(path, unit=unit)
     fabric = sm.tessellate(sm.label(mesh), stitch_width=stitch_width)
-    fabric = sm.relax_mesh(fabric, surface=mesh, device=device)
+    fabric = sm.relax_mesh(fabric, surface=mesh, device=device).fabric
 
     def make(points_per_stitch: int) -> YarnSet:
         quality = replace(quality_named("standard"), control_points_per_stitch=points_per_stitch)

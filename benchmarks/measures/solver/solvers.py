@@ -34,7 +34,7 @@ def scene(
     if Path(path).suffix in YARN_SUFFIXES:
         return sm.read_yarns(path), None
     mesh = sm.read_mesh(path, unit=unit)
-    fabric = sm.relax_mesh(sm.tessellate(sm.label(mesh), stitch_width=stitch_width), surface=mesh, device=device)
+    fabric = sm.relax_mesh(sm.tessellate(sm.label(mesh), stitch_width=stitch_width), surface=mesh, device=device).fabric
     return sm.generate_yarns(fabric, quality=quality), fabric
 
 

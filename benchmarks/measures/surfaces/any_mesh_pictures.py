@@ -51,7 +51,7 @@ def surfaces(data: Path) -> Iterator[tuple[str, float, Callable[[], Mesh]]]:
 def stitches_on(mesh: Mesh, width: float) -> StitchMesh:
     """Stitches that are evened out on a mesh, with room for their yarns."""
     shaped = sm.shape_fabric(mesh, stitch_width=width, progress=False)
-    return sm.make_room(sm.relax_mesh(shaped.fabric, surface=shaped.surface_mesh, run=QUIET), quality="draft")
+    return sm.make_room(sm.relax_mesh(shaped.fabric, surface=shaped.surface_mesh, run=QUIET).fabric, quality="draft")
 
 
 def any_mesh_pictures(data: Path, /, *, output: Output) -> Rows:

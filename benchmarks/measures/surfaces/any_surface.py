@@ -25,7 +25,7 @@ from benchmarks.table import Rows
 from stitchmesh.errors import StitchMeshError
 from stitchmesh.io.meshes import read_repaired_mesh
 from stitchmesh.mesh import Mesh, StitchMesh
-from stitchmesh.meshrelax import relax_mesh_with_report
+from stitchmesh.meshrelax import relax_mesh
 from stitchmesh.run import QUIET
 from stitchmesh.shaping.auto_stitches import ShapedFabric
 from stitchmesh.shaping.options import DEFAULT_PLACEMENT, Placement
@@ -65,9 +65,10 @@ def measure(scene: Scene, options: Options) -> tuple[object, ...]:
     start = time.perf_counter()
     shaped = sm.shape_fabric(mesh, stitch_width=width, most_shaping=options.most_shaping, shaping=options.shaping)
     seconds = time.perf_counter() - start
-    fabric, how = relax_mesh_with_report(
+    made = relax_mesh(
         shaped.fabric, surface=shaped.surface_mesh, device=options.device, run=QUIET
     )
+    fabric, how = made.fabric, made.report
     fabric = sm.make_room(fabric)
     report = shaping_report(fabric, shaped.given, width, seconds)
     row = (

@@ -72,7 +72,7 @@ def armpit(*, output: Output) -> Rows:
     shown = partial(sm.render, close_up=place, extent=34.0, view="20,-10", size=SIZE)
     pictures = []
     for name, counts in (("too few", too_few(labeled, middle)), ("mended", None)):
-        fabric = sm.relax_mesh(sm.tessellate(labeled, stitch_width=WIDTH, counts=counts), surface=mesh)
+        fabric = sm.relax_mesh(sm.tessellate(labeled, stitch_width=WIDTH, counts=counts), surface=mesh).fabric
         yield f"{name}: {stretched(fabric, middle)}"
         relaxed = sm.relax_yarns(sm.generate_yarns(fabric, quality="draft"), quality="draft", keep_shape=fabric)
         yield f"yarns: converged {relaxed.report['converged']}, strain {100 * relaxed.report['max_strain']:.1f} %"

@@ -88,7 +88,7 @@ def state(mesh: Mesh, width: float) -> str:
     """Knit a piece; return ``held`` and the number of stitches, or what refuses it."""
     try:
         shaped = sm.shape_fabric(mesh, stitch_width=width, progress=False)
-        fabric = sm.relax_mesh(shaped.fabric, surface=shaped.surface_mesh, run=QUIET)
+        fabric = sm.relax_mesh(shaped.fabric, surface=shaped.surface_mesh, run=QUIET).fabric
         fabric = sm.make_room(fabric, quality="draft")
         sm.check_loops(fabric, sm.generate_yarns(fabric, quality="draft"))
     except StitchMeshError as error:

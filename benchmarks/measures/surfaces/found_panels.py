@@ -27,7 +27,7 @@ from stitchmesh.shaping.topology import topology
 
 def loops_on(fabric: StitchMesh, surface: Mesh) -> str:
     """Return ``held`` if each loop holds after mesh relaxation on a surface, or what is wrong."""
-    even = sm.relax_mesh(fabric, surface=surface, run=QUIET)
+    even = sm.relax_mesh(fabric, surface=surface, run=QUIET).fabric
     try:
         yarns = sm.generate_yarns(even)
     except StitchMeshError as error:

@@ -39,7 +39,7 @@ def knitted(panels: PanelMesh, angle: float, width: float) -> ShapedPanels:
 def state(shaped: ShapedPanels) -> str:
     """Return whether the loops hold each other, or what refuses them."""
     try:
-        fabric = make_room(relax_mesh(shaped.fabric, surface=shaped.surface, run=QUIET))
+        fabric = make_room(relax_mesh(shaped.fabric, surface=shaped.surface, run=QUIET).fabric)
         check_loops(fabric, generate_yarns(fabric))
     except StitchMeshError as error:
         return str(error)

@@ -129,7 +129,7 @@ def garment_rows(name: str, device: str) -> Iterator[MeasuredRelaxation]:
     mesh_name, _, width = name.rpartition(":")
     mesh = sm.read_mesh(MESHES / mesh_name)
     fabric = sm.tessellate(sm.label(mesh), stitch_width=float(width))
-    fabric = sm.relax_mesh(fabric, surface=mesh, device=device, run=QUIET)
+    fabric = sm.relax_mesh(fabric, surface=mesh, device=device, run=QUIET).fabric
     kind = "cuda" if device_named(device).is_cuda else "cpu"
     truth = None
     if fabric.face_count <= MOST_STITCHES[kind]:

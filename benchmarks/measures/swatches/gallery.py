@@ -48,7 +48,7 @@ def swatch_of(pattern: Pattern, device: str | None) -> sm.StitchMesh:
     fabric = sm.pattern_mesh(pattern, columns, rows, stitch_width=STITCH_WIDTH, stitch_height=STITCH_HEIGHT)
     width, height = fabric.vertices[:, :2].max(axis=0)
     sheet = Mesh.from_polygons([[0, 0, 0], [width, 0, 0], [width, height, 0], [0, height, 0]], [[0, 1, 2, 3]])
-    return sm.relax_mesh(fabric, surface=sheet, device=device)
+    return sm.relax_mesh(fabric, surface=sheet, device=device).fabric
 
 
 def relax(folder: Path, names: Sequence[str], device: str | None) -> Rows:

@@ -59,7 +59,7 @@ def on_arm(points: np.ndarray) -> np.ndarray:
 def main() -> None:
     """Write ``sweater.smobj`` beside this script."""
     mesh = sm.read_mesh(HERE.parents[2] / "assets" / "meshes" / "sweater.obj")
-    stitches = sm.relax_mesh(sm.tessellate(sm.label(mesh), stitch_width=STITCH_WIDTH), surface=mesh)
+    stitches = sm.relax_mesh(sm.tessellate(sm.label(mesh), stitch_width=STITCH_WIDTH), surface=mesh).fabric
     points = stitches.vertices + SHIFT
     for side in (1.0, -1.0):
         mirror, sleeve = np.array([side, 1.0, 1.0]), side * points[:, 0] > FROM

@@ -19,8 +19,8 @@ from stitchmesh.errors import StitchMeshError
 from stitchmesh.markup import Markup
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.meshrelax.evenness import Measure, evenness_verdict, uneven_rows
-from stitchmesh.meshrelax.options import MeshRelaxOptions
-from stitchmesh.meshrelax.relax import MAX_ITERATIONS, MeshRelaxReport, not_converged, relax_mesh_with_report
+from stitchmesh.meshrelax.options import ASPECT, MeshRelaxOptions
+from stitchmesh.meshrelax.relax import MAX_ITERATIONS, MeshRelaxReport, RelaxedMesh, not_converged, relax_mesh
 from stitchmesh.pipeline.options import KnitOptions
 from stitchmesh.progress import Progress
 from stitchmesh.run import Run
@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     from stitchmesh.app.application import App
     from stitchmesh.app.project.project import Project
 
-Evened = tuple[StitchMesh, MeshRelaxReport]
 MEASURES: dict[str, Measure] = {measure.capitalize(): measure for measure in get_args(Measure)}
 """What the map can show, by the words of the user."""
 BYTES_PER_STITCH = 120
@@ -63,7 +62,7 @@ class EvenOutPage(Page):
     def __init__(self, app: App) -> None:
         """Make the page; nothing runs yet."""
         super().__init__(app)
-        self._run: LiveRun[StitchMesh, Evened] | None = None
+        self._run: LiveRun[StitchMesh, RelaxedMesh] | None = None
         self._state = EvenOutState()
         self._map: SizeMap | None = None
         self._shown: StitchMesh | None = None
@@ -118,13 +117,13 @@ class EvenOutPage(Page):
 
     def start(self) -> None:
         """Start the mesh relaxation."""
-        project, arguments = self.app.project, mesh_arguments(self.app.project)
+        project, options = self.app.project, even_out_options(self.app.project)
         fabric = project.fabric
         surface = (project.mesh if project.shaping is None else project.surface) or fabric
         assert fabric is not None and surface is not None
 
-        def relax(control: RunControl[StitchMesh], progress: Progress) -> Evened:
-            return relax_mesh_with_report(fabric, surface=surface, run=Run(False, control=control), **arguments)
+        def relax(control: RunControl[StitchMesh], progress: Progress) -> RelaxedMesh:
+            return relax_mesh(fabric, surface=surface, options=options, run=Run(False, control=control))
 
         self._run = LiveRun(
             self.app.tasks, "evening out the stitches", relax, stage="meshrelax", max_iterations=MAX_ITERATIONS,
@@ -145,7 +144,7 @@ class EvenOutPage(Page):
             )  # fmt: skip
             controls.number(
                 "Height over width", "Shape of an unstressed stitch; at first that of the divided mesh",
-                round(mesh_arguments(self.app.project)["aspect"], 3), lambda aspect: self._set(aspect=aspect),
+                round(even_out_options(self.app.project).aspect or ASPECT, 3), lambda aspect: self._set(aspect=aspect),
                 least=0.2, most=3.0, step=0.01,
             )  # fmt: skip
             controls.toggle(
@@ -165,16 +164,15 @@ class EvenOutPage(Page):
         if self._shown is not None:
             self._show_fabric(self._shown)
 
-    def _finish(self, project: Project, before: StitchMesh, result: Evened) -> None:
+    def _finish(self, project: Project, before: StitchMesh, result: RelaxedMesh) -> None:
         """Keep a result, unless another project or another fabric has taken the place of its own."""
-        fabric, report = result
         if self.app.project is not project or project.fabric is not before:
             self._end()
             if self.app.project is project:
                 self.app.notice(STALE, "warning")
             return
-        dropped = project.set_evened(fabric)
-        self._keep(report=asdict(report))
+        dropped = project.set_evened(result.fabric)
+        self._keep(report=asdict(result.report))
         self._end()
         if dropped:
             self.app.notice(f"The stitches have moved, so these were removed: {', '.join(dropped)}.", "warning")
@@ -234,12 +232,12 @@ def mesh_relax_options(project: Project) -> MeshRelaxOptions:
         return MeshRelaxOptions()
 
 
-def mesh_arguments(project: Project) -> dict[str, Any]:
-    """Return the arguments of ``relax_mesh`` for a project; the aspect is that of its stitches if none was set."""
+def even_out_options(project: Project) -> MeshRelaxOptions:
+    """Return the options of ``relax_mesh`` for a project; the aspect is that of its stitches if none was set."""
     options, sizes = KnitOptions(mesh_relaxation=mesh_relax_options(project)), project.division or project.shaping
     if sizes is not None:
         options = replace(options, stitch_width=sizes.stitch_width, stitch_height=sizes.stitch_height)
-    return options.mesh_arguments
+    return options.mesh_relax_options
 
 
 def unfinished_html(project: Project) -> Markup:

@@ -91,7 +91,7 @@ class Label:
         """
         from stitchmesh.io.stitches import READABLE
         from stitchmesh.labeling import PartialLabeling
-        from stitchmesh.pipeline.stages import whole_mesh
+        from stitchmesh.pipeline.garment import whole_mesh
         from stitchmesh.recipe.sections import LabelSection
         from stitchmesh.shaping.auto_labels import auto_labels
 
@@ -143,7 +143,7 @@ class Label:
         from stitchmesh.labeling import PartialLabeling, start_labeling
         from stitchmesh.labeling.label import warn_if_inside_out
         from stitchmesh.labeling.labeling_file import holds_labeling, read_labeling
-        from stitchmesh.pipeline.stages import whole_mesh
+        from stitchmesh.pipeline.garment import whole_mesh
         from stitchmesh.recipe.sections import RowsSection
 
         self.panels.refuse()

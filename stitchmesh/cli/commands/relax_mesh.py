@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Annotated
 
 from tyro.conf import Positional
@@ -35,14 +35,16 @@ class RelaxMesh:
         """Relax the stitch mesh on the smooth surface, and write it."""
         from stitchmesh.cli.progress import show_progress
         from stitchmesh.io import read_stitches, write_stitches
-        from stitchmesh.meshrelax import relax_mesh_with_report
+        from stitchmesh.meshrelax import relax_mesh
         from stitchmesh.run import Run
 
         fabric, surface = read_stitches(self.fabric), self._surface()
-        options = {name: value for name, value in asdict(self.forces.mesh_relax_options()).items() if value is not None}
         with show_progress() as progress:
-            relaxed, report = relax_mesh_with_report(fabric, surface=surface, run=Run(progress), **options)
-        write_stitches(self.output, relaxed)
+            relaxed = relax_mesh(
+                fabric, surface=surface, options=self.forces.mesh_relax_options(), run=Run(progress)
+            )
+        report = relaxed.report
+        write_stitches(self.output, relaxed.fabric)
         stretch = f"stretch: rms {report.rms_stretch:.3f}, maximum {report.max_stretch:.3f}"
         say(f"{report.iterations} iterations, {stretch}")
 

@@ -19,7 +19,7 @@ from stitchmesh.compute.device import alone
 from stitchmesh.editing.edit import Edit
 from stitchmesh.labeling.steps import LabelStep
 from stitchmesh.mesh import Mesh, StitchMesh
-from stitchmesh.meshrelax import relax_mesh_with_report
+from stitchmesh.meshrelax import MeshRelaxOptions, relax_mesh
 from tests.app.pages.headless import Headless, headless
 from tests.app.pages.tasks import call, press, wait_for_task
 from tests.gallery import tube
@@ -47,7 +47,8 @@ def shown(tmp_path: Path) -> Iterator[Headless]:
 
 def evened(project: Project, **arguments: float) -> StitchMesh:
     assert project.fabric is not None and project.mesh is not None
-    return relax_mesh_with_report(project.fabric, surface=project.mesh, **{"aspect": 0.77} | arguments)[0]
+    options = MeshRelaxOptions(**{"aspect": 0.77} | arguments)  # type: ignore[arg-type]
+    return relax_mesh(project.fabric, surface=project.mesh, options=options).fabric
 
 
 def with_wide_rows(fabric: StitchMesh) -> StitchMesh:

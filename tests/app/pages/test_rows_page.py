@@ -244,7 +244,7 @@ def test_the_stitches_are_those_of_python_and_relax_on_the_mesh(page):
     expected = shape_fabric(page.project.mesh, stitch_width=WIDTH, marks=[mark])
     assert same(page.project.fabric, expected.fabric)
     assert f"{expected.report.stitches:,} in" in text(page)
-    relaxed = relax_mesh(page.project.fabric, surface=page.project.mesh)
+    relaxed = relax_mesh(page.project.fabric, surface=page.project.mesh).fabric
     assert relaxed.face_count == expected.fabric.face_count
     for name in ("Even out", "Edit"):
         call(page, page.app.open_page, name)
@@ -349,7 +349,7 @@ def test_a_mesh_of_triangles_gets_a_yarn_and_its_gauge(page: Headless):
     settle(page)
     call(page, page.controls.press, "Knit these rows")
     assert page.project.shaping.stitch_width == yarn.stitch_width
-    page.project.set_evened(relax_mesh(page.project.fabric, surface=page.project.surface))
+    page.project.set_evened(relax_mesh(page.project.fabric, surface=page.project.surface).fabric)
     call(page, page.app.open_page, "Yarns")
     call(page, page.controls.set, "Quality", "draft")
     call(page, page.controls.press, "Generate the yarns")

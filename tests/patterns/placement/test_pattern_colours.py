@@ -12,10 +12,13 @@ import pytest
 from stitchmesh.editing.edit import Edit, apply_edit
 from stitchmesh.editing.pattern_regions import PatternRegion
 from stitchmesh.errors import ParameterError
+from stitchmesh.mesh import StitchMesh
 from stitchmesh.mesh.palette import colours_of, make_palette, parse_colour
 from stitchmesh.patterns import apply_pattern, parse_pattern
+from stitchmesh.pipeline.garment import Garment
 from stitchmesh.pipeline.options import KnitOptions
-from stitchmesh.pipeline.stages import pattern_stage
+from stitchmesh.pipeline.stages import apply_pattern_stage
+from stitchmesh.run import QUIET
 from stitchmesh.shaping.options import ShapingOptions
 from tests.editing.fabrics import around
 from tests.patterns.fabrics import flat
@@ -65,9 +68,9 @@ def test_stitches_left_over_take_the_ground_on_a_fabric_of_another_colour():
     ],
 )  # fmt: skip
 def test_rounds_of_whole_repeats_are_proposed(options, proposed):
-    report: dict = {}
+    fabric = around(9, 3)
     chosen = KnitOptions(patterns=(PatternRegion(parse_pattern("chart colours:\n0111\n")),), **options)
-    pattern_stage(around(9, 3), chosen, report, lambda stage, part, text: None)
+    report = apply_pattern_stage(Garment(mesh=fabric, options=chosen, values={StitchMesh: fabric}), QUIET).report
     assert report["patterns"]["laid"][0]["summary"][1:] == proposed
 
 

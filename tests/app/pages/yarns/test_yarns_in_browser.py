@@ -36,7 +36,7 @@ def write_project(folder: Path) -> None:
     project.apply_label_step(LABEL_ALL)
     project.divide(Division(stitch_width=1.3))
     assert project.fabric is not None and project.mesh is not None
-    project.set_evened(relax_mesh(project.fabric, surface=project.mesh))
+    project.set_evened(relax_mesh(project.fabric, surface=project.mesh).fabric)
     project.set_settings("Yarns", {"choices": CHOICES})
     project.close()
 

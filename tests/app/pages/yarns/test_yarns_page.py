@@ -50,7 +50,7 @@ def shown(tmp_path: Path) -> Iterator[Headless]:
         app.project.apply_label_step(LabelStep("label_all"))
         app.project.divide(Division(stitch_width=1.3))
         assert app.project.fabric is not None and app.project.mesh is not None
-        app.project.set_evened(relax_mesh(app.project.fabric, surface=app.project.mesh))
+        app.project.set_evened(relax_mesh(app.project.fabric, surface=app.project.mesh).fabric)
         app.app.open_page("Yarns")
         app.controls.set("Quality", "draft")
         app.controls.set("Automatic end", False)
