@@ -10,11 +10,7 @@ from contextlib import nullcontext
 from dataclasses import asdict, replace
 from typing import Any
 
-<<<<<<< HEAD
-=======
 from stitchmesh import __version__
-from stitchmesh.compute.asking import answer_alone
->>>>>>> w-stages
 from stitchmesh.compute.device import device_named
 from stitchmesh.compute.shared_work import done_by
 from stitchmesh.io.state_saver import StateSaver
@@ -49,19 +45,6 @@ def relax_swatch(run: JobRun, table: SwatchTable) -> Made[Swatch]:
     device = str(device_named(run.job.device))
     arguments = table.arguments()
     options = {"quality": name, "material": table.material, "stiffness": list(table.stiffness)}
-<<<<<<< HEAD
-    run.report |= head | {"options": options | arguments | {"rest_lengths": asdict(arguments["rest_lengths"])}}
-    run.report |= {"quality": asdict(given)}
-    run.report["memory"] = check_job_memory(
-        lambda quality: swatch_memory(table, quality, device, run.job.render), given, device,
-        "fewer repeats, or no pictures (render = [])",
-    )  # fmt: skip
-    quality = chosen_quality(
-        run, given, lambda budget: plan_swatch(source, budget, given, device, **arguments),
-        source, sorted(arguments.items()), device,
-    )  # fmt: skip
-    made = _relaxed(run, table, source, quality, device)
-=======
     report = {
         "stitchmesh": __version__, "pattern": table.pattern, "name": source.name, "source": source.source,
         "options": options | arguments | {"rest_lengths": asdict(arguments["rest_lengths"])},
@@ -74,7 +57,6 @@ def relax_swatch(run: JobRun, table: SwatchTable) -> Made[Swatch]:
     planned = _planned(run, table, source, given, device)
     report |= planned.report
     made = _relaxed(run, table, source, planned.value, device, report)
->>>>>>> w-stages
     if made.fabric is not None:
         for path in run.job.write_stitches:
             write_stitches(run.folder / path, made.fabric)
@@ -86,7 +68,7 @@ def _planned(run: JobRun, table: SwatchTable, source: Source, given: Quality, de
     budget = run.budget
     if budget is None:
         return Made(given, {})
-    arguments = {name: value for name, value in table.arguments().items() if name != "friction"}
+    arguments = table.arguments()
     inputs = source, sorted(arguments.items()), device, given, budget.within, budget.error, budget.chooses
 
     def plan() -> Made[Quality]:
@@ -116,15 +98,9 @@ def _relaxed(
         began = time.perf_counter()
         before = relaxations.seconds()
         with run.continued(before) if before else nullcontext():
-<<<<<<< HEAD
             with done_by(relaxations):
                 prepared = prepare_swatch(source, material=material, quality=quality, device=device, **arguments)
-            saver = StateSaver(run.folder, run.report, in_fabric(prepared.yarns, prepared.options))
-=======
-            preparation = prepare_swatch.asking(source, material=material, quality=quality, device=device, **arguments)
-            prepared = answer_alone(preparation, relaxations.do)
             saver = StateSaver(run.folder, report, in_fabric(prepared.yarns, prepared.options))
->>>>>>> w-stages
             saving = replace(relaxations, on_state=lambda state: saver.keep(in_fabric(state, prepared.options)))
             with done_by(saving):
                 made = relax_shaken(prepared, table.shaken, Run(show))
