@@ -33,7 +33,9 @@ def main(folder: Path = Path("out/edited"), stitch_width: float = 1.6) -> sm.Yar
     history.save(folder / "log.jsonl")
 
     yarns, start = sm.regenerate_yarns(first.yarns, fabric, history.fabric, quality="draft")
-    again = sm.relax_yarns(yarns, start=start, quality="draft", device="cpu", keep_shape=history.fabric)
+    again = sm.relax_yarns(
+        yarns, quality="draft", device="cpu", keep_shape=history.fabric, run=sm.Run(start=start)
+    )
     print(f"first relaxation: {first.report['iterations']} iterations, second: {again.report['iterations']}")
     sm.write_yarns(folder / "yarns.h5", again.yarns)
     return again.yarns
