@@ -1,5 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
+from . import edits as edits
 from .after_edit import RelaxedAgain as RelaxedAgain
 from .after_edit import relax_edited as relax_edited
 from .budget.budget import Budget as Budget
