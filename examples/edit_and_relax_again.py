@@ -27,13 +27,15 @@ def main(folder: Path = Path("out/edited"), stitch_width: float = 1.6) -> sm.Yar
 
     history = sm.History(fabric)
     row = np.flatnonzero((fabric.row == 4) & (fabric.stitch == sm.Stitch.KNIT))
-    history.apply(sm.Edit("change_stitch", {"faces": row[:4:2].tolist(), "stitch": "p"}))
-    history.apply(sm.Edit("twist_loop", {"side": int(fabric.left_wale[row[8]]) - 1, "twist": 1}))
+    history.apply(sm.edits.change_stitch, faces=row[:4:2], stitch="p")
+    history.apply(sm.edits.twist_loop, side=fabric.left_wale[row[8]] - 1, twist=1)
     history.undo()
-    history.save(folder / "log.jsonl")
+    history.write(folder / "log.jsonl")
 
     yarns, start = sm.regenerate_yarns(first.yarns, fabric, history.fabric, quality="draft")
-    again = sm.relax_yarns(yarns, start=start, quality="draft", device="cpu", keep_shape=history.fabric)
+    again = sm.relax_yarns(
+        yarns, quality="draft", device="cpu", keep_shape=history.fabric, run=sm.Run(start=start)
+    )
     print(f"first relaxation: {first.report['iterations']} iterations, second: {again.report['iterations']}")
     sm.write_yarns(folder / "yarns.h5", again.yarns)
     return again.yarns

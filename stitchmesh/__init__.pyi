@@ -1,5 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
+from . import edits as edits
 from .after_edit import RelaxedAgain as RelaxedAgain
 from .after_edit import relax_edited as relax_edited
 from .budget.budget import Budget as Budget
@@ -118,6 +119,7 @@ from .periodic.states.explore import Exploration as Exploration
 from .periodic.states.explore import explore as explore
 from .periodic.states.rest_states import Rest as Rest
 from .periodic.stretch import StretchCurve as StretchCurve
+from .periodic.stretch import StretchPath as StretchPath
 from .periodic.stretch import stretch_test as stretch_test
 from .periodic.swatch import Swatch as Swatch
 from .periodic.swatch import swatch as swatch
@@ -163,6 +165,7 @@ from .shaping.auto_stitches import ShapedFabric as ShapedFabric
 from .shaping.auto_stitches import auto_stitches as auto_stitches
 from .shaping.auto_stitches import shape_fabric as shape_fabric
 from .shaping.marks import TimeMark as TimeMark
+from .shaping.options import ShapingOptions as ShapingOptions
 from .shaping.panels.panel_mesh import PanelMesh as PanelMesh
 from .shaping.panels.panel_mesh import Seam as Seam
 from .shaping.panels.read_panels import read_panels as read_panels

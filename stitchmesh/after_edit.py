@@ -80,8 +80,8 @@ def relax_edited(
     with shown_stages(run.progress) as shown:
         edit = _Edit(
             relaxed, before, after, surface, {"quality": quality, **asdict(finish or YarnFinish())},
-            {"options": options or RelaxOptions(), "quality": quality, "device": device, "keep_shape": True,
-             "run": replace(run, progress=shown)},
+            {"options": options or RelaxOptions(), "quality": quality, "device": device, "keep_shape": True},
+            replace(run, progress=shown),
         )  # fmt: skip
         fabric, warm, outcome = edit.at_rest()
     report = {**outcome.report, "warm": round(warm, 4), "notes": edit.notes}
@@ -98,6 +98,7 @@ class _Edit:
     surface: Mesh | None
     generation: dict[str, Any]
     relaxation: dict[str, Any]
+    run: Run[YarnSet]
     notes: list[str] = field(default_factory=list)
 
     def at_rest(self) -> tuple[StitchMesh, float, Relaxation]:
@@ -118,7 +119,7 @@ class _Edit:
                 self.note(f"{ANEW}, because the yarns cannot start where they were relaxed: {_reason(second)}")
         if found.start is None:
             self.note(f"{ANEW}, because hardly any stitch is where it was before the edit")
-        return fabric, 0.0, relax_with_options(found.generated, fabric=fabric, **self.relaxation)
+        return fabric, 0.0, relax_with_options(found.generated, fabric=fabric, run=self.run, **self.relaxation)
 
     def generated(self, evened: StitchMesh | None = None) -> WarmStart:
         """Generate the yarns of the edited fabric or of the evened one, and place them by the relaxed yarns."""
@@ -126,9 +127,8 @@ class _Edit:
 
     def from_start(self, fabric: StitchMesh, found: WarmStart, *, load_steps: bool) -> Relaxation:
         """Relax the yarns of a fabric from relaxed positions (``relax_with_options``)."""
-        return relax_with_options(
-            found.generated, fabric=fabric, start=found.start, load_steps=load_steps, **self.relaxation
-        )
+        run = replace(self.run, start=found.start, load_steps=load_steps)
+        return relax_with_options(found.generated, fabric=fabric, run=run, **self.relaxation)
 
     def note(self, line: str) -> None:
         """Keep a line for the report, and log it."""

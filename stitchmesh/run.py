@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How a relaxation shows its progress, hands out and keeps its states, and is paused, stopped and continued.
+"""How a relaxation begins, shows its progress, hands out and keeps its states, and is paused, stopped and continued.
 
 A function with an argument ``run`` leaves all of this to one value, which its callers pass on as they got it.
 """
@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, Generic, Literal, TypeVar
 
@@ -60,6 +60,11 @@ class Run(Generic[S]):
     """Where and how often to write what is needed to resume; also written at the start and at any end."""
     resume: FilePath | None = None
     """A checkpoint to continue from; all other inputs must be the same as when it was written."""
+    start: S | None = None
+    """The same piece at other positions to start from, for example as it was relaxed before an edit."""
+    load_steps: bool = True
+    """Whether a load that yarns cannot take at once, because it presses them through one another, is applied in steps
+    (``yarnrelax.load_path``), as the report then says; else it is an error. Terms begin anew in each step."""
     control: RunControl[S] | None = None
     """Watches, pauses, steps and stops the relaxation from another thread. A pause writes a checkpoint, and a stopped
     relaxation returns its last accepted state."""
@@ -79,9 +84,9 @@ class Run(Generic[S]):
         Raises:
             ParameterError: another field is given.
         """
-        for name in ("on_state", "checkpoints", "resume", "control"):
-            if name not in obeyed and getattr(self, name) is not None:
-                raise ParameterError(f"{place}, run: got {name}, which it does not obey; leave it out")
+        for own in fields(self):
+            if own.name not in ("progress", *obeyed) and getattr(self, own.name) is not own.default:
+                raise ParameterError(f"{place}, run: got {own.name}, which it does not obey; leave it out")
 
     @contextmanager
     def assessments_shown(

@@ -7,9 +7,10 @@ The history stores only the changes of each edit, so that the history of a large
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
-from stitchmesh.editing.edit import Edit, apply_changes, apply_edit
+from stitchmesh.editing.edit import Edit, Edited, apply_changes, apply_edit
 from stitchmesh.editing.log import write_log
 from stitchmesh.editing.undo_history import history_of_steps, steps_done, steps_undone
 from stitchmesh.errors import check_kind
@@ -51,12 +52,18 @@ class History:
         """The edits that ``redo`` can apply, the next one first."""
         return tuple(step.edit for step in steps_undone(self._steps))
 
-    def apply(self, edit: Edit) -> StitchMesh:
+    def apply(self, edit: Edit | Callable[..., Edited], **arguments: object) -> StitchMesh:
         """Apply an edit and return the new mesh; edits that were undone can then no longer be redone.
+
+        Args:
+            edit: a function of ``sm.edits``, or an edit of a file.
+            **arguments: arguments of the function besides the mesh.
 
         Raises:
             StitchMeshError: as for ``apply_edit``; the mesh stays unchanged.
         """
+        if not isinstance(edit, Edit) and callable(edit):
+            edit = Edit(edit.__name__, arguments)
         edited = apply_edit(self._fabric, edit)
         self._steps = self._steps.do(_Step(edit, edited.changes, edited.inverse))
         self._fabric = edited.fabric
@@ -88,7 +95,7 @@ class History:
         self._steps = after
         return self._fabric
 
-    def save(self, path: FilePath) -> None:
+    def write(self, path: FilePath) -> None:
         """Write the edits as a log for ``replay_edits``.
 
         Raises:

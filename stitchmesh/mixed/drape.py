@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from os import PathLike
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import warp as wp
@@ -40,13 +40,14 @@ from stitchmesh.mixed.output.files import ANIMATION, MAPS, SURFACE, YARNS, RunFi
 from stitchmesh.mixed.output.frames import DrapeFrame, Frames
 from stitchmesh.mixed.output.report import RunTotals, mixed_report, peak_memory, region_counts, work_of
 from stitchmesh.mixed.placement.chosen_region import NodeBudget
-from stitchmesh.mixed.run_checkpoint import NAME, RunCheckpoint, read_run, run_inputs, write_run
+from stitchmesh.mixed.run_checkpoint import RunCheckpoint, read_run, run_inputs, write_run
 from stitchmesh.mixed.scene.scene import Scene
 from stitchmesh.mixed.scene.scene_fabric import PreparedScene, prepare
 from stitchmesh.mixed.scene.scene_file import read_scene, write_scene
 from stitchmesh.mixed.simulation import Simulation, SimulationStep, begin_simulation
 from stitchmesh.mixed.triangle_run import run_triangles, unwatched
 from stitchmesh.progress import Progress, shown_stages
+from stitchmesh.run import CHECKPOINT, SHOWN, Run
 from stitchmesh.run_control import RunControl, RunStopped, Snapshot
 from stitchmesh.time_limit import check_time
 from stitchmesh.yarn import YarnSet
@@ -132,8 +133,7 @@ def output_names(scene: Scene) -> list[str]:
 
 def drape(
     scene: Scene | FilePath, folder: str | PathLike[str] | None = None, *, cloth: Cloth | None = None,
-    yarns: LaidYarns | None = None, progress: Progress | Literal[False] | None = None,
-    control: RunControl[Draped] | None = None, checkpoint_every: int | None = None, resume: bool = False,
+    yarns: LaidYarns | None = None, run: Run[Draped] = SHOWN,
 ) -> Draped:  # fmt: skip
     """Run a scene of mixed yarns and triangles.
 
@@ -142,13 +142,10 @@ def drape(
         folder: output folder, for checkpoints and frames; without it, frames are kept in memory.
         cloth: a cloth in the place of that of the scene.
         yarns: yarns laid out on it in the place of those of the scene.
-        progress: called with the completed part and a line of text; by default a line shows them on a terminal or in a
-            notebook, and False shows nothing.
-        control: watches, pauses and stops the run; its snapshots are results.
-        checkpoint_every: number of steps in time, or of iterations of a static run, between two checkpoints; none by
-            default. Needs a folder.
-        resume: whether to continue from the checkpoint in the folder, if it has one; the result has the bits of a run
-            that was never stopped.
+        run: progress, checkpoints in the output folder, the one to resume, and control, whose snapshots are results.
+            Iterations between checkpoints are steps in time, or iterations of a static run; a run that is stopped also
+            writes one. Where the one to resume is not there yet, the run begins at the start. A resumed run has the
+            bits of one that was never stopped.
 
     Raises:
         ParameterError: something in the scene is not possible, or does not fit into the memory.
@@ -156,50 +153,58 @@ def drape(
         SolverError: no time step is small enough.
     """
     given = scene if isinstance(scene, Scene) else read_scene(scene)
-    target = _checked_folder(folder, checkpoint_every, resume)
-    with shown_stages(progress) as report:
-        return _drape(given, target, cloth, yarns, report, control, checkpoint_every, resume=resume)
+    target = _checked_folder(folder, run)
+    with shown_stages(run.progress) as report:
+        return _drape(given, target, cloth, yarns, run, report)
 
 
 def _drape(
-    given: Scene, target: Path | None, cloth: Cloth | None, yarns: LaidYarns | None, progress: Progress,
-    control: RunControl[Draped] | None, checkpoint_every: int | None, *, resume: bool,
+    given: Scene, target: Path | None, cloth: Cloth | None, yarns: LaidYarns | None, run: Run[Draped],
+    progress: Progress,
 ) -> Draped:  # fmt: skip
     """Run a scene; arguments and errors as for ``drape``."""
     prepared = prepare(given, cloth=cloth, yarns=yarns, folder=target, progress=progress)
     device = device_named(given.solver.device)
     contact = bool(given.bodies) or given.contact.self_collision
     with alone():
-        state = _state_to_resume(target, prepared, device) if resume and target is not None else None
-        start = _start(prepared, device, progress, control) if state is None else _resumed(prepared, state)
+        state = None if run.resume is None else _state_to_resume(Path(run.resume), prepared, device)
+        start = _start(prepared, device, progress, run.control) if state is None else _resumed(prepared, state)
         may_grow_to = start.budget.nodes if given.region.changes_every is not None else 0
         check_scene_memory(start.prepared.region, available_memory(device), contact=contact, may_grow_to=may_grow_to)
-        run = _Run(start, target, device)
+        draping = _Draping(start, target, device, run, progress)
         if state is not None:
-            run.resume(state)
+            draping.resume(state)
         if target is not None:
             write_scene(target / SCENE_FILE, prepared.scene)
         if start.stopped is None:
-            run.go(progress, control, checkpoint_every)
+            draping.go()
         else:
-            run.end_with(start.stopped)
-    return run.result()
+            draping.end_with(start.stopped)
+    return draping.result()
 
 
-def _state_to_resume(folder: Path, prepared: PreparedScene, device: wp.Device) -> RunCheckpoint | None:
-    """Read the checkpoint in a folder; None where the run was stopped before the first one."""
-    if was_written(folder / NAME):
-        return read_run(folder / NAME, run_inputs(prepared, device))
-    logger.info("%s: has no checkpoint yet; the run begins at the start", folder)
+def _state_to_resume(path: Path, prepared: PreparedScene, device: wp.Device) -> RunCheckpoint | None:
+    """Read a checkpoint; None where the run was stopped before the first one."""
+    if was_written(path):
+        return read_run(path, run_inputs(prepared, device))
+    logger.info("%s: is not there yet; the run begins at the start", path)
     return None
 
 
-def _checked_folder(folder: str | PathLike[str] | None, every: int | None, resume: bool) -> Path | None:
-    if folder is None and (every is not None or resume):
+def _checked_folder(folder: str | PathLike[str] | None, run: Run[Draped]) -> Path | None:
+    """Return the output folder of a run.
+
+    Raises:
+        ParameterError: the run asks for what is not obeyed, or for checkpoints elsewhere than in the output folder.
+    """
+    run.refuse_all_but("drape", "checkpoints", "resume", "control")
+    if folder is None and (run.checkpoints is not None or run.resume is not None):
         raise ParameterError("drape: got checkpoints or a run to resume without a folder; expected their folder")
-    if every is not None and every < 1:
-        raise ParameterError(f"drape: checkpoint_every: got {every}; expected at least 1")
-    return None if folder is None else Path(folder)
+    target = None if folder is None else Path(folder)
+    if run.checkpoints is not None and Path(run.checkpoints.folder) != target:
+        found = f"got the folder {run.checkpoints.folder}; expected {target}, the output folder, which holds the frames"
+        raise ParameterError(f"drape, checkpoints: {found}")
+    return target
 
 
 @dataclass(frozen=True, eq=False)
@@ -264,11 +269,14 @@ def _resumed(prepared: PreparedScene, state: RunCheckpoint) -> _Start:
     return _Start(resumed_region(prepared, state.arrays), resumed_budget(state.arrays))
 
 
-class _Run:
-    """One run: the simulation, its frames and its sums."""
+class _Draping:
+    """A run on its way: the simulation, its frames and its sums."""
 
-    def __init__(self, start: _Start, folder: Path | None, device: wp.Device) -> None:
+    def __init__(
+        self, start: _Start, folder: Path | None, device: wp.Device, run: Run[Draped], progress: Progress
+    ) -> None:
         self.folder, self.device = folder, device
+        self.run, self.progress = run, progress
         scene, fabric = start.prepared.scene, start.prepared.fabric
         self.simulation: Simulation = begin_simulation(start.prepared, scalar_named(scene.solver.precision), device)
         self.region = AdaptiveRegion(start.prepared, start.budget)
@@ -290,16 +298,16 @@ class _Run:
         self.totals = state.totals
         self.frames.count = state.frames
 
-    def go(self, progress: Progress, control: RunControl[Draped] | None, every: int | None) -> None:
+    def go(self) -> None:
         """Run to the end, or until the user or the time stops it."""
         self.frames.begin(self.frames.count)
         if not self.frames.count:
             self.frames.add(self._frame())
         try:
             while not self.simulation.done:
-                self._step(progress, control, every)
+                self._step()
                 if self.prepared.scene.mode == "dynamic":
-                    self._between_steps(self.totals.steps, control, every)
+                    self._between_steps(self.totals.steps)
         except RunStopped:
             self.stopped = True
             self._write_checkpoint()
@@ -316,10 +324,10 @@ class _Run:
         """The result so far."""
         return Draped(prepared=self.prepared, displays=self.displays, frames=self.frames, report=self._report())
 
-    def _step(self, progress: Progress, control: RunControl[Draped] | None, every: int | None) -> None:
+    def _step(self) -> None:
         before, began = self._frame(), time.perf_counter()
         try:
-            made = self.simulation.step(self._after_iteration(progress, control, every))
+            made = self.simulation.step(self._after_iteration())
         finally:
             self.totals.seconds += time.perf_counter() - began
         made.add_to(self.totals)
@@ -328,32 +336,30 @@ class _Run:
         # A static run finds its equilibrium again after a change of the region, and shows that one.
         for moment in () if changed and self.prepared.scene.mode == "static" else self._frames_due(made):
             self.frames.add(before.between(after, moment))
-        progress(STAGE, min(made.time / self.prepared.scene.duration, 1.0), self._note(made))
+        self.progress(STAGE, min(made.time / self.prepared.scene.duration, 1.0), self._note(made))
 
-    def _after_iteration(
-        self, progress: Progress, control: RunControl[Draped] | None, every: int | None
-    ) -> AfterIteration:
+    def _after_iteration(self) -> AfterIteration:
         """What follows each iteration of a search for an equilibrium."""
         scene = self.prepared.scene
         report = search_progress(
-            STAGE, self.totals.steps, scene.equilibria, progress,
+            STAGE, self.totals.steps, scene.equilibria, self.progress,
             tolerance=self.simulation.tolerance, most_iterations=scene.solver.most_iterations,
         )  # fmt: skip
 
         def after_iteration(iterations: int, force: float) -> None:
             report(iterations, force)
             self.totals.error = force
-            self._between_steps(self.totals.newton_iterations + iterations, control, every)
+            self._between_steps(self.totals.newton_iterations + iterations)
 
         return after_iteration
 
-    def _between_steps(self, number: int, control: RunControl[Draped] | None, every: int | None) -> None:
+    def _between_steps(self, number: int) -> None:
         """What follows each step in time, and each iteration of a search for an equilibrium."""
-        if every is not None and number % every == 0:
+        if self.run.checkpoints is not None and number % self.run.checkpoints.every == 0:
             self._write_checkpoint()
         check_time()
-        if control is not None:
-            control.after_step(lambda: self._snapshot(number), aside=others_may_launch)
+        if self.run.control is not None:
+            self.run.control.after_step(lambda: self._snapshot(number), aside=others_may_launch)
 
     def _frames_due(self, made: SimulationStep) -> Iterator[float]:
         """Times of the frames that a step has passed."""
@@ -386,7 +392,7 @@ class _Run:
             if self.prepared.scene.region.yarns == "automatic":
                 arrays |= self.region.arrays(self.simulation)
             state = RunCheckpoint(self.totals, len(self.frames), arrays)
-            write_run(self.folder, self.inputs, state)
+            write_run(self.folder / CHECKPOINT, self.inputs, state)
 
     def _report(self) -> dict[str, Any]:
         scene, fabric, totals = self.prepared.scene, self.prepared.fabric, self.totals

@@ -26,8 +26,6 @@ from stitchmesh.mixed.output.report import RunTotals
 from stitchmesh.mixed.scene.scene_fabric import PreparedScene
 from stitchmesh.yarnrelax.fingerprint import fingerprint
 
-NAME = "checkpoint.smc"
-"""Name of the newest checkpoint in the output folder."""
 PLACE_OF_REGION = ("yarns", "nodes", "seconds", "adapt_every", "boxes", "faces", "rings")
 """Entries of a region that is not automatic, for which the region itself is compared."""
 
@@ -66,15 +64,15 @@ def run_inputs(prepared: PreparedScene, device: wp.Device) -> dict[str, str]:
     return found | fingerprint("yarn materials", prepared.fabric.yarn_materials)
 
 
-def write_run(folder: Path, inputs: Mapping[str, str], state: RunCheckpoint) -> None:
-    """Write a checkpoint into the output folder; the one before it is kept.
+def write_run(path: Path, inputs: Mapping[str, str], state: RunCheckpoint) -> None:
+    """Write a checkpoint; the one before it is kept.
 
     Raises:
         FileError: the file cannot be written.
     """
     header = {"inputs": dict(inputs), "totals": asdict(state.totals), "frames": state.frames}
     arrays = {name: np.asarray(array) for name, array in state.arrays.items()}
-    write_checkpoint(folder / NAME, CheckpointFile(header, arrays))
+    write_checkpoint(path, CheckpointFile(header, arrays))
 
 
 def read_run(path: Path, inputs: Mapping[str, str]) -> RunCheckpoint:

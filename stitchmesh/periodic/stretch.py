@@ -24,9 +24,8 @@ friction loading and unloading differ. Loading then begins at the free cell with
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any, Literal, get_args
+from typing import Any, get_args
 
 import numpy as np
 
@@ -51,9 +50,8 @@ from stitchmesh.periodic.relaxation.support import planes
 from stitchmesh.periodic.swatch import Swatch, relax_prepared
 from stitchmesh.periodic.swatch_options import STRETCH_STEPS
 from stitchmesh.periodic.weave.weave import Weave
-from stitchmesh.progress import Progress
 from stitchmesh.quality import DEFAULT_QUALITY, PRESETS, Quality, quality_named
-from stitchmesh.run import Run
+from stitchmesh.run import SHOWN, Run
 from stitchmesh.time_limit import limited_to
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial
@@ -78,6 +76,73 @@ NEWTONS_PER_METRE = 1e-3
 """1 dyn/cm in N/m."""
 
 logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, kw_only=True)
+class StretchPath:
+    """The strains that a stretch test goes through, one after another, and what acts besides.
+
+    Raises:
+        ParameterError: not exactly one direction is given, a strain is out of bounds, the strains are equal, there are
+            fewer than two steps or a negative number of cycles, or no yarn has the friction.
+    """
+
+    course: tuple[float, float] | None = None
+    """First and last strain along the courses, for example 0.4 for 40 %."""
+    wale: tuple[float, float] | None = None
+    """First and last strain along the wales. Either ``course`` or ``wale`` must be given."""
+    other: Other = "free"
+    """``free`` relaxes the size across the stretch direction; ``held`` keeps its value in the free cell."""
+    steps: int = STRETCH_STEPS
+    """Number of strains, including the first and the last."""
+    cycles: int = 0
+    """How often the fabric is let back from the last strain to the first; between two times it is stretched again. With
+    0 it stays stretched."""
+    friction: float | None = None
+    """Coefficient of friction between the yarns; they have none where not given."""
+
+    def __post_init__(self) -> None:
+        if (self.course is None) == (self.wale is None):
+            got = "neither" if self.course is None else "both"
+            raise ParameterError(f"stretch: got {got} of course and wale; expected strains of one of them")
+        first, last = self.ends
+        low, high = min(self.ends), max(self.ends)
+        if not (np.isfinite([first, last]).all() and LEAST_STRAIN <= low and high <= MOST_STRAIN):
+            found = f"{100 * first:g} % to {100 * last:g} %"
+            bounds = f"{100 * LEAST_STRAIN:g} % to {100 * MOST_STRAIN:g} %"
+            raise ParameterError(f"{self.direction}: got {found}; expected strains of {bounds}")
+        if first == last:
+            raise ParameterError(f"{self.direction}: got {100 * first:g} % twice; expected two different strains")
+        if self.steps < 2:
+            raise ParameterError(f"steps: got {self.steps}; expected at least 2")
+        if self.cycles < 0:
+            raise ParameterError(f"cycles: got {self.cycles}; expected at least 0")
+        if self.other not in get_args(Other):
+            raise ParameterError(f"other: got {self.other!r}; expected free or held")
+        states = self.steps + max(2 * self.cycles - 1, 0) * (self.steps - 1)
+        need = BASE_MEMORY + BYTES_PER_KEPT_POINT * states
+        check_memory(f"a stretch test of {states:,} strains", need, "fewer steps")
+        Friction(self.friction or 0.0)
+
+    @property
+    def direction(self) -> Direction:
+        """The stretch direction."""
+        return "wale" if self.course is None else "course"
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """The first and the last strain."""
+        ends = self.wale if self.course is None else self.course
+        assert ends is not None
+        return ends
+
+    @property
+    def strains(self) -> FloatArray:
+        """The strains one after another, shape (n,); each turn is there once."""
+        there = np.linspace(*self.ends, self.steps)
+        back = there[::-1]
+        ways = [there, *([back, there] * self.cycles)[: 2 * self.cycles - 1]] if self.cycles else [there]
+        return np.concatenate([there[:1], *(way[1:] for way in ways)])
 
 
 @dataclass(frozen=True)
@@ -158,126 +223,74 @@ class StretchCurve:
 
 def stretch_test(
     pattern: str | Pattern | Weave,
+    path: StretchPath,
     *,
-    course: tuple[float, float] | None = None,
-    wale: tuple[float, float] | None = None,
-    other: Other = "free",
-    steps: int = STRETCH_STEPS,
-    cycles: int = 0,
-    friction: float | None = None,
     material: YarnMaterial | None = None,
     quality: str | Quality = DEFAULT_QUALITY,
     device: str | None = None,
     budget: Budget | None = None,
-    on_point: Callable[[StretchPoint], None] | None = None,
-    progress: Progress | Literal[False] | None = None,
+    run: Run[StretchPoint] = SHOWN,
     **options: Any,
 ) -> StretchCurve:
     """Stretch a swatch in one direction and measure its tension.
 
     Args:
         pattern: as for ``swatch``.
-        course: first and last strain along the courses, for example 0.4 for 40 %.
-        wale: first and last strain along the wales. Either ``course`` or ``wale`` must be given.
-        other: ``free`` relaxes the size across the stretch direction; ``held`` keeps its value in the free cell.
-        steps: number of strains, including the first and the last.
-        cycles: how often the fabric is let back from the last strain to the first; between two times it is stretched
-            again. With 0 it stays stretched.
-        friction: coefficient of friction between the yarns; they have none where not given. The free cell is that
-            without friction.
+        path: the strains, and the friction between the yarns. The free cell is that without friction.
         material: as for ``swatch``.
         quality: a preset or a ``Quality``; it is refined to the needs of tensions (``refine_for_tension``).
         device: as for ``swatch``.
         budget: a limit on the time, without an error; the curve ends with the last state that came to rest in time.
-        on_point: called with each point.
-        progress: as for ``swatch``, for the relaxation of each state.
+        run: progress of the relaxation of each state; ``on_state`` is called with each point. Nothing else is obeyed.
         options: fields of ``SwatchOptions``, except the period.
 
     Raises:
-        ParameterError: not exactly one direction is given, a strain is out of bounds, the strains are equal, there are
-            fewer than two steps or a negative number of cycles, no yarn has the friction, or a period, a tension of
-            blocking or an error is given.
+        ParameterError: a period, a tension of blocking or an error is given, or a run asks for what is not obeyed.
         FileError, PatternError: as for ``swatch``.
         SolverError: as for ``swatch``, or the time does not suffice for one state.
     """
+    run.refuse_all_but("stretch_test", "on_state")
     if budget is not None and budget.error is not None:
         raise ParameterError("error: got one for a stretch test, whose tensions are not measured by it; give a quality")
+    for name in {"period", "blocked"} & options.keys():
+        raise ParameterError(f"{name}: got one for a stretch test, which begins at the free cell; leave it out")
     with limited_to(limit_of(budget)):
-        direction, strains = choose_strains(course, wale, steps, cycles)
-        return _stretch(
-            pattern, direction, strains, other, friction, material, quality, device, on_point, Run(progress), options
+        quality = refine_for_tension(quality_named(quality))
+        prepared = prepare_swatch(
+            pattern, material=material, quality=quality, device=device, relax_cell=True, relaxation="frictionless",
+            **options,
         )  # fmt: skip
+        return _stretch(prepared, path, device, run)
 
 
 def _stretch(
-    pattern: str | Pattern | Weave, direction: Direction, strains: FloatArray, other: Other, friction: float | None,
-    material: YarnMaterial | None, quality: str | Quality, device: str | None,
-    on_point: Callable[[StretchPoint], None] | None, run: Run[YarnSet], options: dict[str, Any],
+    prepared: PreparedSwatch, path: StretchPath, device: str | None, run: Run[StretchPoint]
 ) -> StretchCurve:  # fmt: skip
     """Stretch a swatch in the time that is left; other arguments and errors as for ``stretch_test``."""
-    if other not in get_args(Other):
-        raise ParameterError(f"other: got {other!r}; expected free or held")
-    for name in {"period", "blocked"} & options.keys():
-        raise ParameterError(f"{name}: got one for a stretch test, which begins at the free cell; leave it out")
-    rubbing = Friction(friction or 0.0)
-    quality = refine_for_tension(quality_named(quality))
-    prepared = prepare_swatch(
-        pattern, material=material, quality=quality, device=device, relax_cell=True, relaxation="frictionless",
-        **options,
-    )  # fmt: skip
+    strains, friction = path.strains, path.friction or 0.0
+    relaxing: Run[YarnSet] = Run(run.progress)
     check_kept_states("stretch", len(strains), prepared.yarns)
-    free, own = relax_prepared(prepared, prepared.yarns, run), prepared.smallest
-    drawn = DrawnCell(own.part_of(free.yarns), direction, other, prepared.material, prepared.quality,
-                      planes_of(free, prepared), device, run)  # fmt: skip
-    path = strains.tolist()
-    found = draw_with_friction(drawn, path, rubbing) if friction else draw_without_friction(drawn, path)
+    free, own = relax_prepared(prepared, prepared.yarns, relaxing), prepared.smallest
+    drawn = DrawnCell(own.part_of(free.yarns), path.direction, path.other, prepared.material, prepared.quality,
+                      planes_of(free, prepared), device, relaxing)  # fmt: skip
+    if friction:
+        found = draw_with_friction(drawn, strains.tolist(), Friction(friction))
+    else:
+        found = draw_without_friction(drawn, strains.tolist())
     points, states = list[StretchPoint](), list[YarnSet]()
     for state in found:
         points.append(measure_point(drawn, state, own.copies))
         states.append(own.repeated(state.yarns, free.yarns))
-        if on_point is not None:
-            on_point(points[-1])
+        if run.on_state is not None:
+            run.on_state(points[-1])
     if not points:
         raise SolverError("stretch: the time was over before one state was at rest; give more, or a coarser quality")
     refuse_pull_through(free.yarns, states[-1], device)
     out_of_time = len(points) < len(strains)
-    curve = StretchCurve(direction, other, free, tuple(points), tuple(states), friction or 0.0, out_of_time)
+    curve = StretchCurve(path.direction, path.other, free, tuple(points), tuple(states), friction, out_of_time)
     for text in curve.snap_texts:
         logger.warning("stretch: %s; friction may hold it (--friction)", text)
     return curve
-
-
-def choose_strains(
-    course: tuple[float, float] | None, wale: tuple[float, float] | None, steps: int, cycles: int = 0
-) -> tuple[Direction, FloatArray]:
-    """Return the stretch direction, and its strains one after another, shape (n,); each turn is there once.
-
-    Raises:
-        ParameterError: not exactly one direction is given, a strain is out of bounds, the strains are equal, or there
-            are fewer than two steps or a negative number of cycles.
-    """
-    if (course is None) == (wale is None):
-        got = "neither" if course is None else "both"
-        raise ParameterError(f"stretch: got {got} of course and wale; expected strains of one of them")
-    direction: Direction = "wale" if course is None else "course"
-    given = wale if course is None else course
-    assert given is not None
-    first, last = given
-    if not (np.isfinite([first, last]).all() and LEAST_STRAIN <= min(given) and max(given) <= MOST_STRAIN):
-        bounds = f"{100 * LEAST_STRAIN:g} % to {100 * MOST_STRAIN:g} %"
-        raise ParameterError(f"{direction}: got {100 * first:g} % to {100 * last:g} %; expected strains of {bounds}")
-    if first == last:
-        raise ParameterError(f"{direction}: got {100 * first:g} % twice; expected two different strains")
-    if steps < 2:
-        raise ParameterError(f"steps: got {steps}; expected at least 2")
-    if cycles < 0:
-        raise ParameterError(f"cycles: got {cycles}; expected at least 0")
-    states = steps + max(2 * cycles - 1, 0) * (steps - 1)
-    check_memory(f"a stretch test of {states:,} strains", BASE_MEMORY + BYTES_PER_KEPT_POINT * states, "fewer steps")
-    there = np.linspace(first, last, steps)
-    back = there[::-1]
-    ways = [there, *([back, there] * cycles)[: 2 * cycles - 1]] if cycles else [there]
-    return direction, np.concatenate([there[:1], *(way[1:] for way in ways)])
 
 
 def refine_for_tension(quality: Quality) -> Quality:

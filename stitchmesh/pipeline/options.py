@@ -22,7 +22,7 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.rest_length import RestLengths
 from stitchmesh.yarngen import YarnFinish
 from stitchmesh.yarnrelax import YarnMaterial
-from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice
+from stitchmesh.yarnrelax.energies.term import Choice
 from stitchmesh.yarnrelax.model.material import DEFAULT_MATERIAL, check_one_mass
 
 OF_LABELED_MESHES = {
@@ -45,10 +45,8 @@ class RelaxOptions:
     """New values of single fields of the material, by name, for a yarn of ``REFERENCE_RADIUS``."""
     rest_lengths: RestLengths = field(default_factory=RestLengths)
     """Changes of the rest lengths."""
-    terms: Sequence[TermChoice] = ()
-    """Additional energy terms."""
-    constraints: Sequence[ConstraintChoice] = ()
-    """Constraints of control points."""
+    terms: Sequence[Choice] = ()
+    """Additional energies, and constraints of control points."""
 
     def __post_init__(self) -> None:
         YarnMaterial.named(self.material, self.stiffness)

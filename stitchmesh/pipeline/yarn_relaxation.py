@@ -27,8 +27,7 @@ POINTS_OF_STITCH = 20
 
 def relax_with_options(
     yarns: YarnSet, options: RelaxOptions, *, quality: str | Quality, device: str | None = None,
-    fabric: StitchMesh | None = None, keep_shape: bool = False, start: YarnSet | None = None,
-    load_steps: bool = True, run: Run[YarnSet] = QUIET,
+    fabric: StitchMesh | None = None, keep_shape: bool = False, run: Run[YarnSet] = QUIET,
 ) -> Relaxation:  # fmt: skip
     """Change the rest lengths of yarns, put them on the bodies among the terms, and relax them.
 
@@ -42,9 +41,7 @@ def relax_with_options(
         device: Warp's name of the device; None for the preferred device.
         fabric: the fabric from which the yarns were made, if it is known.
         keep_shape: whether the relaxation keeps the borders and the shape of the fabric.
-        start: the same yarns at the positions from which the relaxation starts; ``yarns`` if None.
-        load_steps: whether a load that the yarns cannot take at once is applied in steps.
-        run: progress, states, checkpoints and control.
+        run: where to start, progress, states, checkpoints and control.
 
     Raises:
         StitchMeshError: the rest lengths cannot be applied (``apply_rest_lengths``), or as for ``relax_yarns``.
@@ -57,14 +54,11 @@ def relax_with_options(
         moved = {"dressed": {"depth_cm": worn.depth, "farthest_cm": worn.farthest}} if worn.depth else {}
     relaxed = relax_yarns(
         yarns,
-        start=start,
         material=options.yarn_material(yarns),
         quality=quality,
         device=device,
         keep_shape=fabric if keep_shape else None,
         terms=options.terms,
-        constraints=options.constraints,
-        load_steps=load_steps,
         run=run,
     )
     return replace(relaxed, report=relaxed.report | moved)

@@ -18,7 +18,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stitchmesh.errors import MeshError, ParameterError, TessellationError, check_positive
+from stitchmesh.errors import MeshError, ParameterError, TessellationError, check_kind, check_positive
 from stitchmesh.io.library_meshes import MeshLike, as_mesh
 from stitchmesh.memory_need import BASE_MEMORY, BYTES_PER_FOUND_STITCH, check_memory
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, Mesh, StitchMesh
@@ -32,7 +32,7 @@ from stitchmesh.shaping.flat_pieces import knitted_flat_piece
 from stitchmesh.shaping.found_stitches import faces_of
 from stitchmesh.shaping.level_lines import LevelLines, without_small_tips
 from stitchmesh.shaping.marks import TimeMark, marked_ends
-from stitchmesh.shaping.options import DEFAULT_PLACEMENT, UP, Placement, check_most_shaping, check_placement
+from stitchmesh.shaping.options import AUTOMATIC, ShapingOptions, check_most_shaping
 from stitchmesh.shaping.plain_places import plain_places
 from stitchmesh.shaping.report import ShapingReport, shaping_report
 from stitchmesh.shaping.rows import stitches_between
@@ -82,8 +82,7 @@ class ShapedFabric:
 
 def auto_stitches(
     mesh: MeshLike, *, stitch_width: float = STITCH_WIDTH, stitch_height: float | None = None,
-    marks: Sequence[TimeMark] = (), up: ArrayLike = UP, multiple: int = 1, short_rows: bool = True,
-    most_shaping: float | None = None, shaping: Placement = DEFAULT_PLACEMENT, increase: Increase = DEFAULT_INCREASE,
+    increase: Increase = DEFAULT_INCREASE, options: ShapingOptions = AUTOMATIC,
 ) -> StitchMesh:  # fmt: skip
     """Knit any surface: find rows and stitches without a labeled mesh.
 
@@ -94,19 +93,8 @@ def auto_stitches(
         mesh: any oriented surface, of polygons of any kind [cm].
         stitch_width: wale spacing [cm].
         stitch_height: course spacing [cm]; by default 0.77 times the width.
-        marks: where knitting begins and ends, lines along which rows run, and places that increases and decreases
-            keep away from; automatic without any.
-        up: direction in which garments are knitted where nothing else decides, shape (3,).
-        multiple: number that the stitches of each round are a multiple of, for a pattern that repeats.
-        short_rows: whether the yarn turns back and comes again where rows are far too high, as at a heel; without,
-            stitches there are stretched more.
-        most_shaping: largest part of the stitches of a row that are increases or decreases, such as 0.25 for one in
-            four; one increase or decrease is always permitted. Rows that would need more are stretched. By default as
-            many as the surface asks.
-        shaping: where increases and decreases stand: ``spread`` over the row, or ``seams``: stacked at the sides of
-            a tube, at underarms and raglan lines and at both ends of flat rows, in a steady rhythm. Where the surface
-            asks for more than seams can give, and in rounds of a multiple, they are spread all the same.
         increase: how increases are made: ``m1``, ``kfb``, ``lifted`` or ``yo`` (``with_increases``).
+        options: marks, where increases and decreases stand and how many there are, and short rows.
 
     Returns:
         A stitch mesh on the polygons of ``mesh``.
@@ -117,15 +105,13 @@ def auto_stitches(
         TessellationError: a part is too small for its stitches, or the stitches would not fit in memory.
     """
     return shape_fabric(
-        mesh, stitch_width=stitch_width, stitch_height=stitch_height, marks=marks, up=up, multiple=multiple,
-        short_rows=short_rows, most_shaping=most_shaping, shaping=shaping, increase=increase,
-    ).fabric  # fmt: skip
+        mesh, stitch_width=stitch_width, stitch_height=stitch_height, increase=increase, options=options
+    ).fabric
 
 
 def shape_fabric(
     mesh: MeshLike, *, stitch_width: float = STITCH_WIDTH, stitch_height: float | None = None,
-    marks: Sequence[TimeMark] = (), up: ArrayLike = UP, multiple: int = 1, short_rows: bool = True,
-    most_shaping: float | None = None, shaping: Placement = DEFAULT_PLACEMENT, increase: Increase = DEFAULT_INCREASE,
+    increase: Increase = DEFAULT_INCREASE, options: ShapingOptions = AUTOMATIC,
     progress: Progress | Literal[False] | None = None,
 ) -> ShapedFabric:  # fmt: skip
     """Knit any surface as ``auto_stitches`` does, and return also what the stitches follow from.
@@ -137,17 +123,17 @@ def shape_fabric(
     start = time.perf_counter()
     mesh = as_mesh(mesh, place="auto_stitches")
     height = COURSE_OVER_WALE_SPACING * stitch_width if stitch_height is None else stitch_height
-    check_placement(shaping)
+    check_kind("auto_stitches, options", options, ShapingOptions)
     check_increase(increase)
-    size = StitchSize(stitch_width, height, multiple, most_shaping, shaping)
+    size = StitchSize(stitch_width, height, options.multiple, options.most_shaping, options.shaping)
     with shown_stages(progress) as report_stage:
         report_stage("shape", 0.0, "dividing the surface into triangles")
-        given, surface, upwards = shaping_surface(mesh, size, up, marks)
+        given, surface, upwards = shaping_surface(mesh, size, options.up, options.marks)
         parts = connected_parts(surface)
         shaped = []
-        for number, own_marks in enumerate(marks_by_part(parts, marks)):
+        for number, own_marks in enumerate(marks_by_part(parts, options.marks)):
             report_part = progress_of_part(report_stage, "shape", number, parts)
-            shaped.append(_shape_part(parts[number][0], own_marks, upwards, size, short_rows, report_part))
+            shaped.append(_shape_part(parts[number][0], own_marks, upwards, size, options.short_rows, report_part))
     fabric = with_increases(joined([part.fabric for part in shaped]), increase)
     times = np.zeros(len(surface.vertices))
     for (_, vertices), part in zip(parts, shaped, strict=True):
@@ -155,8 +141,8 @@ def shape_fabric(
     seconds, tips = time.perf_counter() - start, sum(part.tips for part in shaped)
     rows = sum(part.rows.stacked for part in shaped), sum(part.rows.spread for part in shaped)
     report = shaping_report(fabric, given, stitch_width, seconds, tips, rows)
-    if shaping == "seams" and report.spread_rows:
-        logger.warning(_spread_all_the_same(report, multiple))
+    if options.shaping == "seams" and report.spread_rows:
+        logger.warning(_spread_all_the_same(report, options.multiple))
     flat = all(part.flat for part in shaped)
     return ShapedFabric(fabric, given, surface, times, tuple(part.ends for part in shaped), report, flat)
 

@@ -44,7 +44,7 @@ def found_on_mesh(
         StitchMeshError: as for ``shape_fabric``.
     """
     shaped = shape_fabric(
-        mesh, stitch_width=stitch_width, stitch_height=stitch_height, progress=progress, **options.arguments
+        mesh, stitch_width=stitch_width, stitch_height=stitch_height, options=options, progress=progress
     )
     if shaped.report.lost:
         logger.warning(shaped.report.lost)

@@ -6,8 +6,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
-from typing import Any, Literal, get_args
+from dataclasses import dataclass
+from typing import Literal, get_args
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.shaping.marks import TimeMark
@@ -37,13 +37,17 @@ class ShapingOptions:
     multiple: int = 1
     """Number that the stitches of each round are a multiple of, for a pattern that repeats."""
     short_rows: bool = True
-    """Whether the yarn turns back and comes again where rows are far too high."""
+    """Whether the yarn turns back and comes again where rows are far too high, as at a heel; without, stitches there
+    are stretched more."""
     marks: Sequence[TimeMark] = ()
     """Where knitting begins and ends, lines along which rows run, and plain places; automatic without any."""
     most_shaping: float | None = None
-    """Largest part of the stitches of a row that are increases or decreases; None for as many as the surface asks."""
+    """Largest part of the stitches of a row that are increases or decreases, such as 0.25 for one in four; None for as
+    many as the surface asks. One is always permitted; rows that would need more are stretched."""
     shaping: Placement = DEFAULT_PLACEMENT
-    """Where increases and decreases stand: ``seams`` or ``spread`` (``stitchmesh.shaping.seams``)."""
+    """Where increases and decreases stand: ``spread`` over the row, or ``seams``: stacked at the sides of a tube, at
+    underarms and raglan lines and at both ends of flat rows, in a steady rhythm. Where the surface asks for more than
+    seams can give, and in rounds of a multiple, they are spread all the same."""
 
     def __post_init__(self) -> None:
         if len(self.up) != 3 or not all(map(math.isfinite, self.up)) or not any(self.up):
@@ -52,11 +56,6 @@ class ShapingOptions:
             raise ParameterError(f"multiple: got {self.multiple}; expected 1 or more stitches")
         check_most_shaping(self.most_shaping)
         check_placement(self.shaping)
-
-    @property
-    def arguments(self) -> dict[str, Any]:
-        """Arguments of ``shape_fabric`` besides the mesh and the size of the stitches."""
-        return {part.name: getattr(self, part.name) for part in fields(self)}
 
 
 def check_most_shaping(part: float | None) -> None:
@@ -79,3 +78,7 @@ def check_placement(shaping: str) -> None:
     """
     if shaping not in get_args(Placement):
         raise ParameterError(f"shaping: got {shaping!r}; expected one of {', '.join(get_args(Placement))}")
+
+
+AUTOMATIC = ShapingOptions()
+"""Rows that follow from the surface alone."""

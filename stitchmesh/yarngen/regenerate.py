@@ -61,8 +61,8 @@ def regenerate_yarns(
 ) -> tuple[YarnSet, YarnSet]:
     """Yarns of an edited fabric: as generated, and at the positions at which a new relaxation starts.
 
-    Pass both results to ``relax_yarns(generated, start=blended, keep_shape=after)``. ``relax_edited`` does so, and also
-    relaxes fabrics of which hardly any stitch is unchanged.
+    Pass both results to ``relax_yarns(generated, keep_shape=after, run=Run(start=blended))``. ``relax_edited`` does so,
+    and also relaxes fabrics of which hardly any stitch is unchanged.
 
     Args:
         relaxed: relaxed yarns of the fabric before the edit.

@@ -9,20 +9,22 @@ a sample between two evaluations of forces. Candidate lists and budgets are thos
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import warp as wp
+from numpy.typing import NDArray
 
 from stitchmesh.errors import SolverError
 from stitchmesh.quality import Quality
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax.carried_arrays import carried_arrays, resume_from_arrays
 from stitchmesh.yarnrelax.collision.step_limit import smallest_distances, yarn_place
-from stitchmesh.yarnrelax.constraints.pins import Pins, pinned_points
+from stitchmesh.yarnrelax.constraints.pins import pinned_points
 from stitchmesh.yarnrelax.energies.body import DEPTH
 from stitchmesh.yarnrelax.energies.term import TermChoice
+from stitchmesh.yarnrelax.loop_state import carried_arrays, resume_from_arrays
 from stitchmesh.yarnrelax.model.material import YarnMaterial
 from stitchmesh.yarnrelax.model.spline import place_contact_samples
 from stitchmesh.yarnrelax.motion.carried_points import CarriedPoints
@@ -45,9 +47,23 @@ class FollowInputs:
     """The material, with the drag as its global damping."""
     quality: Quality
     terms: tuple[TermChoice, ...]
-    carried: Pins | None
-    """Control points that the body carries."""
     device: wp.Device
+
+
+@dataclass(frozen=True, eq=False)
+class FollowState:
+    """A run between two frames of the body."""
+
+    frame: int
+    """Frame of the body."""
+    steps: int
+    """Steps in time so far."""
+    margin: float
+    """Margin of the candidate lists [units]."""
+    lists_age: int
+    """Iterations since the candidate lists were made."""
+    arrays: Mapping[str, NDArray[Any]]
+    """``carried_arrays`` by name."""
 
 
 class BodyFollower:
@@ -67,8 +83,8 @@ class BodyFollower:
         assert isinstance(term, MovingBodyTerm)
         assert isinstance(solver, YarnDynamics)
         self.term, self.solver = term, solver
-        if inputs.carried is not None:
-            points = pinned_points(inputs.yarns, inputs.carried)
+        if inputs.body.carried is not None:
+            points = pinned_points(inputs.yarns, inputs.body.carried)
             self.simulation.constraints.append(CarriedPoints(self.simulation.model, term.surface, points))
         self.loop = RelaxationLoop(self.simulation, inputs.quality.tolerance)
         self.frame, self.steps = 0, 0
@@ -112,20 +128,23 @@ class BodyFollower:
             "body_gap_over_reach": self.gap,
         }
 
-    def arrays(self) -> dict[str, wp.array[Any]]:
-        """What a checkpoint holds."""
-        return carried_arrays(self.simulation)
+    def state(self) -> FollowState:
+        """Everything that decides how the run continues after the present frame."""
+        arrays = {name: array.numpy() for name, array in carried_arrays(self.simulation).items()}
+        margin = self.simulation.candidates.margin
+        return FollowState(self.frame, self.steps, margin, self.loop.lists_age, arrays)
 
-    def resume(self, header: dict[str, Any], arrays: dict[str, Any]) -> None:
-        """Continue from a checkpoint of the same run."""
-        resume_from_arrays(self.simulation, arrays, header["margin"])
-        self.loop.lists_age, self.frame, self.steps = header["lists_age"], header["frame"], header["steps"]
+    def resume(self, state: FollowState) -> None:
+        """Continue from a state of the same run.
+
+        Raises:
+            ParameterError: an array is missing or has another shape.
+        """
+        resume_from_arrays(self.simulation, state.arrays, state.margin)
+        self.loop.lists_age = state.lists_age
+        self.frame = state.frame
+        self.steps = state.steps
         self.term.surface.begin(max(self.frame - 1, 0))
-
-    def header(self) -> dict[str, Any]:
-        """The numbers of a checkpoint."""
-        margin, age = self.simulation.candidates.margin, self.loop.lists_age
-        return {"frame": self.frame, "steps": self.steps, "margin": margin, "lists_age": age}
 
     def _longest_step(self) -> float:
         """Time in which the surface moves by ``LARGEST_MOTION`` of the smallest reach [s]."""

@@ -9,8 +9,7 @@ import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from os import fspath
-from pathlib import Path
-from typing import Any, Literal, TypedDict
+from typing import Any, TypedDict
 
 from stitchmesh import __version__
 from stitchmesh.compute.device import alone, device_named
@@ -23,11 +22,11 @@ from stitchmesh.io.checkpoint_file import (
     write_checkpoint,
 )
 from stitchmesh.io.contents import FilePath
-from stitchmesh.progress import Progress, shown_stages
+from stitchmesh.progress import shown_stages
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
+from stitchmesh.run import SHOWN, Run
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax.body_follower import BodyFollower, FollowInputs
-from stitchmesh.yarnrelax.constraints.pins import Pins
+from stitchmesh.yarnrelax.body_follower import BodyFollower, FollowInputs, FollowState
 from stitchmesh.yarnrelax.energies.term import TermChoice
 from stitchmesh.yarnrelax.fingerprint import fingerprint, refuse_other_inputs, yarn_fingerprint
 from stitchmesh.yarnrelax.linking.certificate import refuse_pull_through
@@ -37,9 +36,6 @@ from stitchmesh.yarnrelax.motion.moving_body import MovingBody
 from stitchmesh.yarnrelax.motion.self_cuts import refuse_self_cuts
 
 logger = logging.getLogger(__name__)
-
-NAME = "checkpoint.smc"
-"""Name of the checkpoint in its folder."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,11 +70,8 @@ def follow_body(
     quality: str | Quality = DEFAULT_QUALITY,
     device: str | None = None,
     terms: Sequence[TermChoice] = (),
-    carried: Pins | None = None,
     drag: float = DRAG,
-    checkpoint: FilePath | None = None,
-    resume: bool = False,
-    progress: Progress | Literal[False] | None = None,
+    run: Run[YarnSet] = SHOWN,
 ) -> Iterator[YarnFrame]:
     """Simulate yarns that follow a moving body, and yield them at each frame of the body.
 
@@ -86,19 +79,15 @@ def follow_body(
 
     Args:
         yarns: the yarns at the first frame, outside of the body, for example relaxed around it.
-        body: the body and its friction.
+        body: the body, its friction and the control points that it carries.
         material: stiffnesses; the material ``stitchmesh`` scaled to the radius of the yarns where not given. ``drag``
             replaces its global damping.
         quality: a preset or a ``Quality``; its solver is not used.
         device: "cpu", "cuda:0" ...; the first GPU, else the CPU, where not given.
         terms: further energies, such as gravity.
-        carried: control points that move with the body, such as those of a waistband.
         drag: rate at which the air slows motion down [1 / s].
-        checkpoint: folder of a checkpoint that is written after each frame.
-        resume: whether to continue from the checkpoint, if there is one. The frames after it have the bits of a run
-            that never stopped.
-        progress: called with the completed part and a line of text; by default a line shows them on a terminal or in a
-            notebook, and False shows nothing.
+        run: progress, checkpoints, counted in frames, and the one to resume; where that one is not there yet, the run
+            begins at the first frame. The frames after it have the bits of a run that never stopped.
 
     Yields:
         The yarns at the first frame and at all others; a resumed run yields those after its checkpoint.
@@ -111,22 +100,19 @@ def follow_body(
     """
     if not 0.0 <= drag <= MOST_DRAG:
         raise ParameterError(f"follow_body: got a drag of {drag}; expected a number from 0 to {MOST_DRAG:g} [1/s]")
-    if resume and checkpoint is None:
-        raise ParameterError("follow_body: got a run to resume without its checkpoint; name the folder")
+    run.refuse_all_but("follow_body", "checkpoints", "resume")
     own = _with_drag(yarns, material, drag), replace(quality_named(quality), solver="dynamics")
-    inputs = FollowInputs(yarns, body, *own, tuple(terms), carried, device_named(device))
-    path = None if checkpoint is None else Path(checkpoint) / NAME
+    inputs = FollowInputs(yarns, body, *own, tuple(terms), device_named(device))
     with alone():
         refuse_self_cuts(body.moving, inputs.device)
         follower = BodyFollower(inputs)
-        written = None if path is None else _fingerprints(inputs)
-        resumed = False
-        if resume and path is not None and written is not None and was_written(path):
-            resumed = True
-            _resume(follower, path, written)
-        elif resume:
-            logger.info("%s: has no checkpoint yet; the run begins at the first frame", checkpoint)
-    return _frames(follower, path, written, progress, resumed=resumed)
+        written = _fingerprints(inputs) if run.checkpoints is not None or run.resume is not None else {}
+        resumed = run.resume is not None and was_written(run.resume)
+        if run.resume is not None and resumed:
+            _resume(follower, run.resume, written)
+        elif run.resume is not None:
+            logger.info("%s: is not there yet; the run begins at the first frame", run.resume)
+    return _frames(follower, run, written, resumed=resumed)
 
 
 def _with_drag(yarns: YarnSet, material: YarnMaterial | None, drag: float) -> YarnMaterial:
@@ -138,12 +124,11 @@ def _with_drag(yarns: YarnSet, material: YarnMaterial | None, drag: float) -> Ya
 
 
 def _frames(
-    follower: BodyFollower, path: Path | None, written: dict[str, str] | None,
-    progress: Progress | Literal[False] | None, *, resumed: bool,
+    follower: BodyFollower, run: Run[YarnSet], written: dict[str, str], *, resumed: bool
 ) -> Iterator[YarnFrame]:  # fmt: skip
     """Yield the frames; a checkpoint is written after the caller has dealt with a frame."""
     given, last = follower.inputs.yarns, len(follower.times) - 1
-    with shown_stages(progress) as report:
+    with shown_stages(run.progress) as report:
         if not resumed:
             yield _frame(follower, 0.0)
         while follower.frame < last:
@@ -153,9 +138,10 @@ def _frames(
                 frame = _frame(follower, time.perf_counter() - began)
             report("follow", follower.frame / last, f"frame {follower.frame} of {last}")
             yield frame
-            if path is not None and written is not None:
-                arrays = {name: array.numpy() for name, array in follower.arrays().items()}
-                write_checkpoint(path, CheckpointFile({"inputs": written, **follower.header()}, arrays))
+            if run.checkpoints is not None and follower.frame % run.checkpoints.every == 0:
+                state = follower.state()
+                numbers = {name: value for name, value in vars(state).items() if name != "arrays"}
+                write_checkpoint(run.checkpoints.path, CheckpointFile({"inputs": written, **numbers}, state.arrays))
     device = str(follower.inputs.device)
     refuse_pull_through(given, follower.yarns(), device)
 
@@ -165,11 +151,13 @@ def _frame(follower: BodyFollower, seconds: float) -> YarnFrame:
     return YarnFrame(follower.frame, report["time"], follower.yarns(), report)
 
 
-def _resume(follower: BodyFollower, path: Path, written: dict[str, str]) -> None:
+def _resume(follower: BodyFollower, path: FilePath, written: dict[str, str]) -> None:
     content = read_checkpoint(path)
     header = checked_header(path, content, _Header)
     refuse_other_inputs(fspath(path), header["inputs"], written)
-    follower.resume(dict(header), dict(content.arrays))
+    follower.resume(FollowState(
+        header["frame"], header["steps"], header["margin"], header["lists_age"], content.arrays
+    ))  # fmt: skip
 
 
 def _fingerprints(inputs: FollowInputs) -> dict[str, str]:
@@ -178,8 +166,9 @@ def _fingerprints(inputs: FollowInputs) -> dict[str, str]:
     found |= yarn_fingerprint(inputs.yarns)
     found |= fingerprint("material", inputs.material)
     found |= fingerprint("quality", inputs.quality, without=("tolerance", "largest_change", "max_iterations"))
-    found |= fingerprint("body", inputs.body)
-    found |= {"carried": "none"} if inputs.carried is None else fingerprint("carried", inputs.carried)
+    body = inputs.body
+    found |= fingerprint("body", body, without=("carried",))
+    found |= {"carried": "none"} if body.carried is None else fingerprint("carried", body.carried)
     for number, term in enumerate(inputs.terms):
         found |= fingerprint(f"term {number} ({type(term).__name__})", term)
     return found

@@ -21,22 +21,18 @@ The steps are those of ``LoadPosition``. Where none is left, the message says ho
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import warp as wp
 
 from stitchmesh.errors import OverloadError
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import FloatArray
-from stitchmesh.quality import Quality
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice
 from stitchmesh.yarnrelax.load_position import LoadPosition
 from stitchmesh.yarnrelax.model.material import YarnMaterial
-from stitchmesh.yarnrelax.simulation import YarnSimulation
+from stitchmesh.yarnrelax.relaxation_inputs import RelaxationInputs
 from stitchmesh.yarnrelax.solvers.cell_strain import RelaxCell
 
 MOST_STRAIN = 100.0
@@ -50,34 +46,12 @@ SAME = 0.02
 
 
 @dataclass(frozen=True, eq=False)
-class StepInputs:
-    """The inputs of a relaxation at one share of the load; the fields are the arguments of ``YarnSimulation.start``."""
-
-    yarns: YarnSet
-    material: YarnMaterial
-    quality: Quality
-    device: wp.Device
-    terms: Sequence[TermChoice] = ()
-    constraints: Sequence[ConstraintChoice] = ()
-    points: FloatArray | None = None
-    cell: RelaxCell | None = None
-
-    def start(self) -> YarnSimulation:
-        """A simulation with these inputs.
-
-        Raises:
-            OverloadError: the yarns are too close to each other.
-        """
-        return YarnSimulation.start(**{field.name: getattr(self, field.name) for field in fields(self)})
-
-
-@dataclass(frozen=True, eq=False)
 class LoadPath:
     """The inputs that were asked for, and the way to them."""
 
-    asked: StepInputs
+    asked: RelaxationInputs
 
-    def inputs_at(self, position: LoadPosition) -> StepInputs:
+    def inputs_at(self, position: LoadPosition) -> RelaxationInputs:
         """The inputs of a step, with its start."""
         asked, share = self.asked, position.share
         quality = asked.quality

@@ -19,7 +19,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 
 import numpy as np
-import warp as wp
 from numpy.typing import NDArray
 
 from stitchmesh.compute.device import alone, device_named
@@ -31,7 +30,7 @@ from stitchmesh.run import SHOWN, Run
 from stitchmesh.time_limit import OutOfTime
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.assessment import RemainingChange
-from stitchmesh.yarnrelax.checkpoint import CheckpointState, input_fingerprint, read_state
+from stitchmesh.yarnrelax.checkpoint import CheckpointState, read_state
 from stitchmesh.yarnrelax.ended_step import EndedStep
 from stitchmesh.yarnrelax.energies.term import TermChoice, refuse_in_free_cells
 from stitchmesh.yarnrelax.fingerprint import checksum
@@ -41,6 +40,7 @@ from stitchmesh.yarnrelax.load_position import AT_ONCE
 from stitchmesh.yarnrelax.model.material import YarnMaterial
 from stitchmesh.yarnrelax.model.spline import place_contact_samples
 from stitchmesh.yarnrelax.observer import Observer
+from stitchmesh.yarnrelax.relaxation_inputs import RelaxationInputs
 from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 from stitchmesh.yarnrelax.renewal import renew_at_rest
 from stitchmesh.yarnrelax.simulation import YarnSimulation
@@ -134,15 +134,14 @@ def relax_through_steps(
     """
     refuse_in_free_cells(terms, ())
     run.refuse_all_but("relax_through_steps", "on_state", "checkpoints", "resume")
-    began, on_device, acting = time.perf_counter(), device_named(device), [friction, *terms]
-    inputs: dict[str, str] = {}
-    if run.checkpoints is not None or run.resume is not None:
-        inputs = _inputs(yarns, steps, material, quality, on_device, acting, cell)
-    saved = None if run.resume is None else read_state(run.resume, inputs)
-    simulation = YarnSimulation.start(yarns, material, quality, on_device, acting, cell=cell)
-    path = _LoadedInSteps(simulation, steps, quality, () if saved is None else saved.ended)
+    began = time.perf_counter()
+    inputs = RelaxationInputs(yarns, material, quality, device_named(device), [friction, *terms], cell=cell)
+    keeps = run.checkpoints is not None or run.resume is not None
+    written = _path_fingerprint(inputs, steps) if keeps else {}
+    saved = None if run.resume is None else read_state(run.resume, written)
+    path = _LoadedInSteps(inputs.start(), steps, quality, () if saved is None else saved.ended)
     with run.assessments_shown("yarnrelax", quality.resting_residual, quality.max_iterations) as report_assessment:
-        observer = Observer(path, run, report_assessment, inputs, began, ended=path.ended)
+        observer = Observer(path, run, report_assessment, written, began, ended=path.ended)
         with observer.last_state_kept():
             path.run(observer, saved)
     results = path.results(yarns, observer.history)
@@ -150,13 +149,10 @@ def relax_through_steps(
     return results
 
 
-def _inputs(
-    yarns: YarnSet, steps: Sequence[LoadStep], material: YarnMaterial, quality: Quality, device: wp.Device,
-    terms: Sequence[TermChoice], cell: RelaxCell,
-) -> dict[str, str]:  # fmt: skip
+def _path_fingerprint(inputs: RelaxationInputs, steps: Sequence[LoadStep]) -> dict[str, str]:
     """The inputs as short strings; the end of each step decides how the next one begins, so all of the quality does."""
-    found = input_fingerprint(yarns, material, quality, device, terms, (), cell)
-    ends = {name: str(value) for name, value in asdict(quality).items()}
+    found = inputs.fingerprint()
+    ends = {name: str(value) for name, value in asdict(inputs.quality).items()}
     return found | {"ends of steps": checksum("quality", ends), "steps": checksum("steps", list(steps))}
 
 

@@ -12,7 +12,6 @@ from functools import partial
 from typing import Protocol
 
 import numpy as np
-import warp as wp
 
 from stitchmesh.compute.device import others_may_launch
 from stitchmesh.errors import FileError
@@ -20,8 +19,6 @@ from stitchmesh.io.history import HistoryEntry
 from stitchmesh.run import Run
 from stitchmesh.run_control import Snapshot
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax.assessment import Assessments
-from stitchmesh.yarnrelax.carried_arrays import carried_arrays, resume_from_arrays
 from stitchmesh.yarnrelax.checkpoint import CheckpointState, write_state
 from stitchmesh.yarnrelax.ended_step import EndedStep
 from stitchmesh.yarnrelax.load_position import LoadPosition
@@ -87,7 +84,9 @@ class Observer:
         self.history.append(entry)
         # A relaxation that continues with a larger limit repeats what the limit has cut short, for the same bits.
         if self.run.checkpoints is not None and not loop.cut_short:
-            self.unwritten = self._checkpoint_state()
+            self.unwritten = CheckpointState(
+                loop.state(), self.seconds(), tuple(self.history), self.loading.position, tuple(self.ended)
+            )
             if loop.iteration >= self.written + self.run.checkpoints.every:
                 self.written = loop.iteration
                 self.write_checkpoint()
@@ -127,55 +126,15 @@ class Observer:
             write_state(self.run.checkpoints.path, self.inputs, self.unwritten)
             self.unwritten = None
 
-    def resume(self, state: CheckpointState) -> None:
+    def resume(self, saved: CheckpointState) -> None:
         """Continue from a checkpoint of the same relaxation."""
-        loop = self.loop
-        resume_from_arrays(loop.simulation, state.arrays, state.margin)
-        loop.iterations, loop.lists_age = np.array([state.iteration]), state.lists_age
-        loop.last = Assessments.of([state.last])
-        loop.step_scale, loop.energy_fall = np.array([state.step_scale]), np.array([state.energy_fall])
-        loop.ending, loop.stalled = np.array([state.ending]), np.array([state.stalled])
-        loop.remaining, self.written = [state.remaining], state.iteration
-        loop.alternation.descent = np.array([state.descent])
-        loop.alternation.newton_fall = np.array([state.newton_fall])
-        loop.kinetic_energy = loop.simulation.solver.kinetic_energy()
-        if loop.newton is not None:
-            loop.newton.memory = np.array(state.arrays["newton"], dtype=np.float64)
-        if loop.settling is not None:
-            loop.settling.resume(*(state.arrays[f"settling.{name}"] for name in ("table", "middles")))
-        self.history = list(state.history)
-        self.began -= state.seconds
+        self.loop.resume(saved.loop)
+        self.written = saved.loop.iteration
+        self.history = list(saved.history)
+        self.began -= saved.seconds
 
     def _snapshot(self, entry: HistoryEntry) -> Snapshot[YarnSet]:
         """The last accepted state with its assessment."""
         yarns, tolerance = self.loading.good_yarns(), self.loop.tolerance
         figures = entry["residual"], tolerance, entry["seconds"], entry["energies"]
         return Snapshot(yarns, entry["iteration"], *figures)
-
-    def _checkpoint_state(self) -> CheckpointState:
-        """Copies of everything that decides how the relaxation continues."""
-        loop = self.loop
-        arrays = {name: wp.clone(array) for name, array in carried_arrays(loop.simulation).items()}
-        if loop.newton is not None:
-            arrays["newton"] = wp.array(loop.newton.memory, dtype=wp.float64, device="cpu")
-        if loop.settling is not None:
-            marks = loop.settling.arrays().items()
-            arrays |= {f"settling.{name}": wp.array(values, dtype=wp.float64, device="cpu") for name, values in marks}
-        return CheckpointState(
-            iteration=loop.iteration,
-            seconds=self.seconds(),
-            last=loop.last[0],
-            history=tuple(self.history),
-            margin=loop.simulation.candidates.margin,
-            lists_age=loop.lists_age,
-            step_scale=float(loop.step_scale[0]),
-            energy_fall=float(loop.energy_fall[0]),
-            ending=bool(loop.ending[0]),
-            descent=int(loop.alternation.descent[0]),
-            newton_fall=float(loop.alternation.newton_fall[0]),
-            stalled=bool(loop.stalled[0]),
-            remaining=loop.remaining[0],
-            position=self.loading.position,
-            ended=tuple(self.ended),
-            arrays=arrays,
-        )

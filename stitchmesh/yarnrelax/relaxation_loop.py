@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+import warp as wp
 from numpy.typing import NDArray
 
 from stitchmesh.errors import OverloadError
@@ -20,6 +21,7 @@ from stitchmesh.time_limit import check_time
 from stitchmesh.yarnrelax.assessment import Assessments, RemainingChange
 from stitchmesh.yarnrelax.collision.narrow_phase import LONG_LIFE, fitting_margin
 from stitchmesh.yarnrelax.convergence import has_converged, is_at_rest, is_level
+from stitchmesh.yarnrelax.loop_state import LoopState, carried_arrays, resume_from_arrays
 from stitchmesh.yarnrelax.model.resting_cells import only_in
 from stitchmesh.yarnrelax.newton import SMALLEST_NEWTON_SCALE, newton_of
 from stitchmesh.yarnrelax.newton_interval import follow_steps, judge_and_move, move_less
@@ -262,6 +264,51 @@ class RelaxationLoop:
             self.ending, self.step_scale[beginning] = self.ending | beginning, 1.0
             level = np.where(self.ending, self.newton.gains_nothing, level)
         self.stalled |= cells & now.hides_rest(self.tolerance) & level
+
+    def state(self) -> LoopState:
+        """Return a copy of the state of the only piece, which has been assessed."""
+        arrays = {name: wp.clone(array) for name, array in carried_arrays(self.simulation).items()}
+        learned = {} if self.newton is None else {"newton": self.newton.memory}
+        if self.settling is not None:
+            learned |= {f"settling.{name}": values for name, values in self.settling.arrays().items()}
+        arrays |= {name: wp.array(values, dtype=wp.float64, device="cpu") for name, values in learned.items()}
+        return LoopState(
+            iteration=self.iteration,
+            last=self.last[0],
+            margin=self.simulation.candidates.margin,
+            lists_age=self.lists_age,
+            step_scale=float(self.step_scale[0]),
+            energy_fall=float(self.energy_fall[0]),
+            arrays=arrays,
+            ending=bool(self.ending[0]),
+            descent=int(self.alternation.descent[0]),
+            newton_fall=float(self.alternation.newton_fall[0]),
+            stalled=bool(self.stalled[0]),
+            remaining=self.remaining[0],
+        )
+
+    def resume(self, state: LoopState) -> None:
+        """Continue the relaxation of the only piece, with the same inputs, from a state.
+
+        Raises:
+            ParameterError: an array is missing or has another shape.
+        """
+        resume_from_arrays(self.simulation, state.arrays, state.margin)
+        self.iterations[0] = state.iteration
+        self.last = Assessments.of([state.last])
+        self.lists_age = state.lists_age
+        self.step_scale[0] = state.step_scale
+        self.energy_fall[0] = state.energy_fall
+        self.ending[0] = state.ending
+        self.alternation.descent[0] = state.descent
+        self.alternation.newton_fall[0] = state.newton_fall
+        self.stalled[0] = state.stalled
+        self.remaining[0] = state.remaining
+        self.kinetic_energy = self.simulation.solver.kinetic_energy()
+        if self.newton is not None:
+            self.newton.memory = np.array(state.arrays["newton"], dtype=np.float64)
+        if self.settling is not None:
+            self.settling.resume(state.arrays["settling.table"], state.arrays["settling.middles"])
 
     def _fail(self, errors: dict[int, str]) -> None:
         """Record the cells that cannot continue; raise the error if there is only one cell."""

@@ -41,8 +41,8 @@ from stitchmesh.yarnrelax.collision.budget import STRAIN_UNIT
 from stitchmesh.yarnrelax.hessian.cell_matrices import Owners
 from stitchmesh.yarnrelax.hessian.factored_matrix import factored
 from stitchmesh.yarnrelax.hessian.matrices_on_host import MatricesOnHost
-from stitchmesh.yarnrelax.load_path import StepInputs
 from stitchmesh.yarnrelax.model.input_powers import INPUTS, powers_of_model
+from stitchmesh.yarnrelax.relaxation_inputs import RelaxationInputs
 from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.newton_system import NewtonStep, NewtonSystems
@@ -172,7 +172,7 @@ def _held(matrix: csc_array) -> csc_array:
     return csc_array(matrix + diags_array(springs))
 
 
-def polished(inputs: StepInputs) -> RelaxationLoop:
+def polished(inputs: RelaxationInputs) -> RelaxationLoop:
     """Bring yarns that are near rest to rest in float64, by Newton's method and then with the exact Hessian.
 
     Raises:

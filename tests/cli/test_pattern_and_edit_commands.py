@@ -23,6 +23,7 @@ from stitchmesh.mesh.change import Marks, apply_change
 from stitchmesh.patterns import pattern_names
 from stitchmesh.periodic.weave.library import weave_names
 from stitchmesh.quality import quality_named
+from stitchmesh.run import Run
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen import generate_yarns, regenerate_yarns
 from stitchmesh.yarnrelax import relax_yarns
@@ -245,7 +246,7 @@ def test_relax_edited_starts_from_the_relaxed_yarns(folder, tmp_path, edited, ca
     again = read_yarns(tmp_path / "again.h5")
     np.testing.assert_array_equal(again.rest_length, made.rest_length)  # With the factor of the first relaxation.
     quality = replace(quality_named("draft"), max_iterations=20)
-    expected = relax_yarns(made, start=start, quality=quality, device="cpu", keep_shape=fabric)
+    expected = relax_yarns(made, quality=quality, device="cpu", keep_shape=fabric, run=Run(start=start))
     np.testing.assert_array_equal(again.points, expected.yarns.points)
 
 

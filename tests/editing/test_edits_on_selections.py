@@ -58,7 +58,7 @@ def test_undo_and_redo_are_exact_and_the_log_gives_the_same_bits(name, tmp_path)
     end = bits(history.fabric)
     assert end != bits(start)
     StitchMesh(**arrays_of(history.fabric))
-    history.save(tmp_path / "log.jsonl")
+    history.write(tmp_path / "log.jsonl")
     assert bits(replay_edits(start, tmp_path / "log.jsonl")) == end
     assert bits(history.undo()) == bits(start)
     assert bits(history.redo()) == end

@@ -73,7 +73,7 @@ def test_there_is_nothing_to_undo_before_the_first_edit():
 
 def test_a_log_holds_one_edit_in_each_line(tmp_path):
     history = history_of()
-    history.save(tmp_path / "log.jsonl")
+    history.write(tmp_path / "log.jsonl")
     lines = (tmp_path / "log.jsonl").read_text().splitlines()
     assert json.loads(lines[1]) == {"edit": "insert_row", "arguments": {"face": 20}}
     assert tuple(read_log(tmp_path / "log.jsonl")) == EDITED

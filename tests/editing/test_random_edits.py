@@ -59,7 +59,7 @@ def test_every_edit_gives_a_valid_fabric_and_can_be_undone_redone_and_replayed(n
     assert sum(done.values()) > TRIED / 2
     start, end, count = bits(coarse(name)), bits(history.fabric), len(history.edits)
     StitchMesh(**arrays_of(history.fabric))
-    history.save(tmp_path / "log.jsonl")
+    history.write(tmp_path / "log.jsonl")
     for _ in range(count):
         history.undo()
     assert bits(history.fabric) == start

@@ -127,6 +127,7 @@ def _checkpoint(folder: Path) -> list[bytes]:
     """Return the checkpoint of a relaxation, made by hand; the states of solvers have the same form."""
     from stitchmesh.yarnrelax.assessment import Assessment
     from stitchmesh.yarnrelax.checkpoint import CheckpointState, write_state
+    from stitchmesh.yarnrelax.loop_state import LoopState
 
     class Held:
         def numpy(self) -> np.ndarray:
@@ -134,7 +135,7 @@ def _checkpoint(folder: Path) -> list[bytes]:
 
     last = Assessment(0.5, {"stretch": 1.0})
     entry = {"iteration": 1, "seconds": 0.1, "residual": 0.5, "energies": {"stretch": 1.0}}
-    state = CheckpointState(5, 0.5, last, [entry], 0.1, 3, 1.0, np.inf, {"good_points": Held()})  # type: ignore[list-item]
+    state = CheckpointState(LoopState(5, last, 0.1, 3, 1.0, np.inf, {"good_points": Held()}), 0.5, [entry])  # type: ignore[list-item]
     return written(lambda path, value: write_state(path, {"yarns": "1"}, value), state, suffix=".smc")(folder)
 
 

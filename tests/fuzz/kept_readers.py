@@ -118,11 +118,12 @@ def _read_plan(folder: Path) -> Quality:
 
 def _run_checkpoint(folder: Path) -> list[bytes]:
     from stitchmesh.mixed.output.report import RunTotals
-    from stitchmesh.mixed.run_checkpoint import NAME, RunCheckpoint, write_run
+    from stitchmesh.mixed.run_checkpoint import RunCheckpoint, write_run
 
     arrays = {"vertices": np.arange(12.0).reshape(4, 3), "kind": np.arange(4, dtype=np.int32)}
-    write_run(folder, {"scene": "1"}, RunCheckpoint(RunTotals(steps=3, seconds=0.5), 2, arrays))
-    return [(folder / NAME).read_bytes()]
+    path = folder / "checkpoint.smc"
+    write_run(path, {"scene": "1"}, RunCheckpoint(RunTotals(steps=3, seconds=0.5), 2, arrays))
+    return [path.read_bytes()]
 
 
 def _read_run(path: Path) -> object:

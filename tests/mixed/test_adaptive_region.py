@@ -27,6 +27,7 @@ from stitchmesh.mixed.scene.scene import ContactSection, OutputSection, Scene, S
 from stitchmesh.mixed.scene.scene_fabric import PreparedScene, prepare, with_region
 from stitchmesh.mixed.scene.yarns_section import YarnsSection
 from stitchmesh.mixed.simulation import DynamicSimulation, StaticSimulation, begin_simulation
+from stitchmesh.run import CHECKPOINT, Run
 from tests.mixed.small_scene import stopping_after
 
 CPU = device_named("cpu")
@@ -211,8 +212,8 @@ def test_a_run_that_changes_its_region_resumes_to_the_same_bits(tmp_path: Path) 
     whole = drape(SWINGING, tmp_path / "whole")
     for every in (3, 5):  # before the first change and after it
         folder = tmp_path / str(every)
-        drape(SWINGING, folder, control=stopping_after(every))
-        again = drape(SWINGING, folder, resume=True)
+        drape(SWINGING, folder, run=Run(control=stopping_after(every)))
+        again = drape(SWINGING, folder, run=Run(resume=folder / CHECKPOINT))
         assert again.end.time == whole.end.time
         assert np.array_equal(again.end.triangle_kind, whole.end.triangle_kind)
         for name in ("vertices", "nodes", "sliding"):

@@ -23,7 +23,6 @@ from stitchmesh.mixed.crossings.materials.crossing_material import CrossingMater
 from stitchmesh.mixed.drape import Draped, drape
 from stitchmesh.mixed.memory import check_scene_memory, estimate_memory
 from stitchmesh.mixed.output.files import read_maps
-from stitchmesh.mixed.run_checkpoint import NAME
 from stitchmesh.mixed.scene.cloth_section import ClothSection
 from stitchmesh.mixed.scene.motion_section import AttachmentSection, BodySection, Keyframe
 from stitchmesh.mixed.scene.region_section import BoxSection, RegionSection
@@ -31,6 +30,7 @@ from stitchmesh.mixed.scene.scene import OutputSection, Scene, SolverSection
 from stitchmesh.mixed.scene.scene_fabric import prepare
 from stitchmesh.mixed.scene.scene_file import write_scene
 from stitchmesh.mixed.scene.yarns_section import YarnsSection
+from stitchmesh.run import CHECKPOINT, Checkpoints, Run
 from stitchmesh.run_control import RunControl
 from stitchmesh.tessellate import tessellate
 from stitchmesh.time_limit import TimeLimit, limited_to
@@ -138,10 +138,10 @@ def test_a_stopped_run_resumes_to_the_same_bits(tmp_path, kind):
     scene = form(kind, **changes)
     whole = drape(scene, tmp_path / "whole")
     control: RunControl[Draped] = RunControl(lambda seen: control.stop(), seconds=0.0)
-    stopped = drape(scene, tmp_path / "cut", control=control)
+    stopped = drape(scene, tmp_path / "cut", run=Run(control=control))
     assert not stopped.report["mixed"]["converged"]
     assert stopped.end.time < whole.end.time
-    again = drape(scene, tmp_path / "cut", resume=True)
+    again = drape(scene, tmp_path / "cut", run=Run(resume=tmp_path / "cut" / CHECKPOINT))
     assert len(again.frames) == len(whole.frames)
     for mine, theirs in zip(again.frames, whole.frames, strict=True):
         assert np.array_equal(mine.vertices, theirs.vertices)
@@ -155,14 +155,15 @@ def test_a_run_that_is_resumed_after_its_last_step_has_the_kinetic_energy_of_one
     changes = {"mode": "dynamic", "duration": 0.006, "largest_step": 0.002, "gravity": (0.0, -981.0, 700.0)}
     scene = form("chosen", solver=replace(HANGING.solver, velocity_tolerance=1.0), **changes)
     whole = drape(scene, tmp_path / "whole").report["mixed"]
-    cut = drape(scene, tmp_path / "cut", control=stopping_after(whole["steps"])).report["mixed"]
+    cut = drape(scene, tmp_path / "cut", run=Run(control=stopping_after(whole["steps"]))).report["mixed"]
     assert not cut["converged"]
-    again = drape(scene, tmp_path / "cut", resume=True).report["mixed"]
+    again = drape(scene, tmp_path / "cut", run=Run(resume=tmp_path / "cut" / CHECKPOINT)).report["mixed"]
     assert again["energies"] == whole["energies"] and whole["energies"]["kinetic"] > 0.0
 
 
 def test_a_run_that_was_stopped_before_its_first_checkpoint_begins_anew(tmp_path):
-    resumed, fresh = drape(form("none"), tmp_path, resume=True), drape(form("none"))
+    resumed = drape(form("none"), tmp_path, run=Run(resume=tmp_path / CHECKPOINT))
+    fresh = drape(form("none"))
     assert np.array_equal(resumed.end.vertices, fresh.end.vertices)
 
 
@@ -172,7 +173,7 @@ def test_a_line_shows_the_progress_on_a_terminal_unless_it_is_refused(monkeypatc
     monkeypatch.setattr(terminal, "isatty", lambda: True)
     monkeypatch.setattr(sys, "stderr", terminal)
     monkeypatch.setattr(progress, "LINE_SECONDS", 0.0)
-    drape(form("none"), progress=choice)
+    drape(form("none"), run=Run(choice))
     assert ("draping: 100%" in terminal.getvalue()) == shows and (shows or not terminal.getvalue())
 
 
@@ -194,10 +195,10 @@ def test_a_search_for_an_equilibrium_resumes_to_the_same_bits(tmp_path, count):
         if len(seen) == count:
             control.stop()
 
-    stopped = drape(scene, tmp_path / "cut", control=control, progress=stop_in_time)
+    stopped = drape(scene, tmp_path / "cut", run=Run(stop_in_time, control=control))
     assert not stopped.report["mixed"]["converged"]
     assert len(seen) == count
-    again = drape(scene, tmp_path / "cut", resume=True)
+    again = drape(scene, tmp_path / "cut", run=Run(resume=tmp_path / "cut" / CHECKPOINT))
     assert len(again.frames) == len(whole.frames)
     for mine, theirs in zip(again.frames, whole.frames, strict=True):
         assert np.array_equal(mine.nodes, theirs.nodes)
@@ -229,11 +230,11 @@ def test_the_run_with_triangles_alone_stops_too(tmp_path):
     scene = replace(HANGING, attachments=(PULLED, LOWER), load_steps=4, region=region)
     seen: list[Draped] = []
     control: RunControl[Draped] = RunControl(lambda found: (seen.append(found.state), control.stop()), seconds=0.0)
-    stopped = drape(scene, tmp_path, control=control)
+    stopped = drape(scene, tmp_path, run=Run(control=control))
     assert len(seen[0].end.nodes) == len(stopped.end.nodes) == 0  # triangles alone
     assert not stopped.report["mixed"]["converged"]
     assert np.array_equal(stopped.end.vertices, seen[0].end.vertices)
-    assert not (tmp_path / NAME).exists()
+    assert not (tmp_path / CHECKPOINT).exists()
     with limited_to(TimeLimit(0.0)):
         assert not drape(scene).report["mixed"]["converged"]
 
@@ -252,10 +253,10 @@ def test_a_released_attachment_lets_the_patch_fall(tmp_path):
 
 def test_a_checkpoint_of_another_scene_is_refused(tmp_path):
     scene = form("none", mode="dynamic", duration=0.01, largest_step=0.005)
-    drape(scene, tmp_path, checkpoint_every=1)
-    assert (tmp_path / NAME).exists()
+    drape(scene, tmp_path, run=Run(checkpoints=Checkpoints(tmp_path, 1)))
+    assert (tmp_path / CHECKPOINT).exists()
     with pytest.raises(ParameterError, match=r"scene\.gravity"):
-        drape(replace(scene, gravity=(0.0, -1.0, 0.0)), tmp_path, resume=True)
+        drape(replace(scene, gravity=(0.0, -1.0, 0.0)), tmp_path, run=Run(resume=tmp_path / CHECKPOINT))
 
 
 def test_a_static_path_moves_attachments_and_bodies(tmp_path):

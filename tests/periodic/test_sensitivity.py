@@ -16,8 +16,9 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.lattice import Lattice, lattice_frame
 from stitchmesh.periodic.relaxation.cell_at_rest import CellAtRest
 from stitchmesh.periodic.relaxation.continuation import size_of
-from stitchmesh.periodic.stretch import stretch_test
+from stitchmesh.periodic.stretch import StretchPath, stretch_test
 from stitchmesh.quality import PRESETS
+from stitchmesh.run import QUIET
 from stitchmesh.yarnrelax.energies.confinement import Confinement
 from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 from stitchmesh.yarnrelax.rest_derivatives import polished
@@ -153,9 +154,8 @@ def energy_at(rest: CellAtRest, strain: np.ndarray) -> float:
 def test_a_stretch_test_begins_with_their_slope_of_the_tension(direction: Any, other: Any) -> None:
     exact = replace(PRESETS["draft"], precision="float64", tolerance=1e-9, largest_change=1e-9)
     strains: dict[str, Any] = {direction: (-STEP, STEP)}
-    curve = stretch_test(
-        "stockinette", **strains, other=other, steps=3, quality=exact, device="cpu", progress=False
-    )  # fmt: skip
+    path = StretchPath(**strains, other=other, steps=3)
+    curve = stretch_test("stockinette", path, quality=exact, device="cpu", run=QUIET)
     slope = sm.sensitivity(curve.free).tension_slope(direction, other)
     # contacts that open within the strains
     assert (curve.tension[2] - curve.tension[0]) / (2.0 * STEP) == pytest.approx(slope, rel=1e-3)

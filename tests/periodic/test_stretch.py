@@ -19,7 +19,7 @@ from stitchmesh.cli.main import main
 from stitchmesh.errors import ParameterError
 from stitchmesh.periodic.relaxation.continuation import size_of
 from stitchmesh.periodic.sampling.sampling import refined
-from stitchmesh.periodic.stretch import StretchCurve, choose_strains, refine_for_tension, stretch_test
+from stitchmesh.periodic.stretch import StretchCurve, StretchPath, refine_for_tension, stretch_test
 from stitchmesh.periodic.stretch_table import write_stretch
 from stitchmesh.quality import PRESETS
 from stitchmesh.render.plots.stretch_plot import plot_stretch
@@ -35,12 +35,17 @@ MOST, STEPS = 0.2, 11
 CASES = [("course", "free"), ("wale", "held"), *at_night(("course", "held"), ("wale", "free"))]
 
 
+def path_along(direction: str, most: float, **others: Any) -> StretchPath:
+    """The path from the free size to a strain in a direction."""
+    return StretchPath(**{direction: (0.0, most)}, **others)
+
+
 @cache
 def curve_of(direction: str, other: str) -> StretchCurve:
     """The stretch curve of stockinette in a direction, with the other size free or held."""
-    given: dict[str, Any] = {"steps": STEPS, "material": KALDOR, "quality": EXACT, "device": "cpu"}
+    path = path_along(direction, MOST, other=other, steps=STEPS)
     with from_generated_yarns():
-        return stretch_test("stockinette", **{direction: (0.0, MOST)}, other=other, **given)
+        return stretch_test("stockinette", path, material=KALDOR, quality=EXACT, device="cpu")
 
 
 @pytest.mark.parametrize(("direction", "other"), CASES)
@@ -83,16 +88,16 @@ def test_holding_the_other_direction_makes_fabric_stiffer() -> None:
 def test_every_preset_gives_the_correct_tension() -> None:
     """The preset is refined: with the control points of ``draft`` the tensions would be 65 and 81 % too high."""
     for case, quality in (("course", "held"), "draft"), (("wale", "free"), "standard"):
-        given: Any = {case[0]: (0.0, MOST), "other": case[1]}
-        curve = stretch_test("stockinette", steps=3, material=KALDOR, quality=quality, device="cpu", **given)
+        path = path_along(case[0], MOST, other=case[1], steps=3)
+        curve = stretch_test("stockinette", path, material=KALDOR, quality=quality, device="cpu")
         # five contact samples for each segment, and longer steps, which may end in another state of rest of the loops
         np.testing.assert_allclose(curve.tension[1:], curve_of(*case).tension[[5, 10]], rtol=0.1)
 
 
 def test_a_curve_is_the_same_for_a_larger_repeat() -> None:
     """Tension is a force per width, and energy is given per area, so both are independent of the number of repeats."""
-    wide = stretch_test("stockinette", wale=(0.0, MOST), other="held", steps=3, material=KALDOR, quality=EXACT,
-                   device="cpu", columns=2)  # fmt: skip
+    path = path_along("wale", MOST, other="held", steps=3)
+    wide = stretch_test("stockinette", path, material=KALDOR, quality=EXACT, device="cpu", columns=2)
     # the paths of relaxation differ; the tolerance leaves differences of some tenths of a percent in a free cell
     np.testing.assert_allclose(wide.tension, curve_of("wale", "held").tension[[0, 5, 10]], rtol=0.02, atol=0.5)
 
@@ -105,8 +110,10 @@ def test_knits_have_the_published_order_of_stiffness_except_garter_along_the_wal
     """
     tension: dict[str, dict[str, float]] = {"course": {}, "wale": {}}
     for direction, pattern in itertools.product(tension, ("stockinette", "garter", "seed", "rib1x1")):
-        given: Any = {direction: (0.0, 0.45), "steps": 2, "loop_length": 15 * 0.25}
-        curve = stretch_test(pattern, material=KALDOR, quality="standard", device="cpu", **given)
+        path = path_along(direction, 0.45, steps=2)
+        curve = stretch_test(
+            pattern, path, material=KALDOR, quality="standard", device="cpu", loop_length=15 * 0.25
+        )  # fmt: skip
         tension[direction][pattern] = float(curve.tension[-1])
     # adjacent values differ by at least a tenth; the contacts of the preset cause errors of a few percent
     expected = {
@@ -119,8 +126,8 @@ def test_knits_have_the_published_order_of_stiffness_except_garter_along_the_wal
 
 
 def test_a_weave_can_be_stretched_and_compressed() -> None:
-    curve = stretch_test("plain", course=(0.02, -0.02), steps=2, other="held", material=KALDOR, quality="draft",
-                    device="cpu")  # fmt: skip
+    path = StretchPath(course=(0.02, -0.02), steps=2, other="held")
+    curve = stretch_test("plain", path, material=KALDOR, quality="draft", device="cpu")
     assert curve.tension[0] > 0.0 > curve.tension[1]
 
 
@@ -133,7 +140,7 @@ def test_every_preset_samples_loops_in_its_own_way() -> None:
 @pytest.mark.decides
 def test_a_rib_stays_a_rib_while_it_is_stretched() -> None:
     """In the whole repeat every second course falls over at 60 %, and the rib pushes instead of pulling."""
-    curve = stretch_test("rib1x1", course=(0.0, 0.6), steps=3, quality="draft", device="cpu")
+    curve = stretch_test("rib1x1", path_along("course", 0.6, steps=3), quality="draft", device="cpu")
     assert (np.diff(curve.tension) > 0.0).all()
     assert curve.column("height")[-1] > 0.8 * curve.column("height")[0]  # fallen over, a rib is half as high
     for state, point in zip(curve.states, curve.points, strict=True):  # the images of the smallest cell
@@ -141,10 +148,12 @@ def test_a_rib_stays_a_rib_while_it_is_stretched() -> None:
 
 
 def test_friction_takes_work_and_its_curve_has_a_branch_for_each_way() -> None:
-    given: Any = {"course": (0.0, 0.1), "steps": 3, "material": KALDOR, "quality": "draft", "device": "cpu"}
-    curve = stretch_test("stockinette", cycles=1, friction=0.3, **given)
+    given: Any = {"material": KALDOR, "quality": "draft", "device": "cpu"}
+    path = path_along("course", 0.1, steps=3)
+    curve = stretch_test("stockinette", replace(path, cycles=1, friction=0.3), **given)
     assert curve.column("branch").tolist() == [1, 1, 1, 2, 2] and curve.snaps == []
-    without, stretched, let_back = stretch_test("stockinette", **given).tension, curve.tension[:3], curve.tension[:1:-1]
+    without = stretch_test("stockinette", path, **given).tension
+    stretched, let_back = curve.tension[:3], curve.tension[:1:-1]
     assert (without[1:] < stretched[1:]).all() and (let_back[:-1] < stretched[:-1]).all()
     assert let_back[0] < -1.0  # a part of the stretch is held: at its first size the fabric pushes
 
@@ -160,22 +169,27 @@ def test_friction_takes_work_and_its_curve_has_a_branch_for_each_way() -> None:
         ({"wale": (0.1, 0.1)}, "got 10 % twice"),
         ({"wale": (0.0, 0.1), "steps": 1}, "steps: got 1; expected at least 2"),
         ({"wale": (0.0, 0.1), "other": "loose"}, "other: got 'loose'; expected free or held"),
-        ({"wale": (0.0, 0.1), "period": (1.0, None)}, "period: got one for a stretch"),
         ({"wale": (0.0, 0.1), "cycles": -1}, "cycles: got -1; expected at least 0"),
         ({"wale": (0.0, 0.1), "friction": 5.0}, r"friction: got coefficients \(5.0, 5.0\)"),
     ],
 )
 def test_bad_requests_are_refused(given: dict[str, Any], message: str) -> None:
     with pytest.raises(ParameterError, match=message):
-        stretch_test("stockinette", device="cpu", **given)
+        StretchPath(**given)
+
+
+def test_a_period_is_refused() -> None:
+    with pytest.raises(ParameterError, match="period: got one for a stretch"):
+        stretch_test("stockinette", path_along("wale", 0.1), device="cpu", period=(1.0, None))
 
 
 def test_strains_include_both_ends() -> None:
-    direction, strains = choose_strains(None, (-0.1, 0.2), 4)
-    assert direction == "wale"
-    np.testing.assert_allclose(strains, [-0.1, 0.0, 0.1, 0.2], atol=1e-15)
-    assert choose_strains((0.0, 0.5), None, 2, 1)[1].tolist() == [0.0, 0.5, 0.0]
-    assert choose_strains((0.0, 0.5), None, 2, 2)[1].tolist() == [0.0, 0.5, 0.0, 0.5, 0.0]
+    path = StretchPath(wale=(-0.1, 0.2), steps=4)
+    assert path.direction == "wale"
+    np.testing.assert_allclose(path.strains, [-0.1, 0.0, 0.1, 0.2], atol=1e-15)
+    there = path_along("course", 0.5, steps=2)
+    assert replace(there, cycles=1).strains.tolist() == [0.0, 0.5, 0.0]
+    assert replace(there, cycles=2).strains.tolist() == [0.0, 0.5, 0.0, 0.5, 0.0]
 
 
 def test_the_table_holds_every_point(tmp_path: Path) -> None:

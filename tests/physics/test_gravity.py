@@ -133,7 +133,7 @@ def test_heavy_cantilever(group: float, expected: float) -> None:
     matter = material(k_bend=1.0, k_len=25.0, weight=group * 2.0 / HALF**3)
     middle = len(yarns.points) // 2
     result = relax_yarns(
-        yarns, material=matter, quality=EXACT, device="cpu", terms=[Gravity()], constraints=[Pins([middle])]
+        yarns, material=matter, quality=EXACT, device="cpu", terms=[Gravity(), Pins([middle])]
     )
     assert result.report["converged"]
     curve = result.yarns.sampled(2)[0]
@@ -163,7 +163,7 @@ def test_catenary(slack: float) -> None:
     yarns = straight_yarn(24, 1.0 / slack)
     matter = material(k_bend=1e-3, k_len=3e3, weight=0.1)  # strains w L / (2 k_len) of 4e-4
     pins = Pins([1, len(yarns.points) - 2])
-    result = relax_yarns(yarns, material=matter, quality=EXACT, device="cpu", terms=[Gravity()], constraints=[pins])
+    result = relax_yarns(yarns, material=matter, quality=EXACT, device="cpu", terms=[Gravity(), pins])
     assert result.report["converged"]
     curve = result.yarns.sampled(2)[0]
     span = float(np.linalg.norm(curve[-1] - curve[0]))

@@ -83,8 +83,8 @@ def test_the_strain_of_a_yarn_under_tension(tension: float) -> None:
     material = YarnMaterial(2000.0, 1000.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     held, pulled = np.arange(4), len(yarns.points) - np.arange(1, 5)
     result = relax_yarns(
-        yarns, material=material, quality=EXACT, device="cpu", terms=[PointLoad((tension, 0.0, 0.0), pulled)],
-        constraints=[Pins(held)],
+        yarns, material=material, quality=EXACT, device="cpu",
+        terms=[PointLoad((tension, 0.0, 0.0), pulled), Pins(held)],
     )  # fmt: skip
     assert result.report["converged"]
     strain = tension * SPACING / (2.0 * (material.k_len + material.k_length))

@@ -150,7 +150,7 @@ def test_both_sleeves_of_a_symmetric_sweater_have_the_same_rounds():
 
 @pytest.mark.parametrize("multiple", [4, *at_night(2, 6)])
 def test_rounds_are_multiples_of_what_a_pattern_repeats(multiple):
-    fabric = sm.auto_stitches(garment("hat"), stitch_width=1.0, multiple=multiple)
+    fabric = sm.auto_stitches(garment("hat"), stitch_width=1.0, options=sm.ShapingOptions(multiple=multiple))
     counts = [int(fabric.n_top[list(course.faces)].sum()) for course in find_courses(fabric) if course.closed]
     assert counts and not any(count % multiple for count in counts)
 
@@ -182,7 +182,7 @@ def test_parts_are_knitted_one_after_another():
 
 
 def test_short_rows_add_rows_at_a_heel_unless_they_are_not_wanted():
-    plain = sm.auto_stitches(garment("sock"), stitch_width=0.8, short_rows=False)
+    plain = sm.auto_stitches(garment("sock"), stitch_width=0.8, options=sm.ShapingOptions(short_rows=False))
     turned = sm.auto_stitches(garment("sock"), stitch_width=0.8)
     slits = [loop for loop in turned.boundary_loops if len(loop) == 2]
     assert len(slits) > 0 and not any(len(loop) == 2 for loop in plain.boundary_loops)
@@ -195,10 +195,7 @@ def test_short_rows_add_rows_at_a_heel_unless_they_are_not_wanted():
         ({"stitch_width": 0.0}, ParameterError, "stitch width"),
         ({"stitch_width": np.nan}, ParameterError, "stitch width"),
         ({"stitch_width": 1.0, "stitch_height": -1.0}, ParameterError, "stitch height"),
-        ({"stitch_width": 1.0, "up": (0.0, 0.0, 0.0)}, ParameterError, "up"),
-        ({"stitch_width": 1.0, "multiple": 0}, ParameterError, "multiple"),
-        ({"stitch_width": 1.0, "most_shaping": 0.0}, ParameterError, "most shaping: got 0; expected a part"),
-        ({"stitch_width": 1.0, "most_shaping": 1.5}, ParameterError, "most shaping"),
+        ({"stitch_width": 1.0, "options": "seams"}, ParameterError, "auto_stitches, options: got the text 'seams'"),
         ({"stitch_width": 50.0}, MeshError, "room for"),
         ({"stitch_width": 1e-4}, TessellationError, "larger stitch"),
     ],
@@ -206,6 +203,21 @@ def test_short_rows_add_rows_at_a_heel_unless_they_are_not_wanted():
 def test_what_cannot_be_knitted_is_refused_in_one_line(arguments, error, words):
     with pytest.raises(error, match=words) as caught:
         sm.auto_stitches(in_triangles(tube(16, 4)), **arguments)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({"up": (0.0, 0.0, 0.0)}, "up"),
+        ({"multiple": 0}, "multiple"),
+        ({"most_shaping": 0.0}, "most shaping: got 0; expected a part"),
+        ({"most_shaping": 1.5}, "most shaping"),
+    ],
+)
+def test_wrong_options_are_refused_in_one_line(arguments, words):
+    with pytest.raises(ParameterError, match=words) as caught:
+        sm.ShapingOptions(**arguments)
     assert "\n" not in str(caught.value)
 
 

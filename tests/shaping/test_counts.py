@@ -64,7 +64,8 @@ def test_a_course_has_as_many_stitches_as_its_neighbour_permits(exact, other, pa
 @pytest.mark.decides
 def test_increases_and_decreases_are_at_most_the_chosen_part_of_each_row():
     ball = closed_ball(24, 20)
-    free, limited = (sm.shape_fabric(ball, stitch_width=0.9, most_shaping=part) for part in (None, 0.25))
+    free = sm.shape_fabric(ball, stitch_width=0.9)
+    limited = sm.shape_fabric(ball, stitch_width=0.9, options=sm.ShapingOptions(most_shaping=0.25))
     assert free.report.largest_shaping > 0.3  # The ball asks for more near its tips.
     fabric = limited.fabric
     shaped = np.bincount(fabric.row, fabric.n_bottom != fabric.n_top)

@@ -20,7 +20,7 @@ from tests.shaping.surfaces import in_triangles
 def found(name: str, width: float) -> sm.StitchMesh:
     """A garment from triangles, whose rounds are multiples of four stitches."""
     mesh = in_triangles(sm.read_mesh(ROOT / "assets" / "meshes" / f"{name}.obj"))
-    shaped = sm.shape_fabric(mesh, stitch_width=width, multiple=4)
+    shaped = sm.shape_fabric(mesh, stitch_width=width, options=sm.ShapingOptions(multiple=4))
     return sm.relax_mesh(shaped.fabric, surface=shaped.surface.mesh).fabric
 
 

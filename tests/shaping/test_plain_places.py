@@ -43,7 +43,8 @@ def line_through(points: list[list[float]]) -> np.ndarray:
 @pytest.mark.decides
 def test_increases_and_decreases_keep_away_from_a_plain_stroke(hat):
     free = sm.auto_stitches(hat, stitch_width=WIDTH)
-    plain = sm.auto_stitches(hat, stitch_width=WIDTH, marks=[sm.TimeMark("stroke", FRONT, "plain", radius=3.0)])
+    front = sm.TimeMark("stroke", FRONT, "plain", radius=3.0)
+    plain = sm.auto_stitches(hat, stitch_width=WIDTH, options=sm.ShapingOptions(marks=[front]))
     away = [cKDTree(line_through(FRONT)).query(places_of_shaping(fabric))[0].min() for fabric in (free, plain)]
     # The middle of a stitch whose vertices are all outside may lie half a stitch inside.
     assert away[0] < 1.0 and away[1] > 3.0 - 0.5 * WIDTH
@@ -51,7 +52,7 @@ def test_increases_and_decreases_keep_away_from_a_plain_stroke(hat):
 
 def test_rounds_that_are_plain_all_around_keep_their_stitches(hat):
     crown = sm.TimeMark("point", [[0.0, 20.7, 0.0]], "plain", radius=8.0)
-    fabric = sm.auto_stitches(hat, stitch_width=WIDTH, marks=[crown])
+    fabric = sm.auto_stitches(hat, stitch_width=WIDTH, options=sm.ShapingOptions(marks=[crown]))
     assert np.linalg.norm(places_of_shaping(fabric) - [0.0, 20.7, 0.0], axis=1).min() > 6.0
 
 

@@ -25,6 +25,7 @@ from tests.hand_knitting.test_instructions import Comparison
 from tests.shaping.surfaces import in_triangles, tube_with_holes
 
 WIDTH = 0.8
+SPREAD, SEAMS = sm.ShapingOptions(shaping="spread"), sm.ShapingOptions(shaping="seams")
 
 
 def frustum(top: float, *, squeezed: float = 1.0) -> Mesh:
@@ -56,7 +57,7 @@ def stitches_of_rows(fabric: StitchMesh) -> np.ndarray:
 @pytest.mark.decides
 @pytest.mark.parametrize(("top", "squeezed"), [(9.0, 1.0), (9.0, 0.6), (13.5, 1.0)])
 def test_the_shaping_of_a_frustum_is_stacked_at_its_two_sides(top, squeezed):
-    shaped = sm.shape_fabric(frustum(top, squeezed=squeezed), stitch_width=WIDTH, shaping="seams")
+    shaped = sm.shape_fabric(frustum(top, squeezed=squeezed), stitch_width=WIDTH, options=SEAMS)
     assert shaped.report.stacked_rows > 2 and shaped.report.spread_rows == 0
     place = places_of(shaped.fabric, more=top > 12.0)
     # At each side stand the seam's plain stitch and the middle of a decrease of two loops, or of an increase whose
@@ -72,7 +73,7 @@ def _half_width(top: float, height: np.ndarray) -> np.ndarray:
 
 def test_rows_have_the_stitches_that_fit_within_a_change(caplog):
     mesh = frustum(9.0)
-    spread, seams = (sm.auto_stitches(mesh, stitch_width=WIDTH, shaping=shaping) for shaping in ("spread", "seams"))
+    spread, seams = (sm.auto_stitches(mesh, stitch_width=WIDTH, options=options) for options in (SPREAD, SEAMS))
     counts = [stitches_of_rows(fabric) for fabric in (spread, seams)]
     assert len(counts[0]) == len(counts[1])
     # Two seams change a round by four stitches, which may be SLACK of four too many; spread ones SLACK of one, and
@@ -83,7 +84,7 @@ def test_rows_have_the_stitches_that_fit_within_a_change(caplog):
 @pytest.mark.decides
 def test_left_and_right_mirror_each_other():
     """A mesh that mirrors itself has as many stitches on both sides, and decreases that lean towards each other."""
-    fabric = sm.auto_stitches(frustum(9.0, squeezed=0.6), stitch_width=WIDTH, shaping="seams")
+    fabric = sm.auto_stitches(frustum(9.0, squeezed=0.6), stitch_width=WIDTH, options=SEAMS)
     place, found = places_of(fabric, more=False), np.flatnonzero(fabric.n_top < fabric.n_bottom)
     for row in np.unique(fabric.row[found]):
         inside = fabric.row[found] == row
@@ -98,13 +99,13 @@ def test_left_and_right_mirror_each_other():
 def test_a_mirrored_mesh_has_the_same_rows():
     mesh = frustum(9.0, squeezed=0.6)
     turned = Mesh.from_polygons(mesh.vertices * [-1.0, 1.0, 1.0], mesh.face_vertex.reshape(-1, 3)[:, ::-1].tolist())
-    one, other = (sm.auto_stitches(each, stitch_width=WIDTH, shaping="seams") for each in (mesh, turned))
+    one, other = (sm.auto_stitches(each, stitch_width=WIDTH, options=SEAMS) for each in (mesh, turned))
     np.testing.assert_array_equal(stitches_of_rows(one), stitches_of_rows(other))
 
 
 @pytest.mark.parametrize("top", [18.0, 36.0])
 def test_a_flat_piece_is_shaped_at_both_edges_in_rows_on_the_right_side(top):
-    fabric = sm.auto_stitches(trapezoid(top), stitch_width=WIDTH, shaping="seams")
+    fabric = sm.auto_stitches(trapezoid(top), stitch_width=WIDTH, options=SEAMS)
     place = places_of(fabric, more=top > 30.0)
     edge = 15.0 + (0.5 * top - 15.0) * place[:, 1] / 20.0
     at_edge = np.abs(edge - np.abs(place[:, 0])) < 2.5 * WIDTH
@@ -124,7 +125,7 @@ def test_a_flat_piece_is_shaped_at_both_edges_in_rows_on_the_right_side(top):
 def test_a_sweater_has_raglan_lines_and_sleeves_with_an_underarm_seam():
     """A knitter who follows the text, with its markers, makes the stitches of the mesh from the same loops."""
     mesh = in_triangles(sm.read_mesh(ROOT / "assets" / "meshes" / "sweater.obj"))
-    shaped = sm.shape_fabric(mesh, stitch_width=1.2, shaping="seams")
+    shaped = sm.shape_fabric(mesh, stitch_width=1.2, options=SEAMS)
     fabric = shaped.fabric
     assert shaped.report.lost is None and shaped.report.stacked_rows > 15
     text = sm.knitting_instructions(fabric, charts=False)
@@ -136,14 +137,14 @@ def test_a_sweater_has_raglan_lines_and_sleeves_with_an_underarm_seam():
 
 
 def test_loops_hold_at_seams():
-    fabric = sm.auto_stitches(frustum(9.0), stitch_width=1.2, shaping="seams")
+    fabric = sm.auto_stitches(frustum(9.0), stitch_width=1.2, options=SEAMS)
     assert len(places_of(fabric, more=False))
     check_loops(fabric, sm.generate_yarns(fabric, quality="draft"))
 
 
 def test_what_seams_do_not_hold_is_spread_and_told(caplog):
     with caplog.at_level(logging.WARNING):
-        shaped = sm.shape_fabric(frustum(2.0), stitch_width=2.0 * WIDTH, shaping="seams")
+        shaped = sm.shape_fabric(frustum(2.0), stitch_width=2.0 * WIDTH, options=SEAMS)
     assert shaped.report.spread_rows > 0
     assert f"shaping: spread in {shaped.report.spread_rows} of the " in caplog.text
 
@@ -151,8 +152,8 @@ def test_what_seams_do_not_hold_is_spread_and_told(caplog):
 def test_rounds_of_whole_repeats_are_spread_and_told(caplog):
     with caplog.at_level(logging.WARNING):
         one, other = (
-            sm.auto_stitches(frustum(9.0), stitch_width=2.0 * WIDTH, multiple=4, shaping=shaping)
-            for shaping in ("spread", "seams")
+            sm.auto_stitches(frustum(9.0), stitch_width=2.0 * WIDTH, options=replace(options, multiple=4))
+            for options in (SPREAD, SEAMS)
         )
     np.testing.assert_array_equal(one.stitch, other.stitch)
     assert "shaping: spread, because rounds of a multiple of 4 change by as many stitches at once" in caplog.text
@@ -160,7 +161,7 @@ def test_rounds_of_whole_repeats_are_spread_and_told(caplog):
 
 def test_shaping_keeps_away_from_plain_places():
     side = sm.TimeMark("stroke", [[12.0, 0.0, 0.0], [9.0, 20.0, 0.0]], "plain", radius=3.0)
-    fabric = sm.auto_stitches(frustum(9.0), stitch_width=WIDTH, marks=[side], shaping="seams")
+    fabric = sm.auto_stitches(frustum(9.0), stitch_width=WIDTH, options=replace(SEAMS, marks=[side]))
     place = places_of(fabric, more=False)
     line = np.stack([_half_width(9.0, place[:, 1]), place[:, 1], 0.0 * place[:, 1]], axis=1)
     # The middle of a stitch whose vertices are all outside may lie half a stitch inside.
@@ -170,7 +171,7 @@ def test_shaping_keeps_away_from_plain_places():
 def test_a_slit_below_a_narrow_tube_passes_no_seams_on():
     """The open rows beside the slit have their seams at its sides; the rounds above it are too narrow for seams."""
     mesh = tube_with_holes("############ ############ ############ #####..##### #####..##### #####..#####", 2.0)
-    shaped = sm.shape_fabric(mesh, stitch_width=WIDTH, shaping="seams")
+    shaped = sm.shape_fabric(mesh, stitch_width=WIDTH, options=SEAMS)
     assert shaped.report.stacked_rows == 0 and shaped.report.lost is None
 
 
@@ -223,4 +224,4 @@ def _ring(centre: tuple[float, float], radius: float) -> LevelLine:
 
 def test_an_unknown_placement_is_refused():
     with pytest.raises(ParameterError, match="shaping: got 'sides'; expected one of seams, spread"):
-        sm.auto_stitches(frustum(9.0), stitch_width=WIDTH, shaping="sides")
+        sm.auto_stitches(frustum(9.0), stitch_width=WIDTH, options=sm.ShapingOptions(shaping="sides"))

@@ -15,6 +15,7 @@ from stitchmesh.shaping.borders import is_slit, turning
 from stitchmesh.shaping.ends import automatic_ends
 from stitchmesh.shaping.level_lines import level_lines
 from stitchmesh.shaping.marks import TimeMark, marked_ends
+from stitchmesh.shaping.options import ShapingOptions
 from stitchmesh.shaping.summits import smooth_out, summits
 from stitchmesh.shaping.time_function import knitting_time
 from stitchmesh.shaping.triangle_surface import triangle_surface, without_fine_features
@@ -99,7 +100,7 @@ def test_a_fabric_spans_dents_finer_than_a_stitch_and_keeps_borders():
 def test_a_mark_turns_the_direction_of_knitting():
     mesh = in_triangles(tube(24, 6, radius=3.0))
     upper = TimeMark("border", [[0.0, 6.0, 3.0]], "begin")
-    fabric = shape_fabric(mesh, stitch_width=0.7, marks=[upper]).fabric
+    fabric = shape_fabric(mesh, stitch_width=0.7, options=ShapingOptions(marks=[upper])).fabric
     first = fabric.row == fabric.row.min()
     assert fabric.vertices[fabric.face_vertex[fabric.face_start[:-1][first]], 1].min() == pytest.approx(6.0)
 
@@ -132,7 +133,7 @@ def test_a_side_is_a_border_at_which_rows_end():
 )
 def test_marks_that_contradict_each_other_are_refused(marks, words):
     with pytest.raises(ParameterError, match=words):
-        shape_fabric(in_triangles(tube(24, 6, radius=3.0)), stitch_width=0.7, marks=marks)
+        shape_fabric(in_triangles(tube(24, 6, radius=3.0)), stitch_width=0.7, options=ShapingOptions(marks=marks))
 
 
 @pytest.mark.parametrize(

@@ -59,4 +59,4 @@ def test_a_small_summit_that_is_knitted_over_is_no_lost_border():
     borders = [[0.0, 0.0, 13.0], [0.0, 60.0, 5.0], [56.0, 10.0, 7.0], [-56.0, 10.0, 7.0]]
     marks = [sm.TimeMark("border", [place], "begin") for place in borders]
     mesh = in_triangles(sm.read_mesh(MESHES / "sweater.obj"))
-    assert sm.shape_fabric(mesh, stitch_width=1.6, marks=marks).report.lost is None
+    assert sm.shape_fabric(mesh, stitch_width=1.6, options=sm.ShapingOptions(marks=marks)).report.lost is None

@@ -16,6 +16,7 @@ from stitchmesh.mesh import StitchMesh
 from stitchmesh.mesh.change import Marks, apply_change
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.quality import quality_named
+from stitchmesh.run import Run
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen.clearance import smallest_distance
 from stitchmesh.yarngen.generate import SMALLEST_DISTANCE_OVER_RADIUS
@@ -37,7 +38,7 @@ def fabric() -> StitchMesh:
 
 
 def at_rest(yarns: YarnSet, own: StitchMesh, start: YarnSet | None = None) -> Relaxation:
-    return relax_yarns(yarns, start=start, quality=QUALITY, keep_shape=own, device="cpu")
+    return relax_yarns(yarns, quality=QUALITY, keep_shape=own, device="cpu", run=Run(start=start))
 
 
 @cache
@@ -108,4 +109,4 @@ def test_yarns_of_another_quality_are_refused():
 
 def test_a_start_of_other_yarns_is_refused():
     with pytest.raises(ParameterError, match=r"start: got .* expected the same yarns"):
-        relax_yarns(relaxed(), start=generate_yarns(fabric(), quality="standard"), device="cpu")
+        relax_yarns(relaxed(), device="cpu", run=Run(start=generate_yarns(fabric(), quality="standard")))

@@ -226,14 +226,14 @@ def test_a_cell_that_has_strained_far_is_resumed_to_the_same_bits(tmp_path, most
 
 def test_checkpoints_are_written_at_assessments_with_at_least_the_given_interval(tmp_path, monkeypatch):
     written = []
-    monkeypatch.setattr(observer, "write_state", lambda path, inputs, state: written.append(state.iteration))
+    monkeypatch.setattr(observer, "write_state", lambda path, inputs, state: written.append(state.loop.iteration))
     relaxed(replace(QUALITY, max_iterations=140), run=Run(checkpoints=Checkpoints(tmp_path, 50)))
     assert written == [0, 60, 120, 140]
 
 
 def test_checkpoints_are_written_between_newton_steps_with_at_least_the_given_interval(tmp_path, monkeypatch):
     written = []
-    monkeypatch.setattr(observer, "write_state", lambda path, inputs, state: written.append(state.iteration))
+    monkeypatch.setattr(observer, "write_state", lambda path, inputs, state: written.append(state.loop.iteration))
     kept = Run(checkpoints=Checkpoints(tmp_path, 35))
     rest = relax_yarns(periodic_patch(1, 1), quality="draft", device="cpu", cell=RelaxCell(), run=kept)
     ends = [entry["iteration"] for entry in rest.history]

@@ -17,6 +17,7 @@ from stitchmesh.errors import ParameterError, SolverError
 from stitchmesh.mesh import Mesh
 from stitchmesh.mesh.vertex_motion import MovingMesh
 from stitchmesh.quality import PRESETS
+from stitchmesh.run import CHECKPOINT, QUIET, Checkpoints, Run
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial
 from stitchmesh.yarnrelax.body_follower import BodyFollower, FollowInputs
@@ -57,7 +58,7 @@ def on_the_floor(times: list[float], velocity: tuple[float, float, float], angle
     yarns = yarn_on_the_floor(LEAF.mass_per_length * GRAVITY * np.cos(angle))
     body = MovingBody(moving(FLOOR, times, velocity), friction=MU)
     frames = follow_body(
-        yarns, body, material=LEAF, quality=EXACT, device="cpu", terms=[Gravity(pull)], drag=0.0, progress=False
+        yarns, body, material=LEAF, quality=EXACT, device="cpu", terms=[Gravity(pull)], drag=0.0, run=QUIET
     )
     return [float(frame.yarns.points[:, 0].mean()) for frame in frames]
 
@@ -95,9 +96,9 @@ def ball_in_a_ring(velocity: tuple[float, float, float], times: list[float]) -> 
     return ring(1.085, 0.3, 24, RADIUS), moving(sphere(1.0), times, velocity)
 
 
-def follower(yarns: YarnSet, body: MovingBody, carried: Pins | None = None) -> BodyFollower:
+def follower(yarns: YarnSet, body: MovingBody) -> BodyFollower:
     still = replace(LEAF, k_global=0.0)
-    return BodyFollower(FollowInputs(yarns, body, still, EXACT, (), carried, device_named("cpu")))
+    return BodyFollower(FollowInputs(yarns, body, still, EXACT, (), device_named("cpu")))
 
 
 def test_places_relative_to_a_body_of_constant_speed_are_those_on_a_body_at_rest() -> None:
@@ -134,7 +135,7 @@ def test_a_body_at_rest_gives_what_a_still_body_gives() -> None:
 def test_a_body_carries_points_to_their_places_on_it() -> None:
     times = [0.0, 0.01]
     yarns, body = ball_in_a_ring((3.0, 2.0, 0.0), times)
-    run = follower(yarns, MovingBody(body), Pins(points=[2, 3]))
+    run = follower(yarns, MovingBody(body, carried=Pins(points=[2, 3])))
     run.advance()
     moved = run.yarns().points[[2, 3]] - yarns.points[[2, 3]]
     # a point is where the body was at the begin of the last time step, of at most 4e-4 s
@@ -144,25 +145,27 @@ def test_a_body_carries_points_to_their_places_on_it() -> None:
 def test_a_resumed_run_has_the_bits_of_one_that_never_stopped(tmp_path: Path) -> None:
     yarns, body = ball_in_a_ring((20.0, 0.0, 0.0), [0.0, 0.005, 0.01, 0.015])
     options: dict[str, Any] = {"material": LEAF, "quality": EXACT, "device": "cpu", "terms": [Gravity()]}
-    whole = list(follow_body(yarns, MovingBody(body), **options, progress=False))
-    begun = follow_body(yarns, MovingBody(body), **options, checkpoint=tmp_path, progress=False)
+    whole = list(follow_body(yarns, MovingBody(body), **options, run=QUIET))
+    kept = replace(QUIET, checkpoints=Checkpoints(tmp_path, 1))
+    begun = follow_body(yarns, MovingBody(body), **options, run=kept)
     assert [next(begun).number for _ in range(3)] == [0, 1, 2]  # the checkpoint is of frame 1
     begun.close()
-    rest = list(follow_body(yarns, MovingBody(body), **options, checkpoint=tmp_path, resume=True, progress=False))
+    resumed = replace(kept, resume=tmp_path / CHECKPOINT)
+    rest = list(follow_body(yarns, MovingBody(body), **options, run=resumed))
     assert [frame.number for frame in rest] == [2, 3]
-    unbegun = follow_body(yarns, MovingBody(body), **options, checkpoint=tmp_path / "new", resume=True, progress=False)
+    unbegun = follow_body(yarns, MovingBody(body), **options, run=replace(QUIET, resume=tmp_path / "new.smc"))
     assert next(unbegun).number == 0  # there is no checkpoint yet
     for found, expected in zip(rest, whole[2:], strict=True):
         np.testing.assert_array_equal(found.yarns.points, expected.yarns.points)
         assert {**found.report, "seconds": 0} == {**expected.report, "seconds": 0}
     with pytest.raises(ParameterError, match=r"body.friction is 0.1 and was 0.3; give it the same"):
-        follow_body(yarns, MovingBody(body, friction=0.1), **options, checkpoint=tmp_path, resume=True)
+        follow_body(yarns, MovingBody(body, friction=0.1), **options, run=resumed)
 
 
 def test_a_body_that_passes_into_yarn_is_an_error_that_names_the_frame() -> None:
     grown = [sphere(size) for size in (1.0, 1.0, 2.5)]
     body = MovingBody(MovingMesh.of_frames(grown, [0.0, 0.001, 0.011]), stiffness=1e-6)
-    frames = follow_body(ring(1.2, 0.0, 12, RADIUS), body, material=LEAF, quality=EXACT, device="cpu", progress=False)
+    frames = follow_body(ring(1.2, 0.0, 12, RADIUS), body, material=LEAF, quality=EXACT, device="cpu", run=QUIET)
     with pytest.raises(
         SolverError, match=r"frame 2 \(0.011 s\): yarn 0 .* reaches inside the body; expected at most"
     ):
@@ -173,7 +176,7 @@ def test_a_body_that_passes_into_yarn_is_an_error_that_names_the_frame() -> None
     ("options", "message"),
     [
         ({"drag": -1.0}, "got a drag of -1.0; expected a number from 0 to 100000"),
-        ({"resume": True}, "got a run to resume without its checkpoint; name the folder"),
+        ({"run": Run(start=ring(1.2, 0.0, 12, RADIUS))}, "follow_body, run: got start, which it does not obey"),
     ],
 )
 def test_wrong_options_are_refused(options: dict[str, Any], message: str) -> None:

@@ -17,8 +17,8 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
 from stitchmesh.yarnrelax.energies.confinement import Confinement
 from stitchmesh.yarnrelax.energies.gravity import Gravity
-from stitchmesh.yarnrelax.load_path import StepInputs
 from stitchmesh.yarnrelax.model.input_powers import INPUTS
+from stitchmesh.yarnrelax.relaxation_inputs import RelaxationInputs
 from stitchmesh.yarnrelax.rest_derivatives import ForcesByInput, polished, rest_derivatives
 from tests.yarnrelax.stockinette import periodic_patch, periodic_set, woven_cell
 
@@ -30,7 +30,7 @@ LENGTH, SEGMENTS = 2.0, 16
 
 def inputs_of(yarns: YarnSet, cell: RelaxCell, *, planes: float | None = None, material: YarnMaterial = LEAF):
     terms = [] if planes is None else [Confinement(planes)]
-    return StepInputs(yarns, material, DOUBLE, device_named("cpu"), terms, cell=cell)
+    return RelaxationInputs(yarns, material, DOUBLE, device_named("cpu"), terms, cell=cell)
 
 
 def straight_yarn(stretch: float) -> YarnSet:
@@ -43,7 +43,7 @@ def straight_yarn(stretch: float) -> YarnSet:
     return replace(yarns, rest_length=np.full(SEGMENTS, LENGTH / SEGMENTS))
 
 
-def changed(inputs: StepInputs, name: str, factor: float) -> StepInputs:
+def changed(inputs: RelaxationInputs, name: str, factor: float) -> RelaxationInputs:
     yarns, material = inputs.yarns, inputs.material
     if name == "loop_length":
         return replace(inputs, yarns=replace(yarns, rest_length=factor * yarns.rest_length))

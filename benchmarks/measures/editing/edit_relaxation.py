@@ -66,7 +66,7 @@ def relaxed(
     yarns: YarnSet, fabric: StitchMesh, quality: Quality, device: str | None, start: YarnSet | None = None
 ) -> Relaxation:
     """Relax yarns with the shape of the fabric."""
-    return sm.relax_yarns(yarns, start=start, quality=quality, keep_shape=fabric, device=device)
+    return sm.relax_yarns(yarns, quality=quality, keep_shape=fabric, device=device, run=sm.Run(start=start))
 
 
 def with_stitch(fabric: StitchMesh, stitch: Stitch, place: float) -> StitchMesh:

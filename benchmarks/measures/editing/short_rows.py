@@ -61,7 +61,7 @@ def with_short_rows(fabric: StitchMesh, faces: list[int], trims: tuple[int, int]
     """
     for _ in range(pairs):
         before = fabric.face_count
-        fabric = sm.apply_edit(fabric, sm.Edit("short_rows", {"faces": faces})).fabric
+        fabric = sm.edits.short_rows(fabric, faces=faces).fabric
         upper = list(range(before + 1, fabric.face_count, 2))
         faces = upper[trims[0] : len(upper) - trims[1]]
     return fabric

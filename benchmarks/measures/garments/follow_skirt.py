@@ -116,10 +116,11 @@ def simulate(
 ) -> Rows:
     """Let the skirt follow, write its frames, and print a line for each."""
     yield "frame", "steps", "s", "smallest distance / r", "from the body / reach"
+    kept = sm.Checkpoints(given.output, every=1)
     frames = sm.follow_body(
-        yarns, sm.MovingBody(moving), quality=given.quality, device=given.device, terms=[sm.Gravity()],
-        material=material_of(given, yarns), carried=sm.Pins(faces=sm.select(fabric, "neck 2")), checkpoint=given.output,
-        resume=(given.output / "checkpoint.smc").exists(),
+        yarns, sm.MovingBody(moving, carried=sm.Pins(faces=sm.select(fabric, "neck 2"))), quality=given.quality,
+        device=given.device, terms=[sm.Gravity()], material=material_of(given, yarns),
+        run=sm.Run(checkpoints=kept, resume=kept.path),
     )  # fmt: skip
     for frame in frames:
         files.add(frame)

@@ -18,6 +18,7 @@ from stitchmesh.mixed.scene.region_section import RegionSection
 from stitchmesh.mixed.scene.scene import Scene
 from stitchmesh.mixed.scene.scene_fabric import prepare
 from stitchmesh.mixed.scene.scene_file import read_scene
+from stitchmesh.run import QUIET
 
 SCENE = MIXED_SCENES / "loops.toml"
 CROSSINGS = "gong-1"
@@ -35,7 +36,7 @@ def row(place: str, model: str, scene: Scene) -> tuple[object, ...]:
     """Run a scene, and return its row."""
     prepared = prepare(scene).fabric
     began = time.process_time()
-    found = drape(scene, cloth=prepared.cloth, yarns=prepared.yarns, progress=False).report["mixed"]
+    found = drape(scene, cloth=prepared.cloth, yarns=prepared.yarns, run=QUIET).report["mixed"]
     seconds = time.process_time() - began
     nodes = found["yarn_nodes_full"] + found["yarn_nodes_hybrid"]
     ended = "" if found["converged"] else " (not converged)"

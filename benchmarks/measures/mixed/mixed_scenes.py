@@ -38,6 +38,7 @@ from stitchmesh.mixed.draped_folder import read_draped
 from stitchmesh.mixed.enrichment.region import YARNS
 from stitchmesh.mixed.scene.scene import Scene
 from stitchmesh.mixed.scene.scene_file import read_scene
+from stitchmesh.run import Run
 from stitchmesh.time_limit import TimeLimit, limited_to
 
 RUNS = {"triangles": "none", "mixed": "chosen", "yarns": "all"}
@@ -125,7 +126,7 @@ def _run(name: str, run: str, given: Options, folder: Path) -> None:
         note(f"{name}, {run}: {said}")
 
     with limited_to(TimeLimit(given.seconds)):
-        made = drape(scene, folder, progress=progress)
+        made = drape(scene, folder, run=Run(progress))
     region, end, report = made.prepared.region, made.end, made.report["mixed"]
     np.savez(folder / PLACES, places=all_nodes(region, end.vertices, end.nodes), own=region.node_kind == YARNS)
     pool = wp.get_mempool_used_mem_high(wp.get_device(given.device)) if given.device.startswith("cuda") else 0

@@ -277,7 +277,7 @@ def outcome(case: Case, quality: Quality, device: str | None) -> Outcome:
         yarns = case.make()
         heard.lines.clear()
         result = relax_yarns(
-            yarns, material=case.material, quality=quality, device=device, constraints=case.constraints
+            yarns, material=case.material, quality=quality, device=device, terms=case.constraints
         )
         report = result.report
         kind, words = _judged(yarns, result.yarns, report, heard.lines, device)

@@ -63,7 +63,8 @@ def measure(scene: Scene, options: Options) -> tuple[object, ...]:
     name, width, make = scene
     mesh = make()
     start = time.perf_counter()
-    shaped = sm.shape_fabric(mesh, stitch_width=width, most_shaping=options.most_shaping, shaping=options.shaping)
+    shaping = sm.ShapingOptions(most_shaping=options.most_shaping, shaping=options.shaping)
+    shaped = sm.shape_fabric(mesh, stitch_width=width, options=shaping)
     seconds = time.perf_counter() - start
     made = relax_mesh(
         shaped.fabric, surface=shaped.surface_mesh, device=options.device, run=QUIET

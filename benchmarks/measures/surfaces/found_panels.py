@@ -41,7 +41,7 @@ def measure(scene: Scene, options: Options) -> tuple[object, ...]:
     mesh = make()
     panels = sm.auto_labels(mesh, stitch_width=width, panel_size=options.panel_size, progress=False)
     # Turns of short rows would be borders that panels do not have.
-    direct = sm.auto_stitches(mesh, stitch_width=width, short_rows=False)
+    direct = sm.auto_stitches(mesh, stitch_width=width, options=sm.ShapingOptions(short_rows=False))
     fabric = sm.tessellate(panels, stitch_width=width)
     same = topology(panels) == topology(fabric) == topology(direct)
     checked = options.loops and fabric.face_count < MOST_CHECKED

@@ -59,7 +59,7 @@ def relax(folder: Path, names: Sequence[str], device: str | None) -> Rows:
     for name in names:
         fabric = swatch_of(sm.read_pattern(name), device)
         yarns = sm.generate_yarns(fabric, yarn_radius=RADIUS, quality=quality)
-        done = sm.relax_yarns(yarns, quality=quality, device=device, constraints=[KeepBorders(fabric)])
+        done = sm.relax_yarns(yarns, quality=quality, device=device, terms=[KeepBorders(fabric)])
         sm.write_yarns(folder / f"{name}.h5", done.yarns)
         report = {**done.report, "stitches": fabric.face_count}
         (folder / f"{name}.json").write_text(json.dumps(report))

@@ -16,7 +16,7 @@ import numpy as np
 
 from benchmarks.measures.validation.knits import DIAMETER, MATERIAL
 from benchmarks.measures.validation.stretch import PATTERNS, PUBLISHED
-from stitchmesh.periodic.stretch import StretchCurve, stretch_test
+from stitchmesh.periodic.stretch import StretchCurve, StretchPath, stretch_test
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarnrelax import YarnMaterial
 
@@ -47,9 +47,9 @@ def curves() -> Curves:
 
 def drawn(loop: float, direction: str, pattern: str, step: float, most: float) -> StretchCurve:
     """Return the stretch curve of a swatch up to the strain ``most``."""
+    path = StretchPath(**{direction: (0.0, most)}, steps=round(most / step) + 1)
     return stretch_test(
-        pattern, **{direction: (0.0, most)}, other="free", steps=round(most / step) + 1, quality=FINE, device="cpu",
-        material=YarnMaterial.named(MATERIAL), loop_length=loop * DIAMETER,
+        pattern, path, quality=FINE, device="cpu", material=YarnMaterial.named(MATERIAL), loop_length=loop * DIAMETER
     )  # fmt: skip
 
 

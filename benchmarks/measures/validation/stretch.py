@@ -9,7 +9,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from benchmarks.measures.validation.knits import MATERIAL
-from stitchmesh.periodic.stretch import NEWTONS_PER_METRE, StretchCurve, stretch_test
+from stitchmesh.periodic.stretch import NEWTONS_PER_METRE, StretchCurve, StretchPath, stretch_test
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarnrelax import YarnMaterial
 
@@ -35,9 +35,14 @@ def curves(quality: str = "standard") -> Curves:
     made: Curves = {}
     for pattern in PATTERNS:
         for other in ("free", "held"):
-            common = {"other": other, "steps": STEPS, "material": material, "quality": quality, "device": "cpu"}
-            made[pattern, "course", other] = stretch_test(pattern, course=(0.0, MOST), **common)
-            made[pattern, "wale", other] = stretch_test(pattern, wale=(0.0, MOST), **common)
+            paths = {
+                "course": StretchPath(course=(0.0, MOST), other=other, steps=STEPS),
+                "wale": StretchPath(wale=(0.0, MOST), other=other, steps=STEPS),
+            }
+            for direction, path in paths.items():
+                made[pattern, direction, other] = stretch_test(
+                    pattern, path, material=material, quality=quality, device="cpu"
+                )  # fmt: skip
     return made
 
 
@@ -107,6 +112,7 @@ def accuracy_table() -> Iterable[list[object]]:
     """Compare the presets for stockinette stretched along the courses with held wales."""
     yield ["quality", "10 %", "20 %", "30 %", "40 %"]
     for quality in PRESETS:
-        curve = stretch_test("stockinette", course=(0.0, MOST), other="held", steps=5, quality=quality, device="cpu",
-                        material=YarnMaterial.named(MATERIAL))  # fmt: skip
+        path = StretchPath(course=(0.0, MOST), other="held", steps=5)
+        material = YarnMaterial.named(MATERIAL)
+        curve = stretch_test("stockinette", path, quality=quality, device="cpu", material=material)
         yield [quality, *(f"{tension:.1f}" for tension in curve.tension[1:])]

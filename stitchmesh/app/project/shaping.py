@@ -52,7 +52,10 @@ class Shaping(ShapingOptions):
         """
         from stitchmesh.shaping.auto_stitches import shape_fabric
 
-        return shape_fabric(mesh, **self.arguments, progress=progress)
+        return shape_fabric(
+            mesh, stitch_width=self.stitch_width, stitch_height=self.stitch_height, increase=self.increase,
+            options=self, progress=progress,
+        )  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +71,7 @@ class ShapedStitches:
 def shaping_table(shaping: Shaping) -> dict[str, Any]:
     """Return a shaping as JSON can hold it."""
     marks = [mark_table(mark) for mark in shaping.marks]
-    return {**shaping.arguments, "up": list(shaping.up), "marks": marks}
+    return {**vars(shaping), "up": list(shaping.up), "marks": marks}
 
 
 def mark_table(mark: TimeMark) -> dict[str, Any]:

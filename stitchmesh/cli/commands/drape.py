@@ -132,10 +132,15 @@ class Drape:
 
     def _one(self, scene: Scene, folder: Path, progress: Progress) -> Draped:
         from stitchmesh.mixed.drape import drape
+        from stitchmesh.run import CHECKPOINT, Checkpoints, Run
 
-        made = drape(
-            scene, folder, progress=progress, checkpoint_every=self.checkpoint_every, resume=self.resume
-        )  # fmt: skip
+        every = self.checkpoint_every
+        run: Run[Draped] = Run(
+            progress,
+            checkpoints=None if every is None else Checkpoints(folder, every),
+            resume=folder / CHECKPOINT if self.resume else None,
+        )
+        made = drape(scene, folder, run=run)
         made.write(folder)
         return made
 

@@ -82,6 +82,7 @@ class Follow:
         from stitchmesh.cli.progress import show_progress
         from stitchmesh.io import read_yarns
         from stitchmesh.io.mesh_sequences import read_moving_mesh
+        from stitchmesh.run import Checkpoints, Run
         from stitchmesh.yarnrelax.energies.gravity import Gravity
         from stitchmesh.yarnrelax.follow_body import follow_body
         from stitchmesh.yarnrelax.follow_files import ANIMATION, REPORT, FollowFiles
@@ -91,13 +92,16 @@ class Follow:
         moving = read_moving_mesh(
             self.body, unit=self.body_unit, up=self.body_up or Y, frames_per_second=self.frames_per_second
         )
-        body = MovingBody(moving, friction=self.body_friction, thickness=self.body_thickness)
+        body = MovingBody(
+            moving, friction=self.body_friction, thickness=self.body_thickness, carried=self._carried()
+        )  # fmt: skip
         material = self.material.yarn_material(float(yarns.radius.mean()), yarns.mass_per_length)
         with output_folder(self.output, (ANIMATION, REPORT)) as folder, show_progress() as progress:
+            kept = Checkpoints(folder, every=1)
             frames = follow_body(
                 yarns, body, material=material, quality=self.quality, device=self.device,
-                terms=[Gravity(self.gravity)], carried=self._carried(), drag=self.drag, checkpoint=folder,
-                resume=self.resume, progress=progress,
+                terms=[Gravity(self.gravity)], drag=self.drag,
+                run=Run(progress, checkpoints=kept, resume=kept.path if self.resume else None),
             )  # fmt: skip
             files = FollowFiles(folder, yarns, moving)
             for frame in frames:

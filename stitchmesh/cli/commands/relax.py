@@ -90,7 +90,7 @@ class Relax:
             raise ParameterError("fabric: no rest length asks for it; add --loop-length or --rest-length, or take "
                                  "--keep-shape")  # fmt: skip
         options = self.solver.relax_options(self.physics, lengths, self.material)
-        options = replace(options, constraints=self.pins.constraints())
+        options = replace(options, terms=[*options.terms, *self.pins.constraints()])
         check_writable(self.output, given)
         shape = self.keep_shape or self.fabric
         how = relax_with_options if budget is None else partial(relax_within_budget, budget)

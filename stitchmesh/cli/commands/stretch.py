@@ -62,19 +62,21 @@ class Stretch:
         """
         directions = stretch_directions(self.course, self.wale)
         from stitchmesh.periodic.resolve_pattern import resolve_pattern
-        from stitchmesh.periodic.stretch import stretch_test
+        from stitchmesh.periodic.stretch import StretchPath, stretch_test
         from stitchmesh.periodic.stretch_table import write_stretch
         from stitchmesh.periodic.weave.weave import Weave
         from stitchmesh.render.plots.stretch_plot import plot_stretch
+        from stitchmesh.run import Run
 
         pattern = resolve_pattern(self.pattern)
         options = self.fabric.options(woven=isinstance(pattern, Weave))
         material = self.material.yarn_material(options["yarn_radius"], options["mass_per_length"])
+        path = StretchPath(**directions, steps=self.steps, cycles=self.cycles, friction=self.friction)
         with output_folder(self.output, (TABLE, PLOT)) as folder:
+            run: Run[StretchPoint] = Run(on_state=_print_state)
             curve = stretch_test(
-                pattern, **directions, steps=self.steps, cycles=self.cycles, friction=self.friction,
-                quality=self.quality, device=self.device, material=material, budget=self.time.limit(),
-                on_point=_print_state, **options,
+                pattern, path, quality=self.quality, device=self.device, material=material, budget=self.time.limit(),
+                run=run, **options,
             )  # fmt: skip
             write_stretch(folder / TABLE, curve)
             plot_stretch(curve, folder / PLOT)
@@ -85,7 +87,7 @@ class Stretch:
 
 
 def stretch_directions(course: str, wale: str) -> dict[str, Any]:
-    """Return the arguments of ``stretch_test`` for the options of the two directions.
+    """Return the fields of a ``StretchPath`` for the options of the two directions.
 
     Args:
         course: ``FROM:TO``, ``free`` or ``held``.

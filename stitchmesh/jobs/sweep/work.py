@@ -28,6 +28,7 @@ from stitchmesh.jobs.sweep.sweep import Kept, StretchMeasure
 from stitchmesh.jobs.sweep.task import SweptJob, Task, is_small
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.quality import DEFAULT_QUALITY
+from stitchmesh.run import QUIET
 from stitchmesh.yarn import YarnSet
 
 if TYPE_CHECKING:
@@ -173,16 +174,16 @@ def _files(one: SweptJob, yarns: YarnSet, fabric: StitchMesh | None, kept: Kept,
 
 def _stretched(job: Job, measure: StretchMeasure) -> Row:
     """Return the columns of a stretch test: the strains and the tensions [dyn/cm]."""
-    from stitchmesh.periodic.stretch import stretch_test
+    from stitchmesh.periodic.stretch import StretchPath, stretch_test
 
     assert job.swatch is not None
     options = {name: value for name, value in vars(job.swatch.options()).items() if name not in NOT_STRETCHED}
     table = job.swatch
     course, wale = (measure.strains if measure.direction == name else None for name in ("course", "wale"))
+    path = StretchPath(course=course, wale=wale, steps=measure.steps, other=measure.other)
     curve = stretch_test(
-        table.pattern, course=course, wale=wale, steps=measure.steps, other=measure.other,
-        material=table.yarn_material(), quality=table.quality(job.quality or DEFAULT_QUALITY), device=job.device,
-        progress=False, **options,
+        table.pattern, path, material=table.yarn_material(), quality=table.quality(job.quality or DEFAULT_QUALITY),
+        device=job.device, run=QUIET, **options,
     )  # fmt: skip
     name = f"stretch_{measure.direction}"
     return {f"{name}.strain": curve.column("strain").tolist(), f"{name}.tension": curve.tension.tolist()}

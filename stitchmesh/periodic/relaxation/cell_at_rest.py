@@ -13,7 +13,7 @@ from stitchmesh.quality import Quality
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
 from stitchmesh.yarnrelax.energies.term import TermChoice
-from stitchmesh.yarnrelax.load_path import StepInputs
+from stitchmesh.yarnrelax.relaxation_inputs import RelaxationInputs
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,8 +46,8 @@ class CellAtRest:
         )  # fmt: skip
 
     @property
-    def inputs(self) -> StepInputs:
+    def inputs(self) -> RelaxationInputs:
         """The inputs of a relaxation that goes on from this state."""
-        return StepInputs(
+        return RelaxationInputs(
             self.yarns, self.material, self.quality, device_named(self.device), self.terms, cell=self.cell
         )  # fmt: skip

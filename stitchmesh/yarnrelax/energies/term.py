@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from stitchmesh.compute.captured import Launcher
-from stitchmesh.errors import ParameterError
+from stitchmesh.errors import ParameterError, described
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
 from stitchmesh.yarnrelax.energies.pair_stiffness import PairStiffness, SampleStiffness
 from stitchmesh.yarnrelax.model.constants import Model
@@ -173,6 +173,25 @@ class ConstraintChoice(ABC):
         Raises:
             ParameterError: the choice does not fit the yarns.
         """
+
+
+Choice = TermChoice | ConstraintChoice
+"""What acts on yarns beyond stretch, bending and contact."""
+
+
+def terms_and_constraints(choices: Sequence[Choice]) -> tuple[list[TermChoice], list[ConstraintChoice]]:
+    """Return the terms and the constraints among what acts on yarns, each in their order.
+
+    Raises:
+        ParameterError: something else is among them.
+    """
+    terms = [choice for choice in choices if isinstance(choice, TermChoice)]
+    constraints = [choice for choice in choices if isinstance(choice, ConstraintChoice)]
+    for choice in choices:
+        if not isinstance(choice, Choice):
+            expected = "expected energies, such as Gravity(), and constraints, such as Pins(points=[0])"
+            raise ParameterError(f"terms: got {described(choice)}; {expected}")
+    return terms, constraints
 
 
 def refuse_in_free_cells(terms: Sequence[TermChoice], constraints: Sequence[ConstraintChoice]) -> None:

@@ -29,6 +29,7 @@ from stitchmesh.compute.vector_loads import load_vector, store_vector
 from stitchmesh.errors import ParameterError, check_positive
 from stitchmesh.mesh.vertex_motion import MovingMesh
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
+from stitchmesh.yarnrelax.constraints.pins import Pins
 from stitchmesh.yarnrelax.energies.body import (
     DEPTH,
     MARGIN,
@@ -161,6 +162,8 @@ class MovingBody(TermChoice):
     """Stiffness over that of a yarn."""
     slip_length: float = 0.05
     """Slip at which friction is full, in mean yarn radii."""
+    carried: Pins | None = None
+    """Control points that move with the body, such as those of a waistband."""
 
     def __post_init__(self) -> None:
         Body(self.moving.mesh, self.thickness, self.stiffness)

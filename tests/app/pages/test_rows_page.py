@@ -26,6 +26,7 @@ from stitchmesh.mesh.face_triangles import face_triangles
 from stitchmesh.meshrelax import relax_mesh
 from stitchmesh.shaping.auto_stitches import shape_fabric
 from stitchmesh.shaping.marks import TimeMark
+from stitchmesh.shaping.options import ShapingOptions
 from stitchmesh.yarn.yarn_presets import Yarn
 from tests.app.pages.headless import Headless, headless
 from tests.app.pages.tasks import call, wait_for_task
@@ -241,7 +242,7 @@ def test_the_stitches_are_those_of_python_and_relax_on_the_mesh(page):
     click(page, front(page, 8.0))
     knit(page)
     mark = TimeMark("border", tuple(map(tuple, points(page, 0))), "begin")
-    expected = shape_fabric(page.project.mesh, stitch_width=WIDTH, marks=[mark])
+    expected = shape_fabric(page.project.mesh, stitch_width=WIDTH, options=ShapingOptions(marks=[mark]))
     assert same(page.project.fabric, expected.fabric)
     assert f"{expected.report.stitches:,} in" in text(page)
     relaxed = relax_mesh(page.project.fabric, surface=page.project.mesh).fabric

@@ -55,7 +55,7 @@ def jersey(columns: int = 6, rows: int = 6) -> tuple[Cloth, SplineYarns, np.ndar
     border = np.unique(fabric.side_face[fabric.twin == BORDER])
     pinned = np.flatnonzero(np.isin(drawn.face, border) | (drawn.face < 0))
     rest = relax_yarns(
-        drawn, material=YARN.yarn, quality=TIGHT, constraints=[Pins(pinned)], device="cpu"
+        drawn, material=YARN.yarn, quality=TIGHT, terms=[Pins(pinned)], device="cpu"
     )
     assert rest.report["converged"]
     cloth = cloth_from_stitches(fabric, stitch_width=WIDTH, course_height=HEIGHT)

@@ -110,8 +110,8 @@ def test_stitches_stay_linked_when_the_fabric_is_pulled(part: int) -> None:
     yarns = untensioned(fabric)
     last = np.flatnonzero(fabric.row == fabric.row.max())
     result = relax_yarns(
-        yarns, quality="draft", device="cpu", constraints=[Pins(faces=np.flatnonzero(fabric.row == 0))],
-        terms=[PointLoad((0.0, 250.0 * len(last), 0.0), faces=last)],
+        yarns, quality="draft", device="cpu",
+        terms=[Pins(faces=np.flatnonzero(fabric.row == 0)), PointLoad((0.0, 250.0 * len(last), 0.0), faces=last)],
     )  # fmt: skip
     assert result.report["converged"]
     assert height(fabric, result.yarns) > 1.1 * height(fabric, yarns)
@@ -131,8 +131,8 @@ def test_a_fabric_at_rest_is_longer_when_pulled_and_linked_as_before(seed: int) 
     check_loops(fabric, rest.yarns)
     last = np.flatnonzero(fabric.row == fabric.row.max())
     pulled = relax_yarns(
-        rest.yarns, quality="draft", device="cpu", constraints=[Pins(faces=np.flatnonzero(fabric.row == 0))],
-        terms=[PointLoad((0.0, 100.0 * len(last), 0.0), faces=last)],
+        rest.yarns, quality="draft", device="cpu",
+        terms=[Pins(faces=np.flatnonzero(fabric.row == 0)), PointLoad((0.0, 100.0 * len(last), 0.0), faces=last)],
     )  # fmt: skip
     assert rest.report["converged"] and pulled.report["converged"]
     # Decreases have no more yarn than plain stitches, so that the load lengthens the fabric by 3 % only.

@@ -69,7 +69,7 @@ def test_a_pinned_face_holds_all_its_control_points() -> None:
 def test_pinned_loops_do_not_move_while_the_others_relax() -> None:
     yarns = tight_patch()
     pins = Pins(faces=[0, 5])
-    result = relax_yarns(yarns, material=MATTER, quality="draft", device="cpu", constraints=[pins])
+    result = relax_yarns(yarns, material=MATTER, quality="draft", device="cpu", terms=[pins])
     assert result.report["converged"]
     moved = np.linalg.norm(result.yarns.points - yarns.points, axis=1) / yarns.radius[0]
     held = np.zeros(len(moved), dtype=bool)
@@ -82,7 +82,7 @@ def test_pinned_loops_do_not_move_while_the_others_relax() -> None:
 def test_yarns_with_all_points_pinned_are_at_rest_immediately(quality: str) -> None:
     yarns = tight_patch()
     pins = Pins(np.arange(len(yarns.points)))
-    result = relax_yarns(yarns, material=MATTER, quality=quality, device="cpu", constraints=[pins])
+    result = relax_yarns(yarns, material=MATTER, quality=quality, device="cpu", terms=[pins])
     assert result.report["converged"]
     assert result.report["residual"] == 0.0
     assert result.report["iterations"] == 0
@@ -97,7 +97,7 @@ def test_pins_hold_on_a_lattice() -> None:
         points=points, start=[0, 4], closed=[True], radius=[0.1], rest_length=np.full(4, 1.0), row=np.zeros(4),
         face=np.full(4, -1), part=np.zeros(4), lattice=lattice, lattice_step=[[1, 0]],
     )  # fmt: skip
-    result = relax_yarns(cell, material=MATTER, quality="draft", device="cpu", constraints=[Pins([1])])
+    result = relax_yarns(cell, material=MATTER, quality="draft", device="cpu", terms=[Pins([1])])
     assert result.report["converged"]
     np.testing.assert_allclose(result.yarns.points[1], points[1], atol=1e-6)
     assert np.ptp(result.yarns.points[:, 1]) < 0.02  # straight across the cell, within the residual
@@ -116,4 +116,4 @@ def test_pins_hold_on_a_lattice() -> None:
 )
 def test_bad_pins_are_refused(pins: Pins, message: str) -> None:
     with pytest.raises(ParameterError, match=message):
-        relax_yarns(tight_patch(), material=MATTER, device="cpu", constraints=[pins])
+        relax_yarns(tight_patch(), material=MATTER, device="cpu", terms=[pins])

@@ -14,6 +14,7 @@ import pytest
 import warp as wp
 
 from stitchmesh.compute.device import device_named
+from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import Mesh
 from stitchmesh.quality import quality_named
 from stitchmesh.yarnrelax import YarnMaterial
@@ -23,7 +24,7 @@ from stitchmesh.yarnrelax.energies import evaluation
 from stitchmesh.yarnrelax.energies.body import Body
 from stitchmesh.yarnrelax.energies.gravity import Gravity
 from stitchmesh.yarnrelax.energies.point_load import PointLoad
-from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice
+from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice, terms_and_constraints
 from stitchmesh.yarnrelax.model.state import make_state
 from stitchmesh.yarnrelax.model.upload import put_model
 from stitchmesh.yarnrelax.simulation import YarnSimulation
@@ -104,7 +105,7 @@ from stitchmesh import Mesh, YarnSet, relax_yarns
 points = np.stack([np.arange(8.0), np.zeros(8), np.zeros(8)], axis=1)
 yarns = YarnSet.from_curves([points], closed=[False], radius=0.3, rest_lengths=[np.full(5, 0.9)])
 {choice}
-relax_yarns(yarns, quality="draft", device="cpu", terms=terms, constraints=constraints)
+relax_yarns(yarns, quality="draft", device="cpu", terms=[*terms, *constraints])
 loaded = [name for name in sys.modules if name.startswith("stitchmesh.yarnrelax.")]
 kernels = [v for name in loaded for v in vars(sys.modules[name]).values() if isinstance(v, wp.Kernel)]
 print(json.dumps([
@@ -163,6 +164,13 @@ def test_the_report_contains_the_energies_of_the_terms_and_no_others() -> None:
 
     yarns = flat_patch(1, 2)
     pins = Pins(np.arange(len(yarns.points)))
-    bare = relax_yarns(yarns, quality="draft", device="cpu", constraints=[pins]).report["energies"]
-    more = relax_yarns(yarns, quality="draft", device="cpu", terms=[Gravity(), Body(FLOOR)], constraints=[pins])
+    bare = relax_yarns(yarns, quality="draft", device="cpu", terms=[pins]).report["energies"]
+    more = relax_yarns(yarns, quality="draft", device="cpu", terms=[Gravity(), Body(FLOOR), pins])
     assert list(more.report["energies"]) == [*bare, "gravity", "body"]
+
+
+def test_what_neither_acts_nor_constrains_is_refused() -> None:
+    pins = Pins([0])
+    assert terms_and_constraints([pins, Gravity()]) == ([Gravity()], [pins])
+    with pytest.raises(ParameterError, match=r"terms: got 3; expected energies, such as Gravity\(\), and constraints"):
+        terms_and_constraints([Gravity(), 3])  # type: ignore[list-item]

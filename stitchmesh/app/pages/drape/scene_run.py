@@ -23,12 +23,12 @@ from stitchmesh.mixed.drape import SCENE_FILE, Draped, drape
 from stitchmesh.mixed.draped_folder import read_draped
 from stitchmesh.mixed.enrichment.region import YARNS
 from stitchmesh.mixed.measured_budget import node_budget
-from stitchmesh.mixed.run_checkpoint import NAME as CHECKPOINT
 from stitchmesh.mixed.scene.region_section import RegionSection
 from stitchmesh.mixed.scene.scene import Scene
 from stitchmesh.mixed.scene.scene_file import read_scene, scene_text
 from stitchmesh.mixed.triangle_run import run_triangles
 from stitchmesh.progress import Progress
+from stitchmesh.run import CHECKPOINT, Checkpoints, Run
 from stitchmesh.run_control import RunControl
 
 Draping: TypeAlias = LiveRun[Draped, Draped]
@@ -75,9 +75,10 @@ class SceneRun:
         scene, folder, project = opened.scene, self._session.run_folder, self._session.app.project
 
         def run(control: RunControl[Draped], progress: Progress) -> Draped:
-            made = drape(
-                scene, folder, control=control, progress=progress, resume=resume, checkpoint_every=CHECKPOINT_STEPS
-            )
+            kept = Checkpoints(folder, CHECKPOINT_STEPS)
+            made = drape(scene, folder, run=Run(
+                progress, checkpoints=kept, resume=kept.path if resume else None, control=control,
+            ))  # fmt: skip
             made.write(folder)
             return made
 

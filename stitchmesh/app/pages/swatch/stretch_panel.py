@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any
 from stitchmesh.app.controls.html_pieces import message
 from stitchmesh.app.task import Task, TaskControl
 from stitchmesh.markup import Markup, joined, markup
-from stitchmesh.periodic.stretch import NEWTONS_PER_METRE, StretchCurve, StretchPoint, stretch_test
+from stitchmesh.periodic.stretch import NEWTONS_PER_METRE, StretchCurve, StretchPath, StretchPoint, stretch_test
 from stitchmesh.periodic.swatch_design import SwatchDesign
+from stitchmesh.run import Run
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go
@@ -185,10 +186,9 @@ def _test(
             control.check()
 
         options: dict[str, Any] = {key: value for key, value in design.options().items() if key != "period"}
-        options[direction] = strain
-        curve = stretch_test(
-            design.pattern, steps=STEPS, quality=design.quality, on_point=publish,
-            progress=lambda stage, done, note: control.check(), **options,
-        )  # fmt: skip
+        course, wale = (strain if direction == name else None for name in ("course", "wale"))
+        path = StretchPath(course=course, wale=wale, steps=STEPS)
+        run: Run[StretchPoint] = Run(lambda stage, done, note: control.check(), publish)
+        curve = stretch_test(design.pattern, path, quality=design.quality, run=run, **options)
         found.append((name, curve))
     return found

@@ -22,7 +22,7 @@ from stitchmesh.yarngen.finish import YarnFinish
 from stitchmesh.yarnrelax.constraints.pins import Pins
 from stitchmesh.yarnrelax.energies.body import Body
 from stitchmesh.yarnrelax.energies.gravity import STANDARD, Gravity
-from stitchmesh.yarnrelax.energies.term import TermChoice
+from stitchmesh.yarnrelax.energies.term import Choice
 from stitchmesh.yarnrelax.friction.friction import Friction
 from stitchmesh.yarnrelax.model.material import DEFAULT_MATERIAL
 
@@ -105,11 +105,11 @@ class YarnSettings:
         """
         return RelaxOptions(
             material=self.material, rest_lengths=RestLengths(factor=self.rest_length),
-            terms=self._terms(project), constraints=[Pins(faces=self.pins)] if self.pins else [],
+            terms=self._terms(project),
         )  # fmt: skip
 
-    def _terms(self, project: Project) -> list[TermChoice]:
-        terms: list[TermChoice] = []
+    def _terms(self, project: Project) -> list[Choice]:
+        terms: list[Choice] = []
         if self.gravity:
             x, y, z = STANDARD
             terms.append(Gravity((self.gravity * x, self.gravity * y, self.gravity * z)))
@@ -117,6 +117,8 @@ class YarnSettings:
             terms.append(Friction(self.friction))
         if self.body:
             terms.append(Body(read_body(body_path(project.folder, self.body), unit=self.body_unit, up=project.up)))
+        if self.pins:
+            terms.append(Pins(faces=self.pins))
         return terms
 
 

@@ -323,7 +323,7 @@ def test_a_stretch_test_gives_the_curve_of_the_library(rig):
     plot = next(control.figure for control in rig.front.controls.made if control.kind == "plot")
     design = rig.page.state.design
     options = {name: value for name, value in design.options().items() if name != "period"}
-    curve = sm.stretch_test(design.pattern, course=(0.0, 0.1), steps=7, quality="draft", **options)
+    curve = sm.stretch_test(design.pattern, sm.StretchPath(course=(0.0, 0.1), steps=7), quality="draft", **options)
     np.testing.assert_array_equal(plot.data[0].x, 100.0 * curve.column("strain"))
     np.testing.assert_array_equal(plot.data[0].y, 1e-3 * curve.tension)
     rig.press("Download the curve (CSV)")

@@ -18,6 +18,7 @@ from stitchmesh.mixed.drape import Draped, drape
 from stitchmesh.mixed.enrichment.region import YARNS
 from stitchmesh.mixed.output.files import state_maps
 from stitchmesh.mixed.scene.region_section import RegionSection
+from stitchmesh.run import Run
 from stitchmesh.run_control import RunControl, Snapshot
 from tests.app.pages.headless import Headless, headless
 from tests.app.pages.tasks import SAFETY
@@ -123,7 +124,7 @@ def test_a_run_is_followed(view, tmp_path):
         assert run.report == {} and np.array_equal(yarns_drawn(view).points, run.yarns.points)
         seen.append(run)
 
-    drape(SWINGING, place, control=RunControl(look, seconds=0.0)).write(place)
+    drape(SWINGING, place, run=Run(control=RunControl(look, seconds=0.0))).write(place)
     job_changed(view, place)
     last = run_of(view)
     assert len(last.frames) == 3 and last.report and all(run.display is last.display for run in seen)

@@ -1,17 +1,54 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The arrays of a simulation that persist from one iteration to the next, as checkpoints hold them."""
+"""The state of the loop of one piece between two assessment intervals, with which it goes on to the same bits.
+
+Candidate lists and budgets follow from the place of the last search and the margin, so they are made again and are not
+part of the state. Everything else follows from the inputs of the relaxation.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import warp as wp
 from numpy.typing import NDArray
 
 from stitchmesh.errors import ParameterError
+from stitchmesh.yarnrelax.assessment import Assessment, RemainingChange
 from stitchmesh.yarnrelax.simulation import YarnSimulation
+
+
+@dataclass(frozen=True, eq=False)
+class LoopState:
+    """Everything that decides how the loop of one piece continues (``RelaxationLoop.state``)."""
+
+    iteration: int
+    """Iterations done."""
+    last: Assessment
+    """Assessment of the last accepted state."""
+    margin: float
+    """Margin of the candidate lists [units]."""
+    lists_age: int
+    """Iterations since the candidate lists were made."""
+    step_scale: float
+    """Scale of steps."""
+    energy_fall: float
+    """Relative decrease of the energy over the last assessment interval."""
+    arrays: Mapping[str, Any]
+    """``carried_arrays``, what Newton's method has learned and the marks of ``settling``, by name: copies on the
+    device, or as read from a file."""
+    ending: bool = False
+    """Whether Newton's method ends the relaxation."""
+    descent: int = 0
+    """Iterations of the solver before the next Newton step."""
+    newton_fall: float = 0.0
+    """Relative decrease of the energy in the last shortened Newton step, for each of the iterations it counts as."""
+    stalled: bool = False
+    """Whether no Newton step lowers the energy any more."""
+    remaining: RemainingChange | None = None
+    """Estimate of the change that is left; None where it is unknown."""
 
 
 def carried_arrays(simulation: YarnSimulation) -> dict[str, wp.array[Any]]:
