@@ -218,7 +218,7 @@ def _relaxed(
         """Relax the yarns from their beginning or from the checkpoint."""
         saver, continues = StateSaver(run.folder, run.report, yarns), is_file(checkpoint)
         kept = Run(
-            run.progress, on_state=saver.keep, checkpoints=Checkpoints(folder, run.job.relax_yarns.checkpoint_every),
+            run.progress, on_state=saver.keep, checkpoints=Checkpoints(folder, run.job.interval),
             resume=checkpoint if continues else None,
         )  # fmt: skip
         before = seconds_of(checkpoint) if continues else 0.0
