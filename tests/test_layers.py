@@ -18,7 +18,8 @@ from tests.gallery import ROOT
 PACKAGE = ROOT / "stitchmesh"
 LAYERS = [
     {"convergence_forecast", "errors"},
-    {"child_interpreter", "compute", "lattice", "markup", "progress", "quality", "reporting", "run_control"},
+    {"child_interpreter", "compute", "lattice", "markup", "progress", "quality", "reporting", "run_control",
+     "settings"},
     {"memory_need", "time_limit"},
     {"mesh"},
     {"yarn"},

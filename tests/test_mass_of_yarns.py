@@ -13,7 +13,7 @@ import pytest
 import stitchmesh as sm
 from stitchmesh.app.pages.yarns.settings import YarnSettings
 from stitchmesh.cli.commands.swatch import Swatch
-from stitchmesh.cli.options import MaterialOptions, SwatchFabric, YarnAndGauge
+from stitchmesh.cli.options import SwatchFabric
 from stitchmesh.errors import ParameterError, YarnError
 from stitchmesh.jobs.job import recipe_of
 from stitchmesh.jobs.job_file import job_of_table
@@ -27,6 +27,7 @@ from stitchmesh.periodic.swatch_design import SwatchDesign, SwatchDials
 from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.pipeline.options import RelaxOptions
 from stitchmesh.recipe.recipe import Recipe, recipe_options
+from stitchmesh.recipe.sections import MaterialSection, YarnAndGauge
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.tiling import tile_yarns
 from stitchmesh.yarn.yarn_presets import Yarn, yarn_names
@@ -174,7 +175,7 @@ def test_a_second_mass_is_refused():
     with pytest.raises(ParameterError, match=r"stiffness mass_per_length: got one, and yarn that states a mass of"):
         RelaxOptions(stiffness={"mass_per_length": 0.01}).yarn_material(stating(0.002, np.nan))
     with pytest.raises(ParameterError, match="leave it out, or take yarn without a name"):
-        MaterialOptions(stiffness=("mass_per_length=0.01",)).yarn_material(0.1, 0.002)
+        MaterialSection(stiffness=("mass_per_length=0.01",)).yarn_material(0.1, 0.002)
     with pytest.raises(ParameterError, match="stiffness mass_per_length"):
         SwatchTable(pattern="rib1x1", stiffness=("mass_per_length=0.01",), mass_per_length=0.002).yarn_material()
     assert RelaxOptions(stiffness={"mass_per_length": 0.01}).yarn_material(stating(np.nan)).mass_per_length > 0.0

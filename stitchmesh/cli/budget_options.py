@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from stitchmesh.budget.budget import FILES, Budget
-from stitchmesh.cli.arguments import help_entry
+from stitchmesh.cli.words import help_entry
 from stitchmesh.quality import DEFAULT_QUALITY, PRESETS
 
 OUT_OF_TIME = 3

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
 
 from stitchmesh.app.guard import LOOPBACK, PORT
-from stitchmesh.cli.arguments import Flag, help_entry
+from stitchmesh.cli.words import Flag, help_entry
 
 if TYPE_CHECKING:
     from stitchmesh.app.project.project import Project

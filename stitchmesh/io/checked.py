@@ -12,7 +12,7 @@ from __future__ import annotations
 import difflib
 import json
 import re
-from collections.abc import Iterable, Mapping, Set
+from collections.abc import Iterable, Mapping, Sequence, Set
 from dataclasses import MISSING, Field, fields, is_dataclass
 from functools import cache
 from types import UnionType
@@ -156,17 +156,33 @@ def _default_of(part: Field[Any]) -> tuple[Any, ...]:
     return () if required else (msgspec.UNSET,)
 
 
-def _instance(value: Any, kind: Any) -> Any:
-    """Return a checked value as an instance of the dataclass, or of the types of a tuple or of a union."""
+def _instance(value: Any, kind: Any, name: str = "") -> Any:
+    """Return a checked value as an instance of the dataclass, or of the types of a tuple or of a union.
+
+    Args:
+        value: the checked value.
+        kind: its type.
+        name: its key.
+
+    Raises:
+        ParameterError: a constructor does not accept its values; the message has the place in a tuple.
+    """
     if get_origin(kind) in (Union, UnionType) and isinstance(value, msgspec.Struct):
         return _instance(value, next(part for part in get_args(kind) if is_dataclass(part)))
     if is_dataclass(kind) and isinstance(kind, type):
         hints = _type_hints(kind)
         given = {part.name: getattr(value, part.name) for part in fields(kind)}
-        return kind(**{name: _instance(one, hints[name]) for name, one in given.items() if one is not msgspec.UNSET})
+        return kind(**{key: _instance(one, hints[key], key) for key, one in given.items() if one is not msgspec.UNSET})
     if get_origin(kind) is tuple and Ellipsis in get_args(kind):
-        return tuple(_instance(one, get_args(kind)[0]) for one in value)
+        return tuple(_instance_at(f"{name}[{place}]", one, get_args(kind)[0]) for place, one in enumerate(value))
     return value
+
+
+def _instance_at(place: str, value: Any, kind: Any) -> Any:
+    try:
+        return _instance(value, kind)
+    except ParameterError as error:
+        raise ParameterError(f"{place}: {error}") from error
 
 
 def _error_message(msgspec_message: str, value: object, kind: Any) -> str:
@@ -176,10 +192,7 @@ def _error_message(msgspec_message: str, value: object, kind: Any) -> str:
     steps = [int(number) if number else key for key, number in re.findall(r"\.(\w+)|\[(\d+)\]", path)]
     found, place = _found_at(value, steps), path.removeprefix(".")
     if unknown := re.fullmatch(r"Object contains unknown field `(.*)`", what):
-        known = _keys_at(kind, steps)
-        near = difflib.get_close_matches(unknown[1], known, n=1)
-        remedy = f"did you mean {near[0]!r}? the keys are" if near else "the keys are"
-        return f"{place} has no key {unknown[1]!r}; {remedy} {', '.join(known) or 'none'}".lstrip()
+        return unknown_key(place, unknown[1], _keys_at(kind, steps))
     if missing := re.fullmatch(r"Object missing required field `(.*)`", what):
         given = ", ".join(found) if isinstance(found, dict) and found else "nothing"
         return f"{place} needs {missing[1]!r}; got {given}".lstrip()
@@ -190,6 +203,13 @@ def _error_message(msgspec_message: str, value: object, kind: Any) -> str:
     for name in re.findall(r"\w+", (re.findall(r"`(.*?)`", expected) or [""])[0]):
         expected = expected.replace(name, KIND_NAMES.get(name, name), 1)
     return f"{place} is {_abbreviated(found)}; expected {expected.replace('`', '').replace(' | ', ' or ')}".lstrip()
+
+
+def unknown_key(place: str, key: str, known: Sequence[str]) -> str:
+    """Return the error message for a key that a table does not have, with the most similar known key."""
+    near = difflib.get_close_matches(key, known, n=1)
+    remedy = f"did you mean {near[0]!r}? the keys are" if near else "the keys are"
+    return f"{place} has no key {key!r}; {remedy} {', '.join(known) or 'none'}".lstrip()
 
 
 def _found_at(value: Any, steps: list[int | str]) -> Any:

@@ -86,7 +86,7 @@ def table_lines(
     Args:
         table: the table.
         inline: keys whose tables are written within one line.
-        comments: comments beside keys, each at the first place of its key.
+        comments: comments beside keys, by the path of the key with dots; each at the first place of its key.
     """
     yield from _lines(table, "", inline, dict(comments or {}))
 
@@ -96,8 +96,8 @@ def _lines(table: Mapping[str, Any], name: str, inline: Collection[str], comment
     nested = {key: value for key, value in table.items() if _is_nested(value) and key not in inline}
     for key, value in table.items():
         if key not in nested:
-            comment = comments.pop(key, "")
-            yield f"{key} = {_text(value)}" + (f"  # {comment}" if comment else "")
+            comment = comments.pop(f"{name}{key}", "")
+            yield f"{key} = {toml_text(value)}" + (f"  # {comment}" if comment else "")
     for key, value in nested.items():
         for one in value if isinstance(value, list) else [value]:
             yield ""
@@ -123,12 +123,12 @@ def _check_text(value: str) -> None:
         raise ParameterError(f"{value!r}: is no text in UTF-8, so that no file can name it; rename the file") from error
 
 
-def _text(value: object) -> str:
+def toml_text(value: object) -> str:
     """Return a value as TOML: a text, a number, true or false, a list of these, or a table within one line."""
     if isinstance(value, dict):
-        return "{ " + ", ".join(f"{key} = {_text(part)}" for key, part in value.items()) + " }"
+        return "{ " + ", ".join(f"{key} = {toml_text(part)}" for key, part in value.items()) + " }"
     if isinstance(value, list | tuple):
-        return f"[{', '.join(_text(part) for part in value)}]"
+        return f"[{', '.join(toml_text(part) for part in value)}]"
     if isinstance(value, str):
         if not value.isascii():
             _check_text(value)

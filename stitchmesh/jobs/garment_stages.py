@@ -105,7 +105,7 @@ def _relaxed(run: JobRun, garment: Garment, kept: KeptStage[Relaxation]) -> Made
         """Relax the yarns from their beginning or from the checkpoint."""
         saver, continues = StateSaver(run.folder, garment.report, garment.yarns), is_file(checkpoint)
         relaxation = Run(
-            run.progress, on_state=saver.keep, checkpoints=Checkpoints(folder, run.job.relax_yarns.checkpoint_every),
+            run.progress, on_state=saver.keep, checkpoints=Checkpoints(folder, run.job.interval),
             resume=checkpoint if continues else None,
         )  # fmt: skip
         before = seconds_of(checkpoint) if continues else 0.0

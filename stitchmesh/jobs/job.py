@@ -8,115 +8,72 @@ A job holds names, numbers and paths only. It makes a garment from a mesh or fro
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import MISSING, dataclass, field, fields, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from stitchmesh.budget.budget import Budget
-from stitchmesh.editing.edit import Edit
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.stitches import WRITABLE as STITCH_SUFFIXES
-from stitchmesh.io.units import DEFAULT_UNIT
 from stitchmesh.io.yarns import FORMATS
-from stitchmesh.jobs.sections import (
-    AutoStitchesTable,
-    GenerateYarnsTable,
-    LabelTable,
-    RelaxYarnsTable,
-    RenderTable,
-    SwatchTable,
-    TessellateTable,
-)
-from stitchmesh.mesh.layers import Layer
-from stitchmesh.meshrelax.options import MeshRelaxOptions
-from stitchmesh.quality import DEFAULT_QUALITY, quality_named
-from stitchmesh.recipe.recipe import Recipe, RecipePattern
-from stitchmesh.recipe.sections import (
-    LabelSection,
-    MaterialSection,
-    RestLengthsSection,
-    RowsSection,
-    SolverSection,
-    StitchesSection,
-)
-from stitchmesh.yarngen.finish import YarnFinish
+from stitchmesh.jobs.sections import RenderTable, SwatchTable
+from stitchmesh.quality import quality_named
+from stitchmesh.recipe.recipe import Recipe
+from stitchmesh.settings import check_settings, setting
 
-SOURCES = ("mesh", "recipe", "swatch")
-"""Keys that say what a job makes; each job has one of them."""
-OF_MESHES = (
-    "unit", "up", "objects", "layer", "turn_inside_out", "label", "tessellate", "auto_stitches", "apply_pattern",
-    "apply_edit", "relax_mesh", "make_spiral", "generate_yarns", "apply_rest_lengths",
-)  # fmt: skip
-"""Keys that only a job from a mesh has: a recipe has its own, and a swatch has no such stages."""
-OF_GARMENTS = ("relax_yarns", "write_stitches")
-"""Keys that a swatch does not have."""
+SOURCES = {"garment": "mesh", "recipe": "recipe", "swatch": "[swatch]"}
+"""Fields that say what a job makes, each with the key of a file that does; each job has one of them."""
+CHECKPOINT_EVERY, CHECKPOINT_OF_SWATCH = 200, 1000
+"""Default number of iterations between two checkpoints of a garment, and of a swatch, whose iterations are faster."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Job:
     """What is made from a mesh, from a recipe or from a pattern.
 
-    Paths of what is read are relative to the present folder; ``read_job`` makes them so.
+    Paths of what is read are relative to the present folder; ``read_job`` makes them so. In a file, the keys of the
+    garment stand beside those of the job.
 
     Raises:
-        ParameterError: there is not exactly one source, a key does not belong to the source, a name or an amount is not
-            accepted, or the name of an output is not that of a file in the folder of the job.
+        ParameterError: there is not exactly one source, a name or an amount is not accepted, or the name of an output
+            is not that of a file in the folder of the job.
     """
 
-    mesh: str | None = None
-    """Path of a polygon mesh."""
-    unit: str = DEFAULT_UNIT
-    """Unit of a mesh file that states no unit."""
-    up: tuple[float, float, float] | None = None
-    """Direction in the coordinates of the mesh file that points up; None if the file or the shape of the mesh tells."""
-    objects: tuple[str, ...] = ()
-    """Names of objects or groups of the mesh file that are knitted; none for all that can be garments."""
-    layer: Layer = "outer"
-    """Layer of a garment with a thickness that is knitted: outer, inner or middle."""
-    turn_inside_out: bool = False
-    """Whether all faces of the mesh are reversed first."""
+    garment: Recipe | None = None
+    """A garment with its mesh."""
     recipe: str | None = None
     """Path of the recipe of a garment."""
-    quality: str | None = None
-    """Preset of accuracy and cost; None for that of the recipe, ``standard``, or the choice of the budget."""
-    device: str | None = None
-    """Processor, ``cpu`` or ``cuda:0``; None for the first GPU, or the CPU without a GPU."""
-    within: str | None = None
-    """Time for the whole job, such as ``8h``."""
-    error: str | None = None
-    """Largest relative error of the stitch spacing, such as ``1%``."""
-    label: LabelTable = field(default_factory=LabelTable)
-    tessellate: TessellateTable = field(default_factory=TessellateTable)
-    auto_stitches: AutoStitchesTable | None = None
-    """How rows are found on a repaired mesh of any kind, in the place of ``label`` and ``tessellate``."""
-    apply_pattern: tuple[RecipePattern, ...] = ()
-    """Patterns, each on its part of the garment."""
-    apply_edit: tuple[Edit, ...] = ()
-    """Edits that are applied one after another, after the patterns."""
-    relax_mesh: MeshRelaxOptions = field(default_factory=MeshRelaxOptions)
-    make_spiral: bool = False
-    """Whether tubes are knitted in one spiral row."""
-    generate_yarns: GenerateYarnsTable = field(default_factory=GenerateYarnsTable)
-    apply_rest_lengths: RestLengthsSection = field(default_factory=RestLengthsSection)
-    relax_yarns: RelaxYarnsTable = field(default_factory=RelaxYarnsTable)
     swatch: SwatchTable | None = None
     """One repeat of a pattern or weave in the place of a garment."""
-    write_stitches: tuple[str, ...] = ("stitches.h5",)
-    """Files of the stitch mesh, in the folder of the job."""
-    write_yarns: tuple[str, ...] = ("yarns.h5", "yarns.bcc")
-    """Files of the relaxed yarns, in the folder of the job."""
+    quality: str | None = setting(
+        None, "draft, standard or reference", unset="that of the recipe, standard, or the choice of the budget",
+        example="draft",
+    )  # fmt: skip
+    device: str | None = setting(None, "cpu or cuda:0; by default the first GPU", example="cpu")
+    within: str | None = setting(None, "time for the whole job", example="8h")
+    error: str | None = setting(
+        None, "of the stitch spacing; measured tables choose the quality", example="1%"
+    )
+    checkpoint_every: int | None = setting(
+        None, "iterations between two checkpoints", unset=f"{CHECKPOINT_EVERY}, or {CHECKPOINT_OF_SWATCH} of a swatch",
+        example=100, least=1, expected="at least 1",
+    )  # fmt: skip
+    write_stitches: tuple[str, ...] = setting(
+        ("stitches.h5",), "files of the stitch mesh, in the folder of the job"
+    )
+    write_yarns: tuple[str, ...] = setting(
+        ("yarns.h5", "yarns.bcc"), "files of the relaxed yarns, in the folder of the job"
+    )
     render: tuple[RenderTable, ...] = (RenderTable(),)
     """Pictures of the relaxed yarns."""
 
     def __post_init__(self) -> None:
-        given = [name for name in SOURCES if getattr(self, name) is not None]
+        given = [key for name, key in SOURCES.items() if getattr(self, name) is not None]
         if len(given) != 1:
             found = " and ".join(given) or "none of them"
             raise ParameterError(f"job: got {found}; expected one of mesh, recipe and [swatch]")
-        others = {"mesh": (), "recipe": OF_MESHES, "swatch": (*OF_MESHES, *OF_GARMENTS)}[given[0]]
-        remedy = f"write it into {self.recipe}" if given[0] == "recipe" else "leave it out"
-        self._refuse(others, f"a job with a {given[0]}; {remedy}")
-        if self.auto_stitches is not None:
-            self._refuse(("label", "tessellate"), "a job with auto_stitches, which finds rows itself; leave it out")
+        if self.swatch is not None and self.write_stitches != Job.write_stitches:
+            raise ParameterError("write_stitches: is no key of a job with a swatch; leave it out")
+        check_settings(self)
         if self.quality is not None:
             quality_named(self.quality)
         _check_outputs("write_stitches", self.write_stitches, STITCH_SUFFIXES)
@@ -127,17 +84,16 @@ class Job:
         if self.budget is not None:
             self.budget.refuse_kept_quality(kept=self.quality is not None)
 
-    def _refuse(self, others: Iterable[str], reason: str) -> None:
-        """Return unless one of some keys has another value than its default."""
-        for part in fields(self):
-            default = part.default if part.default_factory is MISSING else part.default_factory()
-            if part.name in others and getattr(self, part.name) != default:
-                raise ParameterError(f"{part.name}: is no key of {reason}")
-
     @property
     def budget(self) -> Budget | None:
         """The limits on the time and on the error of the whole job; None without limits."""
         return Budget.of(self.within, self.error)
+
+    @property
+    def interval(self) -> int:
+        """Number of iterations between two checkpoints."""
+        usual = CHECKPOINT_EVERY if self.swatch is None else CHECKPOINT_OF_SWATCH
+        return usual if self.checkpoint_every is None else self.checkpoint_every
 
 
 def recipe_of(job: Job) -> Recipe:
@@ -146,48 +102,11 @@ def recipe_of(job: Job) -> Recipe:
     Raises:
         FileError: the recipe cannot be read (``read_recipe``).
     """
-    if job.recipe is not None:
-        from stitchmesh.recipe.recipe_file import read_recipe
+    from stitchmesh.recipe.recipe_file import read_recipe
 
-        recipe, default = read_recipe(job.recipe), RelaxYarnsTable()
-        if replace(job.relax_yarns, checkpoint_every=default.checkpoint_every) != default:
-            raise ParameterError(f"relax_yarns: a recipe has all but checkpoint_every; write it into {job.recipe}")
-        return replace(recipe, quality=job.quality or recipe.quality, device=job.device or recipe.device)
-    assert job.mesh is not None
-    yarns, relax = job.generate_yarns, job.relax_yarns
-    found, size = job.auto_stitches, job.auto_stitches or job.tessellate
-    finish = YarnFinish(yarns.bind_off, yarns.cast_on, yarns.longest_float)
-    return Recipe(
-        mesh=job.mesh,
-        unit=job.unit,
-        up=job.up,
-        objects=job.objects,
-        layer=job.layer,
-        stitch_width=size.stitch_width,
-        yarn_radius=yarns.yarn_radius,
-        drawn_radius=yarns.drawn_radius,
-        mass_per_length=yarns.mass_per_length,
-        quality=job.quality or DEFAULT_QUALITY,
-        device=job.device,
-        spiral=job.make_spiral,
-        patterns=job.apply_pattern,
-        edits=job.apply_edit,
-        rows=RowsSection() if found is None else found.rows(),
-        label=LabelSection(
-            start_borders=job.label.borders, start_edges=job.label.seeds, flip=job.label.flip,
-            turn_inside_out=job.turn_inside_out,
-        ),
-        stitches=StitchesSection(
-            course_height=size.stitch_height, increase=size.increase, counts=job.tessellate.counts,
-            marked=job.tessellate.marked,
-        ),
-        mesh_relaxation=job.relax_mesh,
-        finish=finish,
-        material=MaterialSection(name=relax.material, stiffness=relax.stiffness),
-        rest_lengths=job.apply_rest_lengths,
-        physics=relax.physics,
-        solver=SolverSection(method=relax.solver, max_iterations=relax.max_iterations),
-    )  # fmt: skip
+    assert job.garment is not None or job.recipe is not None
+    recipe = job.garment or read_recipe(str(job.recipe))
+    return replace(recipe, quality=job.quality or recipe.quality, device=job.device or recipe.device)
 
 
 def _check_outputs(key: str, names: Iterable[str], suffixes: Iterable[str]) -> None:

@@ -20,9 +20,7 @@ from stitchmesh.io.contents import FilePath
 from stitchmesh.io.path_kind import whole_path
 from stitchmesh.jobs.job import Job
 from stitchmesh.recipe.recipe_file import (
-    edits_with_paths,
     pattern_with_path,
-    patterns_with_paths,
     read_recipe,
     recipe_with_paths,
 )
@@ -48,19 +46,14 @@ def check_job_paths(job: Job, file: FilePath, allowed: Sequence[FilePath] = ()) 
 
 def job_with_paths(job: Job, change: Callable[[str], str]) -> Job:
     """Return a job with all paths of what it reads changed, those in selections too."""
-    body, swatch, changes = job.relax_yarns.body, job.swatch, dict[str, Any]()
+    swatch, changes = job.swatch, dict[str, Any]()
     if swatch is not None:  # The jobs of a sweep are many, and most of them are swatches of the library.
         pattern = pattern_with_path(swatch.pattern, change)
         changes |= {} if pattern == swatch.pattern else {"swatch": replace(swatch, pattern=pattern)}
-    if job.mesh is not None:
-        changes |= {"mesh": change(job.mesh)}
+    if job.garment is not None:
+        changes |= {"garment": recipe_with_paths(job.garment, change)}
     if job.recipe is not None:
         changes |= {"recipe": change(job.recipe)}
-    if job.apply_pattern or job.apply_edit:
-        changes |= {"apply_pattern": patterns_with_paths(job.apply_pattern, change)}
-        changes |= {"apply_edit": edits_with_paths(job.apply_edit, change)}
-    if body is not None:
-        changes |= {"relax_yarns": replace(job.relax_yarns, body=change(body))}
     return replace(job, **changes) if changes else job
 
 

@@ -87,7 +87,7 @@ def _relaxed(
     given = [*sorted(arguments.items()), table.shaken]
     key = stage_key("swatch", source, material, quality, given, device.partition(":")[0])
     stage = KeptStage("swatch", key, Swatch)
-    relaxations = KeptRelaxations(run.kept.folder_of(stage), table.checkpoint_every, run.stop.check)
+    relaxations = KeptRelaxations(run.kept.folder_of(stage), run.job.interval, run.stop.check)
     run.check_resume(stage, stopped=relaxations.exist())
 
     def show(stage: str, done: float, note: str) -> None:

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from stitchmesh.errors import ParameterError, check_positive
+from stitchmesh.settings import check_settings, setting
 
 ASPECT = 0.77
 """Course spacing divided by wale spacing of relaxed plain knit."""
@@ -28,19 +28,20 @@ class MeshRelaxOptions:
         ParameterError: a number is out of bounds.
     """
 
-    aspect: float | None = None
-    """Rest length of a wale edge divided by the rest length of a course edge; None for the height of the stitches
-    divided by their width as the fabric was tessellated, ``ASPECT`` if that is not known."""
-    alpha: float = ALPHA
-    """Part of the area of the surface that unstressed stitches cover, in (0, 1]."""
-    area_force: bool = True
-    """Whether stitches that are smaller than at rest resist a further loss of area."""
+    aspect: float | None = setting(
+        None, "height of an unstressed stitch divided by its width", positive=True, form="R", example=ASPECT,
+        unset=f"that of the stitches, {ASPECT} if it is not known",
+    )  # fmt: skip
+    alpha: float = setting(
+        ALPHA, "part of the surface that unstressed stitches cover, above 0 and at most 1", form="PART",
+        least=LEAST_ALPHA, most=1.0, expected=f"a part of the area, {LEAST_ALPHA:g} to 1",
+    )  # fmt: skip
+    area_force: bool = setting(
+        True, "let crowded stitches resist a loss of area; without it, compressed openwork may fold over"
+    )
 
     def __post_init__(self) -> None:
-        if self.aspect is not None:
-            check_positive("aspect", self.aspect, "(course spacing over wale spacing)")
-        if not LEAST_ALPHA <= self.alpha <= 1.0:
-            raise ParameterError(f"alpha: got {self.alpha}; expected a part of the area, {LEAST_ALPHA:g} to 1")
+        check_settings(self)
 
 
 DEFAULT_OPTIONS = MeshRelaxOptions()

@@ -13,7 +13,6 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from typing import Any, Literal
 
-from stitchmesh.errors import ParameterError
 from stitchmesh.io.checked import check_table
 from stitchmesh.patterns import format_pattern, parse_pattern
 from stitchmesh.periodic.resolve_pattern import Source
@@ -21,6 +20,7 @@ from stitchmesh.periodic.swatch_options import COMPACT_LOOP, GAMMAS, SPACING, TA
 from stitchmesh.periodic.weave.text import format_weave, parse_weave
 from stitchmesh.periodic.weave.weave import Weave
 from stitchmesh.quality import quality_named
+from stitchmesh.settings import check_settings, setting
 from stitchmesh.yarn.rest_length import HOLDING, SLIPS, RestLengths
 from stitchmesh.yarnrelax import YarnMaterial
 
@@ -30,18 +30,22 @@ FACTORS = ("floats", "held", "warp", "weft")
 """Dials that are factors of rest lengths."""
 STIFFNESS_FACTORS = (0.01, 100.0)
 """Smallest and largest factor of a stiffness."""
-BOUNDS: dict[str, tuple[float, float]] = {
-    "gamma": GAMMAS, "width": (0.01, 1000.0), "height": (0.01, 1000.0), "yarn_radius": (0.005, 1.0),
-    "loop_length": (0.05, 100.0), "warp_spacing": (0.01, 50.0), "weft_spacing": (0.01, 50.0), "mass": (0.1, 10_000.0),
-    "columns": (1, 100), "rows": (1, 100), **dict.fromkeys(FACTORS, TAKE_UP),
-    **dict.fromkeys(STIFFNESSES, STIFFNESS_FACTORS),
-}  # fmt: skip
-"""Smallest and largest value of each dial."""
+SIZES = (0.01, 1000.0)
+"""Smallest and largest width or height of a repeat [cm]."""
+SPACINGS = (0.01, 50.0)
+"""Smallest and largest distance of the yarns of a weave [cm]."""
+REPEATS = (1, 100)
+"""Smallest and largest number of repeats."""
 HUNDRED_METRES = 10_000.0
 """Length of yarn for which the dial of the mass holds [cm]."""
 LONGEST_DESIGN_FLOAT = 40
 """Number of stitches behind which a yarn may float in a design. A designer sees a long float in the fabric, so that
 only floats which no knitter would make are refused."""
+
+
+def _dial(default: float | None, help: str, bounds: tuple[float, float], *, unit: str = "") -> Any:
+    """Return a field for a dial, from its smallest to its largest value."""
+    return setting(default, help, least=bounds[0], most=bounds[1], unit=unit)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,49 +56,35 @@ class SwatchDials:
         ParameterError: a value is out of bounds.
     """
 
-    gamma: float = 1.0
-    """Tightness: the rest lengths are divided by gamma at constant yarn radius."""
-    width: float | None = None
-    """Width of the repeat [cm]; None leaves it free."""
-    height: float | None = None
-    """Height of the repeat [cm]; None leaves it free."""
-    yarn_radius: float = YARN_RADIUS
-    """Contact radius of the yarn [cm]."""
-    loop_length: float = 2 * COMPACT_LOOP * YARN_RADIUS
-    """Yarn length of a plain stitch of a knit [cm]."""
-    warp_spacing: float = 2 * SPACING * YARN_RADIUS
-    """Distance between the warps of a weave, as drawn [cm]."""
-    weft_spacing: float = 2 * SPACING * YARN_RADIUS
-    """Distance between the wefts of a weave, as drawn [cm]."""
-    floats: float = 1.0
-    """Factor of the yarn that passes slipped loops, or that is carried behind stitches of other yarns."""
-    held: float = 1.0
-    """Factor of the loops held by slips and tucks."""
-    warp: float = 1.0
-    """Factor of the warps of a weave."""
-    weft: float = 1.0
-    """Factor of the wefts of a weave."""
-    k_len: float = 1.0
-    """Factor of the stiffness against stretch within a segment."""
-    k_length: float = 1.0
-    """Factor of the stiffness against a change of length."""
-    k_bend: float = 1.0
-    """Factor of the bending stiffness."""
-    k_contact: float = 1.0
-    """Factor of the contact stiffness."""
-    mass: float = 60.0
-    """Mass of 100 m of yarn [g]."""
-    columns: int = 1
-    """Number of repeats of the pattern that relax together, side by side."""
-    rows: int = 1
-    """Number of repeats of the pattern that relax together, one above another."""
+    gamma: float = _dial(1.0, "tightness: the rest lengths are divided by it at constant yarn radius", GAMMAS)
+    width: float | None = _dial(None, "width of the repeat; free without one", SIZES, unit="cm")
+    height: float | None = _dial(None, "height of the repeat; free without one", SIZES, unit="cm")
+    yarn_radius: float = _dial(YARN_RADIUS, "contact radius of the yarn", (0.005, 1.0), unit="cm")
+    loop_length: float = _dial(
+        2 * COMPACT_LOOP * YARN_RADIUS, "yarn length of a plain stitch of a knit", (0.05, 100.0), unit="cm"
+    )
+    warp_spacing: float = _dial(
+        2 * SPACING * YARN_RADIUS, "distance between the warps of a weave, as drawn", SPACINGS, unit="cm"
+    )
+    weft_spacing: float = _dial(
+        2 * SPACING * YARN_RADIUS, "distance between the wefts of a weave, as drawn", SPACINGS, unit="cm"
+    )
+    floats: float = _dial(
+        1.0, "factor of the yarn that passes slipped loops, or is carried behind stitches of other yarns", TAKE_UP
+    )
+    held: float = _dial(1.0, "factor of the loops held by slips and tucks", TAKE_UP)
+    warp: float = _dial(1.0, "factor of the warps of a weave", TAKE_UP)
+    weft: float = _dial(1.0, "factor of the wefts of a weave", TAKE_UP)
+    k_len: float = _dial(1.0, "factor of the stiffness against stretch within a segment", STIFFNESS_FACTORS)
+    k_length: float = _dial(1.0, "factor of the stiffness against a change of length", STIFFNESS_FACTORS)
+    k_bend: float = _dial(1.0, "factor of the bending stiffness", STIFFNESS_FACTORS)
+    k_contact: float = _dial(1.0, "factor of the contact stiffness", STIFFNESS_FACTORS)
+    mass: float = _dial(60.0, "mass of 100 m of yarn", (0.1, 10_000.0), unit="g")
+    columns: int = _dial(1, "number of repeats of the pattern that relax together, side by side", REPEATS)
+    rows: int = _dial(1, "number of repeats of the pattern that relax together, one above another", REPEATS)
 
     def __post_init__(self) -> None:
-        for name, (least, most) in BOUNDS.items():
-            value = getattr(self, name)
-            if value is not None and not least <= value <= most:
-                found = f"{name.replace('_', ' ')}: got {value if isinstance(value, int) else f'{value:g}'}"
-                raise ParameterError(f"{found}; expected {least:g} to {most:g}")
+        check_settings(self)
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ import numpy as np
 
 from stitchmesh.errors import ParameterError, check_positive
 from stitchmesh.mesh import FloatArray
+from stitchmesh.settings import check_settings, setting
 from stitchmesh.yarn.rest_length import RestLengths
 from stitchmesh.yarnrelax.model.material import YarnMaterial
 
@@ -43,7 +44,73 @@ def has_free_size(*, relax_cell: Any, relaxation: KnitState | None, blocked: flo
 
 
 @dataclass(frozen=True, kw_only=True)
-class SwatchOptions:
+class RepeatSettings:
+    """The size and the number of the repeats of a swatch, apart from its yarn.
+
+    Raises:
+        ParameterError: a number is out of bounds.
+    """
+
+    loop_length: float | None = setting(
+        None, "yarn length of a plain stitch", unit="cm", positive=True, example=2.0,
+        unset=f"that of the gauge or of the yarn, or {COMPACT_LOOP} diameters",
+    )  # fmt: skip
+    spacing: float | tuple[float, float] | None = setting(
+        None, "distance between the yarns of a weave, or between its warps and between its wefts", unit="cm",
+        form="CM [CM]", unset=f"{SPACING} diameters", example=0.6,
+    )  # fmt: skip
+    gamma: float = setting(
+        1.0, "tightness: all rest lengths are divided by this factor, 0.1 to 10, at constant yarn radius", form="G",
+        least=GAMMAS[0], most=GAMMAS[1],
+    )  # fmt: skip
+    columns: int = setting(1, "number of repeats of the pattern, side by side")
+    rows: int = setting(1, "number of repeats of the pattern, one above another")
+    longest_float: int = setting(
+        LONGEST_FLOAT, "largest number of stitches behind which a yarn floats; patterns with longer floats are refused",
+        least=0, expected="0 or more stitches",
+    )  # fmt: skip
+
+    def __post_init__(self) -> None:
+        check_settings(self)
+
+
+@dataclass(frozen=True, kw_only=True)
+class StateSettings:
+    """The state in which a repeat comes to rest: friction between its yarns, what it lies on, and what pulls at it."""
+
+    relaxation: KnitState | None = setting(
+        None, "let a knit go off the needles with friction between its yarns, to one of Munden's three states, or "
+        "without any", form="dry|wet|full|frictionless", unset="dry for a knit whose size is free, or frictionless",
+        example="wet", choices=get_args(KnitState),
+    )  # fmt: skip
+    friction: float | None = setting(
+        None, "coefficient of friction between the yarns of a knit that is let go", form="MU",
+        unset=f"{YARN_FRICTION:g}", example=0.2,
+    )  # fmt: skip
+    unsupported: bool = setting(
+        False, "let a repeat whose size relaxes lie on nothing instead of between two planes"
+    )
+    blocked: float | None = setting(
+        None, "pin the repeat out along courses and wales with this tension; its size then relaxes too",
+        unit="dyn/cm", form="TENSION", unset="not blocked", example=50.0, positive=True,
+    )  # fmt: skip
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReleaseSettings(StateSettings):
+    """How the size of a repeat relaxes."""
+
+    relax_cell: bool = setting(False, "relax the width and the height of the repeat too, except those that are given")
+    shaken: int = setting(
+        0, "relax the repeat from N more starts, with the noise of a real yarn, and say how far their sizes lie apart"
+    )
+
+    def __post_init__(self) -> None:
+        check_settings(self)
+
+
+@dataclass(frozen=True, kw_only=True)
+class SwatchOptions(RepeatSettings, StateSettings):
     """Options of a swatch.
 
     Raises:
@@ -51,58 +118,25 @@ class SwatchOptions:
             is out of bounds, or there is no such relaxation.
     """
 
-    yarn_radius: float = YARN_RADIUS
-    """Contact radius of the yarn [cm]."""
-    drawn_radius: float | None = None
-    """Apparent radius of the yarn in pictures and files for renderers [cm]; by default ``APPARENT_OVER_CONTACT``
-    contact radii for a knitted swatch, and the contact radius for a weave, whose yarns are spun firmly."""
-    mass_per_length: float | None = None
-    """Mass of a length of yarn of that radius [g/cm], which the yarns of the swatch then state; by default that of the
-    material. Threads of a weave that are thicker or thinner are as dense."""
-    loop_length: float | None = None
-    """Yarn length of a plain stitch of a knitted swatch [cm]; by default ``COMPACT_LOOP`` yarn diameters."""
-    spacing: float | tuple[float, float] | None = None
-    """Distance between adjacent yarns of a weave [cm], or the distances between its warps and between its wefts."""
+    yarn_radius: float = setting(YARN_RADIUS, "contact radius of the yarn", unit="cm", positive=True)
+    drawn_radius: float | None = setting(
+        None, "radius of the yarn in pictures and files for renderers", unit="cm", positive=True, example=0.17,
+        unset="that of the yarn, or 1.7 times its radius; of a weave its radius, whose yarns are spun firmly",
+    )  # fmt: skip
+    mass_per_length: float | None = setting(
+        None, "mass of a length of yarn of that radius; threads that are thicker or thinner are as dense", unit="g/cm",
+        positive=True, unset="that of the material", example=0.004,
+    )  # fmt: skip
     rest_lengths: RestLengths = field(default_factory=RestLengths)
     """Take-up: factors of the rest lengths of stitches, rows, yarns and parts; their product must be in ``TAKE_UP``."""
-    gamma: float = 1.0
-    """Tightness: the rest lengths are divided by gamma at constant yarn radius."""
     period: tuple[float | None, float | None] = (None, None)
     """Width and height of the repeat [cm]; None keeps the generated size, or leaves it free if the cell is relaxed."""
-    columns: int = 1
-    """Number of repeats of the pattern in the cell, side by side."""
-    rows: int = 1
-    """Number of repeats of the pattern in the cell, one above another."""
-    relaxation: KnitState | None = None
-    """``dry``, ``wet`` or ``full``: the state of a knit that was let go off the needles with friction
-    (``off_needles``); width and height are then free. Or ``frictionless``. By default a knit that ``relax_cell=True``
-    lets find its size is dry, and all else is without friction: weaves, given sizes, blocking and a ``RelaxCell``."""
-    friction: float | None = None
-    """Coefficient of friction between the yarns of a knit that is let go; ``YARN_FRICTION`` where not given."""
-    unsupported: bool = False
-    """Whether a repeat whose size relaxes lies on nothing; by default it lies between two planes (``support``)."""
-    blocked: float | None = None
-    """Tension with which the repeat is pinned out in both directions [dyn/cm], over its size as generated; its width
-    and height then relax under this tension."""
-    longest_float: int = LONGEST_FLOAT
-    """Largest number of stitches of other yarns behind which a yarn floats; patterns with longer floats are refused."""
 
     def __post_init__(self) -> None:
-        lengths = {"yarn radius": self.yarn_radius, "drawn radius": self.drawn_radius, "loop length": self.loop_length,
-                   "period width": self.period[0], "period height": self.period[1]}  # fmt: skip
-        for name, value in lengths.items():
-            if value is not None:
-                check_positive(name, value, "cm")
-        if self.mass_per_length is not None:
-            check_positive("mass per length", self.mass_per_length, "g/cm")
-        if not (np.isfinite(self.gamma) and GAMMAS[0] <= self.gamma <= GAMMAS[1]):
-            raise ParameterError(f"gamma: got {self.gamma}; expected {GAMMAS[0]:g} to {GAMMAS[1]:g}")
-        if self.blocked is not None and not (np.isfinite(self.blocked) and self.blocked > 0.0):
-            raise ParameterError(f"blocked: got {self.blocked} dyn/cm; expected a positive tension")
-        if self.relaxation not in (None, *get_args(KnitState)):
-            raise ParameterError(f"relaxation: got {self.relaxation!r}; expected dry, wet, full or frictionless")
-        if self.longest_float < 0:
-            raise ParameterError(f"longest float: got {self.longest_float} stitches; expected 0 or more")
+        check_settings(self)
+        for name, size in zip(("period width", "period height"), self.period, strict=True):
+            if size is not None:
+                check_positive(name, size, "cm")
         if self.rest_lengths.loop_length is not None:
             raise ParameterError("rest lengths: got a loop length among them; give the loop length to the swatch")
 

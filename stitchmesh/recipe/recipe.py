@@ -9,7 +9,7 @@ pipeline.
 from __future__ import annotations
 
 import logging
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from stitchmesh.editing.edge_forms import parse_edge_form
@@ -17,30 +17,17 @@ from stitchmesh.editing.edit import Edit
 from stitchmesh.editing.on_selection import ON
 from stitchmesh.editing.pattern_regions import PatternRegion
 from stitchmesh.errors import ParameterError, StitchMeshError
-from stitchmesh.io.units import DEFAULT_UNIT
-from stitchmesh.mesh.layers import Layer
 from stitchmesh.mesh.palette import STOCK, colour_text, make_palette, parse_colour
 from stitchmesh.mesh.upright import Direction, Y
-from stitchmesh.meshrelax.options import MeshRelaxOptions
 from stitchmesh.patterns import read_pattern
 from stitchmesh.patterns.moved import mirrored_pattern, shifted_pattern
-from stitchmesh.patterns.placement.columns import DEFAULT_REMAINDER, check_remainder
+from stitchmesh.patterns.placement.columns import check_remainder
 from stitchmesh.pipeline.options import KnitOptions, RelaxOptions
 from stitchmesh.quality import DEFAULT_QUALITY
-from stitchmesh.recipe.sections import (
-    LabelSection,
-    MaterialSection,
-    PanelsSection,
-    PhysicsSection,
-    RestLengthsSection,
-    RowsSection,
-    SolverSection,
-    StitchesSection,
-)
+from stitchmesh.recipe.sections import GarmentSettings, MaterialSection, PhysicsSection, RecipeColour, RecipePattern
 from stitchmesh.selection import parse_selection
 from stitchmesh.tessellate import STITCH_WIDTH
-from stitchmesh.yarn.stitch_size import StitchMeasures, stitch_size
-from stitchmesh.yarngen import YarnFinish
+from stitchmesh.yarn.rest_length import RestLengths
 
 if TYPE_CHECKING:
     from stitchmesh.mesh import Mesh
@@ -48,46 +35,6 @@ if TYPE_CHECKING:
     from stitchmesh.shaping.panels.panel_mesh import PanelMesh
 
 logger = logging.getLogger(__name__)
-
-
-@dataclass(frozen=True, kw_only=True)
-class RecipePattern:
-    """A pattern on a part of the garment."""
-
-    pattern: str
-    """Name of a pattern of the library, or the path of a file."""
-    on: str | None = None
-    """Selection; None for the whole garment."""
-    remainder: str = DEFAULT_REMAINDER
-    """Treatment of the stitches that remain beside whole tiles of the pattern: centre, stretch or refuse."""
-    ground: str | None = None
-    """Colour of a colour chart, or number of a yarn, that these stitches take; the commonest one if it is None."""
-    shift: tuple[int, int] = (0, 0)
-    """Stitches to the right and rows upwards by which the pattern is moved."""
-    mirror: bool = False
-    """Whether left and right of the pattern are exchanged."""
-    centre: bool = False
-    """Whether the middle of a repeat lies in the middle of the front of rounds, and in the middle of flat rows."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class RecipeColour:
-    """A colour on a part of the garment: the number of a yarn, or its colour.
-
-    Raises:
-        ParameterError: both are given, or none.
-    """
-
-    on: str
-    """Selection."""
-    yarn: int | None = None
-    """Number of the yarn, a place in the palette counted from 0."""
-    colour: str | None = None
-    """Colour (``parse_colour``); a colour that the palette does not have is added to it."""
-
-    def __post_init__(self) -> None:
-        if (self.yarn is None) == (self.colour is None):
-            raise ParameterError(f"colours: on '{self.on}': expected either a yarn number or a colour")
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,7 +50,7 @@ class RecipeMesh:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Recipe:
+class Recipe(GarmentSettings):
     """How a garment is made from a mesh.
 
     Paths are relative to the present folder; ``read_recipe`` makes them so.
@@ -111,64 +58,16 @@ class Recipe:
 
     mesh: str
     """Path of the polygon mesh."""
-    unit: str = DEFAULT_UNIT
-    """Unit of a mesh file that states no unit."""
-    up: Direction | None = None
-    """Direction in the coordinates of the mesh file that points up; None if the file or the shape of the mesh tells."""
-    objects: tuple[str, ...] = ()
-    """Names of objects or groups of the mesh file that are knitted; none for all that can be garments."""
-    layer: Layer = "outer"
-    """Layer of a garment with a thickness that is knitted: outer, inner or middle."""
-    yarn: str | None = None
-    """Name of a hand-knitting yarn, from which the sizes follow that are not given."""
-    gauge: str | None = None
-    """Stitches and rows in 10 cm, such as ``22x30``."""
-    stitch_width: float | None = None
-    """Wale spacing [cm]."""
-    yarn_radius: float | None = None
-    """Yarn radius [cm]."""
-    drawn_radius: float | None = None
-    """Radius of the yarn in pictures and files for renderers [cm]."""
-    mass_per_length: float | None = None
-    """Mass of a length of yarn [g/cm]."""
     quality: str = DEFAULT_QUALITY
     """Preset of accuracy and cost."""
     device: str | None = None
     """Processor, ``cpu`` or ``cuda:0``; None for the first GPU, or the CPU without a GPU."""
-    edge_forms: tuple[str, ...] = ()
-    """Forms of edges, such as ``hem=fold:5`` (``parse_edge_form``)."""
-    spiral: bool = False
-    """Whether tubes are knitted in one spiral row instead of rings."""
-    palette: tuple[str, ...] = ()
-    """Colours of the yarns by number, each ``#rrggbb`` or a name such as ``navy``; a chart adds its own colours."""
     patterns: tuple[RecipePattern, ...] = ()
     """Patterns, each on its part of the garment."""
     edits: tuple[Edit, ...] = ()
     """Edits that are applied one after another, after the patterns."""
     colours: tuple[RecipeColour, ...] = ()
     """Colours of parts of the garment, set one after another, after the edits."""
-    rows: RowsSection = field(default_factory=RowsSection)
-    panels: PanelsSection = field(default_factory=PanelsSection)
-    label: LabelSection = field(default_factory=LabelSection)
-    stitches: StitchesSection = field(default_factory=StitchesSection)
-    mesh_relaxation: MeshRelaxOptions = field(default_factory=MeshRelaxOptions)
-    finish: YarnFinish = field(default_factory=YarnFinish)
-    material: MaterialSection = field(default_factory=MaterialSection)
-    rest_lengths: RestLengthsSection = field(default_factory=RestLengthsSection)
-    physics: PhysicsSection = field(default_factory=PhysicsSection)
-    solver: SolverSection = field(default_factory=SolverSection)
-
-    @property
-    def size(self) -> StitchMeasures:
-        """Sizes of stitches and yarn.
-
-        Raises:
-            ParameterError: the yarn is unknown, the gauge is malformed, or a gauge and a stitch size are both given.
-        """
-        return stitch_size(
-            self.yarn, self.gauge, stitch_width=self.stitch_width, stitch_height=self.stitches.course_height,
-            yarn_radius=self.yarn_radius, drawn_radius=self.drawn_radius, mass_per_length=self.mass_per_length,
-        )  # fmt: skip
 
     def read_mesh(self) -> RecipeMesh:
         """Read the mesh, with y up; if rows are found on it, make a valid mesh of polygons of any kind, or panels.
@@ -178,15 +77,14 @@ class Recipe:
         Raises:
             StitchMeshError: as for ``read_garment`` or ``read_panels``.
         """
-        from stitchmesh.io.garments import MeshReading, read_garment
+        from stitchmesh.io.garments import read_garment
         from stitchmesh.mesh.orientation import turn_inside_out
 
         # A direction of knitting of its own is one of the mesh as it lies.
         up = Y if self.up is None and self.rows.up != Y else self.up
         if self.panels.knit:
             return self._read_panels(up)
-        reading = MeshReading(unit=self.unit, up=up, objects=self.objects, layer=self.layer)
-        found = read_garment(self.mesh, reading, repaired=self.rows.auto)
+        found = read_garment(self.mesh, replace(self.reading(), up=up), repaired=self.rows.auto)
         self._warn(*found.notes)
         mesh = turn_inside_out(found.mesh) if self.label.turn_inside_out else found.mesh
         return RecipeMesh(mesh, found.up, found.repairs)
@@ -244,20 +142,38 @@ def recipe_options(recipe: Recipe, up: Direction = Y) -> KnitOptions:
         seeds=recipe.label.start_edges,
         flip=recipe.label.flip,
         shaping=recipe.rows.options(up),
-        panels=recipe.panels.options(),
+        panels=recipe.panels.options(recipe.rows.shaping),
         palette=palette,
         patterns=pattern_regions(recipe),
         edits=(*recipe.edits, *stripes),
         edge_forms=tuple(map(parse_edge_form, recipe.edge_forms)),
         spiral=recipe.spiral,
         finish=recipe.finish,
-        relaxation=RelaxOptions(
-            material=recipe.material.name,
-            stiffness=recipe.material.values(),
-            rest_lengths=recipe.rest_lengths.rest_lengths(size.loop_length),
-            terms=tuple(recipe.physics.terms(up)),
+        relaxation=relax_options(
+            recipe.material, recipe.physics, recipe.rest_lengths.rest_lengths(size.loop_length), up
         ),
     )
+
+
+def relax_options(
+    material: MaterialSection, physics: PhysicsSection, rest_lengths: RestLengths, up: Direction = Y
+) -> RelaxOptions:
+    """Return the options of the relaxation of yarns.
+
+    Args:
+        material: material of the yarn.
+        physics: additional energies.
+        rest_lengths: changes of the rest lengths.
+        up: direction that points up in the file of a body that does not say it.
+
+    Raises:
+        FileError: the body cannot be read.
+        ParameterError: a name or a number is not accepted.
+    """
+    return RelaxOptions(
+        material=material.name, stiffness=material.values(), rest_lengths=rest_lengths,
+        terms=tuple(physics.terms(up)),
+    )  # fmt: skip
 
 
 def pattern_regions(recipe: Recipe) -> tuple[PatternRegion, ...]:

@@ -26,23 +26,12 @@ from stitchmesh.io.toml_file import SUFFIX, changed_fields, read_table, table_li
 from stitchmesh.recipe.recipe import Recipe, RecipePattern
 from stitchmesh.selection import parse_selection
 from stitchmesh.selection.selection import with_paths
+from stitchmesh.settings import setting_comments
 
 HEADER = """\
 # A recipe of a garment: stitchmesh knit RECIPE -o DIR knits it.
 # docs/recipes.md explains every key. Paths are relative to this file.
 """
-COMMENTS = {
-    "stitch_width": "wale spacing [cm]",
-    "yarn_radius": "[cm]",
-    "drawn_radius": "[cm]",
-    "mass_per_length": "[g/cm]",
-    "gauge": "stitches and rows in 10 cm",
-    "unit": "of a mesh file that states none",
-    "quality": "draft, standard or reference",
-    "on": "docs/selections.md",
-}
-"""Comments beside keys of a written recipe, each at the first place of its key."""
-
 
 def read_recipe(path: FilePath) -> Recipe:
     """Read a recipe from a TOML file.
@@ -67,7 +56,7 @@ def write_recipe(path: FilePath, recipe: Recipe) -> None:
     suffix_of(path, [SUFFIX])
     folder = whole_path(path).parent
     moved = recipe_with_paths(recipe, lambda inside: Path(os.path.relpath(inside, folder)).as_posix())
-    write_text(path, HEADER + "\n" + "\n".join(table_lines(_table_of(moved), comments=COMMENTS)) + "\n")
+    write_text(path, HEADER + "\n" + "\n".join(table_lines(_table_of(moved), comments=setting_comments(recipe))) + "\n")
 
 
 def _recipe(table: dict[str, Any]) -> Recipe:
@@ -164,4 +153,6 @@ def _table_of(recipe: Recipe) -> dict[str, Any]:
     table = changed_fields(replace(recipe, edits=()))
     if recipe.edits:
         table["edits"] = [{"edit": edit.name, **edit.arguments} for edit in recipe.edits]
-    return {part.name: table[part.name] for part in fields(recipe) if part.name in table}
+    first = ("mesh", "quality", "device")
+    names = (*first, *(part.name for part in fields(recipe) if part.name not in first))
+    return {name: table[name] for name in names if name in table}

@@ -1,98 +1,90 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The sections of a recipe, as numbers, texts and lists, and the options of the stages that follow from them.
+"""The settings of a garment: their sections, as numbers, texts and lists, and what the stages take that follows.
 
-The names of the fields are the keys of the file.
+The names of the fields are the keys of recipes, of jobs and of sweeps, and the options of commands follow from them
+(``stitchmesh.settings``).
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Literal
+from dataclasses import dataclass, field, fields
+from typing import TYPE_CHECKING, get_args
+
+from numpy.typing import ArrayLike
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.io.units import DEFAULT_UNIT
+from stitchmesh.io.units import CENTIMETRES, DEFAULT_UNIT
+from stitchmesh.mesh.layers import Layer
 from stitchmesh.mesh.shaping_stitches import DEFAULT_INCREASE, Increase
 from stitchmesh.mesh.upright import Direction, Y, upright_turn
+from stitchmesh.meshrelax.options import MeshRelaxOptions
+from stitchmesh.patterns.placement.columns import DEFAULT_REMAINDER
 from stitchmesh.quality import Quality, Solver, quality_named, quality_with
-from stitchmesh.shaping.marks import TimeMark
-from stitchmesh.shaping.options import DEFAULT_PLACEMENT, UP, Placement, ShapingOptions
+from stitchmesh.settings import changed_settings, check_settings, setting
+from stitchmesh.shaping.options import DEFAULT_PLACEMENT, Placement, ShapingOptions
 from stitchmesh.shaping.panels.options import PanelOptions
+from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING, STITCH_WIDTH
 from stitchmesh.yarn.rest_length import RestLengths, parse_rest_lengths
-from stitchmesh.yarnrelax.model.material import DEFAULT_MATERIAL, parse_stiffnesses
+from stitchmesh.yarn.stitch_size import StitchMeasures, stitch_size
+from stitchmesh.yarn.yarn_presets import Yarn, yarn_names
+from stitchmesh.yarngen.finish import YarnFinish
+from stitchmesh.yarnrelax.model.material import (
+    DEFAULT_MATERIAL,
+    NAMED,
+    REFERENCE_RADIUS,
+    YarnMaterial,
+    check_one_mass,
+    parse_stiffnesses,
+)
 
 if TYPE_CHECKING:
+    from stitchmesh.io.garments import MeshReading
     from stitchmesh.tessellate.edge_file import EdgeSettings
     from stitchmesh.yarnrelax.energies.term import TermChoice
+
+FACTORS = (
+    "for a stitch type (k=1.1), a row (row:3=0.9), a yarn (yarn:12=1.2), or the floats or held loops of slip stitches "
+    "(floats=F, held=F)"
+)
+"""What the factors of rest lengths are for."""
+MATERIAL_VALUES = ", ".join(part.name for part in fields(YarnMaterial))
 
 
 @dataclass(frozen=True, kw_only=True)
 class LabelSection:
-    """How the knitting rows are found, and which side of the mesh is outside."""
+    """Starts and directions of the knitting rows, and the side of the mesh that is outside."""
 
-    start_borders: tuple[tuple[int, int], ...] = ()
-    """Borders from which rows start, whole: each named by the two vertices of one of its edges."""
-    start_edges: tuple[tuple[int, int], ...] = ()
-    """Course edges from which rows start, each named by its two vertices."""
-    flip: tuple[int, ...] = ()
-    """Faces whose rows are reversed."""
-    turn_inside_out: bool = False
-    """Whether all faces of the mesh are reversed first, so that its other side is outside."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class MarkTable:
-    """A mark on the surface: where knitting begins or ends, a line along which a row runs, or a plain place."""
-
-    kind: Literal["border", "stroke", "point"]
-    """The border nearest to the first point, a line through all points, or a tip at the first point."""
-    points: tuple[tuple[float, float, float], ...]
-    """Points on the surface [cm]."""
-    role: Literal["begin", "end", "row", "side", "plain"] = "row"
-    """Whether knitting begins or ends here, a row runs here, rows end at this border, or shaping is kept away."""
-    time: float | None = None
-    """Distance along the fabric from where knitting begins [cm]."""
-    radius: float | None = None
-    """Distance from a plain mark up to which the fabric is plain [cm]."""
-
-    def time_mark(self) -> TimeMark:
-        """Return the mark as the library holds it.
-
-        Raises:
-            ParameterError: as for ``TimeMark``.
-        """
-        return TimeMark(self.kind, self.points, self.role, self.time, self.radius)
+    start_borders: tuple[tuple[int, int], ...] = setting(
+        (), "border from which rows start, whole: the two vertices of one of its edges, counted from 0",
+        flag="start-border", form="V,W",
+    )  # fmt: skip
+    start_edges: tuple[tuple[int, int], ...] = setting(
+        (), "course edge from which rows start: its border up to the next corners, or the edge loop through it",
+        flag="start-edge", former_flag="--seed", form="V,W",
+    )  # fmt: skip
+    flip: tuple[int, ...] = setting((), "face whose row is reversed, counted from 0", form="FACE")
+    turn_inside_out: bool = setting(
+        False, "reverse all faces of the mesh first, so that its other side is outside"
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
-class RowsSection:
+class RowsSection(ShapingOptions):
     """Rows that are found on a mesh of any kind, in the place of the labeled rows of a modelled mesh.
 
     Raises:
-        ParameterError: another key is given without ``auto``, or as for ``ShapingOptions``.
+        ParameterError: another key is given without ``auto``, or as for ``ShapingOptions``. The placement of
+            increases and decreases may also be for panels, so ``GarmentSettings`` checks it.
     """
 
-    auto: bool = False
-    """Whether rows are found; the mesh is repaired first."""
-    up: tuple[float, float, float] = UP
-    """Direction in which the garment is knitted where nothing else decides, after its mesh was turned upright."""
-    multiple: int = 1
-    """Number that the stitches of each round are a multiple of."""
-    short_rows: bool = ShapingOptions.short_rows
-    """Whether the yarn turns back and comes again where rows are far too high."""
-    marks: tuple[MarkTable, ...] = ()
-    """Where knitting begins and ends, lines along which rows run, and plain places."""
-    most_shaping: float | None = None
-    """Largest part of the stitches of a row that are increases or decreases."""
-    shaping: Placement = DEFAULT_PLACEMENT
-    """Where increases and decreases stand: ``seams`` or ``spread``."""
+    auto: bool = setting(False, "find rows and stitches on any mesh, also of triangles; the mesh is repaired first")
 
     def __post_init__(self) -> None:
-        for part in fields(self) if not self.auto else ():
-            if getattr(self, part.name) != part.default:
-                raise ParameterError(f"{part.name}: is for rows that are found; give auto (--auto) too")
-        self.options()
+        super().__post_init__()
+        for name in () if self.auto else changed_settings(self):
+            if name != "shaping":
+                raise ParameterError(f"{name}: is for rows that are found; give auto (--auto) too")
 
     def options(self, up: Direction = Y) -> ShapingOptions | None:
         """Return how rows are found; None if the rows of the mesh are labeled.
@@ -102,7 +94,7 @@ class RowsSection:
         """
         if not self.auto:
             return None
-        marks = tuple(mark.turned(upright_turn(up)) for mark in time_marks(self.marks))
+        marks = tuple(mark.turned(upright_turn(up)) for mark in self.marks)
         return ShapingOptions(
             up=self.up, multiple=self.multiple, short_rows=self.short_rows, marks=marks,
             most_shaping=self.most_shaping, shaping=self.shaping,
@@ -121,68 +113,69 @@ class DirectionTable:
 
 @dataclass(frozen=True, kw_only=True)
 class PanelsSection:
-    """Panels of a sewing pattern that are knitted one by one, in the place of the labeled rows of a modelled mesh.
+    """Panels of a sewing pattern, each knitted in its own direction.
 
     Raises:
         ParameterError: another key is given without ``knit``, or as for ``PanelOptions``.
     """
 
-    knit: bool = False
-    """Whether the mesh is a sewing pattern, whose panels are knitted."""
-    directions: tuple[DirectionTable, ...] = ()
-    """Directions of knitting of panels; (0, 1) for all others."""
-    sewn: tuple[tuple[int | str, int | str], ...] = ()
-    """Pairs of panels whose seams are left to be sewn, also where their stitches fit."""
-    shaping: Placement = DEFAULT_PLACEMENT
-    """Where increases and decreases stand: at both ends of the rows (``seams``) or ``spread``."""
+    knit: bool = setting(
+        False, "knit the mesh as a sewing pattern, panel by panel, by its texture coordinates or groups "
+        "(docs/panels.md)", flag="panels",
+    )  # fmt: skip
+    directions: tuple[DirectionTable, ...] = setting(
+        (), "direction of knitting of a panel in its texture; PANEL is a number, or the name of objects or groups",
+        flag="panel-direction", form="PANEL=U,V", unset="0,1: up in the pattern",
+    )  # fmt: skip
+    sewn: tuple[tuple[int | str, int | str], ...] = setting(
+        (), "two panels whose seams are left to be sewn, also where their stitches fit", flag="sew", form="PANEL,PANEL"
+    )
+    shaping: Placement = setting(
+        DEFAULT_PLACEMENT, "increases and decreases: at both ends of the rows (seams) or spread", flag=None,
+        choices=get_args(Placement),
+    )  # fmt: skip
 
     def __post_init__(self) -> None:
-        for part in fields(self) if not self.knit else ():
-            if getattr(self, part.name) != part.default:
-                raise ParameterError(f"{part.name}: is for the panels of a sewing pattern; give knit (--panels) too")
+        for name in () if self.knit else changed_settings(self):
+            raise ParameterError(f"{name}: is for the panels of a sewing pattern; give knit (--panels) too")
         self.options()
 
-    def options(self) -> PanelOptions | None:
-        """Return how the panels are knitted; None if the mesh is no sewing pattern."""
+    def options(self, placement: Placement = DEFAULT_PLACEMENT) -> PanelOptions | None:
+        """Return how the panels are knitted; None if the mesh is no sewing pattern.
+
+        Args:
+            placement: where increases and decreases stand if the section does not place them.
+        """
         if not self.knit:
             return None
         directions = tuple((one.panel, one.direction) for one in self.directions)
-        return PanelOptions(directions=directions, sewn=self.sewn, shaping=self.shaping)
-
-
-def time_marks(marks: Sequence[MarkTable]) -> tuple[TimeMark, ...]:
-    """Return marks as the library holds them.
-
-    Raises:
-        ParameterError: as for ``TimeMark``; the message has the number of the mark.
-    """
-    found = []
-    for number, mark in enumerate(marks):
-        try:
-            found.append(mark.time_mark())
-        except ParameterError as error:
-            raise ParameterError(f"marks[{number}]: {str(error).removeprefix('mark: ')}") from error
-    return tuple(found)
+        shaping = placement if self.shaping == DEFAULT_PLACEMENT else self.shaping
+        return PanelOptions(directions=directions, sewn=self.sewn, shaping=shaping)
 
 
 @dataclass(frozen=True, kw_only=True)
 class StitchesSection:
-    """Height of the stitches, how increases are made, and numbers of stitches along single edges of the mesh.
+    """Height of the stitches, how increases are made, and numbers of stitches along single edges of the mesh."""
 
-    Raises:
-        ParameterError: there is no such form of increases.
-    """
-
-    course_height: float | None = None
-    """Course spacing [cm]."""
-    increase: Increase = DEFAULT_INCREASE
-    """How increases are made: ``m1``, ``kfb``, ``lifted`` or ``yo``."""
-    counts: tuple[str, ...] = ()
-    """Numbers of stitches along edges, ``V,W=COUNT``."""
-    marked: tuple[tuple[int, int], ...] = ()
-    """Wale edges at which all increases and decreases of their faces stand, each named by its two vertices."""
-    edges: str | None = None
-    """Path of a file of counts and marked edges."""
+    course_height: float | None = setting(
+        None, "course spacing", unit="cm", unset=f"{COURSE_OVER_WALE_SPACING} stitch widths", example=0.6
+    )
+    increase: Increase = setting(
+        DEFAULT_INCREASE, "increases: m1 (make one, closed), kfb (knit front and back), lifted (into the loop below, "
+        "which stays beside), or yo (open yarn-overs)",
+    )  # fmt: skip
+    counts: tuple[str, ...] = setting(
+        (), "number of stitches along an edge, named by its two vertices, counted from 0; for a wale edge of its whole "
+        "row", flag="count", form="V,W=COUNT",
+    )  # fmt: skip
+    marked: tuple[tuple[int, int], ...] = setting(
+        (), "wale edge at which all increases and decreases of its faces stand: its two vertices, counted from 0",
+        flag="mark", form="V,W",
+    )  # fmt: skip
+    edges: str | None = setting(
+        None, "text file of counts V,W=COUNT and marked edges V,W, one on each line", form="FILE", unset="no file",
+        example="edges.txt",
+    )  # fmt: skip
 
     def edge_settings(self) -> EdgeSettings:
         """Return the counts and marked edges of the section and of the file.
@@ -201,10 +194,14 @@ class StitchesSection:
 class MaterialSection:
     """Material of the yarn."""
 
-    name: str = DEFAULT_MATERIAL
-    """Name of the material."""
-    stiffness: tuple[str, ...] = ()
-    """New values of the material, ``NAME=VALUE``."""
+    name: str = setting(
+        DEFAULT_MATERIAL, f"material, scaled to the yarn radius: {', '.join(sorted(NAMED))}", flag="material",
+        form="NAME",
+    )  # fmt: skip
+    stiffness: tuple[str, ...] = setting(
+        (), f"one value of the material, of a yarn with a radius of {REFERENCE_RADIUS} cm; the values are "
+        f"{MATERIAL_VALUES}", form="NAME=VALUE",
+    )  # fmt: skip
 
     def values(self) -> dict[str, float]:
         """Return the changed values of the material, by name.
@@ -214,17 +211,31 @@ class MaterialSection:
         """
         return parse_stiffnesses(self.stiffness)
 
+    def yarn_material(self, yarn_radius: float, mass_per_length: ArrayLike | None) -> YarnMaterial:
+        """Return the material of a yarn.
+
+        Args:
+            yarn_radius: radius of the yarn [cm].
+            mass_per_length: mass of a length that the yarn states [g/cm], as for ``check_one_mass``.
+
+        Raises:
+            ParameterError: the material or a value is unknown, a value is out of bounds, or the yarn has two masses.
+        """
+        stiffness = self.values()
+        check_one_mass(stiffness, mass_per_length)
+        return YarnMaterial.named(self.name, stiffness).of_radius(yarn_radius)
+
 
 @dataclass(frozen=True, kw_only=True)
 class RestLengthsSection:
-    """Rest lengths of the yarns."""
+    """Rest lengths of the yarns, as factors of the generated lengths."""
 
-    factor: float = RestLengths.factor
-    """Factor of all yarns."""
-    loop_length: float | None = RestLengths.loop_length
-    """Yarn length of every plain stitch before the factors apply [cm]."""
-    factors: tuple[str, ...] = ()
-    """Factors of stitches, rows, yarns and parts, ``KEY=FACTOR``."""
+    factor: float = setting(RestLengths.factor, "factor for all yarns", flag="rest-length-factor", form="F")
+    loop_length: float | None = setting(
+        RestLengths.loop_length, "yarn length of every plain stitch before the factors apply", unit="cm",
+        unset="as generated", example=2.0,
+    )  # fmt: skip
+    factors: tuple[str, ...] = setting((), f"factor {FACTORS}", flag="rest-length", form="KEY=F")
 
     def rest_lengths(self, loop_length: float | None = None) -> RestLengths:
         """Return the changes of the rest lengths.
@@ -241,20 +252,28 @@ class RestLengthsSection:
 
 @dataclass(frozen=True, kw_only=True)
 class PhysicsSection:
-    """Additional energies; each energy acts only if its key is given."""
+    """Additional energies; each energy acts only if its setting is given."""
 
-    gravity: tuple[float, float, float] | None = None
-    """Acceleration of gravity [cm/s^2]."""
-    friction: float | tuple[float, float] | None = None
-    """Coefficient of friction, or two: along the yarn and across the yarn."""
-    twist: float | tuple[float, float] | None = None
-    """Torsional stiffness [erg cm], and optionally the twist of each yarn from end to end [rad]."""
-    body: str | None = None
-    """Path of a polygon mesh of a solid body that the yarns do not enter."""
-    body_unit: str = DEFAULT_UNIT
-    """Unit of the file of the body."""
-    body_up: Direction | None = None
-    """Direction in the coordinates of this file that points up; None for that of the mesh of the garment."""
+    gravity: tuple[float, float, float] | None = setting(
+        None, "acceleration of gravity; 0 -981 0 on Earth if y points up", unit="cm/s^2", form="X Y Z", unset="off",
+        example=(0, -981, 0),
+    )  # fmt: skip
+    friction: float | tuple[float, float] | None = setting(
+        None, "coefficient of friction between yarns, or two coefficients: along the yarn and across the yarn",
+        form="MU[,MU]", unset="off", example=0.2,
+    )  # fmt: skip
+    twist: float | tuple[float, float] | None = setting(
+        None, "torsional stiffness [erg cm], and twist of each yarn from end to end [rad], 0 if it is not given",
+        form="K[,ANGLE]", unset="off", example=0.1,
+    )  # fmt: skip
+    body: str | None = setting(
+        None, "polygon mesh of a solid body that the yarns do not enter", form="MESH", unset="off", example="body.obj"
+    )
+    body_unit: str = setting(DEFAULT_UNIT, "unit of the file of the body", form="UNIT")
+    body_up: Direction | None = setting(
+        None, "direction in the file of the body that points up", form="AXIS|X,Y,Z", unset="that of the mesh, or y",
+        example=(0, 0, 1),
+    )  # fmt: skip
 
     def terms(self, up: Direction = Y) -> list[TermChoice]:
         """Return the energies whose keys are given; the modules of the other energies are not imported.
@@ -293,10 +312,17 @@ class PhysicsSection:
 class SolverSection:
     """Method and limits of the relaxation of yarns."""
 
-    method: Solver | None = None
-    """``quasistatic`` or ``dynamics``; None for that of the quality."""
-    max_iterations: int | None = None
-    """Largest number of iterations; None for that of the quality."""
+    method: Solver | None = setting(
+        None, "method: quasistatic, or dynamics (Leaf et al. 2018)", flag="solver", form="NAME",
+        unset="that of the quality", example="dynamics",
+    )  # fmt: skip
+    max_iterations: int | None = setting(
+        None, "largest number of iterations of the relaxation", form="N", unset="that of the quality", example=20_000,
+        least=1, expected="at least 1",
+    )  # fmt: skip
+
+    def __post_init__(self) -> None:
+        check_settings(self)
 
     def quality(self, preset: str) -> str | Quality:
         """Return the preset, changed by this section.
@@ -306,3 +332,164 @@ class SolverSection:
         """
         quality_named(preset)
         return quality_with(preset, solver=self.method, max_iterations=self.max_iterations)
+
+
+@dataclass(frozen=True, kw_only=True)
+class RecipePattern:
+    """A pattern on a part of the garment."""
+
+    pattern: str
+    """Name of a pattern of the library, or the path of a file."""
+    on: str | None = setting(
+        None, "part of the fabric that takes the pattern, such as 'hem 6' (docs/selections.md)", form="SELECTION",
+        unset="the whole fabric",
+    )  # fmt: skip
+    remainder: str = setting(
+        DEFAULT_REMAINDER, "treatment of stitches that remain beside whole tiles of the pattern: centre, stretch or "
+        "refuse", form="HOW",
+    )  # fmt: skip
+    ground: str | None = setting(
+        None, "colour of a chart that stitches left over take, or number of a yarn", form="COLOUR",
+        unset="the commonest",
+    )  # fmt: skip
+    shift: tuple[int, int] = setting(
+        (0, 0), "stitches to the right and rows upwards by which it is moved", form="STITCHES ROWS"
+    )
+    mirror: bool = setting(False, "exchange left and right of the pattern")
+    centre: bool = setting(
+        False, "put the middle of a repeat in the middle of the front of rounds, and of flat rows"
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class RecipeColour:
+    """A colour on a part of the garment: the number of a yarn, or its colour.
+
+    Raises:
+        ParameterError: both are given, or none.
+    """
+
+    on: str
+    """Selection."""
+    yarn: int | None = None
+    """Number of the yarn, a place in the palette counted from 0."""
+    colour: str | None = None
+    """Colour (``parse_colour``); a colour that the palette does not have is added to it."""
+
+    def __post_init__(self) -> None:
+        if (self.yarn is None) == (self.colour is None):
+            raise ParameterError(f"on '{self.on}': expected either a yarn number or a colour")
+
+
+@dataclass(frozen=True, kw_only=True)
+class MeshInFile:
+    """What of the file of a mesh is knitted, and how it stands."""
+
+    unit: str = setting(
+        DEFAULT_UNIT, f"unit of a file that states no unit: {', '.join(CENTIMETRES)}", form="UNIT"
+    )
+    up: Direction | None = setting(
+        None, "direction in the file that points up, which becomes y: an axis such as z or -x, or three numbers",
+        form="AXIS|X,Y,Z", unset="as the file states, or as its openings tell", example=(0, 0, 1),
+    )  # fmt: skip
+    objects: tuple[str, ...] = setting(
+        (), "object or group of the file that is knitted, by its name; may be repeated", flag="object", form="NAME",
+        unset="all that can be garments",
+    )  # fmt: skip
+    layer: Layer = setting(
+        "outer", "layer of a garment with a thickness that is knitted: outer, inner or middle", form="LAYER"
+    )
+
+    def reading(self) -> MeshReading:
+        """Return how the mesh is read."""
+        from stitchmesh.io.garments import MeshReading
+
+        return MeshReading(unit=self.unit, up=self.up, objects=self.objects, layer=self.layer)
+
+
+@dataclass(frozen=True, kw_only=True)
+class YarnAndGauge:
+    """A yarn and a gauge, from which the sizes follow that are not given."""
+
+    yarn: str | None = setting(
+        None, f"hand-knitting yarn: {', '.join(yarn_names())}", form="NAME", unset="none", example="dk"
+    )
+    gauge: str | None = setting(
+        None, "stitches and rows in 10 cm of stockinette, for example 22 or 22x30", form="STITCHES[xROWS]",
+        unset="that of the yarn", example="22x30",
+    )  # fmt: skip
+
+    def measures(self, **lengths: float | None) -> StitchMeasures:
+        """Return the sizes of stitches and yarn; ``lengths`` are the given ones, as for ``stitch_size``.
+
+        Raises:
+            ParameterError: the yarn is unknown, the gauge is malformed, or a gauge and a stitch size are both given.
+        """
+        return stitch_size(self.yarn, self.gauge, **lengths)
+
+    def named(self) -> Yarn | None:
+        """Return the yarn that is named; None if there is none.
+
+        Raises:
+            ParameterError: the yarn is unknown.
+        """
+        return None if self.yarn is None else Yarn.named(self.yarn)
+
+
+@dataclass(frozen=True, kw_only=True)
+class GarmentSettings(YarnAndGauge, MeshInFile):
+    """All that a user chooses about a garment, apart from its mesh, its patterns, its edits and the quality.
+
+    Raises:
+        ParameterError: increases and decreases are placed, but rows are neither found nor knitted on panels.
+    """
+
+    stitch_width: float | None = setting(
+        None, "wale spacing", unit="cm", unset=f"that of the gauge or of the yarn, or {STITCH_WIDTH}", example=0.8
+    )
+    yarn_radius: float | None = setting(
+        None, "yarn radius", unit="cm", unset="that of the yarn, or an eighth of the stitch width", example=0.1
+    )
+    drawn_radius: float | None = setting(
+        None, "radius of the yarn in pictures and files for renderers", unit="cm",
+        unset="that of the yarn, or 1.7 times its radius", example=0.17,
+    )  # fmt: skip
+    mass_per_length: float | None = setting(
+        None, "mass of a length of yarn", unit="g/cm", unset="that of the yarn, or of the material", example=0.004
+    )
+    edge_forms: tuple[str, ...] = setting(
+        (), "edge that is folded or rolls, and its rows: hem=fold:5, neck=roll:4 (docs/edges.md); may be repeated",
+        flag="edge-form", form="BORDER=FORM:ROWS", unset="none",
+    )  # fmt: skip
+    spiral: bool = setting(False, "knit tubes in one spiral row with a single yarn instead of rings")
+    palette: tuple[str, ...] = setting(
+        (), "colours of the yarns by number, each #rrggbb or a name such as navy; a chart adds its own colours",
+        flag=None,
+    )  # fmt: skip
+    rows: RowsSection = field(default_factory=RowsSection)
+    panels: PanelsSection = field(default_factory=PanelsSection)
+    label: LabelSection = field(default_factory=LabelSection)
+    stitches: StitchesSection = field(default_factory=StitchesSection)
+    mesh_relaxation: MeshRelaxOptions = field(default_factory=MeshRelaxOptions)
+    finish: YarnFinish = field(default_factory=YarnFinish)
+    material: MaterialSection = field(default_factory=MaterialSection)
+    rest_lengths: RestLengthsSection = field(default_factory=RestLengthsSection)
+    physics: PhysicsSection = field(default_factory=PhysicsSection)
+    solver: SolverSection = field(default_factory=SolverSection)
+
+    def __post_init__(self) -> None:
+        placed = self.rows.shaping != DEFAULT_PLACEMENT
+        if placed and not (self.rows.auto or self.panels.knit):
+            raise ParameterError("shaping: is for rows that are found; give auto (--auto) too")
+
+    @property
+    def size(self) -> StitchMeasures:
+        """Sizes of stitches and yarn.
+
+        Raises:
+            ParameterError: the yarn is unknown, the gauge is malformed, or a gauge and a stitch size are both given.
+        """
+        return self.measures(
+            stitch_width=self.stitch_width, stitch_height=self.stitches.course_height, yarn_radius=self.yarn_radius,
+            drawn_radius=self.drawn_radius, mass_per_length=self.mass_per_length,
+        )  # fmt: skip

@@ -51,22 +51,23 @@ class TimeMark:
 
     def __post_init__(self) -> None:
         if self.kind not in KINDS:
-            raise ParameterError(f"mark: got the kind '{self.kind}'; expected one of {', '.join(KINDS)}")
+            raise ParameterError(f"got the kind '{self.kind}'; expected one of {', '.join(KINDS)}")
         if self.role not in ROLES:
-            raise ParameterError(f"mark: got the role '{self.role}'; expected one of {', '.join(ROLES)}")
+            raise ParameterError(f"got the role '{self.role}'; expected one of {', '.join(ROLES)}")
         if self.role == "side" and self.kind != "border":
-            raise ParameterError(f"mark: got the role 'side' for a {self.kind}; only a border is a side")
+            raise ParameterError(f"got the role 'side' for a {self.kind}; only a border is a side")
         points = np.asarray(self.points, dtype=np.float64)
         if points.ndim != 2 or points.shape[1] != 3 or not len(points) or not (np.abs(points) <= LARGEST_LENGTH).all():
-            raise ParameterError(f"mark: got points of shape {points.shape}; expected finite points, shape (n, 3) [cm]")
+            raise ParameterError(f"got points of shape {points.shape}; expected finite points, shape (n, 3) [cm]")
         if self.time is not None and not abs(self.time) <= LARGEST_LENGTH:
-            raise ParameterError(f"mark: got the time {self.time}; expected a finite number of centimetres")
+            raise ParameterError(f"got the time {self.time}; expected a finite number of centimetres")
         if self.time is not None and self.role in UNTIMED:
-            raise ParameterError(f"mark: got a time for the role '{self.role}'; only begin, end and row have one")
+            raise ParameterError(f"got a time for the role '{self.role}'; only begin, end and row have one")
         if self.radius is not None and self.role != "plain":
-            raise ParameterError(f"mark: got a radius for the role '{self.role}'; only the role plain has one")
+            raise ParameterError(f"got a radius for the role '{self.role}'; only the role plain has one")
         if self.radius is not None and not 0.0 < self.radius <= LARGEST_LENGTH:
-            raise ParameterError(f"mark: got the radius {self.radius}; expected a positive number of centimetres")
+            raise ParameterError(f"got the radius {self.radius}; expected a positive number of centimetres")
+        object.__setattr__(self, "points", tuple(map(tuple, points.tolist())))  # so that equal marks compare equal
 
     def turned(self, turn: FloatArray) -> TimeMark:
         """Return the mark on a surface that is turned by a rotation of points as columns, shape (3, 3)."""

@@ -5,11 +5,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, get_args
 
 from stitchmesh.errors import ParameterError
+from stitchmesh.settings import check_settings, setting, setting_named
 from stitchmesh.shaping.marks import TimeMark
 
 UP = (0.0, 1.0, 0.0)
@@ -21,6 +21,8 @@ make a garment and that whole stitches divide an edge to an eighth, small enough
 Placement = Literal["seams", "spread"]
 """Where increases and decreases stand: stacked at seams, or spread over the row."""
 DEFAULT_PLACEMENT: Placement = "spread"
+LEAST_SHAPING = 1e-9
+"""Smallest part of the stitches of a row that may be shaped, so that it is above 0."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,30 +34,35 @@ class ShapingOptions:
             decreases is not a part of 1, or there is no such placement.
     """
 
-    up: tuple[float, float, float] = UP
-    """Direction in which the garment is knitted where nothing else decides."""
-    multiple: int = 1
-    """Number that the stitches of each round are a multiple of, for a pattern that repeats."""
-    short_rows: bool = True
-    """Whether the yarn turns back and comes again where rows are far too high, as at a heel; without, stitches there
-    are stretched more."""
-    marks: Sequence[TimeMark] = ()
-    """Where knitting begins and ends, lines along which rows run, and plain places; automatic without any."""
-    most_shaping: float | None = None
-    """Largest part of the stitches of a row that are increases or decreases, such as 0.25 for one in four; None for as
-    many as the surface asks. One is always permitted; rows that would need more are stretched."""
-    shaping: Placement = DEFAULT_PLACEMENT
-    """Where increases and decreases stand: ``spread`` over the row, or ``seams``: stacked at the sides of a tube, at
-    underarms and raglan lines and at both ends of flat rows, in a steady rhythm. Where the surface asks for more than
-    seams can give, and in rounds of a multiple, they are spread all the same."""
+    up: tuple[float, float, float] = setting(
+        UP, "direction in which the garment is knitted where nothing else decides, after its mesh was turned upright",
+        flag=None,
+    )  # fmt: skip
+    multiple: int = setting(
+        1, "number that the stitches of each round are a multiple of, for a pattern that repeats",
+        least=1, expected="1 or more stitches",
+    )  # fmt: skip
+    short_rows: bool = setting(
+        True, "turn the yarn back within the fabric where rows are far too high, as at a heel"
+    )
+    marks: tuple[TimeMark, ...] = setting(
+        (), "JSON list of places where knitting begins and ends, where a row runs, or where no shaping is "
+        "(docs/recipes.md)", form="FILE", unset="automatic",
+    )  # fmt: skip
+    most_shaping: float | None = setting(
+        None, "largest part of the stitches of a row that are increases or decreases, such as 0.25", form="PART",
+        unset="as the mesh asks", example=0.25, least=LEAST_SHAPING, most=1.0,
+        expected="a part of the stitches of a row above 0 and at most 1, such as 0.25",
+    )  # fmt: skip
+    shaping: Placement = setting(
+        DEFAULT_PLACEMENT, "increases and decreases: seams (stacked at sides, raglan lines and edges, in a rhythm) or "
+        "spread over the row", form="WHERE", choices=get_args(Placement),
+    )  # fmt: skip
 
     def __post_init__(self) -> None:
         if len(self.up) != 3 or not all(map(math.isfinite, self.up)) or not any(self.up):
             raise ParameterError(f"up: got {self.up}; expected three finite numbers that are not all zero")
-        if self.multiple < 1:
-            raise ParameterError(f"multiple: got {self.multiple}; expected 1 or more stitches")
-        check_most_shaping(self.most_shaping)
-        check_placement(self.shaping)
+        check_settings(self)
 
 
 def check_most_shaping(part: float | None) -> None:
@@ -64,10 +71,7 @@ def check_most_shaping(part: float | None) -> None:
     Raises:
         ParameterError: it is not above 0, or above 1.
     """
-    if part is not None and not 0.0 < part <= 1.0:
-        raise ParameterError(
-            f"most shaping: got {part:g}; expected a part of the stitches of a row above 0 and at most 1, such as 0.25"
-        )
+    setting_named(ShapingOptions, "most_shaping").check("most shaping", part)
 
 
 def check_placement(shaping: str) -> None:
@@ -76,8 +80,7 @@ def check_placement(shaping: str) -> None:
     Raises:
         ParameterError: there is none.
     """
-    if shaping not in get_args(Placement):
-        raise ParameterError(f"shaping: got {shaping!r}; expected one of {', '.join(get_args(Placement))}")
+    setting_named(ShapingOptions, "shaping").check("shaping", shaping)
 
 
 AUTOMATIC = ShapingOptions()

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from stitchmesh.errors import ParameterError
+from stitchmesh.settings import check_settings, setting
 
 BIND_OFFS = ("drawn", "chain")
 """Kinds of bind-off. ``drawn``: a yarn is drawn through the last loops, which stay long.
@@ -26,19 +26,20 @@ class YarnFinish:
         ParameterError: the bind-off or the cast-on is unknown, or the longest float is negative.
     """
 
-    bind_off: str = "chain"
-    """bind-off: chain (each loop is passed over the next one), or drawn (a yarn through the last loops)"""
-    cast_on: str = "backward"
-    """cast-on: backward (backward loops, which cannot unravel), or open (yarn-overs)"""
-    longest_float: int = 12
-    """largest number of stitches of other yarns behind which a yarn floats; longer floats are cut and tied"""
+    bind_off: str = setting(
+        "chain", "bind-off: chain (each loop is passed over the next one), or drawn (a yarn through the last loops)",
+        choices=BIND_OFFS,
+    )  # fmt: skip
+    cast_on: str = setting(
+        "backward", "cast-on: backward (backward loops, which cannot unravel), or open (yarn-overs)", choices=CAST_ONS
+    )
+    longest_float: int = setting(
+        12, "largest number of stitches of other yarns behind which a yarn floats; longer floats are cut and tied",
+        least=0, expected="0 or more stitches",
+    )  # fmt: skip
 
     def __post_init__(self) -> None:
-        for name, known in (("bind_off", BIND_OFFS), ("cast_on", CAST_ONS)):
-            if getattr(self, name) not in known:
-                raise ParameterError(f"{name}: got {getattr(self, name)!r}; expected one of {', '.join(known)}")
-        if self.longest_float < 0:
-            raise ParameterError(f"longest_float: got {self.longest_float} stitches; expected 0 or more")
+        check_settings(self)
 
 
 DEFAULT_FINISH = YarnFinish()

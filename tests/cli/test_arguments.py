@@ -19,6 +19,7 @@ from stitchmesh.editing.edit import Edit
 from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.pipeline.options import KnitOptions, RelaxOptions
 from stitchmesh.recipe.recipe import Recipe, RecipePattern, recipe_options
+from stitchmesh.settings import declared_setting
 from stitchmesh.yarn.rest_length import RestLengths
 from stitchmesh.yarn.stitch_size import StitchMeasures, stitch_size
 from stitchmesh.yarn.yarn_presets import Yarn
@@ -75,11 +76,11 @@ def test_defaults_are_those_of_the_library():
     knit, swatch = parsed(words_of("knit")), parsed(words_of("swatch"))
     library = KnitOptions()
     assert knit.recipe() == Recipe(mesh="a.h5") and recipe_options(Recipe(mesh="a.h5")) == library
-    assert knit.stitch_width is None and knit.yarn.size() == StitchMeasures()  # so the width is that of the library
+    assert knit.garment.stitch_width is None and knit.garment.size == StitchMeasures()  # so the library decides
     assert knit.pattern_remainder == RecipePattern(pattern="rib2x2").remainder
-    assert knit.finish == library.finish == YarnFinish()
-    assert knit.material.material == RelaxOptions().material
-    assert knit.rest_lengths.section().rest_lengths() == RestLengths()
+    assert knit.garment.finish == library.finish == YarnFinish()
+    assert knit.garment.material.name == RelaxOptions().material
+    assert knit.garment.rest_lengths.rest_lengths() == RestLengths()
     assert SwatchOptions(**swatch.fabric.options(woven=False), period=swatch.period) == SwatchOptions()
 
 
@@ -87,24 +88,27 @@ def test_words_set_their_fields():
     made = parsed([
         "knit", "a.obj", "-o", "out", "--seed", "1,2", "--seed", "3,4", "--flip", "7", "--flip", "8", "--gravity", "0",
         "-981", "0", "--friction", "0.2,0.3", "--twist", "5", "--rest-length", "k=1.1", "--rest-length", "row:3=0.9",
-        "--no-picture", "--spiral", "--yarn-radius", "0.1", "--longest-float=3", "--solver", "dynamics",
-        "--pattern", "checks", "--pattern-ground", "1", "--stripes", "4 cream, 2 navy",
+        "--no-picture", "--spiral", "--no-area-force", "--yarn-radius", "0.1", "--longest-float=3", "--solver",
+        "dynamics", "--pattern", "checks", "--pattern-ground", "1", "--stripes", "4 cream, 2 navy",
     ])  # fmt: skip
     assert made.recipe().patterns == (RecipePattern(pattern="checks", ground="1"),)
     assert made.recipe().edits == (Edit("stripes", {"bands": "4 cream, 2 navy"}),)
-    assert made.rows.start_edge == ((1, 2), (3, 4)) and made.rows.flip == (7, 8)
-    assert made.physics.gravity == (0.0, -981.0, 0.0)
-    assert (made.physics.friction, made.physics.twist) == ((0.2, 0.3), (5.0,))
-    assert made.rest_lengths.section().rest_lengths().stitches == {"k": 1.1}
-    assert made.no_picture and made.spiral and made.yarn_radius == 0.1
-    assert made.finish.longest_float == 3 and made.solver.solver == "dynamics"
+    garment = made.garment
+    assert garment.label.start_edges == ((1, 2), (3, 4)) and garment.label.flip == (7, 8)
+    assert garment.physics.gravity == (0.0, -981.0, 0.0)
+    assert (garment.physics.friction, garment.physics.twist) == ((0.2, 0.3), 5.0)
+    assert garment.rest_lengths.rest_lengths().stitches == {"k": 1.1}
+    assert made.no_picture and garment.spiral and garment.yarn_radius == 0.1
+    assert garment.finish.longest_float == 3 and garment.solver.method == "dynamics"
+    assert not garment.mesh_relaxation.area_force
 
 
 @pytest.mark.parametrize("command", ["knit", "tessellate", "swatch", "stretch"])
 def test_a_yarn_and_a_gauge_set_the_sizes(command):
     made = parsed([*words_of(command), "--yarn", "aran", "--gauge", "20x28"])
-    choice = made.fabric.yarn if command in ("swatch", "stretch") else made.yarn
-    assert choice.size() == stitch_size("aran", "20x28")
+    choice = {"knit": "garment", "tessellate": "yarn"}.get(command, "fabric")
+    chosen = getattr(made, choice)
+    assert (chosen.yarn if choice == "fabric" else chosen).measures() == stitch_size("aran", "20x28")
 
 
 def test_a_swatch_takes_the_yarn_and_a_weave_only_its_radius():
@@ -131,7 +135,7 @@ def test_a_period_is_two_sizes_or_free(words, period):
     ],
 )
 def test_a_direction_is_an_axis_or_three_numbers(words, up):
-    assert parsed([*words_of("knit"), *words]).in_file.up == up
+    assert parsed([*words_of("knit"), *words]).garment.up == up
 
 
 @pytest.mark.parametrize(
@@ -152,6 +156,7 @@ def test_a_direction_is_an_axis_or_three_numbers(words, up):
         (["knit", "a.obj", "-o"], "'-o/--output'"),
         (["relax", "a", "-o", "b", "--fabric", "c", "--keep-shape", "d"], "--fabric and --keep-shape are not allowed"),
         (["swatch", "plain", "-o", "o", "--period", "1", "wide"], "--period: got '1 wide'; expected two numbers of cm"),
+        (["swatch", "plain", "-o", "o", "--spacing", "1", "2", "3"], "--spacing: got '1 2 3'; expected one number"),
         (["swatch", "plain", "-o", "o", "--tile", "1.5", "2"], "--tile: got '1.5 2'; expected whole numbers"),
         (["knot"], "Unrecognized options: knot; Available subcommands: knit, label"),
         ([], "Expected one of {knit, label"),
@@ -191,7 +196,12 @@ def options_of(group: Any) -> list[str]:
     found = []
     for name, hint in get_type_hints(group, include_extras=True).items():
         inner = get_args(hint)[0] if get_origin(hint) is Annotated else hint
-        found += options_of(inner) if is_dataclass(inner) else [name.replace("_", "-")]
+        declared = declared_setting(group.__dataclass_fields__[name])
+        if is_dataclass(inner):
+            found += options_of(inner)
+        elif declared is None or declared.flag is not None:
+            off = "no-" if declared and group.__dataclass_fields__[name].default is True else ""
+            found.append(off + ((declared and declared.flag) or name.replace("_", "-")))
     return found
 
 

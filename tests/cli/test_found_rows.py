@@ -167,7 +167,7 @@ def test_marks_decide_where_knitting_begins(cone_obj, tmp_path):
         (["--count", "0,1=5"], "count: names edges"),
         (["--mark", "0,1"], "mark: names edges"),
         (["--multiple", "0"], "multiple: got 0; expected 1 or more stitches"),
-        (["--most-shaping", "0"], "most shaping: got 0; expected a part of the stitches of a row above 0"),
+        (["--most-shaping", "0"], "most shaping: got 0.0; expected a part of the stitches of a row above 0"),
         (["--up", "0,0,0"], "up: got (0.0, 0.0, 0.0); expected three finite numbers that are not all zero"),
         (["--stitch-width", "9"], "has room for"),
         (["--stitch-width", "1e-4"], "are made; choose a larger stitch"),
@@ -201,7 +201,7 @@ UPPER = {"kind": "border", "points": [[0, 4.5, 1.2]], "role": "end"}
         ([{**BORDER, "tme": 0}], "did you mean 'time'? the keys are kind, points, role, time, radius"),
         ([{"points": [[0, 0, 2]]}], "[0] needs 'kind'; got points"),
         ([{**BORDER, "kind": "edge"}], '[0].kind is "edge"; expected one of border, point, stroke'),
-        ([{**BORDER, "points": [[0, 2]]}], "[0].points[0] is [0, 2]"),
+        ([{**BORDER, "points": [[0, 2]]}], "marks[0]: got points of shape (1, 2)"),
         ([BORDER, {**BORDER, "points": []}], "marks[1]: got points of shape (0,)"),
         ([{"kind": "point", "points": [[0, 0, 2]], "role": "side"}], "marks[0]: got the role 'side' for a point"),
         ([{**BORDER, "radius": 2}], "marks[0]: got a radius for the role 'begin'; only the role plain has one"),
@@ -264,7 +264,7 @@ def test_a_recipe_whose_mesh_cannot_be_labeled_names_the_remedy(tmp_path, cone_o
     recipe.write_text(f'mesh = "{cone_obj}"\n')
     message = refused(capsys, "knit", recipe, "-o", tmp_path / "out")
     assert message.startswith(f"LabelError: write auto = true under [rows] into {recipe}, which finds rows")
-    assert "found-rows: is part of a recipe" in refused(capsys, "knit", recipe, "--auto", "-o", tmp_path / "out")
+    assert "rows.auto: is part of a recipe" in refused(capsys, "knit", recipe, "--auto", "-o", tmp_path / "out")
 
 
 def test_a_mesh_that_crosses_itself_is_told_and_still_tried(tmp_path, cone_obj, caplog):

@@ -177,9 +177,9 @@ def test_a_file_that_is_not_a_log_gives_a_message_of_one_line(folder, tmp_path, 
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["--bind-off", "knot"], "bind_off: got 'knot'; expected one of drawn, chain"),
-        (["--cast-on", "long-tail"], "cast_on: got 'long-tail'; expected one of backward, open"),
-        (["--longest-float", "-1"], "longest_float: got -1 stitches; expected 0 or more"),
+        (["--bind-off", "knot"], "bind off: got 'knot'; expected one of drawn, chain"),
+        (["--cast-on", "long-tail"], "cast on: got 'long-tail'; expected one of backward, open"),
+        (["--longest-float", "-1"], "longest float: got -1; expected 0 or more stitches"),
     ],
 )
 def test_a_bad_finish_is_an_error_before_the_computation(folder, tmp_path, capsys, words, message):

@@ -203,7 +203,6 @@ def test_a_bad_pattern_gives_a_message_of_one_line(files, capsys, monkeypatch, p
         (["stockinette", "--yarn-radius", "0"], "yarn radius: got 0.0 cm; expected a positive number"),
         (["stockinette", "--spacing", "1"], "spacing: got one for a knitted swatch"),
         (["plain", "--spacing", "0"], "spacing: got 0.0 cm; expected a positive number"),
-        (["plain", "--spacing", "1", "2", "3"], "spacing: got 3 numbers; expected one, or one of warps"),
         (["plain", "--loop-length", "4"], "loop length: got one for a weave, which has no loops"),
         (["plain", "--columns", "2"], "the cell of a weave is one repeat"),
         (["stockinette", "--columns", "0"], "columns: got 0; expected at least 1"),

@@ -17,14 +17,15 @@ from stitchmesh.jobs import job_memory
 from stitchmesh.jobs.job import Job, recipe_of
 from stitchmesh.jobs.job_memory import found_memory
 from stitchmesh.jobs.run_job import run_job
-from stitchmesh.jobs.sections import AutoStitchesTable, RelaxYarnsTable
 from stitchmesh.jobs.stage_files import GIVEN
 from stitchmesh.jobs.stop import JobStopped, StopRequest
 from stitchmesh.jobs.sweep.row import inputs_of, measures_of
 from stitchmesh.quality import PRESETS
 from stitchmesh.recipe.estimate import control_points, loops_in_chains
 from stitchmesh.recipe.knit_recipe import knit_recipe
+from stitchmesh.recipe.recipe import Recipe
 from stitchmesh.recipe.recipe_file import write_recipe
+from stitchmesh.recipe.sections import RowsSection, SolverSection
 from tests.gallery import tube
 from tests.labeling.test_partial_labeling import triangulated
 
@@ -37,8 +38,10 @@ def job(tmp_path_factory) -> Job:
     path = tmp_path_factory.mktemp("mesh") / "cone.obj"
     sm.write_mesh(path, triangulated(tube(8, 3, radius=2.0, height=1.5, top_radius=1.2)))
     return Job(
-        mesh=str(path), quality="draft", device="cpu", render=(), auto_stitches=AutoStitchesTable(stitch_width=1.0),
-        relax_yarns=RelaxYarnsTable(max_iterations=5),
+        garment=Recipe(
+            mesh=str(path), stitch_width=1.0, rows=RowsSection(auto=True), solver=SolverSection(max_iterations=5)
+        ),
+        quality="draft", device="cpu", render=(),
     )  # fmt: skip
 
 
@@ -80,7 +83,7 @@ def test_the_recipe_of_a_job_is_the_same_job(job, copy, tmp_path):
 
 
 def test_an_option_of_found_rows_computes_all_stages(job, copy):
-    changed = replace(job, auto_stitches=AutoStitchesTable(stitch_width=1.0, multiple=2))
+    changed = replace(job, garment=replace(job.garment, rows=RowsSection(auto=True, multiple=2)))
     assert computed(run_job(changed, copy)) == STAGES
     assert computed(run_job(job, copy)) == []
 
@@ -95,7 +98,7 @@ def test_a_damaged_surface_is_found_again_with_the_same_bits(job, copy):
 
 def test_the_row_of_a_sweep_has_the_options_and_the_figures(job, done):
     inputs = inputs_of(job)
-    assert inputs["auto_stitches.stitch_width"] == 1.0 and inputs["auto_stitches.multiple"] == 1
+    assert inputs["stitch_width"] == 1.0 and inputs["rows.multiple"] == 1
     measures = measures_of(json.loads((done / "report.json").read_text()))
     assert measures["shape.irregular"] > 0 and measures["shape.rms_stretch"] > 0.0
 

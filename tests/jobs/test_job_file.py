@@ -12,18 +12,11 @@ import pytest
 
 import stitchmesh as sm
 from stitchmesh.cli.main import main
-from stitchmesh.errors import FileError, ParameterError
+from stitchmesh.errors import FileError
+from stitchmesh.io.checked import check_table
 from stitchmesh.jobs.job import Job, recipe_of
 from stitchmesh.jobs.job_file import example_job, job_of_table, read_job
-from stitchmesh.jobs.sections import (
-    AutoStitchesTable,
-    GenerateYarnsTable,
-    LabelTable,
-    RelaxYarnsTable,
-    RenderTable,
-    SwatchTable,
-    TessellateTable,
-)
+from stitchmesh.jobs.sections import RenderTable, SwatchTable
 from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.recipe.recipe import Recipe, recipe_options
 from stitchmesh.recipe.recipe_file import write_recipe
@@ -36,7 +29,7 @@ def names_of(kind):
 @pytest.mark.parametrize(
     "source, job",
     [
-        ("hat.obj", Job(mesh="hat.obj")),
+        ("hat.obj", Job(garment=Recipe(mesh="hat.obj"))),
         ("parts/garment.toml", Job(recipe="parts/garment.toml")),
         ("rib2x2", Job(swatch=SwatchTable(pattern="rib2x2"))),
         ("chart.knit", Job(swatch=SwatchTable(pattern="chart.knit"))),
@@ -48,34 +41,25 @@ def test_a_new_file_has_the_defaults(source, job):
 
 def test_every_key_without_a_value_has_a_valid_example():
     """Without its # a line gives a value that the key accepts, except where two keys exclude each other."""
-    text = example_job("hat.obj").replace("# error", "#error").replace("# auto_stitches", "#auto_stitches")
+    text = example_job("hat.obj").replace("# error", "#error").replace("auto = false", "auto = true")
     text = text.replace("\n# ", "\n").partition("\n\n")[2]
     job = job_of_table(tomllib.loads(text), "job.toml")
-    assert job.within == "8h" and job.tessellate.stitch_height == 0.6 and job.render[0].view == "back"
-
-
-@pytest.mark.parametrize(
-    "table, function",
-    [(LabelTable, sm.label), (TessellateTable, sm.tessellate), (AutoStitchesTable, sm.auto_stitches)],
-)
-def test_tables_have_the_arguments_of_their_function(table, function):
-    assert names_of(table) <= set(inspect.signature(function).parameters)
+    assert job.within == "8h" and job.garment.stitches.course_height == 0.6 and job.render[0].view == "back"
 
 
 def test_tables_of_functions_with_options_have_their_names():
     swatch = set(inspect.signature(sm.swatch).parameters) | names_of(SwatchOptions)
-    assert names_of(SwatchTable) - {"stiffness", "max_iterations", "checkpoint_every"} <= swatch
+    assert names_of(SwatchTable) - {"stiffness", "max_iterations"} <= swatch
     assert names_of(RenderTable) <= set(inspect.signature(sm.render).parameters) | names_of(sm.PictureOptions)
-    assert names_of(GenerateYarnsTable) <= set(inspect.signature(sm.generate_yarns).parameters)
-    assert {"material"} <= names_of(RelaxYarnsTable) & set(inspect.signature(sm.relax_yarns).parameters)
 
 
-def test_tables_of_jobs_are_public_functions():
-    plain = {"mesh", "unit", "up", "objects", "layer", "recipe", "quality", "device", "within", "error"}
-    assert all(callable(getattr(sm, name)) for name in names_of(Job) - plain)
+def test_a_job_about_a_mesh_has_the_keys_of_a_recipe():
+    recipe = {"mesh": "hat.obj", "stitch_width": 1.2, "finish": {"cast_on": "open"}, "edge_forms": ["hem=fold:5"]}
+    job = job_of_table({**recipe, "within": "8h"}, "job.toml")
+    assert job == Job(garment=check_table(recipe, Recipe), within="8h")
 
 
-def test_the_keys_of_a_job_reach_the_options_of_the_stages():
+def test_the_former_keys_of_a_job_reach_the_options_of_the_stages():
     table = {
         "mesh": "hat.obj", "objects": ["shirt"], "layer": "inner",
         "make_spiral": True, "turn_inside_out": True, "quality": "draft",
@@ -97,7 +81,7 @@ def test_the_keys_of_a_job_reach_the_options_of_the_stages():
     assert options.quality.max_iterations == 7
 
 
-def test_the_keys_of_found_rows_reach_the_options_of_the_stages():
+def test_the_former_keys_of_found_rows_reach_the_options_of_the_stages():
     mark = {"kind": "border", "points": [[0, 0, 2]], "role": "begin"}
     table = {"stitch_width": 1.2, "stitch_height": 0.9, "up": [1, 0, 0], "multiple": 3, "marks": [mark]}
     recipe = recipe_of(job_of_table({"mesh": "hat.stl", "auto_stitches": table}, "job.toml"))
@@ -117,9 +101,15 @@ def test_the_keys_of_found_rows_reach_the_options_of_the_stages():
         ({"swatch": {"pattern": "rib2x2", "gama": 1.0}}, "did you mean 'gamma'?"),
         ({"swatch": {"gamma": 1.0}}, "swatch needs 'pattern'"),
         ({"mesh": "a.obj", "tessellate": {"stitch_width": "wide"}}, 'stitch_width is "wide"; expected a number'),
+        ({"mesh": "a.obj", "stitch_width": 1, "tessellate": {"stitch_width": 2}},
+         "tessellate.stitch_width: is the former name of stitch_width, which is given too; leave one of the two out"),
+        ({"mesh": "a.obj", "stitches": {"course_heigth": 1}}, "job.toml: stitches has no key 'course_heigth'; did you"),
+        ({"mesh": "a.obj", "tessellate": 3}, "tessellate is 3; expected a table"),
+        ({"mesh": "a.obj", "withn": "8h"}, "has no key 'withn'; did you mean 'within'?"),
         ({}, "got none of them; expected one of mesh, recipe and"),
         ({"mesh": "a.obj", "recipe": "b.toml"}, "got mesh and recipe"),
-        ({"swatch": {"pattern": "rib2x2"}, "tessellate": {"stitch_width": 1.0}}, "tessellate: is no key of a job"),
+        ({"swatch": {"pattern": "rib2x2"}, "tessellate": {"stitch_width": 1.0}},
+         "stitch_width: is no key of a job with a swatch; leave it out"),
         ({"recipe": "b.toml", "relax_mesh": {"alpha": 0.8}}, "is no key of a job with a recipe; write it into"),
         ({"mesh": "a.obj", "quality": "fine"}, "quality: got 'fine'; expected one of draft"),
         ({"mesh": "a.obj", "within": "soon"}, "within: got the text 'soon'"),
@@ -128,14 +118,12 @@ def test_the_keys_of_found_rows_reach_the_options_of_the_stages():
         ({"mesh": "a.obj", "write_yarns": ["yarns.png"]}, "one of the suffixes .h5"),
         ({"mesh": "a.obj", "render": [{"path": "/tmp/a.png"}]}, "render: got '/tmp/a.png'"),
         ({"mesh": "a.obj", "render": [{"view": "abvoe"}]}, "abvoe"),
-        ({"mesh": "a.obj", "relax_yarns": {"checkpoint_every": 0}}, "relax_yarns.checkpoint_every: got 0"),
-        ({"swatch": {"pattern": "rib2x2", "checkpoint_every": 0}}, "swatch.checkpoint_every: got 0; expected at least"),
+        ({"mesh": "a.obj", "relax_yarns": {"checkpoint_every": 0}}, "checkpoint every: got 0"),
+        ({"swatch": {"pattern": "rib2x2", "checkpoint_every": 0}}, "checkpoint every: got 0; expected at least 1"),
         ({"mesh": "a.obj", "auto_stitches": {"multipel": 2}}, "auto_stitches has no key 'multipel'; did you mean"),
         ({"mesh": "a.obj", "auto_stitches": {"multiple": 0}}, "multiple: got 0; expected 1 or more stitches"),
-        ({"mesh": "a.obj", "auto_stitches": {}, "label": {"flip": [1]}},
-         "label: is no key of a job with auto_stitches, which finds rows itself; leave it out"),
-        ({"recipe": "b.toml", "auto_stitches": {}}, "auto_stitches: is no key of a job with a recipe; write it into"),
-        ({"mesh": "a.obj", "apply_edit": [{"yarn": 1}]}, "apply_edit[0] needs 'edit'"),
+        ({"recipe": "b.toml", "auto_stitches": {}}, "rows: is no key of a job with a recipe; write it into"),
+        ({"mesh": "a.obj", "apply_edit": [{"yarn": 1}]}, "edits[0] needs 'edit'"),
     ],
 )  # fmt: skip
 def test_what_no_job_has_is_refused(table, message):
@@ -147,9 +135,7 @@ def test_what_no_job_has_is_refused(table, message):
 def test_a_recipe_keeps_its_relaxation(tmp_path):
     write_recipe(tmp_path / "garment.toml", Recipe(mesh="hat.obj", quality="draft"))
     job = Job(recipe=str(tmp_path / "garment.toml"), quality="reference")
-    assert recipe_of(replace(job, relax_yarns=RelaxYarnsTable(checkpoint_every=9))).quality == "reference"
-    with pytest.raises(ParameterError, match="relax_yarns: a recipe has all but checkpoint_every"):
-        recipe_of(replace(job, relax_yarns=RelaxYarnsTable(material="leaf")))
+    assert recipe_of(replace(job, checkpoint_every=9)).quality == "reference"
 
 
 def test_paths_are_relative_to_the_file(tmp_path):
@@ -157,7 +143,7 @@ def test_paths_are_relative_to_the_file(tmp_path):
         'mesh = "hat.obj"\n[relax_yarns]\nbody = "body.obj"\n[[apply_pattern]]\npattern = "a.knit"\n'
     )
     job = read_job(tmp_path / "job.toml")
-    assert [job.mesh, job.relax_yarns.body, job.apply_pattern[0].pattern] == [
+    assert [job.garment.mesh, job.garment.physics.body, job.garment.patterns[0].pattern] == [
         str(tmp_path / name) for name in ("hat.obj", "body.obj", "a.knit")
     ]
 
@@ -209,7 +195,7 @@ def test_init_writes_a_job_that_runs_from_its_folder(tmp_path, capsys, monkeypat
     path = tmp_path / "parts" / "job.toml"
     assert main(["job", "init", str(tmp_path / "hat.obj"), "-o", str(path)]) == 0
     assert "stitchmesh run" in capsys.readouterr().out
-    assert read_job(path).mesh == str(tmp_path / "parts" / ".." / "hat.obj")
+    assert read_job(path).garment.mesh == str(tmp_path / "parts" / ".." / "hat.obj")
     assert main(["job", "init", "rib2x2", "-o", str(path)]) == 2
     assert "is there already" in capsys.readouterr().err
 

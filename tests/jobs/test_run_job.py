@@ -27,7 +27,7 @@ from stitchmesh.jobs.job_memory import check_job_memory
 from stitchmesh.jobs.job_status import JobLog, read_status
 from stitchmesh.jobs.kept_stages import KeptStage, KeptStages, StageRecord
 from stitchmesh.jobs.run_job import end_reported, run_job
-from stitchmesh.jobs.sections import GenerateYarnsTable, RelaxYarnsTable, SwatchTable, TessellateTable
+from stitchmesh.jobs.sections import SwatchTable
 from stitchmesh.jobs.stage_run import JobRun
 from stitchmesh.jobs.stop import JobStopped, StopRequest
 from stitchmesh.memory_need import relaxation_memory
@@ -35,8 +35,9 @@ from stitchmesh.periodic.swatch import Swatch
 from stitchmesh.pipeline.garment import Made
 from stitchmesh.pipeline.knit import knit_and_write
 from stitchmesh.quality import PRESETS, Quality
-from stitchmesh.recipe.recipe import recipe_options
+from stitchmesh.recipe.recipe import Recipe, recipe_options
 from stitchmesh.recipe.recipe_file import write_recipe
+from stitchmesh.recipe.sections import SolverSection
 from tests.gallery import ROOT, tube
 from tests.killing import leave_part
 
@@ -49,8 +50,8 @@ def job(tmp_path_factory):
     path = tmp_path_factory.mktemp("mesh") / "tube.obj"
     sm.write_mesh(path, tube(8, 3, radius=2.0, height=1.2))
     return Job(
-        mesh=str(path), quality="draft", device="cpu", render=(), tessellate=TessellateTable(stitch_width=0.8),
-        relax_yarns=RelaxYarnsTable(checkpoint_every=20),
+        garment=Recipe(mesh=str(path), stitch_width=0.8), quality="draft", device="cpu", render=(),
+        checkpoint_every=20,
     )  # fmt: skip
 
 
@@ -66,6 +67,15 @@ def done(job, tmp_path_factory):
 def copy(done, tmp_path):
     """Return a copy of the folder of the finished job."""
     return shutil.copytree(done, tmp_path / "job")
+
+
+SHORT = SolverSection(max_iterations=20)
+"""A relaxation that need not come to rest."""
+
+
+def with_garment(job, **settings):
+    """Return a job with other settings of its garment."""
+    return replace(job, garment=replace(job.garment, **settings))
 
 
 def computed(made):
@@ -107,16 +117,16 @@ def test_the_recipe_of_a_job_is_the_same_job(job, copy, tmp_path):
 @pytest.mark.parametrize(
     "key, value, first",
     [
-        ("relax_yarns", RelaxYarnsTable(checkpoint_every=20, max_iterations=20), "relax_yarns"),
-        ("relax_yarns", RelaxYarnsTable(checkpoint_every=33), None),
-        ("generate_yarns", GenerateYarnsTable(yarn_radius=0.09), "generate_yarns"),
-        ("tessellate", TessellateTable(stitch_width=1.2), "tessellate"),
+        ("solver", SHORT, "relax_yarns"),
+        ("checkpoint_every", 33, None),
+        ("yarn_radius", 0.09, "generate_yarns"),
+        ("stitch_width", 1.2, "tessellate"),
     ],
 )
 def test_a_changed_option_computes_its_stage_and_those_after_it(job, copy, key, value, first):
-    changed = replace(job, **{key: value})
-    if key != "relax_yarns":  # what follows need not come to rest
-        changed = replace(changed, relax_yarns=RelaxYarnsTable(max_iterations=20))
+    changed = replace(job, **{key: value}) if key == "checkpoint_every" else with_garment(job, **{key: value})
+    if first not in (None, "relax_yarns"):  # what follows need not come to rest
+        changed = with_garment(changed, solver=SHORT)
     expected = [] if first is None else STAGES[STAGES.index(first) :]
     assert computed(run_job(changed, copy)) == expected
     assert computed(run_job(job, copy)) == []  # the results of the first options are still there
@@ -175,7 +185,7 @@ def test_the_time_of_the_parts_before_counts(job, copy, monkeypatch):
     """A job that continues has the time of its budget less that of the earlier run."""
     monkeypatch.setattr("stitchmesh.yarnrelax.observer.PROGRESS_SECONDS", 0.0)
     limited = replace(job, within="10min", quality=None)
-    other = replace(limited, relax_yarns=RelaxYarnsTable(checkpoint_every=20, solver="quasistatic"))
+    other = with_garment(limited, solver=SolverSection(method="quasistatic"))
     stopped_at(other, copy, "iteration 40")
     checkpoint = next(copy.glob("stages/relax_yarns-*/checkpoint.smc"))
     found = {}
@@ -262,17 +272,17 @@ def test_stages_that_are_a_link_are_refused(job, copy, tmp_path):
 
 
 def test_a_job_replaces_neither_its_mesh_nor_a_file_of_the_users(job, tmp_path):
-    shutil.copy(job.mesh, tmp_path / "yarns.obj")
+    shutil.copy(job.garment.mesh, tmp_path / "yarns.obj")
     own = replace(job, mesh=str(tmp_path / "yarns.obj"), write_yarns=("yarns.obj",))
     for overwrite in (False, True):
         with pytest.raises(FileError, match=r"yarns\.obj: .*(was not written by StitchMesh|would replace it)"):
             run_job(own, tmp_path, overwrite=overwrite)
-    assert (tmp_path / "yarns.obj").read_bytes() == Path(job.mesh).read_bytes()
+    assert (tmp_path / "yarns.obj").read_bytes() == Path(job.garment.mesh).read_bytes()
 
 
 def test_clean_removes_the_stages_that_the_last_run_has_not_used(job, copy, capsys):
     used = {path.name for path in copy.glob("stages/*")}
-    run_job(replace(job, relax_yarns=RelaxYarnsTable(max_iterations=20)), copy)
+    run_job(with_garment(job, solver=SHORT), copy)
     run_job(job, copy)
     other = {path.name for path in copy.glob("stages/*")} - used
     assert {name.partition("-")[0] for name in other} == {"relax_yarns", "plot_convergence"}
@@ -307,7 +317,7 @@ def test_a_folder_that_is_removed_in_the_middle_is_one_line(job, copy):
         if report.stage == "generate_yarns":
             shutil.rmtree(copy, ignore_errors=True)
 
-    other = replace(job, generate_yarns=GenerateYarnsTable(yarn_radius=0.09))
+    other = with_garment(job, yarn_radius=0.09)
     with pytest.raises(FileError, match="was removed while it was in use, with files of it; begin again"):
         run_job(other, copy, listener=remove)
     assert not (copy / "status.json").exists(), "another run may be there by now"
@@ -327,7 +337,7 @@ def test_a_full_disk_is_one_line_and_keeps_what_is_whole(job, copy, monkeypatch)
     monkeypatch.setattr("stitchmesh.jobs.stage_files.write_yarns", full)
     before = (copy / "yarns.h5").read_bytes()
     with pytest.raises(FileError, match="No space left"):
-        run_job(replace(job, generate_yarns=GenerateYarnsTable(yarn_radius=0.09)), copy)
+        run_job(with_garment(job, yarn_radius=0.09), copy)
     status = read_status(copy)
     assert (status.state, status.stage) == ("failed", "generate_yarns") and "No space left" in status.note
     assert (copy / "yarns.h5").read_bytes() == before
@@ -366,10 +376,10 @@ def test_a_job_that_does_not_fit_is_refused_before_the_stitches(job, tmp_path, m
 def test_commands_report_lines_of_json_and_the_status(job, copy, tmp_path, capsys):
     path = tmp_path / "job.toml"
     path.write_text(
-        f'mesh = "{job.mesh}"\nquality = "draft"\ndevice = "cpu"\nrender = []\n[tessellate]\nstitch_width = 0.8\n'
+        f'mesh = "{job.garment.mesh}"\nstitch_width = 0.8\nquality = "draft"\ndevice = "cpu"\nrender = []\n'
     )
-    assert job_of_table({"mesh": job.mesh}, "x/job.toml").mesh == job.mesh
-    assert main(["run", str(path), "-o", str(copy), "--allow-paths", str(Path(job.mesh).parent)]) == 0
+    assert job_of_table({"mesh": job.garment.mesh}, "x/job.toml").garment.mesh == job.garment.mesh
+    assert main(["run", str(path), "-o", str(copy), "--allow-paths", str(Path(job.garment.mesh).parent)]) == 0
     output = capsys.readouterr()
     lines = [json.loads(line) for line in output.out.splitlines()]
     assert lines[-1]["state"] == "finished" and lines[-1]["stages"] == STAGES
@@ -387,8 +397,8 @@ def test_a_stage_without_its_record_is_unfinished(copy):
 
 def test_sigterm_writes_a_checkpoint_and_ends_the_process(job, tmp_path):
     path = tmp_path / "job.toml"
-    path.write_text(f'mesh = "{job.mesh}"\nquality = "draft"\ndevice = "cpu"\n[tessellate]\nstitch_width = 0.8\n')
-    words = [sys.executable, "-m", "stitchmesh", "run", str(path), "--allow-paths", str(Path(job.mesh).parent)]
+    path.write_text(f'mesh = "{job.garment.mesh}"\nstitch_width = 0.8\nquality = "draft"\ndevice = "cpu"\n')
+    words = [sys.executable, "-m", "stitchmesh", "run", str(path), "--allow-paths", str(Path(job.garment.mesh).parent)]
     with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=ROOT) as process:
         for line in process.stdout:
             if json.loads(line)["stage"] == "relax_yarns":

@@ -111,8 +111,8 @@ def test_a_kill_and_sigterm_in_a_swatch_change_no_bit():
 @pytest.mark.nightly
 def test_a_release_off_the_needles_that_is_stopped_twice_changes_no_bit(tmp_path, monkeypatch):
     monkeypatch.setattr(observer, "PROGRESS_SECONDS", 0.0)
-    table = SwatchTable(pattern="stockinette", relaxation="dry", checkpoint_every=200)
-    job = Job(swatch=table, quality="draft", device="cpu", render=())
+    table = SwatchTable(pattern="stockinette", relaxation="dry")
+    job = Job(swatch=table, checkpoint_every=200, quality="draft", device="cpu", render=())
     ended = list[int]()
     for reports in (20, 30):
         stop, count = StopRequest(), itertools.count(1)

@@ -141,7 +141,7 @@ def test_a_float_that_is_too_long_is_refused_with_its_place():
     assert allowed.report["wales"] == 10 and allowed.report["certificate"] == "unchanged"
     with pytest.raises(PatternError, match="floats behind 3 stitches"):
         sm.swatch(chart("0001/0001"), longest_float=2, **DRAFT)
-    with pytest.raises(ParameterError, match="longest float: got -1 stitches; expected 0 or more"):
+    with pytest.raises(ParameterError, match="longest float: got -1; expected 0 or more stitches"):
         SwatchOptions(longest_float=-1)
 
 

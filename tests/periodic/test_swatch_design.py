@@ -83,7 +83,7 @@ def test_an_old_design_without_some_dials_has_their_defaults():
     ("change", "error", "message"),
     [
         ({"dials": {"gama": 1.0}}, ParameterError, "did you mean 'gamma'"),
-        ({"dials": {"gamma": 99.0}}, ParameterError, "gamma: got 99; expected 0.1 to 10"),
+        ({"dials": {"gamma": 99.0}}, ParameterError, "gamma: got 99.0; expected 0.1 to 10"),
         ({"dials": {"held": "a"}}, ParameterError, "expected a number"),
         ({"quality": "best"}, ParameterError, "quality: got 'best'"),
         ({"text": "round 1: k1 z2"}, PatternError, "line 1"),

@@ -17,8 +17,9 @@ from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.mesh.upright import Y, Z, upright_turn
 from stitchmesh.recipe.recipe import Recipe, recipe_options
 from stitchmesh.recipe.recipe_file import read_recipe, write_recipe
-from stitchmesh.recipe.sections import MarkTable, PhysicsSection, RowsSection
+from stitchmesh.recipe.sections import PhysicsSection, RowsSection
 from stitchmesh.selection import select
+from stitchmesh.shaping.marks import TimeMark
 from tests.gallery import tube
 
 DRAFT = ["--quality", "draft", "--device", "cpu", "--max-iterations", "20", "--no-picture"]
@@ -131,10 +132,10 @@ def test_a_recipe_that_cannot_be_made_is_refused_in_one_line_and_nothing_is_writ
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (["--stitch-width", "1"], "stitch-width: is part of a recipe; write it into"),
+        (["--stitch-width", "1"], "stitch_width: is part of a recipe; write it into"),
         (["--pattern", "rib2x2"], "pattern: is part of a recipe"),
-        (["--gravity", "0", "-981", "0"], "physics: is part of a recipe"),
-        (["--max-iterations", "5"], "solver: is part of a recipe"),
+        (["--gravity", "0", "-981", "0"], "physics.gravity: is part of a recipe"),
+        (["--max-iterations", "5"], "solver.max_iterations: is part of a recipe"),
     ],
 )
 def test_options_that_belong_into_the_recipe_are_refused(knitted, tmp_path, capsys, options, message):
@@ -157,7 +158,7 @@ def test_marks_and_the_body_are_turned_with_a_mesh_that_lies_in_its_file(tmp_pat
         write_mesh(tmp_path / f"{name}-z.obj", replace(mesh, vertices=mesh.vertices @ upright_turn(Z)))
 
     def made(suffix, point):
-        mark = MarkTable(kind="border", points=(point,), role="begin")
+        mark = TimeMark(kind="border", points=(point,), role="begin")
         recipe = Recipe(
             mesh=str(tmp_path / f"skirt{suffix}.obj"), rows=RowsSection(auto=True, marks=(mark,)),
             physics=PhysicsSection(body=str(tmp_path / f"body{suffix}.obj")),

@@ -18,7 +18,6 @@ from stitchmesh.recipe.recipe_file import read_recipe, write_recipe
 from stitchmesh.recipe.sections import (
     DirectionTable,
     LabelSection,
-    MarkTable,
     MaterialSection,
     PanelsSection,
     PhysicsSection,
@@ -27,6 +26,7 @@ from stitchmesh.recipe.sections import (
     SolverSection,
     StitchesSection,
 )
+from stitchmesh.shaping.marks import TimeMark
 from stitchmesh.shaping.panels.options import PanelOptions
 from stitchmesh.yarngen import YarnFinish
 from tests.gallery import ROOT
@@ -50,9 +50,9 @@ FULL = Recipe(
     rows=RowsSection(
         auto=True, up=(0.0, 0.0, 1.0), multiple=4, short_rows=False, most_shaping=0.25, shaping="seams",
         marks=(
-            MarkTable(kind="border", points=((0.0, 1.5, 2.0),), role="begin", time=0.0),
-            MarkTable(kind="stroke", points=((0.0, 4.0, 2.0), (0.1, 4.0, 2.0))),
-            MarkTable(kind="point", points=((0.0, 3.0, 2.0),), role="plain", radius=1.5),
+            TimeMark(kind="border", points=((0.0, 1.5, 2.0),), role="begin", time=0.0),
+            TimeMark(kind="stroke", points=((0.0, 4.0, 2.0), (0.1, 4.0, 2.0))),
+            TimeMark(kind="point", points=((0.0, 3.0, 2.0),), role="plain", radius=1.5),
         ),
     ),
     panels=PanelsSection(
@@ -132,13 +132,13 @@ def test_texts_with_quotes_and_other_letters_are_written_whole(tmp_path):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("mesh = 'h.obj'\nstich_width = 1", "has no key 'stich_width'; did you mean 'stitch_width'? the keys are mesh"),
+        ("mesh = 'h.obj'\nstich_width = 1", "has no key 'stich_width'; did you mean 'stitch_width'? the keys are unit"),
         ("stitch_width = 1", "needs 'mesh'; got stitch_width"),
         ("mesh = 3", "mesh is 3; expected a text"),
         ("mesh = 'h.obj'\nspiral = 1", "spiral is 1; expected true or false"),
         ("mesh = 'h.obj'\n[finsh]\nbind_off = 'chain'", "has no key 'finsh'; did you mean 'finish'?"),
         ("mesh = 'h.obj'\n[finish]\nbindoff = 'chain'", "finish has no key 'bindoff'; did you mean 'bind_off'?"),
-        ("mesh = 'h.obj'\n[finish]\nbind_off = 'knot'", "bind_off: got 'knot'; expected one of drawn, chain"),
+        ("mesh = 'h.obj'\n[finish]\nbind_off = 'knot'", "bind off: got 'knot'; expected one of drawn, chain"),
         ("mesh = 'h.obj'\n[[patterns]]\non = 'hem'", "patterns[0] needs 'pattern'; got on"),
         (
             "mesh = 'h.obj'\n[[patterns]]\npattern='rib2x2'\nonn='hem'",
@@ -150,7 +150,7 @@ def test_texts_with_quotes_and_other_letters_are_written_whole(tmp_path):
         ("mesh = 'h.obj'\n[[edits]]\nedit = 'stripe'\nyarns = 1", "edits[0]: stripe:"),
         ("mesh = 'h.obj'\n[[edits]]\nedit = 'stripe'\nyarn = 1\non = 'hm 3'", "edits[0]: selection 'hm 3': 'hm' is"),
         ("mesh = 'h.obj'\nedits = 3", "edits: expected tables [[edits]]"),
-        ("mesh = 'h.obj'\n[[colours]]\non = 'hem'", "colours: on 'hem': expected either a yarn number or a colour"),
+        ("mesh = 'h.obj'\n[[colours]]\non = 'hem'", "colours[0]: on 'hem': expected either a yarn number or a colour"),
         ("mesh = 'h.obj'\n[rows]\nmultiple = 2", "multiple: is for rows that are found; give auto (--auto) too"),
         ("mesh = 'h.obj'\n[rows]\nauto = true\nup = [0, 0]", "rows.up is [0, 0]"),
         ("mesh = 'h.obj'\n[rows]\nauto = true\nup = [0, 0, nan]", "up: got (0.0, 0.0, nan)"),

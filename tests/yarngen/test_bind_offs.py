@@ -159,9 +159,9 @@ def test_open_loops_start_at_least_one_radius_apart(quality):
 
 @pytest.mark.parametrize(
     ("choice", "message"),
-    [({"bind_off": "icord"}, "bind_off: got 'icord'; expected one of drawn, chain"),
-     ({"cast_on": "tubular"}, "cast_on: got 'tubular'; expected one of backward, open"),
-     ({"longest_float": -1}, "longest_float: got -1 stitches; expected 0 or more")],
+    [({"bind_off": "icord"}, "bind off: got 'icord'; expected one of drawn, chain"),
+     ({"cast_on": "tubular"}, "cast on: got 'tubular'; expected one of backward, open"),
+     ({"longest_float": -1}, "longest float: got -1; expected 0 or more stitches")],
 )  # fmt: skip
 def test_unknown_finishes_are_refused(choice, message):
     with pytest.raises(ParameterError, match=message):

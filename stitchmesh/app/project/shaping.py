@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from stitchmesh.io.checked import check_table
@@ -87,13 +87,7 @@ def shaping_of(table: object) -> Shaping:
     Raises:
         ParameterError: the table has another form.
     """
-    # With these the simulations are imported, which a project without found rows does not wait for.
-    from stitchmesh.jobs.sections import AutoStitchesTable
-    from stitchmesh.recipe.sections import time_marks
-
-    found = check_table(table, AutoStitchesTable)
-    given = {part.name: getattr(found, part.name) for part in fields(Shaping)}
-    return Shaping(**{**given, "marks": time_marks(found.marks)})
+    return check_table(table, Shaping)
 
 
 def plain_mark(mark: TimeMark) -> TimeMark:

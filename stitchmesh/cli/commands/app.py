@@ -10,8 +10,8 @@ from typing import Annotated
 
 from tyro.conf import Positional, arg
 
-from stitchmesh.cli.arguments import help_entry
 from stitchmesh.cli.serving import Serving
+from stitchmesh.cli.words import help_entry
 from stitchmesh.io.units import DEFAULT_UNIT
 
 

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Annotated
 
 from tyro.conf import Positional, UseAppendAction
 
-from stitchmesh.cli.arguments import help_entry
 from stitchmesh.cli.options import Overwrite
 from stitchmesh.cli.say import say
+from stitchmesh.cli.words import help_entry
 from stitchmesh.errors import ParameterError
 
 if TYPE_CHECKING:

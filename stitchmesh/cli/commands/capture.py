@@ -9,9 +9,9 @@ from typing import Annotated
 
 from tyro.conf import Positional
 
-from stitchmesh.cli.arguments import Flag, help_entry
 from stitchmesh.cli.options import READ_STITCHES, OnSelection, Overwrite
 from stitchmesh.cli.say import say
+from stitchmesh.cli.words import Flag, help_entry
 
 
 @dataclass(frozen=True)

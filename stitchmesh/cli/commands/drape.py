@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from tyro.conf import Positional, arg
 
-from stitchmesh.cli.arguments import Flag, help_entry
 from stitchmesh.cli.options import Device, Overwrite, Threads
 from stitchmesh.cli.output_folder import draw_if_possible, output_folder
 from stitchmesh.cli.say import say
 from stitchmesh.cli.serving import Serving
 from stitchmesh.cli.summary import AsJson, files_to_open, print_result
+from stitchmesh.cli.words import Flag, help_entry
 from stitchmesh.errors import FileError, ParameterError
 
 if TYPE_CHECKING:

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Annotated
 
 from tyro.conf import Positional, arg
 
-from stitchmesh.cli.arguments import help_entry
 from stitchmesh.cli.options import READ_STITCHES, WRITTEN_STITCHES, OnSelection, Overwrite
 from stitchmesh.cli.say import say
 from stitchmesh.cli.serving import Serving
+from stitchmesh.cli.words import help_entry
 from stitchmesh.errors import ParameterError
 
 if TYPE_CHECKING:

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-from stitchmesh.cli.arguments import help_entry
 from stitchmesh.cli.options import Overwrite
 from stitchmesh.cli.say import say
+from stitchmesh.cli.words import help_entry
 
 
 @dataclass(frozen=True)

@@ -9,24 +9,24 @@ from typing import TYPE_CHECKING, Annotated
 
 from tyro.conf import Positional
 
-from stitchmesh.cli.arguments import Direction, Flag, help_entry
 from stitchmesh.cli.options import (
     FOUND_RADIUS,
     READ_STITCHES,
     READ_YARNS,
     Device,
-    MaterialOptions,
     Overwrite,
     Threads,
     Unit,
 )
 from stitchmesh.cli.output_folder import output_folder
 from stitchmesh.cli.summary import AsJson, print_result
+from stitchmesh.cli.words import DirectionWord, Flag, help_entry
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.units import DEFAULT_UNIT
 from stitchmesh.mesh.upright import Y
 from stitchmesh.mesh.vertex_motion import FRAMES_PER_SECOND
 from stitchmesh.quality import DEFAULT_QUALITY, PRESETS
+from stitchmesh.recipe.sections import MaterialSection
 from stitchmesh.yarnrelax.motion.follow_defaults import BODY_FRICTION, DRAG
 
 if TYPE_CHECKING:
@@ -48,7 +48,7 @@ class Follow:
     """frames of a folder for each second; a USD file states its times"""
     body_unit: Annotated[str, help_entry("UNIT")] = DEFAULT_UNIT
     """unit of the files of a folder"""
-    body_up: Annotated[Direction, help_entry("AXIS|X,Y,Z", "y")] = None
+    body_up: Annotated[DirectionWord, help_entry("AXIS|X,Y,Z", "y")] = None
     """direction in the files of a folder that points up"""
     body_friction: Annotated[float, help_entry("MU")] = BODY_FRICTION
     """coefficient of friction between the yarns and the body"""
@@ -69,7 +69,7 @@ class Follow:
     )
     device: Device = None
     threads: Threads = None
-    material: MaterialOptions = field(default_factory=MaterialOptions)
+    material: MaterialSection = field(default_factory=MaterialSection)
     json: AsJson = False
     overwrite: Overwrite = False
 

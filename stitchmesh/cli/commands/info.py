@@ -9,9 +9,9 @@ from typing import Annotated
 
 from tyro.conf import Positional, arg
 
-from stitchmesh.cli.arguments import help_entry
 from stitchmesh.cli.options import FileReading
 from stitchmesh.cli.say import say
+from stitchmesh.cli.words import help_entry
 from stitchmesh.mesh import Mesh
 
 

@@ -10,9 +10,9 @@ from typing import Annotated
 
 from tyro.conf import Positional
 
-from stitchmesh.cli.arguments import help_entry
 from stitchmesh.cli.options import READ_STITCHES, Overwrite, YarnName
 from stitchmesh.cli.say import say
+from stitchmesh.cli.words import help_entry
 from stitchmesh.errors import ParameterError
 
 

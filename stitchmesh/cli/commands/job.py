@@ -10,8 +10,8 @@ from typing import Annotated, Literal
 
 from tyro.conf import Positional
 
-from stitchmesh.cli.arguments import help_entry
 from stitchmesh.cli.say import say
+from stitchmesh.cli.words import help_entry
 from stitchmesh.errors import FileError, ParameterError
 
 

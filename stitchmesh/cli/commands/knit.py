@@ -10,10 +10,9 @@ from os import fspath
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, cast
 
-from tyro.conf import Positional, UseAppendAction
+from tyro.conf import Positional, UseAppendAction, arg
 
 from stitchmesh.budget.budget import START_OF_RENDERER
-from stitchmesh.cli.arguments import Flag, help_entry
 from stitchmesh.cli.budget_options import (
     NO_TIME_FOR_PICTURE,
     BudgetOptions,
@@ -21,30 +20,18 @@ from stitchmesh.cli.budget_options import (
     exit_status,
     time_after,
 )
-from stitchmesh.cli.found_rows import KnittedPanels, RowFinding
 from stitchmesh.cli.labeling_faults import REMEDY, faults_drawn
 from stitchmesh.cli.options import (
-    DRAWN_RADIUS,
-    GENERATED_RADIUS,
     Centre,
     Device,
     Ground,
-    MaterialOptions,
-    MeshInFile,
-    MeshRelaxation,
+    KeptRun,
     Mirror,
-    MorePhysics,
     Overwrite,
     QualityName,
-    RestLengthFactors,
-    RowOptions,
+    Remainder,
     Shift,
-    SolverOptions,
-    StitchCounts,
-    StitchWidth,
     Threads,
-    Unit,
-    YarnAndGauge,
     YarnColours,
 )
 from stitchmesh.cli.output_folder import (
@@ -54,21 +41,22 @@ from stitchmesh.cli.output_folder import (
     plot_history,
 )
 from stitchmesh.cli.say import say
+from stitchmesh.cli.setting_flags import flag_of
 from stitchmesh.cli.summary import AsJson, files_to_open, knit_summary, print_result
+from stitchmesh.cli.words import Flag, help_entry
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.examples import mesh_file
-from stitchmesh.io.units import DEFAULT_UNIT
 from stitchmesh.mesh.palette import colour_text, empty_palette
 from stitchmesh.patterns.placement.columns import DEFAULT_REMAINDER, check_remainder
 from stitchmesh.quality import DEFAULT_QUALITY
-from stitchmesh.yarn.yarn_presets import Yarn
-from stitchmesh.yarngen.finish import YarnFinish
+from stitchmesh.recipe.sections import GarmentSettings, RecipePattern, SolverSection
+from stitchmesh.settings import changed_settings
 
 if TYPE_CHECKING:
     from stitchmesh.budget.budget import Budget
     from stitchmesh.pipeline.knit import Knitted
     from stitchmesh.progress import Progress
-    from stitchmesh.recipe.recipe import Recipe, RecipePattern
+    from stitchmesh.recipe.recipe import Recipe
 
 RECIPE_SUFFIX = ".toml"
 SHAPING_PICTURE = "shaping.png"
@@ -89,29 +77,17 @@ class Knit:
     """polygon mesh: OBJ, PLY, GLB, USD ...; a name of `stitchmesh examples`; or a recipe: TOML (docs/recipes.md)"""
     output: Annotated[str, help_entry("DIR", short="-o")]
     """output folder for the stitches, the yarns, a picture, a report, the convergence and the recipe"""
-    unit: Unit = DEFAULT_UNIT
-    in_file: MeshInFile = field(default_factory=MeshInFile)
-    stitch_width: StitchWidth = None
+    garment: Annotated[GarmentSettings, arg(name="")] = field(default_factory=GarmentSettings)
     pattern: Annotated[UseAppendAction[tuple[str, ...]], help_entry("NAME|FILE", "all knit")] = ()
     """pattern of the stitches: a name of `stitchmesh patterns`, or a file; may be repeated, each with its --on"""
-    on: Annotated[UseAppendAction[tuple[str, ...]], help_entry("SELECTION", "the whole fabric")] = ()
-    """part of the fabric that takes the pattern, such as 'hem 6' (docs/selections.md)"""
-    pattern_remainder: Annotated[str, help_entry("HOW")] = DEFAULT_REMAINDER
-    """treatment of stitches that remain beside whole tiles of the pattern: centre, stretch or refuse"""
+    on: Annotated[UseAppendAction[tuple[str, ...]], flag_of(RecipePattern, "on")] = ()
+    pattern_remainder: Remainder = DEFAULT_REMAINDER
     pattern_ground: Ground = None
     pattern_shift: Shift = (0, 0)
     pattern_mirror: Mirror = False
     pattern_centre: Centre = False
     stripes: Annotated[str | None, help_entry("BANDS", "no stripes")] = None
     """rows and colours of stripes from the first row up, which repeat: '4 cream, 2 navy'"""
-    edge_form: Annotated[UseAppendAction[tuple[str, ...]], help_entry("BORDER=FORM:ROWS", "none")] = ()
-    """edge that is folded or rolls, and its rows: hem=fold:5, neck=roll:4 (docs/edges.md); may be repeated"""
-    spiral: Flag = False
-    """knit tubes in one spiral row with a single yarn instead of rings"""
-    yarn_radius: Annotated[float | None, help_entry("CM", GENERATED_RADIUS)] = None
-    """yarn radius [cm]"""
-    drawn_radius: Annotated[float | None, help_entry("CM", DRAWN_RADIUS)] = None
-    """radius of the yarn in pictures and files for renderers [cm]"""
     quality: Annotated[QualityName | None, help_entry("NAME", f"that of the recipe, or {DEFAULT_QUALITY}")] = None
     device: Device = None
     threads: Threads = None
@@ -119,18 +95,8 @@ class Knit:
     no_picture: Flag = False
     """do not write preview.png and shaping.png"""
     json: AsJson = False
-    yarn: YarnAndGauge = field(default_factory=YarnAndGauge)
     colours: YarnColours = field(default_factory=YarnColours)
-    rows: RowOptions = field(default_factory=RowOptions)
-    found_rows: RowFinding = field(default_factory=RowFinding)
-    knitted_panels: KnittedPanels = field(default_factory=KnittedPanels)
-    stitches: StitchCounts = field(default_factory=StitchCounts)
-    mesh_relaxation: MeshRelaxation = field(default_factory=MeshRelaxation)
-    finish: YarnFinish = field(default_factory=YarnFinish)
-    material: MaterialOptions = field(default_factory=MaterialOptions)
-    rest_lengths: RestLengthFactors = field(default_factory=RestLengthFactors)
-    physics: MorePhysics = field(default_factory=MorePhysics)
-    solver: SolverOptions = field(default_factory=SolverOptions)
+    kept: KeptRun = field(default_factory=KeptRun)
     overwrite: Overwrite = False
 
     def run(self) -> int | None:
@@ -149,7 +115,7 @@ class Knit:
         remedy = f"write auto = true under [rows] into {self.mesh}" if self._is_recipe else REMEDY
         outputs = [*OUTPUTS, *([] if self.no_picture else PICTURES)]
         with output_folder(self.output, outputs) as folder, show_progress() as progress, faults_drawn(folder, remedy):
-            run = replace(self.solver.kept_run(Path(self.output)), progress=progress)
+            run = replace(self.kept.run(Path(self.output)), progress=progress)
             made = knit_recipe(recipe, folder, budget=budget, run=run, seconds_after=seconds_after)
             plot_history(made.history, folder, chosen_setting(made.report) or recipe.quality)
             drawn = False
@@ -157,8 +123,7 @@ class Knit:
                 drawn = _draw(made, folder, progress)
             elif not self.no_picture:
                 say(NO_TIME_FOR_PICTURE, file=sys.stderr)
-        yarn = None if recipe.yarn is None else Yarn.named(recipe.yarn)
-        lines = knit_summary(made.fabric, made.yarns, made.report, yarn)
+        lines = knit_summary(made.fabric, made.yarns, made.report, recipe.named())
         print_result(made.report, [*lines, files_to_open(folder, drawn)], as_json=self.json)
         return exit_status(made.report["yarnrelax"])
 
@@ -173,8 +138,6 @@ class Knit:
         Raises:
             ParameterError: an amount is malformed or out of bounds, or an error is given beside a quality.
         """
-        from stitchmesh.recipe.sections import SolverSection
-
         unset = self.quality is None and recipe.quality == DEFAULT_QUALITY and recipe.solver == SolverSection()
         return self.budget.budget(after, chooses=unset)
 
@@ -187,13 +150,12 @@ class Knit:
         """
         from stitchmesh.recipe.recipe_file import read_recipe
 
-        solver = SolverOptions(checkpoint_every=self.solver.checkpoint_every, resume=self.solver.resume)
         free = Knit(self.mesh, self.output, quality=self.quality, device=self.device, threads=self.threads,
-                    budget=self.budget, no_picture=self.no_picture, json=self.json, solver=solver,
+                    budget=self.budget, no_picture=self.no_picture, json=self.json, kept=self.kept,
                     overwrite=self.overwrite)  # fmt: skip
-        given = [part.name for part in fields(Knit) if getattr(self, part.name) != getattr(free, part.name)]
-        if given:
-            raise ParameterError(f"{given[0].replace('_', '-')}: is part of a recipe; write it into {self.mesh}")
+        others = [part.name for part in fields(Knit) if getattr(self, part.name) != getattr(free, part.name)]
+        for name in (*changed_settings(self.garment), *(name.replace("_", "-") for name in others)):
+            raise ParameterError(f"{name}: is part of a recipe; write it into {self.mesh}")
         recipe = read_recipe(self.mesh)
         return replace(recipe, quality=self.quality or recipe.quality, device=self.device or recipe.device)
 
@@ -201,41 +163,18 @@ class Knit:
         """Return the recipe that the options describe."""
         from stitchmesh.editing.edit import Edit
         from stitchmesh.recipe.recipe import Recipe
-        from stitchmesh.recipe.sections import SolverSection
 
+        colours = self.colours.recoloured(empty_palette()) if self.colours.colour else ()
         return Recipe(
+            **vars(self.garment) | {"palette": tuple(map(colour_text, colours))},
             mesh=fspath(mesh_file(self.mesh)),
-            unit=self.unit,
-            up=self.in_file.up,
-            objects=self.in_file.object,
-            layer=self.in_file.layer,
-            yarn=self.yarn.yarn,
-            gauge=self.yarn.gauge,
-            stitch_width=self.stitch_width,
-            yarn_radius=self.yarn_radius,
-            drawn_radius=self.drawn_radius,
             quality=self.quality or DEFAULT_QUALITY,
             device=self.device,
-            edge_forms=self.edge_form,
-            spiral=self.spiral,
-            palette=tuple(map(colour_text, self.colours.recoloured(empty_palette()))) if self.colours.colour else (),
             patterns=self._patterns(),
             edits=() if self.stripes is None else (Edit("stripes", {"bands": self.stripes}),),
-            rows=self.found_rows.section(panels=self.knitted_panels.panels and not self.found_rows.auto),
-            panels=self.knitted_panels.section(self.found_rows.shaping),
-            label=self.rows.section(),
-            stitches=self.stitches.section(),
-            mesh_relaxation=self.mesh_relaxation.mesh_relax_options(),
-            finish=self.finish,
-            material=self.material.section(),
-            rest_lengths=self.rest_lengths.section(),
-            physics=self.physics.section(),
-            solver=SolverSection(method=self.solver.solver, max_iterations=self.solver.max_iterations),
         )
 
     def _patterns(self) -> tuple[RecipePattern, ...]:
-        from stitchmesh.recipe.recipe import RecipePattern
-
         if len(self.on) != len(self.pattern) and (self.on or len(self.pattern) > 1):
             counts = f"{len(self.pattern)} patterns and {len(self.on)} selections"
             raise ParameterError(f"pattern: got {counts}; give one --on SELECTION for each --pattern")

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from tyro.conf import Positional
 
 from stitchmesh import __version__
-from stitchmesh.cli.arguments import help_entry
 from stitchmesh.cli.options import Overwrite
 from stitchmesh.cli.output_folder import draw_if_possible, output_folder
 from stitchmesh.cli.summary import AsJson, print_result
+from stitchmesh.cli.words import help_entry
 from stitchmesh.errors import ParameterError
 from stitchmesh.meshrelax.options import ASPECT, STITCH_WIDTH
 

@@ -9,7 +9,6 @@ from typing import Annotated
 
 from tyro.conf import Positional
 
-from stitchmesh.cli.arguments import help_entry
 from stitchmesh.cli.options import (
     READ_STITCHES,
     WRITTEN_STITCHES,
@@ -18,9 +17,11 @@ from stitchmesh.cli.options import (
     Mirror,
     OnSelection,
     Overwrite,
+    Remainder,
     Shift,
 )
 from stitchmesh.cli.say import say
+from stitchmesh.cli.words import help_entry
 from stitchmesh.patterns.placement.columns import DEFAULT_REMAINDER, check_remainder
 
 
@@ -37,8 +38,7 @@ class Pattern:
     """limit the pattern to the largest grid of plain stitches around this face, counted from 0"""
     stitches: Annotated[str | None, help_entry("FILE", "built-in stitches only")] = None
     """drawings (.json) of stitches of your own, whose codes the pattern uses (docs/own-stitches.md)"""
-    remainder: Annotated[str, help_entry("HOW")] = DEFAULT_REMAINDER
-    """treatment of stitches that remain beside whole tiles of the pattern: centre, stretch or refuse"""
+    remainder: Remainder = DEFAULT_REMAINDER
     ground: Ground = None
     shift: Shift = (0, 0)
     mirror: Mirror = False

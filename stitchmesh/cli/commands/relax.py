@@ -11,7 +11,6 @@ from typing import Annotated
 import tyro
 from tyro.conf import Positional
 
-from stitchmesh.cli.arguments import help_entry
 from stitchmesh.cli.budget_options import BudgetOptions, ChosenQuality, exit_status
 from stitchmesh.cli.options import (
     FOUND_RADIUS,
@@ -19,21 +18,20 @@ from stitchmesh.cli.options import (
     READ_YARNS,
     WRITTEN_YARNS,
     Device,
-    MaterialOptions,
-    MorePhysics,
+    KeptRun,
     Overwrite,
     PinnedPlaces,
     ReportFolder,
-    RestLengthFactors,
-    SolverOptions,
     Threads,
     Unit,
 )
 from stitchmesh.cli.relax_to_file import checkpoint_folder, relax_to_file
 from stitchmesh.cli.summary import AsJson
+from stitchmesh.cli.words import help_entry
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.units import DEFAULT_UNIT
 from stitchmesh.quality import DEFAULT_QUALITY
+from stitchmesh.recipe.sections import MaterialSection, PhysicsSection, RestLengthsSection, SolverSection
 
 FABRIC = tyro.conf.create_mutex_group(required=False, title="fabric")
 """Group of options of which at most one can be given."""
@@ -61,10 +59,11 @@ class Relax:
     budget: BudgetOptions = field(default_factory=BudgetOptions)
     device: Device = None
     threads: Threads = None
-    rest_lengths: RestLengthFactors = field(default_factory=RestLengthFactors)
-    physics: MorePhysics = field(default_factory=MorePhysics)
-    material: MaterialOptions = field(default_factory=MaterialOptions)
-    solver: SolverOptions = field(default_factory=SolverOptions)
+    rest_lengths: RestLengthsSection = field(default_factory=RestLengthsSection)
+    physics: PhysicsSection = field(default_factory=PhysicsSection)
+    material: MaterialSection = field(default_factory=MaterialSection)
+    solver: SolverSection = field(default_factory=SolverSection)
+    kept: KeptRun = field(default_factory=KeptRun)
     pins: PinnedPlaces = field(default_factory=PinnedPlaces)
     overwrite: Overwrite = False
 
@@ -80,16 +79,17 @@ class Relax:
         from stitchmesh.io import read_stitches, read_yarns
         from stitchmesh.io.yarns import check_writable
         from stitchmesh.pipeline.yarn_relaxation import relax_with_options, relax_within_budget
+        from stitchmesh.recipe.recipe import relax_options
 
         quality = self.solver.quality(self.quality or DEFAULT_QUALITY)
         budget = self.budget.budget(chooses=self.quality is None and quality == DEFAULT_QUALITY)
         given = read_yarns(self.yarns, unit=self.unit, radius=self.yarn_radius)
-        lengths = self.rest_lengths.section().rest_lengths()
-        kept = self.solver.kept_run(checkpoint_folder(self.output))
+        lengths = self.rest_lengths.rest_lengths()
+        kept = self.kept.run(checkpoint_folder(self.output))
         if self.fabric is not None and not lengths.need_fabric:
             raise ParameterError("fabric: no rest length asks for it; add --loop-length or --rest-length, or take "
                                  "--keep-shape")  # fmt: skip
-        options = self.solver.relax_options(self.physics, lengths, self.material)
+        options = relax_options(self.material, self.physics, lengths)
         options = replace(options, terms=[*options.terms, *self.pins.constraints()])
         check_writable(self.output, given)
         shape = self.keep_shape or self.fabric

@@ -12,22 +12,21 @@ from typing import Annotated
 
 from tyro.conf import Positional
 
-from stitchmesh.cli.arguments import help_entry
 from stitchmesh.cli.options import (
     READ_STITCHES,
     WRITTEN_YARNS,
     Device,
-    MaterialOptions,
-    MorePhysics,
+    KeptRun,
     Overwrite,
     QualityName,
     ReportFolder,
-    SolverOptions,
     Threads,
 )
 from stitchmesh.cli.relax_to_file import checkpoint_folder, relax_to_file
 from stitchmesh.cli.summary import AsJson
+from stitchmesh.cli.words import help_entry
 from stitchmesh.quality import DEFAULT_QUALITY
+from stitchmesh.recipe.sections import MaterialSection, PhysicsSection, SolverSection
 from stitchmesh.yarn.rest_length import RestLengths
 from stitchmesh.yarngen.finish import YarnFinish
 
@@ -51,9 +50,10 @@ class RelaxEdited:
     device: Device = None
     threads: Threads = None
     finish: YarnFinish = field(default_factory=YarnFinish)
-    physics: MorePhysics = field(default_factory=MorePhysics)
-    material: MaterialOptions = field(default_factory=MaterialOptions)
-    solver: SolverOptions = field(default_factory=SolverOptions)
+    physics: PhysicsSection = field(default_factory=PhysicsSection)
+    material: MaterialSection = field(default_factory=MaterialSection)
+    solver: SolverSection = field(default_factory=SolverSection)
+    kept: KeptRun = field(default_factory=KeptRun)
     overwrite: Overwrite = False
 
     def run(self) -> None:
@@ -61,10 +61,11 @@ class RelaxEdited:
         from stitchmesh.after_edit import relax_edited
         from stitchmesh.io import read_stitches, read_yarns, write_stitches
         from stitchmesh.io.yarns import check_writable
+        from stitchmesh.recipe.recipe import relax_options
 
         quality = self.solver.quality(self.quality)
-        options = self.solver.relax_options(self.physics, RestLengths(), self.material)
-        kept = self.solver.kept_run(checkpoint_folder(self.output))
+        options = relax_options(self.material, self.physics, RestLengths())
+        kept = self.kept.run(checkpoint_folder(self.output))
         relaxed = read_yarns(self.yarns)
         check_writable(self.output, relaxed)
         before, after = read_stitches(self.before), read_stitches(self.after)

@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Annotated
 
 from tyro.conf import Positional
 
-from stitchmesh.cli.arguments import help_entry
-from stitchmesh.cli.options import READ_STITCHES, WRITTEN_STITCHES, MeshInFile, MeshRelaxation, Overwrite, Unit
+from stitchmesh.cli.options import READ_STITCHES, WRITTEN_STITCHES, Overwrite
 from stitchmesh.cli.say import say
-from stitchmesh.io.units import DEFAULT_UNIT
+from stitchmesh.cli.words import help_entry
+from stitchmesh.meshrelax.options import MeshRelaxOptions
+from stitchmesh.recipe.sections import MeshInFile
 
 if TYPE_CHECKING:
     from stitchmesh.mesh import Mesh
@@ -26,9 +27,8 @@ class RelaxMesh:
     surface: Annotated[str, help_entry("LABELED|MESH")]
     """labeled mesh, from `stitchmesh label`, or the polygon mesh that it was made for"""
     output: Annotated[str, help_entry("FILE", short="-o", help=WRITTEN_STITCHES)]
-    unit: Unit = DEFAULT_UNIT
     in_file: MeshInFile = field(default_factory=MeshInFile)
-    forces: MeshRelaxation = field(default_factory=MeshRelaxation)
+    forces: MeshRelaxOptions = field(default_factory=MeshRelaxOptions)
     overwrite: Overwrite = False
 
     def run(self) -> None:
@@ -40,9 +40,7 @@ class RelaxMesh:
 
         fabric, surface = read_stitches(self.fabric), self._surface()
         with show_progress() as progress:
-            relaxed = relax_mesh(
-                fabric, surface=surface, options=self.forces.mesh_relax_options(), run=Run(progress)
-            )
+            relaxed = relax_mesh(fabric, surface=surface, options=self.forces, run=Run(progress))
         report = relaxed.report
         write_stitches(self.output, relaxed.fabric)
         stretch = f"stretch: rms {report.rms_stretch:.3f}, maximum {report.max_stretch:.3f}"
@@ -56,4 +54,4 @@ class RelaxMesh:
 
         if self.surface.lower().endswith(READABLE):
             return read_stitches(self.surface)
-        return read_garment(self.surface, self.in_file.reading(self.unit), repaired=True).mesh
+        return read_garment(self.surface, self.in_file.reading(), repaired=True).mesh

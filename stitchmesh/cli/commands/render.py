@@ -9,9 +9,9 @@ from typing import Annotated
 
 from tyro.conf import Positional, arg
 
-from stitchmesh.cli.arguments import Direction, Flag, help_entry
 from stitchmesh.cli.options import FileReading, Overwrite
 from stitchmesh.cli.say import say
+from stitchmesh.cli.words import DirectionWord, Flag, help_entry
 from stitchmesh.io.units import DEFAULT_UNIT
 from stitchmesh.mesh.upright import Y
 
@@ -46,7 +46,7 @@ class Render:
     """polygon mesh of a body that is drawn too"""
     body_unit: Annotated[str, help_entry("UNIT")] = DEFAULT_UNIT
     """unit of the file of the body"""
-    body_up: Annotated[Direction, help_entry("AXIS|X,Y,Z", "y")] = None
+    body_up: Annotated[DirectionWord, help_entry("AXIS|X,Y,Z", "y")] = None
     """direction in the file of the body that points up"""
     plies: Annotated[int, help_entry("N")] = 1
     """number of twisted strands of each yarn"""

@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Annotated
 
 from tyro.conf import Positional, UseAppendAction
 
-from stitchmesh.cli.arguments import Flag, help_entry
 from stitchmesh.cli.budget_options import exit_status, load_of_machine, start_of_command
 from stitchmesh.cli.options import Overwrite, Threads
 from stitchmesh.cli.say import say
 from stitchmesh.cli.stop_signal import TERMINATED, stopped_by_signal
 from stitchmesh.cli.summary import files_to_open, knit_summary, swatch_summary
+from stitchmesh.cli.words import Flag, help_entry
 
 if TYPE_CHECKING:
     from stitchmesh.jobs.run_job import FinishedJob

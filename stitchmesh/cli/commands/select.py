@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Annotated
 
 from tyro.conf import Positional
 
-from stitchmesh.cli.arguments import help_entry
 from stitchmesh.cli.options import READ_STITCHES, Overwrite
 from stitchmesh.cli.say import say
+from stitchmesh.cli.words import help_entry
 
 if TYPE_CHECKING:
     from stitchmesh.mesh import IntArray, StitchMesh

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Annotated
 
 from tyro.conf import Positional
 
-from stitchmesh.cli.arguments import help_entry
 from stitchmesh.cli.say import say
 from stitchmesh.cli.summary import AsJson
+from stitchmesh.cli.words import help_entry
 
 if TYPE_CHECKING:
     from stitchmesh.jobs.job_status import JobStatus

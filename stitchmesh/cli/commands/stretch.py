@@ -10,14 +10,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from tyro.conf import Positional, arg
 
-from stitchmesh.cli.arguments import help_entry
 from stitchmesh.cli.budget_options import OUT_OF_TIME, TimeOption
-from stitchmesh.cli.options import Device, MaterialOptions, Overwrite, QualityName, SwatchFabric, Threads
+from stitchmesh.cli.options import Device, Overwrite, QualityName, SwatchFabric, Threads
 from stitchmesh.cli.output_folder import output_folder
 from stitchmesh.cli.say import say
+from stitchmesh.cli.words import help_entry
 from stitchmesh.errors import ParameterError
 from stitchmesh.periodic.swatch_options import STRETCH_STEPS
 from stitchmesh.quality import DEFAULT_QUALITY
+from stitchmesh.recipe.sections import MaterialSection
 
 if TYPE_CHECKING:
     from stitchmesh.periodic.stretch import StretchPoint
@@ -46,7 +47,7 @@ class Stretch:
     """how often the swatch is let back to the first strain; between two times it is stretched again"""
     friction: Annotated[float | None, help_entry("MU", "off")] = None
     """coefficient of friction between yarns; loading then differs from unloading"""
-    material: MaterialOptions = field(default_factory=MaterialOptions)
+    material: MaterialSection = field(default_factory=MaterialSection)
     quality: QualityName = DEFAULT_QUALITY
     device: Device = None
     threads: Threads = None

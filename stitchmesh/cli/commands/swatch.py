@@ -14,7 +14,6 @@ from tyro.conf import Positional, UseAppendAction, arg
 
 from stitchmesh import __version__
 from stitchmesh.budget.budget import POINT_OF_PICTURE, START_OF_RENDERER
-from stitchmesh.cli.arguments import Flag, Period, help_entry
 from stitchmesh.cli.budget_options import (
     NO_TIME_FOR_PICTURE,
     BudgetOptions,
@@ -24,10 +23,8 @@ from stitchmesh.cli.budget_options import (
     time_after,
 )
 from stitchmesh.cli.options import (
-    DRAWN_RADIUS,
-    FACTORS,
     Device,
-    MaterialOptions,
+    DrawnRadius,
     MaxIterations,
     Overwrite,
     SwatchFabric,
@@ -42,10 +39,12 @@ from stitchmesh.cli.output_folder import (
 from stitchmesh.cli.say import say
 from stitchmesh.cli.serving import Serving
 from stitchmesh.cli.summary import AsJson, files_to_open, print_result, swatch_summary
+from stitchmesh.cli.words import Flag, Period, help_entry
 from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.mesh.palette import checked_palette
-from stitchmesh.periodic.swatch_options import YARN_FRICTION, KnitState, SwatchOptions, has_free_size
+from stitchmesh.periodic.swatch_options import ReleaseSettings, SwatchOptions, has_free_size
 from stitchmesh.quality import DEFAULT_QUALITY, PRESETS, Quality, quality_named, quality_with
+from stitchmesh.recipe.sections import FACTORS, MaterialSection
 from stitchmesh.yarn.rest_length import parse_rest_lengths
 
 if TYPE_CHECKING:
@@ -81,26 +80,12 @@ class Swatch:
         UseAppendAction[tuple[str, ...]],
         help_entry("KEY=F", help=f"factor of rest lengths, 0.1 to 2, {FACTORS}, or for warp=F or weft=F of a weave"),
     ] = ()
-    drawn_radius: Annotated[float | None, help_entry("CM", f"{DRAWN_RADIUS}; of a weave its radius")] = None
-    """radius of the yarn in pictures and files for renderers [cm]"""
+    drawn_radius: DrawnRadius = None
     colours: YarnColours = field(default_factory=YarnColours)
-    material: MaterialOptions = field(default_factory=MaterialOptions)
-    relax_cell: Flag = False
-    """relax the width and the height of the repeat too, except those that --period fixes"""
-    relaxation: Annotated[
-        KnitState | None, help_entry("dry|wet|full|frictionless", "dry for a knit whose size is free, or frictionless")
-    ] = None
-    """let a knit go off the needles with friction between its yarns, to one of Munden's three states, or without any"""
-    friction: Annotated[float | None, help_entry("MU", f"{YARN_FRICTION:g}")] = None
-    """coefficient of friction between the yarns of a knit that is let go"""
-    unsupported: Flag = False
-    """with --relax-cell, let the repeat lie on nothing instead of between two planes"""
+    material: MaterialSection = field(default_factory=MaterialSection)
+    release: Annotated[ReleaseSettings, arg(name="")] = field(default_factory=ReleaseSettings)
     sheet: Flag = False
     """write pattern.pdf too: picture, measures, yarn, chart and legend, to take home"""
-    blocked: Annotated[float | None, help_entry("TENSION", "not blocked")] = None
-    """pin the repeat out along courses and wales with this tension [dyn/cm]; its size then relaxes too"""
-    shaken: Annotated[int, help_entry("N")] = 0
-    """relax the repeat from N more starts, with the noise of a real yarn, and say how far their sizes lie apart"""
     explore: Annotated[int | None, help_entry("N", "one relaxation")] = None
     """relax the free repeat, without friction unless --relaxation says otherwise, from N perturbed starts too, and list
     and draw its distinct states of rest instead"""
@@ -142,8 +127,11 @@ class Swatch:
         if self.output is None:
             raise ParameterError("swatch: needs -o DIR for its files, or --view for the browser")
         self._refuse_others(replace(self, serving=Serving()), "-o DIR", "add --view, which opens the browser")
-        is_free = has_free_size(relax_cell=self.relax_cell, relaxation=self.relaxation, blocked=self.blocked)
-        if self.unsupported and not is_free and self.explore is None:
+        release = self.release
+        is_free = has_free_size(
+            relax_cell=release.relax_cell, relaxation=release.relaxation, blocked=release.blocked
+        )  # fmt: skip
+        if release.unsupported and not is_free and self.explore is None:
             raise ParameterError("unsupported: a repeat of fixed size lies on nothing anyway; add --relax-cell")
         from stitchmesh.cli.progress import show_progress
         from stitchmesh.periodic.weave.weave import Weave
@@ -155,7 +143,8 @@ class Swatch:
         options = SwatchOptions(
             **self.fabric.options(woven=woven, drawn_radius=self.drawn_radius),
             rest_lengths=parse_rest_lengths(self.rest_length), period=self.period,
-            relaxation=self.relaxation, friction=self.friction, unsupported=self.unsupported, blocked=self.blocked,
+            relaxation=release.relaxation, friction=release.friction, unsupported=release.unsupported,
+            blocked=release.blocked,
         )  # fmt: skip
         self._check_memory(source, options, tiles, pixels)
         if self.explore is not None:
@@ -198,7 +187,7 @@ class Swatch:
         from stitchmesh.periodic.states.explore import explore
 
         assert self.output is not None and self.explore is not None
-        effective = replace(self, tile=Swatch.tile, texture=None, shaken=Swatch.shaken)
+        effective = replace(self, tile=Swatch.tile, texture=None, release=replace(self.release, shaken=0))
         self._refuse_others(effective, "--explore", "it writes and draws each state")
         if self.budget.budget() is not None:
             raise ParameterError("explore: got --within or --error beside it; each start runs to rest; leave one out")
@@ -228,7 +217,11 @@ class Swatch:
         Raises:
             ParameterError: another option is given.
         """
-        for name in (part.name for part in fields(Swatch) if getattr(self, part.name) != getattr(effective, part.name)):
+        others = [part.name for part in fields(Swatch) if getattr(self, part.name) != getattr(effective, part.name)]
+        if "release" in others:
+            kept = vars(effective.release)
+            others = [name for name, value in vars(self.release).items() if value != kept[name]]
+        for name in others:
             raise ParameterError(f"swatch: {name.replace('_', '-')} has no effect beside {beside}; {reason}")
 
     def _open_in_browser(self) -> None:
@@ -311,16 +304,16 @@ class Swatch:
 
         material = self.material.yarn_material(options.yarn_radius, options.mass_per_length)
         return swatch(
-            source, material=material, quality=self._quality, device=self.device, relax_cell=self.relax_cell,
-            shaken=self.shaken, budget=budget,
+            source, material=material, quality=self._quality, device=self.device, relax_cell=self.release.relax_cell,
+            shaken=self.release.shaken, budget=budget,
             progress=progress if self.no_picture else with_work_after(progress, START_OF_RENDERER), **vars(options),
         )  # fmt: skip
 
     def _report(self, source: Pattern | Weave, options: SwatchOptions, made: RelaxedSwatch) -> dict[str, Any]:
         """Return the report: the pattern, the options, the version, and the figures of the swatch."""
-        yarn = {"material": self.material.material, "stiffness": self.material.section().values()}
+        yarn = {"material": self.material.name, "stiffness": self.material.values()}
         name = chosen_setting(made.report) or self._name
-        asked = {"quality": name, **yarn, "relax_cell": self.relax_cell}
+        asked = {"quality": name, **yarn, "relax_cell": self.release.relax_cell}
         head = {"pattern": self.pattern, "name": source.name, "source": source.source, "version": __version__}
         return head | {"options": asked | asdict(options)} | made.report
 

@@ -9,9 +9,10 @@ from typing import Annotated
 
 from tyro.conf import Positional
 
-from stitchmesh.cli.arguments import help_entry
-from stitchmesh.cli.options import WRITTEN_STITCHES, Overwrite, StitchCounts, StitchWidth, YarnAndGauge
+from stitchmesh.cli.options import WRITTEN_STITCHES, Overwrite, StitchWidth
 from stitchmesh.cli.say import say
+from stitchmesh.cli.words import help_entry
+from stitchmesh.recipe.sections import StitchesSection, YarnAndGauge
 from stitchmesh.tessellate import STITCH_WIDTH, tessellate
 
 
@@ -24,7 +25,7 @@ class Tessellate:
     output: Annotated[str, help_entry("FILE", short="-o", help=WRITTEN_STITCHES)]
     stitch_width: StitchWidth = None
     yarn: YarnAndGauge = field(default_factory=YarnAndGauge)
-    stitches: StitchCounts = field(default_factory=StitchCounts)
+    stitches: StitchesSection = field(default_factory=StitchesSection)
     overwrite: Overwrite = False
 
     def run(self) -> None:
@@ -33,14 +34,13 @@ class Tessellate:
         from stitchmesh.mesh.stitch_counts import stitch_counts
         from stitchmesh.tessellate.reached_size import reached_sizes
 
-        size = self.yarn.size(stitch_width=self.stitch_width, stitch_height=self.stitches.course_height)
+        size = self.yarn.measures(stitch_width=self.stitch_width, stitch_height=self.stitches.course_height)
         labeled = read_stitches(self.labeled)
         width = STITCH_WIDTH if size.stitch_width is None else size.stitch_width
-        section = self.stitches.section()
-        edges = section.edge_settings()
+        edges = self.stitches.edge_settings()
         fabric = tessellate(
             labeled, stitch_width=width, stitch_height=size.stitch_height, counts=edges.counts, marked=edges.marked,
-            increase=section.increase,
+            increase=self.stitches.increase,
         )  # fmt: skip
         write_stitches(self.output, fabric)
         say(", ".join(f"{count} {name}" for name, count in stitch_counts(fabric).items()))

@@ -9,17 +9,17 @@ from typing import Annotated
 
 from tyro.conf import Positional, UseAppendAction
 
-from stitchmesh.cli.arguments import help_entry
 from stitchmesh.cli.options import (
-    DRAWN_RADIUS,
-    GENERATED_RADIUS,
     READ_STITCHES,
     WRITTEN_YARNS,
+    DrawnRadius,
     Overwrite,
     QualityName,
     YarnName,
+    YarnRadius,
 )
 from stitchmesh.cli.say import say
+from stitchmesh.cli.words import help_entry
 from stitchmesh.quality import DEFAULT_QUALITY
 from stitchmesh.yarn.stitch_size import stitch_size
 from stitchmesh.yarngen.finish import YarnFinish
@@ -32,10 +32,8 @@ class Yarns:
     fabric: Annotated[Positional[str], help_entry("FABRIC", help=READ_STITCHES)]
     output: Annotated[str, help_entry("FILE", short="-o", help=WRITTEN_YARNS)]
     yarn: YarnName = None
-    yarn_radius: Annotated[float | None, help_entry("CM", GENERATED_RADIUS)] = None
-    """yarn radius [cm]"""
-    drawn_radius: Annotated[float | None, help_entry("CM", DRAWN_RADIUS)] = None
-    """radius of the yarn in pictures and files for renderers [cm]"""
+    yarn_radius: YarnRadius = None
+    drawn_radius: DrawnRadius = None
     faces: Annotated[UseAppendAction[tuple[str, ...]], help_entry("SF", "none")] = ()
     """library of drawn faces (.sf), for the faces of an .smobj file that are no stitches; may be repeated"""
     quality: QualityName = DEFAULT_QUALITY

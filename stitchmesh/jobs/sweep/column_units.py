@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 CENTIMETRES = ("width", "height", "wale_spacing", "course_spacing", "loop_length", "thickness", "yarn_radius",
-               "drawn_radius", "stitch_width", "stitch_height", "spacing", "period", "length_cm")  # fmt: skip
+               "drawn_radius", "stitch_width", "course_height", "spacing", "period", "length_cm")  # fmt: skip
 """Last parts of the names of lengths."""
 UNITS = {
     **dict.fromkeys(CENTIMETRES, "cm"),

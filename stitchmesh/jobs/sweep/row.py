@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, is_dataclass
+from dataclasses import asdict, fields, is_dataclass
 from typing import Any
 
-from stitchmesh.jobs.job import OF_GARMENTS, OF_MESHES, Job
+from stitchmesh.jobs.job import SOURCES, Job
 
 ERROR, SECONDS, WORKER, PICTURE, YARNS = "error_text", "job_seconds", "worker", "picture_file", "yarns_file"
 """Columns of every row: the error or None, the time, the process, and files in the folder of the sweep or None."""
@@ -25,11 +25,10 @@ Row = dict[str, Any]
 
 def inputs_of(job: Job) -> Row:
     """Return the inputs of a job: all keys that a job of its kind has, defaults too."""
-    own = {"recipe": OF_MESHES, "mesh": (), None: (*OF_MESHES, *OF_GARMENTS)}
-    source = "mesh" if job.mesh else "recipe" if job.recipe else None
-    without = {*own[source], *OUTPUTS, *({"mesh", "recipe"} if source is None else {"swatch"})}
-    table = {name: getattr(job, name) for name in job.__dataclass_fields__ if name not in without}
-    return dict(_flat({name: _plain(part) for name, part in table.items()}))
+    left_out = (*OUTPUTS, "garment", *(name for name in SOURCES if getattr(job, name) is None))
+    own = {part.name: _plain(getattr(job, part.name)) for part in fields(job) if part.name not in left_out}
+    garment = {} if job.garment is None else asdict(job.garment)
+    return dict(_flat(garment | own))
 
 
 def _plain(value: Any) -> Any:

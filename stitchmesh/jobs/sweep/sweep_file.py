@@ -13,6 +13,7 @@ from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.io.checked import check_table
 from stitchmesh.io.contents import FilePath
 from stitchmesh.io.toml_file import read_table
+from stitchmesh.jobs.former_keys import renamed_keys, with_present_keys
 from stitchmesh.jobs.sweep.axis import grid_axes, random_axes
 from stitchmesh.jobs.sweep.sweep import Kept, StretchMeasure, Sweep
 
@@ -67,8 +68,9 @@ def read_sweep(path: FilePath, *, allow_paths: Sequence[FilePath] = ()) -> Sweep
 def _sweep(table: _SweepTable, name: str) -> Sweep:
     own = {"samples", "seed"}
     numbers = check_table({key: value for key, value in table.random.items() if key in own}, _Random)
-    drawn = {key: value for key, value in table.random.items() if key not in own}
+    drawn = renamed_keys({key: value for key, value in table.random.items() if key not in own})
     return Sweep(
-        job=table.job, name=name, grid=grid_axes(table.grid), rows=table.list, random=random_axes(drawn),
+        job=with_present_keys(table.job), name=name, grid=grid_axes(renamed_keys(table.grid)),
+        rows=tuple(map(renamed_keys, table.list)), random=random_axes(drawn),
         samples=numbers.samples, seed=numbers.seed, swatches_per_task=table.swatches_per_task, kept=table.kept(),
     )  # fmt: skip

@@ -1,0 +1,145 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Settings: what a user may choose, declared once, as a field of a frozen dataclass.
+
+    course_height: float | None = setting(None, "course spacing", unit="cm", unset="0.77 stitch widths")
+
+The field has the type, the default, the unit, the bounds and the help text. The keys of recipes, jobs and sweeps are
+the names of such fields, ``stitchmesh.cli.setting_flags`` makes the flags of the command line from them, and the tables
+of the documentation are checked against them. ``check_settings`` checks the bounds, in one line for all of these.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import Field, dataclass, field, fields, is_dataclass
+from typing import Any
+
+from stitchmesh.errors import ParameterError, check_positive
+
+SETTING = "setting"
+"""Key of the declaration in the metadata of a field."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SettingDeclaration:
+    """The declaration of one setting, apart from its name, its type and its default."""
+
+    help: str
+    """What the setting does, without a capital letter and without a full stop."""
+    unit: str = ""
+    """Unit of a number, such as ``cm``."""
+    unset: str | None = None
+    """What holds where the setting is None or empty."""
+    example: object = None
+    """A value for the line of a new job file, where the default is None."""
+    positive: bool = False
+    """Whether the value is a positive number (``check_positive``)."""
+    least: float | None = None
+    """Smallest value."""
+    most: float | None = None
+    """Largest value."""
+    expected: str = ""
+    """What the bounds allow, in words, for the message."""
+    choices: tuple[str, ...] = ()
+    """Texts of which the value is one."""
+    flag: str | None = ""
+    """Name of the option, if it is not that of the field; None for a setting that other words of a command set."""
+    former_flag: str | None = None
+    """Former name of the option, which is still accepted."""
+    form: str | None = None
+    """Placeholder of the value in the help, which also says how the words of the option become a value."""
+
+    def check(self, name: str, value: Any) -> None:
+        """Check a value.
+
+        Args:
+            name: name of the setting, for the message.
+            value: the value; None and empty values are always accepted.
+
+        Raises:
+            ParameterError: the value is out of bounds, or is none of the choices.
+        """
+        if value is None:
+            return
+        if self.positive:
+            check_positive(name, value, self.unit)
+        if self.choices and value not in self.choices:
+            raise ParameterError(f"{name}: got {value!r}; expected one of {', '.join(self.choices)}")
+        bounded = self.least is not None or self.most is not None
+        least = -math.inf if self.least is None else self.least
+        most = math.inf if self.most is None else self.most
+        if bounded and not (math.isfinite(value) and least <= value <= most):
+            expected = self.expected or f"{least:g} to {most:g}"
+            unit = self.unit and f" {self.unit}"
+            raise ParameterError(f"{name}: got {value}{unit}; expected {expected}")
+
+
+def setting(default: Any, help: str, **declared: Any) -> Any:
+    """Return a field of a frozen dataclass that is a setting.
+
+    Args:
+        default: default of the field.
+        help: what the setting does.
+        **declared: further fields of ``SettingDeclaration``.
+    """
+    return field(default=default, metadata={SETTING: SettingDeclaration(help=help, **declared)})
+
+
+def declared_in(kind: type[Any], name: str) -> Any:
+    """Return a field that is declared as the setting of another dataclass, with the same default."""
+    part = kind.__dataclass_fields__[name]
+    return field(default=part.default, metadata=part.metadata)
+
+
+def declared_setting(part: Field[Any]) -> SettingDeclaration | None:
+    """Return the declaration of a field; None if the field is no setting."""
+    return part.metadata.get(SETTING)
+
+
+def setting_named(kind: type[Any], name: str) -> SettingDeclaration:
+    """Return the declaration of one setting of a dataclass."""
+    declared: SettingDeclaration = kind.__dataclass_fields__[name].metadata[SETTING]
+    return declared
+
+
+def settings_of(value: Any) -> Iterator[tuple[str, Field[Any], Any]]:
+    """Yield the settings of a dataclass and of the sections in it, each with its path of keys, its field and its value.
+
+    Args:
+        value: an instance, whose sections are instances too.
+    """
+    for part in fields(value):
+        found = getattr(value, part.name)
+        if declared_setting(part) is not None:
+            yield part.name, part, found
+        elif is_dataclass(found):
+            for path, inner, inner_found in settings_of(found):
+                yield f"{part.name}.{path}", inner, inner_found
+
+
+def changed_settings(value: Any) -> list[str]:
+    """Return the paths of the settings that do not have their defaults."""
+    return [path for path, part, found in settings_of(value) if found != part.default]
+
+
+def setting_comments(value: Any) -> dict[str, str]:
+    """Return the comment of each setting in a file that is written for users, by its path of keys."""
+    comments = {}
+    for path, part, _found in settings_of(value):
+        declared: SettingDeclaration = part.metadata[SETTING]
+        comments[path] = f"{declared.help} [{declared.unit}]" if declared.unit else declared.help
+    return comments
+
+
+def check_settings(value: Any) -> None:
+    """Check the bounds of all settings of a dataclass; ``__post_init__`` calls it.
+
+    Raises:
+        ParameterError: as for ``SettingDeclaration.check``.
+    """
+    for part in fields(value):
+        declared = declared_setting(part)
+        if declared is not None:
+            declared.check(part.name.replace("_", " "), getattr(value, part.name))
