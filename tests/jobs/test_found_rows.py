@@ -5,9 +5,7 @@
 from __future__ import annotations
 
 import json
-import shutil
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -40,20 +38,6 @@ def job(tmp_path_factory) -> Job:
         mesh=str(path), quality="draft", device="cpu", render=(), auto_stitches=AutoStitchesTable(stitch_width=1.0),
         relax_yarns=RelaxYarnsTable(max_iterations=5),
     )  # fmt: skip
-
-
-@pytest.fixture(scope="module")
-def done(job, tmp_path_factory) -> Path:
-    """Return the folder of the finished job."""
-    folder = tmp_path_factory.mktemp("done")
-    run_job(job, folder)
-    return folder
-
-
-@pytest.fixture
-def copy(done, tmp_path) -> Path:
-    """Return a copy of the folder of the finished job."""
-    return shutil.copytree(done, tmp_path / "job")
 
 
 def computed(made) -> list[str]:

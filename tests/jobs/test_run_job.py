@@ -54,20 +54,6 @@ def job(tmp_path_factory):
     )  # fmt: skip
 
 
-@pytest.fixture(scope="module")
-def done(job, tmp_path_factory):
-    """Return the folder of the finished job."""
-    folder = tmp_path_factory.mktemp("done")
-    run_job(job, folder)
-    return folder
-
-
-@pytest.fixture
-def copy(done, tmp_path):
-    """Return a copy of the folder of the finished job."""
-    return shutil.copytree(done, tmp_path / "job")
-
-
 def computed(made):
     return [stage["name"] for stage in made.report["job"]["stages"] if not stage["kept"]]
 
