@@ -254,7 +254,7 @@ def test_the_weave_of_the_documentation_is_that_of_the_library():
 
 
 def test_explore_writes_and_prints_the_states_of_rest(tmp_path, capsys):
-    words = ["stockinette", "--explore", "1", *DRAFT, "-o", str(tmp_path)]
+    words = ["stockinette", "--explore", "1", "--relaxation", "frictionless", *DRAFT, "-o", str(tmp_path)]
     assert cli.main(["swatch", *words]) == 0
     report = json.loads((tmp_path / "rests.json").read_text())
     states = len(report["rests"])
