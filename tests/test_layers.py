@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 
 from tests.gallery import ROOT
+from tests.nightly import at_night
 
 PACKAGE = ROOT / "stitchmesh"
 LAYERS = [
@@ -138,7 +139,9 @@ def test_importing_the_package_loads_nothing_heavy():
     assert not loaded_after("import stitchmesh") & set(HEAVY)
 
 
-@pytest.mark.parametrize("words", [["--help"], ["knit", "--help"], ["swatch", "--help"], ["knit", "mesh.obj"]])
+@pytest.mark.parametrize(
+    "words", [["swatch", "--help"], ["knit", "mesh.obj"], *at_night(["--help"], ["knit", "--help"])]
+)
 def test_help_and_refused_words_load_nothing_heavy(words):
     """The words are read by the options alone; a command that runs loads what it needs."""
     found = loaded_after(f"from stitchmesh.cli.main import main\ntry:\n  main({words!r})\nexcept SystemExit:\n  pass")

@@ -35,6 +35,7 @@ from stitchmesh.yarngen import generate_yarns
 from stitchmesh.yarngen.regenerate import regenerate_yarns
 from stitchmesh.yarnrelax.model.upload import join_yarns
 from tests.io.yarn_sets import ring
+from tests.nightly import at_night
 from tests.periodic.free_cells import FREE
 
 TEX = 1e-5
@@ -100,7 +101,7 @@ def test_the_browser_designs_with_the_yarn_of_the_command(name):
 
 
 @pytest.mark.parametrize(("name", "tex"), [("lace", 1000 / 7), ("worsted", 625.0)])
-@pytest.mark.parametrize("gamma", [1.0, 1.3])
+@pytest.mark.parametrize("gamma", [1.3, *at_night(1.0)])
 def test_a_swatch_of_a_named_yarn_weighs_what_its_yarn_weighs(name, tex, gamma):
     """100 m of lace weigh 100 g in 600 to 800 m, 143 tex; worsted has 120 to 200 m, 625 tex."""
     options = fabric_of(name).options(woven=False) | {"gamma": gamma}

@@ -17,6 +17,7 @@ from stitchmesh.io.mesh_formats.stl import write_stl_polygons
 from stitchmesh.mesh import Mesh
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.recipe.recipe_file import read_recipe
+from tests.cli.calls import refused
 from tests.gallery import moebius, odd_corner, torus, tube
 from tests.labeling.test_partial_labeling import triangulated
 from tests.output_files import visible
@@ -54,14 +55,6 @@ def knitted(tmp_path_factory, cone_obj) -> Path:
 def knit(*words: object) -> None:
     """Knit without a picture."""
     assert cli.main(["knit", *map(str, words), *SHORT, "--no-picture"]) == 0
-
-
-def refused(capsys, *words: object) -> str:
-    """Run a command that must fail, and return its error message of one line."""
-    assert cli.main([str(word) for word in words]) == 2
-    printed = capsys.readouterr()
-    assert printed.err.count("\n") == 1 and "Traceback" not in printed.err
-    return printed.err
 
 
 def test_triangles_are_knitted_with_a_picture_of_their_shaping(knitted):

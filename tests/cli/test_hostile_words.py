@@ -9,6 +9,7 @@ import random
 import re
 import shutil
 from collections.abc import Iterator
+from itertools import islice
 from pathlib import Path
 
 import pytest
@@ -194,9 +195,8 @@ def test_a_file_system_that_is_read_only_is_refused_in_one_line(runner, inputs, 
             assert ended.status == 2 and "Read-only file system" in ended.errors and not fault_of(ended, []), ended
 
 
-@pytest.mark.parametrize("name", ["info", "job", "status", "instructions", "convert"])
-def test_a_path_that_the_system_refuses_is_refused_in_one_line(runner, inputs, tmp_path, name):
-    check_paths(runner, inputs, tmp_path, name)
+def test_a_path_that_the_system_refuses_is_refused_in_one_line(runner, inputs, tmp_path):
+    check_paths(runner, inputs, tmp_path, "convert", every=4)
 
 
 @pytest.mark.nightly
@@ -205,15 +205,15 @@ def test_every_command_refuses_every_path_that_the_system_refuses(runner, inputs
     check_paths(runner, inputs, tmp_path, name)
 
 
-def check_paths(runner: Runner, inputs: Path, tmp_path: Path, name: str) -> None:
-    """Run a command with hostile paths in the place of each of its paths."""
+def check_paths(runner: Runner, inputs: Path, tmp_path: Path, name: str, *, every: int = 1) -> None:
+    """Run a command with all hostile paths, or with every n-th of them, in the place of each of its paths."""
     traps = shutil.copytree(inputs, tmp_path / "traps")
     (traps / "closed").mkdir()
     (traps / "read-only").mkdir()
     for suffix in ("", ".obj", ".h5", ".toml", ".txt", ".knit", ".png", ".bcc"):
         (traps / f"circle{suffix}").symlink_to(f"circle{suffix}")
     found = {}
-    for words in with_path(name, hostile_paths):
+    for words in islice(with_path(name, hostile_paths), 0, None, every):
         here = tmp_path / "here"
         shutil.copytree(traps, here, symlinks=True)
         for path, mode in (("closed", 0), ("read-only", 0o500), ("tube.obj", 0), ("yarns.h5", 0)):

@@ -17,6 +17,7 @@ from stitchmesh.io import read_stitches
 from stitchmesh.recipe.recipe_file import read_recipe
 from stitchmesh.shaping.panels.read_panels import read_panels
 from stitchmesh.shaping.panels.shape_panels import knit_panels
+from tests.cli.calls import refused
 from tests.shaping.panels.sewing_patterns import GORES, skirt
 
 WIDTH = 4.0
@@ -46,14 +47,6 @@ def knitted(tmp_path_factory, skirt_obj) -> Path:
     words = ["--panel-direction", "gore1=0,-1", "--sew", "gore0,3"]
     assert cli.main(["knit", str(skirt_obj), *SHORT, *words, "--no-picture", "-o", str(folder)]) == 0
     return folder
-
-
-def refused(capsys, *words: object) -> str:
-    """Run a command that must fail, and return its error message of one line."""
-    assert cli.main([str(word) for word in words]) == 2
-    printed = capsys.readouterr()
-    assert printed.err.count("\n") == 1 and "Traceback" not in printed.err
-    return printed.err
 
 
 def test_the_options_reach_the_panels(knitted, skirt_obj):

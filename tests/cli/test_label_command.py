@@ -18,9 +18,10 @@ from stitchmesh.labeling.labeling_file import read_labeling
 from stitchmesh.mesh.orientation import turn_inside_out
 from stitchmesh.mesh.upright import Z, upright_turn
 from stitchmesh.render import labeling_picture
+from tests.cli.calls import refused, run
 from tests.gallery import ROOT, odd_corner, torus, tube
 from tests.io.test_garments import scene
-from tests.labeling.test_partial_labeling import bits, triangulated
+from tests.labeling.test_partial_labeling import bits
 from tests.output_files import visible
 
 HAT = ROOT / "assets" / "meshes" / "hat.obj"
@@ -30,19 +31,6 @@ HAT = ROOT / "assets" / "meshes" / "hat.obj"
 def tube_obj(tmp_path) -> Path:
     write_mesh(tmp_path / "tube.obj", tube(8, 5))
     return tmp_path / "tube.obj"
-
-
-def run(*words: object) -> None:
-    """Run a command that must succeed."""
-    assert cli.main([str(word) for word in words]) == 0
-
-
-def refused(capsys, *words: object) -> str:
-    """Run a command that must fail, and return its error message of one line."""
-    assert cli.main([str(word) for word in words]) == 2
-    printed = capsys.readouterr()
-    assert printed.err.count("\n") == 1 and "Traceback" not in printed.err
-    return printed.err
 
 
 def test_steps_through_files_end_in_the_rows_of_one_call(tmp_path, capsys):
@@ -107,14 +95,6 @@ def test_a_machine_without_a_display_still_gives_the_reason(tmp_path, capsys, mo
     message = refused(capsys, "label", tmp_path / "odd.obj", "-o", tmp_path / "rows.h5")
     assert "would be both wale and course" in message and "labeling-faults" not in message
     assert [path.name for path in tmp_path.iterdir()] == ["odd.obj"]
-
-
-@pytest.mark.parametrize("command", ["label", "knit"])
-def test_triangles_are_named(tmp_path, capsys, command):
-    write_mesh(tmp_path / "triangles.obj", triangulated(tube(8, 3)))
-    message = refused(capsys, command, tmp_path / "triangles.obj", "-o", tmp_path / "out.h5")
-    assert "these are triangles: 48 of 48 faces" in message
-    assert "seeds" not in message
 
 
 def test_a_mesh_inside_out_is_reported_and_turned(tmp_path, caplog):

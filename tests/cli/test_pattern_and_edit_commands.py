@@ -27,6 +27,7 @@ from stitchmesh.run import Run
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen import generate_yarns, regenerate_yarns
 from stitchmesh.yarnrelax import relax_yarns
+from tests.cli.calls import refused_without_files
 from tests.gallery import ROOT
 from tests.gallery import tube as coarse_tube
 from tests.patterns.fabrics import flat, tube
@@ -62,16 +63,6 @@ def log(path: Path, *edits: tuple[str, dict[str, object]]) -> Path:
     return path
 
 
-def refused(capsys, folder: Path, *words: object) -> str:
-    """Run a command that must fail and write nothing, and return its error message of one line."""
-    before = sorted(folder.rglob("*"))
-    assert cli.main([str(word) for word in words]) == 2
-    printed = capsys.readouterr()
-    assert printed.err.count("\n") == 1 and "Traceback" not in printed.err and " at 0x" not in printed.err
-    assert sorted(folder.rglob("*")) == before
-    return printed.err
-
-
 @pytest.mark.parametrize("suffix", ["h5", "smobj"])
 @pytest.mark.parametrize(
     ("stem", "message"),
@@ -88,13 +79,13 @@ def test_commands_do_not_accept_a_file_that_is_not_a_stitch_mesh(folder, capsys,
         ["relax-edited", "yarns.h5", "--before", bad, "--after", *tube_and_output],
         ["relax-edited", "yarns.h5", "--after", bad, "--before", *tube_and_output],
     ):  # fmt: skip
-        said = refused(capsys, folder, *words)
+        said = refused_without_files(capsys, folder, *words)
         assert bad in said and re.search(message, said), said
 
 
 def test_the_error_of_a_malformed_number_names_its_line(folder, capsys, monkeypatch):
     monkeypatch.chdir(folder)
-    assert "coordinates must be finite" in refused(capsys, folder, "convert", "nan.smobj", "out.k")
+    assert "coordinates must be finite" in refused_without_files(capsys, folder, "convert", "nan.smobj", "out.k")
 
 
 def test_a_malformed_cable_is_an_error_of_reading(folder, capsys, monkeypatch):
@@ -104,7 +95,7 @@ def test_a_malformed_cable_is_an_error_of_reading(folder, capsys, monkeypatch):
     write_stitches("cable.h5", apply_change(fabric, Marks("cable_shift", side, np.array([9]))))
     for words in (["check", "cable.h5"], ["convert", "cable.h5", "out.smobj"], ["relax-mesh", "cable.h5",
                   "--surface", "flat.h5", "-o", "out.h5"]):  # fmt: skip
-        assert "cable.h5: side 162 (face 40, vertices 57-56): cable_shift 9 leads off its row" in refused(
+        assert "cable.h5: side 162 (face 40, vertices 57-56): cable_shift 9 leads off its row" in refused_without_files(
             capsys, folder, *words
         )
 
@@ -125,7 +116,7 @@ def test_a_malformed_cable_is_an_error_of_reading(folder, capsys, monkeypatch):
 def test_a_bad_pattern_gives_a_message_of_one_line(folder, tmp_path, capsys, text, message):
     (tmp_path / "bad.knit").write_text(text)
     words = ["pattern", folder / "tube.h5", tmp_path / "bad.knit", "-o", tmp_path / "out.h5"]
-    assert message in refused(capsys, tmp_path, *words)
+    assert message in refused_without_files(capsys, tmp_path, *words)
 
 
 @pytest.mark.parametrize("suffix", ["knit", "png"])
@@ -133,7 +124,7 @@ def test_a_bad_pattern_gives_a_message_of_one_line(folder, tmp_path, capsys, tex
 def test_a_pattern_file_that_cannot_be_read_gives_a_message_of_one_line(folder, capsys, monkeypatch, stem, suffix):
     monkeypatch.chdir(folder)
     name = f"{stem}.{suffix}"
-    assert f"FileError: {name}: " in refused(capsys, folder, "pattern", "tube.h5", name, "-o", "out.h5")
+    assert f"FileError: {name}: " in refused_without_files(capsys, folder, "pattern", "tube.h5", name, "-o", "out.h5")
 
 
 @pytest.mark.parametrize(
@@ -153,7 +144,8 @@ def test_a_pattern_file_that_cannot_be_read_gives_a_message_of_one_line(folder, 
 )
 def test_the_error_of_a_bad_edit_names_its_line_and_nothing_is_written(folder, tmp_path, capsys, edit, message):
     path = log(tmp_path / "bad.jsonl", ("change_stitch", {"faces": [FACE], "stitch": "p"}), edit)
-    said = refused(capsys, tmp_path, "edit", folder / "flat.h5", "--replay", path, "-o", tmp_path / "out.h5")
+    words = ["edit", folder / "flat.h5", "--replay", path, "-o", tmp_path / "out.h5"]
+    said = refused_without_files(capsys, tmp_path, *words)
     assert "bad.jsonl line 2: " in said and message in said
 
 
@@ -164,14 +156,14 @@ def test_each_edit_applies_to_the_result_of_the_previous_one(folder, tmp_path, c
     for edits, message in ((gone, "face 107: does not exist"), (crossed, "its loop is part of another cable")):
         path = log(tmp_path / "bad.jsonl", *edits)
         words = ["edit", folder / "tube.h5", "--replay", path, "-o", tmp_path / "out.h5"]
-        assert message in refused(capsys, tmp_path, *words)
+        assert message in refused_without_files(capsys, tmp_path, *words)
 
 
 def test_a_file_that_is_not_a_log_gives_a_message_of_one_line(folder, tmp_path, capsys):
     (tmp_path / "deep.jsonl").write_text("[" * 100_000)
     for path in (tmp_path / "deep.jsonl", folder / "missing.jsonl", folder / "binary.jsonl", folder / "folder.jsonl"):
         words = ["edit", folder / "tube.h5", "--replay", path, "-o", tmp_path / "out.h5"]
-        assert path.name in refused(capsys, tmp_path, *words)
+        assert path.name in refused_without_files(capsys, tmp_path, *words)
 
 
 @pytest.mark.parametrize(
@@ -185,9 +177,9 @@ def test_a_file_that_is_not_a_log_gives_a_message_of_one_line(folder, tmp_path, 
 def test_a_bad_finish_is_an_error_before_the_computation(folder, tmp_path, capsys, words, message):
     output = ["-o", tmp_path / "out.h5", *words]
     between = ["--before", folder / "tube.h5", "--after", folder / "tube.h5"]
-    assert message in refused(capsys, tmp_path, "yarns", folder / "missing.h5", *output)
-    assert message in refused(capsys, tmp_path, "relax-edited", folder / "missing.h5", *between, *output)
-    assert message in refused(capsys, tmp_path, "knit", folder / "missing.obj", *output)
+    assert message in refused_without_files(capsys, tmp_path, "yarns", folder / "missing.h5", *output)
+    assert message in refused_without_files(capsys, tmp_path, "relax-edited", folder / "missing.h5", *between, *output)
+    assert message in refused_without_files(capsys, tmp_path, "knit", folder / "missing.obj", *output)
 
 
 def test_the_options_of_the_finish_reach_the_yarns(folder, tmp_path):
@@ -254,11 +246,12 @@ def test_relax_edited_checks_that_its_files_belong_together(folder, tmp_path, ca
     at = {name: folder / f"{name}.h5" for name in ("rested", "tube", "edited", "flat")}
     output = ["-o", tmp_path / "out.h5", "--device", "cpu"]
     words = ["relax-edited", at["rested"], "--before", at["flat"], "--after", at["edited"], *DRAFT, *output]
-    assert "with which the yarns were generated" in refused(capsys, tmp_path, *words)
+    assert "with which the yarns were generated" in refused_without_files(capsys, tmp_path, *words)
     words = ["relax-edited", at["rested"], "--before", at["tube"], "--after", at["edited"], *output]
-    assert "with which the yarns were generated" in refused(capsys, tmp_path, *words)  # The quality differs.
+    # the quality differs
+    assert "with which the yarns were generated" in refused_without_files(capsys, tmp_path, *words)
     words = ["relax-edited", at["tube"], "--before", at["tube"], "--after", at["flat"], *DRAFT, *output]
-    assert "holds 'stitchmesh stitches'; expected 'stitchmesh yarns'" in refused(capsys, tmp_path, *words)
+    assert "holds 'stitchmesh stitches'; expected 'stitchmesh yarns'" in refused_without_files(capsys, tmp_path, *words)
 
 
 def test_relax_edited_relaxes_anew_where_no_stitch_is_as_before(folder, tmp_path, capsys, caplog, edited):

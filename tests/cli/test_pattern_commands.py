@@ -13,16 +13,9 @@ from stitchmesh.cli import main as cli
 from stitchmesh.io import read_stitches, write_mesh, write_stitches
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.patterns import apply_pattern, read_pattern
+from tests.cli.calls import refused
 from tests.gallery import tube as coarse_tube
 from tests.patterns.fabrics import differing, tube
-
-
-def refused(capsys, *words: object) -> str:
-    """Run a command that must fail, and return its message of one line."""
-    assert cli.main([str(word) for word in words]) == 2
-    printed = capsys.readouterr()
-    assert printed.err.count("\n") == 1 and "Traceback" not in printed.err
-    return printed.err
 
 
 @pytest.fixture

@@ -38,6 +38,7 @@ def test_the_faces_of_selections_are_written(tube, tmp_path, capsys):
     np.testing.assert_array_equal(select(fabric, f'file "{out}"'), select(fabric, "hem 2 or neck"))
 
 
+@pytest.mark.nightly
 def test_a_picture_of_selections_has_their_colours(tube, tmp_path):
     from PIL import Image
 

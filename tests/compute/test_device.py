@@ -29,6 +29,7 @@ from stitchmesh.yarnrelax.cell_stress import cell_stress
 from stitchmesh.yarnrelax.linking.certificate import doubled_linking, refuse_pull_through
 from stitchmesh.yarnrelax.relax_partly import relax_partly
 from stitchmesh.yarnrelax.together.relax_cells import relax_cells
+from tests.nightly import mostly_at_night
 
 SAFETY = 120.0  # Time after which a test that blocks fails [s]; a test that passes waits for a much shorter time.
 RADIUS = 0.125
@@ -62,7 +63,7 @@ CALLS: dict[str, Callable[[], Any]] = {
 }
 
 
-@pytest.mark.parametrize("name", CALLS)
+@pytest.mark.parametrize("name", mostly_at_night(CALLS, by_day=[*CALLS][::3]))
 def test_functions_that_launch_kernels_wait_for_the_access(name: str) -> None:
     thread = threading.Thread(target=CALLS[name])
     with alone():

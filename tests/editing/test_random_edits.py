@@ -53,7 +53,7 @@ def edited(name: str, seed: int, count: int, check_every: int = 10**9) -> tuple[
     return history, done
 
 
-@pytest.mark.parametrize("name", mostly_at_night([path.stem for path in GARMENTS], by_day=("hat", "swatch")))
+@pytest.mark.parametrize("name", mostly_at_night([path.stem for path in GARMENTS], by_day=("hat",)))
 def test_every_edit_gives_a_valid_fabric_and_can_be_undone_redone_and_replayed(name, tmp_path):
     history, done = edited(name, seed=len(name), count=TRIED, check_every=10)
     assert sum(done.values()) > TRIED / 2
@@ -74,7 +74,7 @@ def test_every_kind_of_edit_is_possible_on_some_garment():
     assert set(done) | set(WHOLE_MESH) == set(EDITS)
 
 
-@pytest.mark.parametrize("name", [path.stem for path in GARMENTS])
+@pytest.mark.parametrize("name", mostly_at_night([path.stem for path in GARMENTS], by_day=("hat", "sweater")))
 def test_edited_fabrics_have_yarns(name):
     """Every loop is worked, and every yarn end joins one other end or is tied off; ``link_ends`` checks this."""
     fabric = edited(name, seed=3, count=60)[0].fabric

@@ -132,7 +132,7 @@ def some_neighbours(random: Random, fabric: StitchMesh) -> tuple[int, ...]:
 def test_random_runs_are_made_or_refused_in_one_line():
     random = Random(11)
     made = 0
-    for _ in range(60):
+    for _ in range(25):
         fabric = random.choice([wide(), around(12, 6)])
         faces = sorted({face for _ in range(3) for face in some_neighbours(random, fabric)})
         try:
@@ -142,7 +142,7 @@ def test_random_runs_are_made_or_refused_in_one_line():
             continue
         made += 1
         assert edited.face_count == fabric.face_count + 2 * len(faces)
-    assert 10 < made < 60
+    assert 5 <= made < 25
 
 
 @pytest.mark.parametrize("name", ["insert_row", "remove_row"])

@@ -42,10 +42,11 @@ def faults(names: list[str], count: int, folder: Path) -> str:
 
 
 @pytest.mark.parametrize("group", OFTEN)
-def test_a_hundred_damaged_files_of_each_reader_cost_an_error_of_one_line(tmp_path, group):
-    assert faults(OFTEN[group], 100, tmp_path) == ""
+def test_damaged_files_of_each_reader_cost_an_error_of_one_line(tmp_path, group):
+    assert faults(OFTEN[group], 30, tmp_path) == ""
 
 
+@pytest.mark.nightly
 def test_damaged_files_of_the_other_readers_cost_an_error_of_one_line(tmp_path):
     assert faults(SELDOM, 20, tmp_path) == ""
 
@@ -53,7 +54,8 @@ def test_damaged_files_of_the_other_readers_cost_an_error_of_one_line(tmp_path):
 def test_the_documentation_lists_every_reader_of_the_package_and_of_the_benchmark():
     page = (ROOT / "docs" / "robustness.md").read_text()
     for path in sorted((ROOT / "stitchmesh").rglob("*.py")):
-        for node in ast.parse(path.read_text()).body:
+        text = path.read_text()
+        for node in ast.parse(text).body if "def read_" in text else []:
             if isinstance(node, ast.FunctionDef) and node.name.startswith("read_"):
                 assert f"`{node.name}`" in page, f"{node.name} of {path.name} has no reader in the benchmark"
     assert [name for name in fuzz_readers.READERS if f"| {name} |" not in page] == []

@@ -116,7 +116,10 @@ def test_a_link_to_a_file_is_read_and_a_link_to_a_device_is_refused(tmp_path, ca
 def test_files_that_users_name_are_opened_in_one_place():
     package, opening = ROOT / "stitchmesh", set()
     for path in package.rglob("*.py"):
-        calls = [ast.unparse(node.func) for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.Call)]
+        text = path.read_text()
+        if not re.search("[oO]pen|read_|load|fromfile|h5py|ParquetFile", text):  # to parse all files takes seconds
+            continue
+        calls = [ast.unparse(node.func) for node in ast.walk(ast.parse(text)) if isinstance(node, ast.Call)]
         if any(OPENING.fullmatch(call) and call not in NO_FILES for call in calls):
             opening.add(path.relative_to(package).as_posix())
     assert opening == {"io/contents.py", *ELSEWHERE}

@@ -5,9 +5,7 @@
 from __future__ import annotations
 
 import json
-import shutil
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -43,20 +41,6 @@ def job(tmp_path_factory) -> Job:
         ),
         quality="draft", device="cpu", render=(),
     )  # fmt: skip
-
-
-@pytest.fixture(scope="module")
-def done(job, tmp_path_factory) -> Path:
-    """Return the folder of the finished job."""
-    folder = tmp_path_factory.mktemp("done")
-    run_job(job, folder)
-    return folder
-
-
-@pytest.fixture
-def copy(done, tmp_path) -> Path:
-    """Return a copy of the folder of the finished job."""
-    return shutil.copytree(done, tmp_path / "job")
 
 
 def computed(made) -> list[str]:

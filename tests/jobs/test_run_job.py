@@ -55,20 +55,6 @@ def job(tmp_path_factory):
     )  # fmt: skip
 
 
-@pytest.fixture(scope="module")
-def done(job, tmp_path_factory):
-    """Return the folder of the finished job."""
-    folder = tmp_path_factory.mktemp("done")
-    run_job(job, folder)
-    return folder
-
-
-@pytest.fixture
-def copy(done, tmp_path):
-    """Return a copy of the folder of the finished job."""
-    return shutil.copytree(done, tmp_path / "job")
-
-
 SHORT = SolverSection(max_iterations=20)
 """A relaxation that need not come to rest."""
 

@@ -93,6 +93,7 @@ def stop_twice() -> dict[str, Any]:
         return {"killed": was_killed, "status": status, "begun": begun, "ended": ended, "left": left, "same": same}
 
 
+@pytest.mark.nightly
 def test_a_kill_and_sigterm_in_a_swatch_change_no_bit():
     code = "import json, tests.jobs.test_stopped_swatches as t; print('\\n' + json.dumps(t.stop_twice()))"
     # The subprocess must not use a GPU, because a process with a GPU context cannot be forked.
@@ -145,6 +146,8 @@ def test_a_stopped_swatch_is_not_begun_again_without_a_word(tmp_path, monkeypatc
     assert list(tmp_path.glob("stages/swatch-*/relaxations/*/checkpoint.smc"))
     run_job(job, tmp_path, resume=True)
     assert not list(tmp_path.rglob("*.smc"))
+    run_job(job, tmp_path / "whole")
+    assert results(tmp_path) == results(tmp_path / "whole")
 
 
 def test_a_search_that_the_time_ended_goes_on_with_more_time(tmp_path, monkeypatch):

@@ -43,6 +43,7 @@ def test_lace_on_the_instep_of_a_sock_does_not_fold() -> None:
     assert generate_yarns(relaxed, quality="draft").yarn_count > 0
 
 
+@pytest.mark.nightly
 def test_a_glove_converges_in_the_valleys_between_its_fingers() -> None:
     fabric, surface = openwork("glove", 0.6)
     assert relax_mesh(fabric, surface=surface).report.converged
@@ -59,6 +60,7 @@ def test_stitches_whose_forces_must_rise_before_they_fall_converge() -> None:
     assert folded_edges(relaxed) == 0
 
 
+@pytest.mark.nightly
 def test_the_aspect_of_a_message_works() -> None:
     surface = read_mesh(MESHES / "hat.obj")
     fabric = tessellate(label(surface), stitch_width=4.0)

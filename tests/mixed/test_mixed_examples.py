@@ -14,6 +14,7 @@ from stitchmesh.mixed.scene.motion_section import Keyframe
 from stitchmesh.mixed.scene.scene_fabric import prepare
 from stitchmesh.mixed.scene.scene_file import read_scene
 from tests.gallery import ROOT
+from tests.nightly import mostly_at_night
 
 SCENES = sorted((ROOT / "examples" / "mixed").glob("*.toml"))
 
@@ -22,7 +23,7 @@ def test_there_are_scenes():
     assert len(SCENES) >= 6
 
 
-@pytest.mark.parametrize("path", SCENES, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", mostly_at_night(SCENES, by_day=SCENES[::4]), ids=lambda path: path.stem)
 def test_a_scene_has_yarns_in_a_part_of_the_cloth(path):
     read = read_scene(path)
     scene = replace(read, contact=replace(read.contact, start_outside=False))  # where it begins does not count here

@@ -9,6 +9,7 @@ from dataclasses import replace
 import pytest
 
 from benchmarks.measures.mixed.mixed_extremes import FAILED, REFUSED, VALID, Outcome, cases, outcome, row_of
+from tests.nightly import mostly_at_night
 
 VALID_CASES = [
     "mass of triangles x 1e-06",
@@ -37,7 +38,7 @@ REFUSED_CASES = {
 CASES = {case.name: case for case in cases()}
 
 
-@pytest.mark.parametrize("name", VALID_CASES)
+@pytest.mark.parametrize("name", mostly_at_night(VALID_CASES, by_day=VALID_CASES[::3]))
 def test_an_extreme_is_finite_and_valid(name):
     found = outcome(CASES[name], "cpu")
     assert (found.kind, found.words) == (VALID, "")

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -22,19 +23,21 @@ from stitchmesh.quality import PRESETS
 GIVEN: dict[str, Any] = {"quality": "draft", "relax_cell": True}
 
 
+@cache
 def made(**options: Any) -> sm.Swatch:
     return sm.swatch("stockinette", device="cpu", progress=False, **GIVEN | options)
 
 
+@pytest.mark.nightly
 def test_starts_without_noise_have_no_spread(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(swatch_module, "NOISE", 0.0)
-    report = made(shaken=2).report
+    report = made.__wrapped__(shaken=2).report
     assert (report["shaken"], report["shaken_at_rest"], report["size_spread"]) == (2, 2, (0.0, 0.0))
 
 
 def test_the_spread_is_that_of_the_sizes_of_all_starts() -> None:
     """The size itself is that without shaken starts, and the spread of stockinette is below a hundredth."""
-    alone, spread = made(), made(shaken=2)
+    alone, spread = made(), made(shaken=1)
     assert size_of(spread.lattice) == size_of(alone.lattice)
     assert 0.0 < max(spread.report["size_spread"]) < 0.01
     assert "size_spread" not in alone.report
@@ -43,6 +46,7 @@ def test_the_spread_is_that_of_the_sizes_of_all_starts() -> None:
     assert not any(line.startswith("Spread") for line in swatch_summary(alone, "stockinette", None))
 
 
+@pytest.mark.nightly
 def test_swatches_that_are_made_together_have_shaken_starts_too(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(swatches, "_in_turn", swatches._together)  # as on a GPU
     (together,) = sm.relax_swatches([sm.SwatchRequest("stockinette", shaken=2, **GIVEN)], device="cpu", progress=False)

@@ -59,6 +59,7 @@ def test_a_stranded_chart_of_held_size_comes_to_rest(name):
     check_rest(name, relax_cell=False)
 
 
+@pytest.mark.nightly
 @pytest.mark.usefixtures("first_state")
 @pytest.mark.parametrize("name", mostly_at_night(CHARTS, by_day=["standing columns of one"]))
 def test_a_stranded_chart_comes_to_rest_off_the_needles(name):

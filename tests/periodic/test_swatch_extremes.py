@@ -130,8 +130,9 @@ def test_a_loop_length_among_the_rest_lengths_is_refused():
 @pytest.mark.parametrize(
     ("name", "asked"),
     [
-        ("stockinette", {"factor": 2.0}), (SLIPS, {"floats": 0.1}), (SLIPS, {"held": 2.0}), ("plain", {"warp": 0.1}),
+        ("stockinette", {"factor": 2.0}), (SLIPS, {"floats": 0.1}), ("plain", {"warp": 0.1}),
         *at_night(
+            (SLIPS, {"held": 2.0}),
             ("rib1x1", {"factor": 0.5}), (SLIPS, {"floats": 2.0}), (SLIPS, {"held": 0.1}), ("plain", {"weft": 2.0}),
             ("plain", {"factor": 0.1}),
         ),

@@ -10,23 +10,14 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from stitchmesh.errors import DisplayError, FileError
+from stitchmesh.errors import FileError
 from stitchmesh.labeling import PartialLabeling, start_labeling
-from stitchmesh.render import check_display
 from stitchmesh.render.labeling_drawing import FAULT_COLOUR, MISMATCH_COLOUR
 from stitchmesh.render.labeling_picture import render_labeling
 from tests.gallery import grid, odd_corner, tube
 
+pytestmark = pytest.mark.usefixtures("display")
 SIZE = (480, 300)
-
-
-@pytest.fixture(autouse=True)
-def display() -> None:
-    """Skip the tests, with the reason, if this machine cannot draw pictures."""
-    try:
-        check_display()
-    except DisplayError as error:
-        pytest.skip(str(error))
 
 
 def near(path: Path, colour: tuple[int, int, int], tolerance: int = 60) -> int:

@@ -27,7 +27,6 @@ from stitchmesh.render.draped.picture import (
 )
 from stitchmesh.render.options import PictureOptions
 from stitchmesh.render.stage import add_body, look, picture, shade_hollows
-from tests.render.test_pictures import display  # noqa: F401 - a fixture
 
 SCENE = Scene(
     cloth=ClothSection(rectangle=(3.0, 3.0), edge_length=0.6),

@@ -21,7 +21,7 @@ from stitchmesh.render.options import PictureOptions
 from stitchmesh.render.palette import stitch_colour
 from stitchmesh.render.view import VIEWS, view_directions
 from tests.gallery import tube
-from tests.render.test_pictures import SIZE, display, fabric, rings  # noqa: F401 (display is a fixture)
+from tests.render.test_pictures import SIZE, fabric, rings
 from tests.yarnrelax.stockinette import woven_cell
 
 
@@ -88,7 +88,7 @@ def test_places_that_are_no_numbers_are_refused(text):
         place_of(text)
 
 
-def test_pictures_differ_by_view_colour_place_and_strands(display, tmp_path):  # noqa: F811
+def test_pictures_differ_by_view_colour_place_and_strands(display, tmp_path):
     yarns = replace(rings(), palette=make_palette(["navy"]))
     choices = {
         "front": {}, "back": {"view": "left"}, "top": {"view": "top"}, "angles": {"view": (40.0, 30.0)},
@@ -112,7 +112,7 @@ def test_pictures_differ_by_view_colour_place_and_strands(display, tmp_path):  #
     assert blue.max() > 60 and red.max() > 150  # navy and red yarn
 
 
-def test_a_transparent_background_lets_the_page_show_through(display, tmp_path):  # noqa: F811
+def test_a_transparent_background_lets_the_page_show_through(display, tmp_path):
     render(rings(), tmp_path / "a.png", size=SIZE, background="transparent", inset=False)
     image = Image.open(tmp_path / "a.png")
     assert image.mode == "RGBA"
@@ -120,7 +120,7 @@ def test_a_transparent_background_lets_the_page_show_through(display, tmp_path):
     assert opacity[0, 0] == 0 and opacity.max() == 255
 
 
-def test_a_chart_in_red_and_green_is_drawn_in_red_and_green(display, tmp_path):  # noqa: F811
+def test_a_chart_in_red_and_green_is_drawn_in_red_and_green(display, tmp_path):
     cell = replace(woven_cell(), palette=make_palette(["red", "green"]))
     cell = replace(cell, colour=np.arange(cell.yarn_count) % 2)
     render(cell, tmp_path / "a.png", tiles=(2, 2), size=(200, 200), background="black")

@@ -11,14 +11,13 @@ import pytest
 from PIL import Image
 
 from stitchmesh import io
-from stitchmesh.errors import DisplayError, FileError, ParameterError, StitchMeshError
+from stitchmesh.errors import FileError, ParameterError, StitchMeshError
 from stitchmesh.io.any_file import read_any
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.render import (
     PictureOptions,
     any_picture,
-    check_display,
     render,
     render_faces,
     render_mesh,
@@ -34,15 +33,6 @@ from tests.gallery import tube
 
 SIZE = (320, 200)
 SMALL = PictureOptions(size=SIZE)
-
-
-@pytest.fixture
-def display() -> None:
-    """Skip the test, with the reason, if this machine cannot draw pictures."""
-    try:
-        check_display()
-    except DisplayError as error:
-        pytest.skip(str(error))
 
 
 def fabric(*, labeled_only: bool = False) -> StitchMesh:

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from stitchmesh.errors import DisplayError, FileError, ParameterError
+from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.labeling import label
 from stitchmesh.mesh import Mesh, StitchMesh
-from stitchmesh.render import check_display, render
+from stitchmesh.render import render
 from stitchmesh.render.face_colouring import IRREGULAR
 from stitchmesh.render.labeling_drawing import MISMATCH_COLOUR
 from stitchmesh.render.shaping_picture import render_shaping
@@ -25,14 +25,7 @@ from tests.gallery import grid, tube
 from tests.render.test_labeling_picture import SIZE, near
 from tests.render.test_pictures import rings
 
-
-@pytest.fixture(autouse=True)
-def display() -> None:
-    """Skip the tests, with the reason, if this machine cannot draw pictures."""
-    try:
-        check_display()
-    except DisplayError as error:
-        pytest.skip(str(error))
+pytestmark = pytest.mark.usefixtures("display")
 
 
 def stitches(mesh: Mesh) -> StitchMesh:

@@ -124,7 +124,7 @@ def test_a_run_is_repeatable_to_the_last_bit():
 
 @pytest.mark.parametrize(("radius", "top_radius"), [(5.0, 3.0), *at_night((4.0, 6.0))])
 def test_increases_and_decreases_are_spread_around_a_tube(radius, top_radius):
-    mesh = in_triangles(tube(32, 10, radius=radius, height=20.0, top_radius=top_radius))
+    mesh = in_triangles(tube(32, 10, radius=radius, height=10.0, top_radius=top_radius))
     fabric = sm.auto_stitches(mesh, stitch_width=0.6)
     counts = stitch_counts(fabric)
     shaped = np.flatnonzero((fabric.n_bottom != 1) | (fabric.n_top != 1))

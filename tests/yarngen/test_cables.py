@@ -25,6 +25,7 @@ from stitchmesh.yarngen.clearance import smallest_distance
 from stitchmesh.yarngen.generate import trace_yarn_routes
 from stitchmesh.yarnrelax import YarnMaterial, relax_yarns
 from tests.gallery import tube
+from tests.nightly import at_night
 from tests.yarngen.samplers import sampler
 
 pytestmark = pytest.mark.decides
@@ -120,7 +121,7 @@ def height_between(a: np.ndarray, b: np.ndarray) -> float:
     return float(az[crossing] - bz[crossing])
 
 
-@pytest.mark.parametrize("quality", ["draft", "standard", "reference"])
+@pytest.mark.parametrize("quality", ["draft", *at_night("standard", "reference")])
 @pytest.mark.parametrize("crossing", CROSSINGS.values(), ids=CROSSINGS)
 def test_crossings_start_at_least_two_thirds_of_a_radius_apart(crossing, quality):
     """Touching yarns are two radii apart. The ground is knit, or knit and purl."""

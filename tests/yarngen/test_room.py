@@ -18,6 +18,7 @@ from stitchmesh.yarngen.finish import YarnFinish
 from stitchmesh.yarngen.layers_apart import THICKNESS_OVER_RADIUS, layers_apart
 from stitchmesh.yarngen.room import CORNER_HEIGHT, RINGS, make_room_with_report
 from tests.gallery import grid, tube
+from tests.nightly import at_night
 
 WIDTH = 24
 """Stitches of the flat piece in a row, each 1 cm wide."""
@@ -39,7 +40,7 @@ def folded(piece: StitchMesh, lowest: float, highest: float) -> StitchMesh:
     return replace(piece, vertices=np.stack([np.where(deep > 0.0, WIDTH / 2 + GAP * away, x), y, z - deep], axis=1))
 
 
-@pytest.mark.parametrize("quality", ["draft", "standard", "reference"])
+@pytest.mark.parametrize("quality", ["draft", *at_night("standard", "reference")])
 def test_yarns_in_a_fold_get_room_and_loops_hold(quality):
     fabric = folded(flat(), 10.0, 14.0)
     with pytest.raises(YarnError, match=r"start .* radii apart"):

@@ -33,6 +33,7 @@ from stitchmesh.yarnrelax.solvers.newton_system import REFINED
 from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL
 from stitchmesh.yarnrelax.together.begun_cell import learned_by, teach
 from stitchmesh.yarnrelax.together.relax_cells import relax_cells
+from tests.nightly import at_night
 from tests.yarnrelax.stockinette import fabric_of, flat_patch, periodic_patch, tube, woven_cell
 
 KALDOR, LEAF, FREE = YarnMaterial.named("kaldor-simulation"), YarnMaterial.named("leaf"), RelaxCell()
@@ -71,7 +72,7 @@ SCENES: dict[str, tuple[YarnSet, dict[str, Any]]] = {
 }
 
 
-@pytest.mark.parametrize("precision", ["float32", "float64"])
+@pytest.mark.parametrize("precision", ["float32", *at_night("float64")])
 @pytest.mark.parametrize("scene", SCENES.values(), ids=SCENES)
 def test_no_accepted_step_raises_the_energy(scene: tuple[YarnSet, dict[str, Any]], precision: str) -> None:
     loop = until_the_end(started(scene[0], replace(DRAFT, precision=precision), **scene[1]))

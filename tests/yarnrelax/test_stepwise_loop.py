@@ -19,6 +19,7 @@ from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
 from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.stepwise_loop import StepwiseLoop
+from tests.nightly import at_night
 
 ITERATIONS = 160
 """Long enough for several candidate lists with margins of different widths."""
@@ -44,7 +45,7 @@ def loop_of(
         ("rib2x2", "dynamics", None),
     ],
 )
-@pytest.mark.parametrize("parts", [(1,), (7,), (3, 19, 2)], ids=str)
+@pytest.mark.parametrize("parts", [(1,), (3, 19, 2), *at_night((7,))], ids=str)
 def test_parts_of_intervals_have_the_bits_of_whole_intervals(pattern, solver, cell, parts):
     whole, divided = loop_of(pattern, solver, cell, RelaxationLoop), loop_of(pattern, solver, cell)
     whole.run(ITERATIONS)

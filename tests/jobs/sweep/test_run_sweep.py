@@ -46,9 +46,9 @@ swatches_per_task = 1
 device = "cpu"
 quality = "draft"
 [[list]]
-swatch = { pattern = "stockinette", relax_cell = true }
+swatch = { pattern = "stockinette" }
 [[list]]
-swatch = { pattern = "seed", relax_cell = true, gamma = 1.1 }
+swatch = { pattern = "seed", gamma = 1.1 }
 [[list]]
 mesh = "tube.obj"
 tessellate.stitch_width = 0.8
@@ -215,6 +215,7 @@ def test_a_standing_scheduler_with_certificates_is_reached_by_those_of_the_confi
     assert warning.startswith("tcp://127.0.0.1") and "takes code from everyone who reaches it" in warning
 
 
+@pytest.mark.nightly
 def test_jobs_of_which_workers_die_are_rows_with_an_error_and_the_jobs_beside_them_are_done(quick, tmp_path):
     sweep = quick_sweep([2.0, KILLS, 2.5, SWALLOWS], together=2)
     target = tmp_path / "sweep"
@@ -264,6 +265,7 @@ def test_a_scheduler_that_is_killed_and_started_again_gets_what_is_left(quick, t
     assert begun(target).total() <= len(gammas) + 2  # Only what the two workers held was begun twice.
 
 
+@pytest.mark.nightly
 def test_a_sweep_without_workers_says_so_until_it_is_stopped(cluster, tmp_path):
     stop, notes = StopRequest(), []
 

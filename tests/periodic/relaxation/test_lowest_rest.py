@@ -50,6 +50,7 @@ def test_noise_on_the_yarns_does_not_change_the_state(pattern: str) -> None:
     np.testing.assert_allclose(*sizes, rtol=5e-3)
 
 
+@pytest.mark.nightly
 def test_no_start_is_lower_than_the_state_that_is_kept() -> None:
     start = prepared("rib1x1")
     kept = lowest_rest(start, start.yarns, partial(minimum, start))

@@ -33,7 +33,7 @@ STATES = ("dry", "wet", "full")
 
 @cache
 def let_go(pattern: str, state: str | None = None, mu: float | None = None, **options: Any) -> dict[str, Any]:
-    """The report of a swatch in a free cell, by default in the default state."""
+    """The report of a swatch in a free cell, by default in the default state and with the default friction."""
     common = {"material": KALDOR, "quality": "standard", "device": "cpu", "relax_cell": True, "progress": False}
     return swatch(pattern, relaxation=state, friction=mu, **(common | options)).report
 
@@ -45,7 +45,8 @@ def density(report: dict[str, Any]) -> float:
 
 @pytest.mark.parametrize("loop_length", [None, *at_night(5.0)], ids=["compact", "loose"])
 def test_a_knit_becomes_denser_from_dry_to_wet_to_full(loop_length: float | None) -> None:
-    found = [let_go("stockinette", state, 0.2, loop_length=loop_length) for state in STATES]
+    options = {} if loop_length is None else {"loop_length": loop_length}
+    found = [let_go("stockinette", state, **options) for state in STATES]
     assert all(report["converged"] for report in found)
     assert density(found[0]) < density(found[1]) < density(found[2])
     heights = [report["course_spacing"] for report in found]
@@ -54,7 +55,7 @@ def test_a_knit_becomes_denser_from_dry_to_wet_to_full(loop_length: float | None
 
 def test_a_full_relaxation_forgets_the_needles() -> None:
     """Without friction plain knit has one state of rest: the path to it does not matter."""
-    free, full = let_go("stockinette", "frictionless"), let_go("stockinette", "full", 0.3)
+    free, full = let_go("stockinette", "frictionless"), let_go("stockinette", "full")
     for name in ("wale_spacing", "course_spacing"):
         # the tolerances of the two runs, 5e-3 and 1e-3, leave strains of some 1e-3
         assert full[name] == pytest.approx(free[name], rel=0.01)

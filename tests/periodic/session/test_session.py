@@ -80,12 +80,12 @@ def assert_same_rest(frame: Frame, expected: sm.Swatch, close: float = CLOSE) ->
     "pattern, before, change",
     [
         # size of the yarn, size of the cell, load, rest length, chart
-        (PLAIN, {}, {"gamma": 1.3}),
         (PLAIN, {"period": (0.94, None)}, {"period": (None, None)}),
-        (PLAIN, {}, {"blocked": 30.0}),
         ("plain", {}, {"rest_lengths": sm.RestLengths(warp=0.85)}),
         ("garter", {}, {"pattern": "plain"}),
         *at_night(
+            (PLAIN, {}, {"gamma": 1.3}),
+            (PLAIN, {}, {"blocked": 30.0}),
             (PLAIN, {"gamma": 1.3}, {"gamma": 1.0}),
             (PLAIN, {}, {"period": (0.94, None)}),
             (PLAIN, {}, {"yarn_radius": 0.1}),
@@ -150,6 +150,7 @@ def test_successive_frames_differ_by_at_most_one_step(change, measure, limit):
     assert largest <= np.log(limit) + 1e-6  # single precision rounds periods
 
 
+@pytest.mark.nightly
 def test_a_sheared_swatch_becomes_upright_again_if_shear_is_held():
     swatch = live_swatch(PLAIN, relax_cell=sm.RelaxCell(), quality=EXACT)
     to_rest(swatch)

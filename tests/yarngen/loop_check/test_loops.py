@@ -255,6 +255,7 @@ def test_linking_moves_with_the_yarns() -> None:
     check_loops(fabric, replace(yarns, points=yarns.points @ turn + [5.0, -2.0, 1.0]))
 
 
+@pytest.mark.nightly
 def test_flat_fabric_may_lie_anywhere_in_its_plane() -> None:
     """All yarns are equal, so on the deformation path they lie on each other's edges and in one plane at all times."""
     fabric = sampler([[KNIT] * 20] * 20)

@@ -11,7 +11,7 @@ from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.yarngen.loop_check import moving_edges
 from stitchmesh.yarngen.loop_check.general_position import DISPLACEMENT, WholeUnits, displacements
 from stitchmesh.yarngen.loop_check.moving_edges import EdgeCrossings, EdgePairs, NotInGeneralPosition, edge_crossings
-from tests.nightly import mostly_at_night
+from tests.nightly import at_night, mostly_at_night
 from tests.shaking import SHAKES, shaken_many
 
 pytestmark = pytest.mark.decides
@@ -87,7 +87,7 @@ SLOW = {"repeated points", "one plane all the time", "edges on one line", "a cur
 """Motions that are mostly decided in whole numbers, and are therefore shaken a thousand times only."""
 
 
-@pytest.mark.parametrize("name", mostly_at_night(MOTIONS, by_day=[*MOTIONS][::3]))
+@pytest.mark.parametrize("name", mostly_at_night(MOTIONS, by_day=[*MOTIONS][:2]))
 def test_shaken_motions_have_the_same_crossings(name: str) -> None:
     """In 10,000 shaken copies the linking number changes as it must, and all counts are equal."""
     still, moving, change, number = MOTIONS[name]
@@ -100,7 +100,7 @@ def test_shaken_motions_have_the_same_crossings(name: str) -> None:
     assert number is None or count[0] == number
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", [0, *at_night(1, 2)])
 def test_motions_between_grid_points_end_with_the_correct_linking(seed: int) -> None:
     """The corners of two curves move between 5^3 grid points, where they meet at all times, and each motion is shaken.
 

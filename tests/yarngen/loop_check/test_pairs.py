@@ -57,7 +57,7 @@ def assert_linked_and_apart(blocks: list[Block], floor: float) -> None:
         assert distance == np.inf, f"{distance / radius:.2f} radii in {pieces[yarns.point_yarn[point]]}"
 
 
-@pytest.mark.parametrize("quality", ["draft", "standard"])
+@pytest.mark.parametrize("quality", ["draft", *at_night("standard")])
 @pytest.mark.parametrize("stitch", ALL, ids=lambda stitch: VOCABULARY[stitch].code)
 def test_a_stitch_among_knit_ones(stitch: Stitch, quality: str) -> None:
     fabric = sampler(under_a_plain_row([[KNIT, KNIT, stitch, KNIT, KNIT]]))
@@ -103,6 +103,7 @@ def untensioned(fabric: StitchMesh) -> YarnSet:
     return replace(yarns, rest_length=yarns.lengths)
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("part", [0, *at_night(1, 2)])
 def test_stitches_stay_linked_when_the_fabric_is_pulled(part: int) -> None:
     """The cast-on is held and the last row is pulled by 250 dyn a stitch, the weight of about a quarter of a gramme."""

@@ -23,6 +23,7 @@ from stitchmesh.yarnrelax.linking.certificate import (
 )
 from stitchmesh.yarnrelax.linking.open_yarns import _interleaved
 from tests.meshrelax.fabrics import rotation
+from tests.nightly import at_night
 from tests.shaking import shaken
 from tests.yarnrelax.stockinette import (
     ROW_HEIGHT,
@@ -343,7 +344,7 @@ def signs_along_normal(yarns: YarnSet, i: int, j: int, image: np.ndarray) -> int
     return -int(np.sign((np.cross(b - a, d - c) * (c - a)).sum(axis=-1))[hit].sum())
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", [0, *at_night(1, 2)])
 def test_linking_of_random_curves_on_a_lattice_equals_a_test_of_all_images(seed: int) -> None:
     yarns = random_fabric(seed)
     step, rows = yarns.lattice_step, doubled_by_pair(yarns)

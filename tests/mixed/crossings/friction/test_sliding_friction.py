@@ -25,6 +25,7 @@ from tests.mixed.crossings.small_fabrics import (
     split,
     vector_of,
 )
+from tests.nightly import at_night
 
 COLUMNS, ROWS, SPACING = 9, 3, 0.25
 PULLED = COLUMNS + np.arange(COLUMNS)
@@ -213,6 +214,7 @@ def test_the_force_rises_to_the_limit_and_the_anchor_is_dragged_beyond_it():
         assert dragged == pytest.approx((part + 1.0) * slip_length if part < -1.0 else 0.0, abs=1e-10 * slip_length)
 
 
+@pytest.mark.nightly
 def test_a_snag_stays_with_friction_and_goes_without():
     moved = {}
     for friction in (0.0, 0.5):
@@ -223,7 +225,7 @@ def test_a_snag_stays_with_friction_and_goes_without():
     assert moved[0.5] > 1e-4
 
 
-@pytest.mark.parametrize("mu", [0.0, 0.5])
+@pytest.mark.parametrize("mu", [0.5, *at_night(0.0)])
 def test_a_yarn_that_is_pulled_out_until_hardly_any_is_left_keeps_the_order_of_its_nodes(mu):
     """Of 2 cm of yarn between held ends 1 mm is left, half a merging distance for each segment."""
     amounts = np.linspace(0.1, 1.9, 19)
