@@ -31,8 +31,9 @@ import numpy as np
 
 import stitchmesh as sm
 from benchmarks.measures.rest.tradeoff_measures import difference, gauge_of_faces, places_of
-from benchmarks.places import MESHES
+from benchmarks.scenes.garments import Garment
 from benchmarks.table import Rows, note
+from benchmarks.timing import LOADING, relaxed
 from stitchmesh.budget.calibration import calibrate, device_title
 from stitchmesh.budget.settings import SETTINGS
 from stitchmesh.budget.tables import TABLES, Kind, MeasuredRelaxation, Table, read_tables
@@ -60,8 +61,6 @@ TRUE = 1e-5
 """Residual and remaining change of the true rest."""
 TRUE_ITERATIONS = {"cpu": 10000, "cuda": 10_000}
 """Largest number of iterations of a garment: those of its true rest, and of its settings."""
-LOADING = 20
-"""Iterations of the run that loads the kernels."""
 COARSE = ("draft", "standard")
 """Settings of garments without a true rest."""
 
@@ -74,11 +73,14 @@ def true_quality(quality: Quality, tolerance: float = TRUE) -> Quality:
 def swatch_rows(kind: Kind, name: str, device: str) -> Iterator[MeasuredRelaxation]:
     """Measure each setting on a swatch."""
     free = kind == "free cell"
-    try:
-        tight = true_quality(PRESETS["reference"])
-        truth = sm.swatch(
-            name, quality=tight, relax_cell=free, relaxation="frictionless", device=device, progress=False
+
+    def made_with(quality: Quality) -> sm.Swatch:
+        return sm.swatch(
+            name, quality=quality, relax_cell=free, relaxation="frictionless", device=device, progress=False
         )
+
+    try:
+        truth = made_with(true_quality(PRESETS["reference"]))
     except StitchMeshError as error:
         note(f"{kind} {name}: {error}")
         return
@@ -86,12 +88,9 @@ def swatch_rows(kind: Kind, name: str, device: str) -> Iterator[MeasuredRelaxati
         if setting == "standard by dynamics" and (free or name != "stockinette"):
             continue
         try:
-            loading = replace(quality, max_iterations=LOADING)
-            sm.swatch(name, quality=loading, relax_cell=free, relaxation="frictionless", device=device, progress=False)
+            made_with(replace(quality, max_iterations=LOADING))
             began = time.perf_counter()
-            made = sm.swatch(
-                name, quality=quality, relax_cell=free, relaxation="frictionless", device=device, progress=False
-            )
+            made = made_with(quality)
             seconds = time.perf_counter() - began
         except StitchMeshError as error:
             note(f"{kind} {name} {setting}: {error}")
@@ -126,10 +125,7 @@ def place_error(made: sm.Swatch, truth: sm.Swatch) -> float:
 
 def garment_rows(name: str, device: str) -> Iterator[MeasuredRelaxation]:
     """Measure each setting on the yarns of a garment."""
-    mesh_name, _, width = name.rpartition(":")
-    mesh = sm.read_mesh(MESHES / mesh_name)
-    fabric = sm.tessellate(sm.label(mesh), stitch_width=float(width))
-    fabric = sm.relax_mesh(fabric, surface=mesh, device=device, run=QUIET)
+    fabric = Garment.of(name).evened(device)
     kind = "cuda" if device_named(device).is_cuda else "cpu"
     truth = None
     if fabric.face_count <= MOST_STITCHES[kind]:
@@ -142,13 +138,10 @@ def garment_rows(name: str, device: str) -> Iterator[MeasuredRelaxation]:
             continue
         limited = replace(quality, max_iterations=min(quality.max_iterations, TRUE_ITERATIONS[kind]))
         yarns = sm.generate_yarns(fabric, quality=limited)
-        loading = replace(limited, max_iterations=LOADING)
-        relax_yarns(yarns, quality=loading, device=device, keep_shape=fabric, run=QUIET)
-        began = time.perf_counter()
-        made = relax_yarns(yarns, quality=limited, device=device, keep_shape=fabric, run=QUIET)
+        made, seconds = relaxed(yarns, limited, device=device, keep_shape=fabric, run=QUIET)
         yield MeasuredRelaxation(
             kind="garment", scene=name, setting=setting, stitches=fabric.face_count, points=len(yarns.points),
-            iterations=made.report["iterations"], seconds=time.perf_counter() - began,
+            iterations=made.report["iterations"], seconds=seconds,
             error=None if truth is None else garment_error(fabric, made.yarns, truth.yarns),
             converged=made.report["converged"],
         )  # fmt: skip
