@@ -60,7 +60,8 @@ def results_of(
         The case, what it has yielded, and why it has not ended by itself; an empty text if it has.
     """
     context = multiprocessing.get_context("spawn")
-    waiting, running, began = list(cases)[::-1], list[_Running[Case]](), time.perf_counter()
+    waiting, running = list(cases)[::-1], list[_Running[Case]]()
+    began = time.perf_counter()
     if processes is not None:
         os.environ.update(ONE_THREAD)  # Processes take over the environment when they start.
     while waiting or running:
@@ -68,7 +69,8 @@ def results_of(
         if over:
             waiting.clear()
         while waiting and len(running) < (processes or 1):
-            case, (here, there) = waiting.pop(), context.Pipe(duplex=False)
+            case = waiting.pop()
+            here, there = context.Pipe(duplex=False)
             process = context.Process(target=_send, args=(work, case, there))
             process.start()
             there.close()
@@ -79,12 +81,13 @@ def results_of(
             spent = time.perf_counter() - one.since
             if one.process.is_alive() and not over and spent < limit:
                 continue
-            why = f"ended after {spent:.0f} s" if one.process.is_alive() else ""
+            late = one.process.is_alive()
             one.process.kill()
             one.process.join()
             one.receive()
             running.remove(one)
-            yield one.case, one.found, why or ("" if not one.process.exitcode else f"status {one.process.exitcode}")
+            status = f"status {one.process.exitcode}" if one.process.exitcode else ""
+            yield one.case, one.found, f"ended after {spent:.0f} s" if late else status
 
 
 def _send(work: Callable[[Any], Iterable[Any]], case: Any, connection: Connection) -> None:

@@ -55,7 +55,8 @@ def _high_water_mark() -> float:
 
 def knitted(garment: Garment, quality: str, device: str) -> tuple[dict[str, dict[str, float]], StageMemory]:
     """Knit a garment, and return the report of its stages and their memory."""
-    memory, options = StageMemory(), KnitOptions(stitch_width=garment.width, quality=quality, device=device)
+    memory = StageMemory()
+    options = KnitOptions(stitch_width=garment.width, quality=quality, device=device)
     with tempfile.TemporaryDirectory() as folder:
         report = knit_and_write(garment.mesh(), folder, options, run=Run(memory)).report
     memory.close()

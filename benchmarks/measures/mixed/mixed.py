@@ -21,9 +21,9 @@ import numpy as np
 from numpy.typing import NDArray
 from tyro.conf import Positional
 
-from benchmarks.measures.mixed.loadings import LOADINGS, Loading
 from benchmarks.measures.mixed.node_errors import all_nodes, position_error, spectrum_error, wrinkle_spectrum
 from benchmarks.measures.mixed.region_plot import draw
+from benchmarks.scenes.loadings import LOADINGS, Loading
 from benchmarks.table import Rows
 from stitchmesh.compute.device import alone, device_named
 from stitchmesh.compute.precision import scalar_named

@@ -9,8 +9,8 @@ of all vertices and nodes differ by 1e-4 from those of a solve to 1e-10, relativ
 ``patch`` and ``weights`` compare the weights of stretch that balance uniform tension with the weights of alpha.
 ``patch`` holds a weave with matched triangles at its border in a uniform deformation, and gives the root mean square
 displacement of the full-yarn nodes at its equilibrium, in spacings of yarns for each unit of strain. ``weights`` runs
-the regions made by hand of ``loadings.py`` from two starts each: root mean square distances of the nodes of the
-measured part from the run with yarns everywhere from the same start, in yarn spacings, and products.
+the regions made by hand of ``benchmarks/scenes/loadings.py`` from two starts each: root mean square distances of the
+nodes of the measured part from the run with yarns everywhere from the same start, in yarn spacings, and products.
 """
 
 from __future__ import annotations
@@ -35,9 +35,9 @@ from benchmarks.measures.mixed.linear_systems import (
     generalized,
     iterations,
 )
-from benchmarks.measures.mixed.loadings import LOADINGS, Loading
 from benchmarks.measures.mixed.mixed import End, run_scene, with_rings
 from benchmarks.measures.mixed.node_errors import position_error
+from benchmarks.scenes.loadings import LOADINGS, Loading
 from benchmarks.table import Rows
 from stitchmesh.compute.device import device_named
 from stitchmesh.mixed.cloth.panels import Panel

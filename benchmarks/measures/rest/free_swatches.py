@@ -179,7 +179,8 @@ def library(given: LibraryOptions) -> Rows:
              if name not in sm.weave_names() or loop == COMPACT_LOOP]  # fmt: skip
     rows: dict[tuple[str, float], list[Found]] = {case: [] for case in cases}
     for quality in given.qualities:
-        began, shown = time.perf_counter(), list[tuple[str, sm.Swatch]]()
+        shown: list[tuple[str, sm.Swatch]] = []
+        began = time.perf_counter()
         for first in range(0, len(cases), given.together):
             some = cases[first : first + given.together]
             requests = [

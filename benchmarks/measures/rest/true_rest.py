@@ -85,7 +85,8 @@ class Options:
 
 def run(given: Options) -> Rows:
     """Run each case in a process of its own, some at a time; add a line for each to the file."""
-    began, waiting = time.perf_counter(), list(cases(given))
+    waiting = list(cases(given))
+    began = time.perf_counter()
     yield f"{len(waiting)} cases"
     ends = results_of(
         measure, waiting, processes=given.processes, limit=given.limit, seconds=given.seconds

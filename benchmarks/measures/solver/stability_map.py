@@ -65,8 +65,8 @@ def cases(presets: list[str]) -> list[Case]:
 
 def outcome(limited: tuple[Case, float]) -> Iterator[dict[str, Any]]:
     """Relax a case within a time in this process, and yield its entry of the file."""
-    began = time.perf_counter()
     case, seconds = limited
+    began = time.perf_counter()
     try:
         report, points = relaxed(case, seconds)
         kind = "at rest" if report["converged"] else "not at rest"

@@ -20,6 +20,7 @@ from __future__ import annotations
 
 import datetime
 import json
+import re
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -238,22 +239,13 @@ def write_tables(path: Path, table: Table) -> None:
     table = replace(table, measurements=(*kept, *table.measurements))
     path.parent.mkdir(parents=True, exist_ok=True)
     entries = [table_entry(one) for one in sorted([*others, table], key=lambda one: one.device)]
-    text = json.dumps(entries, indent=1)
-    path.write_text(_one_line_each(text) + "\n", encoding="utf-8")
+    text = re.sub(r"\[\s+([^][{}]+?)\s+\]", _on_one_line, json.dumps(entries, indent=1))
+    path.write_text(text + "\n", encoding="utf-8")
 
 
-def _one_line_each(text: str) -> str:
-    """Return indented JSON with each measurement on a line of its own."""
-    lines, row = [], ""
-    for line in text.splitlines():
-        if row or (line.strip() == "[" and line.startswith("   ")):
-            row += line.strip() + (" " if line.rstrip().endswith(",") else "")
-            if line.strip() in ("]", "],"):
-                lines.append("   " + row.rstrip())
-                row = ""
-        else:
-            lines.append(line)
-    return "\n".join(lines)
+def _on_one_line(found: re.Match[str]) -> str:
+    """Return a list of numbers and names on a line of its own."""
+    return "[" + " ".join(found[1].split()) + "]"
 
 
 def _digits(value: float) -> float:

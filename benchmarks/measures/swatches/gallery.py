@@ -60,7 +60,8 @@ def corpus(folder: Path, /, *, quality: str = "standard", device: str | None = N
         once: relax each cell only once; times then include compilation
     """
     folder.mkdir(parents=True, exist_ok=True)
-    runs, leaf = 1 if once else 2, sm.YarnMaterial.named("leaf")
+    runs = 1 if once else 2
+    leaf = sm.YarnMaterial.named("leaf")
     cells = {name: cell_of(name, quality) for name in CELLS}
     gradients = yield from _together([cells[name] for name in LEAF], leaf, quality, device, runs)
     yield ""
@@ -96,7 +97,8 @@ def _together(
         For each cell, two columns of the table: the gradient at rest over the first gradient, and the number of
         iterations until the gradient is a tenth of the first.
     """
-    quality, materials = quality_named(name), [material] * len(cells)
+    quality = quality_named(name)
+    materials = [material] * len(cells)
     for _ in range(runs):
         batch = relax_cells(cells, materials=materials, quality=quality, device=device)
     report = batch.report
@@ -159,8 +161,9 @@ def draw(folder: Path, names: tuple[str, ...] = (), /) -> Rows:
     from benchmarks.sheet import drawn  # Cells can be relaxed on machines without a renderer.
 
     for name in names or (*pattern_names(), *weave_names()):
-        yarns, picture = sm.read_yarns(folder / f"{name}.h5"), _cell_picture if name in CELLS else _swatch_picture
-        drawn(picture(name, yarns)).save(PICTURES / f"{name}.jpg", quality=JPEG_QUALITY, optimize=True)
+        yarns = sm.read_yarns(folder / f"{name}.h5")
+        picture = _cell_picture(name, yarns) if name in CELLS else _swatch_picture(yarns)
+        drawn(picture).save(PICTURES / f"{name}.jpg", quality=JPEG_QUALITY, optimize=True)
     if not names:
         yield from _tables(folder)
 
@@ -178,7 +181,7 @@ def _cell_picture(name: str, yarns: YarnSet) -> Callable[[Path], object]:
     return lambda path: render_swatch(yarns, path, counts, PictureOptions(size=(SIZE, SIZE)))
 
 
-def _swatch_picture(_name: str, yarns: YarnSet) -> Callable[[Path], object]:
+def _swatch_picture(yarns: YarnSet) -> Callable[[Path], object]:
     """The function that draws a swatch from the right side, without its edges."""
     from stitchmesh.render.camera import camera_at
     from stitchmesh.render.options import PictureOptions

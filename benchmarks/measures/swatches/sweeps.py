@@ -63,7 +63,8 @@ def swatches(
         sweep = sm.Sweep(
             job={"device": device, "quality": quality}, rows=rows, swatches_per_task=size, kept=NO_PICTURE
         )
-        began, first = time.perf_counter(), list[float]()
+        first: list[float] = []
+        began = time.perf_counter()
 
         def listen(status: JobStatus, began: float = began, first: list[float] = first) -> None:
             if status.done > 0.0 and not first:
@@ -92,7 +93,8 @@ def empty(*, jobs: tuple[int, ...] = (1000,), workers: int = 2, per_task: int = 
             swatches_per_task=per_task, grid=(Axis(("swatch", "gamma"), impossible),), kept=NO_PICTURE,
         )  # fmt: skip
         with tempfile.TemporaryDirectory() as name:
-            folder, began = Path(name), time.perf_counter()
+            folder = Path(name)
+            began = time.perf_counter()
             tasks = tasks_of(jobs_of(sweep, "cpu"), sweep)
             checked = time.perf_counter()
             ended = run_sweep(sweep, folder, workers=workers)
