@@ -292,7 +292,7 @@ def labeling(*, faces: tuple[int, ...] = (20000, 65000), runs: int = 9) -> Rows:
             yield f"{name}, {mesh.face_count} faces"
             yield "step", "median ms", "longest ms"
             for step, run in steps_of(mesh).items():
-                yield step, *median_and_largest(milliseconds(lambda _, run=run: run(), runs))  # type: ignore[misc]
+                yield step, *median_and_largest(milliseconds(lambda _, run=run: run(), runs))
         fabric = tessellate(label(meshes["tube"]), stitch_width=1.0, stitch_height=1.0)
         edited = apply_edit(fabric, flip := Edit("flip_row", {"face": fabric.face_count // 2}))
         again = milliseconds(lambda _: apply_edit(fabric, flip), runs)  # noqa: B023

@@ -65,7 +65,7 @@ SWINGING = [
 ]  # fmt: skip
 """Cloths on which preconditioners are compared."""
 METRICS: Variants = {"one number": by_one_number, "blocks": partial(by_projection, stiffness=True)}
-STIFF = [
+STIFF: list[Hanging | ShakenLoops] = [
     Hanging("knit", edge=1.0, density=4.0, step=1e-3), Hanging("knit", edge=1.0, density=4.0, step=1e-1),
     Hanging("knit", edge=0.5, density=4.0, step=1e-1), Hanging("weave", edge=1.0, density=16.0, step=1e-3),
     Hanging("weave", edge=1.0, density=16.0, step=1e-1), Hanging("weave", edge=0.5, density=8.0, step=1e-1),
