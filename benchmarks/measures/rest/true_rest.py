@@ -190,7 +190,6 @@ def table(files: tuple[Path, ...], /) -> Rows:
         for case in found:
             if quality in case.get("presets", {}):
                 yield row_of(case, quality)
-        yield summary_of(found, quality)
     yield from counts(found)
     failed = [case for case in found if "failed" in case]
     yield f"{len(failed)} of {len(found)} cases without an end:"
@@ -216,7 +215,10 @@ def row_of(case: dict[str, Any], quality: str) -> tuple[object, ...]:
 def counts(found: list[dict[str, Any]]) -> Rows:
     """Yield how many cases come to rest and keep the promise, for each preset and each loop length."""
     yield ""
-    yield "preset", "loop", "cases", "at rest", "true rest known", "promise kept", "off by more than twice", "worst %"
+    yield (
+        "preset", "loop", "cases", "at rest", "true rest known", "of which two solvers agree", "promise kept",
+        "off by more than twice", "worst %",
+    )  # fmt: skip
     loops = sorted({case["loop"] for case in found if case["loop"] is not None})
     for quality in PROMISE:
         made = [case for case in found if quality in case.get("presets", {})]
@@ -230,14 +232,11 @@ def counts(found: list[dict[str, Any]]) -> Rows:
 def counts_of(cases: list[dict[str, Any]], quality: str) -> tuple[object, ...]:
     """Return the counts of a row of ``counts``."""
     at_rest = [case for case in cases if case["presets"][quality]["converged"]]
-    errors, promise = errors_of(at_rest, quality), PROMISE[quality]
+    known, promise = [case for case in at_rest if is_known(case)], PROMISE[quality]
+    errors = np.array([error_of(case["presets"][quality], case["true"]) for case in known])
+    agreed = sum(case.get("other") is not None for case in known)
     kept, far = (errors <= promise).sum(), (errors > 2.0 * promise).sum()
-    return len(cases), len(at_rest), len(errors), kept, far, f"{100 * errors.max(initial=0.0):.2g}"
-
-
-def errors_of(cases: list[dict[str, Any]], quality: str) -> np.ndarray:
-    """Errors of a preset in the cases of which the true rest is known."""
-    return np.array([error_of(case["presets"][quality], case["true"]) for case in cases if is_known(case)])
+    return len(cases), len(at_rest), len(known), agreed, kept, far, f"{100 * errors.max(initial=0.0):.2g}"
 
 
 def is_known(case: dict[str, Any]) -> bool:
@@ -245,20 +244,6 @@ def is_known(case: dict[str, Any]) -> bool:
     if "true" not in case or not case["true"]["converged"]:
         return False
     return case.get("other") is None or error_of(case["other"], case["true"]) <= AGREE
-
-
-def summary_of(found: list[dict[str, Any]], quality: str) -> str:
-    """Return how many cases are at rest with a preset, and how many of them keep its promise."""
-    made = [case for case in found if quality in case.get("presets", {})]
-    at_rest = [case for case in made if case["presets"][quality]["converged"]]
-    known = [case for case in at_rest if is_known(case)]
-    errors = errors_of(at_rest, quality)
-    agreed = sum(case.get("other") is not None for case in known)
-    promise = PROMISE[quality]
-    text = f"{quality}: {len(at_rest)} of {len(made)} at rest; true rest known for {len(known)}, of which two solvers "
-    text += f"agree in {agreed}: {(errors <= promise).sum()} within {100 * promise:g} %, "
-    worst = f"worst {100 * errors.max(initial=0.0):.2g} %"
-    return text + f"{(errors > 2 * promise).sum()} off by more than twice that, {worst}"
 
 
 ACTIONS = (run, table)

@@ -80,12 +80,17 @@ def validation(
         for title, table in TABLES.get(section, {}).items():
             yield f"### {title}"
             yield from table()
-        if section == "cells" and cells is None:
-            yield "(cells: left out, give --cells the folder of stockinette.pyp and basket.pyp)"
-        elif section == "cells":
-            for title, table_of in CELL_TABLES.items():
-                yield f"### {title}"
-                yield from table_of(cells)
+        if section == "cells":
+            yield from _tables_of_cells(cells)
         if pictures is not None and section in PICTURES:
             name, draw = PICTURES[section]
             draw(pictures / name)
+
+
+def _tables_of_cells(folder: Path | None) -> Rows:
+    if folder is None:
+        yield "(cells: left out, give --cells the folder of stockinette.pyp and basket.pyp)"
+        return
+    for title, table in CELL_TABLES.items():
+        yield f"### {title}"
+        yield from table(folder)
