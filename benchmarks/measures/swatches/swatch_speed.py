@@ -20,7 +20,6 @@ from typing import Any
 
 import numpy as np
 import warp as wp
-from tyro.conf import Positional
 
 import stitchmesh as sm
 from benchmarks.scenes.swatches import LEAF, cell_of, evenly
@@ -84,6 +83,11 @@ class Timing:
     """Seconds per iteration of a relaxation, including contact searches and assessments."""
 
 
+def machine(device: wp.Device) -> str:
+    """The processor, and the versions of what runs on it."""
+    return f"{device.name or platform.machine()}; Python {platform.python_version()}, Warp {wp.__version__}"
+
+
 def mean_ratio(pairs: Sequence[tuple[float, float]]) -> float:
     """Geometric mean of the ratios first / second of pairs."""
     return math.exp(float(np.mean([math.log(first / second) for first, second in pairs])))
@@ -126,12 +130,14 @@ def timing(yarns: YarnSet, device: wp.Device, cell: RelaxCell | None = None) -> 
     return Timing(len(yarns.points), launch_seconds(simulation), in_run)
 
 
-def iteration(device: wp.Device, given: Options) -> Rows:
+def iteration(*, device: str | None = None) -> Rows:
     """Time one iteration of small patterns, with fixed and with free periods."""
+    where = device_named(device)
+    yield machine(where)
     yield "pattern", "points", "fixed periods us", "in a run us", "free periods us", "in a run us", "L: points", "us"
     for name in PATTERNS:
         yarns = cell_of(name, QUALITY)
-        fixed, free = timing(yarns, device), timing(yarns, device, FREE)
+        fixed, free = timing(yarns, where), timing(yarns, where, FREE)
         numbers = [f"{1e6 * seconds:.1f}" for seconds in (fixed.alone, fixed.in_run, free.alone, free.in_run)]
         theirs = (LEAF[name][2], f"{1e3 * LEAF[name][1]:.0f}") if name in LEAF else ("", "")
         yield name, fixed.points, *numbers, *theirs
@@ -158,14 +164,19 @@ def free_library(quality: str, most: int) -> dict[str, Any]:
     return {"cells": cells, "free": [FREE] * len(cells), "planes": between}
 
 
-def batches(device: wp.Device, given: Options) -> Rows:
-    """Relax the patterns of Leaf et al. and those of the library in one batch each, the second time timed."""
+def batches(*, device: str | None = None, most_cells: int = 1000) -> Rows:
+    """Relax the patterns of Leaf et al. and those of the library in one batch each, the second time timed.
+
+    Args:
+        most_cells: cells of a batch
+    """
+    yield machine(device_named(device))
     yield "batch", "quality", "cells", "points", "s", "at rest", "iterations of the slowest", "largest change left %"
     for label, make in (("37 of L, periods held", held_corpus), ("library, free between planes", free_library)):
         for quality in ("draft", "standard"):
-            chosen = make(quality, given.most_cells)
+            chosen = make(quality, most_cells)
             for _ in range(2):
-                batch = relax_cells(**chosen, quality=quality, device=str(device), progress=False)
+                batch = relax_cells(**chosen, quality=quality, device=device, progress=False)
             left = [cell.report["remaining_change"]["spacing"] for cell in batch.cells
                     if cell.report["converged"] and cell.report["remaining_change"]]  # fmt: skip
             report, points = batch.report, sum(len(yarns.points) for yarns in chosen["cells"])
@@ -199,18 +210,19 @@ def mean_seconds(
     return (time.perf_counter() - began) / len(chosen)
 
 
-def variants(device: wp.Device, given: Options) -> Rows:
+def variants(*, device: str | None = None, count: int = 1000) -> Rows:
     """Relax a grid of variants in one batch, and some of them one after another."""
-    every, name = variants_of_grid(given.variants), str(device)
+    yield machine(device_named(device))
+    every = variants_of_grid(count)
     cells, materials = zip(*every, strict=True)
     for _ in range(2):
-        batch = relax_cells(cells, materials=materials, free=[FREE] * len(cells), quality=QUALITY, device=name)
+        batch = relax_cells(cells, materials=materials, free=[FREE] * len(cells), quality=QUALITY, device=device)
     together = batch.report["seconds"] / len(cells)
     some = [every[number] for number in evenly(len(every), ALONE)]
     alone = mean_seconds(some, lambda yarns, material: relax_yarns(
-        yarns, material=material, quality=QUALITY, device=name, cell=FREE))  # fmt: skip
+        yarns, material=material, quality=QUALITY, device=device, cell=FREE))  # fmt: skip
     batch_of_one = mean_seconds(some, lambda yarns, material: relax_cells(
-        [yarns], materials=[material], free=[FREE], quality=QUALITY, device=name))  # fmt: skip
+        [yarns], materials=[material], free=[FREE], quality=QUALITY, device=device))  # fmt: skip
     yield "method", "measured", "ms each", "s for all", "speed-up of the batch"
     yield ("one batch", len(cells), f"{1e3 * together:.3f}", f"{together * len(cells):.2f}", "")
     single = (("one after another", alone), ("one after another, no linking certificate", batch_of_one))
@@ -228,8 +240,10 @@ def tiled_to(yarns: YarnSet, points: int) -> YarnSet:
     return tile_yarns(yarns, columns, max(round(count / columns), 1), periodic=True)
 
 
-def weaves(device: wp.Device, given: Options) -> Rows:
+def weaves(*, device: str | None = None) -> Rows:
     """Time the weaves of L's table 5, each as one period and tiled."""
+    where = device_named(device)
+    yield machine(where)
     own, cpu, gpu = ("points", "ms", "in a run ms"), ("L CPU: points", "ms"), ("L GPU: points", "ms")
     yield ("weave", *(*own, *cpu, *gpu) * 2, *own, *gpu)
     ratios: dict[tuple[int, str], list[tuple[float, float]]] = {column: [] for column in COLUMNS}
@@ -237,7 +251,7 @@ def weaves(device: wp.Device, given: Options) -> Rows:
         yarns = cell_of(name, QUALITY)
         cells: list[object] = []
         for size in (PERIOD, MEDIUM, LARGE):
-            found = timing(yarns if size == PERIOD else tiled_to(yarns, size), device)
+            found = timing(yarns if size == PERIOD else tiled_to(yarns, size), where)
             cells += [found.points, f"{1e3 * found.alone:.3f}", f"{1e3 * found.in_run:.3f}"]
             for column, (points, ms) in zip(COLUMNS, theirs, strict=True):
                 if column[0] == size:
@@ -257,12 +271,18 @@ def sides(points: int, most: int) -> list[int]:
     return [*(2**k for k in range(last.bit_length()) if 2**k < last), last]
 
 
-def sizes(device: wp.Device, given: Options) -> Rows:
-    """L's fig. 13: time per iteration against the size of a plain weave."""
+def sizes(*, device: str | None = None, most: int = 5_000_000) -> Rows:
+    """L's fig. 13: time per iteration against the size of a plain weave.
+
+    Args:
+        most: control points of the largest one
+    """
+    where = device_named(device)
+    yield machine(where)
     yarns = cell_of("plain", QUALITY)
     yield "tiles", "points", "ms", "us per point", "in a run ms", "us per point"
-    for side in sides(len(yarns.points), given.most):
-        found = timing(tile_yarns(yarns, side, side, periodic=True), device)
+    for side in sides(len(yarns.points), most):
+        found = timing(tile_yarns(yarns, side, side, periodic=True), where)
         times = (
             f"{value:.4f}"
             for seconds in (found.alone, found.in_run)
@@ -271,31 +291,4 @@ def sizes(device: wp.Device, given: Options) -> Rows:
         yield side * side, found.points, *times
 
 
-SECTIONS = {
-    "iteration": iteration, "batches": batches, "variants": variants, "weaves": weaves, "sizes": sizes,
-}  # fmt: skip
-
-
-@dataclass(frozen=True)
-class Options:
-    """What is measured."""
-
-    sections: Positional[tuple[str, ...]] = ()
-    device: str | None = None
-    most: int = 5000000
-    """control points of the largest plain weave"""
-    variants: int = 1000
-    most_cells: int = 1000
-    """cells of a batch of patterns"""
-
-
-def swatch_speed(given: Options) -> Rows:
-    """Measure the sections given on the command line."""
-    unknown = set(given.sections) - set(SECTIONS)
-    if unknown:
-        raise SystemExit(f"section: got {', '.join(sorted(unknown))}; expected some of {', '.join(SECTIONS)}")
-    device = device_named(given.device)
-    yield f"{device.name or platform.machine()}; Python {platform.python_version()}, Warp {wp.__version__}"
-    for name in given.sections or SECTIONS:
-        yield f"## {name}"
-        yield from SECTIONS[name](device, given)
+ACTIONS = (iteration, batches, variants, weaves, sizes)

@@ -122,3 +122,6 @@ def moebius_polygons(edge: float = 1.0, radius: float = 12.0, width: float = 6.0
     first = np.where(odd[:, None], np.column_stack([a, b, c]), np.column_stack([a, b, d]))
     second = np.where(odd[:, None], np.column_stack([a, c, d]), np.column_stack([b, c, d]))
     return vertices.reshape(-1, 3), np.concatenate([first, second])
+
+
+SHEETS = (box, flat_square, flat_disc, annulus_disc)

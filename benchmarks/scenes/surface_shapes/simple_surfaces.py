@@ -114,3 +114,8 @@ def y_junction(edge: float = 1.0) -> Mesh:
     ends = [Opening((side * 12.96, 33.0, 0.0), (side * 18.0, 25.0, 0.0), 18.0) for side in (-1.0, 1.0)]
     ends.append(Opening((0.0, 0.0, 0.0), DOWN))
     return Cloth(joined([*branches, stem], 5.0), (-24.0, -2.0, -8.0), (24.0, 42.0, 8.0), ends).triangles(edge)
+
+
+SIMPLE = (
+    cylinder, frustum, closed_cone, dome, sphere, torus, bent_tube, s_tube, t_junction, y_junction, genus_2, capsule,
+)  # fmt: skip

@@ -32,3 +32,6 @@ def octopus(edge: float = 0.6) -> Mesh:
     ]
     solid = joined([ball((0.0, 10.0, 0.0), 6.5), *arms], 1.0)
     return Cloth(solid, (-17.0, -7.0, -17.0), (17.0, 19.0, 17.0)).triangles(edge)
+
+
+TOYS = (bear, octopus)

@@ -188,3 +188,9 @@ def beanie(edge: float = 1.0) -> Mesh:
         return 8.5 * (np.linalg.norm(above / radii, axis=-1) - 1.0)
 
     return Cloth(value, (-11.0, -2.0, -12.0), (11.0, 25.0, 12.0), [HEM]).triangles(edge)
+
+
+WORN = (
+    t_shirt, jumper, trousers, leggings, mitten, glove, beanie, cardigan, vest, hoodie, v_neck_jumper, v_neck_cardigan,
+    camisole, briefs,
+)  # fmt: skip
