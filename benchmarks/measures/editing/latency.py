@@ -157,8 +157,8 @@ def runs_of(
     for face in places.tolist():
         prepared = fabric
         try:
-            for edit in first:
-                prepared = apply_edit(prepared, edit(prepared, face)).fabric
+            for earlier in first:
+                prepared = apply_edit(prepared, earlier(prepared, face)).fabric
             edit = then(prepared, face)
             fresh = forgetful(prepared)
             start = clock()
