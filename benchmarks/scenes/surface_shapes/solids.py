@@ -8,15 +8,15 @@ import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib import import_module
-from pathlib import Path
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 from scipy.spatial import cKDTree
 
+from benchmarks.places import MESHES
 from stitchmesh.mesh import FloatArray
 
-sys.path.append(str(Path(__file__).resolve().parents[2] / "assets" / "meshes"))
+sys.path.append(str(MESHES))
 smooth_shapes = import_module("smooth_shapes")
 Shape, Point = smooth_shapes.Shape, smooth_shapes.Point
 round_cone, joined = smooth_shapes.round_cone, smooth_shapes.joined
