@@ -20,19 +20,18 @@ OptionalOutput = Annotated[Path | None, arg(aliases=["-o"])]
 """The same, for a measure that may write none."""
 
 
-def begun(actions: Sequence[Callable[..., Rows]], name: str, words: Sequence[str], description: str) -> Rows:
+def begun(actions: Sequence[Callable[..., Rows]], program: str, words: Sequence[str], description: str) -> Rows:
     """Return a measure with the options of a command line; it begins with the first row that is taken.
 
     Args:
         actions: its function, or several functions, of which the first word names one.
-        name: name of the measure.
-        words: the words after the name.
+        program: how the measure is started.
+        words: the words after that.
         description: text of the help.
 
     Raises:
         SystemExit: the help was printed, or the words are no options of the measure.
     """
-    program = f"benchmarks/run.py {name}"
     if len(actions) == 1:
         return tyro.cli(actions[0], prog=program, description=description, args=words, config=CONFIG)
     named = {action.__name__: action for action in actions}

@@ -10,5 +10,3 @@ ROOT = Path(__file__).resolve().parents[1]
 MESHES = ROOT / "assets" / "meshes"
 DOCS = ROOT / "docs"
 MIXED_SCENES = ROOT / "examples" / "mixed"
-RUN = ROOT / "benchmarks" / "run.py"
-"""The runner, for a measure that starts itself in a process of its own."""

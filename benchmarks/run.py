@@ -51,7 +51,7 @@ def named(words: Sequence[str]) -> Rows:
     module = import_module(".".join(path.relative_to(ROOT).with_suffix("").parts))
     actions = getattr(module, "ACTIONS", None) or (getattr(module, path.stem),)
     assert all(map(isgeneratorfunction, actions)), path  # another function would run while its options are read
-    return begun(actions, words[0], words[1:], module.__doc__ or "")
+    return begun(actions, f"benchmarks/run.py {words[0]}", words[1:], module.__doc__ or "")
 
 
 def paths() -> Iterator[Path]:

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Memory that a work takes, estimated from its numbers before anything of it is made, and compared with what is free.
 
-All figures are of float32 unless they say otherwise. ``benchmarks/run.py estimates`` and ``benchmarks/run.py
+All figures are of float32 unless they say otherwise. ``benchmarks/run.py garments estimates`` and ``benchmarks/run.py
 job-memory`` compare them with the largest resident memory of processes, or with the largest use of the memory of a GPU.
 """
 
@@ -21,7 +21,7 @@ BYTES_PER_STITCH = {"tessellate": 2_000.0, "meshrelax": 12_000.0}
 BYTES_PER_FOUND_STITCH = 2_500.0
 """Memory of the search for stitches on any mesh, measured on a tube of 100,000 stitches [bytes]."""
 BYTES_PER_STITCH_OF_GARMENT = 40_000.0
-"""Memory of all stages of a garment for each of its stitches [bytes], measured by ``benchmarks/run.py garments``."""
+"""Memory of all stages of a garment for each of its stitches [bytes]; ``benchmarks/run.py garments stages`` has it."""
 BYTES_PER_KEPT_POINT = 300.0
 """Memory of each control point of a state of rest that is kept beside others [bytes]."""
 BYTES_PER_POINT = {"yarngen": 1_500.0, "yarnrelax": 1_430.0}

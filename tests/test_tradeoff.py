@@ -143,5 +143,5 @@ def test_loops_of_a_yarn_file_are_found_by_their_repeat() -> None:
 
 def test_the_pareto_front_holds_the_runs_that_no_other_run_dominates() -> None:
     pairs = [(1.0, 0.5), (2.0, 0.6), (2.0, 0.4), (3.0, 0.1), (4.0, 0.1)]
-    rows = [{"seconds": str(seconds), "rms": str(rms)} for seconds, rms in pairs]
+    rows = [{"seconds": seconds, "rms": rms} for seconds, rms in pairs]
     assert tradeoff_plot.pareto(rows) == [(1.0, 0.5), (2.0, 0.4), (3.0, 0.1)]

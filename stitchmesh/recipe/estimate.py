@@ -4,8 +4,8 @@
 
 The numbers of stitches and rows are exact, because the mesh is divided by the same rule. Yarn length and control points
 follow from the size of each stitch. Time and memory are those of a shared server processor, with the threads that a
-relaxation uses here; another machine may be twice as fast or as slow. ``benchmarks/run.py estimates`` compares all of
-them with garments that were made.
+relaxation uses here; another machine may be twice as fast or as slow. ``benchmarks/run.py garments estimates`` compares
+all of them with garments that were made.
 """
 
 from __future__ import annotations

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import pytest
 
-from benchmarks.measures.swatches import random_charts as charts
+from benchmarks.scenes import random_charts as charts
 from stitchmesh.periodic.repeat.drawn_swatch import draw_swatch
 from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.quality import PRESETS

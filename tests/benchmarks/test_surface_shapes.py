@@ -12,7 +12,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 import stitchmesh as sm
-from benchmarks import surface_shapes as shapes
+from benchmarks.scenes import surface_shapes as shapes
 from stitchmesh.errors import MeshError
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, Mesh
 from stitchmesh.yarngen.bridges import crossing_number

@@ -12,10 +12,13 @@ import pytest
 
 import stitchmesh as sm
 from stitchmesh.errors import YarnError
+from stitchmesh.periodic.repeat.drawn_swatch import draw_swatch
 from stitchmesh.periodic.sampling.sampling import refined
+from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet
 from tests.nightly import at_night
+from tests.patterns.test_leaf_corpus import NAMES
 from tests.periodic.free_cells import FREE
 
 pytestmark = [pytest.mark.decides, pytest.mark.usefixtures("first_state")]
@@ -50,6 +53,15 @@ def test_a_loop_lifted_out_of_another_is_found(name: str) -> None:
     points[head, 2] += 8.0 * yarns.radius[0]
     with pytest.raises(YarnError, match=r"face \d+: its yarn passed through that of face \d+ since it was generated"):
         sm.check_loops(fabric, replace(yarns, points=points))
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("name", NAMES)
+def test_loops_of_a_relaxed_cell_of_the_corpus_are_linked_as_its_stitches_require(name: str) -> None:
+    fabric, drawn = draw_swatch(sm.read_pattern(name), SwatchOptions(), PRESETS["draft"])
+    assert fabric is not None
+    leaf = sm.YarnMaterial.named("leaf")
+    sm.check_loops(fabric, sm.relax_yarns(drawn, material=leaf, quality="draft", device="cpu").yarns)
 
 
 def test_yarn_moved_to_the_other_side_of_a_slipped_loop_is_found() -> None:

@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 import pytest
 
@@ -11,6 +13,7 @@ import stitchmesh as sm
 from stitchmesh.mesh.courses import find_courses
 from stitchmesh.yarngen.loop_check.loop_linking import check_loops
 from tests.gallery import ROOT
+from tests.shaping.garment_pieces import GARMENTS, LETTERS, piece
 from tests.shaping.surfaces import in_triangles, sheet
 
 WIDTH = 1.0
@@ -83,3 +86,14 @@ def test_a_step_piece_of_a_bug_report_is_knitted_to_its_last_row():
     assert shaped.fabric.face_count == pytest.approx(area / (1.2 * 0.77 * 1.2), rel=0.07)
     relaxed = sm.relax_mesh(shaped.fabric, surface=shaped.surface_mesh).fabric
     assert np.isfinite(relaxed.vertices).all() and relaxed.side_length.min() > 0.2
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize(
+    ("name", "width"), [*product(LETTERS, (0.8, 1.2, 1.6, 2.4)), *product(GARMENTS, (1.0, 1.4, 2.0, 2.8))]
+)
+def test_loops_of_letters_and_of_pieces_of_garments_hold(name, width):
+    shaped = sm.shape_fabric(piece((LETTERS | GARMENTS)[name]), stitch_width=width, progress=False)
+    fabric = sm.relax_mesh(shaped.fabric, surface=shaped.surface_mesh)
+    fabric = sm.make_room(fabric, quality="draft")
+    check_loops(fabric, sm.generate_yarns(fabric, quality="draft"))

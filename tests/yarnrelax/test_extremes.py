@@ -10,23 +10,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.measures.solver.extremes import (
-    AT_REST,
-    NOT_AT_REST,
-    REFUSED,
-    STITCHMESH,
-    Case,
-    cases,
-    coil,
-    far_apart,
-    outcome,
-)
 from stitchmesh.compute.device import device_named
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.assessment import Assessment
 from stitchmesh.yarnrelax.collision import broad_phase
 from stitchmesh.yarnrelax.simulation import YarnSimulation
+from tests.extremes.outcome import AT_REST, NOT_AT_REST, REFUSED
+from tests.extremes.yarns import STITCHMESH, Case, cases, coil, far_apart, outcome
 from tests.nightly import at_night
 
 DRAFT = PRESETS["draft"]

@@ -23,15 +23,13 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.scenes.garments import Garment
 from benchmarks.table import Rows
 from stitchmesh.app.pages.edit.edit_page import EditPage
 from stitchmesh.app.project.project import Project
 from stitchmesh.io import write_stitches
-from stitchmesh.io.meshes import read_mesh
-from stitchmesh.labeling import label
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.mesh.stitch import Stitch
-from stitchmesh.tessellate import tessellate
 from tests.app.browser import Rig, rig_on, started_browser
 
 RUNS = 9
@@ -64,11 +62,6 @@ CASES: list[tuple[str, Callable[[Rig], None]]] = [
     ("bobble", lambda rig: rig.choose("Edit of loops", "Bobble")),
 ]
 """Edits, and what is pressed before them, one after another."""
-
-
-def dress(width: float) -> StitchMesh:
-    """The dress, divided into stitches of a width [cm]."""
-    return tessellate(label(read_mesh("assets/meshes/dress.obj")), stitch_width=width)
 
 
 def middles(fabric: StitchMesh) -> np.ndarray:
@@ -130,7 +123,7 @@ def app_edit_latency(*, stitch_width: float = 0.78, size: tuple[int, int] = (100
     Args:
         size: width and height of the window
     """
-    fabric = dress(stitch_width)
+    fabric = Garment("dress", stitch_width).divided()
     with tempfile.TemporaryDirectory() as folder, started_browser() as browser:
         write_stitches(path := Path(folder) / "dress.h5", fabric)
         project = Project.create(Path(folder) / "project")

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import os
 import re
-import shutil
 import signal
 import subprocess
 import sys
@@ -19,12 +18,12 @@ import time
 from pathlib import Path
 from statistics import median
 
-from playwright.sync_api import Browser, sync_playwright
+from playwright.sync_api import Browser
 
 from benchmarks.table import Rows
+from tests.app.browser import started_browser
 
 ADDRESS = re.compile(r"http://127\.0\.0\.1:\d+/\S*")
-ARGUMENTS = ["--no-sandbox", "--use-gl=angle", "--use-angle=gl-egl", "--ignore-gpu-blocklist"]
 SIZE = {"width": 1280, "height": 800}
 DRAWN = """() => {
   const state = window.__viserMutable;
@@ -38,10 +37,8 @@ DRAWN = """() => {
 
 def app_start(mesh: Path, /, *, runs: int = 5) -> Rows:
     """Start the application several times, and print the medians."""
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=ARGUMENTS)
+    with started_browser() as browser:
         times = [one_start(browser, mesh) for _ in range(runs)]
-        browser.close()
     listening, drawn, processor = (median(column) for column in zip(*times, strict=True))
     yield f"{mesh.stem}: address after {listening:.2f} s, first picture after {drawn:.2f} s"
     yield f"processor time until the address: {processor:.2f} s"
@@ -56,19 +53,10 @@ def one_start(browser: Browser, mesh: Path) -> tuple[float, float, float]:
         The times after which its address and its first picture appeared, and its processor time until the address [s].
     """
     with tempfile.TemporaryDirectory() as folder:
-        command = [
-            sys.executable,
-            "-m",
-            "stitchmesh",
-            "app",
-            str(mesh),
-            "--project",
-            f"{folder}/project",
-            "--port",
-            "0",
-        ]
+        options = ["--project", f"{folder}/project", "--port", "0", "--no-browser"]
+        command = [sys.executable, "-m", "stitchmesh", "app", str(mesh), *options]
         began = time.perf_counter()
-        process = subprocess.Popen([*command, "--no-browser"], stdout=subprocess.PIPE, text=True)
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
         try:
             address = address_of(process)
             listening, processor = time.perf_counter() - began, processor_time(process.pid)

@@ -87,17 +87,6 @@ def border_point(mesh: Mesh) -> FloatArray:
     return low[np.argmax(low[:, 2] - np.abs(low[:, 0]))]
 
 
-def face_point(mesh: Mesh, height: float) -> FloatArray:
-    """Return the middle of the front face nearest to a height, 0 the lowest and 1 the highest one [cm]."""
-    face = np.repeat(np.arange(mesh.face_count), np.diff(mesh.face_start))
-    middle = np.stack([np.bincount(face, mesh.corner_position[:, k]) for k in range(3)], axis=1)
-    middle /= np.diff(mesh.face_start)[:, None]
-    low, high = mesh.vertices[:, 1].min(), mesh.vertices[:, 1].max()
-    front = middle[:, 2] > np.quantile(middle[:, 2], 0.8)
-    off = np.abs(middle[:, 1] - (low + height * (high - low))) + np.abs(middle[:, 0]) + np.where(front, 0.0, 1e9)
-    return middle[np.argmin(off)]
-
-
 def sweater(walk: Walk) -> Rows:
     """From a mesh to a sweater."""
     rig, press = walk.rig, walk.rig.press

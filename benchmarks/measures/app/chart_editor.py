@@ -13,13 +13,10 @@ import json
 import platform
 import tempfile
 import time
-from collections.abc import Sequence
 from pathlib import Path
 
-import numpy as np
-
 from benchmarks.table import Rows
-from benchmarks.timing import milliseconds
+from benchmarks.timing import median_and_largest, milliseconds
 from stitchmesh.app.controls.chart_editor import ChartEditor
 from stitchmesh.app.controls.null_controls import NullControls
 from stitchmesh.patterns import parse_pattern
@@ -47,11 +44,6 @@ def pattern_of(side: int) -> Pattern:
     return parse_pattern("chart letters:\n" + "\n".join([row] * side))
 
 
-def cells_of(times: Sequence[float]) -> tuple[str, str]:
-    """Return the median and the largest time."""
-    return f"{np.median(times):.1f}", f"{max(times):.1f}"
-
-
 def server_times(side: int) -> tuple[object, ...]:
     """Return the times of a stroke and of a text, and the bytes of the answer to a stroke."""
     controls = NullControls()
@@ -61,7 +53,7 @@ def server_times(side: int) -> tuple[object, ...]:
     answer = sum(len(made.content) for made in controls.made if "data-chart-changes" in made.content)
     texts = [editor.text.replace("kp", "pk", run + 1) for run in range(RUNS)]
     typed = milliseconds(lambda run: editor.act("text", json.dumps({"text": texts[run]})), RUNS)
-    return *cells_of(stroke), *cells_of(typed), answer
+    return *median_and_largest(stroke), *median_and_largest(typed), answer
 
 
 def browser_times(sides: tuple[int, ...]) -> Rows:
@@ -94,7 +86,7 @@ def browser_times(sides: tuple[int, ...]) -> Rows:
                     rig.wait_for(lambda: given, "the call of the page")
                     drawn.append(frame)
                     called.append(given[0] - at + frame)
-                yield f"{side} x {side}", *cells_of(drawn), *cells_of(called)
+                yield f"{side} x {side}", *median_and_largest(drawn), *median_and_largest(called)
 
 
 def chart_editor(*, browser: bool = False) -> Rows:

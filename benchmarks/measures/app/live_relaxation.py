@@ -28,6 +28,7 @@ import numpy as np
 
 import stitchmesh as sm
 from benchmarks.places import MESHES
+from benchmarks.scenes.garments import Garment
 from benchmarks.table import Rows
 from stitchmesh.app.application import App
 from stitchmesh.app.front import Front, NullFront
@@ -120,17 +121,14 @@ def made_project(folder: Path, mesh: str, stitch_width: float, iterations: int) 
 @contextmanager
 def browser_on(address: str) -> Iterator[None]:
     """Open a page of a server in a browser without a window, which draws in software."""
-    from playwright.sync_api import sync_playwright
+    from tests.app.browser import started_browser
 
-    options = ["--no-sandbox", "--use-gl=angle", "--use-angle=gl-egl", "--ignore-gpu-blocklist"]
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path="/usr/bin/chromium", args=options)
+    with started_browser() as browser:
         page = browser.new_page(viewport={"width": 1000, "height": 700})
         page.goto(f"{address}{'&' if '?' in address else '?'}fixedDpr=1")
         page.wait_for_function("() => !!window.stitchmesh")
         page.wait_for_timeout(3000)
         yield
-        browser.close()
 
 
 def measure_yarns(mesh: str, stitch_width: float, iterations: int, rounds: int, browser: bool) -> Rows:
@@ -180,8 +178,8 @@ def measure_yarns(mesh: str, stitch_width: float, iterations: int, rounds: int, 
 
 def measure_mesh(mesh: str, stitch_width: float, rounds: int) -> Rows:
     """Yield how much watching slows mesh relaxation."""
-    surface = sm.read_mesh(MESHES / f"{mesh}.obj")
-    fabric = sm.tessellate(sm.label(surface), stitch_width=stitch_width)
+    garment = Garment(mesh, stitch_width)
+    surface, fabric = garment.mesh(), garment.divided()
 
     def relax(control: RunControl[sm.StitchMesh] | None = None) -> Times:
         began = time.process_time()

@@ -166,14 +166,11 @@ def measure_server() -> Rows:
 
 def measure_browser() -> Rows:
     """Yield the table of the browser; squares are painted by the space bar."""
-    from playwright.sync_api import sync_playwright
-
-    from tests.app.browser import ARGUMENTS, READY, chromium_path
+    from tests.app.browser import READY, started_browser
 
     yield ""
     yield "browser", "drawn ms", "moves ms"
-    with opened_page() as (app, page, address), sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=chromium_path(), args=ARGUMENTS)
+    with opened_page() as (app, page, address), started_browser() as browser:
         window = browser.new_page(viewport={"width": 1000, "height": 700})
         window.goto(f"{address}{'&' if '?' in address else '?'}fixedDpr=1")
         window.wait_for_function(READY)
@@ -185,7 +182,6 @@ def measure_browser() -> Rows:
             found = [_painted(app, page, window, ("k", "p")[number % 2]) for number in range(RUNS)]
             drawn, moves = zip(*[times for times in found if len(times) == 2], strict=True)
             yield name, _figures(drawn), _figures(moves)
-        browser.close()
 
 
 def _painted(app: App, page: SwatchPage, window: Any, stitch: str) -> tuple[float, ...]:

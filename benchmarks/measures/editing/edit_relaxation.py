@@ -15,7 +15,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 import stitchmesh as sm
-from benchmarks.places import MESHES
+from benchmarks.scenes.garments import Garment
 from benchmarks.table import Rows
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.mesh.change import Marks, apply_change
@@ -46,9 +46,7 @@ def edit_relaxation(arguments: Options) -> Rows:
     quality = quality_named(arguments.quality)
     if arguments.tolerance is not None:
         quality = replace(quality, tolerance=arguments.tolerance)
-    mesh = sm.read_mesh(MESHES / f"{arguments.garment}.obj")
-    fabric = sm.tessellate(sm.label(mesh), stitch_width=arguments.stitch_width)
-    fabric = sm.relax_mesh(fabric, surface=mesh, device=arguments.device).fabric
+    fabric = Garment(arguments.garment, arguments.stitch_width).evened(arguments.device)
     yarns = sm.apply_rest_lengths(
         sm.generate_yarns(fabric, quality=quality), sm.RestLengths(factor=arguments.rest_length_factor)
     )

@@ -10,14 +10,12 @@ from __future__ import annotations
 from functools import partial
 from pathlib import Path
 
+from benchmarks.scenes.garments import Garment
 from benchmarks.table import Rows
-from stitchmesh.io import read_mesh
-from stitchmesh.labeling import label
 from stitchmesh.mesh.cable_groups import cable_groups
 from stitchmesh.meshrelax import relax_mesh
 from stitchmesh.patterns import LaidPattern, Pattern, lay_pattern, parse_pattern, pattern_names, read_pattern
 from stitchmesh.patterns.placement.columns import is_elastic
-from stitchmesh.tessellate import tessellate
 
 GARMENTS = ("hat", "sweater", "dress", "sock")
 LACE = """pattern "Lace 8 x 6"
@@ -33,17 +31,12 @@ def pattern_coverage(*, stitch_width: float = 0.8, picture: str | None = None) -
         draw(Path(picture))
         yield picture
         return
-    fabrics = {name: tessellate(label(read_mesh(mesh_of(name))), stitch_width=stitch_width) for name in GARMENTS}
+    fabrics = {name: Garment(name, stitch_width).divided() for name in GARMENTS}
     yield "pattern", "repeat", *GARMENTS
     patterns = [read_pattern(name) for name in pattern_names()]
     for pattern in [parse_pattern(LACE), *(pattern for pattern in patterns if not is_elastic(pattern))]:
         cells = [covered(lay_pattern(fabric, pattern), pattern) for fabric in fabrics.values()]
         yield pattern.name, f"{pattern.width} x {pattern.height}", *cells
-
-
-def mesh_of(name: str) -> str:
-    """Return the path of a garment."""
-    return f"assets/meshes/{name}.obj"
 
 
 def covered(laid: LaidPattern, pattern: Pattern) -> str:
@@ -62,8 +55,7 @@ def draw(path: Path) -> None:
 
     pictures = []
     for name, width, pattern in (("hat", 1.0, parse_pattern(LACE)), ("dress", 1.2, read_pattern("rope-cable"))):
-        mesh = read_mesh(mesh_of(name))
-        laid = lay_pattern(tessellate(label(mesh), stitch_width=width), pattern)
-        even = relax_mesh(laid.fabric, surface=mesh).fabric
+        garment = Garment(name, width)
+        even = relax_mesh(lay_pattern(garment.divided(), pattern).fabric, surface=garment.mesh())
         pictures.append(drawn(partial(render_stitches, even, options=PictureOptions(size=(1000, 900)))))
     joined(pictures, 2).save(path, quality=80)

@@ -14,6 +14,7 @@ import numpy as np
 
 import stitchmesh as sm
 from benchmarks.options import Output
+from benchmarks.scenes.large_pieces import quads
 from benchmarks.sheet import drawn, joined
 from benchmarks.table import Rows, note
 from stitchmesh.mesh import StitchMesh
@@ -24,30 +25,6 @@ WIDTH, HEIGHT = 1.0, 0.72
 """Size of a stitch [cm]."""
 SIZE = (800, 800)
 """Size of each picture [pixels]."""
-
-
-def tube_mesh(columns: int, rows: int) -> sm.Mesh:
-    """A tube of square faces."""
-    turns = 2.0 * np.pi * np.arange(columns) / columns
-    ring = columns * WIDTH / (2.0 * np.pi) * np.column_stack([np.sin(turns), 0.0 * turns, np.cos(turns)])
-    up = np.array([0.0, HEIGHT, 0.0])
-    points = np.concatenate([ring + row * up for row in range(rows + 1)])
-    return sm.Mesh.from_polygons(points, quads(columns, rows, columns))
-
-
-def flat_mesh(columns: int, rows: int) -> sm.Mesh:
-    """A flat piece of square faces."""
-    places = np.stack(np.meshgrid(np.arange(columns + 1) * WIDTH, np.arange(rows + 1) * HEIGHT), axis=-1).reshape(-1, 2)
-    return sm.Mesh.from_polygons(np.column_stack([places, 0.0 * places[:, 0]]), quads(columns, rows, columns + 1))
-
-
-def quads(columns: int, rows: int, stride: int) -> list[list[int]]:
-    """Faces between rows of vertices, each ``stride`` long; the last column returns to the first in a tube."""
-    return [
-        [row * stride + column, row * stride + (column + 1) % stride,
-         (row + 1) * stride + (column + 1) % stride, (row + 1) * stride + column]
-        for row in range(rows) for column in range(columns)
-    ]  # fmt: skip
 
 
 def with_short_rows(fabric: StitchMesh, faces: list[int], trims: tuple[int, int], pairs: int) -> StitchMesh:
@@ -80,8 +57,9 @@ def short_rows(*, output: Output) -> Rows:
     """Edit, relax and draw."""
     pictures = []
     for mesh, columns, trims, share, view in (
-        (tube_mesh(40, 24), slice(0, 16), (2, 2), 0.5, "90,5"), (flat_mesh(20, 16), slice(8, 20), (3, 0), 0.4, "front")
-    ):  # fmt: skip
+        (quads(40, 24, around=True, width=WIDTH, height=HEIGHT), slice(0, 16), (2, 2), 0.5, "90,5"),
+        (quads(20, 16, around=False, width=WIDTH, height=HEIGHT), slice(8, 20), (3, 0), 0.4, "front"),
+    ):
         fabric = sm.tessellate(sm.label(mesh), stitch_width=WIDTH)
         row = int(share * fabric.row.max())
         course = list(course_through(fabric, int(np.flatnonzero(fabric.row == row)[0])).faces)

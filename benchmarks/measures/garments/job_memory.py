@@ -10,7 +10,6 @@ printed too; Linux can reset it between stages.
 from __future__ import annotations
 
 import json
-import multiprocessing
 import resource
 import tempfile
 from pathlib import Path
@@ -18,10 +17,10 @@ from pathlib import Path
 import warp as wp
 
 from benchmarks.measures.garments.garments import StageMemory
+from benchmarks.own_process import results_of
 from benchmarks.places import MESHES
 from benchmarks.table import Rows
 from stitchmesh.compute.device import device_named
-from stitchmesh.jobs.job import Job
 from stitchmesh.jobs.job_file import job_of_table
 from stitchmesh.jobs.job_status import JobStatus
 from stitchmesh.jobs.run_job import run_job
@@ -51,15 +50,19 @@ SCENES = {
 rest; the others are limited to a few iterations."""
 
 
-def work(job: Job, folder: str, stages: bool) -> None:
-    """Run a job, and write the largest memory of the process [bytes] and of its stages [MB]."""
+def measured(case: tuple[str, str, bool]) -> Rows:
+    """Run a job, and yield its row: the largest memory of the process, or of the pool of a GPU, beside the estimate."""
+    name, device_name, stages = case
+    job = job_of_table(dict(SCENES[name]) | {"device": device_name}, str(MESHES / "job.toml"))
     memory = StageMemory()
 
     def listen(status: JobStatus) -> None:
         if stages:
             memory(status.stage, status.done, status.note)
 
-    run_job(job, folder, listener=listen)
+    with tempfile.TemporaryDirectory() as folder:
+        run_job(job, folder, listener=listen)
+        report = json.loads((Path(folder) / "report.json").read_text())
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024.0
     if stages:  # The reset between stages resets the largest memory of the process too.
         memory.close()
@@ -67,24 +70,11 @@ def work(job: Job, folder: str, stages: bool) -> None:
     device = device_named(job.device)
     if device.is_cuda:
         peak = float(wp.get_mempool_used_mem_high(device))
-    found = {"peak": peak, "stages": memory.peak}
-    (Path(folder) / "memory.json").write_text(json.dumps(found))
-
-
-def measure(name: str, device: str, stages: bool) -> Rows:
-    """Run one job, and print its line."""
-    job = job_of_table(dict(SCENES[name]) | {"device": device}, str(MESHES / "job.toml"))
-    with tempfile.TemporaryDirectory() as folder:
-        process = multiprocessing.get_context("spawn").Process(target=work, args=(job, folder, stages))
-        process.start()
-        process.join()
-        found = json.loads((Path(folder) / "memory.json").read_text())
-        report = json.loads((Path(folder) / "report.json").read_text())
-    truth, guess = found["peak"] / 1e9, report["memory"]["estimate_gb"]
+    truth, guess = peak / 1e9, report["memory"]["estimate_gb"]
     points = report.get("yarngen", report).get("control_points", "")
     yield name, points, f"{guess:.3f}", f"{truth:.3f}", f"{guess / truth:.2f}"
-    for stage, peak in found["stages"].items() if stages else ():
-        yield stage, f"{peak:.0f} MB"
+    for stage, most in memory.peak.items():
+        yield stage, f"{most:.0f} MB"
 
 
 def job_memory(job: tuple[str, ...] = tuple(SCENES), /, *, device: str = "cpu", stages: bool = False) -> Rows:
@@ -94,5 +84,5 @@ def job_memory(job: tuple[str, ...] = tuple(SCENES), /, *, device: str = "cpu", 
         device: Warp's name of the device that relaxes the yarns
     """
     yield "job", "control points", "estimate GB", "largest GB", "estimate / largest"
-    for name in job:
-        yield from measure(name, device, stages)
+    for _case, rows, why in results_of(measured, [(name, device, stages) for name in job]):
+        yield from rows or [why]

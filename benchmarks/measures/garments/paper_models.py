@@ -23,11 +23,11 @@ import stitchmesh as sm
 from benchmarks.options import Output
 from benchmarks.places import MESHES
 from benchmarks.table import Rows
+from benchmarks.timing import relaxed
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.quality import PRESETS
 from stitchmesh.run import QUIET
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax import Relaxation
 
 HEAD = (
     "model", "pattern", "stitches", "points", "mesh s", "yarns s", "iterations", "at rest", "residual", "strain %",
@@ -93,18 +93,10 @@ def yarns_of(model: Model, share: float, quality: str, device: str | None) -> tu
     return fabric, sm.generate_yarns(fabric, quality=quality), seconds
 
 
-def relaxed(fabric: StitchMesh, yarns: YarnSet, quality: str, device: str | None) -> tuple[Relaxation, float]:
-    """The yarns at rest, and the seconds with loaded kernels."""
-    options: dict[str, Any] = {"keep_shape": fabric, "device": device, "progress": False}
-    sm.relax_yarns(yarns, quality=replace(PRESETS[quality], max_iterations=20), **options)
-    began = time.perf_counter()
-    return sm.relax_yarns(yarns, quality=quality, **options), time.perf_counter() - began
-
-
 def measured(model: Model, given: Options) -> dict[str, Any]:
     """Knit and relax a model, write its yarns, and return its numbers."""
     fabric, yarns, mesh_seconds = yarns_of(model, given.share, given.quality, given.device)
-    found, seconds = relaxed(fabric, yarns, given.quality, given.device)
+    found, seconds = relaxed(yarns, PRESETS[given.quality], keep_shape=fabric, device=given.device, run=QUIET)
     given.output.mkdir(parents=True, exist_ok=True)
     np.save(given.output / f"{model.name}.npy", found.yarns.points.astype(np.float32))
     report = found.report

@@ -18,8 +18,8 @@ import warp as wp
 from numpy.typing import NDArray
 from scipy.sparse import csc_array, diags_array
 from scipy.sparse.linalg import spsolve
-from scipy.spatial import Delaunay
 
+from benchmarks.scenes.cloths import Kind, rectangle
 from benchmarks.table import Rows
 from stitchmesh.compute.device import device_named
 from stitchmesh.mixed.cloth.cloth import Cloth
@@ -39,40 +39,9 @@ from stitchmesh.mixed.triangles.shell_bending import ShellBending
 from stitchmesh.mixed.triangles.slope_shares import SideFrames
 
 FloatArray = NDArray[np.float64]
-KINDS = ("diagonals", "alternating", "irregular")
+KINDS: tuple[Kind, ...] = ("diagonals", "alternating", "irregular")
 DEFLECTION = 0.00406235
 """Largest deflection of the plate, in q a^4 / D."""
-
-
-def rectangle(kind: str, columns: int, rows: int, edge: float) -> Cloth:
-    """A flat cloth of cells of two triangles: diagonals in one direction, alternating ones, or moved vertices."""
-    x, y = (part.ravel() for part in np.meshgrid(np.arange(columns + 1.0), np.arange(rows + 1.0)))
-    plane = np.column_stack([x, y])
-    cells = (np.arange(rows)[:, None] * (columns + 1) + np.arange(columns)).ravel()
-    a, b, c, d = cells, cells + 1, cells + columns + 2, cells + columns + 1
-    triangles = np.stack([a, b, d, b, c, d], axis=1)
-    if kind == "alternating":
-        odd = (np.add.outer(np.arange(rows), np.arange(columns)) % 2 == 1).ravel()
-        triangles[odd] = np.stack([a, b, c, a, c, d], axis=1)[odd]
-    triangles = triangles.reshape(-1, 3)
-    if kind == "irregular":
-        inner = (x > 0) & (x < columns) & (y > 0) & (y < rows)
-        plane[inner] += np.random.default_rng(3).uniform(-0.3, 0.3, size=(int(inner.sum()), 2))
-        triangles = anticlockwise(plane, Delaunay(plane).simplices)
-    return Cloth(
-        vertices=np.column_stack([plane * edge, 0.0 * x]),
-        triangles=triangles,
-        rest=plane[triangles] * edge,
-        panel=np.zeros(len(triangles), dtype=int),
-        panel_names=("panel",),
-    )
-
-
-def anticlockwise(plane: FloatArray, corners: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Triangles with area, turned to be anticlockwise."""
-    one, other = plane[corners[:, 1]] - plane[corners[:, 0]], plane[corners[:, 2]] - plane[corners[:, 0]]
-    doubled = one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0]
-    return np.where((doubled < 0.0)[:, None], corners[:, ::-1], corners)[np.abs(doubled) > 1e-6]
 
 
 def angles_of_heights(cloth: Cloth) -> csc_array:
@@ -105,7 +74,7 @@ def hinges_coupled(cloth: Cloth, weight: FloatArray) -> csc_array:
 MODELS = {"hinges alone": hinges_alone, "hinges coupled": hinges_coupled}
 
 
-def cylinder_costs(kind: str, model: str) -> tuple[float, float]:
+def cylinder_costs(kind: Kind, model: str) -> tuple[float, float]:
     """Smallest and largest energy of a cylinder over D kappa^2 / 2 per area, away from the border."""
     cloth = rectangle(kind, 24, 24, 1.0 / 24.0)
     border = ((cloth.rest < 1.5 / 24.0) | (cloth.rest > 1.0 - 1.5 / 24.0)).any(axis=(1, 2))
@@ -119,7 +88,7 @@ def cylinder_costs(kind: str, model: str) -> tuple[float, float]:
     return min(costs), max(costs)
 
 
-def plate_error(kind: str, model: str, count: int) -> float:
+def plate_error(kind: Kind, model: str, count: int) -> float:
     """Relative error of the largest deflection of a simply supported square plate."""
     cloth = rectangle(kind, count, count, 1.0 / count)
     angles = angles_of_heights(cloth)
@@ -129,7 +98,7 @@ def plate_error(kind: str, model: str, count: int) -> float:
     return float(np.abs(spsolve(matrix[inner][:, inner], load[inner])).max()) / DEFLECTION - 1.0
 
 
-def drop_of_strip(kind: str, modulus: float, columns: int = 12) -> float:
+def drop_of_strip(kind: Kind, modulus: float, columns: int = 12) -> float:
     """Drop of the end of a heavy strip of length 1 that is clamped half-way between its first columns of vertices."""
     edge = 1.0 / (columns - 0.5)
     cloth = rectangle(kind, columns, 2, edge)

@@ -13,19 +13,17 @@ chooses. Triangles are matched to the yarns.
 
 from __future__ import annotations
 
-import json
 import time
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, replace
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 from tyro.conf import Positional
 
-from benchmarks.measures.mixed.loadings import LOADINGS, Loading
 from benchmarks.measures.mixed.node_errors import all_nodes, position_error, spectrum_error, wrinkle_spectrum
 from benchmarks.measures.mixed.region_plot import draw
+from benchmarks.scenes.loadings import LOADINGS, Loading
 from benchmarks.table import Rows
 from stitchmesh.compute.device import alone, device_named
 from stitchmesh.compute.precision import scalar_named
@@ -112,18 +110,14 @@ class Options:
     """largest unbalanced force [dyn]"""
     device: str = "cpu"
     precision: str = "float64"
-    json: Path | None = None
-    """file for the rows"""
-    read: Path | None = None
-    """rows of an earlier run to draw, in the place of runs"""
     plot: str | None = None
     """PNG file for the curves"""
 
 
 def mixed(options: Options) -> Rows:
     """Run the loadings, and print and draw the rows."""
-    rows = [Row(**entry) for entry in json.loads(options.read.read_text())] if options.read else []
-    for name in () if options.read else options.loading:
+    rows = []
+    for name in options.loading:
         loading = _loading(name, options)
         start, cloth = loading.shaken(0), loading.prepared.fabric.cloth
         yield f"{name}: {loading.prepared.fabric.yarns.node_count} nodes, {len(cloth.triangles)} triangles"
@@ -132,8 +126,6 @@ def mixed(options: Options) -> Rows:
         for row in runs(loading, start, full, options):
             rows.append(row)
             yield cells_of(row)
-    if options.json:
-        options.json.write_text(json.dumps([asdict(row) for row in rows], indent=1) + "\n")
     if options.plot:
         draw([asdict(row) for row in rows], options.plot)
 

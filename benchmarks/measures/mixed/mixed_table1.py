@@ -17,12 +17,10 @@ pool on the device. The last lines are the rows of the table in ``docs/mixed-sol
 
 from __future__ import annotations
 
-import json
 import math
 import time
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, replace
-from pathlib import Path
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -108,33 +106,21 @@ GARMENTS = {
 
 
 @dataclass(frozen=True)
-class Row:
-    """One run."""
+class Measured:
+    """What a run took."""
 
-    garment: str
-    run: str
-    yarn_nodes: int
-    """Full-yarn nodes."""
-    hybrid_nodes: int
-    vertices: int
-    """Vertices whose positions are unknown."""
-    hybrid_vertices: int
+    cells: tuple[object, ...]
+    """Its row of the table, in the order of ``HEAD``."""
     seconds: float
     """Mean time of a step [s]."""
-    longest: float
-    """Longest time of a step [s]."""
-    time_step: float
-    """Mean length of a step in simulated time [s]."""
-    halvings: int
-    """Attempts that were repeated with half the length."""
-    products: float
-    """Products with the matrix, a step."""
-    newton: float
-    """Newton iterations, a step."""
-    product_seconds: float
-    """Time of one iteration of the linear solve [s]."""
     memory: float
     """Peak of the memory pool [MB]; 0 on a CPU."""
+
+
+HEAD = (
+    "garment", "full-yarn nodes", "hybrid nodes", "vertices", "hybrid vertices", "step ms", "Newton", "products",
+    "product us", "s a step", "memory MB",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -156,8 +142,6 @@ class Options:
     """factor of the numbers of crossings"""
     device: str = "cuda:0"
     precision: str = "float64"
-    json: Path | None = None
-    """file for the rows"""
 
 
 def mixed_table1(options: Options) -> Rows:
@@ -174,15 +158,13 @@ def mixed_table1(options: Options) -> Rows:
         if options.mixed or not options.full:  # first, because the peak of the pool does not fall again
             rows.append(_run("mixed", prepared, _around(prepared, garment, options), options))
         if options.full or not options.mixed:
-            rows.append(_run("full", prepared, _region(prepared, np.arange(len(cloth.triangles))), options))
+            rows.append(_run("yarns", prepared, _region(prepared, np.arange(len(cloth.triangles))), options))
     if len(rows) == 2:
         time_ratio, memory_ratio = rows[1].seconds / rows[0].seconds, rows[0].memory / max(rows[1].memory, 1e-9)
         yield f"full over mixed: {time_ratio:.1f} times the time; mixed over full: {memory_ratio:.3f} of the memory"
     yield HEAD
     for row in rows:
-        yield _cells(row)
-    if options.json:
-        options.json.write_text(json.dumps([asdict(row) for row in rows], indent=1) + "\n")
+        yield row.cells
 
 
 def _prepared(garment: Garment, options: Options) -> PreparedScene:
@@ -271,8 +253,8 @@ def _around(prepared: PreparedScene, garment: Garment, options: Options) -> Regi
     return _region(prepared, np.sort(order[:count]))
 
 
-def _run(name: str, prepared: PreparedScene, region: Region, options: Options) -> Row:
-    """Make the steps of one run, and return its row."""
+def _run(name: str, prepared: PreparedScene, region: Region, options: Options) -> Measured:
+    """Make the steps of one run, and return what it took."""
     device = device_named(options.device)
     time_step = options.time_step or GARMENTS[options.garment].time_step
     dynamics = _dynamics(replace(prepared, region=region), time_step, scalar_named(options.precision), device)
@@ -285,33 +267,21 @@ def _run(name: str, prepared: PreparedScene, region: Region, options: Options) -
         reports.append(dynamics.step())
         wp.synchronize_device(device)
         seconds.append(time.perf_counter() - began)
-    kinds = region.node_kind
-    row = Row(
-        options.garment, name, int((kinds == YARNS).sum()), int((kinds == HYBRID).sum()),
-        int(region.unknown_vertices.sum()), len(np.unique(region.triangles[region.triangle_kind == HYBRID])),
-        float(np.mean(seconds)), float(np.max(seconds)), float(np.mean([report.time_step for report in reports])),
-        sum(report.halvings for report in reports),
-        float(np.mean([report.solve_iterations for report in reports])),
-        float(np.mean([report.newton_iterations for report in reports])),
-        _product_seconds(dynamics), _peak(device),
+    note(f"{name}: {np.mean(seconds):.4f} s a step, at most {max(seconds):.4f}")
+    step, newton, products = (
+        float(np.mean([getattr(report, field) for report in reports]))
+        for field in ("time_step", "newton_iterations", "solve_iterations")
+    )
+    counts = [int((region.node_kind == kind).sum()) for kind in (YARNS, HYBRID)]
+    counts += [int(region.unknown_vertices.sum())]
+    counts += [len(np.unique(region.triangles[region.triangle_kind == HYBRID]))]
+    memory = wp.get_mempool_used_mem_high(device) / 1e6 if device.is_cuda else 0.0
+    cells = (
+        f"{options.garment}, {name}", *(f"{count:,}" if count else "" for count in counts), f"{1e3 * step:.3g}",
+        f"{newton:.1f}", f"{products:.0f}", f"{1e6 * _product_seconds(dynamics):,.0f}", f"{np.mean(seconds):.4f}",
+        f"{memory:,.0f}",
     )  # fmt: skip
-    note(f"{row.run}: {row.seconds:.4f} s a step, at most {row.longest:.4f}")
-    return row
-
-
-HEAD = (
-    "garment", "full-yarn nodes", "hybrid nodes", "vertices", "hybrid vertices", "step ms", "Newton", "products",
-    "product us", "s a step", "memory MB",
-)  # fmt: skip
-
-
-def _cells(row: Row) -> tuple[object, ...]:
-    """Return the cells of a row, in the order of ``HEAD``."""
-    counts = [f"{n:,}" if n else "" for n in (row.yarn_nodes, row.hybrid_nodes, row.vertices, row.hybrid_vertices)]
-    run = "mixed" if row.run == "mixed" else "yarns"
-    step = f"{1e3 * row.time_step:.3g}", f"{row.newton:.1f}", f"{row.products:.0f}"
-    product = f"{1e6 * row.product_seconds:,.0f}"
-    return f"{row.garment}, {run}", *counts, *step, product, f"{row.seconds:.4f}", f"{row.memory:,.0f}"
+    return Measured(cells, float(np.mean(seconds)), memory)
 
 
 def _dynamics(prepared: PreparedScene, time_step: float, scalar: type, device: wp.Device) -> Dynamics:
@@ -340,8 +310,3 @@ def _product_seconds(dynamics: Dynamics) -> float:
     began = time.perf_counter()
     report = solver.solve(force, tolerance=1e-30, most_iterations=200)
     return (time.perf_counter() - began) / max(report.iterations, 1)
-
-
-def _peak(device: wp.Device) -> float:
-    """Peak of the memory pool [MB]."""
-    return wp.get_mempool_used_mem_high(device) / 1e6 if device.is_cuda else 0.0

@@ -21,8 +21,9 @@ from typing import Any
 
 import numpy as np
 import warp as wp
-from scipy.spatial import ConvexHull, Delaunay
+from scipy.spatial import ConvexHull
 
+from benchmarks.scenes.cloths import cells, irregular
 from benchmarks.table import Rows
 from benchmarks.timing import shortest_mean
 from stitchmesh.compute.captured import CapturedLaunches
@@ -60,11 +61,10 @@ COLUMNS = ("elements", "forces", "linearize", "product", "energy", "ns/element")
 def wavy_cloth(triangles: int, edge: float = 0.5) -> Cloth:
     """A square of about that number of irregular triangles with edges of about ``edge`` [cm], rolled and waved."""
     count = max(round((triangles / 2.0) ** 0.5), 2) // 2 * 2
-    x, y = (part.ravel() for part in np.meshgrid(np.arange(count + 1.0), np.arange(count + 1.0)))
+    plane = cells(count, count)[0]
+    x, y = plane.T.copy()
     inner = (x > 0) & (x < count) & (y > 0) & (y < count) & (x != count // 2)
-    plane = np.column_stack([x, y])
-    plane[inner] += np.random.default_rng(0).uniform(-0.2, 0.2, size=(int(inner.sum()), 2))
-    corners = _anticlockwise(plane)
+    corners = irregular(plane, inner, 0.2, seed=0)
     plane *= edge
     middle = np.flatnonzero(x == count // 2)
     wave = np.sin(plane[:, 0] / 3.0) * np.cos(plane[:, 1] / 5.0)
@@ -78,15 +78,6 @@ def wavy_cloth(triangles: int, edge: float = 0.5) -> Cloth:
         seam_start=np.array([0, count]),
         seam_angle=np.array([0.3]),
     )
-
-
-def _anticlockwise(plane: np.ndarray) -> np.ndarray:
-    """Delaunay triangles with area, anticlockwise."""
-    corners = Delaunay(plane).simplices
-    one, other = plane[corners[:, 1]] - plane[corners[:, 0]], plane[corners[:, 2]] - plane[corners[:, 0]]
-    doubled = one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0]
-    turned: np.ndarray = np.where((doubled < 0.0)[:, None], corners[:, ::-1], corners)[np.abs(doubled) > 1e-6]
-    return turned
 
 
 def weave_on(cloth: Cloth, nodes: int) -> CrossingYarns:

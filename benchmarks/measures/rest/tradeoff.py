@@ -10,7 +10,6 @@ with the linking certificates and with loaded kernels. ``plot`` draws the pictur
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -18,15 +17,16 @@ from typing import Any, Literal
 
 import numpy as np
 
+from benchmarks.json_lines import append, read
 from benchmarks.measures.rest.tradeoff_measures import Gauge, Places, difference, energy_of, places_of
 from benchmarks.measures.rest.tradeoff_plot import draw, tables
 from benchmarks.measures.rest.tradeoff_scenes import PLAIN, RIB, Scene, cell, garment, tube, yarn_file
 from benchmarks.table import Rows
+from benchmarks.timing import relaxed
 from stitchmesh.errors import SolverError
 from stitchmesh.quality import PRESETS, Quality
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.model.material import YarnMaterial
-from stitchmesh.yarnrelax.relax import relax_yarns
 
 SWEEPS: dict[str, tuple[Any, ...]] = {
     "precision": ("float32", "float64"),
@@ -38,17 +38,6 @@ SWEEPS: dict[str, tuple[Any, ...]] = {
     "solver": ("quasistatic", "dynamics"),
 }
 """Values of each varied parameter; the other parameters are those of ``standard``."""
-MEASURED = (
-    "tolerance", "device", "control_points", "seconds", "iterations", "residual", "converged", "energy",
-    "rms", "largest", "wale_error", "course_error", "energy_error", "max_strain",
-    "reference_converged", "reference_residual", "failure",
-)  # fmt: skip
-"""Columns of a row; ``energy`` [erg] is evaluated with the sampling of the reference, distances are in yarn radii."""
-COLUMNS = ("scene", "knob", "value", *MEASURED)
-LOADING = 20
-"""Number of iterations of the run that loads the kernels."""
-
-
 KEPT = ("tolerance", "device", "seconds", "iterations", "residual", "converged", "max_strain")
 """Entries of the report that a row contains; the tolerance is added to them."""
 
@@ -81,7 +70,7 @@ class Yardstick:
         return {
             **{name: report[name] for name in KEPT},
             **vars(found),
-            **dict.fromkeys(scene.given, ""),
+            **dict.fromkeys(scene.given),
             "control_points": len(yarns.points),
             "energy": energy,
             "energy_error": abs(energy / self.energy - 1.0),
@@ -93,8 +82,7 @@ class Yardstick:
 def relax(scene: Scene, quality: Quality, device: str | None) -> tuple[YarnSet, dict[str, Any]]:
     """Relax yarns, and return them with their report; a short run loads the kernels first."""
     yarns = scene.make(quality.control_points_per_stitch)
-    for chosen in (replace(quality, max_iterations=min(LOADING, quality.max_iterations)), quality):
-        result = relax_yarns(yarns, quality=chosen, device=device, keep_shape=scene.fabric)
+    result, _seconds = relaxed(yarns, quality, device=device, keep_shape=scene.fabric)
     return result.yarns, {**result.report, "tolerance": quality.tolerance}
 
 
@@ -116,8 +104,8 @@ def runs(scene: Scene, given: Options) -> Iterator[tuple[str, Any, Quality]]:
 def measure_scene(scene: Scene, given: Options) -> Rows:
     """Make all runs of one scene, and write a row after each run."""
     output = given.output
-    rows = [row for row in read_rows(output) if row["scene"] == scene.name]
-    done: dict[tuple[str, str], dict[str, Any]] = {(row["knob"], row["value"]): row for row in rows}
+    rows = [row for row in read(output) if row["scene"] == scene.name]
+    done = {(row["knob"], str(row["value"])): row for row in rows}
     reference = _reference(scene, output, given)
     if ("preset", "reference") not in done:
         measured = reference.row(scene, reference.yarns, reference.report, given.device)
@@ -156,23 +144,9 @@ def _reference(scene: Scene, output: Path, given: Options) -> Yardstick:
     return Yardstick.of(scene, yarns, report, given.device)
 
 
-def read_rows(path: Path) -> list[dict[str, str]]:
-    """Return the rows of a file; no rows if the file does not exist."""
-    if not path.exists():
-        return []
-    with path.open(newline="") as file:
-        return list(csv.DictReader(file))
-
-
 def _write(path: Path, row: dict[str, Any]) -> Rows:
     """Add a row to the file, and print it."""
-    fresh = not path.exists()
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with path.open("a", newline="") as file:
-        writer = csv.DictWriter(file, COLUMNS)
-        if fresh:
-            writer.writeheader()
-        writer.writerow({name: f"{cell:.6g}" if isinstance(cell, float) else cell for name, cell in row.items()})
+    append(path, [row])
     said = (f"{name} {row[name]:.4g}" if isinstance(row[name], float) else f"{name} {row[name]}"
             for name in ("seconds", "iterations", "residual", "rms", "largest", "wale_error", "course_error",
                          "energy_error", "failure") if name in row)  # fmt: skip
@@ -201,7 +175,7 @@ class Options:
         "stockinette", "rib",
     )  # fmt: skip
     knob: tuple[str, ...] = ("preset", *SWEEPS)
-    output: Path = Path("out/accuracy.csv")
+    output: Path = Path("out/accuracy.jsonl")
     resume: bool = False
     """skip runs that the file already contains"""
     device: str | None = None
@@ -224,16 +198,16 @@ class Options:
 
 
 def run(given: Options) -> Rows:
-    """Measure, and write a CSV."""
+    """Measure, and write a row after each run."""
     if not given.resume:
         given.output.unlink(missing_ok=True)
     for name in given.scene:
         yield from measure_scene(scene_named(name, given), given)
 
 
-def plot(csv: Path, /, *, picture: str = "docs/accuracy.png") -> Rows:
-    """Draw a CSV, and yield its tables."""
-    rows = read_rows(csv)
+def plot(file: Path, /, *, picture: str = "docs/accuracy.png") -> Rows:
+    """Draw the rows of a file, and yield their tables."""
+    rows = read(file)
     draw(rows, picture)
     yield from tables(rows)
 

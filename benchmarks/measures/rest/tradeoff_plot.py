@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Picture and tables of the trade-off between time and accuracy, from the rows of its CSV."""
+"""Picture and tables of the trade-off between time and accuracy, from the rows of its file."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 
 from benchmarks.table import Rows
 
-Row = dict[str, str]
+Row = dict[str, Any]
 
 MARKERS = {
     "precision": ("s", "tab:brown"),
@@ -58,9 +58,9 @@ def _draw_scene(panel: Any, scene: str, rows: list[Row]) -> None:
     compared = [row for row in rows if row["value"] != "reference"]
     for knob, (marker, colour) in MARKERS.items():
         for at_rest in (True, False):
-            chosen = [row for row in compared if row["knob"] == knob and (row["converged"] == "True") == at_rest]
+            chosen = [row for row in compared if row["knob"] == knob and row["converged"] == at_rest]
             panel.plot(
-                [float(row["seconds"]) for row in chosen], [float(row["rms"]) for row in chosen], marker, color=colour,
+                [row["seconds"] for row in chosen], [row["rms"] for row in chosen], marker, color=colour,
                 markersize=6, markerfacecolor=colour if at_rest else "none", alpha=0.8, linestyle="none",
                 label=SHORT.get(knob, knob) if at_rest else None,
             )  # fmt: skip
@@ -69,13 +69,13 @@ def _draw_scene(panel: Any, scene: str, rows: list[Row]) -> None:
                label="no other run is faster and nearer")  # fmt: skip
     for row in compared:
         if row["knob"] == "preset":
-            place = float(row["seconds"]), float(row["rms"])
+            place = row["seconds"], row["rms"]
             panel.plot(*place, "*", color="tab:red", markersize=16, markeredgecolor="black", zorder=4, label="preset")
             panel.annotate(row["value"], place, xytext=(9, 7), textcoords="offset points", weight="bold", zorder=5,
                            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.7, "pad": 1})  # fmt: skip
     reference = next((row for row in rows if row["value"] == "reference"), None)
     if reference is not None:
-        panel.axvline(float(reference["seconds"]), color="tab:red", linestyle=":", linewidth=1, label="reference")
+        panel.axvline(reference["seconds"], color="tab:red", linestyle=":", linewidth=1, label="reference")
     panel.set(xscale="log", yscale="log", xlabel="seconds", ylabel="rms distance to reference [yarn radii]")
     panel.set_title(f"{scene}, on {MACHINES.get(rows[0]['device'], rows[0]['device'])}")
     panel.set_xlim(*_decades(panel.get_xlim()))
@@ -91,7 +91,7 @@ def _decades(limits: tuple[float, float]) -> tuple[float, float]:
 def pareto(rows: Sequence[Row]) -> list[tuple[float, float]]:
     """Return the Pareto front: times [s] and rms distances of the runs that no other run dominates, fastest first."""
     front: list[tuple[float, float]] = []
-    for seconds, rms in sorted((float(row["seconds"]), float(row["rms"])) for row in rows):
+    for seconds, rms in sorted((row["seconds"], row["rms"]) for row in rows):
         if not front or rms < front[-1][1]:
             front.append((seconds, rms))
     return front
@@ -99,7 +99,7 @@ def pareto(rows: Sequence[Row]) -> list[tuple[float, float]]:
 
 def measured(row: Row) -> bool:
     """Return whether a run produced yarns."""
-    return bool(row["seconds"])
+    return "seconds" in row
 
 
 def scenes_of(rows: Sequence[Row]) -> list[str]:
@@ -126,15 +126,15 @@ def _scene_table(rows: Sequence[Row], knob: str) -> Rows:
         if not measured(row):
             yield row["scene"], row["value"], row["failure"], *[""] * 7
             continue
-        marks = "" if row["converged"] == "True" else ", not at rest"
+        marks = "" if row["converged"] else ", not at rest"
         errors = [_percent(row[name]) for name in ("wale_error", "course_error", "energy_error")]
-        distances = [f"{float(row[name]):.2g}" for name in ("rms", "largest")]
+        distances = [f"{row[name]:.2g}" for name in ("rms", "largest")]
         if row["value"] == "reference":
             distances, errors = ["0", "0"], ["0" if error != "given" else error for error in errors]
-        cells = [f"{float(row['seconds']):.3g}", row["iterations"], f"{float(row['residual']):.2g}{marks}"]
+        cells = [f"{row['seconds']:.3g}", row["iterations"], f"{row['residual']:.2g}{marks}"]
         yield row["scene"], row["value"], *cells, *distances, *errors
 
 
-def _percent(error: str) -> str:
+def _percent(error: float | None) -> str:
     """Return an error in per cent; a spacing that the lattice of the scene prescribes has no error."""
-    return f"{100 * float(error):.2g}" if error else "given"
+    return "given" if error is None else f"{100 * error:.2g}"

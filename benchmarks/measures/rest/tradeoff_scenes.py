@@ -19,7 +19,8 @@ from scipy.spatial import cKDTree
 
 import stitchmesh as sm
 from benchmarks.measures.rest.tradeoff_measures import Freedom, Gauge, Places, gauge_of_faces
-from benchmarks.scenes import FORMULA_RADIUS, ROW_HEIGHT, STITCH_WIDTH
+from benchmarks.scenes.garments import Garment
+from benchmarks.scenes.stockinette import FORMULA_RADIUS, ROW_HEIGHT, STITCH_WIDTH
 from stitchmesh.errors import ParameterError
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
@@ -126,9 +127,7 @@ def cell(name: str, pattern: Sequence[int], rows: int, stitches: int) -> Scene:
 
 def garment(name: str, path: str, unit: str, stitch_width: float, device: str | None) -> Scene:
     """Return the scene of a knitted mesh, whose yarns keep the shape of the mesh."""
-    mesh = sm.read_mesh(path, unit=unit)
-    fabric = sm.tessellate(sm.label(mesh), stitch_width=stitch_width)
-    fabric = sm.relax_mesh(fabric, surface=mesh, device=device).fabric
+    fabric = Garment(path, stitch_width, unit).evened(device)
 
     def make(points_per_stitch: int) -> YarnSet:
         quality = replace(quality_named("standard"), control_points_per_stitch=points_per_stitch)

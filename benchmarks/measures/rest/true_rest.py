@@ -15,11 +15,7 @@ limit is ended, and so are all after ``--seconds``; the small ones come first. L
 
 from __future__ import annotations
 
-import json
 import logging
-import os
-import subprocess
-import sys
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -31,7 +27,7 @@ from tyro.conf import Positional
 
 import stitchmesh as sm
 from benchmarks.json_lines import append, read
-from benchmarks.places import RUN
+from benchmarks.own_process import results_of
 from benchmarks.table import Rows, note
 from stitchmesh.errors import StitchMeshError
 from stitchmesh.periodic.relaxation.continuation import size_of
@@ -89,23 +85,15 @@ class Options:
 
 def run(given: Options) -> Rows:
     """Run each case in a process of its own, some at a time; add a line for each to the file."""
-    waiting, running, began = list(cases(given))[::-1], list[tuple[Any, dict[str, Any], float]](), time.perf_counter()
+    waiting = list(cases(given))
+    began = time.perf_counter()
     yield f"{len(waiting)} cases"
-    while waiting or running:
-        over = time.perf_counter() - began > given.seconds
-        while waiting and len(running) < given.processes and not over:
-            case = waiting.pop()
-            running.append((start_case(case), case, time.perf_counter()))
-        for one in list(running):
-            process, case, since = one
-            late = over or time.perf_counter() - since > given.limit
-            if process.poll() is None and not late:
-                continue
-            running.remove(one)
-            append(given.out, [finish_case(process, case, time.perf_counter() - since)])
-        if over:
-            waiting.clear()
-        time.sleep(0.05)
+    ends = results_of(
+        measure, waiting, processes=given.processes, limit=given.limit, seconds=given.seconds
+    )
+    for case, parts, why in ends:
+        found = parts[-1] if parts else case
+        append(given.out, [found if {"other", "failed"} & found.keys() else found | {"failed": why}])
     yield f"{time.perf_counter() - began:.0f} s"
 
 
@@ -125,34 +113,8 @@ def cases(given: Options) -> Iterator[dict[str, Any]]:
             yield {"pattern": pattern, "loop": loop, "quality": given.quality, "device": given.device}
 
 
-def start_case(case: dict[str, Any]) -> subprocess.Popen[str]:
-    """Start the process of a case."""
-    command = [sys.executable, str(RUN), "true-rest", "case", json.dumps(case)]
-    threads = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "STITCHMESH_THREADS": "1"}
-    return subprocess.Popen(
-        command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, env=os.environ | threads
-    )
-
-
-def finish_case(process: subprocess.Popen[str], case: dict[str, Any], seconds: float) -> dict[str, Any]:
-    """Return the last line of a case, what is known of it; end its process if it still runs."""
-    why = f"process ended with {process.returncode}"
-    if process.poll() is None:
-        process.kill()
-        why = f"ended after {seconds:.0f} s"
-    lines = process.communicate()[0].splitlines()
-    found = json.loads(lines[-1]) if lines else case
-    return found if {"other", "failed"} & found.keys() else found | {"failed": why}
-
-
-def case(text: str, /) -> Rows:
-    """Measure one case, which is given in JSON, and yield what is known after each part as JSON."""
-    for found in measure(json.loads(text)):
-        yield json.dumps(found)
-
-
 def measure(case: dict[str, Any]) -> Iterator[dict[str, Any]]:
-    """Return the results of a case after each part: its presets, its true rest, and that of a second solver."""
+    """Yield the results of a case after each part: its presets, its true rest, and that of a second solver."""
     logging.disable(logging.WARNING)
     options: dict[str, Any] = {"yarn_radius": RADIUS}
     if case["loop"] is not None:
@@ -228,7 +190,6 @@ def table(files: tuple[Path, ...], /) -> Rows:
         for case in found:
             if quality in case.get("presets", {}):
                 yield row_of(case, quality)
-        yield summary_of(found, quality)
     yield from counts(found)
     failed = [case for case in found if "failed" in case]
     yield f"{len(failed)} of {len(found)} cases without an end:"
@@ -254,7 +215,10 @@ def row_of(case: dict[str, Any], quality: str) -> tuple[object, ...]:
 def counts(found: list[dict[str, Any]]) -> Rows:
     """Yield how many cases come to rest and keep the promise, for each preset and each loop length."""
     yield ""
-    yield "preset", "loop", "cases", "at rest", "true rest known", "promise kept", "off by more than twice", "worst %"
+    yield (
+        "preset", "loop", "cases", "at rest", "true rest known", "of which two solvers agree", "promise kept",
+        "off by more than twice", "worst %",
+    )  # fmt: skip
     loops = sorted({case["loop"] for case in found if case["loop"] is not None})
     for quality in PROMISE:
         made = [case for case in found if quality in case.get("presets", {})]
@@ -268,14 +232,11 @@ def counts(found: list[dict[str, Any]]) -> Rows:
 def counts_of(cases: list[dict[str, Any]], quality: str) -> tuple[object, ...]:
     """Return the counts of a row of ``counts``."""
     at_rest = [case for case in cases if case["presets"][quality]["converged"]]
-    errors, promise = errors_of(at_rest, quality), PROMISE[quality]
+    known, promise = [case for case in at_rest if is_known(case)], PROMISE[quality]
+    errors = np.array([error_of(case["presets"][quality], case["true"]) for case in known])
+    agreed = sum(case.get("other") is not None for case in known)
     kept, far = (errors <= promise).sum(), (errors > 2.0 * promise).sum()
-    return len(cases), len(at_rest), len(errors), kept, far, f"{100 * errors.max(initial=0.0):.2g}"
-
-
-def errors_of(cases: list[dict[str, Any]], quality: str) -> np.ndarray:
-    """Errors of a preset in the cases of which the true rest is known."""
-    return np.array([error_of(case["presets"][quality], case["true"]) for case in cases if is_known(case)])
+    return len(cases), len(at_rest), len(known), agreed, kept, far, f"{100 * errors.max(initial=0.0):.2g}"
 
 
 def is_known(case: dict[str, Any]) -> bool:
@@ -285,18 +246,4 @@ def is_known(case: dict[str, Any]) -> bool:
     return case.get("other") is None or error_of(case["other"], case["true"]) <= AGREE
 
 
-def summary_of(found: list[dict[str, Any]], quality: str) -> str:
-    """Return how many cases are at rest with a preset, and how many of them keep its promise."""
-    made = [case for case in found if quality in case.get("presets", {})]
-    at_rest = [case for case in made if case["presets"][quality]["converged"]]
-    known = [case for case in at_rest if is_known(case)]
-    errors = errors_of(at_rest, quality)
-    agreed = sum(case.get("other") is not None for case in known)
-    promise = PROMISE[quality]
-    text = f"{quality}: {len(at_rest)} of {len(made)} at rest; true rest known for {len(known)}, of which two solvers "
-    text += f"agree in {agreed}: {(errors <= promise).sum()} within {100 * promise:g} %, "
-    worst = f"worst {100 * errors.max(initial=0.0):.2g} %"
-    return text + f"{(errors > 2 * promise).sum()} off by more than twice that, {worst}"
-
-
-ACTIONS = (run, table, case)
+ACTIONS = (run, table)

@@ -13,23 +13,25 @@ of one line; the exit status is then 1.
 
 from __future__ import annotations
 
-import json
 import logging
-import os
-import subprocess
-import sys
 import time
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
+import numpy as np
 from tyro.conf import Positional
 
 from benchmarks.json_lines import append, read
-from benchmarks.places import RUN
+from benchmarks.own_process import results_of
 from benchmarks.table import Rows, note
+from stitchmesh.errors import StitchMeshError
+from stitchmesh.periodic.relaxation.prepared_swatch import prepare_swatch
+from stitchmesh.periodic.relaxation.support import planes
 from stitchmesh.run import QUIET
+from stitchmesh.time_limit import TimeLimit, limited_to
+from stitchmesh.yarnrelax import YarnMaterial, relax_yarns
 
 STIFFNESSES = ("k_len", "k_bend", "k_contact")
 STIFFNESS_POWERS = tuple(range(-4, 5))
@@ -61,12 +63,9 @@ def cases(presets: list[str]) -> list[Case]:
     return [Case(preset, field, power) for preset in presets for field, power in powers]
 
 
-def outcome(case: Case, seconds: float) -> dict[str, Any]:
-    """Relax a case in this process, and return its entry of the file."""
-    import numpy as np
-
-    from stitchmesh.errors import StitchMeshError
-
+def outcome(limited: tuple[Case, float]) -> Iterator[dict[str, Any]]:
+    """Relax a case within a time in this process, and yield its entry of the file."""
+    case, seconds = limited
     began = time.perf_counter()
     try:
         report, points = relaxed(case, seconds)
@@ -79,20 +78,12 @@ def outcome(case: Case, seconds: float) -> dict[str, Any]:
         found = {"kind": "FAILED" if "\n" in words else "refused", "words": words}
     except Exception as error:
         found = {"kind": "FAILED", "words": f"{type(error).__name__}: {error}"}
-    return {**asdict(case), **found, "process_seconds": round(time.perf_counter() - began, 2)}
+    yield {**asdict(case), **found, "process_seconds": round(time.perf_counter() - began, 2)}
 
 
 def relaxed(case: Case, seconds: float) -> tuple[dict[str, Any], Any]:
     """Relax the cell of a case, and return its report and its points; ``relax_yarns`` checks the linking."""
-    from stitchmesh.periodic.relaxation.prepared_swatch import prepare_swatch
-    from stitchmesh.periodic.relaxation.support import planes
-    from stitchmesh.time_limit import TimeLimit, limited_to
-    from stitchmesh.yarnrelax import YarnMaterial, relax_yarns
-
-    heard = _Heard()
-    logger = logging.getLogger("stitchmesh")
-    logger.addHandler(heard)
-    logger.propagate = False
+    logging.getLogger("stitchmesh").setLevel(logging.ERROR)
     cell = prepare_swatch("stockinette", material=None, quality=case.preset, device="cpu", relax_cell=True,
                           relaxation="frictionless", yarn_radius=RADIUS, loop_length=4.17)  # fmt: skip
     factor, yarns, material, terms = 10.0**case.power, cell.yarns, YarnMaterial.named(), cell.terms
@@ -106,43 +97,18 @@ def relaxed(case: Case, seconds: float) -> tuple[dict[str, Any], Any]:
                            run=QUIET)  # fmt: skip
     report = {name: value for name, value in made.report.items() if name not in ("energies", "device", "solver")}
     sizes = [float(sum(number**2 for number in period) ** 0.5) for period in made.yarns.lattice.periods]
-    return report | {"periods": sizes, "words": "; ".join(heard.lines)}, made.yarns.points
-
-
-class _Heard(logging.Handler):
-    """A log handler that keeps warnings."""
-
-    def __init__(self) -> None:
-        super().__init__(logging.WARNING)
-        self.lines: list[str] = []
-
-    def emit(self, record: logging.LogRecord) -> None:
-        self.lines.append(record.getMessage())
-
-
-def run_one(case: Case, seconds: float) -> dict[str, Any]:
-    """Run a case in a process of its own, and return its entry."""
-    threads = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "STITCHMESH_THREADS": "1"}
-    words = [sys.executable, str(RUN), "stability-map", "--case", json.dumps(asdict(case)), "--seconds", str(seconds)]
-    try:
-        done = subprocess.run(words, capture_output=True, text=True, env={**os.environ, **threads},
-                              timeout=GRACE * seconds, check=False)  # fmt: skip
-    except subprocess.TimeoutExpired:
-        return {**asdict(case), "kind": "over time", "words": f"no result within {GRACE * seconds:g} s"}
-    if done.returncode != 0:
-        return {**asdict(case), "kind": "FAILED", "words": done.stderr.strip().splitlines()[-1]}
-    entry: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
-    return entry
+    return report | {"periods": sizes}, made.yarns.points
 
 
 def run_all(path: Path, wanted: list[Case], processes: int, seconds: float) -> None:
     """Run the cases that the file does not hold, and add a line for each."""
     held = {(entry["preset"], entry["field"], entry["power"]) for entry in read(path)}
     missing = [case for case in wanted if (case.preset, case.field, case.power) not in held]
-    with ThreadPoolExecutor(processes) as pool:
-        for entry in pool.map(lambda case: run_one(case, seconds), missing):
-            append(path, [entry])
-            note(f"{entry['preset']} {entry['field']} {entry['power']} {text_of(entry)}")
+    limited = [(case, seconds) for case in missing]
+    for (case, _limit), entries, why in results_of(outcome, limited, processes=processes, limit=GRACE * seconds):
+        entry = entries[0] if entries else {**asdict(case), "kind": "over time" if "after" in why else "FAILED"}
+        append(path, [entry])
+        note(f"{entry['preset']} {entry['field']} {entry['power']} {text_of(entry)}")
 
 
 def text_of(entry: dict[str, Any]) -> str:
@@ -183,15 +149,10 @@ class Options:
     """limit of each relaxation"""
     table: bool = False
     """print the table of the file"""
-    case: str | None = None
-    """a case in JSON, which this program starts itself"""
 
 
 def stability_map(given: Options) -> Rows:
     """Run the map or print its table, and return 1 if a case failed."""
-    if given.case:
-        yield json.dumps(outcome(Case(**json.loads(given.case)), given.seconds))
-        return 0
     if not given.table:
         wanted = [case for case in cases(given.presets) if case.field in given.fields]
         run_all(given.file, wanted, given.processes, given.seconds)

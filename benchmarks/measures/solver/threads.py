@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from benchmarks.scenes import stockinette_tube
+from benchmarks.scenes.stockinette import stockinette_tube
 from benchmarks.table import Rows
 from benchmarks.timing import shortest_mean
 from stitchmesh.compute.device import device_named

@@ -4,15 +4,15 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 import warp as wp
 
-from benchmarks.scenes import stockinette_tube
+from benchmarks.scenes.stockinette import stockinette_tube
 from benchmarks.table import Rows
+from benchmarks.timing import shortest_mean
 from stitchmesh.compute.device import device_named
 from stitchmesh.quality import Quality, quality_named
 from stitchmesh.yarnrelax.model.material import YarnMaterial
@@ -21,20 +21,8 @@ from stitchmesh.yarnrelax.simulation import YarnSimulation
 
 BANDWIDTH = {"cuda": 4.8e12, "cpu": 1.0e10}
 """Memory bandwidth [bytes/s] of an H200 GPU, and of one core of a server."""
-
-
-def seconds(device: wp.Device, action: Callable[[], object], repeats: int) -> float:
-    """Shortest mean time [s] of an action in three runs of ``repeats`` repetitions each."""
-    best = np.inf
-    action()
-    for _ in range(3):
-        wp.synchronize_device(device)
-        began = time.perf_counter()
-        for _ in range(repeats):
-            action()
-        wp.synchronize_device(device)
-        best = min(best, (time.perf_counter() - began) / repeats)
-    return best
+RUNS = 3
+"""Runs of which the shortest counts."""
 
 
 def repeated(device: wp.Device, launches: Sequence[wp.Launch], times: int) -> Callable[[], object]:
@@ -88,24 +76,23 @@ def measure(points: int, quality: Quality, device: wp.Device, settle: int) -> Ro
     yield f"{n} points, {samples} samples, {touching:.0f} listed pairs, residual {residual:.4f}"
     yield f"margin {simulation.candidates.margin:.2f} r, {quality.precision}, {device.name}"
     times = 20 if n < 100_000 else 2
-    repeats = 50 if device.is_cuda else 2
     bound = traffic(simulation)
     bandwidth = BANDWIDTH["cuda" if device.is_cuda else "cpu"]
     yield "kernel", "us", "ns/point", "bound us", "share"
     launches = simulation.iterations.launches
     for launch in launches:
         name = launch.kernel.key.split("__")[-1]
-        took = seconds(device, repeated(device, [launch], times), repeats) / times
+        took = shortest_mean(repeated(device, [launch], times), RUNS, device) / times
         limit = bound[name] / bandwidth if name in bound else np.nan
         yield name, f"{took * 1e6:.2f}", f"{took / n * 1e9:.2f}", f"{limit * 1e6:.2f}", f"{limit / took:.0%}"
         wp.copy(simulation.state.points, relaxed_points)
-    all_forces = seconds(device, repeated(device, launches[:3], times), repeats) / times
+    all_forces = shortest_mean(repeated(device, launches[:3], times), RUNS, device) / times
     yield "all forces", f"{all_forces * 1e6:.2f}", f"{all_forces / n * 1e9:.2f}"
-    whole = seconds(device, repeated(device, launches, times), repeats) / times
+    whole = shortest_mean(repeated(device, launches, times), RUNS, device) / times
     wp.copy(simulation.state.points, relaxed_points)
     yield "one iteration", f"{whole * 1e6:.2f}", f"{whole / n * 1e9:.2f}"
     for name, action in (("assessment", simulation.assess_cells), ("new lists", loop.search_contacts)):
-        took = seconds(device, action, 3)
+        took = shortest_mean(action, RUNS, device)
         yield name, f"{took * 1e6:.2f}", f"{took / n * 1e9:.2f}"
 
 

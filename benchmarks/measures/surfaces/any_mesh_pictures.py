@@ -8,19 +8,18 @@ DATA is a folder with MakeHuman's meshes in decimetres, ``makehuman-body.obj``, 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 from PIL import ImageDraw
 
 import stitchmesh as sm
-from benchmarks.measures.surfaces.any_surface import width_of
 from benchmarks.options import Output
 from benchmarks.places import MESHES
+from benchmarks.scenes.surface_shapes import SHAPES
+from benchmarks.scenes.surfaces import Surface, garment, surfaces
 from benchmarks.sheet import drawn, joined
-from benchmarks.surface_shapes import SHAPES, triangulated
 from benchmarks.table import Rows
-from stitchmesh.io.meshes import read_repaired_mesh
 from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.render.fabric_pictures import render_stretch
 from stitchmesh.render.options import PictureOptions
@@ -38,14 +37,12 @@ VIEWS = {"vest": "50,10", "genus_2": "30,40", "sock": "60,10"}
 """Directions of view, where it is not the front."""
 
 
-def surfaces(data: Path) -> Iterator[tuple[str, float, Callable[[], Mesh]]]:
-    """Name, width of a stitch [cm], and the function that makes the mesh."""
+def shown(data: Path) -> Iterator[Surface]:
+    """Yield the surfaces of the picture."""
     for name, width in OF_MAKEHUMAN.items():
-        yield name, width, lambda path=data / f"makehuman-{name}.obj": read_repaired_mesh(path, unit="dm").mesh
-    for name in SHAPES_SHOWN:
-        yield name, 0.8, SHAPES[name]
-    for path in (MESHES / f"{name}.obj" for name in GARMENTS_SHOWN):
-        yield path.stem, width_of(path), lambda path=path: triangulated(sm.read_mesh(path))
+        yield from surfaces([data / f"makehuman-{name}.obj"], "dm", width)
+    yield from (Surface(name, 0.8, SHAPES[name]) for name in SHAPES_SHOWN)
+    yield from (garment(MESHES / f"{name}.obj") for name in GARMENTS_SHOWN)
 
 
 def stitches_on(mesh: Mesh, width: float) -> StitchMesh:
@@ -57,11 +54,11 @@ def stitches_on(mesh: Mesh, width: float) -> StitchMesh:
 def any_mesh_pictures(data: Path, /, *, output: Output) -> Rows:
     """Make the stitches, and draw them."""
     pictures = []
-    for name, width, make in surfaces(data):
-        fabric = stitches_on(make(), width)
+    for surface in shown(data):
+        name, fabric = surface.name.removesuffix(".obj"), stitches_on(surface.make(), surface.width)
         options = PictureOptions(size=SIZE, view=VIEWS.get(name, "front"))
         pictures.append(drawn(lambda path, fabric=fabric, options=options: render_stretch(fabric, path, options)))
-        words = f"{name}: {fabric.face_count:,} stitches of {width:g} cm"
+        words = f"{name}: {fabric.face_count:,} stitches of {surface.width:g} cm"
         ImageDraw.Draw(pictures[-1]).text((12, 10), words, fill="black", font_size=20)
         yield words
     joined(pictures, COLUMNS).save(output, quality=85)

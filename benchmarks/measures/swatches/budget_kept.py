@@ -19,7 +19,7 @@ from stitchmesh.errors import StitchMeshError
 from stitchmesh.quality import PRESETS
 
 PATTERNS = ("reverse-stockinette", "twill-2x1", "basket-2x2", "lice", "long-slip-textured", "seersucker")
-"""Swatches that ``benchmarks/budget_tables.py`` does not measure."""
+"""Swatches that ``budget_tables.py`` does not measure."""
 
 
 def budget_kept(

@@ -20,6 +20,7 @@ from __future__ import annotations
 
 import datetime
 import json
+import re
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -31,8 +32,9 @@ import numpy as np
 
 import stitchmesh as sm
 from benchmarks.measures.rest.tradeoff_measures import difference, gauge_of_faces, places_of
-from benchmarks.places import MESHES
+from benchmarks.scenes.garments import Garment
 from benchmarks.table import Rows, note
+from benchmarks.timing import LOADING, relaxed
 from stitchmesh.budget.calibration import calibrate, device_title
 from stitchmesh.budget.settings import SETTINGS
 from stitchmesh.budget.tables import TABLES, Kind, MeasuredRelaxation, Table, read_tables
@@ -60,8 +62,6 @@ TRUE = 1e-5
 """Residual and remaining change of the true rest."""
 TRUE_ITERATIONS = {"cpu": 10000, "cuda": 10_000}
 """Largest number of iterations of a garment: those of its true rest, and of its settings."""
-LOADING = 20
-"""Iterations of the run that loads the kernels."""
 COARSE = ("draft", "standard")
 """Settings of garments without a true rest."""
 
@@ -74,11 +74,14 @@ def true_quality(quality: Quality, tolerance: float = TRUE) -> Quality:
 def swatch_rows(kind: Kind, name: str, device: str) -> Iterator[MeasuredRelaxation]:
     """Measure each setting on a swatch."""
     free = kind == "free cell"
-    try:
-        tight = true_quality(PRESETS["reference"])
-        truth = sm.swatch(
-            name, quality=tight, relax_cell=free, relaxation="frictionless", device=device, progress=False
+
+    def made_with(quality: Quality) -> sm.Swatch:
+        return sm.swatch(
+            name, quality=quality, relax_cell=free, relaxation="frictionless", device=device, progress=False
         )
+
+    try:
+        truth = made_with(true_quality(PRESETS["reference"]))
     except StitchMeshError as error:
         note(f"{kind} {name}: {error}")
         return
@@ -86,12 +89,9 @@ def swatch_rows(kind: Kind, name: str, device: str) -> Iterator[MeasuredRelaxati
         if setting == "standard by dynamics" and (free or name != "stockinette"):
             continue
         try:
-            loading = replace(quality, max_iterations=LOADING)
-            sm.swatch(name, quality=loading, relax_cell=free, relaxation="frictionless", device=device, progress=False)
+            made_with(replace(quality, max_iterations=LOADING))
             began = time.perf_counter()
-            made = sm.swatch(
-                name, quality=quality, relax_cell=free, relaxation="frictionless", device=device, progress=False
-            )
+            made = made_with(quality)
             seconds = time.perf_counter() - began
         except StitchMeshError as error:
             note(f"{kind} {name} {setting}: {error}")
@@ -126,10 +126,7 @@ def place_error(made: sm.Swatch, truth: sm.Swatch) -> float:
 
 def garment_rows(name: str, device: str) -> Iterator[MeasuredRelaxation]:
     """Measure each setting on the yarns of a garment."""
-    mesh_name, _, width = name.rpartition(":")
-    mesh = sm.read_mesh(MESHES / mesh_name)
-    fabric = sm.tessellate(sm.label(mesh), stitch_width=float(width))
-    fabric = sm.relax_mesh(fabric, surface=mesh, device=device, run=QUIET).fabric
+    fabric = Garment.of(name).evened(device)
     kind = "cuda" if device_named(device).is_cuda else "cpu"
     truth = None
     if fabric.face_count <= MOST_STITCHES[kind]:
@@ -142,13 +139,10 @@ def garment_rows(name: str, device: str) -> Iterator[MeasuredRelaxation]:
             continue
         limited = replace(quality, max_iterations=min(quality.max_iterations, TRUE_ITERATIONS[kind]))
         yarns = sm.generate_yarns(fabric, quality=limited)
-        loading = replace(limited, max_iterations=LOADING)
-        relax_yarns(yarns, quality=loading, device=device, keep_shape=fabric, run=QUIET)
-        began = time.perf_counter()
-        made = relax_yarns(yarns, quality=limited, device=device, keep_shape=fabric, run=QUIET)
+        made, seconds = relaxed(yarns, limited, device=device, keep_shape=fabric, run=QUIET)
         yield MeasuredRelaxation(
             kind="garment", scene=name, setting=setting, stitches=fabric.face_count, points=len(yarns.points),
-            iterations=made.report["iterations"], seconds=time.perf_counter() - began,
+            iterations=made.report["iterations"], seconds=seconds,
             error=None if truth is None else garment_error(fabric, made.yarns, truth.yarns),
             converged=made.report["converged"],
         )  # fmt: skip
@@ -245,22 +239,13 @@ def write_tables(path: Path, table: Table) -> None:
     table = replace(table, measurements=(*kept, *table.measurements))
     path.parent.mkdir(parents=True, exist_ok=True)
     entries = [table_entry(one) for one in sorted([*others, table], key=lambda one: one.device)]
-    text = json.dumps(entries, indent=1)
-    path.write_text(_one_line_each(text) + "\n", encoding="utf-8")
+    text = re.sub(r"\[\s+([^][{}]+?)\s+\]", _on_one_line, json.dumps(entries, indent=1))
+    path.write_text(text + "\n", encoding="utf-8")
 
 
-def _one_line_each(text: str) -> str:
-    """Return indented JSON with each measurement on a line of its own."""
-    lines, row = [], ""
-    for line in text.splitlines():
-        if row or (line.strip() == "[" and line.startswith("   ")):
-            row += line.strip() + (" " if line.rstrip().endswith(",") else "")
-            if line.strip() in ("]", "],"):
-                lines.append("   " + row.rstrip())
-                row = ""
-        else:
-            lines.append(line)
-    return "\n".join(lines)
+def _on_one_line(found: re.Match[str]) -> str:
+    """Return a list of numbers and names on a line of its own."""
+    return "[" + " ".join(found[1].split()) + "]"
 
 
 def _digits(value: float) -> float:

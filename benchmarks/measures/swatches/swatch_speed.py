@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Speed of swatches, compared with Leaf et al. 2018: iterations, batches, tiled weaves, sizes and edits of charts.
+"""Speed of swatches, compared with Leaf et al. 2018: iterations, batches, tiled weaves and sizes.
 
 The stiffness of the yarn is that of Leaf et al. (material "leaf"), the quality is "standard", and the kernels are
 compiled. A single iteration is measured with displacements of 0, so that the same work is repeated. "In a run" is the
@@ -20,12 +20,11 @@ from typing import Any
 
 import numpy as np
 import warp as wp
-from tyro.conf import Positional
 
 import stitchmesh as sm
-from benchmarks.measures.app.swatch_session import LONGEST, changes_of
-from benchmarks.measures.swatches.corpus import LEAF
+from benchmarks.scenes.swatches import LEAF, cell_of, evenly
 from benchmarks.table import Rows, note
+from benchmarks.timing import shortest_mean
 from stitchmesh.compute.device import device_named
 from stitchmesh.periodic.fabric_shape import FlatFabric
 from stitchmesh.periodic.relaxation.support import planes
@@ -45,27 +44,18 @@ QUALITY = PRESETS["standard"]
 MATERIAL = YarnMaterial.named("leaf")
 FREE = RelaxCell(shear=False)
 PATTERNS = ("stockinette", "rib1x1", "plain", "cartridge-belt-rib", "king-charles-brocade")
-SMALL = 200
-"""Largest number of control points of a small pattern."""
-SMALL_TARGET, VARIANT_TARGET, FRAME_TARGET = 15e-6, 20.0, {"cuda": 0.1, "cpu": 1.0}
-"""Targets: seconds per iteration of a small pattern, throughput of a batch of variants over that of single
-relaxations, and seconds until the first frame after a chart edit."""
 ENDLESS = 10**9
 """More iterations than any measurement runs; also a budget that no control point uses up [units]."""
 WARM, ROUNDS = 2, 5
 """Numbers of assessment intervals before the timing starts, and during the timing."""
 LOADED = 100_000
 """Control points above which one run suffices, because a smaller size has already loaded the kernels."""
-LEAST_SECONDS = 0.2
-"""Shortest duration of a measurement of repeated launches."""
 REPEATS = 3
 """Number of measurements, of which the shortest is reported."""
 ALONE = 20
 """Number of variants that are also relaxed one after another."""
 GAMMAS, RADII, BENDING = np.linspace(0.9, 1.3, 10), np.linspace(0.8, 1.2, 10), np.geomspace(0.5, 50.0, 10)
 """The grid of variants: gamma, factor on the yarn radius, and k_bend [erg cm]."""
-EDITS = 5
-"""Number of times that a chart is changed and changed back."""
 PERIOD, MEDIUM, LARGE = 0, 4_500, 21_000
 """Approximate numbers of control points to which the weaves are tiled; ``PERIOD`` is one period without tiling."""
 COLUMNS = ((PERIOD, "CPU"), (MEDIUM, "CPU"), (PERIOD, "GPU"), (MEDIUM, "GPU"), (LARGE, "GPU"))
@@ -93,9 +83,9 @@ class Timing:
     """Seconds per iteration of a relaxation, including contact searches and assessments."""
 
 
-def cell_of(name: str) -> YarnSet:
-    """One period of a pattern as generated."""
-    return draw_swatch(resolve_pattern(name), SwatchOptions(), QUALITY)[1]
+def machine(device: wp.Device) -> str:
+    """The processor, and the versions of what runs on it."""
+    return f"{device.name or platform.machine()}; Python {platform.python_version()}, Warp {wp.__version__}"
 
 
 def mean_ratio(pairs: Sequence[tuple[float, float]]) -> float:
@@ -122,20 +112,9 @@ def forbid_motion(simulation: YarnSimulation) -> None:
 
 
 def launch_seconds(simulation: YarnSimulation) -> float:
-    """Seconds of the launches of one iteration: the shortest of ``REPEATS`` measurements."""
-    count, taken = 1, list[float]()
-    while len(taken) < REPEATS:
-        wp.synchronize_device(simulation.model.device)
-        began = time.perf_counter()
-        for _ in range(count):
-            simulation.iterate()
-        wp.synchronize_device(simulation.model.device)
-        seconds = time.perf_counter() - began
-        if seconds < LEAST_SECONDS:
-            count *= 2
-        else:
-            taken.append(seconds / (count * simulation.graph_iterations))
-    return min(taken)
+    """Seconds of the launches of one iteration: the shortest mean of ``REPEATS`` measurements."""
+    device = simulation.model.device
+    return shortest_mean(simulation.iterate, REPEATS, device) / simulation.graph_iterations
 
 
 def timing(yarns: YarnSet, device: wp.Device, cell: RelaxCell | None = None) -> Timing:
@@ -151,31 +130,22 @@ def timing(yarns: YarnSet, device: wp.Device, cell: RelaxCell | None = None) -> 
     return Timing(len(yarns.points), launch_seconds(simulation), in_run)
 
 
-def iteration(device: wp.Device, given: Options) -> Rows:
+def iteration(*, device: str | None = None) -> Rows:
     """Time one iteration of small patterns, with fixed and with free periods."""
+    where = device_named(device)
+    yield machine(where)
     yield "pattern", "points", "fixed periods us", "in a run us", "free periods us", "in a run us", "L: points", "us"
-    small, plain = [], 0.0
     for name in PATTERNS:
-        yarns = cell_of(name)
-        fixed, free = timing(yarns, device), timing(yarns, device, FREE)
-        if fixed.points <= SMALL:
-            small += [fixed.alone, free.alone]
-        if name == "plain":
-            plain = fixed.alone
+        yarns = cell_of(name, QUALITY)
+        fixed, free = timing(yarns, where), timing(yarns, where, FREE)
         numbers = [f"{1e6 * seconds:.1f}" for seconds in (fixed.alone, fixed.in_run, free.alone, free.in_run)]
         theirs = (LEAF[name][2], f"{1e3 * LEAF[name][1]:.0f}") if name in LEAF else ("", "")
         yield name, fixed.points, *numbers, *theirs
-    leaf = 1e-3 * LEAF["plain"][1]
-    met = "met" if max(small) <= SMALL_TARGET else "not met"
-    times = f"{1e6 * min(small):.1f} to {1e6 * max(small):.1f} us"
-    yield f"An iteration of a small pattern takes {times} (target {1e6 * SMALL_TARGET:.0f}: {met})."
-    times = f"{1e6 * plain:.1f} us, {leaf / plain:.1f} times as fast as L's {1e6 * leaf:.0f} us"
-    yield f"An iteration of the plain weave with fixed periods takes {times}."
 
 
 def held_corpus(quality: str, most: int) -> dict[str, Any]:
     """The patterns of Leaf et al. with their periods held, as arguments of ``relax_cells``."""
-    cells = [draw_swatch(resolve_pattern(name), SwatchOptions(), PRESETS[quality])[1] for name in list(LEAF)[:most]]
+    cells = [cell_of(name, quality) for name in list(LEAF)[:most]]
     return {"cells": cells, "materials": [MATERIAL] * len(cells)}
 
 
@@ -194,14 +164,19 @@ def free_library(quality: str, most: int) -> dict[str, Any]:
     return {"cells": cells, "free": [FREE] * len(cells), "planes": between}
 
 
-def batches(device: wp.Device, given: Options) -> Rows:
-    """Relax the patterns of Leaf et al. and those of the library in one batch each, the second time timed."""
+def batches(*, device: str | None = None, most_cells: int = 1000) -> Rows:
+    """Relax the patterns of Leaf et al. and those of the library in one batch each, the second time timed.
+
+    Args:
+        most_cells: cells of a batch
+    """
+    yield machine(device_named(device))
     yield "batch", "quality", "cells", "points", "s", "at rest", "iterations of the slowest", "largest change left %"
     for label, make in (("37 of L, periods held", held_corpus), ("library, free between planes", free_library)):
         for quality in ("draft", "standard"):
-            chosen = make(quality, given.most_cells)
+            chosen = make(quality, most_cells)
             for _ in range(2):
-                batch = relax_cells(**chosen, quality=quality, device=str(device), progress=False)
+                batch = relax_cells(**chosen, quality=quality, device=device, progress=False)
             left = [cell.report["remaining_change"]["spacing"] for cell in batch.cells
                     if cell.report["converged"] and cell.report["remaining_change"]]  # fmt: skip
             report, points = batch.report, sum(len(yarns.points) for yarns in chosen["cells"])
@@ -216,17 +191,12 @@ def variants_of_grid(count: int) -> list[tuple[YarnSet, YarnMaterial]]:
 
     By the similarity of L's eq 4, a yarn of gamma times the radius represents a fabric that is gamma times as tight.
     """
-    yarns = cell_of("stockinette")
+    yarns = cell_of("stockinette", QUALITY)
     grid = list(itertools.product(GAMMAS.tolist(), RADII.tolist(), BENDING.tolist()))
     return [
         (replace(yarns, radius=yarns.radius * gamma * factor), replace(MATERIAL, k_bend=k_bend).scaled(gamma))
         for gamma, factor, k_bend in (grid[number] for number in evenly(len(grid), count))
     ]
-
-
-def evenly(length: int, count: int) -> list[int]:
-    """Evenly spaced indices of at most ``count`` entries of a sequence."""
-    return np.linspace(0, length - 1, min(count, length)).round().astype(int).tolist()
 
 
 def mean_seconds(
@@ -240,30 +210,27 @@ def mean_seconds(
     return (time.perf_counter() - began) / len(chosen)
 
 
-def variants(device: wp.Device, given: Options) -> Rows:
+def variants(*, device: str | None = None, count: int = 1000) -> Rows:
     """Relax a grid of variants in one batch, and some of them one after another."""
-    every, name = variants_of_grid(given.variants), str(device)
+    yield machine(device_named(device))
+    every = variants_of_grid(count)
     cells, materials = zip(*every, strict=True)
     for _ in range(2):
-        batch = relax_cells(cells, materials=materials, free=[FREE] * len(cells), quality=QUALITY, device=name)
+        batch = relax_cells(cells, materials=materials, free=[FREE] * len(cells), quality=QUALITY, device=device)
     together = batch.report["seconds"] / len(cells)
     some = [every[number] for number in evenly(len(every), ALONE)]
     alone = mean_seconds(some, lambda yarns, material: relax_yarns(
-        yarns, material=material, quality=QUALITY, device=name, cell=FREE))  # fmt: skip
+        yarns, material=material, quality=QUALITY, device=device, cell=FREE))  # fmt: skip
     batch_of_one = mean_seconds(some, lambda yarns, material: relax_cells(
-        [yarns], materials=[material], free=[FREE], quality=QUALITY, device=name))  # fmt: skip
+        [yarns], materials=[material], free=[FREE], quality=QUALITY, device=device))  # fmt: skip
     yield "method", "measured", "ms each", "s for all", "speed-up of the batch"
     yield ("one batch", len(cells), f"{1e3 * together:.3f}", f"{together * len(cells):.2f}", "")
     single = (("one after another", alone), ("one after another, no linking certificate", batch_of_one))
     for label, seconds in single:
         times = f"{seconds / together:.1f}"
         yield (label, len(some), f"{1e3 * seconds:.3f}", f"{seconds * len(cells):.2f}", times)
-    met = "met" if alone / together >= VARIANT_TARGET else "not met"
     report = batch.report
-    rest = f"{report['converged']} at rest, {report['launched']} iterations of the slowest"
-    yield f"{len(cells)} variants of stockinette in one batch take {report['seconds']:.2f} s ({rest})."
-    times = f"{alone / together:.1f} times the throughput of relaxing them one after another"
-    yield f"This is {times} (target {VARIANT_TARGET:.0f}: {met})."
+    yield f"{report['converged']} at rest, {report['launched']} iterations of the slowest"
 
 
 def tiled_to(yarns: YarnSet, points: int) -> YarnSet:
@@ -273,16 +240,18 @@ def tiled_to(yarns: YarnSet, points: int) -> YarnSet:
     return tile_yarns(yarns, columns, max(round(count / columns), 1), periodic=True)
 
 
-def weaves(device: wp.Device, given: Options) -> Rows:
+def weaves(*, device: str | None = None) -> Rows:
     """Time the weaves of L's table 5, each as one period and tiled."""
+    where = device_named(device)
+    yield machine(where)
     own, cpu, gpu = ("points", "ms", "in a run ms"), ("L CPU: points", "ms"), ("L GPU: points", "ms")
     yield ("weave", *(*own, *cpu, *gpu) * 2, *own, *gpu)
     ratios: dict[tuple[int, str], list[tuple[float, float]]] = {column: [] for column in COLUMNS}
     for name, theirs in TABLE_5.items():
-        yarns = cell_of(name)
+        yarns = cell_of(name, QUALITY)
         cells: list[object] = []
         for size in (PERIOD, MEDIUM, LARGE):
-            found = timing(yarns if size == PERIOD else tiled_to(yarns, size), device)
+            found = timing(yarns if size == PERIOD else tiled_to(yarns, size), where)
             cells += [found.points, f"{1e3 * found.alone:.3f}", f"{1e3 * found.in_run:.3f}"]
             for column, (points, ms) in zip(COLUMNS, theirs, strict=True):
                 if column[0] == size:
@@ -302,90 +271,24 @@ def sides(points: int, most: int) -> list[int]:
     return [*(2**k for k in range(last.bit_length()) if 2**k < last), last]
 
 
-def sizes(device: wp.Device, given: Options) -> Rows:
-    """L's fig. 13: time per iteration against the size of a plain weave."""
-    yarns = cell_of("plain")
+def sizes(*, device: str | None = None, most: int = 5_000_000) -> Rows:
+    """L's fig. 13: time per iteration against the size of a plain weave.
+
+    Args:
+        most: control points of the largest one
+    """
+    where = device_named(device)
+    yield machine(where)
+    yarns = cell_of("plain", QUALITY)
     yield "tiles", "points", "ms", "us per point", "in a run ms", "us per point"
-    best, found = math.inf, None
-    for side in sides(len(yarns.points), given.most):
-        found = timing(tile_yarns(yarns, side, side, periodic=True), device)
-        best = min(best, found.alone / found.points)
-        numbers = [
+    for side in sides(len(yarns.points), most):
+        found = timing(tile_yarns(yarns, side, side, periodic=True), where)
+        times = (
             f"{value:.4f}"
             for seconds in (found.alone, found.in_run)
             for value in (1e3 * seconds, 1e6 * seconds / found.points)
-        ]
-        yield side * side, found.points, *numbers
-    assert found is not None
-    on_gpu = (pair for (_, processor), pair in zip(COLUMNS, TABLE_5["plain"], strict=True) if processor == "GPU")
-    theirs = ", ".join(f"{1e3 * ms / points:.2f} us at {points}" for points, ms in on_gpu)
-    last = 1e6 * found.alone / found.points
-    yield f"An iteration takes {last:.4f} us per point at {found.points} control points, {1e6 * best:.4f} us at best."
-    yield f"L on a GPU: {theirs}, and 0.07 us in a sweater of 250k points."
+        )
+        yield side * side, found.points, *times
 
 
-def frame(device: wp.Device, given: Options) -> Rows:
-    """Time the first frames of a live swatch after a change of its chart."""
-    taken: dict[str, list[tuple[float, float, float]]] = {}
-    with sm.SwatchSession(
-        "stockinette", material=MATERIAL, quality=QUALITY, device=str(device), relax_cell=True,
-        relaxation="frictionless",
-    ) as session:
-        width = session.wait_until_rest(LONGEST).size[0]
-        edits = {name: edit for name, edit in changes_of("stockinette", width).items() if "pattern" in edit}
-        for _ in range(1 + EDITS):  # the first round loads kernels
-            for name, edit in edits.items():
-                taken.setdefault(name, []).append(seconds_of_edit(session, edit))
-    yield "change", "as generated ms", f"after {ASSESSMENT_INTERVAL} iterations ms", "at rest ms"
-    medians = {name: np.median(times[1:], axis=0) for name, times in taken.items()}
-    for name, times in medians.items():
-        yield (name, *(f"{1e3 * seconds:.1f}" for seconds in times))
-    slowest, target = max(times[1] for times in medians.values()), FRAME_TARGET["cuda" if device.is_cuda else "cpu"]
-    met = "met" if slowest <= target else "not met"
-    first = max(times[0] for times in medians.values())
-    yield f"After a chart edit, the generated yarns are shown after {1e3 * first:.1f} ms."
-    relaxed = f"{1e3 * slowest:.1f} ms (target {1e3 * target:.0f}: {met})"
-    yield f"The first relaxed frame is shown after {relaxed}; medians of {EDITS} edits."
-
-
-def seconds_of_edit(session: sm.SwatchSession, edit: dict[str, object]) -> tuple[float, float, float]:
-    """Seconds from a change until its first frame, until the first frame after iterations, and until rest."""
-    number = session.frame.number
-    session.set(**edit)
-    first = seen = session.wait_for_frame(LONGEST, after=number)
-    assert first is not None
-    while seen is not None and seen.report["iteration"] == 0:
-        seen = session.wait_for_frame(LONGEST, after=seen.number)
-    assert seen is not None
-    rest = session.wait_until_rest(LONGEST)
-    return first.report["seconds"], seen.report["seconds"], rest.report["seconds"]
-
-
-SECTIONS = {
-    "iteration": iteration, "batches": batches, "variants": variants, "weaves": weaves, "sizes": sizes, "frame": frame,
-}  # fmt: skip
-
-
-@dataclass(frozen=True)
-class Options:
-    """What is measured."""
-
-    sections: Positional[tuple[str, ...]] = ()
-    device: str | None = None
-    most: int = 5000000
-    """control points of the largest plain weave"""
-    variants: int = 1000
-    most_cells: int = 1000
-    """cells of a batch of patterns"""
-
-
-def swatch_speed(given: Options) -> Rows:
-    """Measure the sections given on the command line."""
-    unknown = set(given.sections) - set(SECTIONS)
-    if unknown:
-        raise SystemExit(f"section: got {', '.join(sorted(unknown))}; expected some of {', '.join(SECTIONS)}")
-    device = device_named(given.device)
-    yield f"{device.name or platform.machine()}; Python {platform.python_version()}, Warp {wp.__version__}"
-    for name in given.sections or SECTIONS:
-        yield f"## {name}"
-        yield from SECTIONS[name](device, given)
+ACTIONS = (iteration, batches, variants, weaves, sizes)

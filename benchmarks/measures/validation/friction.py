@@ -160,18 +160,18 @@ def work_table() -> Iterable[list[object]]:
             yield [f"{direction}s", most, f"{strain[60] - strain[40]:.1%}", mu, f"{back / given:.0%}", "about half"]
 
 
-def stiffness_tables() -> Iterable[tuple[str, list[list[object]]]]:
+def stiffness_tables() -> Iterable[str | list[object]]:
     """Extensions of dry fabrics under several loads, when they are drawn first and when they are drawn again."""
     for mu in (YARN_FRICTION, 0.3, 0.5):
         for again in (False, True):
             loads = [f"at {load / 1000:g} N/m" for load in LOADS]
-            rows: list[list[object]] = [["loop length / d", "drawn along", *loads, "published"]]
+            yield f"In %, coefficient {mu:g}, {'drawn again' if again else 'drawn first'}"
+            yield ["loop length / d", "drawn along", *loads, "published"]
             for loop in STIFF_LOOPS:
                 for direction, published in PUBLISHED.items():
                     found = {pattern: extensions(pattern, loop, direction, mu)[again] for pattern in PATTERNS}
                     orders = [_order({pattern: found[pattern][k] for pattern in PATTERNS}) for k in range(len(LOADS))]
-                    rows.append([loop, f"{direction}s", *orders, published])
-            yield f"Extension in %, coefficient {mu:g}, {'drawn again' if again else 'drawn first'}", rows
+                    yield [loop, f"{direction}s", *orders, published]
 
 
 @cache

@@ -7,6 +7,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -85,16 +86,17 @@ def _gauge_row(found: Swatch, material: str, quality: str) -> list[object]:
     return [material, quality, *sizes, *moments, round(report["seconds"], 1)]
 
 
-def loops(lengths: Iterable[float] = LOOPS) -> list[tuple[float, Gauge, float]]:
+@cache
+def loops() -> list[tuple[float, Gauge, float]]:
     """Loop length [diameters], gauge, and smallest distance of axes [diameters], of stockinette."""
-    runs = [(length, relaxed("stockinette", loop_length=length * DIAMETER)) for length in lengths]
+    runs = [(length, relaxed("stockinette", loop_length=length * DIAMETER)) for length in LOOPS]
     return [(length, gauge(run), run.report["min_distance_over_radius"] / 2) for length, run in runs]
 
 
-def loops_table(found: Iterable[tuple[float, Gauge, float]]) -> Iterable[list[object]]:
+def loops_table() -> Iterable[list[object]]:
     """Compare loop lengths for stockinette."""
     yield ["loop length / d", "K_c", "K_w", "K_s", "R", "nearest axes / d", "R at standard quality"]
-    for length, constants, nearest in found:
+    for length, constants, nearest in loops():
         sizes = [f"{value:.2f}" for value in (constants.k_c, constants.k_w, constants.k_s, constants.ratio)]
         hasty = gauge(relaxed("stockinette", quality="standard", loop_length=length * DIAMETER))
         yield [length, *sizes, f"{nearest:.3f}", f"{hasty.ratio:.2f}"]

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 
@@ -37,6 +38,7 @@ FINE = replace(PRESETS["reference"], quadrature_points=5, contact_samples=7, tol
 Curves = dict[tuple[float, str, str], StretchCurve]
 
 
+@cache
 def curves() -> Curves:
     """Return stretch curves by loop length, direction and pattern, the other direction free; they start at ``REST``."""
     return {
@@ -71,14 +73,14 @@ def _similarity(curve: StretchCurve) -> float:
     return float(report["loop_length"] * area / (2 * YarnMaterial.named(MATERIAL).k_bend))
 
 
-def loads_table(made: Curves) -> Iterable[list[object]]:
+def loads_table() -> Iterable[list[object]]:
     """Compare the extensions of the fabrics under the same load, the stiffest first."""
     yield ["loop length / d", "drawn along", *(f"extension at {load / 1000:g} N/m" for load in LOADS), "published"]
     for loop in LOOPS:
         for direction, published in PUBLISHED.items():
             orders = []
             for load in LOADS:
-                found = {pattern: 100 * extension(made[loop, direction, pattern], load) for pattern in PATTERNS}
+                found = {pattern: 100 * extension(curves()[loop, direction, pattern], load) for pattern in PATTERNS}
                 orders.append(_ordered(found, ".0f", stiffest=1.0))
             yield [loop, f"{direction}s", *orders, published]
 
@@ -91,13 +93,13 @@ def extension(curve: StretchCurve, load: float) -> float:
     return float(np.interp(load, tension[above - 1 : above + 1], strain[above - 1 : above + 1]))
 
 
-def slopes_table(made: Curves) -> Iterable[list[object]]:
+def slopes_table() -> Iterable[list[object]]:
     """Compare the slopes of tension against strain along the wales under the same load."""
     yield ["loop length / d", *(f"slope at {load / 1000:g} N/m [dyn/cm]" for load in LOADS), "published"]
     for loop in LOOPS:
         orders = []
         for load in LOADS:
-            found = {pattern: slope(made[loop, "wale", pattern], load) for pattern in PATTERNS}
+            found = {pattern: slope(curves()[loop, "wale", pattern], load) for pattern in PATTERNS}
             orders.append(_ordered(found, ".0f"))
         yield [loop, *orders, PUBLISHED["wale"]]
 

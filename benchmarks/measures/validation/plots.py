@@ -4,15 +4,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from benchmarks.measures.validation.knits import MUNDEN, Gauge
-from benchmarks.measures.validation.stretch import PATTERNS, Curves
-from benchmarks.measures.validation.weaves import SPACINGS, Peirce, Taut
+from benchmarks.measures.validation.knits import MUNDEN, loops
+from benchmarks.measures.validation.stretch import PATTERNS, curves
+from benchmarks.measures.validation.weaves import SPACINGS, Peirce, taut_weave
 
 NORMAL = (16.0, 17.0)
 """Loop lengths for which Munden's constants hold [yarn diameters]."""
@@ -20,9 +19,10 @@ MEASURES = {"k_c": "$K_c$ = loop length / course spacing", "k_w": "$K_w$ = loop 
             "k_s": "$K_s = K_c K_w$", "ratio": "$R$ = wale / course spacing"}  # fmt: skip
 
 
-def draw_loops(found: Sequence[tuple[float, Gauge, float]], path: Path) -> None:
+def draw_loops(path: Path) -> None:
     """Munden's constants against loop length."""
     figure, panels = _figure(2, 2, (9.0, 6.4))
+    found = loops()
     length = [row[0] for row in found]
     for panel, (name, title) in zip(panels.ravel(), MEASURES.items(), strict=True):
         values = [getattr(constants, name) for constants in MUNDEN.values()]
@@ -38,13 +38,13 @@ def draw_loops(found: Sequence[tuple[float, Gauge, float]], path: Path) -> None:
     _save(figure, path)
 
 
-def draw_curves(made: Curves, path: Path) -> None:
+def draw_curves(path: Path) -> None:
     """Draw tension against strain of every pattern, with a panel for each kind of stretch."""
     figure, panels = _figure(2, 2, (9.0, 6.4))
     for line, other in zip(panels, ("free", "held"), strict=True):
         for panel, direction in zip(line, ("course", "wale"), strict=True):
             for pattern in PATTERNS:
-                curve = made[pattern, direction, other]
+                curve = curves()[pattern, direction, other]
                 panel.plot(100 * curve.column("strain"), curve.tension, "o-", markersize=3.5, label=pattern)
             panel.set_title(f"drawn along the {direction}s, {other} across", fontsize=10)
             panel.grid(alpha=0.3)
@@ -54,8 +54,9 @@ def draw_curves(made: Curves, path: Path) -> None:
     _save(figure, path)
 
 
-def draw_crimp(found: Sequence[Taut], path: Path) -> None:
+def draw_crimp(path: Path) -> None:
     """Draw crimp against spacing, with Peirce's curve up to the jammed state."""
+    found = [taut_weave(spacing) for spacing in (1.75, *SPACINGS)]
     figure, panels = _figure(1, 1, (6.4, 4.2))
     panel = panels[0, 0]
     theory = [Peirce.at(angle) for angle in np.linspace(0.15, np.pi / 3, 200)]

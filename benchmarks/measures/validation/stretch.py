@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import cache
 
 import numpy as np
 
@@ -29,20 +30,16 @@ POINCLOUX = 0.86
 Curves = dict[tuple[str, str, str], StretchCurve]
 
 
-def curves(quality: str = "standard") -> Curves:
+@cache
+def curves() -> Curves:
     """Return stretch curves by pattern, direction and condition of the other direction."""
     material = YarnMaterial.named(MATERIAL)
     made: Curves = {}
     for pattern in PATTERNS:
         for other in ("free", "held"):
-            paths = {
-                "course": StretchPath(course=(0.0, MOST), other=other, steps=STEPS),
-                "wale": StretchPath(wale=(0.0, MOST), other=other, steps=STEPS),
-            }
-            for direction, path in paths.items():
-                made[pattern, direction, other] = stretch_test(
-                    pattern, path, material=material, quality=quality, device="cpu"
-                )  # fmt: skip
+            common = {"other": other, "steps": STEPS, "material": material, "quality": "standard", "device": "cpu"}
+            made[pattern, "course", other] = stretch_test(pattern, course=(0.0, MOST), **common)
+            made[pattern, "wale", other] = stretch_test(pattern, wale=(0.0, MOST), **common)
     return made
 
 
@@ -51,10 +48,11 @@ def tension_at(curve: StretchCurve, strain: float = AT) -> float:
     return float(np.interp(strain, curve.column("strain"), curve.tension))
 
 
-def stiffness_table(made: Curves) -> Iterable[list[object]]:
+def stiffness_table() -> Iterable[list[object]]:
     """Compare the tensions of the patterns at 20 % [dyn/cm] with that of stockinette."""
     yield ["pattern", "course, free", "wale, free", "course, held", "wale, held", "of stockinette", "snaps",
            "HYLC held, of stockinette"]  # fmt: skip
+    made = curves()
     ways = [(direction, other) for other in ("free", "held") for direction in ("course", "wale")]
     plain = {way: tension_at(made["stockinette", *way]) for way in ways}
     for pattern in PATTERNS:
@@ -70,40 +68,37 @@ def _hylc(pattern: str) -> str:
     return ", ".join(f"{HYLC[pattern, way] / HYLC['stockinette', way]:.2f}" for way in ("course", "wale"))
 
 
-def orders_table(made: Curves) -> Iterable[list[object]]:
+def orders_table() -> Iterable[list[object]]:
     """Compare the order of the stiffnesses with published orders."""
     yield ["drawn along", "across", "10 %", "20 %", "40 %", "published"]
     for direction, published in PUBLISHED.items():
         for other in ("free", "held"):
-            curves = {pattern: made[pattern, direction, other] for pattern in PATTERNS}
-            yield [f"{direction}s", other, *(_order(curves, strain) for strain in (0.1, AT, MOST)), published]
+            drawn = {pattern: curves()[pattern, direction, other] for pattern in PATTERNS}
+            yield [f"{direction}s", other, *(_order(drawn, strain) for strain in (0.1, AT, MOST)), published]
 
 
-def _order(curves: dict[str, StretchCurve], strain: float) -> str:
-    order = sorted(curves, key=lambda pattern: -tension_at(curves[pattern], strain))
+def _order(drawn: dict[str, StretchCurve], strain: float) -> str:
+    order = sorted(drawn, key=lambda pattern: -tension_at(drawn[pattern], strain))
     return " > ".join(pattern.removesuffix("1x1") for pattern in order)
 
 
-def spacing_lines(made: Curves) -> Iterable[str]:
-    """Compare the course spacing with the wale spacing of stretched stockinette."""
+def lines() -> Iterable[str]:
+    """Compare the course spacing with the wale spacing of stretched stockinette, and tensions with another yarn."""
+    made = curves()
     for direction in ("course", "wale"):
         curve = made["stockinette", direction, "free"]
         report = curve.free.report
         wale, course = curve.column("width") / report["wales"], curve.column("height") / report["courses"]
         slopes = -np.diff(course) / np.diff(wale)
         yield (
-            f"drawn along the {direction}s to {100 * MOST:g} %: - d(course spacing) / d(wale spacing) "
+            f"- drawn along the {direction}s to {100 * MOST:g} %: - d(course spacing) / d(wale spacing) "
             f"{slopes[0]:.2f} at first, {slopes[-1]:.2f} at last (Poincloux: {POINCLOUX})"
         )
-
-
-def hylc_lines(made: Curves) -> Iterable[str]:
-    """Compare the ratio of course tension to wale tension with that of another yarn."""
     for pattern in ("stockinette", "rib1x1"):
         course, wale = (tension_at(made[pattern, way, "held"]) * NEWTONS_PER_METRE for way in ("course", "wale"))
         other = HYLC[pattern, "course"] / HYLC[pattern, "wale"]
         yield (
-            f"{pattern}, {100 * AT:g} %, other held: course {course:.3f} N/m, wale {wale:.3f} N/m, "
+            f"- {pattern}, {100 * AT:g} %, other held: course {course:.3f} N/m, wale {wale:.3f} N/m, "
             f"course over wale {course / wale:.2f} (HYLC {other:.2f})"
         )
 

@@ -40,7 +40,7 @@ from stitchmesh.yarnrelax.energies.term import TermChoice
 CLEARANCE = 0.018
 """Distance of the planes beyond the flat thickness, over the length of yarn in a stitch: 0.3 diameters in a compact
 loop. Stockinette with loops of 14 to 40 diameters rests 0.12 to 0.69 diameters thicker than it is generated, 0.007 to
-0.017 of its loops (``benchmarks/run.py free-shapes``)."""
+0.017 of its loops (``benchmarks/run.py free-swatches shapes``)."""
 TEARING_STRAIN = 0.3
 """Strain at which yarn tears; wool breaks at 25 to 35 % (dry) and spun cotton at 5 to 10 %."""
 

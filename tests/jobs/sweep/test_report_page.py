@@ -71,7 +71,7 @@ def test_units_are_in_both_tables_which_hold_the_same(tmp_path):
 
 
 def test_a_table_that_the_disk_refuses_is_one_line_and_the_old_table_stays(tmp_path):
-    """The limit on the size of a file stands for a full disk; `benchmarks/run.py disk-refusals` fills one."""
+    """The limit on the size of a file stands for a full disk; `tests/crashes/refusals.py` fills one."""
     before = table_of(tmp_path, [{"a": 0.5}])
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (2000, limits[1]))

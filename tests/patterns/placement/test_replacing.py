@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from stitchmesh.editing.edit import Edit, apply_changes, apply_edit
+from stitchmesh.errors import StitchMeshError
 from stitchmesh.io import read_mesh
 from stitchmesh.labeling import label
 from stitchmesh.mesh import BORDER, StitchMesh
@@ -18,7 +19,7 @@ from stitchmesh.mesh.cable_groups import cable_groups
 from stitchmesh.mesh.change import Patch, apply_change
 from stitchmesh.mesh.renumbering import Renumbering
 from stitchmesh.mesh.stitch import VOCABULARY, Stitch
-from stitchmesh.patterns import LaidPattern, apply_pattern, lay_pattern
+from stitchmesh.patterns import LaidPattern, apply_pattern, lay_pattern, pattern_names
 from stitchmesh.patterns.placement.plain_ground import plain_ground
 from stitchmesh.tessellate import tessellate
 from stitchmesh.yarngen import check_loops, generate_yarns
@@ -34,11 +35,25 @@ PAIRS = tuple(zip(NAMES, (*NAMES[1:], NAMES[0]), strict=True))
 
 
 @cache
-def fabric_of(name: str) -> StitchMesh:
-    """Return a flat piece or a garment of plain stitches."""
+def fabric_of(name: str, width: float = 1.6) -> StitchMesh:
+    """Return a flat piece or a garment of plain stitches of some width [cm]."""
     if name == "flat":
         return flat(38, 26)
-    return tessellate(label(read_mesh(ROOT / "assets" / "meshes" / f"{name}.obj")), stitch_width=1.6)
+    return tessellate(label(read_mesh(ROOT / "assets" / "meshes" / f"{name}.obj")), stitch_width=width)
+
+
+@cache
+def laid_on_plain(name: str, width: float, pattern: str) -> LaidPattern | None:
+    """Return a garment with a pattern of the library on all of it; None where the pattern fits nowhere."""
+    try:
+        return lay_pattern(fabric_of(name, width), pattern)
+    except StitchMeshError:
+        return None
+
+
+def share_of(laid: LaidPattern) -> float:
+    """Return the part of the stitches that are in the pattern, of all that could be."""
+    return laid.faces_laid / (laid.faces_laid + sum(len(part.faces) for part in laid.left_out))
 
 
 def assert_undone(fabric: StitchMesh, laid: LaidPattern) -> None:
@@ -67,6 +82,26 @@ def test_a_pattern_over_a_pattern_covers_what_it_covers_of_a_plain_piece(first, 
     cable_groups(made)
     assert laid.faces_laid == lay_pattern(fabric_of("flat"), second).faces_laid
     assert_undone(below, laid)
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize(
+    ("name", "width", "least"),
+    # The shaping of the dress lies between the repeats of the first pattern, where more loops are left over.
+    [("swatch", 0.8, 0.99), ("dress", 1.6, 0.93)],
+)
+@pytest.mark.parametrize("second", pattern_names())
+def test_a_pattern_of_the_library_over_every_other_one(name, width, least, second):
+    wanted = laid_on_plain(name, width, second)
+    for first in pattern_names() if wanted is not None else ():
+        below = laid_on_plain(name, width, first)
+        if below is not None:
+            laid = lay_pattern(below.fabric, second)
+            cable_groups(checked(laid.fabric))
+            borders = (sorted(map(len, each.boundary_loops)) for each in (laid.fabric, below.fabric))
+            assert len({tuple(each) for each in borders}) == 1, first
+            assert share_of(laid) > least * share_of(wanted), first
+            assert_undone(below.fabric, laid)
 
 
 @pytest.mark.parametrize("second", NAMES)

@@ -191,6 +191,25 @@ def test_yarns_hold_each_other_in_other_directions(tmp_path, pattern, angle, wid
     check_loops(fabric, generate_yarns(fabric))
 
 
+ANGLES = (0, 30, 45, 60, 90, 120, 135, 180, 210, 225, 240, 270, 300, 315, 330)
+"""Directions of knitting [degrees]; 90 is upwards."""
+REFUSED = (bag, 270)
+"""The bag that is knitted downwards and ends at its flat foot has no room for its yarns there."""
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize(
+    ("pattern", "width", "angle"),
+    [(pattern, width, angle) for pattern, width in ((bag, 1.0), (skirt, 2.0), (t_shirt, 1.5)) for angle in ANGLES
+     if (pattern, angle) != REFUSED],
+)  # fmt: skip
+def test_loops_of_sewing_patterns_hold_in_every_direction(tmp_path, pattern, width, angle):
+    panels = pattern().read(tmp_path)
+    shaped = knit_panels(panels, stitch_width=width, directions=towards(panels, angle), progress=False)
+    fabric = make_room(relax_mesh(shaped.fabric, surface=shaped.surface))
+    check_loops(fabric, generate_yarns(fabric))
+
+
 def test_a_sleeve_with_a_curved_cuff_and_a_cap_is_knitted_in_rounds(tmp_path):
     # The first rows begin at both ends of the cuff. They lie on each other in space, but stand apart in the pattern.
     shaped = knit_panels(t_shirt(cap=9.0, cuff=3.0).read(tmp_path), stitch_width=2.0, progress=False)

@@ -78,12 +78,12 @@ def test_drawn_stitches_on_top_of_one_another() -> None:
     assert_linked_and_apart([above(lower, upper) for lower, upper in product(DRAWN_THROUGH, worked)], PAIRED)
 
 
-def test_any_two_stitches_in_any_place() -> None:
+@pytest.mark.parametrize("step", [97, *at_night(1)])  # a prime step, so that every stitch occurs
+def test_any_two_stitches_in_any_place(step: int) -> None:
     worked = [stitch for stitch in ALL if sides_of(stitch)[0]]
     next_to = [beside(left, right) for left, right in product(ALL, ALL)]
     on_top = [above(a, b, place) for a, b in product(ALL, worked) for place in placements(a, b)]
-    # a prime step, so that every stitch occurs
-    assert_linked_and_apart([*next_to[::97], *on_top[::97]], SHIFTED)
+    assert_linked_and_apart([*next_to[::step], *on_top[::step]], SHIFTED)
 
 
 def many_stitches(stitches: list[Stitch]) -> StitchMesh:
