@@ -22,20 +22,24 @@ from stitchmesh.mixed.contact.attachments import Attachment, at_simulated_nodes
 from stitchmesh.mixed.contact.body import SolidBody
 from stitchmesh.mixed.contact.body_distance import BodyContact
 from stitchmesh.mixed.contact.body_friction import BodyFriction
-from stitchmesh.mixed.contact.contact_points import ContactPoints, join_points, points_at_nodes
+from stitchmesh.mixed.contact.contact_points import (
+    ContactPoints,
+    SeamLinks,
+    join_points,
+    points_at_nodes,
+    points_on_triangles,
+)
 from stitchmesh.mixed.contact.layer_friction import LayerFriction
 from stitchmesh.mixed.contact.self_collision import PRESSURE, SelfCollision
-from stitchmesh.mixed.contact.triangle_points import SeamLinks, points_on_triangles
-from stitchmesh.mixed.crossings.materials.fabric_materials import FabricMaterials
+from stitchmesh.mixed.crossings.crossing_material import FabricMaterials
 from stitchmesh.mixed.dynamics.cloth_system import ClothModel, cloth_system
 from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
 from stitchmesh.mixed.enrichment.region import Region
-from stitchmesh.mixed.layout.laid_yarns import LaidYarns
-from stitchmesh.mixed.layout.spline_yarns import SplineYarns
+from stitchmesh.mixed.layout.spline_yarns import LaidYarns, SplineYarns
 from stitchmesh.mixed.splines.spline_material import SplineMaterial
 from stitchmesh.mixed.term import MixedTerm
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
-from stitchmesh.mixed.triangles.seam_material import SeamMaterial
+from stitchmesh.mixed.triangles.seam_rod import SeamMaterial
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

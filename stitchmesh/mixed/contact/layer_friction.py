@@ -35,8 +35,7 @@ from stitchmesh.compute.precision import vector
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.contact.pair_penalty import distance_of, pair_size, pair_slope
 from stitchmesh.mixed.contact.self_collision import SelfCollision
-from stitchmesh.mixed.mixed_blocks import MixedBlocks
-from stitchmesh.mixed.mixed_vector import MixedVector
+from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
 from stitchmesh.mixed.term import MixedTerm
 from stitchmesh.yarnrelax.friction.friction_law import slip_curvature, slip_energy, slip_slope, within
 

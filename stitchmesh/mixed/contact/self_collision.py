@@ -26,8 +26,8 @@ from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.launch import launch
 from stitchmesh.compute.reduction import minimum
 from stitchmesh.errors import ParameterError
-from stitchmesh.mixed.contact.contact_points import ContactPoints
-from stitchmesh.mixed.contact.pair_lists import PairLists
+from stitchmesh.mixed.contact.contact_points import ContactPoints, SeamLinks
+from stitchmesh.mixed.contact.pair_lists import PairLists, seam_neighbours
 from stitchmesh.mixed.contact.pair_penalty import (
     distance_of,
     pair_energy,
@@ -37,11 +37,8 @@ from stitchmesh.mixed.contact.pair_penalty import (
     times_stiffness,
 )
 from stitchmesh.mixed.contact.point_map import PointMap
-from stitchmesh.mixed.contact.rest_neighbours import seam_neighbours
-from stitchmesh.mixed.contact.triangle_points import SeamLinks
 from stitchmesh.mixed.kept_share import keep_share
-from stitchmesh.mixed.mixed_blocks import MixedBlocks
-from stitchmesh.mixed.mixed_vector import MixedVector
+from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
 from stitchmesh.mixed.term import MixedTerm
 
 PRESSURE = 2000.0

@@ -4,7 +4,7 @@
 
     E = - sum over vertices m_i g . v_i - sum over nodes m_j g . p_j        [erg]
 
-Masses are blended already (``blended_masses``), so that a system in free fall has the acceleration g everywhere. The
+Masses are blended already (``mass_matrix``), so that a system in free fall has the acceleration g everywhere. The
 Eulerian coordinates have no weight here: that of yarn that slides up or down belongs to the yarn model.
 """
 

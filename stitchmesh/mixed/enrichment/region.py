@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.mixed.blending import FULL, element_weight
+from stitchmesh.mixed.term import FULL, element_weight
 
 TRIANGLES, HYBRID, YARNS = 0, 1, 2
 """Kinds of triangles, and of the yarn nodes in them."""
@@ -98,7 +98,7 @@ class Region:
         return self.node_alpha[self.nodes] > 1.0 - ROUNDING
 
     def element_alpha(self, nodes: ArrayLike) -> Numbers:
-        """Weight of each yarn element by alpha at its nodes (``blending``), shape (E,).
+        """Weight of each yarn element by alpha at its nodes (``term``), shape (E,).
 
         The result is 0 for an element with a node that is not simulated: it does not exist in the mixed system.
 

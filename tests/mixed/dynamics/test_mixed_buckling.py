@@ -10,8 +10,7 @@ from scipy.linalg import eigh, null_space
 
 from stitchmesh.mixed.cloth.panels import Panel
 from stitchmesh.mixed.cloth.seams import cloth_from_panels
-from stitchmesh.mixed.crossings.materials.crossing_material import CrossingMaterial
-from stitchmesh.mixed.crossings.materials.fabric_materials import FabricMaterials
+from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial, FabricMaterials
 from stitchmesh.mixed.dynamics.cloth_system import ClothModel, ClothSystem, cloth_system
 from stitchmesh.mixed.enrichment.region import Region, region_around
 from stitchmesh.mixed.layout.weave import lay_weave

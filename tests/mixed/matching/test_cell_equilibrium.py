@@ -10,10 +10,8 @@ import numpy as np
 import pytest
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.mixed.crossings.materials.crossing_material import CrossingMaterial
-from stitchmesh.mixed.crossings.materials.fabric_materials import FabricMaterials
-from stitchmesh.mixed.matching.cell_equilibrium import CellSolver
-from stitchmesh.mixed.matching.cell_shape import PARAMETERS, CellShape
+from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial, FabricMaterials
+from stitchmesh.mixed.matching.cell_equilibrium import PARAMETERS, CellShape, CellSolver
 from stitchmesh.mixed.matching.yarn_cell import YarnCell, knit_cell, weave_cell
 
 YARN = CrossingMaterial.named("gong-1")

@@ -7,7 +7,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stitchmesh.mixed.matching.cell_shape import PARAMETERS, CellShape, place_nodes, shape_derivatives, turned_back
+from stitchmesh.mixed.matching.cell_equilibrium import (
+    PARAMETERS,
+    CellShape,
+    place_nodes,
+    shape_derivatives,
+    turned_back,
+)
 
 RANDOM = np.random.default_rng(4)
 FLAT, MOVED = RANDOM.normal(size=(7, 2)), 0.1 * RANDOM.normal(size=(7, 3))

@@ -11,10 +11,9 @@ import numpy as np
 import pytest
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.mixed.crossings.materials.crossing_material import CrossingMaterial
-from stitchmesh.mixed.crossings.materials.fabric_materials import FabricMaterials
+from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial, FabricMaterials
 from stitchmesh.mixed.matching.cell_equilibrium import CellSolver
-from stitchmesh.mixed.matching.cell_tests import run_tests
+from stitchmesh.mixed.matching.cell_tests import BENDS, TESTS, LoadingCurve, run_tests
 from stitchmesh.mixed.matching.cloth_match import (
     CURVATURES,
     STRAINS,
@@ -23,8 +22,7 @@ from stitchmesh.mixed.matching.cloth_match import (
     match_curves,
     write_match,
 )
-from stitchmesh.mixed.matching.loading_curve import BENDS, TESTS, LoadingCurve
-from stitchmesh.mixed.matching.triangle_response import respond
+from stitchmesh.mixed.matching.fitted_material import respond
 from stitchmesh.mixed.matching.yarn_cell import knit_cell, weave_cell
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
 from stitchmesh.mixed.triangles.material_file import read_material

@@ -8,10 +8,15 @@ import numpy as np
 import pytest
 
 from stitchmesh.errors import ParameterError
+from stitchmesh.mixed.adaptive_region import changed_triangles, detail_errors
 from stitchmesh.mixed.enrichment.region import HYBRID, TRIANGLES, YARNS
-from stitchmesh.mixed.placement.best_closure import best_closure
-from stitchmesh.mixed.placement.changed_region import changed_triangles, detail_errors
-from stitchmesh.mixed.placement.chosen_region import NodeBudget, choose_triangles, reach_of, simulated_nodes
+from stitchmesh.mixed.placement.chosen_region import (
+    NodeBudget,
+    best_closure,
+    choose_triangles,
+    reach_of,
+    simulated_nodes,
+)
 from tests.mixed.placement.sheets import WEAVE, sheet
 
 SHEET = sheet(10)

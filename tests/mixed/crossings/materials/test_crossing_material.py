@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from stitchmesh.errors import FileError, ParameterError
-from stitchmesh.mixed.crossings.materials.crossing_material import NAMED_FILE, CrossingMaterial
+from stitchmesh.mixed.crossings.crossing_material import NAMED_FILE, CrossingMaterial
 
 PUBLISHED = {
     "gong-1": (0.002, 5e5, 1.4e-4, 1000),
