@@ -4,8 +4,8 @@
 
 The repeat is cut out of a patch that is laid out in the same manner as a fabric. Nodes of the patch that are copies of
 one node of the repeat move in the same manner (``cell_equilibrium``). Only nodes of the repeat have weight 1, the
-others weight 0, and an element weighs the mean of its nodes. The copies of an element therefore weigh 1 together, so that the
-energy of the patch is the energy of one repeat of an endless fabric, and the patch has no border that counts.
+others weight 0, and an element weighs the mean of its nodes. The copies of an element therefore weigh 1 together, so
+that the energy of the patch is the energy of one repeat of an endless fabric, and the patch has no border that counts.
 """
 
 from __future__ import annotations
