@@ -9,8 +9,8 @@ from contextlib import nullcontext
 from dataclasses import asdict
 from typing import Any
 
-from stitchmesh.budget.expectation import BudgetScene
 from stitchmesh.budget.plan import make_plan
+from stitchmesh.budget.tables import BudgetScene
 from stitchmesh.compute.device import device_named
 from stitchmesh.editing.edit import Edit
 from stitchmesh.io.checkpoint_file import previous_path

@@ -10,10 +10,9 @@ from typing import Any
 
 from stitchmesh.errors import FileError
 from stitchmesh.io.atomic import write_json
-from stitchmesh.io.checked import check_table
+from stitchmesh.io.checked import check_table, read_json
 from stitchmesh.io.hdf5 import read_dataclass, write_dataclass
 from stitchmesh.io.history import read_history, write_history
-from stitchmesh.io.json_file import read_json
 from stitchmesh.io.stitches import read_stitches, write_stitches
 from stitchmesh.io.yarns import read_yarns, write_yarns
 from stitchmesh.jobs.kept_stages import Stage

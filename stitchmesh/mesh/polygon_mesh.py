@@ -6,6 +6,8 @@ Side ``k`` of a face runs from corner ``k`` to corner ``k + 1`` of the face. Sid
 and a side has the number of the corner that it starts at. A corner, the side that starts there and their entry of
 ``face_vertex`` therefore share one number. The twin of a side is the side of the neighbouring face along the same
 edge, in the opposite direction.
+
+The outline of some faces of a mesh.
 """
 
 from __future__ import annotations
@@ -322,3 +324,17 @@ class Mesh:
         if not used.all():
             bad = np.flatnonzero(~used)
             raise MeshError(f"vertex {first_few(bad)}: no face uses it; remove isolated vertices")
+
+
+def outline_sides(mesh: Mesh, faces: IntArray) -> IntArray:
+    """Return the sides of some faces that no other of these faces touches, shape (n,).
+
+    Args:
+        mesh: the mesh.
+        faces: the faces, shape (m,).
+    """
+    within = np.zeros(mesh.face_count, dtype=bool)
+    within[faces] = True
+    sides = mesh.sides_of(faces)
+    across = mesh.twin[sides]
+    return sides[(across == BORDER) | ~within[mesh.side_face[across]]]

@@ -4,6 +4,8 @@
 
 ``dynamics.cloth_system`` makes the system of cloth and yarns; contact is added here. Contact points lie on triangles,
 with the weight 1 - alpha, and at yarn nodes, with the weight alpha, so that all of the cloth counts once.
+
+The bodies of a run where they are at a time.
 """
 
 from __future__ import annotations
@@ -16,7 +18,7 @@ import numpy as np
 import warp as wp
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.mesh import FloatArray
+from stitchmesh.mesh import FloatArray, Mesh
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.contact.attachments import Attachment, at_simulated_nodes
 from stitchmesh.mixed.contact.body import SolidBody
@@ -30,6 +32,7 @@ from stitchmesh.mixed.contact.contact_points import (
     points_on_triangles,
 )
 from stitchmesh.mixed.contact.layer_friction import LayerFriction
+from stitchmesh.mixed.contact.motion import RigidMotion
 from stitchmesh.mixed.contact.self_collision import PRESSURE, SelfCollision
 from stitchmesh.mixed.crossings.crossing_material import FabricMaterials
 from stitchmesh.mixed.dynamics.cloth_system import ClothModel, cloth_system
@@ -168,3 +171,16 @@ def contact_points(fabric: MixedFabric, region: Region, thickness: float) -> tup
         area=float(cloth.rest_area.sum()) / yarns.node_count, weight=region.node_alpha[simulated], thickness=of_node,
     )  # fmt: skip
     return join_points([on_triangles, at_nodes]), links
+
+
+def bodies_at(bodies: Sequence[LoadedBody], time: float) -> list[Mesh]:
+    """Return the surfaces of bodies at a time [s]."""
+    moved = []
+    for each in bodies:
+        mesh, motion = each.body.mesh, each.body.motion
+        if isinstance(motion, RigidMotion):
+            place = motion.places_at(mesh.vertices, time)
+        else:
+            place = motion.vertices_at(time)
+        moved.append(Mesh(place, mesh.face_start, mesh.face_vertex, mesh.twin))
+    return moved

@@ -12,8 +12,8 @@ from typing import Any, cast
 
 from stitchmesh import __version__
 from stitchmesh.budget.budget import Budget
-from stitchmesh.budget.expectation import BudgetScene
 from stitchmesh.budget.plan import limit_of, make_plan
+from stitchmesh.budget.tables import BudgetScene
 from stitchmesh.compute.device import device_named
 from stitchmesh.editing.pattern_regions import PatternRegion
 from stitchmesh.errors import LabelError

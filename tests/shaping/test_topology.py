@@ -11,7 +11,7 @@ from stitchmesh.pipeline.options import KnitOptions
 from stitchmesh.pipeline.stages import shape_stage
 from stitchmesh.progress import no_progress
 from stitchmesh.shaping.options import ShapingOptions
-from stitchmesh.shaping.topology import Topology, lost_features, topology
+from stitchmesh.shaping.report import Topology, lost_features, topology
 from tests.gallery import ROOT, grid, tube
 from tests.shaping.surfaces import closed_ball, in_triangles, ring_torus
 

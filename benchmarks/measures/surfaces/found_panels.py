@@ -22,7 +22,7 @@ from stitchmesh.errors import StitchMeshError
 from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.run import QUIET
 from stitchmesh.shaping.options import PANEL_SIZE
-from stitchmesh.shaping.topology import topology
+from stitchmesh.shaping.report import topology
 
 
 def loops_on(fabric: StitchMesh, surface: Mesh) -> str:

@@ -34,7 +34,7 @@ from benchmarks.measures.rest.tradeoff_measures import difference, gauge_of_face
 from benchmarks.places import MESHES
 from benchmarks.table import Rows, note
 from stitchmesh.budget.calibration import calibrate, device_title
-from stitchmesh.budget.settings import SETTINGS
+from stitchmesh.budget.plan import SETTINGS
 from stitchmesh.budget.tables import TABLES, Kind, MeasuredRelaxation, Table, read_tables
 from stitchmesh.compute.device import device_named
 from stitchmesh.errors import StitchMeshError

@@ -15,8 +15,7 @@ import numpy as np
 
 from stitchmesh.errors import FileError, StitchMeshError
 from stitchmesh.faces.face_mesh import FaceMesh
-from stitchmesh.faces.face_type import LEAVING, NOTHING, FaceType
-from stitchmesh.faces.stitch_names import LOOP, YARN, stitch_of
+from stitchmesh.faces.face_type import LEAVING, LOOP, NOTHING, YARN, FaceType, stitch_of
 from stitchmesh.io.stitch_formats.smobj import stitch_mesh_of
 from stitchmesh.io.stitch_formats.smobj_lines import FaceKind, SmobjContents
 from stitchmesh.mesh import StitchMesh

@@ -23,7 +23,7 @@ from dataclasses import replace
 import numpy as np
 
 from stitchmesh.errors import FileError, StitchMeshError
-from stitchmesh.faces.stitch_names import EMPTY_ABOVE, EMPTY_BELOW, FACE_NAMES
+from stitchmesh.faces.face_type import EMPTY_ABOVE, EMPTY_BELOW, FACE_NAMES
 from stitchmesh.io.atomic import write_text
 from stitchmesh.io.contents import FilePath
 from stitchmesh.io.stitch_formats.smobj_lines import COMMENT_WORD, SmobjContents, read_contents

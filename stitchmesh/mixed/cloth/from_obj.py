@@ -31,7 +31,7 @@ from stitchmesh.io.obj_elements import element_lines, vertex_index, vertex_posit
 from stitchmesh.io.units import centimetres
 from stitchmesh.mesh import BORDER, FloatArray, IntArray
 from stitchmesh.mesh.connectivity import find_twins
-from stitchmesh.mesh.ears import clip_ears
+from stitchmesh.mesh.face_triangles import clip_ears
 from stitchmesh.mixed.cloth.cloth import SMALLEST_AREA, Cloth
 from stitchmesh.mixed.cloth.outline import first_crossing
 
