@@ -40,7 +40,7 @@ from stitchmesh.mixed.term import MixedTerm
 from stitchmesh.yarnrelax.friction.friction_law import slip_curvature, slip_energy, slip_slope, within
 
 SLIP_SPEED = 1.0
-"""Default of the speed at which friction has its full size [cm / s]."""
+"""Relative speed of layers at which friction has its full size [cm / s]."""
 
 
 @kernel
@@ -193,23 +193,20 @@ class LayerFriction(MixedTerm):
 
     name = "layer friction"
 
-    def __init__(self, collision: SelfCollision, coefficient: float, *, slip_speed: float = SLIP_SPEED) -> None:
+    def __init__(self, collision: SelfCollision, coefficient: float) -> None:
         """Add friction to self-collision.
 
         Args:
             collision: the contact; it comes before this term in a solver's list.
             coefficient: mu.
-            slip_speed: relative speed of layers at which friction has its full size [cm / s].
 
         Raises:
             ParameterError: a coefficient below 0, or a slip speed that is not positive.
         """
         if not (np.isfinite(coefficient) and coefficient >= 0.0):
             raise ParameterError(f"layer friction: got a coefficient of {coefficient}; expected at least 0")
-        if not (np.isfinite(slip_speed) and slip_speed > 0.0):
-            raise ParameterError(f"layer friction: got a slip speed of {slip_speed} cm / s; expected a positive number")
         self.collision, self.points = collision, collision.points
-        self.coefficient, self.slip_speed = coefficient, slip_speed
+        self.coefficient = coefficient
         points, device = self.points, self.points.device
         self._law = wp.zeros(1, dtype=vector(2, points.scalar), device=device)
         self._load, self._numbers, self._block = points.scalars(), points.scalars(), points.blocks()
@@ -231,7 +228,7 @@ class LayerFriction(MixedTerm):
             self._fit_lists()
         run = partial(launch, device=self.points.device)
         self.points.place(state, self._start, run)
-        length = self.slip_speed * time_step
+        length = SLIP_SPEED * time_step
         self._law.assign([[0.5 * self.coefficient if length > 0.0 else 0.0, length if length > 0.0 else 1.0]])
         outputs = [self._load, self._normal, *self._lists]
         run(find_layer_loads, len(self.points), self.collision.inputs(self._start), outputs)

@@ -85,11 +85,6 @@ class CrossingMaterial:
         """k_b = B pi R^2 [dyn cm^2], the flexural rigidity EI of the yarn."""
         return self.bending * math.pi * self.radius**2
 
-    @property
-    def shear_stiffness(self) -> float:
-        """k_x = S R^2 [dyn]."""
-        return self.shear * self.radius**2
-
     def finer(self, times: float) -> CrossingMaterial:
         """The yarn of a cloth with more and finer yarns that is as heavy and as stiff.
 

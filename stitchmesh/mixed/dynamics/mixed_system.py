@@ -245,11 +245,6 @@ class MixedSystem:
         """The launches that set ``product`` to M d."""
         return [ZeroArray(product.values), *self.mass.combine_products(self._unit, direction, product, run)]
 
-    def set_hessian_product(self, direction: MixedVector, product: MixedVector) -> None:
-        """Set ``product`` to H d of the last ``linearize``."""
-        vectors = direction, product
-        self.repeated.run("product", vectors, lambda run, _: self.hessian_launches(*vectors, run))
-
     def hessian_launches(self, direction: MixedVector, product: MixedVector, run: Launcher) -> list[Any]:
         """The launches that set ``product`` to H d of the last ``linearize``."""
         return [ZeroArray(product.values), *self._beside(lambda term: term.products(direction, product, run))]

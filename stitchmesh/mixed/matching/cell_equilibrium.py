@@ -89,19 +89,6 @@ class CellShape:
     direction: float = 0.0
     """Angle between axis 1 and the direction d along which the fabric is curved [rad]."""
 
-    @property
-    def green_strain(self) -> Numbers:
-        """E_11, E_22 and 2 E_12 of U, shape (3,)."""
-        stretch = np.array([[self.stretch_course, self.skew], [self.skew, self.stretch_wale]])
-        strain = (stretch @ stretch - np.eye(2)) / 2.0
-        return np.array([strain[0, 0], strain[1, 1], 2.0 * strain[0, 1]])
-
-    @property
-    def curvatures(self) -> Numbers:
-        """kappa_11, kappa_22 and 2 kappa_12, shape (3,)."""
-        c, s = np.cos(self.direction), np.sin(self.direction)
-        return float(self.curvature) * np.array([c * c, s * s, 2.0 * c * s])
-
     def changed(self, name: str, change: Any) -> CellShape:
         """The shape with a number added to one parameter."""
         return replace(self, **{name: getattr(self, name) + change})

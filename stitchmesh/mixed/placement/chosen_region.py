@@ -179,7 +179,6 @@ def choose_triangles(
     budget: NodeBudget,
     *,
     rings: int = 1,
-    least_error: float = LEAST_ERROR,
 ) -> Integers:
     """The full-yarn triangles of a region, ascending, shape (n,); none if no region pays or the budget holds none.
 
@@ -189,7 +188,6 @@ def choose_triangles(
         error: indicated error of each triangle, at least 0, shape (T,).
         budget: nodes that may be simulated.
         rings: width of the hybrid region in rings of triangles, at least 1.
-        least_error: part of the largest error below which a triangle is not chosen.
 
     Raises:
         ParameterError: errors are negative, not finite or of another shape, or there are no rings.
@@ -200,7 +198,7 @@ def choose_triangles(
     if rings < 1:
         raise ParameterError(f"region: got {rings} hybrid rings; expected at least 1")
     nodes = np.bincount(np.asarray(node_triangle, dtype=np.int64), minlength=len(corners))
-    reach, least = reach_of(corners, rings), least_error * float(values.max(initial=0.0))
+    reach, least = reach_of(corners, rings), LEAST_ERROR * float(values.max(initial=0.0))
     wanted = np.where(values >= least, values, 0.0)
     regions = []
     for start in (best_closure(reach, nodes, wanted, budget.nodes), np.zeros(0, dtype=np.int64)):

@@ -128,7 +128,7 @@ def test_a_trellis_shears_by_its_four_quadrants():
     sheared[:, 0] += np.sin(angle) * fabric.position[:, 1]
     sheared[:, 1] *= np.cos(angle)
     quadrants = 4 * 1 + 2 * 4 + 1 * 4  # of the inner node, of four at a border, of four at a corner
-    expected = quadrants * 0.5 * YARN.shear_stiffness * 0.25 * angle**2
+    expected = quadrants * 0.5 * YARN.shear * YARN.radius**2 * 0.25 * angle**2
     assert energy_at(term_of(fabric), flat(sheared, fabric.sliding)) == pytest.approx(expected, rel=1e-10)
 
 

@@ -26,6 +26,7 @@ from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
 from stitchmesh.mixed.triangles.seam_rod import SeamMaterial
 from tests.mixed.dynamics.scene import CPU
+from tests.mixed.hessian_product import set_hessian_product
 from tests.mixed.patch import enriched_everywhere
 
 SIDE, ENDS = 3.0, 6.0
@@ -212,7 +213,7 @@ def test_the_blocks_of_the_metric_are_those_of_the_products(kind):
             v, p, s = (np.zeros_like(part) for part in state.numpy())
             p[node, axis] = 1.0
             moved.assign(MixedVector.from_numpy(v, p, s, wp.float64, CPU))
-            system.set_hessian_product(moved, product)
+            set_hessian_product(system, moved, product)
             _, force, pull = product.numpy()
             rounding = 1e-6 * np.abs(of_nodes[node]).max()  # blocks are stored in single precision
             np.testing.assert_allclose(force[node], of_nodes[node][:, axis], atol=rounding)

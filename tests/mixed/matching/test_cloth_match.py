@@ -85,7 +85,7 @@ def test_the_tension_of_a_weave_is_that_of_its_yarns(weave: ClothMatch) -> None:
 
 
 def test_the_shear_of_a_weave_is_that_of_its_crossings(weave: ClothMatch) -> None:
-    modulus = 2.0 * YARN.shear_stiffness * (ENDS + PICKS)
+    modulus = 2.0 * YARN.shear * YARN.radius**2 * (ENDS + PICKS)
     # the yarns resist in proportion to the angle, the triangles to sin cos: 1 - 2/3 angle^2, on average 1 %
     assert weave.material.shear == pytest.approx(modulus, rel=0.02)
 
@@ -101,7 +101,7 @@ def test_small_strains_give_the_moduli_of_the_yarns() -> None:
     match = match_cloth(cell, strains=(-1e-4, 1e-4), curvatures=(0.05,))
     # a law in Green strain differs from one in stretch by 3/2 of the strain
     assert match.linear.stretch_course == pytest.approx(PICKS * YARN.stretch_stiffness, rel=2e-4)
-    assert match.linear.shear == pytest.approx(2.0 * YARN.shear_stiffness * (ENDS + PICKS), rel=1e-6)
+    assert match.linear.shear == pytest.approx(2.0 * YARN.shear * YARN.radius**2 * (ENDS + PICKS), rel=1e-6)
     assert match.linear.bending_course == pytest.approx(PICKS * YARN.bending_stiffness, rel=1e-4)
 
 
