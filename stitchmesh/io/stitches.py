@@ -18,8 +18,7 @@ from stitchmesh.io.atomic import write_text
 from stitchmesh.io.contents import FilePath, suffix_of
 from stitchmesh.io.hdf5 import read_dataclass, write_dataclass
 from stitchmesh.io.stitch_formats.face_meshes import holds_foreign_faces, read_face_mesh
-from stitchmesh.io.stitch_formats.face_stitches import stitches_of_faces
-from stitchmesh.io.stitch_formats.smobj import read_smobj, write_smobj
+from stitchmesh.io.stitch_formats.smobj import read_smobj, stitches_of_faces, write_smobj
 from stitchmesh.io.stitch_formats.traced_stitches import read_traced_stitches
 from stitchmesh.machine_knitting import machine_program
 from stitchmesh.mesh import StitchMesh

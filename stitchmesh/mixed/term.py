@@ -11,10 +11,8 @@ Functions that return launches may be called with a launcher that runs each kern
 that prepares it (``prepare``), so that a solver can capture the launches. A term without elements returns none: a
 prepared launch has at least one thread.
 
-The weight of a yarn element from alpha at its nodes (Casafranca et al. 2020, section 4.1).
-
-An element weighs the mean of its nodes, alpha at its centroid. One that has a node of the full-yarn region weighs 1: no
-gradient of alpha then acts on these nodes, which have no triangles that could take up its forces.
+A yarn element weighs the mean of alpha at its nodes, alpha at its centroid. One that has a node of the full-yarn region
+weighs 1: no gradient of alpha then acts on these nodes, which have no triangles that could take up its forces.
 """
 
 from __future__ import annotations
@@ -29,6 +27,7 @@ import warp as wp
 from numpy.typing import NDArray
 
 from stitchmesh.compute.captured import Launcher
+from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.launch import launch
 from stitchmesh.compute.reduction import minimum, ordered_sum
 from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
@@ -162,3 +161,14 @@ class MixedTerm(ABC):
         """Take over ``carried_arrays`` of another region, before the first step; what else lasts is found again."""
         for name, array in self.carried_arrays().items():
             array.assign(np.asarray(arrays[name]))
+
+
+@kernel
+def keep_share(
+    # state in
+    exact: Any,
+    # state out
+    share: wp.array[Any],
+) -> None:
+    """Keep the share of the exact Hessian."""
+    share[wp.tid()] = exact

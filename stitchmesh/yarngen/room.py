@@ -125,7 +125,7 @@ def _moves(fabric: StitchMesh, beside: csr_array, distance: float, reach: float)
     """
     from scipy.spatial import cKDTree
 
-    points, normal = fabric.vertices, _vertex_normals(fabric)
+    points, normal = fabric.vertices, fabric.vertex_normal
     pairs = cKDTree(points).query_pairs(float(np.hypot(distance, reach)), output_type="ndarray")
     pairs = np.concatenate([pairs, pairs[:, ::-1]])
     one, other = pairs[np.asarray(beside[pairs[:, 0], pairs[:, 1]]).reshape(-1) == 0.0].T
@@ -154,14 +154,6 @@ def _adjacency(ends: IntArray, count: int) -> csr_array:
     matrix = coo_array((np.ones(len(rows)), (rows, columns)), shape=(count, count)).tocsr()
     matrix.data[:] = 1.0
     return matrix
-
-
-def _vertex_normals(fabric: StitchMesh) -> FloatArray:
-    """Return the unit normal of each vertex, the mean of those of its faces, shape (V, 3)."""
-    normal = np.zeros_like(fabric.vertices)
-    np.add.at(normal, fabric.face_vertex, fabric.face_vector_area[fabric.side_face])
-    length = np.linalg.norm(normal, axis=1, keepdims=True)
-    return normal / np.where(length > 0.0, length, 1.0)
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from tests.gallery import ROOT
 
 PACKAGE = ROOT / "stitchmesh" / "mixed"
 LAYERS = [
-    {"mixed_vector", "gather", "kept_share"},
+    {"mixed_vector", "gather"},
     {"term"},
     {"cloth"},
     {"layout"},

@@ -503,7 +503,6 @@ def _viewed(file: _File, view: int | None, offset: int, count: int, kind: np.dty
 
 
 def _item(items: list[T], number: int | None, what: str) -> T:
-    """Return the item of a number."""
     if number is None or not 0 <= number < len(items):
         raise ValueError(f"it names {what} {number} of {len(items)}")
     return items[number]

@@ -33,6 +33,7 @@ from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.launch import launch
 from stitchmesh.compute.precision import vector
 from stitchmesh.errors import ParameterError
+from stitchmesh.mixed.contact.body_distance import block_products
 from stitchmesh.mixed.contact.pair_penalty import distance_of, pair_size, pair_slope
 from stitchmesh.mixed.contact.self_collision import SelfCollision
 from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
@@ -175,19 +176,6 @@ def add_to_touching(
     force[i] = total
 
 
-@kernel
-def times_blocks(
-    # state in
-    block: wp.array[Any],
-    slip: wp.array[Any],
-    # state out
-    pull: wp.array[Any],
-) -> None:
-    """Blocks times vectors."""
-    i = wp.tid()
-    pull[i] = block[i] * slip[i]
-
-
 class LayerFriction(MixedTerm):
     """Friction between the layers of a cloth that collides with itself, on a device."""
 
@@ -262,7 +250,7 @@ class LayerFriction(MixedTerm):
             return []
         launches = self.points.place(direction, self._place, launcher)
         launches.append(self._relative(self._zero, launcher))
-        launches.append(launcher(times_blocks, len(self.points), [self._block, self._slip], [self._pull]))
+        launches.append(launcher(block_products, len(self.points), [self._block, self._slip], [self._pull]))
         return launches + self._spread(product, launcher)
 
     def diagonal(self, blocks: MixedBlocks, launcher: Launcher) -> list[Any]:

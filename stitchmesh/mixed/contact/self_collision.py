@@ -37,9 +37,8 @@ from stitchmesh.mixed.contact.pair_penalty import (
     times_stiffness,
 )
 from stitchmesh.mixed.contact.point_map import PointMap
-from stitchmesh.mixed.kept_share import keep_share
 from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
-from stitchmesh.mixed.term import MixedTerm
+from stitchmesh.mixed.term import MixedTerm, keep_share
 
 PRESSURE = 2000.0
 """Default of P [dyn / cm^2]; the pressure at 0.7 thicknesses, 740 dyn / cm^2, is that of 25 layers of 30 mg / cm^2."""

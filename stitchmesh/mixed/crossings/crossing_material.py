@@ -158,7 +158,6 @@ def _named_materials() -> Mapping[str, CrossingMaterial]:
 
 
 def _read_tables(path: Path) -> dict[str, CrossingMaterial]:
-    """All materials of a file."""
     return {name: _material_of(path, name, table) for name, table in read_table(path).items()}
 
 

@@ -153,7 +153,6 @@ def write_match(path: FilePath, match: ClothMatch) -> None:
 
 
 def _damped(material: ClothMaterial, cell: YarnCell) -> ClothMaterial:
-    """The material with the damping of the yarns."""
     return replace(
         material, damping=cell.materials.weft.damping_stiffness, mass_damping=cell.materials.weft.damping_mass
     )

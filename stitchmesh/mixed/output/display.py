@@ -39,7 +39,7 @@ from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.enrichment.embedding import basis_of
 from stitchmesh.mixed.enrichment.region import YARNS, Region
-from stitchmesh.mixed.layout.curves import yarn_curves
+from stitchmesh.mixed.layout.curves import unit_vectors, yarn_curves
 from stitchmesh.mixed.layout.spline_yarns import LaidYarns, SplineYarns
 from stitchmesh.mixed.output.frames import DrapeFrame
 from stitchmesh.mixed.output.loop_subdivision import Subdivision, loop_subdivision
@@ -171,7 +171,7 @@ class Display:
         at_nodes = self._basis @ normals
         smooth = self._basis @ corners + _along_normals(at_nodes, self._node_change @ corners)
         if isinstance(self.yarns, SplineYarns):
-            smooth += self.yarns.height[:, None] * _units(at_nodes)
+            smooth += self.yarns.height[:, None] * unit_vectors(at_nodes)
         nodes = smooth + self.region.node_alpha[:, None] * (places - smooth)
         linear = self._linear @ corners
         change = _along_normals(self._linear @ normals, self._change @ corners)
@@ -214,21 +214,14 @@ def vertex_normals(triangles: IntArray, vertices: FloatArray) -> FloatArray:
     corners = vertices[triangles]
     areas = np.repeat(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), 3, axis=0)
     sums = [np.bincount(triangles.ravel(), areas[:, axis], len(vertices)) for axis in range(3)]
-    return _units(np.stack(sums, axis=1))
+    return unit_vectors(np.stack(sums, axis=1))
 
 
 def _along_normals(normals: FloatArray, change: FloatArray) -> FloatArray:
     """The part of displacements along normals."""
-    unit = _units(normals)
+    unit = unit_vectors(normals)
     part: FloatArray = unit * (unit * change).sum(axis=1, keepdims=True)
     return part
-
-
-def _units(vectors: FloatArray) -> FloatArray:
-    """Unit vectors; zero where there is no length."""
-    length = np.linalg.norm(vectors, axis=1, keepdims=True)
-    units: FloatArray = vectors / np.where(length > 0.0, length, 1.0)
-    return units
 
 
 class Displays:

@@ -301,7 +301,6 @@ def _seam_material(yarns: LaidYarns, materials: FabricMaterials | SplineMaterial
 
 
 def _held(scene: Scene, cloth: Cloth, yarns: LaidYarns) -> tuple[Attachment, ...]:
-    """The attachments of a scene."""
     found: list[Attachment] = []
     for number, section in enumerate(scene.attachments):
         found.append(_attachment(number, section, cloth, yarns, tuple(found)))
@@ -309,7 +308,6 @@ def _held(scene: Scene, cloth: Cloth, yarns: LaidYarns) -> tuple[Attachment, ...
 
 
 def _bodies(scene: Scene) -> tuple[LoadedBody, ...]:
-    """The bodies of a scene."""
     return tuple(LoadedBody(body=one.body(), friction=one.friction, thickness=one.thickness) for one in scene.bodies)
 
 

@@ -29,7 +29,6 @@ from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.launch import launch
 from stitchmesh.compute.precision import vector
 from stitchmesh.errors import ParameterError, SolverError
-from stitchmesh.mixed.kept_share import keep_share
 from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
 from stitchmesh.mixed.splines.carried_points import Carrier
 from stitchmesh.mixed.splines.spline_kernels import (
@@ -40,7 +39,7 @@ from stitchmesh.mixed.splines.spline_kernels import (
 )
 from stitchmesh.mixed.splines.spline_material import SplineMaterial
 from stitchmesh.mixed.splines.spline_pieces import SplinePieces
-from stitchmesh.mixed.term import MixedTerm
+from stitchmesh.mixed.term import MixedTerm, keep_share
 from stitchmesh.yarnrelax.collision.captured_search import ContactSearch
 from stitchmesh.yarnrelax.collision.narrow_phase import WIDEST_MARGIN, make_candidates
 from stitchmesh.yarnrelax.energies.by_term import contact_energies, segment_energies
