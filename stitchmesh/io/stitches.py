@@ -5,8 +5,6 @@
 HDF5 (``.h5``) keeps every field of a stitch mesh without loss. ``.smobj`` is the text format of augmented stitch
 meshes, which is read and written. ``.st`` holds traced stitches, which are only read. ``.k`` is a program for a
 knitting machine, which is only written.
-
-Programs for knitting machines: knitout files (``.k``). They can be written but not read.
 """
 
 from __future__ import annotations

@@ -7,8 +7,6 @@ each pair of rows the common course length counts as positive where the rows mat
 Pairs are joined to a spanning forest in descending order of the absolute value, and each join fixes the relative
 direction of two rows. Mismatches therefore remain at the shortest seams. Seeded rows keep the direction in which they
 grew.
-
-Rotation of the corners of each face into the knitting frame.
 """
 
 from __future__ import annotations

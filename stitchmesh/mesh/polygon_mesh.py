@@ -6,8 +6,6 @@ Side ``k`` of a face runs from corner ``k`` to corner ``k + 1`` of the face. Sid
 and a side has the number of the corner that it starts at. A corner, the side that starts there and their entry of
 ``face_vertex`` therefore share one number. The twin of a side is the side of the neighbouring face along the same
 edge, in the opposite direction.
-
-The outline of some faces of a mesh.
 """
 
 from __future__ import annotations

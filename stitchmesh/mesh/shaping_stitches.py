@@ -19,8 +19,6 @@ An increase has four forms:
 
 Increases by two loops are make one on both sides, except that the form ``yo`` is knit, yarn over and knit in one loop,
 and the form ``kfb`` knit, purl and knit in one loop.
-
-How many stitches a fabric has, and how many of them change its number of loops.
 """
 
 from __future__ import annotations

@@ -8,8 +8,6 @@ of nodes. A static run then finds the equilibrium of the present loads again.
 
 The state of a checkpoint includes the region, so that a run that is resumed changes it as one that never stopped.
 
-Growth and shrinkage of a region while a run goes on.
-
 In the region itself the triangles carry no error, because yarns carry what they cannot. What the triangles would be
 wrong by without yarns is read from the yarns there: nodes at the root mean square distance d from the triangles, in
 waves whose half length is the size h of a triangle, take up the compression e = (pi d / h)^2 / 2, which triangles would

@@ -4,8 +4,6 @@
 
 ``dynamics.cloth_system`` makes the system of cloth and yarns; contact is added here. Contact points lie on triangles,
 with the weight 1 - alpha, and at yarn nodes, with the weight alpha, so that all of the cloth counts once.
-
-The bodies of a run where they are at a time.
 """
 
 from __future__ import annotations

@@ -1,9 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The library of patterns that comes with the package, and the reading of patterns from files.
-
-Families of patterns, by which lists of patterns are ordered.
-"""
+"""The library of patterns that comes with the package, and the reading of patterns from files."""
 
 from __future__ import annotations
 

@@ -1,9 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Picture of yarns: the whole object, with a close-up of some stitches of its front, or a close-up of a place.
-
-Layout of a picture of yarns: the panels for the whole object and for the close-up.
-"""
+"""Picture of yarns: the whole object, with a close-up of some stitches of its front, or a close-up of a place."""
 
 from __future__ import annotations
 

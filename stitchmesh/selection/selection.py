@@ -4,8 +4,6 @@
 
 A selection is a frozen dataclass. Its text, ``str(selection)``, is the text that ``parse_selection`` reads. Selections
 are combined by ``&``, ``|`` and ``~``.
-
-The selection that lists given faces.
 """
 
 from __future__ import annotations

@@ -5,8 +5,6 @@
 The count of a course edge is its length divided by the stitch width. All wale edges of a row have the same count, their
 mean length divided by the stitch height, so that the two wale edges of every face agree.
 
-The width and the height that the stitches reach, compared with those that were asked for.
-
 Each edge of the mesh is divided into whole stitches, at least one. Stitches can therefore not be wider or higher than
 the faces of the mesh. Where faces are much smaller, as on a fine mesh or on a mesh in a wrong unit, the size that was
 asked for is not possible.

@@ -1,9 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The sizes of stitches, and the sizes and the mass of their yarn, by the name of a yarn, a gauge and single values.
-
-The gauge of a fabric as it was made, and as its yarns lie.
-"""
+"""The sizes of stitches, and the sizes and the mass of their yarn, by the name of a yarn, a gauge and single values."""
 
 from __future__ import annotations
 

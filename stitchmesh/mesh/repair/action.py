@@ -1,9 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a repair changed, in numbers and in words.
-
-What a repair may change.
-"""
+"""What a repair may change, and what it changed, in numbers and in words."""
 
 from __future__ import annotations
 

@@ -1,17 +1,13 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Faces without area.
+"""Faces that a repair removes or corrects: without area, with a corner twice, or with the vertices of another face.
 
 If a sliver is removed whose middle corner lies on its long side, that corner lies on a side of the neighbour, which
 is then on the border: a T-junction, which is joined as any other one.
 
-Faces that visit a vertex twice.
-
-A corner that occurs twice in succession, and a side that is passed forth and back, are left out. A polygon that touches
-itself in a vertex is separated into its loops. A polygon that reaches its inner loop along a bridge, as programs write
-a face with a hole, is divided into triangles.
-
-Faces that have the same vertices as another face.
+A face may visit a vertex twice. A corner that occurs twice in succession, and a side that is passed forth and back, are
+left out. A polygon that touches itself in a vertex is separated into its loops. A polygon that reaches its inner loop
+along a bridge, as programs write a face with a hole, is divided into triangles.
 """
 
 from __future__ import annotations

@@ -1,9 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Attachments: vertices and yarn nodes that are held, or moved by keyframes.
-
-The motion that attachments prescribe, for a solver that filters what is fixed.
-"""
+"""Attachments: vertices and yarn nodes that are held, or moved by keyframes."""
 
 from __future__ import annotations
 

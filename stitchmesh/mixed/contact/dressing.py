@@ -7,10 +7,8 @@ on. Rounds that spread the strain over the cloth (``cloth.starting_shape``) and 
 bodies follow one another, so that the cloth goes round the body with little strain. At the end all
 contact points are moved out. Weight and bending have no part in it: a static equilibrium finds the rest.
 
-Cloth that starts partly inside a body, moved out of it.
-
-Panels that are placed round a body often cut it, in armpits for example. A contact point that is nearer to the surface
-than a clearance, or inside, asks for a move along the direction to the nearest place of the surface,
+A contact point that is nearer to the surface than a clearance, or inside, asks for a move along the direction to the
+nearest place of the surface,
 
     m = (clearance - d) n,       d the signed distance, n its gradient
 

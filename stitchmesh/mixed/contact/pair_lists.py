@@ -10,14 +10,12 @@ so that a layer that falls on another one is listed without the neighbours withi
 pairs that touch as long as, for a t in [0, 1] that is the same for all points, no point is farther from X + t d than
 the margin times its radius (``cover``). Along the straight line between two such states this holds, too.
 
-Neighbours at rest are not listed (``rest_neighbours``). Lists are ascending, and a pair that does not touch adds
+Neighbours at rest are not listed. Lists are ascending, and a pair that does not touch adds
 nothing: forces do not depend on when the lists were made.
 
-Contact points that are neighbours in the cloth at rest, and therefore do not collide.
-
-Two points of one panel are neighbours if their distance at rest is below ``ARC`` times the sum of their radii; the
-search for pairs compares the distance where it lists them. Two points on different sides of a seam are neighbours if a
-path over the seam is shorter,
+Contact points that are neighbours in the cloth at rest do not collide. Two points of one panel are neighbours if their
+distance at rest is below ``ARC`` times the sum of their radii; the search for pairs compares the distance where it
+lists them. Two points on different sides of a seam are neighbours if a path over the seam is shorter,
 
     |X_i - A| + |B - X_j| < ARC (r_i + r_j),       A = B a place of the seam, in the panels of i and j
 

@@ -4,18 +4,14 @@
 
 Products with the Hessian come from the blocks of each star, which are found once for a state and stored.
 
-The elements of crossing yarns on a device, as their kernels read them.
-
-The longest step along a direction in which no segment of yarn loses more than a share of its rest length.
-
+*The longest step.* Along a direction, no segment of yarn may lose more than a share of its rest length.
 A line search starts with this step, so that nodes that slide towards one another come closer by a factor at most and
 never pass: D + t dD >= (1 - share) D. A segment that is shorter than its merging distance e already may lose the share
 of e (``crossing_energies``).
 
-Yield of bending: a yarn that is bent by too much keeps a part of it.
-
-At a node with the angle t, the rest angle r and the span D, the change of curvature from rest is 2 (t - r) / D
-(``crossing_energies``). Beyond the yield curvature kappa_y the rest angle follows (ideal plasticity):
+*Yield of bending.* A yarn that is bent by too much keeps a part of it. At a node with the angle t, the rest angle r and
+the span D, the change of curvature from rest is 2 (t - r) / D (``crossing_energies``). Beyond the yield curvature
+kappa_y the rest angle follows (ideal plasticity):
 
     r <- t - max(-y, min(t - r, y)),    y = kappa_y D / 2
 

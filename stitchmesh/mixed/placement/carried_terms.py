@@ -6,10 +6,9 @@ Rest angles of bending and anchors of friction between yarns belong to nodes, an
 and points that stay keep theirs. New nodes have what they remembered when they were simulated last,
 or begin as they are laid out; new contact points find their anchors where they are.
 
-What nodes of the layout remember while they are not simulated.
-
-Eulerian coordinates of yarns that slid, rest angles of bends that yielded and anchors of friction are the marks of a
-run. A node that a region drops keeps its marks in a memory, and has them again where the region grows back over it.
+Nodes of the layout remember something while they are not simulated. Eulerian coordinates of yarns that slid, rest
+angles of bends that yielded and anchors of friction are the marks of a run. A node that a region drops keeps its marks
+in a memory, and has them again where the region grows back over it.
 """
 
 from __future__ import annotations

@@ -1,8 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A gap at seams that are sewn, so that the yarns of the two borders do not lie in one place.
-
-Equal times at the two sides of a seam, so that rows go on from panel to panel.
+"""The two sides of a seam: equal times, so that rows go on from panel to panel, and a gap between their yarns.
 
 Where the times of two panels along a seam differ by nearly the same number of courses everywhere, both take the mean of
 the two, and the difference becomes a whole number.
