@@ -38,7 +38,7 @@ from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
 from stitchmesh.mixed.enrichment.region import Region
 from stitchmesh.mixed.layout.spline_yarns import LaidYarns, SplineYarns
 from stitchmesh.mixed.splines.spline_material import SplineMaterial
-from stitchmesh.mixed.term import MixedTerm
+from stitchmesh.mixed.term import EARTH, MixedTerm
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
 from stitchmesh.mixed.triangles.seam_rod import SeamMaterial
 
@@ -87,7 +87,7 @@ class LoadedBody:
 class Loads:
     """What acts on a fabric."""
 
-    gravity: tuple[float, float, float] = (0.0, -981.0, 0.0)
+    gravity: tuple[float, float, float] = EARTH
     """Acceleration [cm/s^2]."""
     held: Sequence[Attachment] = ()
     """Vertices and nodes of the layout that are held or moved."""

@@ -32,6 +32,8 @@ from stitchmesh.compute.launch import launch
 from stitchmesh.compute.reduction import minimum, ordered_sum
 from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
 
+EARTH = (0.0, -981.0, 0.0)
+"""Acceleration on Earth [cm/s^2]; y points up."""
 FULL = 1.0 - 1e-12
 """Alpha from which a node belongs to the full-yarn region; less by rounding."""
 

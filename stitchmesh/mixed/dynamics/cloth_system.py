@@ -44,14 +44,11 @@ from stitchmesh.mixed.layout.crossing_yarns import WARP, WEFT, CrossingYarns
 from stitchmesh.mixed.layout.spline_yarns import LaidYarns, SplineYarns
 from stitchmesh.mixed.mixed_vector import MixedVector
 from stitchmesh.mixed.splines.spline_material import SplineMaterial
-from stitchmesh.mixed.term import FULL, MixedTerm
+from stitchmesh.mixed.term import EARTH, FULL, MixedTerm
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial, checked_weights, materials_of_panels
 from stitchmesh.mixed.triangles.membrane import Membrane
 from stitchmesh.mixed.triangles.seam_rod import SeamMaterial, SeamRod, rest_lengths
 from stitchmesh.mixed.triangles.shell_bending import ShellBending
-
-EARTH = (0.0, -981.0, 0.0)
-"""Acceleration on Earth [cm/s^2]; the y axis points up."""
 
 
 def triangle_masses(cloth: Cloth, materials: ClothMaterial | Sequence[ClothMaterial]) -> NDArray[np.float64]:

@@ -38,8 +38,9 @@ from stitchmesh.compute.partial_sums import chunk_of, part_count, parts_for
 from stitchmesh.compute.precision import vector
 from stitchmesh.compute.thread_block import THREADS, Slots, sum_over_block
 from stitchmesh.errors import ParameterError
-from stitchmesh.mixed.enrichment.region import HYBRID, ROUNDING, TRIANGLES, Region, numbers_below
+from stitchmesh.mixed.enrichment.region import HYBRID, TRIANGLES, Region, numbers_below
 from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
+from stitchmesh.mixed.term import FULL
 
 Numbers = NDArray[np.float64]
 
@@ -108,7 +109,7 @@ def blend_masses(
     np.add.at(yarns, (region.node_number[ends[kept]], coordinate[kept]), half[kept])
     vertices = _cloth_masses(region, of_triangles)
     # Nodes at alpha = 1 lie on the border of the yarns, and keep their mass.
-    hybrid = (kind == HYBRID) & (region.node_alpha[ends] < 1.0 - ROUNDING)
+    hybrid = (kind == HYBRID) & (region.node_alpha[ends] < FULL)
     # A segment that leaves the hybrid region for a triangle without yarns has half of its mass there already.
     inside = mass * (1.0 - alpha) * np.where((kind == TRIANGLES).any(axis=1), 0.5, 1.0)
     share = np.where(hybrid, (inside / np.maximum(hybrid.sum(axis=1), 1))[:, None], 0.0)
