@@ -211,6 +211,11 @@ class Mesh:
         return 0.5 * np.add.reduceat(spans, self.face_start[:-1], axis=0)
 
     @cached_property
+    def rounding(self) -> float:
+        """Coordinates that differ by less than this are equal [cm]: a millionth of the size of the mesh."""
+        return 1e-6 * float(np.ptp(self.vertices, axis=0).max())
+
+    @cached_property
     def vertex_normal(self) -> FloatArray:
         """Unit normal of each vertex, shape (V, 3): the area-weighted mean of the normals of the faces around it."""
         total = np.zeros_like(self.vertices)
