@@ -126,9 +126,9 @@ def test_a_tube_has_a_rod_where_it_is_closed():
 def test_nodes_on_the_seam_have_one_place_from_both_sides():
     cloth = side_by_side(8.0, 8.0)
     yarns = lay_weave(cloth, PLAIN, ends=2.0, picks=2.0)
-    place = yarns.world(cloth)[yarns.on_rod]
+    place = yarns.world(cloth)[yarns.side == 0]
     np.testing.assert_allclose(place[:, 0], 10.0, rtol=1e-14)
-    order = np.argsort(yarns.rest_sliding[yarns.on_rod, 1])
+    order = np.argsort(yarns.rest_sliding[yarns.side == 0, 1])
     assert (np.diff(place[order, 1]) > 0).all()
 
 
