@@ -74,8 +74,8 @@ from .meshrelax import relax_mesh_around_edit as relax_mesh_around_edit
 from .meshrelax.evenness import evenness_verdict as evenness_verdict
 from .meshrelax.free.free_shape import FreeShape as FreeShape
 from .meshrelax.free.relax_freely import relax_mesh_freely as relax_mesh_freely
-from .mixed.crossings.materials.crossing_material import CrossingMaterial as CrossingMaterial
-from .mixed.crossings.materials.fabric_materials import FabricMaterials as FabricMaterials
+from .mixed.crossings.crossing_material import CrossingMaterial as CrossingMaterial
+from .mixed.crossings.crossing_material import FabricMaterials as FabricMaterials
 from .mixed.drape import Draped as Draped
 from .mixed.drape import drape as drape
 from .mixed.draped_folder import read_draped as read_draped

@@ -4,6 +4,9 @@
 
 A definition at the level of a module is used if the command line, a public name, code that runs at import or the
 promise of a page leads to it through names of production code. Tests and benchmarks use nothing.
+
+A method is used if production code outside of it names it after a dot or as a text, whatever the class. The public
+classes of the package are exempt, because the reference documents all of their methods.
 """
 
 from __future__ import annotations
@@ -33,6 +36,15 @@ PROMISED = {
     ("stitchmesh.patterns.charts.leaf_chart", "write_leaf_chart"): "docs/patterns.md",
 }
 """Definitions that no production code uses, each with the page that tells readers to use it."""
+OBSERVED = {
+    ("BodyContact", "distances"): "how far a cloth is from a body, which the solver keeps on the device",
+    ("ClothMaterial", "isotropic"): "a cloth whose bending and stretch are known in closed form",
+    ("EventQueue", "settle"): "waits until what the application was asked to do is done",
+    ("NullControls", "text_shown"): "what a page shows, without a browser",
+}
+"""Methods that no production code uses, each with what tests and scripts observe by it."""
+FOREIGN_CALLERS = {"ABC", "Enum", "Exception", "Generic", "IntEnum", "NamedTuple", "Protocol", "StrEnum", "TypedDict"}
+"""Base classes from elsewhere that call no method which a class adds."""
 SHARED_NAMES = {"Box", "Choices", "Scene", "SolverSection", "Task", "YarnView"}
 """Names that two public classes still have; a name leaves this set when one of its classes gets a better one."""
 
@@ -195,6 +207,54 @@ def test_a_page_names_what_no_production_code_uses(definition):
 
 def test_only_promises_that_are_needed_are_listed():
     assert reached(frozenset()).isdisjoint(PROMISED)
+
+
+@cache
+def trees() -> list[ast.Module]:
+    return [ast.parse(path.read_text()) for path in sorted(PACKAGE.rglob("*.py"))]
+
+
+@cache
+def classes() -> list[ast.ClassDef]:
+    return [node for tree in trees() for node in ast.walk(tree) if isinstance(node, ast.ClassDef)]
+
+
+def names_after_dots(node: ast.AST) -> Counter[str]:
+    """How often code names something after a dot, or in a text that is no more than a name."""
+    found: Counter[str] = Counter()
+    for part in ast.walk(node):
+        if isinstance(part, ast.Attribute):
+            found[part.attr] += 1
+        elif isinstance(part, ast.Constant) and isinstance(part.value, str) and part.value.isidentifier():
+            found[part.value] += 1
+    return found
+
+
+def called_from_elsewhere(one: ast.ClassDef, own: set[str]) -> bool:
+    """Whether a base class of another package, whose classes are ``own``, may call the methods of a class."""
+    bases = {ast.unparse(base).partition("[")[0].rpartition(".")[2] for base in one.bases}
+    return bool(bases - own - FOREIGN_CALLERS)
+
+
+def unused_methods() -> set[tuple[str, str]]:
+    everywhere: Counter[str] = Counter()
+    for tree in trees():
+        everywhere.update(names_after_dots(tree))
+    own = {one.name for one in classes()}
+    documented = set(modules()["stitchmesh"].imports)
+    found = set()
+    for one in classes():
+        if one.name.startswith("_") or one.name in documented or called_from_elsewhere(one, own):
+            continue
+        for method in one.body:
+            if isinstance(method, ast.FunctionDef) and not method.name.startswith("_"):
+                if everywhere[method.name] == names_after_dots(method)[method.name]:
+                    found.add((one.name, method.name))
+    return found
+
+
+def test_production_code_names_every_method():
+    assert unused_methods() == set(OBSERVED)
 
 
 def public_classes(path: Path) -> list[str]:

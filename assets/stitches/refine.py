@@ -31,11 +31,13 @@ from stitchmesh.io.own_stitches import read_own_drawings
 from stitchmesh.mesh.mean_value import mean_value_weights
 from stitchmesh.mesh.own_stitch import StitchType
 from stitchmesh.mesh.stitch import CODES, Stitch
-from stitchmesh.yarngen.templates import drawings
-from stitchmesh.yarngen.templates.drawings import PartDrawing, template_from_drawing, template_of_own
-from stitchmesh.yarngen.templates.surrounding import surround_stitch
-from stitchmesh.yarngen.templates.table import template
+from stitchmesh.yarngen.templates import table
+from stitchmesh.yarngen.templates.own_checks import surround_stitch
+from stitchmesh.yarngen.templates.table import PartDrawing, template, template_from_drawing, template_of_own
 from stitchmesh.yarngen.templates.template import (
+    HALF_GAP,
+    LARGEST_SHARE_OF_PART,
+    LONGEST_TURN,
     RADIUS_OVER_WIDTH,
     STITCH_HEIGHT,
     Crossing,
@@ -43,13 +45,13 @@ from stitchmesh.yarngen.templates.template import (
     TemplatePart,
     centripetal_parameters,
     top,
+    turn_angle,
 )
-from stitchmesh.yarngen.templates.twists import HALF_GAP, LARGEST_SHARE_OF_PART, LONGEST_TURN, turn_angle
 
 Array = NDArray[np.float64]
 
 ROUGH = Path(__file__).with_name("rough.json")
-SHIPPED = Path(drawings.__file__).with_name("drawings.json")
+SHIPPED = Path(table.__file__).with_name("drawings.json")
 RADII = np.array([1 / RADIUS_OVER_WIDTH, 1 / RADIUS_OVER_WIDTH, 1.0])
 """Conversion factors from the units of the points of a template to yarn radii."""
 WAYPOINT_SPACING, POINT_SPACING = 1.7, 0.34

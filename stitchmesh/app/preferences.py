@@ -10,8 +10,7 @@ from pathlib import Path
 
 from stitchmesh.errors import StitchMeshError
 from stitchmesh.io.atomic import write_json
-from stitchmesh.io.checked import check_value
-from stitchmesh.io.json_file import read_json
+from stitchmesh.io.checked import check_value, read_json
 
 
 def state_folder() -> Path:

@@ -65,10 +65,6 @@ class TaskControl:
         if self.cancelled:
             raise TaskCancelled
 
-    def frame_is_due(self) -> bool:
-        """Whether a frame would be shown now, so that work makes no frame in vain."""
-        return time.monotonic() - self._task.framed_at >= FRAME_SECONDS
-
     def frame(self, value: object) -> None:
         """Publish a frame; the newest frame replaces one that has not been shown yet."""
         self._task.publish(value)

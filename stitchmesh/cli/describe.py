@@ -10,12 +10,12 @@ import numpy as np
 
 from stitchmesh.errors import first_few
 from stitchmesh.faces.face_mesh import FaceMesh
-from stitchmesh.faces.stitch_names import stitch_of
+from stitchmesh.faces.face_type import stitch_of
 from stitchmesh.hand_knitting.words import stitch_name
 from stitchmesh.mesh import Mesh, StitchMesh, extent
 from stitchmesh.mesh.cable_groups import cable_groups
+from stitchmesh.mesh.shaping_stitches import stitch_counts
 from stitchmesh.mesh.stitch import Stitch
-from stitchmesh.mesh.stitch_counts import stitch_counts
 from stitchmesh.yarn import YarnSet
 
 

@@ -37,8 +37,7 @@ def _read_marks(path: str) -> tuple[TimeMark, ...]:
     Raises:
         FileError: the file cannot be read, or has a key or a value that no mark has.
     """
-    from stitchmesh.io.checked import check_table
-    from stitchmesh.io.json_file import read_json
+    from stitchmesh.io.checked import check_table, read_json
 
     try:
         return check_table({"marks": read_json(path)}, ShapingOptions).marks

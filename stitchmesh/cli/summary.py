@@ -20,7 +20,7 @@ from stitchmesh.cli.say import say
 from stitchmesh.mesh import StitchMesh, extent
 from stitchmesh.reporting.verdict import Kind, relaxation_verdict
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarn.fabric_gauge import fabric_gauge
+from stitchmesh.yarn.stitch_size import fabric_gauge
 from stitchmesh.yarn.yarn_presets import Gauge, Yarn, yarn_for_gauge
 
 if TYPE_CHECKING:

@@ -10,8 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.faces.face_type import FaceType
-from stitchmesh.faces.stitch_names import YARN
+from stitchmesh.faces.face_type import YARN, FaceType
 from stitchmesh.mesh import FloatArray
 
 

@@ -1,12 +1,17 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Types of faces: a name, and a label for each side of the face."""
+"""Types of faces: a name, and a label for each side of the face.
+
+Names of stitches as types of faces.
+"""
 
 from __future__ import annotations
 
 import re
 from dataclasses import dataclass
 from functools import cached_property
+
+from stitchmesh.mesh.stitch import VOCABULARY, Stitch
 
 ENTERING, LEAVING, UNDIRECTED = -1, 1, 0
 """Directions of a side: what crosses it enters the face, leaves it, or has no direction."""
@@ -15,6 +20,45 @@ NOTHING = "x"
 VARYING = "X"
 """Count of a label that stands for any count."""
 _LABEL = re.compile(r"([+-]?)(.*?)([0-9]{1,6}|X)?")
+FACE_NAMES: dict[Stitch, str] = {
+    **{stitch: f"make-{making.code}+" for stitch, making in VOCABULARY.items() if making.n_top > 1},
+    **{stitch: f"decrease-{making.code[1:]}+" for stitch, making in VOCABULARY.items() if making.n_bottom > 1},
+    Stitch.PANEL: "panel+",
+    Stitch.CAST_ON: "tuck-twist+",
+    Stitch.BIND_OFF: "bind-off+",
+    Stitch.DRAW_THROUGH: "draw-through+",
+    Stitch.KNIT: "knit+",
+    Stitch.PURL: "purl+",
+    Stitch.YARN_OVER: "tuck+",
+    Stitch.SLIP_BACK: "slip-back+",
+    Stitch.SLIP_FRONT: "slip-front+",
+    Stitch.WRAP: "slip-wrap+",
+    Stitch.KY: "make-right-tuck+",
+    Stitch.YK: "make-left-tuck+",
+    Stitch.KS: "make-left-split+",
+    Stitch.SK: "make-right-split+",
+    Stitch.D12K: "decrease-right+",
+    Stitch.D21K: "decrease-left+",
+}  # fmt: skip
+"""Name of the face of each stitch; the ending ``+`` means that the row runs from left to right."""
+
+KNITOUT_NAMES = {"knit-to-left": Stitch.KNIT, "knit-to-right": Stitch.KNIT,
+                 "purl-to-left": Stitch.PURL, "purl-to-right": Stitch.PURL}  # fmt: skip
+"""Stitches of names in the library ``knitout.sf``."""
+
+STITCHES_OF_NAMES = {
+    **{name: stitch for stitch, name in FACE_NAMES.items()},
+    **{name[:-1] + "-": stitch for stitch, name in FACE_NAMES.items()},
+    **KNITOUT_NAMES,
+}
+"""Stitch of each name of a face that is a stitch."""
+
+LOOP, YARN = "l", "y"
+"""Kinds of the sides of a stitch: loops below and on top, and the yarn of the row at its ends."""
+EMPTY_BELOW = frozenset({Stitch.CAST_ON})
+"""Stitches whose lower sides no loop crosses; these sides have the label ``l0``."""
+EMPTY_ABOVE = frozenset({Stitch.DRAW_THROUGH, Stitch.BIND_OFF})
+"""Stitches whose upper sides no loop crosses; these sides have the label ``l0``."""
 
 
 @dataclass(frozen=True)
@@ -74,3 +118,38 @@ class FaceType:
 def _agree(a: SideLabel, b: SideLabel) -> bool:
     same = (a.direction, a.kind) == (b.direction, b.kind)
     return same and (a.count == b.count or a.count is None or b.count is None)
+
+
+def stitch_of(kind: FaceType) -> Stitch | None:
+    """Return the stitch that a type of face is; None if it is none.
+
+    The sides of a stitch are loops in, yarn, loops out, yarn. Each of them has one strand, except the lower sides of a
+    cast-on and the upper sides of a bind-off.
+    """
+    stitch = STITCHES_OF_NAMES.get(kind.name)
+    if stitch is None or not is_framed(kind):
+        return None
+    below = {side.count for side in kind.sides if side.direction == ENTERING and side.kind == LOOP}
+    above = {side.count for side in kind.sides if side.direction == LEAVING and side.kind == LOOP}
+    yarn = {side.count for side in kind.sides if side.kind == YARN}
+    fits = yarn <= {1, None} and _fits(below, stitch in EMPTY_BELOW) and _fits(above, stitch in EMPTY_ABOVE)
+    return stitch if fits else None
+
+
+def is_foreign(kind: FaceType) -> bool:
+    """Return whether a type is no stitch by its name, or has other counts of loops or yarns than the stitch."""
+    return kind.name not in STITCHES_OF_NAMES or (is_framed(kind) and stitch_of(kind) is None)
+
+
+def is_framed(kind: FaceType) -> bool:
+    """Return whether the sides of a type are loops in, yarn, loops out, and yarn in the opposite direction."""
+    frame = [(side.kind, side.direction) for side in kind.sides]
+    below = next((k for k, side in enumerate(frame) if side != (LOOP, ENTERING)), len(frame))
+    above = frame[below + 1 : -1]
+    ends = [*frame[below : below + 1], *frame[-1:]] if below < len(frame) - 1 else []
+    opposite = sorted(ends) == [(YARN, ENTERING), (YARN, LEAVING)]
+    return opposite and all(side == (LOOP, LEAVING) for side in above)
+
+
+def _fits(counts: set[int | None], may_be_empty: bool) -> bool:
+    return counts <= ({0, 1, None} if may_be_empty else {1, None})

@@ -14,10 +14,9 @@ import re
 
 from stitchmesh.errors import check_kind
 from stitchmesh.hand_knitting.chart import piece_charts
-from stitchmesh.hand_knitting.folding import fold_words, repeats
 from stitchmesh.hand_knitting.joins import Joins
 from stitchmesh.hand_knitting.pieces import Piece, PieceRow, find_pieces
-from stitchmesh.hand_knitting.rhythm import MARKER, RowForRhythm, ShapedWord, rhythm_line, rhythms
+from stitchmesh.hand_knitting.rhythm import MARKER, RowForRhythm, ShapedWord, fold_words, repeats, rhythm_line, rhythms
 from stitchmesh.hand_knitting.rows import CableCrossings, places_below, row_words, stitches_of_face
 from stitchmesh.hand_knitting.words import (
     YARN_OVERS,

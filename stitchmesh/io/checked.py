@@ -5,6 +5,8 @@
 The library msgspec finds the first error and its path in the value. This module converts msgspec's message into one
 line that names the key, shows what was found and says in words what is expected. For an unknown key the line also names
 the most similar known key.
+
+JSON files, of which damaged ones cost one error of a line.
 """
 
 from __future__ import annotations
@@ -15,6 +17,7 @@ import re
 from collections.abc import Iterable, Mapping, Sequence, Set
 from dataclasses import MISSING, Field, fields, is_dataclass
 from functools import cache
+from os import fspath
 from types import UnionType
 from typing import Any, TypeVar, Union, cast, get_args, get_origin, get_type_hints
 
@@ -22,7 +25,8 @@ import msgspec
 import numpy as np
 from msgspec import inspect
 
-from stitchmesh.errors import ParameterError
+from stitchmesh.errors import FileError, ParameterError
+from stitchmesh.io.contents import FilePath, read_bytes
 
 KIND_NAMES = {
     "int": "a whole number",
@@ -259,3 +263,19 @@ def _parts_at(option: Any, step: int | str) -> list[Any]:
 def _alternatives(info: Any) -> list[Any]:
     """Return the types of a union, or the type itself."""
     return list(info.types) if isinstance(info, inspect.UnionType) else [info]
+
+
+def read_json(path: FilePath) -> object:
+    """Read the value of a JSON file.
+
+    Raises:
+        FileError: the file cannot be read, is no text in UTF-8 or no JSON, or is nested more than
+            ``checked.DEEPEST`` times.
+    """
+    content = read_bytes(path)
+    try:
+        return parse_json(content.decode("utf-8"))
+    except UnicodeDecodeError as error:
+        raise FileError(f"{fspath(path)}: is no text in UTF-8 ({error.reason} at byte {error.start})") from error
+    except ParameterError as error:
+        raise FileError(f"{fspath(path)}: {error}") from error

@@ -20,13 +20,13 @@ from stitchmesh.errors import MeshError, check_kind
 from stitchmesh.io.contents import FilePath, suffix_of
 from stitchmesh.io.examples import mesh_file
 from stitchmesh.io.mesh_formats.by_meshio import read_meshio_polygons, write_meshio_polygons
+from stitchmesh.io.mesh_formats.cells import divide_large_faces
 from stitchmesh.io.mesh_formats.glb import read_glb_polygons, write_glb_polygons
 from stitchmesh.io.mesh_formats.medit import read_medit_polygons
 from stitchmesh.io.mesh_formats.obj import read_obj_polygons, write_obj_polygons
 from stitchmesh.io.mesh_formats.off import read_off_polygons, write_off_polygons
 from stitchmesh.io.mesh_formats.ply import read_ply_polygons, write_ply_polygons
 from stitchmesh.io.mesh_formats.stl import read_stl_polygons, write_stl_polygons
-from stitchmesh.io.mesh_formats.triangles import divide_large_faces
 from stitchmesh.io.mesh_formats.usd_mesh import read_usd_polygons, write_usd_polygons
 from stitchmesh.io.mesh_formats.vtk_legacy import read_vtk_polygons
 from stitchmesh.io.mesh_formats.vtp import read_vtp_polygons, read_vtu_polygons, write_vtp_polygons

@@ -12,13 +12,13 @@ from __future__ import annotations
 from os import fspath
 
 from stitchmesh.errors import FileError, LabelError, ParameterError, check_kind
+from stitchmesh.io.atomic import write_text
 from stitchmesh.io.contents import FilePath, suffix_of
 from stitchmesh.io.hdf5 import read_dataclass, write_dataclass
 from stitchmesh.io.stitch_formats.face_meshes import holds_foreign_faces, read_face_mesh
-from stitchmesh.io.stitch_formats.face_stitches import stitches_of_faces
-from stitchmesh.io.stitch_formats.knitout import write_knitout
-from stitchmesh.io.stitch_formats.smobj import read_smobj, write_smobj
+from stitchmesh.io.stitch_formats.smobj import read_smobj, stitches_of_faces, write_smobj
 from stitchmesh.io.stitch_formats.traced_stitches import read_traced_stitches
+from stitchmesh.machine_knitting import machine_program
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.mesh.cable_groups import cable_groups
 
@@ -30,6 +30,17 @@ READABLE = (*TWO_WAY, ".st")
 """Suffixes of stitch meshes that can be read."""
 WRITABLE = (*TWO_WAY, ".k")
 """Suffixes of stitch meshes that can be written."""
+
+
+def write_knitout(path: FilePath, fabric: StitchMesh) -> None:
+    """Write the program that knits a fabric on a V-bed machine.
+
+    Raises:
+        ParameterError: a machine cannot make the fabric; the message lists the stitches.
+        LabelError: the cable marks of the fabric contradict each other.
+        FileError: the file cannot be written.
+    """
+    write_text(path, machine_program(fabric))
 
 
 def write_stitches(path: FilePath, fabric: StitchMesh) -> None:

@@ -45,8 +45,8 @@ from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.mesh.palette import empty_palette, filled_palette
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarn.marked_lengths import marked_stretches
 from stitchmesh.yarn.radius_estimate import estimate_radius
+from stitchmesh.yarn.rest_length import marked_stretches
 from stitchmesh.yarn.tiling import instances, tile_yarns
 
 HDF5_FORMAT = "stitchmesh yarns"

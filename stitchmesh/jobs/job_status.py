@@ -15,9 +15,8 @@ from typing import Literal
 
 from stitchmesh.errors import FileError, StitchMeshError
 from stitchmesh.io.atomic import write_json
-from stitchmesh.io.checked import check_table
+from stitchmesh.io.checked import check_table, read_json
 from stitchmesh.io.folder_lock import FolderLock, is_locked
-from stitchmesh.io.json_file import read_json
 from stitchmesh.io.path_kind import is_file
 from stitchmesh.progress import Outlook, StageClock
 

@@ -28,8 +28,7 @@ from typing import Any, Generic, TypeVar
 from stitchmesh import __version__
 from stitchmesh.errors import FileError, StitchMeshError, first_few
 from stitchmesh.io.atomic import write_json
-from stitchmesh.io.checked import check_table
-from stitchmesh.io.json_file import read_json
+from stitchmesh.io.checked import check_table, read_json
 from stitchmesh.io.outputs import claim_folder
 from stitchmesh.io.own_files import RECORD as MARK
 from stitchmesh.io.own_files import is_marked, opened_folder

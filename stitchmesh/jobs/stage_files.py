@@ -11,11 +11,10 @@ from typing import Any, Generic, TypeVar
 
 from stitchmesh.errors import FileError
 from stitchmesh.io.atomic import write_bytes, write_json
-from stitchmesh.io.checked import check_table
+from stitchmesh.io.checked import check_table, read_json
 from stitchmesh.io.contents import read_bytes
 from stitchmesh.io.hdf5 import read_dataclass, write_dataclass
 from stitchmesh.io.history import read_history, write_history
-from stitchmesh.io.json_file import read_json
 from stitchmesh.io.stitches import read_stitches, write_stitches
 from stitchmesh.io.yarns import read_yarns, write_yarns
 from stitchmesh.mesh import StitchMesh

@@ -16,9 +16,8 @@ from numpy.typing import NDArray
 
 from stitchmesh.errors import LabelError, ParameterError, check_kind
 from stitchmesh.io.library_meshes import MeshLike, as_mesh
-from stitchmesh.labeling.direction import is_top, seam_sides, turned_rows
+from stitchmesh.labeling.direction import in_knitting_frame, is_top, seam_sides, turned_rows
 from stitchmesh.labeling.faults import LabelingFault, error_message, find_faults
-from stitchmesh.labeling.frame import in_knitting_frame
 from stitchmesh.labeling.growth import COURSE, UNKNOWN, UNLABELED, WALE, EdgeLabels, RowGrowth, no_labels
 from stitchmesh.labeling.hand_labels import find_rows, with_edge_label
 from stitchmesh.labeling.seeds import EdgeName, candidate_seeds, parts_of, seed_chain, side_of, whole_border

@@ -23,9 +23,8 @@ import numpy as np
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.hand_knitting.pieces import Piece, PieceRow, find_pieces
-from stitchmesh.machine_knitting.half import Half
 from stitchmesh.machine_knitting.making import check_makeable, drawn_together
-from stitchmesh.machine_knitting.program import BACK, FRONT, MOST_RACK, Program
+from stitchmesh.machine_knitting.program import BACK, FRONT, MOST_RACK, Half, Program
 from stitchmesh.mesh import BORDER, StitchMesh
 from stitchmesh.mesh.cable_groups import CableGroup, cable_groups
 from stitchmesh.mesh.courses import bottom_sides, top_sides

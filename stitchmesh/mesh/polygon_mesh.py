@@ -211,6 +211,11 @@ class Mesh:
         return 0.5 * np.add.reduceat(spans, self.face_start[:-1], axis=0)
 
     @cached_property
+    def rounding(self) -> float:
+        """Coordinates that differ by less than this are equal [cm]: a millionth of the size of the mesh."""
+        return 1e-6 * float(np.ptp(self.vertices, axis=0).max())
+
+    @cached_property
     def vertex_normal(self) -> FloatArray:
         """Unit normal of each vertex, shape (V, 3): the area-weighted mean of the normals of the faces around it."""
         total = np.zeros_like(self.vertices)
@@ -322,3 +327,17 @@ class Mesh:
         if not used.all():
             bad = np.flatnonzero(~used)
             raise MeshError(f"vertex {first_few(bad)}: no face uses it; remove isolated vertices")
+
+
+def outline_sides(mesh: Mesh, faces: IntArray) -> IntArray:
+    """Return the sides of some faces that no other of these faces touches, shape (n,).
+
+    Args:
+        mesh: the mesh.
+        faces: the faces, shape (m,).
+    """
+    within = np.zeros(mesh.face_count, dtype=bool)
+    within[faces] = True
+    sides = mesh.sides_of(faces)
+    across = mesh.twin[sides]
+    return sides[(across == BORDER) | ~within[mesh.side_face[across]]]

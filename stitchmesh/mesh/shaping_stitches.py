@@ -95,3 +95,14 @@ def with_increases(fabric: StitchMesh, increase: Increase = DEFAULT_INCREASE) ->
         for loop, turn in enumerate(closing_half_turns(chosen)):
             twist[fabric.left_wale[faces] - 1 - loop] = 0 if increase == "yo" else turn
     return replace(fabric, stitch=stitch, twist=twist)
+
+
+def stitch_counts(fabric: StitchMesh) -> dict[str, int]:
+    """Faces, increases and decreases of a stitch mesh."""
+    more, fewer = fabric.n_top > fabric.n_bottom, fabric.n_top < fabric.n_bottom
+    shaped = (fabric.n_top > 0) & (fabric.n_bottom > 0)
+    return {
+        "faces": fabric.face_count,
+        "increases": int((more & shaped).sum()),
+        "decreases": int((fewer & shaped).sum()),
+    }

@@ -26,8 +26,6 @@ Y, Z = (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 CLEARLY = 8.0
 """Vector area of openings along z over that along y from which z is up. It is 6 for the coat of a sheep that stands,
 and 12 or more for a sweater, a dress and a skirt that lie."""
-ROUNDING = 1e-6
-"""Distances that differ by less than this part of the size of the mesh are equal."""
 OPEN = 0.6
 """Length of the sum of all vector areas of the faces over their area, from which a mesh is a flat or open piece and its
 border is no opening. It is 1 for a flat piece, 1/2 for half a sphere and less for a hat."""
@@ -89,8 +87,7 @@ def up_of_openings(mesh: Mesh) -> Direction | None:
     if openings[2] < CLEARLY * openings[1]:
         return None
     across_x, across_y, across_z = (_distance_to_image(mesh.vertices, axis) for axis in range(3))
-    rounding = ROUNDING * float(np.ptp(mesh.vertices, axis=0).max())
-    return Z if min(across_x, across_y) <= across_z + rounding else None
+    return Z if min(across_x, across_y) <= across_z + mesh.rounding else None
 
 
 def _distance_to_image(points: FloatArray, axis: int) -> float:

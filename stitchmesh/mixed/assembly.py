@@ -16,26 +16,31 @@ import numpy as np
 import warp as wp
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.mesh import FloatArray
+from stitchmesh.mesh import FloatArray, Mesh
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.contact.attachments import Attachment, at_simulated_nodes
 from stitchmesh.mixed.contact.body import SolidBody
 from stitchmesh.mixed.contact.body_distance import BodyContact
 from stitchmesh.mixed.contact.body_friction import BodyFriction
-from stitchmesh.mixed.contact.contact_points import ContactPoints, join_points, points_at_nodes
+from stitchmesh.mixed.contact.contact_points import (
+    ContactPoints,
+    SeamLinks,
+    join_points,
+    points_at_nodes,
+    points_on_triangles,
+)
 from stitchmesh.mixed.contact.layer_friction import LayerFriction
+from stitchmesh.mixed.contact.motion import RigidMotion
 from stitchmesh.mixed.contact.self_collision import PRESSURE, SelfCollision
-from stitchmesh.mixed.contact.triangle_points import SeamLinks, points_on_triangles
-from stitchmesh.mixed.crossings.materials.fabric_materials import FabricMaterials
+from stitchmesh.mixed.crossings.crossing_material import FabricMaterials
 from stitchmesh.mixed.dynamics.cloth_system import ClothModel, cloth_system
 from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
 from stitchmesh.mixed.enrichment.region import Region
-from stitchmesh.mixed.layout.laid_yarns import LaidYarns
-from stitchmesh.mixed.layout.spline_yarns import SplineYarns
+from stitchmesh.mixed.layout.spline_yarns import LaidYarns, SplineYarns
 from stitchmesh.mixed.splines.spline_material import SplineMaterial
-from stitchmesh.mixed.term import MixedTerm
+from stitchmesh.mixed.term import EARTH, MixedTerm
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
-from stitchmesh.mixed.triangles.seam_material import SeamMaterial
+from stitchmesh.mixed.triangles.seam_rod import SeamMaterial
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -82,7 +87,7 @@ class LoadedBody:
 class Loads:
     """What acts on a fabric."""
 
-    gravity: tuple[float, float, float] = (0.0, -981.0, 0.0)
+    gravity: tuple[float, float, float] = EARTH
     """Acceleration [cm/s^2]."""
     held: Sequence[Attachment] = ()
     """Vertices and nodes of the layout that are held or moved."""
@@ -164,3 +169,16 @@ def contact_points(fabric: MixedFabric, region: Region, thickness: float) -> tup
         area=float(cloth.rest_area.sum()) / yarns.node_count, weight=region.node_alpha[simulated], thickness=of_node,
     )  # fmt: skip
     return join_points([on_triangles, at_nodes]), links
+
+
+def bodies_at(bodies: Sequence[LoadedBody], time: float) -> list[Mesh]:
+    """Return the surfaces of bodies at a time [s]."""
+    moved = []
+    for each in bodies:
+        mesh, motion = each.body.mesh, each.body.motion
+        if isinstance(motion, RigidMotion):
+            place = motion.places_at(mesh.vertices, time)
+        else:
+            place = motion.vertices_at(time)
+        moved.append(Mesh(place, mesh.face_start, mesh.face_vertex, mesh.twin))
+    return moved

@@ -29,11 +29,10 @@ from stitchmesh.io.atomic import write_json
 from stitchmesh.io.checkpoint_file import was_written
 from stitchmesh.io.contents import FilePath
 from stitchmesh.mixed.adaptive_region import AdaptiveRegion, resumed_budget, resumed_region
-from stitchmesh.mixed.automatic_region import place_yarns
+from stitchmesh.mixed.automatic_region import node_budget, place_yarns, run_triangles, unwatched
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.dynamics.equilibrium import AfterIteration, search_progress
-from stitchmesh.mixed.layout.laid_yarns import LaidYarns
-from stitchmesh.mixed.measured_budget import node_budget
+from stitchmesh.mixed.layout.spline_yarns import LaidYarns
 from stitchmesh.mixed.memory import check_scene_memory
 from stitchmesh.mixed.output.display import Display, Displays, Shown
 from stitchmesh.mixed.output.files import ANIMATION, MAPS, SURFACE, YARNS, RunFiles
@@ -45,7 +44,6 @@ from stitchmesh.mixed.scene.scene import Scene
 from stitchmesh.mixed.scene.scene_fabric import PreparedScene, prepare
 from stitchmesh.mixed.scene.scene_file import read_scene, write_scene
 from stitchmesh.mixed.simulation import Simulation, SimulationStep, begin_simulation
-from stitchmesh.mixed.triangle_run import run_triangles, unwatched
 from stitchmesh.progress import Progress, shown_stages
 from stitchmesh.run import CHECKPOINT, SHOWN, Run
 from stitchmesh.run_control import RunControl, RunStopped, Snapshot

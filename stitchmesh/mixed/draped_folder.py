@@ -10,8 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from stitchmesh.errors import FileError, ParameterError
-from stitchmesh.io.checked import check_value
-from stitchmesh.io.json_file import read_json
+from stitchmesh.io.checked import check_value, read_json
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.drape import REPORT, SCENE_FILE, Draped
 from stitchmesh.mixed.output.display import Displays

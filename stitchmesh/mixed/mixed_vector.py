@@ -6,6 +6,8 @@ The coordinates are the positions v of the triangle vertices, the world position
 simulated, and the Eulerian coordinates (u, v) of these nodes, the places of the two yarns that cross in a node along
 their rest lengths (Casafranca et al. 2020, section 3; Cirio et al. 2014). All scalars are one flat array, so that sums
 and updates of whole vectors are one launch; the parts are views of it.
+
+Symmetric blocks on the diagonal of a matrix of the mixed system, one for each vertex and node.
 """
 
 from __future__ import annotations
@@ -19,7 +21,7 @@ import numpy as np
 import warp as wp
 from numpy.typing import ArrayLike, NDArray
 
-from stitchmesh.compute.precision import vector
+from stitchmesh.compute.precision import matrix, vector
 from stitchmesh.errors import ParameterError
 
 Parts = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
@@ -161,3 +163,62 @@ def _view(values: wp.array[Any], first: int, count: int, width: int) -> wp.array
     view = wp.array(ptr=values.ptr + first * size, dtype=kind, shape=count, device=values.device)
     view._ref = values  # the memory lives as long as one of its views
     return view
+
+
+@dataclass(frozen=True, eq=False)
+class MixedBlocks:
+    """Diagonal blocks on a device; the layout follows ``MixedVector``."""
+
+    vertices: wp.array[Any]
+    """Blocks of the triangle vertices, 3 x 3; shape (V,)."""
+    nodes: wp.array[Any]
+    """Blocks of the world positions of the yarn nodes, 3 x 3; shape (N,)."""
+    sliding: wp.array[Any]
+    """Blocks of the Eulerian coordinates, 2 x 2; shape (N,)."""
+    coupling_u: wp.array[Any]
+    """Columns between the position of each yarn node and its first Eulerian coordinate, three-vectors; shape (N,)."""
+    coupling_v: wp.array[Any]
+    """Columns between the position of each yarn node and its second Eulerian coordinate, three-vectors; shape (N,)."""
+
+    @staticmethod
+    def zeros(vertex_count: int, node_count: int, scalar: Any, device: wp.Device) -> MixedBlocks:
+        """Blocks of zeros."""
+        three, two = matrix(3, scalar), matrix(2, scalar)
+        return MixedBlocks(
+            wp.zeros(vertex_count, dtype=three, device=device),
+            wp.zeros(node_count, dtype=three, device=device),
+            wp.zeros(node_count, dtype=two, device=device),
+            *(wp.zeros(node_count, dtype=vector(3, scalar), device=device) for _ in range(2)),
+        )
+
+    @staticmethod
+    def of_numbers(
+        vertices: NDArray[np.float64], nodes: NDArray[np.float64], scalar: Any, device: wp.Device
+    ) -> MixedBlocks:
+        """Multiples of the identity for positions, shapes (V,) and (N,); zeros for Eulerian coordinates."""
+        blocks = MixedBlocks.zeros(len(vertices), len(nodes), scalar, device)
+        for array, numbers in ((blocks.vertices, vertices), (blocks.nodes, nodes)):
+            array.assign(numbers[:, None, None] * np.eye(3))
+        return blocks
+
+    @cached_property
+    def arrays(self) -> Any:
+        """All blocks in a struct for kernels."""
+        struct = _blocks_struct(self.sliding.dtype._wp_scalar_type_)()
+        for name in ("vertices", "nodes", "sliding", "coupling_u", "coupling_v"):
+            setattr(struct, name, getattr(self, name))
+        return struct
+
+    def clear(self) -> None:
+        """Set all blocks to zero."""
+        for part in (self.vertices, self.nodes, self.sliding, self.coupling_u, self.coupling_v):
+            part.zero_()
+
+
+@functools.cache
+def _blocks_struct(scalar: Any) -> Any:
+    """The struct of blocks in one precision."""
+    kinds = matrix(3, scalar), matrix(2, scalar), vector(3, scalar)
+    blocks, pairs, columns = (wp.array(dtype=kind) for kind in kinds)
+    annotations = {"vertices": blocks, "nodes": blocks, "sliding": pairs, "coupling_u": columns, "coupling_v": columns}
+    return wp.struct(type(f"MixedBlocks_{scalar.__name__}", (), {"__annotations__": annotations}))

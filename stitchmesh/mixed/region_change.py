@@ -17,17 +17,15 @@ import numpy as np
 
 from stitchmesh.mesh import FloatArray
 from stitchmesh.mixed.assembly import Loads, MixedFabric, contact_points, loaded_system
-from stitchmesh.mixed.contact.attachments import Attachment
-from stitchmesh.mixed.contact.prescribed_motion import PrescribedMotion
+from stitchmesh.mixed.contact.attachments import Attachment, PrescribedMotion
 from stitchmesh.mixed.dynamics.equilibrium import EquilibriumSettings, find_equilibrium
 from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
 from stitchmesh.mixed.dynamics.vector_sums import choose, set_sum
 from stitchmesh.mixed.enrichment.region import Region
 from stitchmesh.mixed.layout.spline_yarns import SplineYarns
 from stitchmesh.mixed.mixed_vector import MixedVector
-from stitchmesh.mixed.placement.carried_terms import RegionChange, carry_terms
+from stitchmesh.mixed.placement.carried_terms import SLIDING, NodeMemory, RegionChange, carry_terms
 from stitchmesh.mixed.placement.moved_state import move_state
-from stitchmesh.mixed.placement.node_memory import SLIDING, NodeMemory
 from stitchmesh.mixed.term import MixedTerm
 
 SETTLING_ITERATIONS = 3

@@ -23,19 +23,18 @@ from numpy.typing import NDArray
 from stitchmesh.errors import SolverError
 from stitchmesh.mesh import FloatArray
 from stitchmesh.mixed.assembly import held_in_state, loaded_system
-from stitchmesh.mixed.contact.prescribed_motion import PrescribedMotion
-from stitchmesh.mixed.crossings.materials.fabric_materials import FabricMaterials
+from stitchmesh.mixed.contact.attachments import PrescribedMotion
+from stitchmesh.mixed.crossings.crossing_material import FabricMaterials
 from stitchmesh.mixed.dynamics.backward_euler import Dynamics, DynamicsSettings
 from stitchmesh.mixed.dynamics.equilibrium import AfterIteration, EquilibriumSearch, EquilibriumSettings, unwatched
 from stitchmesh.mixed.dynamics.kept_momentum import keep_momentum
 from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
 from stitchmesh.mixed.dynamics.vector_sums import choose, set_sum
+from stitchmesh.mixed.enrichment.projection import make_consistent
 from stitchmesh.mixed.enrichment.region import Region
-from stitchmesh.mixed.enrichment.start_positions import make_consistent
 from stitchmesh.mixed.mixed_vector import MixedVector, Parts
 from stitchmesh.mixed.output.report import RunTotals
-from stitchmesh.mixed.placement.carried_terms import RegionChange, carry_terms, remember
-from stitchmesh.mixed.placement.node_memory import SLIDING, NodeMemory
+from stitchmesh.mixed.placement.carried_terms import SLIDING, NodeMemory, RegionChange, carry_terms, remember
 from stitchmesh.mixed.region_change import (
     moved_positions,
     moved_velocities,

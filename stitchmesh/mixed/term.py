@@ -10,6 +10,9 @@ weight of blending of each of its elements, alpha for yarns and 1 - alpha for tr
 Functions that return launches may be called with a launcher that runs each kernel immediately (``launch``) or with one
 that prepares it (``prepare``), so that a solver can capture the launches. A term without elements returns none: a
 prepared launch has at least one thread.
+
+A yarn element weighs the mean of alpha at its nodes, alpha at its centroid. One that has a node of the full-yarn region
+weighs 1: no gradient of alpha then acts on these nodes, which have no triangles that could take up its forces.
 """
 
 from __future__ import annotations
@@ -24,10 +27,30 @@ import warp as wp
 from numpy.typing import NDArray
 
 from stitchmesh.compute.captured import Launcher
+from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.launch import launch
 from stitchmesh.compute.reduction import minimum, ordered_sum
-from stitchmesh.mixed.mixed_blocks import MixedBlocks
-from stitchmesh.mixed.mixed_vector import MixedVector
+from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
+
+EARTH = (0.0, -981.0, 0.0)
+"""Acceleration on Earth [cm/s^2]; y points up."""
+FULL = 1.0 - 1e-12
+"""Alpha from which a node belongs to the full-yarn region; less by rounding."""
+
+
+def element_weight(
+    alpha: NDArray[np.float64], given: NDArray[np.bool_], full: NDArray[np.bool_]
+) -> NDArray[np.float64]:
+    """Weights of elements, shape (E,); 0 for an element without nodes.
+
+    Args:
+        alpha: blending field at the nodes of each element, shape (E, K).
+        given: whether the element has each of them, shape (E, K).
+        full: whether each of them belongs to the full-yarn region, shape (E, K).
+    """
+    mean = np.where(given, alpha, 0.0).sum(axis=1) / np.maximum(given.sum(axis=1), 1)
+    weight: NDArray[np.float64] = np.where((given & full).any(axis=1), 1.0, mean)
+    return weight
 
 
 class MixedTerm(ABC):
@@ -140,3 +163,14 @@ class MixedTerm(ABC):
         """Take over ``carried_arrays`` of another region, before the first step; what else lasts is found again."""
         for name, array in self.carried_arrays().items():
             array.assign(np.asarray(arrays[name]))
+
+
+@kernel
+def keep_share(
+    # state in
+    exact: Any,
+    # state out
+    share: wp.array[Any],
+) -> None:
+    """Keep the share of the exact Hessian."""
+    share[wp.tid()] = exact

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
 from .capture.capture import capture_pattern as capture_pattern
-from .capture.smallest_repeat import smallest_repeat as smallest_repeat
+from .capture.capture import smallest_repeat as smallest_repeat
 from .charts.colour_chart import chart_palette as chart_palette
 from .charts.colour_chart import read_colour_chart as read_colour_chart
 from .charts.colour_chart import write_colour_chart as write_colour_chart
@@ -24,4 +24,4 @@ from .placement.apply import apply_pattern as apply_pattern
 from .placement.apply import lay_pattern as lay_pattern
 from .placement.left_out import LeftOut as LeftOut
 from .swatch_mesh import pattern_mesh as pattern_mesh
-from .swatch_tube import pattern_tube as pattern_tube
+from .swatch_mesh import pattern_tube as pattern_tube

@@ -41,6 +41,8 @@ logger = logging.getLogger(__name__)
 _PACKAGE = Path(__file__).resolve().parent.parent
 _PATTERN_FOLDERS = (_PACKAGE / "assets" / "patterns", _PACKAGE.parent / "assets" / "patterns")
 """Folders that may hold the library: inside an installed package, or beside the package in the repository."""
+FAMILIES = ("Knit and purl", "Cables", "Lace", "Slipped and tucked", "Colours")
+"""Names of the families, in the order of a list."""
 
 
 def pattern_folder() -> Path:
@@ -116,3 +118,15 @@ def _from_library(name: str) -> Pattern:
         hint = f"did you mean {' or '.join(near)}?" if near else "the path of a file needs its suffix"
         raise ParameterError(f"pattern {name!r}: is not in the library of {len(pattern_names())} patterns; {hint}")
     return parse_pattern("\n".join(read_lines(path)), path.name)
+
+
+def family_of(pattern: Pattern) -> str:
+    """Return the family of a pattern: the last one of ``FAMILIES`` whose stitches it has."""
+    if pattern.yarn_count > 1:
+        return "Colours"
+    makings = [cell.making for row in pattern.rows for cell in row.cells]
+    if any("s" in making.made for making in makings):
+        return "Slipped and tucked"
+    if any((making.n_bottom, making.n_top) != (1, 1) for making in makings):
+        return "Lace"
+    return "Cables" if any(loop.shift for row in pattern.rows for loop in row.loops) else "Knit and purl"

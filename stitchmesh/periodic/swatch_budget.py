@@ -7,8 +7,8 @@ from __future__ import annotations
 from typing import Any
 
 from stitchmesh.budget.budget import Budget
-from stitchmesh.budget.expectation import BudgetScene
 from stitchmesh.budget.plan import Plan, make_plan
+from stitchmesh.budget.tables import BudgetScene
 from stitchmesh.patterns import Pattern
 from stitchmesh.periodic.relaxation.off_needles import state_of_rest
 from stitchmesh.periodic.resolve_pattern import Source, resolve_pattern

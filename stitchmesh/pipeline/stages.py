@@ -15,8 +15,8 @@ from dataclasses import asdict, replace
 from functools import partial
 from typing import Any
 
-from stitchmesh.budget.expectation import BudgetScene
 from stitchmesh.budget.plan import Plan, make_plan
+from stitchmesh.budget.tables import BudgetScene
 from stitchmesh.editing.edge_forms import with_edge_forms
 from stitchmesh.editing.edit import Edit, apply_edit
 from stitchmesh.editing.pattern_regions import PatternRegion, lay_patterns
@@ -26,8 +26,7 @@ from stitchmesh.labeling import label
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.mesh.change import PaletteChange, apply_change
 from stitchmesh.mesh.palette import make_palette
-from stitchmesh.mesh.shaping_stitches import with_increases
-from stitchmesh.mesh.stitch_counts import stitch_counts
+from stitchmesh.mesh.shaping_stitches import stitch_counts, with_increases
 from stitchmesh.meshrelax import relax_mesh
 from stitchmesh.patterns import LaidPattern
 from stitchmesh.patterns.placement.left_out import left_out_lines
@@ -44,10 +43,10 @@ from stitchmesh.shaping.options import ShapingOptions
 from stitchmesh.shaping.panels.panel_mesh import PanelMesh
 from stitchmesh.shaping.triangle_surface import TriangleSurface
 from stitchmesh.tessellate import tessellate
-from stitchmesh.tessellate.reached_size import reached_sizes
+from stitchmesh.tessellate.counts import reached_sizes
 from stitchmesh.time_limit import limited_to_share
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarn.fabric_gauge import fabric_gauge
+from stitchmesh.yarn.stitch_size import fabric_gauge
 from stitchmesh.yarngen import generate_yarns
 from stitchmesh.yarngen.generate import checked_drawn_radius, checked_radius
 from stitchmesh.yarngen.loop_check.loop_linking import check_loops

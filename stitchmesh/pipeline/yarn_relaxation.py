@@ -8,8 +8,8 @@ from dataclasses import replace
 from typing import Any
 
 from stitchmesh.budget.budget import Budget
-from stitchmesh.budget.expectation import BudgetScene
 from stitchmesh.budget.plan import limit_of, make_plan
+from stitchmesh.budget.tables import BudgetScene
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.pipeline.dressed import dressed
 from stitchmesh.pipeline.options import RelaxOptions

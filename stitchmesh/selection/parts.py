@@ -25,8 +25,6 @@ from stitchmesh.selection.borders import Border, borders, named_borders
 
 FLAT_ROW = 0.5
 """Length of the mean unit normal of an open row from which the row is flat; an arc of 217 degrees has this value."""
-ROUNDING = 1e-6
-"""Coordinates that differ by less than this part of the size of the garment are equal."""
 STEEP = 0.1
 """Smallest length of a unit vector's part perpendicular to an axis, for which its direction is used."""
 LEFT_HAND, UP, FORWARD = np.eye(3)
@@ -157,18 +155,13 @@ class Parts:
         halfway = ((foremost + rearmost) / 2)[self.row_index]
         faces_forward = np.einsum("rk,rk->r", self.row_normal, forward) >= 0.0
         around = self.runs_around[self.row_index]
-        return np.where(around, depth >= halfway - self.rounding, faces_forward[self.row_index])
-
-    @cached_property
-    def rounding(self) -> float:
-        """Differences of coordinates below this length are rounding [cm]."""
-        return ROUNDING * float(np.ptp(self.fabric.vertices, axis=0).max())
+        return np.where(around, depth >= halfway - self.fabric.rounding, faces_forward[self.row_index])
 
     @cached_property
     def on_left(self) -> NDArray[np.bool_]:
         """Whether each face is on the wearer's left of the middle plane, shape (F,); a face exactly on the plane is."""
         across = self.fabric.vertices[:, 0]
-        return self.face_centre[:, 0] >= (across.min() + across.max()) / 2 - self.rounding
+        return self.face_centre[:, 0] >= (across.min() + across.max()) / 2 - self.fabric.rounding
 
     def sleeve_rows(self, hand: str | None) -> IntArray:
         """Return the indices of the rows of the sleeves, which are the tubes from the cuffs to the body.

@@ -12,6 +12,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Literal
 
+import numpy as np
+from numpy.typing import ArrayLike
+
 from stitchmesh.errors import ParameterError
 
 BORDER_NAMES = ("hem", "cuffs", "neck", "armholes", "tips", "border")
@@ -310,3 +313,21 @@ def with_paths(selection: Selection, change: Callable[[str], str]) -> Selection:
         case Either(one, other) | Both(one, other):
             return replace(selection, one=with_paths(one, change), other=with_paths(other, change))
     return selection
+
+
+def selection_of_faces(faces: ArrayLike) -> Faces:
+    """Return the selection of some faces by number, with neighbouring numbers as spans: ``faces 3-7, 12``.
+
+    Args:
+        faces: numbers of the faces, in any order, shape (n,), with n at least 1.
+
+    Raises:
+        ParameterError: there are no faces, or a number is negative.
+    """
+    numbers = np.unique(np.asarray(faces, dtype=np.int64))
+    if not len(numbers):
+        raise ParameterError("selection of faces: got none; expected at least one")
+    breaks = np.flatnonzero(np.diff(numbers) != 1)
+    first = numbers[np.concatenate([[0], breaks + 1])]
+    last = numbers[np.concatenate([breaks, [len(numbers) - 1]])]
+    return Faces(tuple(Span(one, other) for one, other in zip(first.tolist(), last.tolist(), strict=True)))

@@ -132,7 +132,7 @@ def _middle_of_row(parts: Parts, panel: WalePanel) -> list[int]:
     aside = np.where(outside, aside, np.inf)
     if not course.closed:
         aside[len(faces) - panel.width + 1 :] = np.inf  # These windows would cross the ends of the row.
-    best = int(np.flatnonzero(aside <= aside.min() + parts.rounding * panel.width)[0])
+    best = int(np.flatnonzero(aside <= aside.min() + parts.fabric.rounding * panel.width)[0])
     return np.roll(faces, -best)[: panel.width].tolist()
 
 

@@ -5,37 +5,190 @@
 Rows are level lines of a time. It begins and ends at borders that are rows (hems, cuffs, necks), at marked points and
 lines, and at the tips of closed limbs, which need no mark. Other borders are sides, at which rows end: slits, and the
 sides of flat pieces.
+
+The parts of a border that are rows.
+
+The border of a garment that is open in front, or whose skirt has a slit, has corners: its parts that face downwards and
+upwards are rows, and those between them are sides.
+
+Straps and bibs: borders at which part of a row is bound off while the rest of it goes on.
+
+The upper border of a camisole is bound off in front and behind, its straps are knitted on from there, and the last rows
+of the two halves of a strap are grafted to each other where the strap is highest.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import groupby
 
 import numpy as np
 
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.selection.borders import CLOSED_LENGTH
-from stitchmesh.shaping.border_rows import rows_of_border
 from stitchmesh.shaping.borders import (
     FACING,
+    FACING_BESIDE,
     LEVEL,
+    SLIT_TURNING,
+    facing_of,
     highest_border,
     is_hole_in_side,
     is_slit,
+    is_whole_border,
     is_wide_hole,
     length_of,
     outline_sides,
     outward_of,
+    outward_of_edges,
     turning,
     upwards,
 )
-from stitchmesh.shaping.straps import across_strap, bound_off, is_level, tops_of_straps
 from stitchmesh.shaping.triangle_surface import TriangleSurface
 
+OPEN_SIDES = 0.15
+"""Part of a border that faces neither upwards nor downwards from which its corners divide it."""
+LEVEL_PART = 0.15
+"""Range of heights, over the length, below which a part of a border is level."""
 FLAT_TURNING = np.pi
 """Turning above which the only border of a surface is the outline of a flat piece [rad]."""
 FLAT = 0.5
 """Length of the sum of the normals of a piece, over its area, above which it is flat and not nearly a tube."""
+
+
+def rows_of_border(surface: TriangleSurface, border: IntArray, up: FloatArray) -> list[IntArray]:
+    """Return the parts of a border that are rows, the vertices of each in order: often the whole border.
+
+    A border that runs down one front of a garment and up the other, or up and down a slit, is divided at its corners.
+    Parts beside each other that face the same way are one row, as a rounded neck. A hole in a surface that is flat
+    around it, such as a square neck, is not divided.
+    """
+    if turning(surface, border) <= SLIT_TURNING:
+        return [border]
+    pieces = outline_sides(surface, border)
+    facing = facing_of(surface, pieces, up)
+    if not facing.any():
+        return [border]
+    all_rows = {1.0, -1.0} <= set(facing)
+    for side in (1.0, -1.0):
+        # A piece of two fronts and the neck between them faces upwards on the whole.
+        if side not in facing or (all_rows and facing.all()):
+            pieces = _with_part_facing(surface, pieces, side * up)
+    facing = facing_of(surface, pieces, up)
+    length = np.array([length_of(surface, piece, closed=False) for piece in pieces])
+    if length[facing == 0.0].sum() < OPEN_SIDES * length.sum():
+        return [border]
+    first = int(np.flatnonzero(facing != np.roll(facing, 1))[0])
+    turned = sorted(range(len(pieces)), key=lambda number: (number - first) % len(pieces))
+    runs = [(side, list(run)) for side, run in groupby(turned, key=lambda number: facing[number])]
+    return [_joined([pieces[number] for number in run]) for side, run in runs if side != 0.0]
+
+
+def _with_part_facing(surface: TriangleSurface, pieces: list[IntArray], direction: FloatArray) -> list[IntArray]:
+    """Divide one of the parts of a border where it passes smoothly into a row that faces a direction, if one does.
+
+    So do the fronts of a cardigan pass into its V-neck, or into a rounded hem. The longest such row is taken.
+    """
+    found = []
+    for number, piece in enumerate(pieces):
+        cosine = _cosine_of_edges(surface, piece, direction)
+        for faces, run in groupby(range(len(cosine)), key=lambda edge: bool(cosine[edge] > FACING_BESIDE)):
+            edges = list(run)
+            if faces and cosine[edges].max() > FACING:
+                row = piece[edges[0] : edges[-1] + 2]
+                found.append((length_of(surface, row, closed=False), number, edges[0], edges[-1] + 1))
+    length, number, first, last = max(found, default=(0.0, 0, 0, 0))
+    if length < CLOSED_LENGTH:
+        return pieces
+    piece = pieces[number]
+    parts = [part for part in (piece[: first + 1], piece[first : last + 1], piece[last:]) if len(part) > 1]
+    return [*pieces[:number], *parts, *pieces[number + 1 :]]
+
+
+def _cosine_of_edges(surface: TriangleSurface, piece: IntArray, up: FloatArray) -> FloatArray:
+    """Cosine between the upward direction and that in which the border faces around each edge, shape (n - 1,).
+
+    It is the mean over a length of a border that is no tip, because the border of a scan is jagged.
+    """
+    outward, step = outward_of_edges(surface, piece)
+    place = np.cumsum(step) - 0.5 * step
+    near = np.abs(place[:, None] - place[None, :]) <= 0.5 * CLOSED_LENGTH
+    total = near @ (outward * step[:, None])
+    size = np.maximum(np.linalg.norm(total, axis=1), np.finfo(np.float64).tiny)
+    return np.asarray(total @ up / size)
+
+
+def _joined(pieces: list[IntArray]) -> IntArray:
+    """One part of a border from parts that follow each other and share their ends."""
+    return np.append(np.concatenate([piece[:-1] for piece in pieces]), pieces[-1][-1])
+
+
+def bound_off(
+    surface: TriangleSurface, border: IntArray, rows: list[IntArray], tops: list[int], up: FloatArray
+) -> list[IntArray]:
+    """Return the rows of a border that end part of a row, while the rest goes on, as at the neck between straps.
+
+    These are the lower ones of the rows of one border that face upwards, such as the back of a bib, and all of them
+    where the border rises between them, as along straps. Of a hole in the side, such as an armhole, they are the parts
+    below it.
+
+    Args:
+        surface: the surface.
+        border: a border.
+        rows: its rows.
+        tops: the highest vertices of its straps.
+        up: unit vector, shape (3,).
+    """
+    if is_hole_in_side(surface, border, up):
+        pieces = outline_sides(surface, border)
+        facing = facing_of(surface, pieces, up)
+        return [piece for piece, side in zip(pieces, facing, strict=True) if side > 0.0]
+    upper = _upper_rows(surface, rows, up)
+    if len(upper) < 2:
+        return []
+    if tops:
+        return upper
+    highest = upper[highest_border(surface, upper, up)]
+    return [row for row in upper if row is not highest]
+
+
+def _upper_rows(surface: TriangleSurface, rows: list[IntArray], up: FloatArray) -> list[IntArray]:
+    """The parts of borders among some rows that face upwards."""
+    return [row for row in rows if not is_whole_border(surface, row) and upwards(surface, row, up) > 0.0]
+
+
+def tops_of_straps(surface: TriangleSurface, border: IntArray, rows: list[IntArray], up: FloatArray) -> list[int]:
+    """Return the highest vertices of a border between its upper rows, if it rises above all of them as along straps."""
+    rows = _upper_rows(surface, rows, up)
+    if len(rows) < 2:
+        return []
+    height = surface.vertices @ up
+    used = set(np.concatenate(rows).tolist())
+    ring = np.roll(border, -int(np.flatnonzero(border == rows[0][0])[0]))
+    between = [(own, list(run)) for own, run in groupby(ring.tolist(), key=used.__contains__)]
+    tops = [max(run, key=height.__getitem__) for own, run in between if not own]
+    level = max(float(height[row].max()) for row in rows)
+    return [top for top in tops if height[top] > level + CLOSED_LENGTH]
+
+
+def across_strap(surface: TriangleSurface, top: int) -> IntArray:
+    """Return the shortest path over edges from a vertex of a border to another border, or the vertex without one."""
+    from scipy.sparse.csgraph import dijkstra
+
+    others = [border for border in surface.borders if top not in border]
+    if not others:
+        return np.array([top])
+    distance, before = dijkstra(surface.edge_graph, directed=False, indices=top, return_predecessors=True)
+    facing = np.concatenate(others)
+    path = [int(facing[distance[facing].argmin()])]
+    while path[-1] != top:
+        path.append(int(before[path[-1]]))
+    return np.array(path)
+
+
+def is_level(surface: TriangleSurface, row: IntArray, up: FloatArray) -> bool:
+    """Return whether a part of a border is nearly level, so that a row can run along all of it."""
+    return float(np.ptp(surface.vertices[row] @ up)) < LEVEL_PART * length_of(surface, row, closed=False)
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,11 +16,10 @@ from stitchmesh.shaping.borders import turning
 from stitchmesh.shaping.counts import StitchSize
 from stitchmesh.shaping.ends import FLAT_TURNING, Ends, direction_in_piece
 from stitchmesh.shaping.level_lines import LevelLine, level_lines
-from stitchmesh.shaping.panels.hems import hems_of
 from stitchmesh.shaping.panels.outline_pieces import BEGINS, outline_pieces
 from stitchmesh.shaping.panels.panel_mesh import UPWARDS, PanelMesh
 from stitchmesh.shaping.panels.panel_rows import PanelStitches
-from stitchmesh.shaping.panels.panel_time import panel_time
+from stitchmesh.shaping.panels.panel_time import hems_of, panel_time
 from stitchmesh.shaping.panels.refined_panel import RefinedPanel
 from stitchmesh.shaping.panels.sewing import sewn_fabric
 from stitchmesh.shaping.seams import ShapedRows

@@ -23,6 +23,8 @@ yarn of its own row that passes the stitch, and a *held* loop, which comes from 
 distinguishes the two. A tuck has a held loop as well, but its own yarn is a loop and not a float. Yarn that is carried
 along a row behind stitches of other yarns is also a float; it belongs to the stitch that it comes from. The *warp* of a
 weave advances along the second period of the lattice, the *weft* along the first.
+
+Rest lengths from marks on a yarn that state the length of yarn up to the next mark.
 """
 
 from __future__ import annotations
@@ -30,6 +32,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -290,3 +293,22 @@ def _segments_of_weave(yarns: YarnSet, name: str) -> NDArray[np.bool_]:
         raise ParameterError(f"rest length {name}: the yarns are not woven; use it for a weave, or yarn:N")
     found: NDArray[np.bool_] = (step[:, 0 if name == "weft" else 1] != 0)[yarns.segment_yarn]
     return found
+
+
+def marked_stretches(marks: Mapping[float, float], lengths: FloatArray) -> FloatArray:
+    """Return the factor of each segment's length that gives the parts between marks their stated lengths.
+
+    A segment belongs to the part in which its middle lies. What lies before the first mark, or in a part that is stated
+    to have no length, keeps its length. The last mark reaches to the end of the yarn.
+
+    Args:
+        marks: place of each mark, in segments from the start of the yarn, and the length up to the next one [cm].
+        lengths: present length of each segment [cm], shape (S,).
+    """
+    factor = np.ones(len(lengths))
+    middles = np.arange(len(lengths)) + 0.5
+    for start, end in pairwise([*sorted(marks), float(len(lengths))]):
+        part = (middles >= start) & (middles < end)
+        if marks[start] > 0.0 and part.any():
+            factor[part] = marks[start] / lengths[part].sum()
+    return factor

@@ -19,12 +19,11 @@ from stitchmesh.yarngen.bridges import SAME_IMAGE, SLOTS, Bridges, Image
 from stitchmesh.yarngen.cables import cross_loops, open_corners
 from stitchmesh.yarngen.clearance import smallest_distance
 from stitchmesh.yarngen.edge_choice import choose_edges
-from stitchmesh.yarngen.edge_tension import edge_tension
+from stitchmesh.yarngen.edge_tension import edge_tension, rest_length_ratios
 from stitchmesh.yarngen.embedding import PlacedParts, place_parts, points_per_width
 from stitchmesh.yarngen.finish import DEFAULT_FINISH, YarnFinish
 from stitchmesh.yarngen.floats_and_tails import FloatRows, carried_strands, lay_floats, separate_corners
 from stitchmesh.yarngen.row_ends import finish_row_ends
-from stitchmesh.yarngen.shaped_stitches import rest_length_ratios
 from stitchmesh.yarngen.splines import control_points_through
 from stitchmesh.yarngen.templates.edge_templates import CHAIN_HEIGHT
 from stitchmesh.yarngen.templates.template import RADIUS_OVER_WIDTH
@@ -87,7 +86,7 @@ def generate_yarns(
 
     Returns:
         Yarns whose rest lengths are their generated lengths, except for the crossing legs of cables
-        (``cables.crossing_rest_length_ratio``), for increases and decreases (``shaped_stitches``), and for edges
+        (``cables.crossing_rest_length_ratio``), for increases and decreases (``edge_tension``), and for edges
         (``edge_tension``), which are shorter. ``face`` refers to ``fabric``; bind-off yarn belongs to the faces of
         the last row.
 

@@ -16,19 +16,32 @@ loops do not hold, its corner is moved away from the stitch first, by a fifth of
 Two layers of a fabric that lie too close, such as a brim that is folded up, get no room by smoothing. They are then
 moved apart (``layers_apart``). Beside a sewn seam, as at a shoulder, the loops at the borders of two layers can hang in
 each other although their yarns have room (``check_loops``); layers are then moved apart further.
+
+Room between two layers of a fabric that lie closer than their loops are thick, such as a brim that is folded up.
+
+A vertex has another layer beside it if a vertex to which no edge leads lies across from it, in the direction of its
+normal. Both are moved apart along their normals by half of what their distance lacks. The moves are
+smoothed over the fabric, so that they end gently where the layers part or join.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
-from functools import partial
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING
+
 from stitchmesh.errors import YarnError, check_kind
-from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
+from stitchmesh.mesh import BORDER
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.yarn.yarn_set import YarnSet
 from stitchmesh.yarngen.clearance import crowded_points
@@ -39,12 +52,22 @@ from stitchmesh.yarngen.generate import (
     trace_yarn_routes,
     yarns_along_routes,
 )
-from stitchmesh.yarngen.layers_apart import THICKNESS_OVER_RADIUS, layers_apart
 from stitchmesh.yarngen.loop_check.loop_linking import check_loops
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
+THICKNESS_OVER_RADIUS = 5.0
+"""Distance that layers get, over the yarn radius. Yarns of two flat layers start 1.5 radii apart at this distance and
+0.5 at 3 radii; beside a fold, where the layers meet, a smaller distance leaves them too close."""
+PARALLEL = 0.5
+"""Cosine of the angle between the normals of two layers from which they lie beside each other."""
+SMOOTHINGS = 2
+"""How often a move is smoothed over the neighbours of its vertex."""
+MOST_LAYER_ROUNDS = 10
+"""Number of looks for layers that are too close."""
+ROUNDING = 1e-3
+"""Part of the wanted distance that may lack."""
 WANTED_OVER_SMALLEST = 1.1
 """Distance that yarns get over the smallest permitted one, so that rounding does not decide what is permitted."""
 RINGS = 4
@@ -65,6 +88,72 @@ APART = (THICKNESS_OVER_RADIUS, 2.0 * THICKNESS_OVER_RADIUS)
 at which the loops at two borders hang beside each other."""
 MOST_ROUNDS = 18
 """Number of looks at the yarns after which the stitches stay as they are."""
+
+
+def layers_apart(fabric: StitchMesh, distance: float) -> StitchMesh:
+    """Move the layers of a fabric apart where they are closer than a distance.
+
+    Args:
+        fabric: the stitches.
+        distance: smallest distance of two layers [cm].
+
+    Returns:
+        The fabric; the same one if no two layers are closer.
+    """
+    ends = np.stack([fabric.face_vertex, fabric.face_vertex[fabric.side_next]])
+    beside = _adjacency(ends, len(fabric.vertices))
+    reach = 0.75 * float(np.median(fabric.side_length))
+    moved = fabric
+    for _ in range(MOST_LAYER_ROUNDS):
+        move = _moves(moved, beside, distance, reach)
+        if move is None:
+            break
+        for _ in range(SMOOTHINGS):
+            move = 0.5 * (move + (beside @ move) / np.maximum(beside.sum(axis=1), 1.0)[:, None])
+        moved = replace(moved, vertices=moved.vertices + move)
+    return moved
+
+
+def _moves(fabric: StitchMesh, beside: csr_array, distance: float, reach: float) -> FloatArray | None:
+    """Return how far each vertex moves [cm], shape (V, 3); None if no layers are too close.
+
+    Args:
+        fabric: the stitches.
+        beside: a matrix that is 1 for the ends of an edge, shape (V, V).
+        distance: smallest distance of two layers [cm].
+        reach: how far from the normal of a vertex the vertex across may lie [cm].
+    """
+    from scipy.spatial import cKDTree
+
+    points, normal = fabric.vertices, fabric.vertex_normal
+    pairs = cKDTree(points).query_pairs(float(np.hypot(distance, reach)), output_type="ndarray")
+    pairs = np.concatenate([pairs, pairs[:, ::-1]])
+    one, other = pairs[np.asarray(beside[pairs[:, 0], pairs[:, 1]]).reshape(-1) == 0.0].T
+    offset = points[other] - points[one]
+    height = np.einsum("nk,nk->n", offset, normal[one])
+    aside = np.sqrt(np.maximum(np.einsum("nk,nk->n", offset, offset) - height**2, 0.0))
+    parallel = np.abs(np.einsum("nk,nk->n", normal[one], normal[other])) > PARALLEL
+    close = parallel & (aside <= reach) & (np.abs(height) < (1.0 - ROUNDING) * distance)
+    if not close.any():
+        return None
+    one, height, aside = one[close], height[close], aside[close]
+    order = np.lexsort((aside, one))
+    vertex, first = np.unique(one[order], return_index=True)
+    across = height[order][first]
+    move = np.zeros_like(points)
+    away = -np.where(across < 0.0, -1.0, 1.0) * 0.5 * (distance - np.abs(across))
+    move[vertex] = away[:, None] * normal[vertex]
+    return move
+
+
+def _adjacency(ends: IntArray, count: int) -> csr_array:
+    """Return the matrix that is 1 for the two ends of each edge, shape (count, count)."""
+    from scipy.sparse import coo_array
+
+    rows, columns = np.concatenate([ends, ends[::-1]], axis=1)
+    matrix = coo_array((np.ones(len(rows)), (rows, columns)), shape=(count, count)).tocsr()
+    matrix.data[:] = 1.0
+    return matrix
 
 
 @dataclass(frozen=True)

@@ -10,9 +10,8 @@ import pytest
 from stitchmesh.budget import plan
 from stitchmesh.budget.budget import Budget
 from stitchmesh.budget.calibration import calibrate, device_title, stockinette_cell
-from stitchmesh.budget.expectation import BudgetScene
 from stitchmesh.budget.plan import make_plan
-from stitchmesh.budget.tables import read_tables
+from stitchmesh.budget.tables import BudgetScene, read_tables
 
 SCENE = BudgetScene(kind="free cell", stitches=2, name="Stockinette")
 

@@ -12,10 +12,8 @@ from itertools import pairwise
 import pytest
 
 from stitchmesh.budget.budget import Budget
-from stitchmesh.budget.choice import Choice, choose
-from stitchmesh.budget.expectation import BudgetScene, Expectation, expectations
-from stitchmesh.budget.settings import LEFT, MORE_ITERATIONS, SETTINGS, tightened
-from stitchmesh.budget.tables import MeasuredRelaxation, read_tables
+from stitchmesh.budget.plan import LEFT, MORE_ITERATIONS, SETTINGS, Choice, choose, tightened
+from stitchmesh.budget.tables import BudgetScene, Expectation, MeasuredRelaxation, expectations, read_tables
 from stitchmesh.errors import FileError
 from stitchmesh.quality import PRESETS
 

@@ -28,8 +28,8 @@ from stitchmesh.io.own_files import RECORD
 from stitchmesh.mesh import extent
 from stitchmesh.tessellate import tessellate
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarn.fabric_gauge import fabric_gauge
 from stitchmesh.yarn.rest_length import plain_stitches, stitch_lengths
+from stitchmesh.yarn.stitch_size import fabric_gauge
 from stitchmesh.yarn.yarn_presets import Yarn
 from stitchmesh.yarngen import generate_yarns
 from tests.cli.calls import refused, run

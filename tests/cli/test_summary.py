@@ -12,7 +12,7 @@ import pytest
 
 import stitchmesh as sm
 from stitchmesh.cli.summary import files_to_open, knit_summary, print_result, relax_summary, state_of, swatch_summary
-from stitchmesh.yarn.fabric_gauge import fabric_gauge
+from stitchmesh.yarn.stitch_size import fabric_gauge
 from tests.editing.fabrics import flat
 
 GOOD = {"converged": True, "iterations": 140, "max_strain": 0.0123, "min_distance_over_radius": 1.756}

@@ -13,7 +13,7 @@ import warp as wp
 from stitchmesh.compute.device import device_named
 from stitchmesh.compute.launch import launch
 from stitchmesh.compute.partial_sums import MOST_PARTS, chunk_of, part_count
-from stitchmesh.mixed.dynamics.read_sums import ReadSums
+from stitchmesh.mixed.dynamics.vector_sums import ReadSums
 
 CPU = device_named("cpu")
 

@@ -233,7 +233,7 @@ def _sewing_patterns(folder: Path) -> list[bytes]:
 
 
 def _read_textured(path: Path) -> object:
-    from stitchmesh.mixed.cloth.textured_obj import read_textured_obj
+    from stitchmesh.mixed.cloth.from_obj import read_textured_obj
 
     return read_textured_obj(path)
 

@@ -16,8 +16,7 @@ import numpy as np
 from stitchmesh.errors import FileError, ParameterError, PatternError
 from stitchmesh.io import write_mesh
 from stitchmesh.io.atomic import write_json
-from stitchmesh.io.checked import check_value
-from stitchmesh.io.json_file import read_json
+from stitchmesh.io.checked import check_value, read_json
 from stitchmesh.quality import Quality, quality_named
 from tests.fuzz import mutations as damage
 from tests.fuzz.geometry_readers import hdf5

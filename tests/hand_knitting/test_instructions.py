@@ -14,8 +14,8 @@ from stitchmesh.cli import main as cli
 from stitchmesh.editing.spiral import make_spiral
 from stitchmesh.errors import ParameterError
 from stitchmesh.hand_knitting import knitting_instructions, parse_instructions, written_pieces
-from stitchmesh.hand_knitting.folding import fold_words, repeats
 from stitchmesh.hand_knitting.pieces import find_pieces
+from stitchmesh.hand_knitting.rhythm import fold_words, repeats
 from stitchmesh.io import read_mesh, write_stitches
 from stitchmesh.labeling import label
 from stitchmesh.mesh import BORDER, StitchMesh

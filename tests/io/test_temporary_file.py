@@ -11,7 +11,7 @@ import pytest
 
 import stitchmesh
 from stitchmesh.errors import FileError, YarnError
-from stitchmesh.io.temporary_file import temporary_file
+from stitchmesh.io.atomic import temporary_file
 
 MAKERS = re.compile(r"tempfile\.(TemporaryDirectory|mkdtemp|NamedTemporaryFile)|import .*TemporaryDirectory")
 WITHOUT_NAMES = {

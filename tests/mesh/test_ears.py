@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stitchmesh.mesh.ears import MOST_CORNERS, clip_ears, pair_keys
+from stitchmesh.mesh.face_triangles import MOST_CORNERS, clip_ears, pair_keys
 
 SHAPES = {
     "pentagon with a straight corner": [(0, 0), (1, 0), (2, 0), (2, 2), (0, 2)],

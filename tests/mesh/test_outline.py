@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 
 from stitchmesh.mesh import BORDER
-from stitchmesh.mesh.outline import outline_sides
+from stitchmesh.mesh.polygon_mesh import outline_sides
 from tests.gallery import grid, torus, tube
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stitchmesh.mesh.plies import LAY, plies_around, ply_radius
+from stitchmesh.mesh.tube_mesh import LAY, plies_around, ply_radius
 from tests.io.yarn_sets import ring
 
 STRAIGHT = np.stack([np.linspace(0.0, 20.0, 400), np.zeros(400), np.zeros(400)], axis=1)

@@ -14,11 +14,11 @@ import warp as wp
 from stitchmesh.compute.device import device_named
 from stitchmesh.errors import ParameterError
 from stitchmesh.io import read_yarns
-from stitchmesh.mixed import measured_budget
+from stitchmesh.mixed import automatic_region
+from stitchmesh.mixed.automatic_region import node_budget
 from stitchmesh.mixed.drape import Draped, drape
 from stitchmesh.mixed.dynamics.kept_momentum import momentum_about
 from stitchmesh.mixed.enrichment.region import TRIANGLES, YARNS, Region
-from stitchmesh.mixed.measured_budget import node_budget
 from stitchmesh.mixed.memory import estimate_memory
 from stitchmesh.mixed.scene.cloth_section import ClothSection
 from stitchmesh.mixed.scene.motion_section import AttachmentSection, BodySection, Keyframe
@@ -253,7 +253,7 @@ def test_a_time_is_turned_into_nodes_by_the_line_through_two_trials(monkeypatch:
         timed.append(nodes)
         return 0.5 if nodes == 0 else 1.0 + 0.1 * nodes
 
-    monkeypatch.setattr(measured_budget, "step_seconds", seconds)
+    monkeypatch.setattr(automatic_region, "step_seconds", seconds)
     section = RegionSection(yarns="automatic", seconds=10.0)
     prepared = prepare(replace(FLYING, region=section))
     error = np.ones(len(prepared.fabric.cloth.triangles))

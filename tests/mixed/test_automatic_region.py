@@ -12,7 +12,7 @@ import warp as wp
 
 from stitchmesh.compute.device import device_named
 from stitchmesh.errors import ParameterError
-from stitchmesh.mixed.automatic_region import place_yarns
+from stitchmesh.mixed.automatic_region import place_yarns, run_triangles
 from stitchmesh.mixed.drape import drape
 from stitchmesh.mixed.placement.chosen_region import NodeBudget
 from stitchmesh.mixed.scene.cloth_section import ClothSection
@@ -21,7 +21,6 @@ from stitchmesh.mixed.scene.region_section import BoxSection, RegionSection
 from stitchmesh.mixed.scene.scene import OutputSection, Scene, SolverSection
 from stitchmesh.mixed.scene.scene_fabric import PreparedScene, prepare
 from stitchmesh.mixed.scene.yarns_section import YarnsSection
-from stitchmesh.mixed.triangle_run import run_triangles
 
 CPU = device_named("cpu")
 

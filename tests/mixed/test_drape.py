@@ -19,7 +19,7 @@ from stitchmesh.cli.main import main
 from stitchmesh.errors import ParameterError
 from stitchmesh.io import read_mesh, read_yarns, write_stitches
 from stitchmesh.labeling import label
-from stitchmesh.mixed.crossings.materials.crossing_material import CrossingMaterial
+from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial
 from stitchmesh.mixed.drape import Draped, drape
 from stitchmesh.mixed.memory import check_scene_memory, estimate_memory
 from stitchmesh.mixed.output.files import read_maps

@@ -11,7 +11,7 @@ from tests.gallery import ROOT
 
 PACKAGE = ROOT / "stitchmesh" / "mixed"
 LAYERS = [
-    {"mixed_vector", "mixed_blocks", "gather", "blending", "kept_share"},
+    {"mixed_vector", "gather"},
     {"term"},
     {"cloth"},
     {"layout"},
@@ -24,7 +24,7 @@ LAYERS = [
     {"scene"},
     {"region_change"},
     {"simulation"},
-    {"run_checkpoint", "automatic_region", "adaptive_region", "measured_budget", "triangle_run"},
+    {"run_checkpoint", "automatic_region", "adaptive_region"},
     {"drape"},
     {"draped_folder"},
 ]

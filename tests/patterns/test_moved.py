@@ -13,7 +13,7 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.patterns import apply_pattern, parse_pattern, pattern_names, read_pattern
 from stitchmesh.patterns.charts.knit_chart import knit_chart
-from stitchmesh.patterns.families import FAMILIES, family_of
+from stitchmesh.patterns.library import FAMILIES, family_of
 from stitchmesh.patterns.moved import mirrored_pattern, possible_shifts, shifted_pattern
 from stitchmesh.selection.parts import face_centres
 from tests.editing.fabrics import around, flat

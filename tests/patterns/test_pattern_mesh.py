@@ -11,7 +11,7 @@ from stitchmesh.errors import ParameterError, PatternError
 from stitchmesh.mesh.cable_groups import cable_groups
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.patterns import Loop, pattern_mesh, pattern_names, read_pattern
-from stitchmesh.patterns.placement.course_points import NARROWEST, course_points
+from stitchmesh.patterns.placement.block import NARROWEST, course_points
 from stitchmesh.yarngen import generate_yarns
 from stitchmesh.yarngen.loop_check.loop_linking import check_loops
 from tests.chosen_patterns import CHOSEN_PATTERNS

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from stitchmesh.render.camera import VIEW_ANGLE, Camera, camera_around, camera_at, front_patch
-from stitchmesh.render.layout import ALONE, BELOW, BESIDE, CLOSE_UP_AREA, layout_for
+from stitchmesh.render.picture import ALONE, BELOW, BESIDE, CLOSE_UP_AREA, layout_for
 from stitchmesh.render.view import view_directions
 
 

@@ -10,7 +10,7 @@ import pytest
 from stitchmesh.errors import ParameterError
 from stitchmesh.patterns.swatch_mesh import plain_piece
 from stitchmesh.selection import select
-from stitchmesh.selection.from_faces import selection_of_faces
+from stitchmesh.selection.selection import selection_of_faces
 
 FABRIC = plain_piece(6, 5, 1.0, 0.7)
 

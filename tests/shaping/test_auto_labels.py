@@ -13,8 +13,7 @@ from stitchmesh.labeling import PartialLabeling
 from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.shaping.auto_stitches import levels_of_part, shaping_surface
-from stitchmesh.shaping.coarse_levels import higher_bands
-from stitchmesh.shaping.panel_rows import evenly
+from stitchmesh.shaping.panel_rows import evenly, higher_bands
 from stitchmesh.shaping.rows import StitchSize
 from tests.gallery import ROOT, grid, tube
 from tests.nightly import at_night

@@ -11,8 +11,8 @@ import stitchmesh as sm
 from stitchmesh.errors import MeshError, ParameterError, TessellationError
 from stitchmesh.mesh import BORDER, Mesh, StitchMesh
 from stitchmesh.mesh.courses import find_courses
+from stitchmesh.mesh.shaping_stitches import stitch_counts
 from stitchmesh.mesh.stitch import Stitch
-from stitchmesh.mesh.stitch_counts import stitch_counts
 from stitchmesh.mesh.turns import turn_slits
 from stitchmesh.selection.parts import face_centres
 from stitchmesh.shaping.report import distance_to_surface

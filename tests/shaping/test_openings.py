@@ -13,7 +13,7 @@ from stitchmesh.mesh import Mesh
 from stitchmesh.mesh.courses import find_courses
 from stitchmesh.shaping.ends import automatic_ends
 from stitchmesh.shaping.report import shaping_report
-from stitchmesh.shaping.summits import smooth_out
+from stitchmesh.shaping.time_function import smooth_out
 from tests.nightly import at_night
 from tests.shaping.surfaces import closed_ball, in_triangles, surface_of
 

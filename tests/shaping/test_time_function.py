@@ -16,8 +16,7 @@ from stitchmesh.shaping.ends import automatic_ends
 from stitchmesh.shaping.level_lines import level_lines
 from stitchmesh.shaping.marks import TimeMark, marked_ends
 from stitchmesh.shaping.options import ShapingOptions
-from stitchmesh.shaping.summits import smooth_out, summits
-from stitchmesh.shaping.time_function import knitting_time
+from stitchmesh.shaping.time_function import knitting_time, smooth_out, summits
 from stitchmesh.shaping.triangle_surface import triangle_surface, without_fine_features
 from tests.gallery import ROOT, grid, tube
 from tests.shaping.surfaces import closed_ball, in_triangles, surface_of

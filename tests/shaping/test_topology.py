@@ -12,7 +12,7 @@ from stitchmesh.pipeline.options import KnitOptions
 from stitchmesh.pipeline.stages import auto_stitches_stage
 from stitchmesh.run import QUIET
 from stitchmesh.shaping.options import ShapingOptions
-from stitchmesh.shaping.topology import Topology, lost_features, topology
+from stitchmesh.shaping.report import Topology, lost_features, topology
 from tests.gallery import ROOT, grid, tube
 from tests.shaping.surfaces import closed_ball, in_triangles, ring_torus
 

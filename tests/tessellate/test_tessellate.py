@@ -16,8 +16,8 @@ from stitchmesh.mesh import BORDER, BOTTOM, StitchMesh
 from stitchmesh.mesh.mean_value import mean_value_weights
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.tessellate import tessellate
+from stitchmesh.tessellate.counts import reached_sizes
 from stitchmesh.tessellate.courses import loops_per_course, stitch_widths
-from stitchmesh.tessellate.reached_size import reached_sizes
 from tests.gallery import FLAT_AND_ROUND, GARMENTS, ROOT, closed_cone, grid, pentagon_row, shared, tube
 from tests.meshrelax.fabrics import rotation
 from tests.nightly import at_night, mostly_at_night

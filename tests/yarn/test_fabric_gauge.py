@@ -10,7 +10,7 @@ import pytest
 
 from stitchmesh.labeling import label
 from stitchmesh.tessellate import tessellate
-from stitchmesh.yarn.fabric_gauge import fabric_gauge, yarn_gauge
+from stitchmesh.yarn.stitch_size import fabric_gauge, yarn_gauge
 from stitchmesh.yarn.yarn_set import YarnSet
 from stitchmesh.yarngen import generate_yarns
 from tests.gallery import grid

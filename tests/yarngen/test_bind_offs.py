@@ -19,8 +19,15 @@ from stitchmesh.yarngen.bind_off import SMALL_RING_LOOPS
 from stitchmesh.yarngen.clearance import smallest_distance
 from stitchmesh.yarngen.finish import YarnFinish
 from stitchmesh.yarngen.generate import trace_yarn_routes
-from stitchmesh.yarngen.templates.edge_templates import BACK_SLOT, FRONT_SLOT, Edge, chain, edge_template, yarn_overs
-from stitchmesh.yarngen.templates.edges import cast_on
+from stitchmesh.yarngen.templates.edge_templates import (
+    BACK_SLOT,
+    FRONT_SLOT,
+    Edge,
+    cast_on,
+    chain,
+    edge_template,
+    yarn_overs,
+)
 from stitchmesh.yarngen.templates.template import Crossing, TemplatePart
 from tests.gallery import grid, tube
 from tests.yarngen.templates.test_templates import crossings_between as crossings

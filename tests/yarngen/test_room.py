@@ -15,8 +15,7 @@ from stitchmesh.mesh import BORDER, Mesh, StitchMesh
 from stitchmesh.patterns import read_pattern
 from stitchmesh.periodic.repeat.torus import torus_mesh
 from stitchmesh.yarngen.finish import YarnFinish
-from stitchmesh.yarngen.layers_apart import THICKNESS_OVER_RADIUS, layers_apart
-from stitchmesh.yarngen.room import CORNER_HEIGHT, RINGS, make_room_with_report
+from stitchmesh.yarngen.room import CORNER_HEIGHT, RINGS, THICKNESS_OVER_RADIUS, layers_apart, make_room_with_report
 from tests.gallery import grid, tube
 from tests.nightly import at_night
 

@@ -12,7 +12,7 @@ from stitchmesh.editing.edit import Edit, apply_edit
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarngen.shaped_stitches import HELD
+from stitchmesh.yarngen.edge_tension import HELD
 from tests.editing.fabrics import face_at, flat
 
 

@@ -21,7 +21,7 @@ from stitchmesh.yarn import YarnSet, segment_points
 from stitchmesh.yarngen import embedding, generate_yarns
 from stitchmesh.yarngen.clearance import smallest_distance
 from stitchmesh.yarngen.loop_check.loop_linking import check_loops
-from stitchmesh.yarngen.loop_check.supercell import supercell
+from stitchmesh.yarngen.loop_check.unrolled_loops import supercell
 from stitchmesh.yarngen.splines import control_points_through
 from tests.chosen_patterns import CHOSEN_PATTERNS
 

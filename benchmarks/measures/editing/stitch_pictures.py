@@ -27,7 +27,7 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.polyline import polylines_of_segments
 from stitchmesh.yarngen import generate_yarns
 from stitchmesh.yarngen.clearance import smallest_distance
-from stitchmesh.yarngen.templates.surrounding import surround_stitch
+from stitchmesh.yarngen.templates.own_checks import surround_stitch
 from stitchmesh.yarngen.templates.table import template
 from stitchmesh.yarngen.templates.template import RADIUS_OVER_WIDTH, STITCH_HEIGHT
 

@@ -23,20 +23,18 @@ from benchmarks.scenes.cloths import Kind, rectangle
 from benchmarks.table import Rows
 from stitchmesh.compute.device import device_named
 from stitchmesh.mixed.cloth.cloth import Cloth
-from stitchmesh.mixed.dynamics.blended_masses import blend_masses
+from stitchmesh.mixed.dynamics.cloth_system import triangle_masses
 from stitchmesh.mixed.dynamics.equilibrium import EquilibriumSettings, find_equilibrium
+from stitchmesh.mixed.dynamics.mass_matrix import blend_masses
 from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
 from stitchmesh.mixed.dynamics.weight import Weight
-from stitchmesh.mixed.enrichment.embedding import embed
-from stitchmesh.mixed.enrichment.free_unknowns import FreeUnknowns
+from stitchmesh.mixed.enrichment.embedding import FreeUnknowns, embed
 from stitchmesh.mixed.enrichment.region import region_around
 from stitchmesh.mixed.mixed_vector import MixedVector
-from stitchmesh.mixed.triangles.cloth_mass import triangle_masses
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
-from stitchmesh.mixed.triangles.curvature import hinge_stiffness
+from stitchmesh.mixed.triangles.curvature import SideFrames, hinge_stiffness
 from stitchmesh.mixed.triangles.membrane import Membrane
 from stitchmesh.mixed.triangles.shell_bending import ShellBending
-from stitchmesh.mixed.triangles.slope_shares import SideFrames
 
 FloatArray = NDArray[np.float64]
 KINDS: tuple[Kind, ...] = ("diagonals", "alternating", "irregular")

@@ -22,8 +22,7 @@ from benchmarks.places import MIXED_SCENES
 from stitchmesh.compute.device import device_named
 from stitchmesh.mixed.cloth.panels import Panel
 from stitchmesh.mixed.cloth.seams import cloth_from_panels
-from stitchmesh.mixed.crossings.materials.crossing_material import CrossingMaterial
-from stitchmesh.mixed.crossings.materials.fabric_materials import FabricMaterials
+from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial, FabricMaterials
 from stitchmesh.mixed.dynamics.backward_euler import Dynamics, DynamicsSettings
 from stitchmesh.mixed.dynamics.cloth_system import ClothModel, ClothSystem, cloth_system
 from stitchmesh.mixed.enrichment import preconditioner

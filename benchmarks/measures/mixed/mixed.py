@@ -28,13 +28,12 @@ from benchmarks.table import Rows
 from stitchmesh.compute.device import alone, device_named
 from stitchmesh.compute.precision import scalar_named
 from stitchmesh.mixed.adaptive_region import AdaptiveRegion
-from stitchmesh.mixed.automatic_region import place_yarns
+from stitchmesh.mixed.automatic_region import place_yarns, run_triangles
 from stitchmesh.mixed.placement.chosen_region import NodeBudget
 from stitchmesh.mixed.scene.region_section import RegionSection
 from stitchmesh.mixed.scene.scene import SolverSection
 from stitchmesh.mixed.scene.scene_fabric import PreparedScene, with_region
 from stitchmesh.mixed.simulation import begin_simulation
-from stitchmesh.mixed.triangle_run import run_triangles
 
 Numbers = NDArray[np.float64]
 ALL, AGAIN, NONE, HAND = "yarns everywhere", "again, shaken", "triangles alone", "by hand"

@@ -42,7 +42,6 @@ from stitchmesh.mixed.scene.region_section import RegionSection
 from stitchmesh.mixed.scene.scene import Scene
 from stitchmesh.mixed.scene.scene_fabric import prepare
 from stitchmesh.mixed.scene.scene_file import read_scene
-from stitchmesh.run import Run
 from stitchmesh.time_limit import TimeLimit, limited_to
 
 RUNS = {"triangles": "none", "mixed": "chosen", "yarns": "all"}

@@ -34,8 +34,7 @@ from stitchmesh.compute.precision import scalar_named
 from stitchmesh.mixed.assembly import Loads, MixedFabric, loaded_system
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.contact.attachments import Attachment
-from stitchmesh.mixed.crossings.materials.crossing_material import CrossingMaterial
-from stitchmesh.mixed.crossings.materials.fabric_materials import FabricMaterials
+from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial, FabricMaterials
 from stitchmesh.mixed.dynamics.backward_euler import Dynamics, DynamicsSettings
 from stitchmesh.mixed.dynamics.equilibrium import EquilibriumSettings, find_equilibrium
 from stitchmesh.mixed.enrichment.region import HYBRID, YARNS, Region, region_around

@@ -39,20 +39,18 @@ from stitchmesh.mixed.contact.body_friction import BodyFriction
 from stitchmesh.mixed.contact.contact_points import points_at_nodes
 from stitchmesh.mixed.contact.self_collision import SelfCollision
 from stitchmesh.mixed.crossings.crossing_elements import crossing_elements
+from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial, FabricMaterials
 from stitchmesh.mixed.crossings.crossing_term import CrossingTerm
 from stitchmesh.mixed.crossings.friction.sliding_friction import SlidingFriction
-from stitchmesh.mixed.crossings.materials.crossing_material import CrossingMaterial
-from stitchmesh.mixed.crossings.materials.fabric_materials import FabricMaterials
 from stitchmesh.mixed.crossings.yarn_gravity import YarnGravity
 from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
 from stitchmesh.mixed.layout.embedding import world_positions
 from stitchmesh.mixed.layout.weave import lay_weave
 from stitchmesh.mixed.mixed_vector import MixedVector
 from stitchmesh.mixed.term import MixedTerm
-from stitchmesh.mixed.triangles.measured_cloths import named_material
+from stitchmesh.mixed.triangles.material_file import named_material
 from stitchmesh.mixed.triangles.membrane import Membrane
-from stitchmesh.mixed.triangles.seam_material import SeamMaterial
-from stitchmesh.mixed.triangles.seam_rod import SeamRod
+from stitchmesh.mixed.triangles.seam_rod import SeamMaterial, SeamRod
 from stitchmesh.mixed.triangles.shell_bending import ShellBending
 
 COLUMNS = ("elements", "forces", "linearize", "product", "energy", "ns/element")

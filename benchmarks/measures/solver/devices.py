@@ -30,13 +30,12 @@ from stitchmesh.io import read_stitches, write_stitches
 from stitchmesh.mixed.adaptive_region import AdaptiveRegion
 from stitchmesh.mixed.layout.spline_yarns import SplineYarns
 from stitchmesh.mixed.layout.splines_on_stitches import lay_splines
-from stitchmesh.mixed.measured_budget import NodeBudget
+from stitchmesh.mixed.placement.chosen_region import NodeBudget
 from stitchmesh.mixed.scene.motion_section import Keyframe
 from stitchmesh.mixed.scene.region_section import RegionSection
 from stitchmesh.mixed.scene.scene import Scene
-from stitchmesh.mixed.scene.scene_fabric import PreparedScene, prepare
+from stitchmesh.mixed.scene.scene_fabric import PreparedScene, drawn_splines, prepare
 from stitchmesh.mixed.scene.scene_file import read_scene
-from stitchmesh.mixed.scene.spline_layout import drawn_splines
 from stitchmesh.mixed.simulation import begin_simulation
 from stitchmesh.quality import quality_named
 from stitchmesh.yarnrelax.energies import by_term

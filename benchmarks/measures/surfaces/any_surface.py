@@ -35,8 +35,7 @@ from stitchmesh.mesh import StitchMesh
 from stitchmesh.run import QUIET
 from stitchmesh.shaping.auto_stitches import ShapedFabric
 from stitchmesh.shaping.options import DEFAULT_PLACEMENT, PANEL_SIZE, Placement
-from stitchmesh.shaping.report import shaping_report
-from stitchmesh.shaping.topology import topology
+from stitchmesh.shaping.report import shaping_report, topology
 
 MOST_CHECKED = 10_000
 """Largest number of stitches whose loops are checked, which takes minutes beyond it."""
@@ -104,13 +103,10 @@ def stitches_of(surface: Surface, options: ShapingOptions) -> tuple[object, ...]
     """Knit one surface, and return its row."""
     mesh = surface.make()
     start = time.perf_counter()
-    shaped = sm.shape_fabric(
-        mesh, stitch_width=surface.width, most_shaping=options.most_shaping, shaping=options.shaping
-    )
+    shaping = sm.ShapingOptions(most_shaping=options.most_shaping, shaping=options.shaping)
+    shaped = sm.shape_fabric(mesh, stitch_width=surface.width, options=shaping)
     seconds = time.perf_counter() - start
-    made = relax_mesh(
-        shaped.fabric, surface=shaped.surface_mesh, device=options.device, run=QUIET
-    )
+    made = sm.relax_mesh(shaped.fabric, surface=shaped.surface_mesh, device=options.device, run=QUIET)
     fabric, how = made.fabric, made.report
     fabric = sm.make_room(fabric)
     report = shaping_report(fabric, shaped.given, surface.width, seconds)
@@ -161,7 +157,7 @@ def panels_of(surface: Surface, options: PanelOptions) -> tuple[object, ...]:
     same = topology(labeled) == topology(fabric) == topology(direct)
     held = ""
     if options.loops and fabric.face_count < MOST_CHECKED:
-        even = sm.relax_mesh(fabric, surface=mesh, run=QUIET)
+        even = sm.relax_mesh(fabric, surface=mesh, run=QUIET).fabric
         try:
             held = loops_of(even, sm.generate_yarns(even))
         except StitchMeshError as error:

@@ -36,7 +36,7 @@ from benchmarks.scenes.garments import Garment
 from benchmarks.table import Rows, note
 from benchmarks.timing import LOADING, relaxed
 from stitchmesh.budget.calibration import calibrate, device_title
-from stitchmesh.budget.settings import SETTINGS
+from stitchmesh.budget.plan import SETTINGS
 from stitchmesh.budget.tables import TABLES, Kind, MeasuredRelaxation, Table, read_tables
 from stitchmesh.compute.device import device_named
 from stitchmesh.errors import StitchMeshError

@@ -37,9 +37,9 @@ from stitchmesh.labeling.steps import LabelStep
 from stitchmesh.markup import Markup, markup
 from stitchmesh.mesh import FloatArray, IntArray, Mesh
 from stitchmesh.mesh.orientation import is_inside_out
-from stitchmesh.mesh.outline import outline_sides
 from stitchmesh.mesh.picking import pick as pick_place
 from stitchmesh.mesh.picking import picking_table, side_near_ray
+from stitchmesh.mesh.polygon_mesh import outline_sides
 from stitchmesh.render.labeling_drawing import (
     MISMATCH_COLOUR,
     faces_at_fault,

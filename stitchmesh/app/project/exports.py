@@ -13,13 +13,12 @@ from typing import Any
 from stitchmesh.app.project.project import Project
 from stitchmesh.editing.log import write_log
 from stitchmesh.hand_knitting import knitting_instructions
-from stitchmesh.io.atomic import write_json, write_text
+from stitchmesh.io.atomic import temporary_file, write_json, write_text
 from stitchmesh.io.history import write_history
 from stitchmesh.io.meshes import FORMATS as MESH_FORMATS
 from stitchmesh.io.meshes import write_mesh
 from stitchmesh.io.stitches import WRITABLE as STITCH_SUFFIXES
 from stitchmesh.io.stitches import write_stitches
-from stitchmesh.io.temporary_file import temporary_file
 from stitchmesh.io.yarns import FORMATS as YARN_FORMATS
 from stitchmesh.io.yarns import write_yarns
 from stitchmesh.labeling import write_labeling

@@ -24,11 +24,10 @@ from stitchmesh.app.project.state import NO_EDITS, NO_RESULTS, ProjectState, Res
 from stitchmesh.app.project.tables import FORMAT, VERSION, ProjectTable, SourceTable, WorkTable, work_fields, work_table
 from stitchmesh.errors import FileError, ParameterError, StitchMeshError
 from stitchmesh.io.atomic import write_bytes, write_text
-from stitchmesh.io.checked import check_value
+from stitchmesh.io.checked import check_value, read_json
 from stitchmesh.io.contents import read_bytes
 from stitchmesh.io.disk_refusal import refusal
 from stitchmesh.io.history import HistoryEntry
-from stitchmesh.io.json_file import read_json
 from stitchmesh.io.stitches import read_stitches, write_stitches
 from stitchmesh.io.yarns import read_yarns, write_yarns
 from stitchmesh.mesh.upright import Y

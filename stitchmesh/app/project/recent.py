@@ -18,8 +18,7 @@ from stitchmesh.app.project.project import Project
 from stitchmesh.app.project.project_folder import TABLE_NAME
 from stitchmesh.errors import ParameterError, StitchMeshError
 from stitchmesh.io.atomic import write_text
-from stitchmesh.io.checked import check_value
-from stitchmesh.io.json_file import read_json
+from stitchmesh.io.checked import check_value, read_json
 from stitchmesh.io.path_kind import is_file, is_there
 from stitchmesh.mesh import BORDER, Mesh
 

@@ -31,8 +31,8 @@ class Tessellate:
     def run(self) -> None:
         """Divide the panels into stitch faces, and write the stitch mesh."""
         from stitchmesh.io import read_stitches, write_stitches
-        from stitchmesh.mesh.stitch_counts import stitch_counts
-        from stitchmesh.tessellate.reached_size import reached_sizes
+        from stitchmesh.mesh.shaping_stitches import stitch_counts
+        from stitchmesh.tessellate.counts import reached_sizes
 
         size = self.yarn.measures(stitch_width=self.stitch_width, stitch_height=self.stitches.course_height)
         labeled = read_stitches(self.labeled)

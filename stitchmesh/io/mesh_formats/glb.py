@@ -36,7 +36,7 @@ from stitchmesh.io.contents import FilePath, check_expansion, check_points, read
 from stitchmesh.io.float32 import to_float32
 from stitchmesh.io.left_out import say_left_out
 from stitchmesh.io.mesh_formats.by_meshio import weld
-from stitchmesh.io.mesh_formats.triangles import strip_triangles
+from stitchmesh.io.mesh_formats.cells import strip_triangles
 from stitchmesh.io.yarn_formats.gltf import holds_tubes, tubes_error
 from stitchmesh.mesh import FloatArray, IntArray
 
@@ -503,7 +503,6 @@ def _viewed(file: _File, view: int | None, offset: int, count: int, kind: np.dty
 
 
 def _item(items: list[T], number: int | None, what: str) -> T:
-    """Return the item of a number."""
     if number is None or not 0 <= number < len(items):
         raise ValueError(f"it names {what} {number} of {len(items)}")
     return items[number]

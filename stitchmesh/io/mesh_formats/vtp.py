@@ -15,8 +15,7 @@ import numpy as np
 from stitchmesh.errors import FileError
 from stitchmesh.io.contents import FilePath, check_points
 from stitchmesh.io.left_out import say_left_out
-from stitchmesh.io.mesh_formats.cells import RING_OF_6, RING_OF_8, check_cells_left_out, used_points
-from stitchmesh.io.mesh_formats.triangles import strip_triangles
+from stitchmesh.io.mesh_formats.cells import RING_OF_6, RING_OF_8, check_cells_left_out, strip_triangles, used_points
 from stitchmesh.io.vtk_xml import Cells, read_vtk_points
 from stitchmesh.io.yarn_formats.vtp import write_poly_data
 from stitchmesh.mesh import FloatArray

@@ -26,8 +26,7 @@ import numpy as np
 
 from stitchmesh.errors import FileError, MeshError
 from stitchmesh.faces.face_mesh import Checkpoint, FaceMesh, Record
-from stitchmesh.faces.face_type import FaceType
-from stitchmesh.faces.stitch_names import is_foreign
+from stitchmesh.faces.face_type import FaceType, is_foreign
 from stitchmesh.io.atomic import write_text
 from stitchmesh.io.contents import FilePath, is_coordinate, read_lines
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from os import fspath
 
 from stitchmesh.errors import FileError, first_few
-from stitchmesh.faces.stitch_names import STITCHES_OF_NAMES
+from stitchmesh.faces.face_type import STITCHES_OF_NAMES
 from stitchmesh.io.contents import FilePath, is_coordinate, read_lines
 from stitchmesh.mesh.stitch import Stitch
 

@@ -18,8 +18,7 @@ from typing import Any
 
 from stitchmesh.errors import FileError, ParameterError, StitchMeshError
 from stitchmesh.io.atomic import atomic_path, write_json, write_text
-from stitchmesh.io.checked import check_value
-from stitchmesh.io.json_file import read_json
+from stitchmesh.io.checked import check_value, read_json
 from stitchmesh.io.path_kind import is_file
 from stitchmesh.jobs.sweep.column_units import titled, unit_of
 from stitchmesh.jobs.sweep.parquet_columns import read_columns

@@ -2,8 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Valid meshes from the polygons and triangles that modelling programs write, and the search for self-intersections."""
 
-from stitchmesh.mesh.repair.action import RepairAction
-from stitchmesh.mesh.repair.options import RepairOptions
+from stitchmesh.mesh.repair.action import RepairAction, RepairOptions
 from stitchmesh.mesh.repair.repair import Repaired, repair_mesh
 from stitchmesh.mesh.repair.self_intersections import self_intersections
 

@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from stitchmesh.mesh.polygon_mesh import BORDER, IntArray, Mesh, ranges
 from stitchmesh.mesh.repair.action import ActionLog
-from stitchmesh.mesh.repair.edges import edges_of
-from stitchmesh.mesh.repair.soup import Soup
+from stitchmesh.mesh.repair.soup import Soup, edges_of
 
 SMALLEST = 1e-4
 """Area of a component that is kept, as a multiple of the area of the largest component."""

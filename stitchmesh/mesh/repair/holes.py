@@ -16,8 +16,7 @@ import numpy as np
 from stitchmesh.mesh.polygon_mesh import FloatArray, IntArray
 from stitchmesh.mesh.repair.action import ActionLog
 from stitchmesh.mesh.repair.components import component_of_faces
-from stitchmesh.mesh.repair.edges import open_sides
-from stitchmesh.mesh.repair.soup import Soup
+from stitchmesh.mesh.repair.soup import Soup, open_sides
 from stitchmesh.mesh.repair.weld import median_edge
 
 MISSING_TRIANGLE = 4.0

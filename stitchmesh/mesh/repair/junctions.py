@@ -15,8 +15,7 @@ import numpy as np
 
 from stitchmesh.mesh.polygon_mesh import FloatArray, IntArray
 from stitchmesh.mesh.repair.action import ActionLog
-from stitchmesh.mesh.repair.edges import open_sides
-from stitchmesh.mesh.repair.soup import Soup, numbers_in
+from stitchmesh.mesh.repair.soup import Soup, numbers_in, open_sides
 
 ROUNDING = 1e-11
 """Distance from an edge that is rounding, as a multiple of the length of the edge."""

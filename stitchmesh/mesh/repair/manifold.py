@@ -17,9 +17,8 @@ from numpy.typing import NDArray
 from stitchmesh.mesh.connectivity import find_fans
 from stitchmesh.mesh.polygon_mesh import BORDER, FloatArray, IntArray
 from stitchmesh.mesh.repair.action import ActionLog
-from stitchmesh.mesh.repair.edges import EdgeSides, edge_keys, edge_sides, edges_of
 from stitchmesh.mesh.repair.orientation import patches_and_flips
-from stitchmesh.mesh.repair.soup import Soup
+from stitchmesh.mesh.repair.soup import EdgeSides, Soup, edge_keys, edge_sides, edges_of
 
 DECIMALS = 6
 """Decimals of the cosine between two faces in which a difference decides which of two pairs is flatter."""

@@ -19,16 +19,17 @@ from numpy.typing import ArrayLike
 
 from stitchmesh.errors import MeshError, check_kind
 from stitchmesh.mesh.polygon_mesh import Mesh
-from stitchmesh.mesh.repair.action import ActionLog, RepairAction
-from stitchmesh.mesh.repair.areas import remove_faces_without_area
+from stitchmesh.mesh.repair.action import ActionLog, RepairAction, RepairOptions
 from stitchmesh.mesh.repair.components import components_of, remove_small_components
-from stitchmesh.mesh.repair.duplicates import remove_duplicates
+from stitchmesh.mesh.repair.degenerate_faces import (
+    correct_repeated_corners,
+    remove_duplicates,
+    remove_faces_without_area,
+)
 from stitchmesh.mesh.repair.holes import fill_holes
 from stitchmesh.mesh.repair.junctions import join_junctions
 from stitchmesh.mesh.repair.manifold import make_manifold
-from stitchmesh.mesh.repair.options import RepairOptions
 from stitchmesh.mesh.repair.orientation import mesh_of, turn_outwards
-from stitchmesh.mesh.repair.repeated_corners import correct_repeated_corners
 from stitchmesh.mesh.repair.soup import Soup, soup_of
 from stitchmesh.mesh.repair.weld import weld, weld_distance
 

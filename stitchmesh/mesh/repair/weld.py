@@ -16,9 +16,8 @@ from numpy.typing import NDArray
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh.polygon_mesh import FloatArray, IntArray
-from stitchmesh.mesh.repair.edges import edges_of
-from stitchmesh.mesh.repair.options import RepairOptions
-from stitchmesh.mesh.repair.soup import Soup, numbers_in
+from stitchmesh.mesh.repair.action import RepairOptions
+from stitchmesh.mesh.repair.soup import Soup, edges_of, numbers_in
 
 OF_DIAGONAL = 1e-6
 """Weld distance as a multiple of the diagonal of the bounding box, if none is given."""

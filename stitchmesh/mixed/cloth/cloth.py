@@ -13,6 +13,10 @@ angle of an edge is
 
 with the unit vector e along the edge as the first triangle passes it, and the unit normals n_1 and n_2 of the first and
 the second triangle. It is zero where the cloth is flat, and positive on a ridge seen from outside.
+
+The border of a cloth in its sides: parts that run on without a corner.
+
+A rectangle has four; the hem of a skirt is one closed side.
 """
 
 from __future__ import annotations
@@ -21,6 +25,8 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components
 
 from stitchmesh.errors import MeshError, ParameterError, first_few
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, extent, frozen_array
@@ -28,6 +34,8 @@ from stitchmesh.mesh.connectivity import check_fans, find_twins
 
 SMALLEST_AREA = 1e-9
 """Smallest rest area of a triangle, as a part of the square of its longest edge."""
+CORNER = 50.0
+"""Angle by which a border turns at a corner [degrees]; the hem of a coarse sleeve turns by less at each edge."""
 
 
 def _no_edges() -> IntArray:
@@ -247,3 +255,19 @@ def _sides_with(side_vertices: IntArray, edges: IntArray, vertex_count: int) -> 
     place = np.minimum(np.searchsorted(number, wanted, sorter=order), len(number) - 1)
     found = order[place]
     return np.where(number[found] == wanted, found, BORDER)
+
+
+def border_sides(cloth: Cloth) -> tuple[IntArray, ...]:
+    """Return the sides of triangles along each part of the border, ascending; parts by their lowest side."""
+    sides = np.flatnonzero(cloth.twin == BORDER)
+    start, end = cloth.side_vertices[sides].T
+    along = cloth.vertices[end] - cloth.vertices[start]
+    along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), np.finfo(float).tiny)
+    leaving = np.full(len(cloth.vertices), -1)
+    leaving[start] = np.arange(len(sides))
+    following = leaving[end]  # A border is closed: a side leaves each vertex at which one ends.
+    smooth = (along * along[following]).sum(axis=1) > np.cos(np.radians(CORNER))
+    joined = np.flatnonzero(smooth), following[smooth]
+    graph = csr_array((np.ones(len(joined[0])), joined), shape=(len(sides), len(sides)))
+    count, part = connected_components(graph, directed=False)
+    return tuple(sides[part == number] for number in range(count))

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Attachments: vertices and yarn nodes that are held, or moved by keyframes (``prescribed_motion``)."""
+"""Attachments: vertices and yarn nodes that are held, or moved by keyframes."""
 
 from __future__ import annotations
 
@@ -10,8 +10,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.mesh import IntArray, frozen_array
+from stitchmesh.mesh import FloatArray, IntArray, frozen_array
 from stitchmesh.mixed.contact.motion import RigidMotion
+from stitchmesh.mixed.mixed_vector import Parts
 
 
 def _none() -> IntArray:
@@ -61,3 +62,62 @@ def at_simulated_nodes(attachments: Sequence[Attachment], node_number: IntArray)
         if len(own) + len(attachment.vertices):
             result.append(replace(attachment, nodes=own))
     return result
+
+
+class PrescribedMotion:
+    """Where attached vertices and nodes are at each time."""
+
+    def __init__(self, attachments: Sequence[Attachment], vertices: FloatArray, nodes: FloatArray) -> None:
+        """Prescribe the motion of attachments.
+
+        Args:
+            attachments: the attachments, whose nodes are numbered as ``nodes``.
+            vertices: positions of all vertices at the start [cm], shape (V, 3).
+            nodes: positions of all nodes at the start [cm], shape (N, 3).
+
+        Raises:
+            ParameterError: a number does not exist, or is in two attachments.
+        """
+        self._held = list(attachments)
+        self._vertices, self._nodes = np.asarray(vertices, dtype=np.float64), np.asarray(nodes, dtype=np.float64)
+        self.fixed_vertices = _numbers("vertex", [(a.name, a.vertices) for a in self._held], len(self._vertices))
+        """Numbers of the fixed vertices, ascending."""
+        self.fixed_nodes = _numbers("node", [(a.name, a.nodes) for a in self._held], len(self._nodes))
+        """Numbers of the fixed nodes, ascending."""
+
+    def positions(self, time: float) -> Parts:
+        """Positions at a time [s]: vertices, (V, 3), nodes, (N, 3), and zeros; what is not fixed stays at its start."""
+        v, p = self._vertices.copy(), self._nodes.copy()
+        for attachment in self._held:
+            v[attachment.vertices] = attachment.motion.places_at(self._vertices[attachment.vertices], time)
+            p[attachment.nodes] = attachment.motion.places_at(self._nodes[attachment.nodes], time)
+        return v, p, np.zeros((len(p), 2))
+
+    def displacements(self, begin: float, end: float) -> Parts:
+        """Displacements from one time to another [cm]; those of a step add up to the motion without drift."""
+        after, before = self.positions(end), self.positions(begin)
+        return after[0] - before[0], after[1] - before[1], after[2]
+
+    def places(self, time: float) -> Parts:
+        """Where displacements from time 0 to a time [s] have brought what is held: vertices, nodes, and zeros [cm]."""
+        moved = self.displacements(0.0, time)
+        return self._vertices + moved[0], self._nodes + moved[1], moved[2]
+
+    def velocities(self, begin: float, end: float) -> Parts:
+        """Mean velocities between two times [cm / s]: those with which a step reaches the place of its end."""
+        v, p, s = self.displacements(begin, end)
+        return v / (end - begin), p / (end - begin), s
+
+
+def _numbers(kind: str, chosen: Sequence[tuple[str, IntArray]], count: int) -> IntArray:
+    """All numbers of several attachments, which have none in common."""
+    taken: dict[int, str] = {}
+    for name, numbers in chosen:
+        for number in numbers.tolist():
+            if number >= count:
+                raise ParameterError(f"{name}: got {kind} {number}; expected 0 to {count - 1}")
+            if number in taken:
+                found = f"got {kind} {number}, which {taken[number]} holds"
+                raise ParameterError(f"{name}: {found}; expected each in one attachment")
+            taken[number] = name
+    return np.array(sorted(taken), dtype=np.int64)

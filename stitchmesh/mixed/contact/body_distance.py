@@ -43,10 +43,8 @@ from stitchmesh.mixed.contact.body import PlacedBody, SolidBody, to_body
 from stitchmesh.mixed.contact.contact_points import ContactPoints
 from stitchmesh.mixed.contact.point_map import PointMap
 from stitchmesh.mixed.contact.self_collision import PRESSURE
-from stitchmesh.mixed.kept_share import keep_share
-from stitchmesh.mixed.mixed_blocks import MixedBlocks
-from stitchmesh.mixed.mixed_vector import MixedVector
-from stitchmesh.mixed.term import MixedTerm
+from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
+from stitchmesh.mixed.term import MixedTerm, keep_share
 from stitchmesh.yarnrelax.energies.body_penalty import push_of, push_outside
 from stitchmesh.yarnrelax.energies.body_stiffness import body_block, outside_block, without_negative
 from stitchmesh.yarnrelax.energies.body_surface import gap_to

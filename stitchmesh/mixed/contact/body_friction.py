@@ -36,8 +36,7 @@ from stitchmesh.compute.precision import vector
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.contact.body import to_body
 from stitchmesh.mixed.contact.body_distance import BodyContact, block_products
-from stitchmesh.mixed.mixed_blocks import MixedBlocks
-from stitchmesh.mixed.mixed_vector import MixedVector
+from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
 from stitchmesh.mixed.term import MixedTerm
 from stitchmesh.yarnrelax.energies.body_surface import single
 from stitchmesh.yarnrelax.friction.friction_law import slip_curvature, slip_energy, slip_slope, within

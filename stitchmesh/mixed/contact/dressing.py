@@ -4,28 +4,139 @@
 
 Panels that are placed round a body cut it, in armpits for example, and a garment may be narrower than what it is put
 on. Rounds that spread the strain over the cloth (``cloth.starting_shape``) and rounds that move its vertices out of the
-bodies (``start_outside``) follow one another, so that the cloth goes round the body with little strain. At the end all
+bodies follow one another, so that the cloth goes round the body with little strain. At the end all
 contact points are moved out. Weight and bending have no part in it: a static equilibrium finds the rest.
+
+A contact point that is nearer to the surface than a clearance, or inside, asks for a move along the direction to the
+nearest place of the surface,
+
+    m = (clearance - d) n,       d the signed distance, n its gradient
+
+and each vertex moves by the mean of what its points ask for, weighted by their shares, until no point is left inside.
+The triangles that this stretches contract in the first steps of the simulation.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import warp as wp
+from numpy.typing import NDArray
 
 from stitchmesh.compute.device import alone
+from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.launch import launch
+from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import FloatArray
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.cloth.starting_shape import RestEdges
-from stitchmesh.mixed.contact.body import PlacedBody, SolidBody
-from stitchmesh.mixed.contact.start_outside import ENOUGH, moved_outside, outward_move
-from stitchmesh.mixed.contact.triangle_points import points_on_triangles
+from stitchmesh.mixed.contact.body import PlacedBody, SolidBody, to_body
+from stitchmesh.mixed.contact.contact_points import ContactPoints, points_on_triangles
+from stitchmesh.yarnrelax.energies.body_surface import gap_to
 
+OUTWARD_ROUNDS = 100
+"""Largest number of moves."""
+ENOUGH = 0.25
+"""Part of the clearance at which points may stay: the last moves are small and many."""
+FAR = 1e15
+"""A distance beyond that of any point [cm]."""
 ROUNDS = 300
 """Rounds of spreading strain; an edge of 2 cm hears from places 50 cm away after about as many."""
+
+
+@kernel
+def move_out(
+    # model
+    surface: Any,
+    clearance: Any,
+    limit: Any,
+    # state in
+    frame: wp.array[Any],
+    origin: wp.array[Any],
+    # state in and out
+    place: wp.array[Any],
+    # state out
+    distance: wp.array[Any],
+) -> None:
+    """Move each place that is nearer than the clearance; its signed distance before."""
+    i = wp.tid()
+    here = to_body(frame[0], origin[0], place[i])
+    gap = gap_to(surface, wp.vec4d(here[0], here[1], here[2], limit), limit)
+    distance[i] = gap[3]
+    if gap[3] < clearance:
+        place[i] += frame[0] * wp.vec3d(gap[0], gap[1], gap[2]) * (clearance - gap[3])
+
+
+@alone()
+def moved_outside(
+    points: ContactPoints, vertices: FloatArray, body: SolidBody, clearance: float, device: wp.Device
+) -> tuple[FloatArray, float]:
+    """Vertices of a cloth moved out of a body at time 0.
+
+    Args:
+        points: contact points on all triangles of the cloth (``points_on_triangles`` without weights).
+        vertices: positions [cm], shape (V, 3).
+        body: the body.
+        clearance: wanted distance of the points from its surface [cm].
+        device: where the distances are found.
+
+    Returns:
+        The positions [cm], shape (V, 3), and how deep the deepest point was inside [cm], zero without any inside.
+
+    Raises:
+        ParameterError: a clearance that is not positive, or points that find no way out.
+    """
+    if not (np.isfinite(clearance) and clearance > 0.0):
+        raise ParameterError(f"{body.name}: got a clearance of {clearance} cm; expected a positive number")
+    placed = PlacedBody(body, wp.float64, device)
+    moved, depth = np.array(vertices, dtype=np.float64), 0.0
+    for round_number in range(OUTWARD_ROUNDS):
+        move, distance = outward_move(points, moved, placed, clearance, device)
+        least = float(distance.min(initial=clearance))
+        depth = max(-least, 0.0) if round_number == 0 else depth
+        if least >= ENOUGH * clearance:
+            return moved, depth
+        moved += move
+    deep = int((distance < 0.0).sum())
+    found = f"{deep} of {len(points)} points, up to {max(-least, 0.0):.3g} cm deep, find no way out"
+    raise ParameterError(f"{body.name}: {found}; expected a cloth around it; place the cloth farther out")
+
+
+def outward_move(
+    points: ContactPoints, vertices: FloatArray, placed: PlacedBody, clearance: float, device: wp.Device
+) -> tuple[FloatArray, FloatArray]:
+    """Return how the vertices move out of a body in one round [cm], (V, 3), and how far the points are now [cm], (M,).
+
+    Args:
+        points: contact points on triangles.
+        vertices: positions [cm], shape (V, 3).
+        placed: the body.
+        clearance: wanted distance of the points from its surface [cm].
+        device: where the distances are found.
+    """
+    before = points.places(vertices, np.zeros((points.node_count, 3)))
+    place = wp.array(before, dtype=wp.vec3d, device=device)
+    distance = wp.zeros(len(points), dtype=wp.float64, device=device)
+    inputs = [placed.surface, wp.float64(clearance), wp.float64(FAR), placed.frame, placed.origin]
+    launch(move_out, len(points), inputs, [place, distance], device)
+    found = distance.numpy()
+    return _mean_at_vertices(points, place.numpy() - before, found < clearance), found
+
+
+def _mean_at_vertices(points: ContactPoints, wanted: FloatArray, near: NDArray[np.bool_]) -> FloatArray:
+    """Mean of the wanted moves of the near points of each vertex, weighted by their shares, shape (V, 3)."""
+    share = (points.share * near[:, None]).ravel()
+    index = points.index.ravel()
+    total = np.bincount(index, weights=share, minlength=points.vertex_count)
+    sums = [
+        np.bincount(index, weights=share * np.repeat(wanted[:, axis], 3), minlength=points.vertex_count)
+        for axis in range(3)
+    ]
+    moves: FloatArray = np.stack(sums, axis=1) / np.maximum(total, 1e-12)[:, None]
+    return moves
 
 
 @dataclass(frozen=True, eq=False)

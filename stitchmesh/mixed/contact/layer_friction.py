@@ -33,15 +33,15 @@ from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.launch import launch
 from stitchmesh.compute.precision import vector
 from stitchmesh.errors import ParameterError
+from stitchmesh.mixed.contact.body_distance import block_products
 from stitchmesh.mixed.contact.pair_penalty import distance_of, pair_size, pair_slope
 from stitchmesh.mixed.contact.self_collision import SelfCollision
-from stitchmesh.mixed.mixed_blocks import MixedBlocks
-from stitchmesh.mixed.mixed_vector import MixedVector
+from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
 from stitchmesh.mixed.term import MixedTerm
 from stitchmesh.yarnrelax.friction.friction_law import slip_curvature, slip_energy, slip_slope, within
 
 SLIP_SPEED = 1.0
-"""Default of the speed at which friction has its full size [cm / s]."""
+"""Relative speed of layers at which friction has its full size [cm / s]."""
 
 
 @kernel
@@ -176,41 +176,25 @@ def add_to_touching(
     force[i] = total
 
 
-@kernel
-def times_blocks(
-    # state in
-    block: wp.array[Any],
-    slip: wp.array[Any],
-    # state out
-    pull: wp.array[Any],
-) -> None:
-    """Blocks times vectors."""
-    i = wp.tid()
-    pull[i] = block[i] * slip[i]
-
-
 class LayerFriction(MixedTerm):
     """Friction between the layers of a cloth that collides with itself, on a device."""
 
     name = "layer friction"
 
-    def __init__(self, collision: SelfCollision, coefficient: float, *, slip_speed: float = SLIP_SPEED) -> None:
+    def __init__(self, collision: SelfCollision, coefficient: float) -> None:
         """Add friction to self-collision.
 
         Args:
             collision: the contact; it comes before this term in a solver's list.
             coefficient: mu.
-            slip_speed: relative speed of layers at which friction has its full size [cm / s].
 
         Raises:
             ParameterError: a coefficient below 0, or a slip speed that is not positive.
         """
         if not (np.isfinite(coefficient) and coefficient >= 0.0):
             raise ParameterError(f"layer friction: got a coefficient of {coefficient}; expected at least 0")
-        if not (np.isfinite(slip_speed) and slip_speed > 0.0):
-            raise ParameterError(f"layer friction: got a slip speed of {slip_speed} cm / s; expected a positive number")
         self.collision, self.points = collision, collision.points
-        self.coefficient, self.slip_speed = coefficient, slip_speed
+        self.coefficient = coefficient
         points, device = self.points, self.points.device
         self._law = wp.zeros(1, dtype=vector(2, points.scalar), device=device)
         self._load, self._numbers, self._block = points.scalars(), points.scalars(), points.blocks()
@@ -232,7 +216,7 @@ class LayerFriction(MixedTerm):
             self._fit_lists()
         run = partial(launch, device=self.points.device)
         self.points.place(state, self._start, run)
-        length = self.slip_speed * time_step
+        length = SLIP_SPEED * time_step
         self._law.assign([[0.5 * self.coefficient if length > 0.0 else 0.0, length if length > 0.0 else 1.0]])
         outputs = [self._load, self._normal, *self._lists]
         run(find_layer_loads, len(self.points), self.collision.inputs(self._start), outputs)
@@ -266,7 +250,7 @@ class LayerFriction(MixedTerm):
             return []
         launches = self.points.place(direction, self._place, launcher)
         launches.append(self._relative(self._zero, launcher))
-        launches.append(launcher(times_blocks, len(self.points), [self._block, self._slip], [self._pull]))
+        launches.append(launcher(block_products, len(self.points), [self._block, self._slip], [self._pull]))
         return launches + self._spread(product, launcher)
 
     def diagonal(self, blocks: MixedBlocks, launcher: Launcher) -> list[Any]:

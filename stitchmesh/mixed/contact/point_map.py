@@ -19,8 +19,7 @@ from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.precision import matrix, vector
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.contact.contact_points import ContactPoints
-from stitchmesh.mixed.mixed_blocks import MixedBlocks
-from stitchmesh.mixed.mixed_vector import MixedVector
+from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
 
 
 @kernel

@@ -26,8 +26,8 @@ from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.launch import launch
 from stitchmesh.compute.reduction import minimum
 from stitchmesh.errors import ParameterError
-from stitchmesh.mixed.contact.contact_points import ContactPoints
-from stitchmesh.mixed.contact.pair_lists import PairLists
+from stitchmesh.mixed.contact.contact_points import ContactPoints, SeamLinks
+from stitchmesh.mixed.contact.pair_lists import PairLists, seam_neighbours
 from stitchmesh.mixed.contact.pair_penalty import (
     distance_of,
     pair_energy,
@@ -37,17 +37,13 @@ from stitchmesh.mixed.contact.pair_penalty import (
     times_stiffness,
 )
 from stitchmesh.mixed.contact.point_map import PointMap
-from stitchmesh.mixed.contact.rest_neighbours import seam_neighbours
-from stitchmesh.mixed.contact.triangle_points import SeamLinks
-from stitchmesh.mixed.kept_share import keep_share
-from stitchmesh.mixed.mixed_blocks import MixedBlocks
-from stitchmesh.mixed.mixed_vector import MixedVector
-from stitchmesh.mixed.term import MixedTerm
+from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
+from stitchmesh.mixed.term import MixedTerm, keep_share
 
 PRESSURE = 2000.0
 """Default of P [dyn / cm^2]; the pressure at 0.7 thicknesses, 740 dyn / cm^2, is that of 25 layers of 30 mg / cm^2."""
 MARGIN = 0.5
-"""Default of the margin of the lists."""
+"""How much farther than contact the lists of pairs reach, over the distance of contact."""
 STOP = wp.constant(0.7)
 """Distance over the contact distance below which no single move brings a pair that approaches."""
 APPROACH = wp.constant(0.8)
@@ -209,7 +205,6 @@ class SelfCollision(MixedTerm):
         links: SeamLinks | None,
         *,
         pressure: float = PRESSURE,
-        margin: float = MARGIN,
         scalar: Any,
         device: wp.Device,
     ) -> None:
@@ -219,20 +214,18 @@ class SelfCollision(MixedTerm):
             points: the contact points, with the thickness of the cloth and their weights.
             links: where panels meet (``points_on_triangles``); None for a cloth without seams.
             pressure: P, the scale of the pressure between layers [dyn / cm^2].
-            margin: how much farther than contact the lists of pairs reach, over the distance of contact.
             scalar: Warp's floating-point type.
             device: where the term runs.
 
         Raises:
-            ParameterError: a pressure or a margin that is not positive.
+            ParameterError: a pressure that is not positive.
         """
-        for name, value in (("pressure", pressure), ("margin", margin)):
-            if not (np.isfinite(value) and value > 0.0):
-                raise ParameterError(f"self-collision: got a {name} of {value}; expected a positive number")
+        if not (np.isfinite(pressure) and pressure > 0.0):
+            raise ParameterError(f"self-collision: got a pressure of {pressure}; expected a positive number")
         none = SeamLinks(np.zeros((0, 2), dtype=np.int64), np.zeros((0, 2, 2)))
         seams = seam_neighbours(points, none if links is None else links)
         self.points = PointMap.of(points, scalar, device)
-        self.pairs = PairLists(self.points, seams, margin)
+        self.pairs = PairLists(self.points, seams, MARGIN)
         self._model = [self.pairs.radius, self.points.scalars(points.area), scalar(pressure)]
         self._exact = wp.ones(1, dtype=scalar, device=device)
         self._place, self._linear, self._move = (self.points.vectors() for _ in range(3))

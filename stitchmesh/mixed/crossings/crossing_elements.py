@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.mixed.blending import FULL, element_weight
-from stitchmesh.mixed.crossings.energies.merging import MERGING_SHARE
-from stitchmesh.mixed.crossings.materials.fabric_materials import FabricMaterials
+from stitchmesh.mixed.crossings.crossing_material import FabricMaterials
+from stitchmesh.mixed.crossings.energies.crossing_energies import MERGING_SHARE
 from stitchmesh.mixed.layout.crossing_yarns import NO_NODE, CrossingYarns
+from stitchmesh.mixed.term import FULL, element_weight
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -103,7 +103,7 @@ def crossing_elements(
             with other nodes are left out.
         alpha: blending field at the simulated nodes, in [0, 1], shape (N,); 1 if it is None. An element has the mean of
             its nodes as weight.
-        full: nodes of the full-yarn region, whose elements weigh 1 (``blending``), shape (N,); none by default.
+        full: nodes of the full-yarn region, whose elements weigh 1 (``term``), shape (N,); none by default.
         slides: whether Eulerian coordinates are free, shape (N, 2). If it is None, those are free that lie between two
             simulated neighbours of their yarn with alpha = 1 at all three nodes, away from rods. The ends of yarns, and
             nodes at the border of a region without Eulerian coordinates, hold their yarn.

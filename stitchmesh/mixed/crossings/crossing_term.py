@@ -3,20 +3,37 @@
 """The elastic energy of crossing yarns as a term of the mixed system: stretch, contact, bending and shear.
 
 Products with the Hessian come from the blocks of each star, which are found once for a state and stored.
+
+*The longest step.* Along a direction, no segment of yarn may lose more than a share of its rest length.
+A line search starts with this step, so that nodes that slide towards one another come closer by a factor at most and
+never pass: D + t dD >= (1 - share) D. A segment that is shorter than its merging distance e already may lose the share
+of e (``crossing_energies``).
+
+*Yield of bending.* A yarn that is bent by too much keeps a part of it. At a node with the angle t, the rest angle r and
+the span D, the change of curvature from rest is 2 (t - r) / D (``crossing_energies``). Beyond the yield curvature
+kappa_y the rest angle follows (ideal plasticity):
+
+    r <- t - max(-y, min(t - r, y)),    y = kappa_y D / 2
+
+It changes once a step, after the step is accepted, so that a step has one elastic energy.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import warp as wp
 
 from stitchmesh.compute.captured import Launcher
+from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.launch import launch
-from stitchmesh.mixed.crossings.bending_yield import turn_after_yield
+from stitchmesh.compute.precision import vector
+from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.crossings.crossing_elements import CrossingElements
-from stitchmesh.mixed.crossings.crossing_model import CrossingModel
+from stitchmesh.mixed.crossings.energies.angle import angle_of, place_of
+from stitchmesh.mixed.crossings.star.star import coordinate_of, leg_of
 from stitchmesh.mixed.crossings.star.star_hessian import (
     add_star_diagonal,
     find_star_blocks,
@@ -24,10 +41,136 @@ from stitchmesh.mixed.crossings.star.star_hessian import (
 )
 from stitchmesh.mixed.crossings.star.star_kernels import add_star_slots, find_star_energies, find_star_forces
 from stitchmesh.mixed.crossings.star.star_memory import BLOCK_NUMBERS, LEG_NUMBERS, numbers_of
-from stitchmesh.mixed.crossings.step_limit import sliding_limits
-from stitchmesh.mixed.mixed_blocks import MixedBlocks
-from stitchmesh.mixed.mixed_vector import MixedVector
+from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
 from stitchmesh.mixed.term import MixedTerm
+
+
+@dataclass(frozen=True, eq=False)
+class CrossingModel:
+    """Constants of N crossing nodes on a device; the meaning of the values is that of ``CrossingElements``."""
+
+    link: wp.array[wp.int32]
+    """Neighbours as 2 j + c, or -1; shape (N, 4)."""
+    slides: wp.array[Any]
+    """1 for each free Eulerian coordinate and 0 for each fixed one, two-vectors; shape (N,)."""
+    segment: wp.array[Any]
+    """k_s, k_c L, contact distance and merging distance of each segment, four-vectors; shape (N, 2)."""
+    bend: wp.array[Any]
+    """k_b and the merging distance of both segments together, two-vectors; shape (N, 2)."""
+    shear: wp.array[Any]
+    """k_x L of the quadrants, four-vectors; shape (N,)."""
+    shear_rest: wp.array[Any]
+    """Rest angle of the first quadrant, shape (N,)."""
+    count: int
+    """Number N of nodes."""
+
+    @staticmethod
+    def of(elements: CrossingElements, scalar: Any, device: wp.Device) -> CrossingModel:
+        """The constants of elements, in the precision of ``scalar``."""
+        merging = elements.merging_distance
+        before = elements.link[:, 1::2]
+        span = merging + np.where(before >= 0, merging.reshape(-1)[np.maximum(before, 0)], 0.0)
+        segment = [elements.stretch, elements.contact, elements.contact_distance, merging]
+
+        def upload(values: Any, size: int = 1) -> wp.array[Any]:
+            return wp.array(values, dtype=scalar if size == 1 else vector(size, scalar), device=device)
+
+        return CrossingModel(
+            link=wp.array(elements.link.astype(np.int32), dtype=wp.int32, device=device),
+            slides=upload(elements.slides.astype(np.float64), 2),
+            segment=upload(np.stack(segment, axis=-1), 4),
+            bend=upload(np.stack([elements.bending, span], axis=-1), 2),
+            shear=upload(elements.shear, 4),
+            shear_rest=upload(elements.rest_shear),
+            count=elements.count,
+        )
+
+    @property
+    def constants(self) -> list[Any]:
+        """The first arguments of the kernels over stars."""
+        return [self.link, self.segment, self.bend, self.shear, self.shear_rest]
+
+
+@kernel
+def find_step_limits(
+    # model
+    link: wp.array2d[wp.int32],
+    slides: wp.array[Any],
+    segment: wp.array2d[Any],
+    share: Any,
+    # state in
+    sliding: wp.array[Any],
+    direction: wp.array[Any],
+    # state out
+    limit: wp.array[Any],
+) -> None:
+    """Longest step of the segments after each node, at most 1."""
+    i = wp.tid()
+    one = type(share)(1.0)
+    longest = type(share)(1.0)
+    for c in range(2):
+        after = link[i, 2 * c]
+        if after >= 0:
+            rest = coordinate_of(after, sliding, one) - sliding[i][c]
+            ahead = coordinate_of(after, direction, one) * coordinate_of(after, slides, one)
+            loss = direction[i][c] * slides[i][c] - ahead
+            allowed = share * wp.max(rest, segment[i, c][3])
+            if loss * longest > allowed:
+                longest = allowed / loss
+    limit[i] = longest
+
+
+def sliding_limits(
+    model: CrossingModel,
+    state: MixedVector,
+    direction: MixedVector,
+    limits: wp.array[Any],
+    launcher: Launcher,
+    *,
+    share: float = 0.5,
+) -> list[Any]:
+    """The launch that finds the longest step t in (0, 1] along a direction for the segments of each node.
+
+    Args:
+        model: the segments.
+        state: Eulerian coordinates at the beginning of the step [cm].
+        direction: what a step of 1 adds to the state.
+        limits: set to t of each node, shape (N,).
+        launcher: ``launch`` or ``prepare`` with the device bound.
+        share: share of its rest length that a segment may lose, in (0, 1).
+
+    Raises:
+        ParameterError: the share is out of range.
+    """
+    if not 0.0 < share < 1.0:
+        raise ParameterError(f"step limit: got a share of {share}; expected a number between 0 and 1")
+    if model.count == 0:
+        return []
+    inputs = [model.link, model.slides, model.segment, state.scalar(share), state.sliding, direction.sliding]
+    return [launcher(find_step_limits, model.count, inputs, [limits])]
+
+
+@kernel
+def turn_after_yield(
+    # model
+    link: wp.array2d[wp.int32],
+    yield_curvature: wp.array2d[Any],
+    # state in
+    nodes: wp.array[Any],
+    sliding: wp.array[Any],
+    # state out
+    turn: wp.array2d[Any],
+) -> None:
+    """Let the rest angles of both yarns of each node follow the angles beyond their limits."""
+    i = wp.tid()
+    n = int(2)
+    for c in range(n):
+        after, before = link[i, 2 * c], link[i, 2 * c + 1]
+        if after >= 0 and before >= 0:
+            leg, other = leg_of(link, nodes, sliding, i, 2 * c), leg_of(link, nodes, sliding, i, 2 * c + 1)
+            angle, span = angle_of(-place_of(other), place_of(leg)), leg[3] - other[3]
+            most = yield_curvature[i, c] * span * type(span)(0.5)
+            turn[i, c] = angle - wp.clamp(angle - turn[i, c], -most, most)
 
 
 class CrossingTerm(MixedTerm):

@@ -10,8 +10,8 @@ have a segment from P to Q, the axis of the contact.
 
 Two legs leave the contact across its axis: the link p of the new loop to its neighbour, at P, and the head r of the
 old loop, at Q. They lie opposite to one another, and on the same side of the fabric, the side on which the u yarn
-lies at P. The half planes of the axis with p and with r span the angle of wrapping (``wrapping``), and the two yarns
-turn towards that side: the rest angle is a quarter turn with the sign of side(P), and of the side of the axis on
+lies at P. The half planes of the axis with p and with r span the angle of wrapping (``stitch_energies``), and the two
+yarns turn towards that side: the rest angle is a quarter turn with the sign of side(P), and of the side of the axis on
 which p lies. In a stockinette the legs turn to the back, so that its side borders curl to the back. The other two
 legs, of the new loop at Q and of the old loop at P, continue the axis and span no half plane.
 
@@ -30,20 +30,20 @@ from numpy.typing import ArrayLike, NDArray
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.precision import matrix, vector
-from stitchmesh.mixed.blending import element_weight
 from stitchmesh.mixed.crossings.crossing_elements import CrossingElements
-from stitchmesh.mixed.crossings.energies.stitch_length import (
+from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial
+from stitchmesh.mixed.crossings.energies.stitch_energies import (
     stitch_length_energy,
     stitch_length_force,
     stitch_length_product,
+    wrapping_energy,
+    wrapping_force,
+    wrapping_product,
 )
-from stitchmesh.mixed.crossings.energies.wrapping import wrapping_energy, wrapping_force, wrapping_product
-from stitchmesh.mixed.crossings.materials.crossing_material import CrossingMaterial
 from stitchmesh.mixed.gather import GatherTable
 from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
-from stitchmesh.mixed.mixed_blocks import MixedBlocks
-from stitchmesh.mixed.mixed_vector import MixedVector
-from stitchmesh.mixed.term import MixedTerm
+from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
+from stitchmesh.mixed.term import MixedTerm, element_weight
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +77,7 @@ def stitch_elements(
         elements: the elements of its simulated nodes.
         material: of the yarn.
         alpha: blending field at the simulated nodes, shape (N,); 1 if it is None.
-        full: nodes of the full-yarn region, whose elements weigh 1 (``blending``), shape (N,); none by default.
+        full: nodes of the full-yarn region, whose elements weigh 1 (``term``), shape (N,); none by default.
     """
     blend = np.ones(elements.count) if alpha is None else np.asarray(alpha, dtype=np.float64)
     number = np.full(yarns.node_count, -1)

@@ -27,10 +27,7 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.crossings.crossing_elements import CrossingElements
 from stitchmesh.mixed.crossings.star.star import coordinate_of, leg_vector
 from stitchmesh.mixed.mixed_vector import MixedVector
-from stitchmesh.mixed.term import MixedTerm
-
-STANDARD = (0.0, -981.0, 0.0)
-"""Acceleration on Earth [cm/s^2]; y points up."""
+from stitchmesh.mixed.term import EARTH, MixedTerm
 
 
 @wp.func
@@ -109,7 +106,7 @@ class YarnGravity(MixedTerm):
         elements: CrossingElements,
         scalar: Any,
         device: wp.Device,
-        acceleration: ArrayLike = STANDARD,
+        acceleration: ArrayLike = EARTH,
     ) -> None:
         """Put the densities on a device.
 

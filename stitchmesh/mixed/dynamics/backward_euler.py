@@ -162,12 +162,6 @@ class Dynamics:
         kinetic = 0.5 * self.system.dot(self.velocities, self._mass_times_velocities())
         return {**self.system.energies(self.positions), "kinetic": kinetic}
 
-    def momentum(self) -> NDArray[np.float64]:
-        """Momentum of vertices and nodes [g cm/s], shape (3,)."""
-        vertices, nodes, _ = self._mass_times_velocities().numpy()
-        total: NDArray[np.float64] = vertices.sum(axis=0) + nodes.sum(axis=0)
-        return total
-
     def _mass_times_velocities(self) -> MixedVector:
         """With the masses at the present positions: a step that begins or a resumed run finds them anew, too."""
         product = self.positions.like()

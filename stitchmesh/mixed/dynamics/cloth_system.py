@@ -8,7 +8,9 @@ blended (Casafranca et al. 2020, sections 4.1 and 4.2). Contact, attachments and
 
 The two yarn models, crossings and B-splines, differ in what ``YarnPart`` holds. Where the nodes of B-splines stand out
 of the triangles, the positions at the beginning are not yet of the form p = B v + F x. They are changed so that they
-are (``enrichment.start_positions``); the heights of the loops then belong to F x.
+are (``enrichment.projection``); the heights of the loops then belong to F x.
+
+Masses of the triangles, which ``dynamics.mass_matrix`` lumps at vertices, and of the rods along seams (C 4.2).
 """
 
 from __future__ import annotations
@@ -22,40 +24,63 @@ import warp as wp
 from numpy.typing import ArrayLike, NDArray
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.mixed.blending import FULL
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.crossings.crossing_elements import CrossingElements, crossing_elements
+from stitchmesh.mixed.crossings.crossing_material import FabricMaterials
 from stitchmesh.mixed.crossings.crossing_term import CrossingTerm
 from stitchmesh.mixed.crossings.friction.sliding_friction import SlidingFriction
-from stitchmesh.mixed.crossings.materials.fabric_materials import FabricMaterials
 from stitchmesh.mixed.crossings.stitch_term import StitchTerm, stitch_elements
 from stitchmesh.mixed.crossings.yarn_gravity import YarnGravity
 from stitchmesh.mixed.crossings.yarn_mass import YarnMass
-from stitchmesh.mixed.dynamics.blended_masses import BlendedMasses, blend_masses
-from stitchmesh.mixed.dynamics.mass_matrix import MassMatrix, NodeMasses
+from stitchmesh.mixed.dynamics.mass_matrix import BlendedMasses, MassMatrix, NodeMasses, blend_masses
 from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
 from stitchmesh.mixed.dynamics.spline_part import spline_masses, spline_term
 from stitchmesh.mixed.dynamics.weight import Weight
 from stitchmesh.mixed.enrichment.balanced_weights import StretchedCloth, StretchWeights, balanced_weights
-from stitchmesh.mixed.enrichment.embedding import embed
-from stitchmesh.mixed.enrichment.free_unknowns import FreeUnknowns
+from stitchmesh.mixed.enrichment.embedding import FreeUnknowns, embed
+from stitchmesh.mixed.enrichment.projection import make_consistent
 from stitchmesh.mixed.enrichment.region import TRIANGLES, Region
-from stitchmesh.mixed.enrichment.start_positions import make_consistent
 from stitchmesh.mixed.layout.crossing_yarns import WARP, WEFT, CrossingYarns
-from stitchmesh.mixed.layout.laid_yarns import LaidYarns
-from stitchmesh.mixed.layout.spline_yarns import SplineYarns
+from stitchmesh.mixed.layout.spline_yarns import LaidYarns, SplineYarns
 from stitchmesh.mixed.mixed_vector import MixedVector
 from stitchmesh.mixed.splines.spline_material import SplineMaterial
-from stitchmesh.mixed.term import MixedTerm
-from stitchmesh.mixed.triangles.cloth_mass import rod_masses, triangle_masses
-from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
+from stitchmesh.mixed.term import EARTH, FULL, MixedTerm
+from stitchmesh.mixed.triangles.cloth_material import ClothMaterial, checked_weights, materials_of_panels
 from stitchmesh.mixed.triangles.membrane import Membrane
-from stitchmesh.mixed.triangles.seam_material import SeamMaterial
-from stitchmesh.mixed.triangles.seam_rod import SeamRod
+from stitchmesh.mixed.triangles.seam_rod import SeamMaterial, SeamRod, rest_lengths
 from stitchmesh.mixed.triangles.shell_bending import ShellBending
 
-EARTH = (0.0, -981.0, 0.0)
-"""Acceleration on Earth [cm/s^2]; the y axis points up."""
+
+def triangle_masses(cloth: Cloth, materials: ClothMaterial | Sequence[ClothMaterial]) -> NDArray[np.float64]:
+    """Mass of each triangle: area at rest times density [g], shape (T,).
+
+    Args:
+        cloth: T triangles in panels.
+        materials: one material for all panels, or one for each panel.
+
+    Raises:
+        ParameterError: the number of materials is not that of the panels.
+    """
+    chosen = materials_of_panels(materials, len(cloth.panel_names))
+    density = np.array([one.density for one in chosen])[cloth.panel if len(chosen) > 1 else 0]
+    masses: NDArray[np.float64] = cloth.rest_area * density
+    return masses
+
+
+def rod_masses(cloth: Cloth, material: SeamMaterial, weight: ArrayLike | None = None) -> NDArray[np.float64]:
+    """Lumped mass of each vertex from the rods along the seams, half of each edge at its ends [g], shape (V,).
+
+    Args:
+        cloth: a cloth with S edges on seams.
+        material: density of the rods.
+        weight: blending weight of each edge, shape (S,); by default 1.
+
+    Raises:
+        ParameterError: a weight is not in [0, 1].
+    """
+    mass = rest_lengths(cloth) * material.density * checked_weights(weight, len(cloth.seam_edges))
+    lumped = np.bincount(cloth.seam_edges.ravel(), np.repeat(mass / 2.0, 2), len(cloth.vertices))
+    return lumped.astype(np.float64)
 
 
 @dataclass(frozen=True)

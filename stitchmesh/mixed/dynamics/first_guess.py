@@ -16,7 +16,7 @@ from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
 from stitchmesh.mixed.dynamics.newton import NewtonState, Quadratic
-from stitchmesh.mixed.dynamics.read_sums import ReadSums
+from stitchmesh.mixed.dynamics.vector_sums import ReadSums
 from stitchmesh.mixed.mixed_vector import MixedVector
 
 

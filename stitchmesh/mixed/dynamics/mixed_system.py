@@ -5,11 +5,17 @@
 The matrix of a linear system is factor 1 times the Hessian of all terms plus factor 0 times the mass matrix (Casafranca
 et al. 2020, equation 11, divided by h^2). Products are matrix-free, and the iterations of the solver are captured again
 only when the arrays of a term are replaced.
+
+Launches that are captured when they first run with some vectors, and repeated after that.
+
+A launch from Python takes some ten microseconds, longer than most kernels of a small system run. Forces, energies and
+what a product needs are therefore captured like the iterations of the linear solver: one graph on a GPU, one table on a
+CPU.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Hashable, Iterable, Sequence
 from functools import partial
 from itertools import chain
 from typing import Any
@@ -18,22 +24,72 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
-from stitchmesh.compute.captured import Branches, CopyArray, Launcher, ZeroArray
-from stitchmesh.compute.launch import launch
+from stitchmesh.compute.captured import Branches, CapturedLaunches, CopyArray, Launcher, ZeroArray
+from stitchmesh.compute.launch import launch, prepare
 from stitchmesh.compute.precision import vector
 from stitchmesh.errors import ParameterError
-from stitchmesh.mixed.dynamics.blended_masses import BlendedMasses
 from stitchmesh.mixed.dynamics.conjugate_gradients import ConjugateGradients
-from stitchmesh.mixed.dynamics.mass_matrix import MassMatrix, NodeMasses
-from stitchmesh.mixed.dynamics.read_sums import ReadSums
-from stitchmesh.mixed.dynamics.repeated_launches import RepeatedLaunches
-from stitchmesh.mixed.dynamics.vector_sums import choose
-from stitchmesh.mixed.enrichment.embedding import Embedding
-from stitchmesh.mixed.enrichment.free_unknowns import FreeUnknowns
+from stitchmesh.mixed.dynamics.mass_matrix import BlendedMasses, MassMatrix, NodeMasses
+from stitchmesh.mixed.dynamics.vector_sums import ReadSums, choose
+from stitchmesh.mixed.enrichment.embedding import Embedding, FreeUnknowns
 from stitchmesh.mixed.enrichment.preconditioner import Preconditioner
-from stitchmesh.mixed.mixed_blocks import MixedBlocks
-from stitchmesh.mixed.mixed_vector import MixedVector
+from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
 from stitchmesh.mixed.term import MixedTerm
+
+MOST = 64
+"""Largest number of sequences that are kept; the one that was captured first is forgotten first."""
+
+
+class RepeatedLaunches:
+    """Captured sequences of launches of one system."""
+
+    def __init__(self, device: wp.Device) -> None:
+        """Begin without any."""
+        self._device = device
+        self._run: Launcher = partial(prepare, device=device)
+        self._captured: dict[Hashable, tuple[CapturedLaunches | None, ReadSums, tuple[MixedVector, ...]]] = {}
+
+    def clear(self) -> None:
+        """Forget all sequences, because an array that they name has been replaced."""
+        self._captured.clear()
+
+    def run(
+        self, name: Hashable, vectors: tuple[MixedVector, ...], make: Callable[[Launcher, ReadSums], list[Any]]
+    ) -> ReadSums:
+        """Run a sequence of launches.
+
+        Args:
+            name: what the sequence does; numbers that its launches contain are part of the name.
+            vectors: the vectors that it reads and writes.
+            make: from a launcher to the launches; called when the sequence has not run with these vectors yet. It may
+                add sums, which are found after the launches.
+
+        Returns:
+            the sums, to be read.
+        """
+        key = (name, *(id(vector) for vector in vectors))
+        if key not in self._captured:
+            self._captured[key] = self._capture(vectors, make)
+            while len(self._captured) > MOST:
+                del self._captured[next(iter(self._captured))]
+        captured, sums, _vectors = self._captured[key]
+        if captured is not None:
+            captured.launch()
+        return sums
+
+    def read(
+        self, name: Hashable, vectors: tuple[MixedVector, ...], make: Callable[[Launcher, ReadSums], list[Any]]
+    ) -> NDArray[np.float64]:
+        """Run a sequence and read its sums; arguments as for ``run``."""
+        return self.run(name, vectors, make).read()
+
+    def _capture(
+        self, vectors: tuple[MixedVector, ...], make: Callable[[Launcher, ReadSums], list[Any]]
+    ) -> tuple[CapturedLaunches | None, ReadSums, tuple[MixedVector, ...]]:
+        sums = ReadSums(self._device)
+        launches = make(self._run, sums)
+        launches += sums.launches(self._run)
+        return CapturedLaunches(launches, self._device) if launches else None, sums, vectors
 
 
 class MixedSystem:
@@ -188,11 +244,6 @@ class MixedSystem:
     def mass_launches(self, direction: MixedVector, product: MixedVector, run: Launcher) -> list[Any]:
         """The launches that set ``product`` to M d."""
         return [ZeroArray(product.values), *self.mass.combine_products(self._unit, direction, product, run)]
-
-    def set_hessian_product(self, direction: MixedVector, product: MixedVector) -> None:
-        """Set ``product`` to H d of the last ``linearize``."""
-        vectors = direction, product
-        self.repeated.run("product", vectors, lambda run, _: self.hessian_launches(*vectors, run))
 
     def hessian_launches(self, direction: MixedVector, product: MixedVector, run: Launcher) -> list[Any]:
         """The launches that set ``product`` to H d of the last ``linearize``."""

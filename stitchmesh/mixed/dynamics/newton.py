@@ -29,8 +29,7 @@ import warp as wp
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.mixed.dynamics.conjugate_gradients import SolveReport
 from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
-from stitchmesh.mixed.dynamics.read_sums import ReadSums
-from stitchmesh.mixed.dynamics.vector_sums import move_launch, remaining_launch, set_sum, sum_launch
+from stitchmesh.mixed.dynamics.vector_sums import ReadSums, move_launch, remaining_launch, set_sum, sum_launch
 from stitchmesh.mixed.mixed_vector import MixedVector
 
 DECREASE = 1e-4

@@ -2,14 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """What B-spline yarns bring to a mixed system: the energy and the masses of the yarns in the region and beside it.
 
-Segments have weights by alpha at their control points, as all elements of yarns (``blending``). Control points beside
+Segments have weights by alpha at their control points, as all elements of yarns (``term``). Control points beside
 the region have an alpha of zero, are carried by the triangles, and reach as far as yarns of the region touch them. Each
 weight is at least the smallest one of the region.
 
 The mass m l of a segment goes to its four control points in the parts (1, 11, 11, 1) / 24, the row sums of its mass
 matrix (Leaf et al. 2018, appendix B). The three legs between them have the masses (2, 20, 2) / 24, half of which
 belongs to each end. With the weight of the segment, they blend with the masses of the triangles as the yarn between
-crossings does (``blended_masses``). Carried control points have no mass of their own.
+crossings does (``mass_matrix``). Carried control points have no mass of their own.
 """
 
 from __future__ import annotations
@@ -21,15 +21,15 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
-from stitchmesh.mixed.blending import FULL, element_weight
 from stitchmesh.mixed.cloth.cloth import Cloth
-from stitchmesh.mixed.dynamics.blended_masses import BlendedMasses, blend_masses
+from stitchmesh.mixed.dynamics.mass_matrix import BlendedMasses, blend_masses
 from stitchmesh.mixed.enrichment.region import TRIANGLES, Region
 from stitchmesh.mixed.layout.spline_yarns import SplineYarns
 from stitchmesh.mixed.splines.carried_points import CarriedSplinePoints, Carrier
 from stitchmesh.mixed.splines.spline_material import SplineMaterial
 from stitchmesh.mixed.splines.spline_pieces import spline_pieces
 from stitchmesh.mixed.splines.spline_term import SplineTerm
+from stitchmesh.mixed.term import FULL, element_weight
 from stitchmesh.yarn import YarnSet
 
 REACH = 2

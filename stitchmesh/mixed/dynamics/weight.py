@@ -4,7 +4,7 @@
 
     E = - sum over vertices m_i g . v_i - sum over nodes m_j g . p_j        [erg]
 
-Masses are blended already (``blended_masses``), so that a system in free fall has the acceleration g everywhere. The
+Masses are blended already (``mass_matrix``), so that a system in free fall has the acceleration g everywhere. The
 Eulerian coordinates have no weight here: that of yarn that slides up or down belongs to the yarn model.
 """
 
@@ -22,7 +22,7 @@ from stitchmesh.compute.precision import vector
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.dynamics.mass_matrix import MassMatrix
 from stitchmesh.mixed.mixed_vector import MixedVector
-from stitchmesh.mixed.term import MixedTerm
+from stitchmesh.mixed.term import EARTH, MixedTerm
 
 
 @kernel
@@ -70,7 +70,7 @@ class Weight(MixedTerm):
 
     name = "weight"
 
-    def __init__(self, mass: MassMatrix, acceleration: ArrayLike = (0.0, -981.0, 0.0)) -> None:
+    def __init__(self, mass: MassMatrix, acceleration: ArrayLike = EARTH) -> None:
         """Weight for an acceleration [cm/s^2], shape (3,); the y axis points up.
 
         Raises:

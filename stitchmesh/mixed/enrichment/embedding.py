@@ -14,6 +14,8 @@ stored: positions v and p are of the form p = B v + F x if and only if
     E (v, p) = B_C' p - G_C v = 0,         G_C = B_C' B,
 
 which is how ``constraint`` and the solver keep it.
+
+Which coordinates of the mixed system are unknown, and which have prescribed velocities.
 """
 
 from __future__ import annotations
@@ -21,11 +23,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy.linalg.lapack import dpstrf
 from scipy.sparse import csr_array
 
-from stitchmesh.mixed.enrichment.region import HYBRID, Integers, Numbers, Region
+from stitchmesh.mixed.enrichment.region import HYBRID, Integers, Numbers, Region, numbers_below
 
 DEPENDENT = 1e-10
 """Square of the part of a column of unit length outside the other columns, below which it depends on them. Rounding of
@@ -113,3 +115,35 @@ def independent_columns(basis: csr_array) -> Integers:
     dense: NDArray[np.float64] = gram[used][:, used].toarray() / np.outer(length, length)
     _factor, pivots, rank, _info = dpstrf(dense, tol=DEPENDENT)
     return np.sort(used[pivots[:rank] - 1])
+
+
+@dataclass(frozen=True, eq=False)
+class FreeUnknowns:
+    """Which coordinates move; what is fixed has a prescribed velocity instead."""
+
+    vertices: NDArray[np.bool_]
+    """Shape (V,); vertices without triangles of their own in the system are not free."""
+    nodes: NDArray[np.bool_]
+    """Of the simulated nodes, shape (n,)."""
+    sliding: NDArray[np.bool_]
+    """Eulerian coordinates (u, v) of the simulated nodes, shape (n, 2)."""
+
+    @staticmethod
+    def of(region: Region, *, fixed_vertices: ArrayLike = (), fixed_nodes: ArrayLike = ()) -> FreeUnknowns:
+        """The unknowns of a region without the fixed ones.
+
+        Args:
+            region: the region of interest.
+            fixed_vertices: numbers of vertices.
+            fixed_nodes: numbers of nodes in the layout; nodes that are not simulated are left out. Their Eulerian
+                coordinates are fixed too.
+
+        Raises:
+            ParameterError: a number does not exist.
+        """
+        vertices = region.unknown_vertices
+        vertices[numbers_below("fixed vertices", fixed_vertices, len(vertices))] = False
+        nodes = np.ones(len(region.nodes), dtype=bool)
+        fixed = region.node_number[numbers_below("fixed nodes", fixed_nodes, len(region.node_triangle))]
+        nodes[fixed[fixed >= 0]] = False
+        return FreeUnknowns(vertices, nodes, np.repeat((nodes & region.sliding_nodes)[:, None], 2, axis=1))

@@ -38,8 +38,7 @@ from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.launch import prepare
 from stitchmesh.compute.partial_sums import WIDTH, add_parts, chunk_of, part_count
 from stitchmesh.compute.thread_block import THREADS, Slots, sum_over_block
-from stitchmesh.mixed.enrichment.embedding import Embedding
-from stitchmesh.mixed.enrichment.free_unknowns import FreeUnknowns
+from stitchmesh.mixed.enrichment.embedding import Embedding, FreeUnknowns
 from stitchmesh.mixed.enrichment.inverse_metric import (
     BLOCKS,
     BY_MASSES,
@@ -52,13 +51,11 @@ from stitchmesh.mixed.enrichment.inverse_metric import (
     invert_metric,
     invert_sliding_metric,
 )
-from stitchmesh.mixed.enrichment.next_direction import next_direction
 from stitchmesh.mixed.enrichment.projection import Projection
 from stitchmesh.mixed.enrichment.region import Numbers
 from stitchmesh.mixed.enrichment.sigma_on_device import BLOCK
-from stitchmesh.mixed.enrichment.solve_record import Advance, record_alpha
-from stitchmesh.mixed.mixed_blocks import MixedBlocks
-from stitchmesh.mixed.mixed_vector import MixedVector
+from stitchmesh.mixed.enrichment.solve_record import Advance, next_direction, record_alpha
+from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
 
 MOST_BLOCK_ROWS = 400
 """Largest number of independent vertices of the hybrid region with blocks of D; the inverse of Sigma then takes 0.2 s

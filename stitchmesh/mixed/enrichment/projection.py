@@ -17,10 +17,18 @@ matrix in float64 on the device, also on a CPU: a product with it then is one la
 copy to the host, and for 1,000 numbers a row costs less than the product with B of 100,000 nodes. E u is one sum for
 each row, by a block of threads in a fixed order. The inverse of a metric that changes is found by launches on a GPU
 (``sigma_on_device``), and by LAPACK on the host otherwise and where Sigma is singular.
+
+Positions at the beginning that are of the form p = B v + F x, next to given ones.
+
+Nodes that stand out of their triangles are not of this form: the mean of their heights around a vertex is not zero. The
+change of vertices and hybrid nodes with the smallest sum of squares makes it so. Around a vertex lie several nodes, so
+that mainly the vertices move, to the middle of the yarns, and the yarns keep their shape. What is fixed stays. Since
+E (v, p) = 0 then is linear and homogeneous, it holds for a cloth that is turned too.
 """
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -31,14 +39,14 @@ from scipy.sparse import csr_array
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.launch import launch
 from stitchmesh.compute.partial_sums import WIDTH
 from stitchmesh.compute.thread_block import Slots, sum_over_block
 from stitchmesh.errors import ParameterError
-from stitchmesh.mixed.enrichment.embedding import Embedding
+from stitchmesh.mixed.enrichment.embedding import Embedding, FreeUnknowns
 from stitchmesh.mixed.enrichment.region import Numbers
 from stitchmesh.mixed.enrichment.sigma_on_device import BLOCK, SigmaOnDevice
-from stitchmesh.mixed.mixed_blocks import MixedBlocks
-from stitchmesh.mixed.mixed_vector import MixedVector
+from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
 
 LONG = 512
 """Threads of a block on a GPU that sums a row of E, which has hundreds to thousands of nodes."""
@@ -368,3 +376,18 @@ def _scaled_back(inverse: Numbers, scale: Numbers) -> Numbers:
     """The inverse of a matrix from that of the scaled one, made symmetric."""
     result: Numbers = (inverse + inverse.T) * 0.5 * np.outer(scale, scale)
     return result
+
+
+def make_consistent(embedding: Embedding, free: FreeUnknowns, positions: MixedVector) -> None:
+    """Change positions the least so that p = B v + F x.
+
+    Args:
+        embedding: the base motion of the hybrid nodes.
+        free: what moves.
+        positions: positions at the beginning; changed.
+    """
+    numbers = free.vertices.astype(np.float64), free.nodes.astype(np.float64)
+    metric = MixedBlocks.of_numbers(*numbers, positions.scalar, positions.device)
+    projection = Projection(embedding, metric, element=wp.float64, device=positions.device)
+    projection.invert(*numbers)
+    projection.launches(positions, partial(launch, device=positions.device))

@@ -20,14 +20,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.mixed.blending import FULL, element_weight
+from stitchmesh.mixed.term import FULL, element_weight
 
 TRIANGLES, HYBRID, YARNS = 0, 1, 2
 """Kinds of triangles, and of the yarn nodes in them."""
 SMALLEST_ALPHA = 0.01
 """Smallest weight of a yarn element (Casafranca et al. 2020, section 5.1)."""
-ROUNDING = 1e-12
-"""Rounding of alpha."""
 
 Integers = NDArray[np.int64]
 Numbers = NDArray[np.float64]
@@ -95,10 +93,10 @@ class Region:
     @property
     def sliding_nodes(self) -> NDArray[np.bool_]:
         """Whether each simulated node has Eulerian coordinates, which need alpha = 1; shape (n,)."""
-        return self.node_alpha[self.nodes] > 1.0 - ROUNDING
+        return self.node_alpha[self.nodes] >= FULL
 
     def element_alpha(self, nodes: ArrayLike) -> Numbers:
-        """Weight of each yarn element by alpha at its nodes (``blending``), shape (E,).
+        """Weight of each yarn element by alpha at its nodes (``term``), shape (E,).
 
         The result is 0 for an element with a node that is not simulated: it does not exist in the mixed system.
 

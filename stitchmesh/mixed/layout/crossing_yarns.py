@@ -161,11 +161,6 @@ class CrossingYarns:
         """Node after and before each node along its u yarn, after and before along its v yarn, shape (N, 4)."""
         return np.where(self.links < 0, NO_NODE, self.links // 2)
 
-    @cached_property
-    def on_rod(self) -> NDArray[np.bool_]:
-        """Whether each node joins a yarn to a rod, so that neither slides there, shape (N,)."""
-        return self.side == 0
-
     def world(self, cloth: Cloth, vertices: FloatArray | None = None) -> FloatArray:
         """Return the places of the nodes on the triangles in space [cm], shape (N, 3).
 

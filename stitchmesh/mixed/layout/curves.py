@@ -63,12 +63,12 @@ def normals_at(cloth: Cloth, triangle: IntArray, barycentric: FloatArray, vertic
     corners = vertices[cloth.triangles]
     areas = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     sums = [np.bincount(cloth.triangles.ravel(), np.repeat(areas[:, axis], 3), len(vertices)) for axis in range(3)]
-    at_vertices = _units(np.stack(sums, axis=1).astype(np.float64))
+    at_vertices = unit_vectors(np.stack(sums, axis=1).astype(np.float64))
     normals: FloatArray = np.einsum("nk,nkd->nd", barycentric, at_vertices[cloth.triangles[triangle]])
-    return _units(normals)
+    return unit_vectors(normals)
 
 
-def _units(vectors: FloatArray) -> FloatArray:
+def unit_vectors(vectors: FloatArray) -> FloatArray:
     """Unit vectors; zero where there is no length."""
     length = np.linalg.norm(vectors, axis=1, keepdims=True)
     units: FloatArray = vectors / np.where(length > 0.0, length, 1.0)
@@ -85,7 +85,7 @@ def _curve_points(
     points = place[node] + normal[node] * (sign * yarns.side[node] * apart[node])[:, None]
     first = np.flatnonzero(_within_contacts(yarns))
     one, other = node[first], node[first + 1]
-    aside = _units(np.cross(place[other] - place[one], normal[one] + normal[other]))
+    aside = unit_vectors(np.cross(place[other] - place[one], normal[one] + normal[other]))
     between = (place[one] + place[other]) / 2 + aside * (sign[first] * (apart[one] + apart[other]) / 2)[:, None]
     points = np.insert(points, first + 1, between, axis=0)
     return points, yarns.yarn_start + np.searchsorted(first, yarns.yarn_start)

@@ -11,6 +11,12 @@ so that B holds the barycentric coordinates alone, as for nodes within the trian
 formula places the yarn. In the hybrid region the height is no part of B: there it belongs to F x, which turns with the
 yarn (``enrichment.embedding``). If B had the normals, the motions p = B v + F x would not be linear in v, and if E
 (v, p) kept the heights as constants, a cloth that turns would be strained.
+
+Yarns of either model, laid out on a cloth: nodes at crossings, or control points of B-splines.
+
+Both have ``node_count`` nodes with a ``panel``, a ``position`` in it, a ``triangle`` and ``barycentric`` coordinates, a
+place in the ``world``, and Eulerian coordinates ``rest_sliding``; ``yarn_start`` and ``yarn_node`` list the nodes of
+each yarn.
 """
 
 from __future__ import annotations
@@ -23,6 +29,7 @@ import numpy as np
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import FloatArray, IntArray, frozen_array
 from stitchmesh.mixed.cloth.cloth import Cloth
+from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
 from stitchmesh.mixed.layout.curves import normals_at
 from stitchmesh.mixed.layout.embedding import rest_positions, world_positions
 from stitchmesh.yarn import YarnSet
@@ -104,6 +111,10 @@ class SplineYarns:
         normals = normals_at(cloth, self.triangle, self.barycentric, corners)
         placed: FloatArray = foot + self.height[:, None] * normals
         return placed
+
+
+LaidYarns = CrossingYarns | SplineYarns
+"""Yarns of either model."""
 
 
 def spline_yarns(

@@ -20,10 +20,9 @@ from numpy.typing import ArrayLike, NDArray
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.mixed.cloth.cloth import Cloth
-from stitchmesh.mixed.layout.clipped_lines import ClippedLines, clipped_lines
 from stitchmesh.mixed.layout.crossing_yarns import WARP, WEFT, CrossingYarns
 from stitchmesh.mixed.layout.embedding import embed_points
-from stitchmesh.mixed.layout.panel_yarns import PanelYarns, yarns_on_cloth
+from stitchmesh.mixed.layout.panel_yarns import ClippedLines, PanelYarns, clipped_lines, yarns_on_cloth
 from stitchmesh.mixed.layout.passages import LaidNodes, Passages, joined
 from stitchmesh.mixed.layout.rods import Joints, joined_joints
 

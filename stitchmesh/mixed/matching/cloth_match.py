@@ -19,10 +19,8 @@ from numpy.typing import NDArray
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.contents import FilePath
 from stitchmesh.mixed.matching.cell_equilibrium import CellSolver
-from stitchmesh.mixed.matching.cell_tests import run_tests
-from stitchmesh.mixed.matching.fitted_material import fit_linear, fit_tables
-from stitchmesh.mixed.matching.loading_curve import BENDS, LoadingCurve
-from stitchmesh.mixed.matching.triangle_response import respond
+from stitchmesh.mixed.matching.cell_tests import BENDS, LoadingCurve, run_tests
+from stitchmesh.mixed.matching.fitted_material import fit_linear, fit_tables, respond
 from stitchmesh.mixed.matching.yarn_cell import YarnCell
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
 from stitchmesh.mixed.triangles.material_file import write_material
@@ -155,7 +153,6 @@ def write_match(path: FilePath, match: ClothMatch) -> None:
 
 
 def _damped(material: ClothMaterial, cell: YarnCell) -> ClothMaterial:
-    """The material with the damping of the yarns."""
     return replace(
         material, damping=cell.materials.weft.damping_stiffness, mass_damping=cell.materials.weft.damping_mass
     )

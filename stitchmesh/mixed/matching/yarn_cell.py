@@ -3,9 +3,9 @@
 """One repeat of a fabric of crossing yarns, with its neighbourhood.
 
 The repeat is cut out of a patch that is laid out in the same manner as a fabric. Nodes of the patch that are copies of
-one node of the repeat move in the same manner (``cell_shape``). Only nodes of the repeat have weight 1, the others
-weight 0, and an element weighs the mean of its nodes. The copies of an element therefore weigh 1 together, so that the
-energy of the patch is the energy of one repeat of an endless fabric, and the patch has no border that counts.
+one node of the repeat move in the same manner (``cell_equilibrium``). Only nodes of the repeat have weight 1, the
+others weight 0, and an element weighs the mean of its nodes. The copies of an element therefore weigh 1 together, so
+that the energy of the patch is the energy of one repeat of an endless fabric, and the patch has no border that counts.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.crossings.crossing_elements import CrossingElements, crossing_elements
-from stitchmesh.mixed.crossings.materials.fabric_materials import FabricMaterials
+from stitchmesh.mixed.crossings.crossing_material import FabricMaterials
 from stitchmesh.mixed.crossings.stitch_term import StitchElements, stitch_elements
 from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
 from stitchmesh.mixed.layout.knit import lay_knit

@@ -22,7 +22,7 @@ import numpy as np
 
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.mixed.cloth.cloth import Cloth
-from stitchmesh.mixed.crossings.materials.fabric_materials import FabricMaterials
+from stitchmesh.mixed.crossings.crossing_material import FabricMaterials
 from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
 from stitchmesh.mixed.splines.spline_material import SplineMaterial
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial

@@ -13,7 +13,7 @@ import numpy as np
 
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.enrichment.region import HYBRID, TRIANGLES, YARNS, Region
-from stitchmesh.mixed.layout.laid_yarns import LaidYarns
+from stitchmesh.mixed.layout.spline_yarns import LaidYarns
 
 
 @dataclass

@@ -3,14 +3,18 @@
 """What terms remember, after the region of a run has changed.
 
 Rest angles of bending and anchors of friction between yarns belong to nodes, anchors on bodies to contact points. Nodes
-and points that stay keep theirs. New nodes have what they remembered when they were simulated last (``node_memory``),
+and points that stay keep theirs. New nodes have what they remembered when they were simulated last,
 or begin as they are laid out; new contact points find their anchors where they are.
+
+Nodes of the layout remember something while they are not simulated. Eulerian coordinates of yarns that slid, rest
+angles of bends that yielded and anchors of friction are the marks of a run. A node that a region drops keeps its marks
+in a memory, and has them again where the region grows back over it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -21,11 +25,45 @@ from stitchmesh.mesh import IntArray
 from stitchmesh.mixed.contact.body_friction import BodyFriction
 from stitchmesh.mixed.contact.contact_points import ContactPoints
 from stitchmesh.mixed.enrichment.region import Region
-from stitchmesh.mixed.placement.node_memory import NodeMemory
 from stitchmesh.mixed.term import MixedTerm
 
+Numbers = NDArray[np.float64]
+SLIDING = "sliding"
+"""Name of the Eulerian coordinates."""
+PREFIX = "node memory "
+"""How the names of the arrays of a checkpoint begin."""
 PARTS = 1 << 20
 """Shares of contact points are compared as multiples of one over this number; they are multiples of a power of 1/2."""
+
+
+@dataclass(frozen=True, eq=False)
+class NodeMemory:
+    """Values of all N nodes of the layout, by name."""
+
+    values: Mapping[str, Numbers] = field(default_factory=dict)
+    """Arrays of shape (N, ...), not a number where a node has never been simulated."""
+
+    def kept(self, name: str, region: Region, values: NDArray[Any]) -> NodeMemory:
+        """Return the memory with the present values of the simulated nodes of a region, shape (n, ...)."""
+        missing = np.full((len(region.node_triangle), *values.shape[1:]), np.nan)
+        everywhere = np.array(self.values.get(name, missing))
+        everywhere[region.nodes] = values
+        return NodeMemory({**self.values, name: everywhere})
+
+    def recalled(self, name: str, at_rest: NDArray[Any]) -> Numbers:
+        """Return the values of all nodes, those at rest for nodes that have never been simulated, shape (N, ...)."""
+        known = self.values.get(name)
+        result: Numbers = np.array(at_rest) if known is None else np.where(np.isnan(known), at_rest, known)
+        return result
+
+    def arrays(self) -> dict[str, NDArray[Any]]:
+        """Return the arrays of a checkpoint."""
+        return {f"{PREFIX}{name}": values for name, values in self.values.items()}
+
+    @staticmethod
+    def of(arrays: Mapping[str, NDArray[Any]]) -> NodeMemory:
+        """Return the memory of a checkpoint."""
+        return NodeMemory({name[len(PREFIX) :]: np.asarray(a) for name, a in arrays.items() if name.startswith(PREFIX)})
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,6 +10,20 @@ Nodes that are left, which suffice for no closure, are filled triangle by triang
 most error for each node that it adds. Where growth of this kind alone removes more error, its region is taken.
 
 The order does not depend on rounding of sums: equal triangles are taken by their numbers.
+
+Regions that remove the most error for a price of each node (closures of largest weight; Picard 1976).
+
+Each triangle t is a project with the profit e_t, its error, which needs tools: all triangles s that are simulated if t
+is full of yarns. A tool costs the price times its nodes n_s, once for all projects that need it. In the network
+
+    source -> t: e_t,    t -> s: unlimited,    s -> sink: price n_s
+
+the projects on the side of the source of a minimum cut are those with the largest profit less costs. The nodes of this
+region fall with the price, so that a bisection finds the largest region of this kind within a budget.
+
+Triangles chosen by hand: those of panels, or of faces of a stitch mesh.
+
+All functions return numbers of triangles, ascending and without repeats, as a region takes them (``region_around``).
 """
 
 from __future__ import annotations
@@ -20,14 +34,108 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import csr_array
+from scipy.sparse.csgraph import breadth_first_order, maximum_flow
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.mixed.placement.best_closure import best_closure
+from stitchmesh.mesh import StitchMesh
+from stitchmesh.mixed.cloth.cloth import Cloth
+from stitchmesh.mixed.cloth.from_stitches import triangle_start
 
 Integers = NDArray[np.int64]
 Numbers = NDArray[np.float64]
+PRICES = 24
+"""Prices that are tried, each in the middle of the interval that is left."""
+UNLIMITED = 2**31 - 1
+WHOLE = 2**29
+"""Capacities are whole numbers: the sum of all errors is this one."""
 LEAST_ERROR = 1e-5
 """Indicated error, over the largest one, below which a triangle is not chosen."""
+
+
+def best_closure(reach: csr_array, nodes: Integers, error: Numbers, budget: int) -> Integers:
+    """Return the triangles of the largest region within a budget that is the best one for some price, ascending.
+
+    Args:
+        reach: which triangles are simulated if one is full of yarns, shape (T, T).
+        nodes: nodes of each triangle, shape (T,).
+        error: error of each triangle, shape (T,); zero where no yarns are wanted.
+        budget: largest number of nodes.
+    """
+    total = float(error.sum())
+    best = np.zeros(0, dtype=np.int64)
+    if total <= 0.0 or budget <= 0:
+        return best
+    low, high = -12.0, 0.0  # powers of ten of the price of a node, over the error of all triangles
+    for _ in range(PRICES):
+        price = 0.5 * (low + high)
+        chosen = _closure(reach, nodes, error / total, 10.0**price)
+        if _needed(reach, nodes, chosen) <= budget:
+            best, high = chosen, price
+        else:
+            low = price
+    return best
+
+
+def _needed(reach: csr_array, nodes: Integers, chosen: Integers) -> int:
+    """Number of nodes that a region simulates."""
+    mask = np.zeros(len(nodes), dtype=np.int32)
+    mask[chosen] = 1
+    return int(nodes[np.asarray(reach.astype(bool).astype(np.int32) @ mask) > 0].sum())
+
+
+def _closure(reach: csr_array, nodes: Integers, error: Numbers, price: float) -> Integers:
+    """The triangles with the largest error less price; errors add up to 1."""
+    count = len(nodes)
+    source, sink = 2 * count, 2 * count + 1
+    profit = np.rint(WHOLE * error).astype(np.int64)
+    cost = np.minimum(np.rint(WHOLE * price * nodes), UNLIMITED).astype(np.int64)
+    wanted = np.flatnonzero(profit)
+    rows, columns = csr_array(reach[wanted]).nonzero()
+    start = np.concatenate([np.full(len(wanted), source), wanted[rows], count + np.arange(count)])
+    end = np.concatenate([wanted, count + columns, np.full(count, sink)])
+    most = np.concatenate([profit[wanted], np.full(len(rows), UNLIMITED), cost])
+    shape = (2 * count + 2, 2 * count + 2)
+    network = csr_array((most.astype(np.int32), (start, end)), shape=shape)
+    left = csr_array(network - maximum_flow(network, source, sink).flow)
+    left.data[left.data < 0] = 0
+    left.eliminate_zeros()
+    reached = breadth_first_order(left, source, return_predecessors=False)
+    return np.sort(reached[reached < count]).astype(np.int64)
+
+
+def triangles_of_panels(cloth: Cloth, *panels: str) -> Integers:
+    """The triangles of panels by name.
+
+    Raises:
+        ParameterError: there is no such panel.
+    """
+    return np.flatnonzero(np.isin(cloth.panel, [_panel_number(cloth, panel) for panel in panels]))
+
+
+def triangles_of_faces(fabric: StitchMesh, faces: ArrayLike) -> Integers:
+    """The triangles of faces of a stitch mesh, in the cloth of ``cloth_from_stitches``.
+
+    Args:
+        fabric: the stitch mesh.
+        faces: numbers of faces, as ``sm.select`` returns them for a selection such as ``hem 6``.
+
+    Raises:
+        ParameterError: a number is not that of a face.
+    """
+    start = triangle_start(fabric)
+    chosen = np.unique(np.asarray(faces, dtype=np.int64))
+    if len(chosen) and (chosen[0] < 0 or chosen[-1] >= len(start) - 1):
+        found = f"got face {chosen[0] if chosen[0] < 0 else chosen[-1]}"
+        raise ParameterError(f"yarn placement: {found}; expected 0 to {len(start) - 2}")
+    mask = np.zeros(len(start) - 1, dtype=bool)
+    mask[chosen] = True
+    return np.flatnonzero(np.repeat(mask, np.diff(start)))
+
+
+def _panel_number(cloth: Cloth, panel: str) -> int:
+    if panel not in cloth.panel_names:
+        raise ParameterError(f"yarn placement: got panel {panel!r}; expected one of {', '.join(cloth.panel_names)}")
+    return cloth.panel_names.index(panel)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,7 +179,6 @@ def choose_triangles(
     budget: NodeBudget,
     *,
     rings: int = 1,
-    least_error: float = LEAST_ERROR,
 ) -> Integers:
     """The full-yarn triangles of a region, ascending, shape (n,); none if no region pays or the budget holds none.
 
@@ -81,7 +188,6 @@ def choose_triangles(
         error: indicated error of each triangle, at least 0, shape (T,).
         budget: nodes that may be simulated.
         rings: width of the hybrid region in rings of triangles, at least 1.
-        least_error: part of the largest error below which a triangle is not chosen.
 
     Raises:
         ParameterError: errors are negative, not finite or of another shape, or there are no rings.
@@ -92,7 +198,7 @@ def choose_triangles(
     if rings < 1:
         raise ParameterError(f"region: got {rings} hybrid rings; expected at least 1")
     nodes = np.bincount(np.asarray(node_triangle, dtype=np.int64), minlength=len(corners))
-    reach, least = reach_of(corners, rings), least_error * float(values.max(initial=0.0))
+    reach, least = reach_of(corners, rings), LEAST_ERROR * float(values.max(initial=0.0))
     wanted = np.where(values >= least, values, 0.0)
     regions = []
     for start in (best_closure(reach, nodes, wanted, budget.nodes), np.zeros(0, dtype=np.int64)):

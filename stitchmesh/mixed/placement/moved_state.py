@@ -11,7 +11,7 @@ nodes. Hybrid nodes then lose what the triangles can represent, x = F (p - B v),
 Velocities move in the same manner, with Eulerian velocities of zero for new nodes.
 
 Control points of B-splines stand out of their triangles. New ones begin at their heights above them, and vertices and
-hybrid nodes are changed the least so that p = B v + F x, as at the start of a run (``enrichment.start_positions``).
+hybrid nodes are changed the least so that p = B v + F x, as at the start of a run (``enrichment.projection``).
 """
 
 from __future__ import annotations

@@ -11,21 +11,44 @@ stiffness k_x of a quadrant, and the linear density rho of its yarns (Cirio et a
 Crossings turn freely about the normal, so that nothing but shear of quadrants resists twist; a tenth of the geometric
 mean of both rigidities is chosen. Sliding, crimp and contact of yarns are left out: a material that is fitted to the
 yarns (``matching``) agrees better.
+
+The material of triangles that is matched to the yarns of a scene (``matching``), kept beside the output.
+
+The file holds the material and a checksum of the repeat of the fabric, so that a scene with other yarns is matched
+again. Stitches of a stitch mesh count as plain knit.
 """
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import replace
+from pathlib import Path
 
-from stitchmesh.mixed.crossings.materials.crossing_material import CrossingMaterial
-from stitchmesh.mixed.crossings.materials.fabric_materials import FabricMaterials
+from stitchmesh.errors import FileError
+from stitchmesh.io.path_kind import is_there
+from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial, FabricMaterials
+from stitchmesh.mixed.matching.cloth_match import ClothMatch, match_cloth, write_match
+from stitchmesh.mixed.matching.yarn_cell import YarnCell, knit_cell, weave_cell
+from stitchmesh.mixed.scene.yarns_section import YarnsSection, knit_chart, weave_matrix
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
-from stitchmesh.mixed.triangles.measured_cloths import named_material
+from stitchmesh.mixed.triangles.material_file import named_material, read_material
+from stitchmesh.progress import Progress
+from stitchmesh.yarnrelax.fingerprint import fingerprint
 
 TWIST_SHARE = 0.1
 """Rigidity against twist over the geometric mean of the rigidities of bending."""
 KNIT = "interlock"
 """Name of the measured cloth whose stiffness stands for knits."""
+MATCHED = "matched"
+"""The material of a scene's cloth that is matched to its yarns."""
+NAME = "matched-cloth.toml"
+"""Name of the file in the output folder."""
+CHECKSUM = "checksum"
+"""Word before the checksum in the source of the material."""
+PLAIN_KNIT = ((1,),)
+"""Chart of the stitches of a stitch mesh."""
+_known: dict[str, ClothMatch] = {}
+"""Matches of this process, by the checksums of their cells."""
 
 
 def cloth_of_weave(materials: FabricMaterials, ends: float, picks: float) -> ClothMaterial:
@@ -61,3 +84,66 @@ def cloth_of_knit(material: CrossingMaterial, length: float) -> ClothMaterial:
         length: length of yarn on each cm^2 of cloth [cm].
     """
     return replace(named_material(KNIT), density=material.density * length)
+
+
+def matched_cloth(cell: YarnCell, folder: Path | None, progress: Progress) -> ClothMaterial:
+    """Return the material matched to a repeat of yarns.
+
+    Args:
+        cell: the repeat.
+        folder: where the material is kept and found again; None keeps it in memory alone.
+        progress: called with the completed part and the name of the test.
+
+    Raises:
+        SolverError: a state of the repeat finds no equilibrium.
+        FileError: the file cannot be written.
+    """
+    inputs = hashlib.sha256(repr(sorted(fingerprint("cell", cell).items())).encode()).hexdigest()[:16]
+    kept = None if folder is None else _kept(folder / NAME, inputs)
+    if kept is not None:
+        return kept
+    if inputs not in _known:
+        _known[inputs] = _matched(cell, inputs, progress)
+    if folder is not None:
+        write_match(folder / NAME, _known[inputs])
+    return _known[inputs].material
+
+
+def cell_of_scene(section: YarnsSection, stitch: tuple[float, float] | None, materials: FabricMaterials) -> YarnCell:
+    """Return the repeat of the yarns of a scene.
+
+    Args:
+        section: the yarns.
+        stitch: wale and course spacing [cm] where they are the stitches of the cloth.
+        materials: materials of the yarns.
+
+    Raises:
+        ParameterError: the weave or the pattern is unknown.
+    """
+    n = section.density
+    if section.weave is not None:
+        matrix = weave_matrix(section.weave)
+        return weave_cell(matrix, ends=n * section.ends, picks=n * section.picks, materials=materials)
+    spacing = stitch or (1.0 / (n * section.wales), 1.0 / (n * section.courses))
+    chart = PLAIN_KNIT if stitch is not None or section.knit is None else knit_chart(section.knit)
+    return knit_cell(chart, wale_spacing=spacing[0], course_spacing=spacing[1], materials=materials)
+
+
+def _matched(cell: YarnCell, inputs: str, progress: Progress) -> ClothMatch:
+    """Run the tests of the yarns and fit the material, whose source names the checksum."""
+    match = match_cloth(cell, progress=progress)
+    linear, tables = (
+        replace(each, source=f"{each.source}; {CHECKSUM} {inputs}") for each in (match.linear, match.tables)
+    )
+    return replace(match, linear=linear, tables=tables)
+
+
+def _kept(path: Path, inputs: str) -> ClothMaterial | None:
+    """The material of a file, if it is that of the same repeat."""
+    if not is_there(path):
+        return None
+    try:
+        material = read_material(path)
+    except FileError:
+        return None
+    return material if material.source.endswith(f"{CHECKSUM} {inputs}") else None

@@ -14,9 +14,8 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.io.units import DEFAULT_UNIT
 from stitchmesh.mesh.vertex_motion import VertexMotion
 from stitchmesh.mixed.contact.motion import RigidMotion
-from stitchmesh.mixed.scene.bending_arm import Arm, check_bend
 from stitchmesh.mixed.scene.region_section import BoxSection
-from stitchmesh.mixed.scene.simple_bodies import ball, box
+from stitchmesh.mixed.scene.simple_bodies import Arm, ball, box, check_bend
 
 if TYPE_CHECKING:
     from stitchmesh.mesh import Mesh

@@ -1,6 +1,12 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""From a scene to what is simulated: the fabric, its region, its loads and where everything begins."""
+"""From a scene to what is simulated: the fabric, its region, its loads and where everything begins.
+
+The B-spline yarns of a scene: generated from the stitches of its cloth, relaxed, and laid out on the cloth.
+
+The relaxation keeps the borders and the shape of the stitch mesh, so that the yarns lie where their stitches are. It
+gives all yarns the shape of loops at rest, also where triangles are simulated and yarns are only shown.
+"""
 
 from __future__ import annotations
 
@@ -12,36 +18,78 @@ import numpy as np
 from stitchmesh.compute.device import device_named
 from stitchmesh.compute.free_memory import host_memory
 from stitchmesh.errors import ParameterError
-from stitchmesh.mesh import FloatArray, IntArray
+from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
 from stitchmesh.mixed.assembly import LoadedBody, Loads, MixedFabric
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.contact.attachments import Attachment
 from stitchmesh.mixed.contact.dressing import WornBody, dressed_vertices
 from stitchmesh.mixed.contact.self_collision import PRESSURE
-from stitchmesh.mixed.crossings.materials.crossing_material import DEFAULT, CrossingMaterial
-from stitchmesh.mixed.crossings.materials.fabric_materials import FabricMaterials
+from stitchmesh.mixed.crossings.crossing_material import DEFAULT, CrossingMaterial, FabricMaterials
 from stitchmesh.mixed.enrichment.region import Region, region_around
 from stitchmesh.mixed.layout.crossing_yarns import ROD
 from stitchmesh.mixed.layout.from_stitches import lay_stitches
-from stitchmesh.mixed.layout.laid_yarns import LaidYarns
-from stitchmesh.mixed.layout.spline_yarns import SplineYarns
+from stitchmesh.mixed.layout.spline_yarns import LaidYarns, SplineYarns
+from stitchmesh.mixed.layout.splines_on_stitches import lay_splines
 from stitchmesh.mixed.memory import check_layout_memory
 from stitchmesh.mixed.output.display import vertex_normals
-from stitchmesh.mixed.scene.cloth_of_yarns import cloth_of_knit, cloth_of_weave
-from stitchmesh.mixed.scene.matched_cloth import MATCHED, cell_of_scene, matched_cloth
+from stitchmesh.mixed.scene.cloth_of_yarns import MATCHED, cell_of_scene, cloth_of_knit, cloth_of_weave, matched_cloth
 from stitchmesh.mixed.scene.motion_section import AttachmentSection
 from stitchmesh.mixed.scene.region_section import RegionSection
 from stitchmesh.mixed.scene.scene import Scene
-from stitchmesh.mixed.scene.spline_layout import lay_scene_splines, spline_material
 from stitchmesh.mixed.scene.yarns_section import STITCHES, YarnsSection
 from stitchmesh.mixed.splines.spline_material import SplineMaterial
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
 from stitchmesh.mixed.triangles.material_file import material_of
-from stitchmesh.mixed.triangles.seam_material import SeamMaterial
+from stitchmesh.mixed.triangles.seam_rod import SeamMaterial
 from stitchmesh.progress import Progress, no_progress
+from stitchmesh.quality import quality_named
+from stitchmesh.run import QUIET
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarn.rest_length import RestLengths, apply_rest_lengths
+from stitchmesh.yarngen import generate_yarns
+from stitchmesh.yarnrelax import relax_yarns
+from stitchmesh.yarnrelax.model.material import DEFAULT_MATERIAL
 
+QUALITY = replace(quality_named("draft"), contact_samples=SplineMaterial.contact_samples)
+"""Quality of the yarns: 12 control points of a stitch. The loops of a swatch then are 1 % larger than at quality
+``reference``."""
 POINTS_OF_STITCH = 16.0
 """About the number of control points of a stitch with its row end, for an estimate of the memory."""
+
+
+def lay_scene_splines(section: YarnsSection, fabric: StitchMesh, cloth: Cloth, device: str | None) -> SplineYarns:
+    """Return the B-spline yarns of a scene.
+
+    Args:
+        section: the yarns of the scene.
+        fabric: the stitch mesh of its cloth.
+        cloth: the cloth of the stitch mesh.
+        device: name of the device that relaxes the yarns; by default a GPU where there is one.
+
+    Raises:
+        ParameterError: a radius or a loop length does not fit the stitches.
+        YarnError: a stitch has no yarn.
+        SolverError: the yarns are too close to one another.
+    """
+    curves = drawn_splines(section, fabric)
+    material = spline_material(section, float(curves.radius.mean())).yarn
+    relaxed = relax_yarns(curves, material=material, quality=QUALITY, keep_shape=fabric, device=device, run=QUIET)
+    return lay_splines(cloth, fabric, relaxed.yarns)
+
+
+def drawn_splines(section: YarnsSection, fabric: StitchMesh) -> YarnSet:
+    """Return the B-spline yarns of a scene as generated, with their rest lengths; arguments and errors as above."""
+    drawn = generate_yarns(fabric, yarn_radius=section.radius, quality=QUALITY)
+    return apply_rest_lengths(drawn, RestLengths(loop_length=section.loop_length), fabric=fabric)
+
+
+def spline_material(section: YarnsSection, radius: float) -> SplineMaterial:
+    """Return the material of the B-spline yarns of a scene, for their radius [cm].
+
+    Raises:
+        ParameterError: there is no material of that name.
+    """
+    return SplineMaterial.named(section.material or DEFAULT_MATERIAL, radius=radius)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -253,7 +301,6 @@ def _seam_material(yarns: LaidYarns, materials: FabricMaterials | SplineMaterial
 
 
 def _held(scene: Scene, cloth: Cloth, yarns: LaidYarns) -> tuple[Attachment, ...]:
-    """The attachments of a scene."""
     found: list[Attachment] = []
     for number, section in enumerate(scene.attachments):
         found.append(_attachment(number, section, cloth, yarns, tuple(found)))
@@ -261,7 +308,6 @@ def _held(scene: Scene, cloth: Cloth, yarns: LaidYarns) -> tuple[Attachment, ...
 
 
 def _bodies(scene: Scene) -> tuple[LoadedBody, ...]:
-    """The bodies of a scene."""
     return tuple(LoadedBody(body=one.body(), friction=one.friction, thickness=one.thickness) for one in scene.bodies)
 
 

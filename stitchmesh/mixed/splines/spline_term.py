@@ -12,7 +12,7 @@ their part of the weight. Control points are nodes, or lie beside the region and
 No move lets a yarn pass through another one. Each control point has a budget around the place where the candidate lists
 were made, less than half the clearance of the yarn that it shapes (``yarnrelax.collision.step_limit``). A move of the
 mixed system is one direction for all nodes: it is shortened until every control point keeps its budget, relative to the
-mean motion of all of them, which changes no distance (``spline_limit``). Where a direction leads beyond the budgets
+mean motion of all of them, which changes no distance (``spline_kernels``). Where a direction leads beyond the budgets
 that are left, the lists are made again first.
 """
 
@@ -29,19 +29,17 @@ from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.launch import launch
 from stitchmesh.compute.precision import vector
 from stitchmesh.errors import ParameterError, SolverError
-from stitchmesh.mixed.kept_share import keep_share
-from stitchmesh.mixed.mixed_blocks import MixedBlocks
-from stitchmesh.mixed.mixed_vector import MixedVector
+from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
 from stitchmesh.mixed.splines.carried_points import Carrier
 from stitchmesh.mixed.splines.spline_kernels import (
     add_point_blocks,
     add_to_nodes,
+    longest_move,
     place_points,
 )
-from stitchmesh.mixed.splines.spline_limit import longest_move
 from stitchmesh.mixed.splines.spline_material import SplineMaterial
 from stitchmesh.mixed.splines.spline_pieces import SplinePieces
-from stitchmesh.mixed.term import MixedTerm
+from stitchmesh.mixed.term import MixedTerm, keep_share
 from stitchmesh.yarnrelax.collision.captured_search import ContactSearch
 from stitchmesh.yarnrelax.collision.narrow_phase import WIDEST_MARGIN, make_candidates
 from stitchmesh.yarnrelax.energies.by_term import contact_energies, segment_energies

@@ -19,16 +19,19 @@ the moments are the rigidities times the curvatures of that state.
 A table of tensions replaces the linear law along an axis, C_11 E_11 or C_22 E_22: the tension [dyn per cm of cloth at
 rest] over the strain (length over rest length - 1) of a strip that keeps its width. A table of coupling replaces C_12
 by a stress over E_11 + E_22 that acts along both axes, and is therefore the tension across a strip that keeps its
-width. The coupling of a knit that stiffens may then exceed what C_12 may be at rest. ``measured_cloths`` holds named
+width. The coupling of a knit that stiffens may then exceed what C_12 may be at rest. ``material_file`` holds named
 materials.
+
+What users give for each triangle or panel when an energy is made: blending weights and materials.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.triangles.tension_curve import TensionCurve
@@ -205,3 +208,32 @@ def _tension_curve(table: Table, place: str) -> TensionCurve:
     points = _points(table, place)
     stretch = 1.0 + points[:, 0]
     return TensionCurve.through((stretch**2 - 1.0) / 2.0, points[:, 1] / stretch, place)
+
+
+def checked_weights(weight: ArrayLike | None, count: int) -> NDArray[np.float64]:
+    """The blending weight 1 - alpha of each triangle or rod (C 4.1), shape (count,); 1 where none is given.
+
+    Raises:
+        ParameterError: the shape is not (count,), or a weight is not in [0, 1].
+    """
+    if weight is None:
+        return np.ones(count)
+    weights = np.asarray(weight, dtype=np.float64)
+    if weights.shape != (count,):
+        raise ParameterError(f"blending weights: got shape {weights.shape}; expected ({count},)")
+    bad = np.flatnonzero(~((weights >= 0.0) & (weights <= 1.0)))
+    if len(bad):
+        raise ParameterError(f"blending weights: element {bad[0]} has {weights[bad[0]]:g}; expected 0 to 1")
+    return weights
+
+
+def materials_of_panels(materials: ClothMaterial | Sequence[ClothMaterial], panels: int) -> list[ClothMaterial]:
+    """The material of each panel; one material alone is that of all panels.
+
+    Raises:
+        ParameterError: the number of materials is not that of the panels.
+    """
+    chosen = [materials] if isinstance(materials, ClothMaterial) else list(materials)
+    if len(chosen) not in (1, panels):
+        raise ParameterError(f"materials: got {len(chosen)}; expected one for all panels or one for each of {panels}")
+    return chosen

@@ -25,10 +25,20 @@ A cylinder therefore costs D kappa^2 / 2 per area on every mesh, and plates conv
 Morley on a part of its functions that still contains all quadratic ones. There is no moment at a border: the energy is
 the smallest one over the slopes of the border sides. ``slope_shares`` also finds the slopes where the triangles end and
 the cloth goes on as yarns alone.
+
+How the slopes across the sides of triangles follow from the angles of hinges; ``curvature`` explains the use.
+
+The slope difference sigma of a side is a combination of the angles of nearby hinges that is exact for every surface of
+constant curvature. Of all such combinations we take the one nearest to a first guess. At a hinge they are the five
+angles of its two triangles, and the guess is its own angle times h_1 / (h_1 + h_2). A side behind which the cloth goes
+on in a model of yarns alone has no angle, because the vertices behind it are not unknowns. Its slope follows from the
+six angles of the two other sides of its triangle and of the triangles behind them, and the guess is 0.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -36,9 +46,170 @@ from numpy.typing import NDArray
 
 from stitchmesh.mesh import BORDER
 from stitchmesh.mixed.cloth.cloth import Cloth
-from stitchmesh.mixed.triangles.slope_shares import SideFrames, slope_shares
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+LEAST_SINGULAR = 1e-2
+"""Part of the largest singular value below which a direction of curvature counts as one that the angles do not show, as
+where eight vertices lie on one conic section. With a tenth of it some shares of irregular meshes are above 5, and a
+hinge a hundred times stiffer than the others; with ten times as much cylinders are off by a thousandth."""
+
+
+@dataclass(frozen=True, eq=False)
+class SideFrames:
+    """The sides of a cloth at rest, each in the coordinates of the panel of its triangle."""
+
+    cloth: Cloth
+
+    @cached_property
+    def length(self) -> FloatArray:
+        """Length of each side [cm], shape (3 T,)."""
+        lengths: FloatArray = np.linalg.norm(np.diff(self.cloth.side_rest, axis=1)[:, 0], axis=1)
+        return lengths
+
+    @cached_property
+    def tangent(self) -> FloatArray:
+        """Direction t of each side, shape (3 T, 2)."""
+        directions: FloatArray = np.diff(self.cloth.side_rest, axis=1)[:, 0] / self.length[:, None]
+        return directions
+
+    @cached_property
+    def normal(self) -> FloatArray:
+        """The normal n of each side that points into its triangle, to the left of t, shape (3 T, 2)."""
+        return np.stack([-self.tangent[:, 1], self.tangent[:, 0]], axis=1)
+
+    @cached_property
+    def apex(self) -> FloatArray:
+        """Place (x, h) of the third vertex from the middle of each side, along t and n [cm], shape (3 T, 2)."""
+        across = np.roll(self.cloth.rest, -2, axis=1).reshape(-1, 2) - self.cloth.side_rest.mean(axis=1)
+        return np.column_stack([(across * self.tangent).sum(axis=1), (across * self.normal).sum(axis=1)])
+
+    @cached_property
+    def sigma(self) -> FloatArray:
+        """Slope difference of each side for k_tt = 1, for k_nn = 1 and for k_tn = 1 [cm], shape (3 T, 3)."""
+        x, h = self.apex.T
+        return np.column_stack([(x**2 - self.length**2 / 4.0) / (2.0 * h), h / 2.0, x])
+
+    def turned(self, row: FloatArray, base: IntArray, side: IntArray) -> FloatArray:
+        """Coefficients of k_tt, k_nn and k_tn in the frames of sides as those in the frames of the sides ``base``.
+
+        Both sides belong to the same triangle; all arrays have the shape (n, 3) or (n,).
+        """
+        c = (self.tangent[side] * self.tangent[base]).sum(axis=1)
+        s = (self.tangent[side] * self.normal[base]).sum(axis=1)
+        tt, nn, tn = row.T
+        return np.column_stack(
+            [
+                tt * c * c + nn * s * s - tn * c * s,
+                tt * s * s + nn * c * c + tn * c * s,
+                2.0 * c * s * (tt - nn) + tn * (c * c - s * s),
+            ]
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class SlopeShares:
+    """The slope difference of each side: the sum over six hinges of a share times the angle of the hinge."""
+
+    hinge: IntArray
+    """Six hinges of each side, ``BORDER`` for none, shape (3 T, 6)."""
+    share: FloatArray
+    """Their shares, shape (3 T, 6)."""
+
+
+def slope_shares(frames: SideFrames, active: NDArray[np.bool_]) -> SlopeShares:
+    """The shares of all sides of active triangles; sides on the border of the cloth have none.
+
+    Args:
+        frames: the sides of the cloth.
+        active: whether each triangle has a weight; hinges of other triangles have no angle, shape (T,).
+    """
+    cloth = frames.cloth
+    first, second = cloth.hinge_sides.T
+    bends = active[first // 3] & active[second // 3]
+    patch = _Patch(frames, np.flatnonzero(bends), first[bends], second[bends])
+    hinge = np.full((len(cloth.twin), 6), BORDER)
+    share = np.zeros(hinge.shape)
+    at = first[bends]
+    hinge[at], share[at] = patch.of_hinges(at)
+    hinge[second[bends]], share[second[bends]] = hinge[at], -share[at]
+    share[second[bends], 0] += 1.0
+    ends = np.flatnonzero(np.repeat(active, 3) & (cloth.twin != BORDER))
+    ends = ends[~active[cloth.twin[ends] // 3]]
+    hinge[ends], share[ends] = patch.of_ends(ends)
+    return SlopeShares(hinge, share)
+
+
+class _Patch:
+    """The angles of hinges as combinations of curvatures."""
+
+    def __init__(self, frames: SideFrames, number: IntArray, first: IntArray, second: IntArray) -> None:
+        """Take the hinges with an angle: their numbers and their two sides."""
+        self.frames = frames
+        self.hinge_of = np.full(len(frames.length), BORDER)
+        self.hinge_of[first] = self.hinge_of[second] = number
+        self.angle = np.zeros((len(frames.length), 3))
+        self.angle[first] = self.angle[second] = frames.sigma[first] + frames.sigma[second]
+        self.twin = np.where(self.hinge_of == BORDER, np.arange(len(self.hinge_of)), frames.cloth.twin)
+
+    def of_hinges(self, side: IntArray) -> tuple[IntArray, FloatArray]:
+        """Hinges and shares of sides with a hinge, shapes (n, 6)."""
+        height = self.frames.apex[:, 1]
+        guess = np.zeros((len(side), 6))
+        guess[:, 0] = height[side] / (height[side] + height[self.twin[side]])
+        both = [self._of_side(side, each) for each in (side, _next(side), _next(_next(side)))]
+        behind = self._behind(side)
+        return self._nearest(side, [*both, *behind], guess)
+
+    def of_ends(self, side: IntArray) -> tuple[IntArray, FloatArray]:
+        """Hinges and shares of sides without a hinge, shapes (n, 6)."""
+        columns = []
+        for other in (_next(side), _next(_next(side))):
+            columns.append(self._of_side(side, other))
+            for hinge, angle in self._behind(other):
+                columns.append((hinge, self.frames.turned(angle, side, other)))
+        return self._nearest(side, columns, np.zeros((len(side), 6)))
+
+    def _of_side(self, base: IntArray, side: IntArray) -> tuple[IntArray, FloatArray]:
+        """The hinge of another side of the same triangle, and its angle in the frame of ``base``."""
+        return self.hinge_of[side], self.frames.turned(self.angle[side], base, side)
+
+    def _behind(self, side: IntArray) -> list[tuple[IntArray, FloatArray]]:
+        """The two other hinges of the triangle behind sides, none where there is none, in the frames of the sides."""
+        twin = self.twin[side]
+        found = []
+        for other in (_next(twin), _next(_next(twin))):
+            hinge, angle = self._of_side(twin, other)
+            none = twin == side
+            found.append((np.where(none, BORDER, hinge), np.where(none[:, None], 0.0, angle)))
+        return found
+
+    def _nearest(
+        self, side: IntArray, columns: list[tuple[IntArray, FloatArray]], guess: FloatArray
+    ) -> tuple[IntArray, FloatArray]:
+        """Hinges, and the shares nearest to a guess that give the slope differences of all curvatures."""
+        hinge, angles = np.full((len(side), 6), BORDER), np.zeros((len(side), 6, 3))
+        for k, (number, angle) in enumerate(columns):
+            hinge[:, k], angles[:, k] = number, angle / self.frames.length[side, None]
+        wanted = self.frames.sigma[side] / self.frames.length[side, None] - (guess[:, None] @ angles)[:, 0]
+        return hinge, guess + _least_change(angles, wanted)
+
+
+def _least_change(angles: FloatArray, wanted: FloatArray) -> FloatArray:
+    """The smallest change of six shares that gives the wanted combination of curvatures, (n, 6, 3), (n, 3) to (n, 6).
+
+    The sum over j of change_j angles_jk is to be wanted_k; directions that the angles hardly show are left out softly.
+    """
+    square = np.swapaxes(angles, 1, 2) @ angles
+    softness = LEAST_SINGULAR**2 * np.trace(square, axis1=1, axis2=2) + np.finfo(np.float64).tiny
+    square += softness[:, None, None] * np.eye(3)
+    change: FloatArray = (angles @ np.linalg.solve(square, wanted[:, :, None]))[:, :, 0]
+    return change
+
+
+def _next(side: IntArray) -> IntArray:
+    """The next side of the same triangle."""
+    return side - side % 3 + (side + 1) % 3
 
 
 def hinge_stiffness(cloth: Cloth, rigidities: FloatArray, weight: FloatArray) -> Any:

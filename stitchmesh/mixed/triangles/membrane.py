@@ -39,11 +39,9 @@ from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.precision import matrix, vector
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.gather import GatherTable
-from stitchmesh.mixed.mixed_blocks import MixedBlocks
-from stitchmesh.mixed.mixed_vector import MixedVector
+from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
 from stitchmesh.mixed.term import MixedTerm
-from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
-from stitchmesh.mixed.triangles.weights import checked_weights, materials_of_panels
+from stitchmesh.mixed.triangles.cloth_material import ClothMaterial, checked_weights, materials_of_panels
 
 
 @wp.func

@@ -20,10 +20,15 @@ first and second derivatives are those of f(q):
 
 The Hessian that is never negative leaves out the last part, negative values of f' and f'', and the part of a compressed
 edge across its direction. The angle between the triangles across a seam belongs to ``shell_bending``.
+
+The material of the rods along the seams: seam allowances and sewing thread (C 6.1).
+
+The rest shape of the rods along seams, between that of the two panels that meet there.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -33,14 +38,12 @@ from numpy.typing import ArrayLike, NDArray
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.precision import matrix, vector
+from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.gather import GatherTable
-from stitchmesh.mixed.mixed_blocks import MixedBlocks
-from stitchmesh.mixed.mixed_vector import MixedVector
+from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
 from stitchmesh.mixed.term import MixedTerm
-from stitchmesh.mixed.triangles.seam_material import SeamMaterial
-from stitchmesh.mixed.triangles.seam_shape import following_edges, rest_angles, rest_lengths
-from stitchmesh.mixed.triangles.weights import checked_weights
+from stitchmesh.mixed.triangles.cloth_material import checked_weights
 
 SMOOTHING = wp.constant(0.1)
 """The number c of the module docstring."""
@@ -50,6 +53,59 @@ NEARLY_STRAIGHT = wp.constant(0.1)
 """Angle below which quotients that vanish with it are taken from their series [rad]."""
 LEAST_LENGTH = wp.constant(1e-4)
 """Smallest length of an edge as a part of its rest length."""
+
+
+@dataclass(frozen=True)
+class SeamMaterial:
+    """A material of rods along seams.
+
+    Raises:
+        ParameterError: a number is negative or not finite, or the rod has neither stiffness.
+    """
+
+    stretch: float
+    """Axial stiffness: tension over strain [dyn]."""
+    bending: float
+    """Bending stiffness: moment over curvature [dyn cm^2]."""
+    density: float = 0.0
+    """Mass per length [g / cm]."""
+
+    def __post_init__(self) -> None:
+        for name in ("stretch", "bending", "density"):
+            value = getattr(self, name)
+            if not (np.isfinite(value) and value >= 0.0):
+                raise ParameterError(f"seam material: {name} is {value}; expected a number that is not negative")
+        if self.stretch == 0.0 and self.bending == 0.0:
+            raise ParameterError("seam material: stretch and bending are 0; expected one of them; leave the rods out")
+
+
+def rest_lengths(cloth: Cloth) -> NDArray[np.float64]:
+    """Rest length of each edge of a seam [cm], the mean of those of both panels; shape (S,)."""
+    edges = np.diff(cloth.side_rest, axis=1)[:, 0][cloth.seam_sides]
+    lengths: NDArray[np.float64] = np.linalg.norm(edges, axis=2).mean(axis=1)
+    return lengths
+
+
+def following_edges(cloth: Cloth) -> NDArray[np.int64]:
+    """The edge that follows each edge on its seam, the first one at the end of a closed seam, -1 for none; (S,)."""
+    following = np.arange(1, len(cloth.seam_edges) + 1)
+    first, last = cloth.seam_start[:-1], cloth.seam_start[1:] - 1
+    closed = cloth.seam_edges[last, 1] == cloth.seam_edges[first, 0]
+    following[last] = np.where(closed & (last > first), first, -1)
+    return following
+
+
+def rest_angles(cloth: Cloth, following: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Rest angle between each edge and the one that follows it [rad], shape (S,).
+
+    It is the mean of the angles in the planes of both panels, and 0 where both edges lie in different panels.
+    """
+    edges = np.diff(cloth.side_rest, axis=1)[:, 0][cloth.seam_sides]
+    one, other = edges, edges[following]
+    turning = np.abs(np.arctan2(one[..., 0] * other[..., 1] - one[..., 1] * other[..., 0], (one * other).sum(axis=2)))
+    panel = cloth.panel[cloth.seam_sides // 3]
+    same = (panel == panel[following]).all(axis=1) & (following >= 0)
+    return np.where(same, turning.mean(axis=1), 0.0)
 
 
 @wp.func

@@ -8,11 +8,15 @@ pattern and the marks of the loops on top of it do not. A half turn belongs to t
 that stitch is knit or purled through the back leg, and otherwise to the stitch that makes the loop.
 
 Source: Yuksel et al. 2012, section 5.3, read backwards.
+
+The smallest repeat of a pattern: the shortest tile, and the fewest rows, that give the same fabric.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
+from math import gcd
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,10 +26,9 @@ from stitchmesh.mesh import BORDER, BOTTOM, IntArray, StitchMesh
 from stitchmesh.mesh.courses import faces_across
 from stitchmesh.mesh.palette import filled_palette
 from stitchmesh.mesh.stitch import VOCABULARY, Stitch
-from stitchmesh.patterns.capture.region_rows import RegionRow, stacked_rows
-from stitchmesh.patterns.capture.ring_cut import cut_rings
+from stitchmesh.patterns.capture.region_rows import RegionRow, cut_rings, stacked_rows
 from stitchmesh.patterns.pattern import Cell, Loop, Pattern, Row, check_closes
-from stitchmesh.patterns.placement.region import region_of
+from stitchmesh.patterns.placement.placement import region_of
 
 THROUGH_BACK = -1
 """Half turn that a knit or purl stitch through the back leg gives to its loop."""
@@ -149,3 +152,42 @@ def _colours(fabric: StitchMesh, rows: list[RegionRow]) -> tuple[tuple[int, int,
     last = max(int(fabric.yarn[row.faces].max()) for row in rows)
     colours = filled_palette(fabric.palette, last + 1)[: last + 1].tolist()
     return tuple((red, green, blue) for red, green, blue in colours)
+
+
+def smallest_repeat(pattern: Pattern) -> Pattern:
+    """Return the pattern whose repeats give the same fabric as the repeats of a given pattern, with the fewest loops.
+
+    A pattern that does not close keeps all its rows.
+    """
+    rows = _narrowest(pattern.rows)
+    height = pattern.height
+    if pattern.closes:
+        height = next(count for count in _divisors(height) if rows[count:] == rows[: height - count])
+    return replace(pattern, rows=rows[:height])
+
+
+def _narrowest(rows: tuple[Row, ...]) -> tuple[Row, ...]:
+    """Return the rows with the tile divided by the largest number of equal parts."""
+    parts = gcd(*(count for row in rows for count in (len(row.sections[1]), row.bottoms[1])))
+    for number in _divisors(parts)[:0:-1]:
+        divided = [_divided(row, number) for row in rows]
+        whole = tuple(row for row in divided if row is not None)
+        if len(whole) == len(rows):
+            return whole
+    return rows
+
+
+def _divided(row: Row, parts: int) -> Row | None:
+    """Return a row with one of the equal parts of its tile; None if the parts differ, or if a cable joins two parts."""
+    (left, tile, right), (before, held, after) = row.sections, row.loop_sections
+    cells, loops = tile[: len(tile) // parts], held[: len(held) // parts]
+    if cells * parts != tile or loops * parts != held:
+        return None
+    try:
+        return Row((*left, *cells, *right), (*before, *loops, *after), row.left, row.right)
+    except PatternError:
+        return None
+
+
+def _divisors(number: int) -> list[int]:
+    return [count for count in range(1, number + 1) if number % count == 0]

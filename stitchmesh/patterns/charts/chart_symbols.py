@@ -17,7 +17,7 @@ from typing import Literal
 from stitchmesh.mesh.own_stitch import StitchType
 from stitchmesh.mesh.stitch import Making, Stitch
 from stitchmesh.patterns.charts.knit_chart import read_square
-from stitchmesh.patterns.language.word_stitches import WordStitches
+from stitchmesh.patterns.language.words import WordStitches
 from stitchmesh.patterns.pattern import Cell
 
 Point = tuple[float, float]

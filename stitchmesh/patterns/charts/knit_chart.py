@@ -25,8 +25,7 @@ from stitchmesh.patterns.charts.grid import BLANK, LONGEST_SIDE, Box, Brush, che
 from stitchmesh.patterns.language.items import ItemParser
 from stitchmesh.patterns.language.rows import DescribedRow, finish_row, finish_rows
 from stitchmesh.patterns.language.tokens import TextPlace, split_lines
-from stitchmesh.patterns.language.word_stitches import WordStitches
-from stitchmesh.patterns.language.words import NO_STITCH
+from stitchmesh.patterns.language.words import NO_STITCH, WordStitches
 from stitchmesh.patterns.language.writing import chart_word, pieces_of
 from stitchmesh.patterns.pattern import Cell, Loop, Pattern, Row, first_fault
 

@@ -15,8 +15,7 @@ from __future__ import annotations
 
 from stitchmesh.errors import PatternError
 from stitchmesh.patterns.language.tokens import END, Token
-from stitchmesh.patterns.language.word_stitches import WordStitches, cable
-from stitchmesh.patterns.language.words import NO_WORDS, OwnWords, WordError, read_word
+from stitchmesh.patterns.language.words import NO_WORDS, OwnWords, WordError, WordStitches, cable, read_word
 from stitchmesh.patterns.pattern import Loop, check_cables
 
 BAR = "|"

@@ -11,7 +11,7 @@ from stitchmesh.errors import PatternError
 from stitchmesh.hand_knitting.words import stitch_name
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.patterns.language.tokens import TextPlace
-from stitchmesh.patterns.language.word_stitches import WordStitches, single
+from stitchmesh.patterns.language.words import WordStitches, single
 from stitchmesh.patterns.pattern import Cell, Loop, Row, first_fault
 
 _TOGETHER = {Stitch.KNIT: Stitch.D12K, Stitch.PURL: Stitch.D12P}

@@ -18,8 +18,7 @@ from functools import cache, lru_cache
 from stitchmesh.patterns.language.items import BAR, ItemParser
 from stitchmesh.patterns.language.rows import DescribedRow
 from stitchmesh.patterns.language.tokens import Line
-from stitchmesh.patterns.language.word_stitches import WordStitches
-from stitchmesh.patterns.language.words import NO_WORDS, OwnWords, read_word
+from stitchmesh.patterns.language.words import NO_WORDS, OwnWords, WordStitches, read_word
 
 LETTERS: dict[str, str] = {
     "k": "k", "p": "p", "b": "b", "f": "f", "x": "x", "t": "t",

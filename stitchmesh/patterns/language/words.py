@@ -6,6 +6,8 @@ The loops of a code of ``stitch.CODES`` are read from left to right as seen, eve
 from right to left. An abbreviation describes what a hand knitter does. In a loop worked through its back leg, and in a
 backward loop (make one, leaning left), the leg that comes from the right lies in front; this is a twist of -1.
 ``docs/patterns.md`` lists all words.
+
+The stitches of one word of a row and the loops below them, left to right as the reader faces the fabric.
 """
 
 from __future__ import annotations
@@ -13,19 +15,60 @@ from __future__ import annotations
 import difflib
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.mesh.own_stitch import OwnStitch, StitchType
-from stitchmesh.mesh.stitch import CODES, Stitch
-from stitchmesh.patterns.language.word_stitches import WordStitches, cable, single
-from stitchmesh.patterns.pattern import Cell
+from stitchmesh.mesh.own_stitch import OwnStitch, StitchType, built_in
+from stitchmesh.mesh.stitch import CODES, Stitch, from_wrong_side
+from stitchmesh.patterns.pattern import Cell, Loop
 
 OwnWords = Mapping[str, OwnStitch]
 """Stitches of the user's own by their codes, which are words too."""
 NO_WORDS: OwnWords = {}
 RESERVED = frozenset({"cross", "repeat", "yarn", "lt", "rt", "rs", "ws"})
 """Words of the language that are no stitches."""
+
+
+@dataclass(frozen=True)
+class WordStitches:
+    """Stitches of one word: a single stitch, a cable, or nothing for an empty square of a chart."""
+
+    cells: tuple[Cell, ...]
+    """The stitches, left to right."""
+    loops: tuple[Loop, ...]
+    """How the loops below are held, left to right before any crossing."""
+    columns: int = 1
+    """Number of squares of a chart that the word covers."""
+    tuck: bool = False
+    """Whether the next row works the two loops of this stitch together."""
+
+    def turned(self) -> WordStitches:
+        """Return the same stitches seen from the other side of the fabric, turned about the wale."""
+        front = max((loop.layer for loop in self.loops), default=0)
+        cells = tuple(
+            Cell(from_wrong_side(built_in(cell.stitch)), cell.twist[::-1], cell.yarn) for cell in reversed(self.cells)
+        )  # a half turn of a loop has the same direction when it is seen from behind
+        loops = tuple(Loop(-loop.shift, front - loop.layer, loop.twist) for loop in reversed(self.loops))
+        return replace(self, cells=cells, loops=loops)
+
+
+def single(cell: Cell, twist_below: tuple[int, ...] = (), *, tuck: bool = False) -> WordStitches:
+    """Return one stitch on loops that no cable moves; ``twist_below`` gives the half turn of each loop below."""
+    below = twist_below or (0,) * cell.n_bottom
+    return WordStitches((cell,), tuple(Loop(twist=twist) for twist in below), tuck=tuck)
+
+
+def cable(cells: tuple[Cell, ...], target: list[int], layers: list[int], twists: list[int]) -> WordStitches:
+    """Return stitches on loops that are reordered before they are worked.
+
+    Args:
+        cells: the stitches, left to right.
+        target: loop i moves to place ``target[i]``.
+        layers: the layer of each loop, in the order before the crossing.
+        twists: the half turn that the stitches give to each loop, in the order after the crossing.
+    """
+    loops = [Loop(end - place, layers[place], twists[end]) for place, end in enumerate(target)]
+    return WordStitches(cells, tuple(loops), columns=max(len(target), len(cells)))
 
 
 @dataclass(frozen=True)

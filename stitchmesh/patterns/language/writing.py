@@ -15,8 +15,7 @@ from itertools import groupby, pairwise
 from stitchmesh.mesh.own_stitch import OwnStitch, StitchType
 from stitchmesh.mesh.palette import colour_text
 from stitchmesh.mesh.stitch import Stitch
-from stitchmesh.patterns.language.word_stitches import WordStitches
-from stitchmesh.patterns.language.words import ABBREVIATIONS, NO_STITCH, TUCK, read_crossing
+from stitchmesh.patterns.language.words import ABBREVIATIONS, NO_STITCH, TUCK, WordStitches, read_crossing
 from stitchmesh.patterns.pattern import Cell, Loop, Pattern, Row, crossings
 
 LINE_LENGTH = 110

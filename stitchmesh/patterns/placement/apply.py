@@ -35,13 +35,11 @@ from stitchmesh.patterns.placement.in_place import CellTable, changes_in_place
 from stitchmesh.patterns.placement.left_out import LeftOut, find_left_out
 from stitchmesh.patterns.placement.loop_marks import LoopMarks
 from stitchmesh.patterns.placement.pattern_colours import colour_on_fabric, ground_of
-from stitchmesh.patterns.placement.placement import Placement, is_plain, is_worked
+from stitchmesh.patterns.placement.placement import Placement, is_plain, is_worked, region_of
 from stitchmesh.patterns.placement.plain_ground import plain_ground
 from stitchmesh.patterns.placement.rebuilt_runs import Rebuilt
-from stitchmesh.patterns.placement.region import region_of
 from stitchmesh.patterns.placement.replace import Replacement
-from stitchmesh.patterns.placement.sites import CellNumbers, find_sites
-from stitchmesh.patterns.placement.units import units_of
+from stitchmesh.patterns.placement.units import CellNumbers, find_sites, units_of
 from stitchmesh.patterns.placement.wales import follow_wales
 
 _LEFT_OVER, _CUT, _UNCROSSED = range(3)

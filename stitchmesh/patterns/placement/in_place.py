@@ -16,8 +16,7 @@ from stitchmesh.mesh.change import Marks
 from stitchmesh.mesh.stitch import VOCABULARY, Stitch, turned_over
 from stitchmesh.patterns.pattern import SECTIONS, Cell, Pattern
 from stitchmesh.patterns.placement.placement import is_plain
-from stitchmesh.patterns.placement.sites import CellNumbers
-from stitchmesh.patterns.placement.units import Units
+from stitchmesh.patterns.placement.units import CellNumbers, Units
 
 
 class CellTable:

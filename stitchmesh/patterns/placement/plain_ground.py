@@ -21,7 +21,7 @@ from stitchmesh.mesh.courses import Course
 from stitchmesh.mesh.own_stitch import FIRST_OWN
 from stitchmesh.mesh.shaping_stitches import Keeps, shaping_stitch
 from stitchmesh.mesh.stitch import Stitch
-from stitchmesh.patterns.placement.placement import is_plain, is_worked
+from stitchmesh.patterns.placement.placement import find_runs, is_plain, is_worked
 from stitchmesh.patterns.placement.rebuilt_runs import (
     MOST_LOOPS,
     CourseLine,
@@ -32,7 +32,6 @@ from stitchmesh.patterns.placement.rebuilt_runs import (
     rebuild_runs,
     spread_loops,
 )
-from stitchmesh.patterns.placement.region import find_runs
 
 LONGEST_EXCESS = 4
 """Largest number of adjacent course lines whose further loops belong to a pattern, for example the yarn-overs of tucks;

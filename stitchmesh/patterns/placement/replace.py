@@ -16,7 +16,7 @@ from stitchmesh.mesh.own_stitch import FIRST_OWN
 from stitchmesh.mesh.renumbering import Renumbering
 from stitchmesh.patterns.pattern import Pattern
 from stitchmesh.patterns.placement.block import Block
-from stitchmesh.patterns.placement.sites import Site
+from stitchmesh.patterns.placement.units import Site
 
 
 def _first_faces(sites: list[Site]) -> list[IntArray]:

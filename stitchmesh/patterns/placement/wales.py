@@ -21,9 +21,8 @@ from stitchmesh.mesh.courses import Course, bottom_sides, knitting_order, sides_
 from stitchmesh.mesh.stitch import VOCABULARY, Making, Stitch
 from stitchmesh.patterns.pattern import Pattern
 from stitchmesh.patterns.placement.columns import OUTSIDE, Remainder, is_elastic, is_tile, lay_out, spread_tiles
-from stitchmesh.patterns.placement.placement import Placement, is_plain, is_worked
+from stitchmesh.patterns.placement.placement import Placement, find_runs, is_plain, is_worked
 from stitchmesh.patterns.placement.rebuilt_runs import Rebuilt, RunPlan, line_above, line_below, rebuild_runs
-from stitchmesh.patterns.placement.region import find_runs
 from stitchmesh.patterns.placement.units import units_of
 from stitchmesh.patterns.placement.whole_tiles import WholeTiles, shaped_faces
 from stitchmesh.selection.wales import middle_of_front

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from stitchmesh.io.temporary_file import temporary_file
+from stitchmesh.io.atomic import temporary_file
 from stitchmesh.mesh.palette import filled_palette
 from stitchmesh.patterns import Pattern
 from stitchmesh.patterns.charts.chart_image import CHART_IMAGES, png_of_numbers

@@ -26,7 +26,6 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
 from stitchmesh.errors import PatternError, first_few
-from stitchmesh.mesh import IntArray
 
 
 @dataclass(frozen=True)
@@ -102,13 +101,6 @@ class Weave:
     def over(self) -> NDArray[np.bool_]:
         """Whether each weft passes over each warp, shape (wefts, warps)."""
         return np.array(self.matrix, dtype=np.bool_)
-
-    @cached_property
-    def stitching(self) -> IntArray:
-        """Weft and warp of each crossing at which a yarn passes over a yarn of a layer in front, shape (n, 2)."""
-        weft, warp = (np.array([thread.layer for thread in threads]) for threads in (self.wefts, self.warps))
-        behind = weft[:, None] - warp[None, :]
-        return np.argwhere(np.where(self.over, behind > 0, behind < 0))
 
     @property
     def layer_count(self) -> int:

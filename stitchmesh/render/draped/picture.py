@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from stitchmesh.io.contents import FilePath
 from stitchmesh.mesh import FloatArray, Mesh
+from stitchmesh.mixed.assembly import bodies_at
 from stitchmesh.mixed.drape import Draped
 from stitchmesh.render.camera import camera_around
 from stitchmesh.render.colour_scale import sequential_scale
 from stitchmesh.render.colouring import Coloured, colour_yarns
-from stitchmesh.render.draped.body_places import bodies_at
 from stitchmesh.render.draped.colouring import ALPHA_SCALE, LEAST_TENSION, DrapedValues, nodes_at_points
 from stitchmesh.render.lettering import INK
 from stitchmesh.render.options import PictureOptions

@@ -19,7 +19,7 @@ from stitchmesh.mesh import FloatArray
 from stitchmesh.shaping.chains import Chain
 from stitchmesh.shaping.counts import SLACK, StitchSize
 from stitchmesh.shaping.level_lines import Band, LevelLine, LevelLines
-from stitchmesh.shaping.panels.hems import Hem
+from stitchmesh.shaping.panels.panel_time import Hem
 from stitchmesh.shaping.rows import AT_EDGE, MadeRows
 from stitchmesh.shaping.seams import Gore, RowChange, ShapedRows, halves, seam_plan, stacked_wales
 from stitchmesh.shaping.wales import Wales, join_courses

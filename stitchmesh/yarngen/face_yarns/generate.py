@@ -21,14 +21,13 @@ import numpy as np
 from stitchmesh.errors import check_positive, first_few
 from stitchmesh.faces.face_drawing import FaceLibrary
 from stitchmesh.faces.face_mesh import Checkpoint, FaceMesh
-from stitchmesh.faces.face_type import ENTERING, LEAVING
-from stitchmesh.faces.stitch_names import YARN
+from stitchmesh.faces.face_type import ENTERING, LEAVING, YARN
 from stitchmesh.io.yarn_formats.midpoint_curve import MidpointCurve, midpoint_curve, through_samples
 from stitchmesh.mesh import FloatArray
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarn.marked_lengths import marked_stretches
 from stitchmesh.yarn.radius_estimate import estimate_radius
+from stitchmesh.yarn.rest_length import marked_stretches
 from stitchmesh.yarngen.face_yarns.strands import (
     FREE,
     PlacedStrand,

@@ -4,7 +4,7 @@
 
 The path is sampled at equal times. Between two of these times the ends of edges move on straight lines. The crossings
 of each two edges are counted exactly (``moving_edges``). The points count as displaced into general position
-(``general_position``), by the same displacement at all times. The signs of the crossings of two closed curves therefore
+(``deformation_path``), by the same displacement at all times. The signs of the crossings of two closed curves therefore
 add up to the change of their linking number, whatever the rounding. The sign of a yarn crossing is 1 where a
 right-handed crossing becomes a left-handed one.
 """
@@ -20,8 +20,13 @@ from scipy.spatial import cKDTree
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarngen.loop_check.deformation_path import DeformationPath
-from stitchmesh.yarngen.loop_check.general_position import DISPLACEMENT, FEWEST_UNITS, WholeUnits, displacements
+from stitchmesh.yarngen.loop_check.deformation_path import (
+    DISPLACEMENT,
+    FEWEST_UNITS,
+    DeformationPath,
+    WholeUnits,
+    displacements,
+)
 from stitchmesh.yarngen.loop_check.moving_edges import EdgePairs, NotInGeneralPosition, edge_crossings
 from stitchmesh.yarngen.loop_check.yarn_polylines import EdgeEnds, YarnPolylines, sampled_points
 

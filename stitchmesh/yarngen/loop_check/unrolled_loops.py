@@ -6,6 +6,8 @@ In a cell of one or two stitches a loop meets its own images, and its closure wo
 image. The cell is therefore put in the middle of a supercell, and all yarn is placed in the lattice image of its
 stitch. Arcs that do not cross the border of the supercell are then continuous, as in a piece of fabric that is not
 periodic. The links of the middle cell are checked.
+
+The supercell of a periodic fabric: copies of its cell beside and above each other.
 """
 
 from __future__ import annotations
@@ -16,19 +18,71 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.errors import YarnError
-from stitchmesh.mesh import IntArray, StitchMesh
+from stitchmesh.lattice import Lattice
+from stitchmesh.mesh import BORDER, IntArray, StitchMesh
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen.finish import YarnFinish
 from stitchmesh.yarngen.generate import control_point_images, trace_yarn_routes, yarns_along_routes
 from stitchmesh.yarngen.loop_check.loops import Arc, Arcs, find_arcs
-from stitchmesh.yarngen.loop_check.supercell import supercell
 from stitchmesh.yarngen.loop_check.threadings import expected_threadings, spanned_sides
 from stitchmesh.yarngen.loop_check.yarn_polylines import SAMPLES_PER_POINT
 
 MARGINS = (5, 10, 20, 40)
 """Numbers of stitches and rows around the cell. They are tried in this order, until all arcs of the middle cell are
 complete."""
+
+
+def supercell(fabric: StitchMesh, columns: int, rows: int) -> StitchMesh:
+    """A stitch mesh on a lattice that consists of copies of a cell.
+
+    Args:
+        fabric: the stitch mesh of the cell, on a lattice.
+        columns: number of copies along the courses.
+        rows: number of copies along the wales.
+
+    Returns:
+        The supercell. Its copies are numbered along the courses first and then upwards.
+    """
+    assert fabric.lattice is not None and fabric.corner_image is not None
+    size = np.array([columns, rows])
+    copy = np.stack([index.ravel() for index in np.indices((rows, columns))[::-1]], axis=1)
+    vertex_copy, corner_image = _reached(copy, fabric.corner_image, size)
+    side_copy, _ = _reached(copy, fabric.side_image, size)
+    count, corners = len(copy), fabric.side_count
+    starts = (np.arange(count)[:, None] * corners + fabric.face_start[:-1]).ravel()
+    marks = {
+        name: np.tile(getattr(fabric, name), count)
+        for name in ("n_bottom", "n_top", "stitch", "yarn", "twist", "cable_shift", "cable_layer")
+    }
+    return replace(
+        fabric,
+        vertices=(fabric.vertices + fabric.lattice.shift(copy)[:, None]).reshape(-1, 3),
+        face_start=np.append(starts, count * corners),
+        face_vertex=(fabric.face_vertex + vertex_copy * len(fabric.vertices)).ravel(),
+        twin=np.where(fabric.twin == BORDER, BORDER, fabric.twin + side_copy * corners).ravel(),
+        lattice=Lattice(fabric.lattice.periods * size[:, None]),
+        corner_image=corner_image.reshape(-1, 2),
+        row=(fabric.row + copy[:, 1:] * (fabric.row.max() + 1)).ravel(),
+        stretch=None,
+        **marks,  # type: ignore[arg-type]
+    )
+
+
+def _reached(copy: IntArray, image: IntArray, size: IntArray) -> tuple[IntArray, IntArray]:
+    """The copy that each image leads to from each copy, and its image in the supercell.
+
+    Args:
+        copy: column and row of each copy, shape (n, 2).
+        image: lattice images in the cell, shape (k, 2).
+        size: numbers of columns and rows.
+
+    Returns:
+        Numbers of the copies, shape (n, k), and lattice images of the supercell, shape (n, k, 2).
+    """
+    there = copy[:, None] + image
+    inside = there % size
+    return inside[..., 0] + inside[..., 1] * size[0], there // size
 
 
 @dataclass(frozen=True, eq=False)

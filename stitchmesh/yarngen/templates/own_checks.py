@@ -6,6 +6,11 @@ Its yarn meets every side of its face where the neighbours expect it. Every loop
 letter says. Loops that are worked together lie in layers in the order of the code. Yarn of the row is not linked with
 itself. Among knit and among purl stitches beside, above and below it, yarns keep their distances, however its loops are
 twisted.
+
+One stitch surrounded by plain stitches: a small flat fabric on which a drawing of the stitch is tested.
+
+The fabric has three rows: a row of plain stitches, the stitch with one plain stitch on either side, and another row of
+plain stitches. All faces have the proportions of their templates, so that the embedding does not deform the yarn.
 """
 
 from __future__ import annotations
@@ -17,15 +22,22 @@ import numpy as np
 from stitchmesh.errors import YarnError
 from stitchmesh.io.contents import FilePath
 from stitchmesh.io.own_stitches import read_own_drawings
-from stitchmesh.mesh import FloatArray
-from stitchmesh.mesh.own_stitch import OwnStitch
-from stitchmesh.mesh.stitch import Making, Stitch
+from stitchmesh.mesh import FloatArray, StitchMesh
+from stitchmesh.mesh.connectivity import find_twins
+from stitchmesh.mesh.own_stitch import FIRST_OWN, OwnStitch, StitchType
+from stitchmesh.mesh.stitch import VOCABULARY, Making, Stitch
 from stitchmesh.yarngen.clearance import smallest_distance
 from stitchmesh.yarngen.generate import generate_yarns
-from stitchmesh.yarngen.templates.drawings import template_of_own
-from stitchmesh.yarngen.templates.surrounding import surround_stitch
-from stitchmesh.yarngen.templates.template import RADIUS_OVER_WIDTH, Crossing, Template, TemplatePart, trapezoid
-from stitchmesh.yarngen.templates.twists import twisted
+from stitchmesh.yarngen.templates.table import template_of_own
+from stitchmesh.yarngen.templates.template import (
+    RADIUS_OVER_WIDTH,
+    STITCH_HEIGHT,
+    Crossing,
+    Template,
+    TemplatePart,
+    trapezoid,
+    twisted,
+)
 
 PIERCING = {"k": 1, "p": -1, "y": 0}
 """How often the left leg of a loop passes through a loop below from behind to the front, by its letter."""
@@ -33,6 +45,65 @@ OUTSIDE = 0.02
 """Largest distance by which a spline may overshoot a side of its face [stitch widths]; a sixth of a radius."""
 CLOSEST, CLOSEST_TWISTED = 1.0, 0.75
 """Smallest distance of yarns with untwisted and with twisted loops on top [radii]; touching yarns are 2 apart."""
+
+
+def surround_stitch(
+    stitch: StitchType, twists: tuple[int, ...] = (), plain: Stitch = Stitch.KNIT
+) -> tuple[StitchMesh, int]:
+    """A flat fabric of three rows around one stitch, and the number of the face of the stitch. Stitches are 1 cm wide.
+
+    Args:
+        stitch: a stitch of the vocabulary, or one of the user's own.
+        twists: half turns of the loops on its top sides, from left to right.
+        plain: type of the other stitches.
+    """
+    definition = stitch.making if isinstance(stitch, OwnStitch) else VOCABULARY[stitch]
+    low, high = definition.n_bottom, definition.n_top
+    lines = [_course(count, max(low, high)) for count in (low, low, high, high)]
+    heights = STITCH_HEIGHT * np.arange(-1, 3)
+    vertices = [(x, y, 0.0) for line, y in zip(lines, heights, strict=True) for x in line]
+    first = np.cumsum([0, *(len(line) for line in lines)])
+    faces = _quads(first[0], first[1], low + 2)
+    centre = len(faces) + 1
+    faces += _row_of(first[1], first[2], low, high)
+    faces += _quads(first[2], first[3], high + 2)
+    return _knitted(vertices, faces, centre, (low, high), stitch, plain, twists), centre
+
+
+def _course(count: int, widest: int) -> np.ndarray:
+    """The x of each vertex of a course line with ``count`` stitches and one more on either side, shape (count + 3,)."""
+    return (widest - count) / 2 + np.arange(-1.0, count + 2)
+
+
+def _quads(lower: int, upper: int, count: int) -> list[list[int]]:
+    """Vertices of ``count`` neighbouring quads between two course lines, from their first vertices."""
+    return [[lower + k, lower + k + 1, upper + k + 1, upper + k] for k in range(count)]
+
+
+def _row_of(lower: int, upper: int, low: int, high: int) -> list[list[int]]:
+    """Vertices of a row: a quad, a face with ``low`` bottom and ``high`` top sides, and a quad."""
+    middle = [lower + 1 + k for k in range(low + 1)] + [upper + 1 + k for k in reversed(range(high + 1))]
+    return [*_quads(lower, upper, 1), middle, *_quads(lower + low + 1, upper + high + 1, 1)]
+
+
+def _knitted(
+    vertices: list, faces: list[list[int]], centre: int, sides: tuple[int, int], stitch: StitchType, plain: Stitch,
+    twists: tuple[int, ...],
+) -> StitchMesh:  # fmt: skip
+    """The stitch mesh of these faces."""
+    face_start = np.concatenate([[0], np.cumsum([len(face) for face in faces])])
+    face_vertex = np.concatenate(faces)
+    kind, bottom, top, row = (np.full(len(faces), value) for value in (plain, 1, 1, 0))
+    own = (stitch,) if isinstance(stitch, OwnStitch) else ()
+    kind[centre], (bottom[centre], top[centre]) = FIRST_OWN if own else stitch, sides
+    row[centre - 1 :], row[centre + 2 :] = 1, 2
+    twist = np.zeros(len(face_vertex), dtype=np.int64)
+    twist[face_start[centre] + sum(sides) - np.arange(len(twists))] = twists
+    return StitchMesh(
+        vertices=np.array(vertices), face_start=face_start, face_vertex=face_vertex,
+        twin=find_twins(face_start, face_vertex, len(vertices)), n_bottom=bottom, n_top=top, stitch=kind, row=row,
+        twist=twist, own_stitches=own,
+    )  # fmt: skip
 
 
 def read_own_stitches(path: FilePath) -> tuple[OwnStitch, ...]:

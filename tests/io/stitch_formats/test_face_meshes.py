@@ -10,8 +10,7 @@ import pytest
 from stitchmesh.cli import main as cli
 from stitchmesh.errors import FileError
 from stitchmesh.faces.face_mesh import Checkpoint, FaceMesh
-from stitchmesh.faces.face_type import FaceType
-from stitchmesh.faces.stitch_names import is_foreign, stitch_of
+from stitchmesh.faces.face_type import FaceType, is_foreign, stitch_of
 from stitchmesh.io import read_stitches
 from stitchmesh.io.any_file import read_any
 from stitchmesh.io.stitch_formats.face_meshes import holds_foreign_faces, read_face_mesh, write_face_mesh

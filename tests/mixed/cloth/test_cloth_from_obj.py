@@ -53,7 +53,7 @@ def test_a_weave_on_a_globe(tmp_path):
     check_yarns(cloth, yarns)
     distance = np.linalg.norm(yarns.world(cloth), axis=1)
     assert 4.8 < distance.min() and distance.max() < 5.0 + 1e-12  # chords of 15 degrees
-    assert np.count_nonzero(yarns.on_rod) > 100
+    assert np.count_nonzero(yarns.side == 0) > 100
 
 
 def test_texture_coordinates_with_the_same_numbers_are_one(tmp_path):

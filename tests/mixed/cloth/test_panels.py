@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.mixed.cloth.border_recovery import with_edges
 from stitchmesh.mixed.cloth.outline import inside, signed_area
-from stitchmesh.mixed.cloth.panels import Panel, PanelTriangles, triangulate
+from stitchmesh.mixed.cloth.panels import Panel, PanelTriangles, triangulate, with_edges
 from tests.mixed.cloth.panel_shapes import OUTLINES, rectangle
 
 

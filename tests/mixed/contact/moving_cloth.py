@@ -11,11 +11,10 @@ import warp as wp
 
 from stitchmesh.mesh import FloatArray
 from stitchmesh.mixed.dynamics.backward_euler import Dynamics, DynamicsSettings
-from stitchmesh.mixed.dynamics.blended_masses import BlendedMasses
+from stitchmesh.mixed.dynamics.mass_matrix import BlendedMasses
 from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
 from stitchmesh.mixed.dynamics.weight import Weight
-from stitchmesh.mixed.enrichment.embedding import embed
-from stitchmesh.mixed.enrichment.free_unknowns import FreeUnknowns
+from stitchmesh.mixed.enrichment.embedding import FreeUnknowns, embed
 from stitchmesh.mixed.enrichment.region import region_around
 from stitchmesh.mixed.term import MixedTerm
 from tests.mixed.contact.sheets import Sheets, cpu, state_of

@@ -15,10 +15,8 @@ from stitchmesh.compute.device import device_named
 from stitchmesh.compute.launch import launch
 from stitchmesh.compute.precision import scalar_named
 from stitchmesh.mesh import FloatArray, IntArray
-from stitchmesh.mixed.contact.contact_points import ContactPoints
-from stitchmesh.mixed.contact.triangle_points import SeamLinks, points_on_triangles
-from stitchmesh.mixed.mixed_blocks import MixedBlocks
-from stitchmesh.mixed.mixed_vector import MixedVector
+from stitchmesh.mixed.contact.contact_points import ContactPoints, SeamLinks, points_on_triangles
+from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
 from stitchmesh.mixed.term import MixedTerm
 
 

@@ -10,9 +10,8 @@ from scipy.spatial.transform import Rotation
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.cloth.cloth import Cloth
-from stitchmesh.mixed.contact.attachments import Attachment, at_simulated_nodes
+from stitchmesh.mixed.contact.attachments import Attachment, PrescribedMotion, at_simulated_nodes
 from stitchmesh.mixed.contact.motion import RigidMotion
-from stitchmesh.mixed.contact.prescribed_motion import PrescribedMotion
 from tests.mixed.contact.sheets import sheet
 
 QUARTER = Rotation.from_rotvec([0.0, 0.0, np.pi / 2]).as_matrix()

@@ -11,15 +11,13 @@ import pytest
 import warp as wp
 
 from stitchmesh.errors import SolverError
-from stitchmesh.mixed.contact.attachments import Attachment, at_simulated_nodes
+from stitchmesh.mixed.contact.attachments import Attachment, PrescribedMotion, at_simulated_nodes
 from stitchmesh.mixed.contact.body import SolidBody
 from stitchmesh.mixed.contact.body_distance import BodyContact
 from stitchmesh.mixed.contact.body_friction import BodyFriction
-from stitchmesh.mixed.contact.contact_points import ContactPoints, join_points, points_at_nodes
+from stitchmesh.mixed.contact.contact_points import ContactPoints, join_points, points_at_nodes, points_on_triangles
 from stitchmesh.mixed.contact.motion import RigidMotion
-from stitchmesh.mixed.contact.prescribed_motion import PrescribedMotion
 from stitchmesh.mixed.contact.self_collision import SelfCollision
-from stitchmesh.mixed.contact.triangle_points import points_on_triangles
 from stitchmesh.mixed.dynamics.backward_euler import Dynamics, DynamicsSettings
 from stitchmesh.mixed.dynamics.equilibrium import EquilibriumSettings, find_equilibrium
 from stitchmesh.mixed.dynamics.weight import Weight

@@ -12,8 +12,8 @@ import warp as wp
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.contact.contact_points import join_points, points_at_nodes
+from stitchmesh.mixed.contact.pair_lists import seam_neighbours
 from stitchmesh.mixed.contact.point_map import PointMap
-from stitchmesh.mixed.contact.rest_neighbours import seam_neighbours
 from tests.mixed.contact.sheets import cpu, launcher, sheet, state_of, together
 
 

@@ -10,11 +10,11 @@ import warp as wp
 from scipy.spatial.transform import Rotation
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.mixed.contact import start_outside
+from stitchmesh.mixed.contact import dressing
 from stitchmesh.mixed.contact.body import SolidBody
 from stitchmesh.mixed.contact.body_distance import BodyContact
+from stitchmesh.mixed.contact.dressing import moved_outside
 from stitchmesh.mixed.contact.motion import RigidMotion
-from stitchmesh.mixed.contact.start_outside import moved_outside
 from tests.mixed.contact.bodies import ball, box
 from tests.mixed.contact.sheets import cpu, sheet, state_of
 
@@ -42,6 +42,6 @@ def test_refuses(monkeypatch):
         moved_outside(points, cloth.vertices, SolidBody(box((1.0, 1.0, 1.0))), 0.0, cpu())
     deep = sheet(10, 3.0)
     fine, _links = deep.points(0.1, spacing=0.25)
-    monkeypatch.setattr(start_outside, "ROUNDS", 1)  # one move is not enough
+    monkeypatch.setattr(dressing, "OUTWARD_ROUNDS", 1)  # one move is not enough
     with pytest.raises(ParameterError, match=r"^ball: \d+ of \d+ points, up to .* cm deep, find no way out"):
         moved_outside(fine, deep.vertices, SolidBody(ball(1.0, 2), name="ball"), 0.05, cpu())

@@ -10,9 +10,9 @@ import numpy as np
 import warp as wp
 
 from stitchmesh.mixed.crossings.crossing_elements import CrossingElements
+from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial
 from stitchmesh.mixed.crossings.crossing_term import CrossingTerm
 from stitchmesh.mixed.crossings.friction.sliding_friction import SlidingFriction
-from stitchmesh.mixed.crossings.materials.crossing_material import CrossingMaterial
 from stitchmesh.mixed.term import MixedTerm
 from tests.mixed.crossings.small_fabrics import (
     CPU,

@@ -10,9 +10,9 @@ import warp as wp
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.crossings.crossing_elements import crossing_elements
+from stitchmesh.mixed.crossings.crossing_material import FabricMaterials
 from stitchmesh.mixed.crossings.crossing_term import CrossingTerm
-from stitchmesh.mixed.crossings.materials.fabric_materials import FabricMaterials
-from stitchmesh.mixed.mixed_blocks import MixedBlocks
+from stitchmesh.mixed.mixed_vector import MixedBlocks
 from tests.mixed.crossings.small_fabrics import (
     CPU,
     RUN,
@@ -128,7 +128,7 @@ def test_a_trellis_shears_by_its_four_quadrants():
     sheared[:, 0] += np.sin(angle) * fabric.position[:, 1]
     sheared[:, 1] *= np.cos(angle)
     quadrants = 4 * 1 + 2 * 4 + 1 * 4  # of the inner node, of four at a border, of four at a corner
-    expected = quadrants * 0.5 * YARN.shear_stiffness * 0.25 * angle**2
+    expected = quadrants * 0.5 * YARN.shear * YARN.radius**2 * 0.25 * angle**2
     assert energy_at(term_of(fabric), flat(sheared, fabric.sliding)) == pytest.approx(expected, rel=1e-10)
 
 

@@ -12,9 +12,7 @@ import warp as wp
 
 from stitchmesh.compute.launch import launch
 from stitchmesh.errors import ParameterError
-from stitchmesh.mixed.crossings.crossing_model import CrossingModel
-from stitchmesh.mixed.crossings.crossing_term import CrossingTerm
-from stitchmesh.mixed.crossings.step_limit import sliding_limits
+from stitchmesh.mixed.crossings.crossing_term import CrossingModel, CrossingTerm, sliding_limits
 from tests.mixed.crossings.small_fabrics import CPU, plain_weave, vector_of
 
 FABRIC = plain_weave(4, 3)

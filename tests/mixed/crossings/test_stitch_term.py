@@ -12,13 +12,12 @@ import warp as wp
 
 from stitchmesh.mixed.cloth.seams import cloth_from_panels
 from stitchmesh.mixed.crossings.crossing_elements import crossing_elements
+from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial, FabricMaterials
 from stitchmesh.mixed.crossings.crossing_term import CrossingTerm
 from stitchmesh.mixed.crossings.friction.normal_forces import contact_axes
-from stitchmesh.mixed.crossings.materials.crossing_material import CrossingMaterial
-from stitchmesh.mixed.crossings.materials.fabric_materials import FabricMaterials
 from stitchmesh.mixed.crossings.stitch_term import StitchTerm, stitch_elements
 from stitchmesh.mixed.layout.knit import lay_knit
-from stitchmesh.mixed.mixed_blocks import MixedBlocks
+from stitchmesh.mixed.mixed_vector import MixedBlocks
 from tests.mixed.cloth.panel_shapes import rectangle
 from tests.mixed.crossings.small_fabrics import (
     CPU,

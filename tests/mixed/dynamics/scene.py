@@ -12,11 +12,9 @@ import numpy as np
 import warp as wp
 
 from stitchmesh.compute.device import device_named
-from stitchmesh.mixed.dynamics.blended_masses import BlendedMasses, blend_masses
-from stitchmesh.mixed.dynamics.mass_matrix import ConstantNodeMasses
+from stitchmesh.mixed.dynamics.mass_matrix import BlendedMasses, ConstantNodeMasses, blend_masses
 from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
-from stitchmesh.mixed.enrichment.embedding import Embedding, embed
-from stitchmesh.mixed.enrichment.free_unknowns import FreeUnknowns
+from stitchmesh.mixed.enrichment.embedding import Embedding, FreeUnknowns, embed
 from stitchmesh.mixed.enrichment.region import Region
 from stitchmesh.mixed.mixed_vector import MixedVector
 from tests.mixed.patch import Patch

@@ -15,19 +15,18 @@ import warp as wp
 from stitchmesh.mixed.cloth.panel_position import PanelPosition
 from stitchmesh.mixed.cloth.panels import Panel
 from stitchmesh.mixed.cloth.seams import PanelBorder, PanelSeam, cloth_from_panels
-from stitchmesh.mixed.crossings.materials.crossing_material import CrossingMaterial
-from stitchmesh.mixed.crossings.materials.fabric_materials import FabricMaterials
+from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial, FabricMaterials
 from stitchmesh.mixed.dynamics.backward_euler import Dynamics, DynamicsSettings
 from stitchmesh.mixed.dynamics.cloth_system import ClothModel, ClothSystem, cloth_masses, cloth_system
 from stitchmesh.mixed.dynamics.equilibrium import EquilibriumSettings, find_equilibrium
 from stitchmesh.mixed.enrichment.region import Region, region_around
 from stitchmesh.mixed.layout.knit import lay_knit
 from stitchmesh.mixed.layout.weave import lay_weave
-from stitchmesh.mixed.mixed_blocks import MixedBlocks
-from stitchmesh.mixed.mixed_vector import MixedVector
+from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
-from stitchmesh.mixed.triangles.seam_material import SeamMaterial
+from stitchmesh.mixed.triangles.seam_rod import SeamMaterial
 from tests.mixed.dynamics.scene import CPU
+from tests.mixed.hessian_product import set_hessian_product
 from tests.mixed.patch import enriched_everywhere
 
 SIDE, ENDS = 3.0, 6.0
@@ -214,7 +213,7 @@ def test_the_blocks_of_the_metric_are_those_of_the_products(kind):
             v, p, s = (np.zeros_like(part) for part in state.numpy())
             p[node, axis] = 1.0
             moved.assign(MixedVector.from_numpy(v, p, s, wp.float64, CPU))
-            system.set_hessian_product(moved, product)
+            set_hessian_product(system, moved, product)
             _, force, pull = product.numpy()
             rounding = 1e-6 * np.abs(of_nodes[node]).max()  # blocks are stored in single precision
             np.testing.assert_allclose(force[node], of_nodes[node][:, axis], atol=rounding)

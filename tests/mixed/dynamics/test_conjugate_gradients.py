@@ -13,6 +13,7 @@ from stitchmesh.mixed.dynamics.conjugate_gradients import ConjugateGradients
 from stitchmesh.mixed.enrichment.region import region_around
 from stitchmesh.mixed.mixed_vector import MixedVector
 from tests.mixed.dynamics.scene import CPU, Scene, spring_scene
+from tests.mixed.hessian_product import set_hessian_product
 from tests.mixed.patch import enriched_everywhere, square_patch
 from tests.nightly import at_night, mostly_at_night
 
@@ -34,7 +35,7 @@ def dense_matrix(scene: Scene, of_mass: float) -> np.ndarray:
         values = np.zeros(len(unit.values))
         values[k] = 1.0
         unit.values.assign(values)
-        scene.system.set_hessian_product(unit, product)
+        set_hessian_product(scene.system, unit, product)
         scene.system.set_mass_product(unit, mass)
         columns.append(product.values.numpy() + of_mass * mass.values.numpy())
     return np.stack(columns, axis=1)

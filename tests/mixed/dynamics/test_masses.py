@@ -14,11 +14,9 @@ from stitchmesh.compute.device import device_named
 from stitchmesh.compute.launch import launch
 from stitchmesh.compute.precision import vector
 from stitchmesh.errors import ParameterError
-from stitchmesh.mixed.dynamics.blended_masses import BlendedMasses, blend_masses
-from stitchmesh.mixed.dynamics.mass_matrix import MassMatrix
+from stitchmesh.mixed.dynamics.mass_matrix import BlendedMasses, MassMatrix, blend_masses
 from stitchmesh.mixed.enrichment.region import HYBRID, YARNS, region_around
-from stitchmesh.mixed.mixed_blocks import MixedBlocks
-from stitchmesh.mixed.mixed_vector import MixedVector
+from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
 from tests.mixed.dynamics.scene import MASS, crossing_masses, masses_of
 from tests.mixed.patch import enriched_everywhere, square_patch
 

@@ -10,13 +10,13 @@ from scipy.linalg import eigh, null_space
 
 from stitchmesh.mixed.cloth.panels import Panel
 from stitchmesh.mixed.cloth.seams import cloth_from_panels
-from stitchmesh.mixed.crossings.materials.crossing_material import CrossingMaterial
-from stitchmesh.mixed.crossings.materials.fabric_materials import FabricMaterials
+from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial, FabricMaterials
 from stitchmesh.mixed.dynamics.cloth_system import ClothModel, ClothSystem, cloth_system
 from stitchmesh.mixed.enrichment.region import Region, region_around
 from stitchmesh.mixed.layout.weave import lay_weave
 from stitchmesh.mixed.scene.cloth_of_yarns import cloth_of_weave
 from tests.mixed.dynamics.scene import CPU
+from tests.mixed.hessian_product import set_hessian_product
 
 LENGTH, WIDTH, DENSITY = 6.0, 1.0, 4.0
 OUTLINE = np.array([[0.0, 0.0], [LENGTH, 0.0], [LENGTH, WIDTH], [0.0, WIDTH]])
@@ -42,7 +42,7 @@ def heights(scene: ClothSystem, strain: float, motions: np.ndarray) -> np.ndarra
         v, p, s = (np.zeros_like(part) for part in (v, p, s))
         v[:, 2], p[:, 2] = motion[:vertices], motion[vertices:]
         direction.assign(state.from_numpy(v, p, s, scene.system.scalar, CPU))
-        scene.system.set_hessian_product(direction, product)
+        set_hessian_product(scene.system, direction, product)
         of_vertices, of_nodes, _ = product.numpy()
         columns.append(np.concatenate([of_vertices[:, 2], of_nodes[:, 2]]))
     return motions.T @ np.stack(columns, axis=1)

@@ -12,6 +12,7 @@ import pytest
 
 from stitchmesh.mixed.enrichment.region import region_around
 from tests.mixed.dynamics.scene import Scene, masses_of, spring_scene
+from tests.mixed.hessian_product import set_hessian_product
 from tests.mixed.patch import square_patch
 
 PATCH = square_patch(5, 4)
@@ -36,7 +37,7 @@ def product_of(scene: Scene) -> Map:
 
     def multiply(values: Vector) -> Vector:
         direction.values.assign(values)
-        scene.system.set_hessian_product(direction, product)
+        set_hessian_product(scene.system, direction, product)
         scene.system.set_mass_product(direction, mass)
         return product.values.numpy() + mass.values.numpy() / STEP**2
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stitchmesh.mixed.dynamics.repeated_launches import MOST, RepeatedLaunches
+from stitchmesh.mixed.dynamics.mixed_system import MOST, RepeatedLaunches
 from stitchmesh.mixed.enrichment.region import region_around
 from tests.mixed.dynamics.scene import CPU, Scene, spring_scene
 from tests.mixed.patch import square_patch

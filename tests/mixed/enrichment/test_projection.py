@@ -19,8 +19,7 @@ from stitchmesh.compute.launch import launch
 from stitchmesh.mixed.enrichment.embedding import Embedding, basis_of, embed, independent_columns
 from stitchmesh.mixed.enrichment.projection import Projection
 from stitchmesh.mixed.enrichment.region import region_around
-from stitchmesh.mixed.mixed_blocks import MixedBlocks
-from stitchmesh.mixed.mixed_vector import MixedVector
+from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
 from tests.mixed.patch import enriched_everywhere, square_patch
 
 CPU = device_named("cpu")

@@ -16,8 +16,7 @@ from stitchmesh.compute.launch import prepare
 from stitchmesh.mixed.enrichment.embedding import embed
 from stitchmesh.mixed.enrichment.projection import Projection
 from stitchmesh.mixed.enrichment.region import region_around
-from stitchmesh.mixed.mixed_blocks import MixedBlocks
-from stitchmesh.mixed.mixed_vector import MixedVector
+from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
 from tests.mixed.patch import square_patch
 
 CPU = device_named("cpu")

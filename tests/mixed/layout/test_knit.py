@@ -151,7 +151,7 @@ def test_courses_of_a_tube_end_at_its_rod():
     yarns = lay_knit(cloth, [[1]], wale_spacing=WALE, course_spacing=COURSE)
     check_yarns(cloth, yarns)
     rods = np.flatnonzero(yarns.yarn_family == ROD)
-    assert len(rods) == 1 and np.count_nonzero(yarns.on_rod) == 2 * 10
+    assert len(rods) == 1 and np.count_nonzero(yarns.side == 0) == 2 * 10
 
 
 def test_heads_and_feet_are_joined_to_a_seam_along_a_course():
@@ -163,7 +163,7 @@ def test_heads_and_feet_are_joined_to_a_seam_along_a_course():
     cloth = cloth_from_panels(panels, [seam], edge_length=1.0)
     yarns = lay_knit(cloth, [[1]], wale_spacing=WALE, course_spacing=COURSE)
     check_yarns(cloth, yarns)
-    on_rod = yarns.on_rod
+    on_rod = yarns.side == 0
     assert np.count_nonzero(on_rod & (yarns.panel == 0)) == 10  # a head for each loop
     assert np.count_nonzero(on_rod & (yarns.panel == 1)) == 9  # between the feet of ten loops
     assert (yarns.neighbours[on_rod, :2] >= 0).all()  # the yarn goes on

@@ -103,8 +103,8 @@ def test_on_a_seam_every_weft_joins_the_rod():
     yarns = lay_weave(cloth, PLAIN, ends=5.0, picks=5.0)
     check_yarns(cloth, yarns)
     rod = np.flatnonzero(yarns.yarn_family == ROD)
-    assert len(rod) == 1 and np.count_nonzero(yarns.on_rod) == 40 + 50
-    on_rod = np.flatnonzero(yarns.on_rod)
+    assert len(rod) == 1 and np.count_nonzero(yarns.side == 0) == 40 + 50
+    on_rod = np.flatnonzero(yarns.side == 0)
     assert (yarns.node_yarn[on_rod, 1] == rod[0]).all()
     assert (yarns.yarn_family[yarns.node_yarn[on_rod, 0]] == WEFT).all()
     assert ((yarns.links[on_rod, :2] >= 0).sum(axis=1) == 1).all()  # a weft ends at the rod
@@ -120,15 +120,15 @@ def test_a_tube_has_a_rod_where_it_is_closed():
     cloth = tube(12.0, 8.0)
     yarns = lay_weave(cloth, PLAIN, ends=2.0, picks=2.0)
     check_yarns(cloth, yarns)
-    assert np.count_nonzero(yarns.on_rod) == 32 and np.count_nonzero(yarns.yarn_family == ROD) == 1
+    assert np.count_nonzero(yarns.side == 0) == 32 and np.count_nonzero(yarns.yarn_family == ROD) == 1
 
 
 def test_nodes_on_the_seam_have_one_place_from_both_sides():
     cloth = side_by_side(8.0, 8.0)
     yarns = lay_weave(cloth, PLAIN, ends=2.0, picks=2.0)
-    place = yarns.world(cloth)[yarns.on_rod]
+    place = yarns.world(cloth)[yarns.side == 0]
     np.testing.assert_allclose(place[:, 0], 10.0, rtol=1e-14)
-    order = np.argsort(yarns.rest_sliding[yarns.on_rod, 1])
+    order = np.argsort(yarns.rest_sliding[yarns.side == 0, 1])
     assert (np.diff(place[order, 1]) > 0).all()
 
 

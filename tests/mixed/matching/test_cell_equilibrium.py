@@ -10,10 +10,8 @@ import numpy as np
 import pytest
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.mixed.crossings.materials.crossing_material import CrossingMaterial
-from stitchmesh.mixed.crossings.materials.fabric_materials import FabricMaterials
-from stitchmesh.mixed.matching.cell_equilibrium import CellSolver
-from stitchmesh.mixed.matching.cell_shape import PARAMETERS, CellShape
+from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial, FabricMaterials
+from stitchmesh.mixed.matching.cell_equilibrium import PARAMETERS, CellShape, CellSolver
 from stitchmesh.mixed.matching.yarn_cell import YarnCell, knit_cell, weave_cell
 
 YARN = CrossingMaterial.named("gong-1")
@@ -46,7 +44,7 @@ def test_shear_is_resisted_by_the_four_quadrants_of_each_crossing(solver: CellSo
     half = angle / 2.0
     state = solver.equilibrium(CellShape(np.cos(half), np.cos(half), np.sin(half)))
     # 4 * 1/2 k_x L angle^2 for each crossing, with L = (1/ENDS + 1/PICKS) / 2 and ENDS * PICKS crossings for each cm^2
-    energy = YARN.shear_stiffness * (ENDS + PICKS) * angle**2
+    energy = YARN.shear * YARN.radius**2 * (ENDS + PICKS) * angle**2
     assert state.energy == pytest.approx(energy, rel=1e-9)
 
 

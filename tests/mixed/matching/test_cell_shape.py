@@ -7,7 +7,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stitchmesh.mixed.matching.cell_shape import PARAMETERS, CellShape, place_nodes, shape_derivatives, turned_back
+from stitchmesh.mixed.matching.cell_equilibrium import (
+    PARAMETERS,
+    CellShape,
+    place_nodes,
+    shape_derivatives,
+    turned_back,
+)
 
 RANDOM = np.random.default_rng(4)
 FLAT, MOVED = RANDOM.normal(size=(7, 2)), 0.1 * RANDOM.normal(size=(7, 3))
@@ -49,11 +55,3 @@ def test_forces_turn_back_as_displacements_turn() -> None:
     push, change = RANDOM.normal(size=(7, 3)), RANDOM.normal(size=(7, 3))
     moved = place_nodes(ROLLED, FLAT, MOVED + change) - place_nodes(ROLLED, FLAT, MOVED)
     assert abs((push * moved).sum() - (turned_back(ROLLED, FLAT, push) * change).sum()) < 1e-13  # rounding
-
-
-def test_strain_and_curvature_are_those_of_their_definitions() -> None:
-    stretch = np.array([[1.1, 0.05], [0.05, 0.9]])
-    strain = (stretch.T @ stretch - np.eye(2)) / 2.0
-    assert np.allclose(ROLLED.green_strain, [strain[0, 0], strain[1, 1], 2.0 * strain[0, 1]], atol=1e-15)
-    across = CellShape(curvature=2.0, direction=np.pi / 4.0)
-    assert np.allclose(across.curvatures, [1.0, 1.0, 2.0], atol=1e-15)

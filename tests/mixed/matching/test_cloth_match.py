@@ -11,10 +11,9 @@ import numpy as np
 import pytest
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.mixed.crossings.materials.crossing_material import CrossingMaterial
-from stitchmesh.mixed.crossings.materials.fabric_materials import FabricMaterials
+from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial, FabricMaterials
 from stitchmesh.mixed.matching.cell_equilibrium import CellSolver
-from stitchmesh.mixed.matching.cell_tests import run_tests
+from stitchmesh.mixed.matching.cell_tests import BENDS, TESTS, LoadingCurve, run_tests
 from stitchmesh.mixed.matching.cloth_match import (
     CURVATURES,
     STRAINS,
@@ -23,8 +22,7 @@ from stitchmesh.mixed.matching.cloth_match import (
     match_curves,
     write_match,
 )
-from stitchmesh.mixed.matching.loading_curve import BENDS, TESTS, LoadingCurve
-from stitchmesh.mixed.matching.triangle_response import respond
+from stitchmesh.mixed.matching.fitted_material import respond
 from stitchmesh.mixed.matching.yarn_cell import knit_cell, weave_cell
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
 from stitchmesh.mixed.triangles.material_file import read_material
@@ -87,7 +85,7 @@ def test_the_tension_of_a_weave_is_that_of_its_yarns(weave: ClothMatch) -> None:
 
 
 def test_the_shear_of_a_weave_is_that_of_its_crossings(weave: ClothMatch) -> None:
-    modulus = 2.0 * YARN.shear_stiffness * (ENDS + PICKS)
+    modulus = 2.0 * YARN.shear * YARN.radius**2 * (ENDS + PICKS)
     # the yarns resist in proportion to the angle, the triangles to sin cos: 1 - 2/3 angle^2, on average 1 %
     assert weave.material.shear == pytest.approx(modulus, rel=0.02)
 
@@ -103,7 +101,7 @@ def test_small_strains_give_the_moduli_of_the_yarns() -> None:
     match = match_cloth(cell, strains=(-1e-4, 1e-4), curvatures=(0.05,))
     # a law in Green strain differs from one in stretch by 3/2 of the strain
     assert match.linear.stretch_course == pytest.approx(PICKS * YARN.stretch_stiffness, rel=2e-4)
-    assert match.linear.shear == pytest.approx(2.0 * YARN.shear_stiffness * (ENDS + PICKS), rel=1e-6)
+    assert match.linear.shear == pytest.approx(2.0 * YARN.shear * YARN.radius**2 * (ENDS + PICKS), rel=1e-6)
     assert match.linear.bending_course == pytest.approx(PICKS * YARN.bending_stiffness, rel=1e-4)
 
 

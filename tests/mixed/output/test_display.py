@@ -16,7 +16,7 @@ from stitchmesh.mixed.enrichment.region import Region, region_around
 from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
 from stitchmesh.mixed.layout.weave import lay_weave
 from stitchmesh.mixed.output.display import Display
-from stitchmesh.mixed.output.fans import one_vertex_for_each_fan
+from stitchmesh.mixed.output.files import one_vertex_for_each_fan
 from stitchmesh.mixed.output.loop_subdivision import loop_subdivision
 
 PLAIN = [[1, 0], [0, 1]]

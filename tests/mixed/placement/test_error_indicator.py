@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.mixed.placement.error_indicator import indicate_errors
-from stitchmesh.mixed.placement.triangle_deformation import deformation_of
+from stitchmesh.mixed.placement.error_indicator import deformation_of, indicate_errors
 from tests.mixed.placement.sheets import WEAVE, sheet
 
 SHEET = sheet(4)

@@ -9,7 +9,7 @@ import pytest
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.cloth.from_stitches import cloth_from_stitches
-from stitchmesh.mixed.placement.triangle_choice import triangles_of_faces, triangles_of_panels
+from stitchmesh.mixed.placement.chosen_region import triangles_of_faces, triangles_of_panels
 from stitchmesh.selection import select
 from tests.editing.fabrics import flat
 from tests.mixed.placement.sheets import sheet

@@ -11,8 +11,8 @@ import pytest
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh.vertex_motion import VertexMotion
-from stitchmesh.mixed.scene.bending_arm import LARGEST_BEND, Arm
 from stitchmesh.mixed.scene.motion_section import AttachmentSection, BodySection, Keyframe
+from stitchmesh.mixed.scene.simple_bodies import LARGEST_BEND, Arm
 from stitchmesh.yarnrelax.energies.mesh_features import enclosed_volume
 
 ARM = Arm(3.0, 20.0, 15.0)

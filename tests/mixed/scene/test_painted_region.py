@@ -9,8 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stitchmesh.mixed.scene.painted_region import marked_triangles, with_triangles, without_triangles
-from stitchmesh.mixed.scene.region_section import RegionSection
+from stitchmesh.mixed.scene.region_section import RegionSection, marked_triangles, with_triangles, without_triangles
 from tests.mixed.small_scene import MIDDLE, SWINGING
 
 CLOTH = SWINGING.cloth.cloth()

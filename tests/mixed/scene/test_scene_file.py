@@ -14,7 +14,7 @@ from stitchmesh.errors import StitchMeshError
 from stitchmesh.mixed.cloth.panel_file import PanelTable
 from stitchmesh.mixed.cloth.panel_position import PanelPosition
 from stitchmesh.mixed.cloth.seams import PanelBorder, PanelSeam
-from stitchmesh.mixed.scene import matched_cloth
+from stitchmesh.mixed.scene import cloth_of_yarns
 from stitchmesh.mixed.scene.cloth_of_yarns import cloth_of_weave
 from stitchmesh.mixed.scene.cloth_section import ClothSection
 from stitchmesh.mixed.scene.motion_section import AttachmentSection, BodySection, Keyframe
@@ -185,7 +185,7 @@ def test_a_cloth_is_matched_once_and_kept(tmp_path, monkeypatch):
     """The plain weave of straight yarns is matched exactly; the file is used again for the same yarns alone."""
     stages: list[str] = []
     scene = scene_of(tmp_path, BASE.replace("[yarns]", 'material = "matched"\n[yarns]'))
-    monkeypatch.setattr(matched_cloth, "_known", {})
+    monkeypatch.setattr(cloth_of_yarns, "_known", {})
 
     def prepared(given):
         stages.clear()
@@ -195,7 +195,7 @@ def test_a_cloth_is_matched_once_and_kept(tmp_path, monkeypatch):
     assert set(stages) == {"match"}
     stiffness = 4.0 * fabric.yarn_materials.weft.stretch_stiffness
     assert fabric.cloth_material.stretch_course == pytest.approx(stiffness, rel=0.2)  # of the linear law up to 20 %
-    matched_cloth._known.clear()
+    cloth_of_yarns._known.clear()
     again = prepared(scene)
     assert not stages
     assert again.cloth_material == fabric.cloth_material

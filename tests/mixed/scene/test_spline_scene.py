@@ -20,7 +20,7 @@ from stitchmesh.mixed.drape import drape
 from stitchmesh.mixed.enrichment.region import TRIANGLES
 from stitchmesh.mixed.layout.spline_yarns import SplineYarns
 from stitchmesh.mixed.output.files import MAPS, read_maps
-from stitchmesh.mixed.scene import spline_layout
+from stitchmesh.mixed.scene import scene_fabric
 from stitchmesh.mixed.scene.cloth_section import ClothSection
 from stitchmesh.mixed.scene.motion_section import AttachmentSection, Keyframe
 from stitchmesh.mixed.scene.region_section import BoxSection, RegionSection
@@ -53,7 +53,7 @@ def yarns_relaxed_once() -> Iterator[None]:
         return known[start]
 
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(spline_layout, "relax_yarns", relax_once)
+        patched.setattr(scene_fabric, "relax_yarns", relax_once)
         yield
 
 

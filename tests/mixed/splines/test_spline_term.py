@@ -12,8 +12,7 @@ import warp as wp
 
 from stitchmesh.compute.launch import launch
 from stitchmesh.errors import SolverError
-from stitchmesh.mixed.mixed_blocks import MixedBlocks
-from stitchmesh.mixed.mixed_vector import MixedVector
+from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
 from stitchmesh.mixed.splines.spline_material import SplineMaterial
 from stitchmesh.mixed.splines.spline_pieces import spline_pieces
 from stitchmesh.mixed.splines.spline_term import SplineTerm

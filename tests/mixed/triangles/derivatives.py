@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 
 from stitchmesh.compute.device import device_named
 from stitchmesh.compute.launch import launch
-from stitchmesh.mixed.mixed_blocks import MixedBlocks
-from stitchmesh.mixed.mixed_vector import MixedVector
+from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
 from stitchmesh.mixed.term import MixedTerm
 
 CPU = device_named("cpu")

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.mixed.triangles.cloth_mass import rod_masses, triangle_masses
+from stitchmesh.mixed.dynamics.cloth_system import rod_masses, triangle_masses
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
-from stitchmesh.mixed.triangles.seam_material import SeamMaterial
+from stitchmesh.mixed.triangles.seam_rod import SeamMaterial
 from tests.mixed.triangles.flat_cloths import rectangle, with_seam
 
 KNIT = ClothMaterial("knit", 1000.0, 3000.0, 400.0, 0.4, 5.0, 2.0, 0.02)

@@ -11,8 +11,13 @@ import pytest
 
 from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
-from stitchmesh.mixed.triangles.material_file import material_of, read_material, write_material
-from stitchmesh.mixed.triangles.measured_cloths import material_names, named_material
+from stitchmesh.mixed.triangles.material_file import (
+    material_names,
+    material_of,
+    named_material,
+    read_material,
+    write_material,
+)
 
 KNIT = ClothMaterial("knit", 1000.0, 3000.0, 400.0, 0.4, 5.0, 2.0, 0.02, twist=0.9, damping=0.01)
 

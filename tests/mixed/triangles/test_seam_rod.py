@@ -10,9 +10,7 @@ import warp as wp
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.cloth.cloth import Cloth
-from stitchmesh.mixed.triangles.seam_material import SeamMaterial
-from stitchmesh.mixed.triangles.seam_rod import SeamRod
-from stitchmesh.mixed.triangles.seam_shape import rest_lengths
+from stitchmesh.mixed.triangles.seam_rod import SeamMaterial, SeamRod, rest_lengths
 from tests.mixed.triangles.derivatives import (
     CPU,
     assert_forces_are_minus_the_gradient,

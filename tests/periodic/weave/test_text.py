@@ -11,6 +11,7 @@ from stitchmesh.errors import PatternError
 from stitchmesh.periodic.weave.library import read_weave, weave_names
 from stitchmesh.periodic.weave.text import format_weave, parse_weave
 from stitchmesh.periodic.weave.weave import Thread, Weave
+from tests.periodic.weave.stitching import stitching
 
 LAYERS = "layer 1:\n01\n10\nlayer 2:\n01\n10\n"
 TWILL = "110\n011\n101\n"
@@ -46,7 +47,7 @@ def test_layers_lie_one_behind_another_except_at_their_stitches():
     assert weave.over[np.ix_(front, front)].tolist() == weave.over[np.ix_(back, back)].tolist() == [[0, 1], [1, 0]]
     assert weave.over[np.ix_(front, back)].tolist() == [[1, 1], [0, 1]]
     assert weave.over[np.ix_(back, front)].tolist() == [[0, 0], [0, 1]]
-    assert weave.stitching.tolist() == [[2, 1], [3, 2]]
+    assert stitching(weave) == [[2, 1], [3, 2]]
     assert {thread.spacing for thread in weave.wefts + weave.warps} == {0.5}
 
 

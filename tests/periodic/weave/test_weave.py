@@ -11,6 +11,7 @@ import pytest
 
 from stitchmesh.errors import PatternError
 from stitchmesh.periodic.weave.weave import Thread, Weave, top_sheet
+from tests.periodic.weave.stitching import stitching
 
 PLAIN = ((0, 1), (1, 0))
 TWO_PLAIN_CLOTHS = ((1, 1, 0, 1), (0, 1, 0, 0), (0, 1, 1, 1), (0, 0, 0, 1))
@@ -53,14 +54,14 @@ def test_two_layers_fall_apart_unless_they_are_stitched():
     with pytest.raises(PatternError, match=r"falls apart: wefts 1\.1, 1\.2 and warps 1\.1, 1\.2 lie over"):
         Weave(TWO_PLAIN_CLOTHS, wefts=IN_TURN, warps=IN_TURN)
     stitched = Weave(with_sign(TWO_PLAIN_CLOTHS, 0, 1, 0), wefts=IN_TURN, warps=IN_TURN)
-    assert stitched.stitching.tolist() == [[0, 1]]
+    assert stitching(stitched) == [[0, 1]]
     assert stitched.layer_count == 2
 
 
 def test_a_stitch_of_a_weft_binds_like_a_stitch_of_a_warp():
     """A back weft passes over a front warp."""
     stitched = Weave(with_sign(TWO_PLAIN_CLOTHS, 1, 2, 1), wefts=IN_TURN, warps=IN_TURN)
-    assert stitched.stitching.tolist() == [[1, 2]]
+    assert stitching(stitched) == [[1, 2]]
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from stitchmesh.mesh import Mesh
-from stitchmesh.shaping.panels.opened_folds import THICKNESS, opened_folds
+from stitchmesh.shaping.panels.shape_panels import THICKNESS, opened_folds
 
 WIDTH = 1.0
 

@@ -9,7 +9,7 @@ import pytest
 
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.yarngen.loop_check import moving_edges
-from stitchmesh.yarngen.loop_check.general_position import DISPLACEMENT, WholeUnits, displacements
+from stitchmesh.yarngen.loop_check.deformation_path import DISPLACEMENT, WholeUnits, displacements
 from stitchmesh.yarngen.loop_check.moving_edges import EdgeCrossings, EdgePairs, NotInGeneralPosition, edge_crossings
 from tests.nightly import at_night, mostly_at_night
 from tests.shaking import SHAKES, shaken_many

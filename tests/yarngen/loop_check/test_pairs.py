@@ -21,7 +21,7 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen import generate_yarns, mean_stitch_width
 from stitchmesh.yarngen.clearance import smallest_distance
 from stitchmesh.yarngen.loop_check.loop_linking import check_loops
-from stitchmesh.yarngen.templates.drawings import drawings
+from stitchmesh.yarngen.templates.table import drawings
 from stitchmesh.yarngen.templates.template import RADIUS_OVER_WIDTH
 from stitchmesh.yarnrelax import relax_yarns
 from stitchmesh.yarnrelax.constraints.pins import Pins

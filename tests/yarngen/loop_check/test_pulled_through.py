@@ -13,11 +13,10 @@ from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import FloatArray
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen.loop_check import crossings_along_path
-from stitchmesh.yarngen.loop_check.cancelling_crossings import _meets_fan, uncancelled
 from stitchmesh.yarngen.loop_check.crossings_along_path import SampledPath
 from stitchmesh.yarngen.loop_check.deformation_path import DeformationPath
 from stitchmesh.yarngen.loop_check.polygon_linking import Polygons, linking_numbers
-from stitchmesh.yarngen.loop_check.pulled_through import pulled_through
+from stitchmesh.yarngen.loop_check.pulled_through import _meets_fan, pulled_through, uncancelled
 from stitchmesh.yarngen.loop_check.yarn_polylines import EdgeEnds, YarnPolylines, sampled_points
 from tests.meshrelax.fabrics import rotation
 from tests.shaking import shaken, shaken_many

@@ -19,9 +19,8 @@ from stitchmesh.patterns import format_pattern, parse_pattern, read_pattern
 from stitchmesh.periodic.repeat.torus import torus_mesh
 from stitchmesh.yarngen import generate_yarns
 from stitchmesh.yarngen.loop_check.loop_linking import check_loops
-from stitchmesh.yarngen.templates.drawings import drawings
 from stitchmesh.yarngen.templates.own_checks import check_own_stitch, read_own_stitches
-from stitchmesh.yarngen.templates.table import template
+from stitchmesh.yarngen.templates.table import drawings, template
 from tests.gallery import ROOT
 
 FOLDER = ROOT / "examples" / "stitches"

@@ -16,12 +16,10 @@ from stitchmesh.mesh.stitch import CODES, SIDE_COUNTS, VOCABULARY, Stitch
 from stitchmesh.yarngen import generate_yarns
 from stitchmesh.yarngen.clearance import smallest_distance
 from stitchmesh.yarngen.embedding import place_parts
-from stitchmesh.yarngen.templates.drawings import drawings, template_from_drawing
 from stitchmesh.yarngen.templates.own_checks import PIERCING as MADE_PIERCING
-from stitchmesh.yarngen.templates.own_checks import crossings_between, handedness, piercings
+from stitchmesh.yarngen.templates.own_checks import crossings_between, handedness, piercings, surround_stitch
 from stitchmesh.yarngen.templates.plain import HEIGHT_IN_RADII, LOOP_WIDTH, knit
-from stitchmesh.yarngen.templates.surrounding import surround_stitch
-from stitchmesh.yarngen.templates.table import ANY_SIDES, template
+from stitchmesh.yarngen.templates.table import ANY_SIDES, drawings, template, template_from_drawing
 from stitchmesh.yarngen.templates.template import (
     RADIUS_OVER_WIDTH,
     STITCH_HEIGHT,
@@ -33,8 +31,8 @@ from stitchmesh.yarngen.templates.template import (
     top,
     trapezoid,
     turned_over,
+    twisted,
 )
-from stitchmesh.yarngen.templates.twists import twisted
 from tests.gallery import ROOT
 
 pytestmark = pytest.mark.decides

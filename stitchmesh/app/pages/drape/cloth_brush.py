@@ -11,8 +11,7 @@ import numpy as np
 
 from stitchmesh.mesh import BORDER, FloatArray, IntArray
 from stitchmesh.mesh.picking import PickedPlace
-from stitchmesh.mixed.cloth.border_sides import border_sides
-from stitchmesh.mixed.cloth.cloth import Cloth
+from stitchmesh.mixed.cloth.cloth import Cloth, border_sides
 
 ClothBrush = Literal["Circle", "Triangle", "Border", "Panel"]
 BRUSHES: tuple[ClothBrush, ...] = get_args(ClothBrush)

@@ -19,8 +19,8 @@ from stitchmesh.app.scene.scene import Scene
 from stitchmesh.markup import Markup
 from stitchmesh.mesh import IntArray, Mesh
 from stitchmesh.mesh.face_triangles import face_triangles
+from stitchmesh.mixed.assembly import bodies_at
 from stitchmesh.mixed.enrichment.region import HYBRID, TRIANGLES, YARNS
-from stitchmesh.render.draped.body_places import bodies_at
 from stitchmesh.render.draped.colouring import ALPHA_SCALE
 from stitchmesh.render.surface import lifted_corners
 

@@ -15,8 +15,7 @@ from pathlib import Path
 from stitchmesh.editing.undo_history import UndoHistory
 from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.io.atomic import write_json
-from stitchmesh.io.checked import check_value
-from stitchmesh.io.json_file import read_json
+from stitchmesh.io.checked import check_value, read_json
 from stitchmesh.mixed.scene.scene import Scene
 from stitchmesh.mixed.scene.scene_file import read_scene, scene_text, write_scene
 

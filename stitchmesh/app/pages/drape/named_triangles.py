@@ -9,7 +9,7 @@ import numpy as np
 from stitchmesh.app.pages.drape.opened_scene import OpenedScene
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import IntArray
-from stitchmesh.mixed.placement.triangle_choice import triangles_of_faces, triangles_of_panels
+from stitchmesh.mixed.placement.chosen_region import triangles_of_faces, triangles_of_panels
 from stitchmesh.selection import parse_selection, select
 from stitchmesh.selection.selected_faces import in_spans
 from stitchmesh.selection.selection import Faces, with_paths

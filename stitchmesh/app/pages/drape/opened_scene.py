@@ -19,8 +19,7 @@ from stitchmesh.mixed.enrichment.region import Region
 from stitchmesh.mixed.memory import estimate_memory
 from stitchmesh.mixed.output.report import region_counts
 from stitchmesh.mixed.scene.cloth_section import STITCH_SUFFIXES
-from stitchmesh.mixed.scene.painted_region import marked_triangles
-from stitchmesh.mixed.scene.region_section import RegionSection
+from stitchmesh.mixed.scene.region_section import RegionSection, marked_triangles
 from stitchmesh.mixed.scene.scene import Scene
 from stitchmesh.mixed.scene.scene_fabric import PreparedScene, check_simulated, prepare, with_loads
 from stitchmesh.progress import Progress, no_progress

@@ -17,7 +17,7 @@ from stitchmesh.app.scene.pointer import DragPath, Pointer, visible_faces
 from stitchmesh.app.scene.scene import Pick, ScreenBox, Stroke
 from stitchmesh.mesh import IntArray
 from stitchmesh.mesh.picking import PickedPlace
-from stitchmesh.mixed.scene.painted_region import with_triangles, without_triangles
+from stitchmesh.mixed.scene.region_section import with_triangles, without_triangles
 
 LOOK, ADD, REMOVE = "turns the view", "adds to the region", "takes out of the region"
 HOLD, FREE = "holds the cloth", "lets go of the cloth"

@@ -22,8 +22,7 @@ from stitchmesh.app.pages.view.clip_box import Box
 from stitchmesh.errors import ParameterError
 from stitchmesh.markup import Markup
 from stitchmesh.mesh import IntArray
-from stitchmesh.mixed.scene.painted_region import with_triangles, without_triangles
-from stitchmesh.mixed.scene.region_section import BoxSection, RegionSection
+from stitchmesh.mixed.scene.region_section import BoxSection, RegionSection, with_triangles, without_triangles
 
 Kind = Literal["none", "chosen", "all", "automatic"]
 KINDS: dict[str, Kind] = {

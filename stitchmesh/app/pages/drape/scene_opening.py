@@ -12,7 +12,7 @@ import numpy as np
 from stitchmesh.errors import FileError
 from stitchmesh.io.toml_file import read_table
 from stitchmesh.mixed.cloth.cloth import Cloth
-from stitchmesh.mixed.crossings.materials.crossing_material import DEFAULT, CrossingMaterial
+from stitchmesh.mixed.crossings.crossing_material import DEFAULT, CrossingMaterial
 from stitchmesh.mixed.scene.cloth_section import STITCH_SUFFIXES, ClothSection
 from stitchmesh.mixed.scene.motion_section import AttachmentSection
 from stitchmesh.mixed.scene.region_section import BoxSection

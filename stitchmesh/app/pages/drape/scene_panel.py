@@ -12,11 +12,11 @@ from stitchmesh.app.controls.controls import Control, Controls
 from stitchmesh.app.pages.drape.drape_session import DrapeSession
 from stitchmesh.compute.device import device_names
 from stitchmesh.io.toml_file import read_table
-from stitchmesh.mixed.crossings.materials.crossing_material import DEFAULT, CrossingMaterial
-from stitchmesh.mixed.scene.matched_cloth import MATCHED
+from stitchmesh.mixed.crossings.crossing_material import DEFAULT, CrossingMaterial
+from stitchmesh.mixed.scene.cloth_of_yarns import MATCHED
 from stitchmesh.mixed.scene.scene import Scene
 from stitchmesh.mixed.scene.scene_fabric import STITCHES
-from stitchmesh.mixed.triangles.measured_cloths import material_names
+from stitchmesh.mixed.triangles.material_file import material_names
 
 MODES = {"comes to rest": "static", "moves": "dynamic"}
 """What the cloth does, in the words of the page and of the scene."""

@@ -18,15 +18,13 @@ from stitchmesh.app.pages.view.draped_sketch import LARGE
 from stitchmesh.compute.device import alone, device_named
 from stitchmesh.compute.precision import scalar_named
 from stitchmesh.errors import ParameterError, StitchMeshError
-from stitchmesh.mixed.automatic_region import place_yarns
+from stitchmesh.mixed.automatic_region import node_budget, place_yarns, run_triangles
 from stitchmesh.mixed.drape import SCENE_FILE, Draped, drape
 from stitchmesh.mixed.draped_folder import read_draped
 from stitchmesh.mixed.enrichment.region import YARNS
-from stitchmesh.mixed.measured_budget import node_budget
 from stitchmesh.mixed.scene.region_section import RegionSection
 from stitchmesh.mixed.scene.scene import Scene
 from stitchmesh.mixed.scene.scene_file import read_scene, scene_text
-from stitchmesh.mixed.triangle_run import run_triangles
 from stitchmesh.progress import Progress
 from stitchmesh.run import CHECKPOINT, Checkpoints, Run
 from stitchmesh.run_control import RunControl

@@ -23,8 +23,7 @@ from stitchmesh.mesh import IntArray, StitchMesh
 from stitchmesh.mesh.renumbering import REMOVED
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.selection import parse_selection, select
-from stitchmesh.selection.from_faces import selection_of_faces
-from stitchmesh.selection.selection import with_paths
+from stitchmesh.selection.selection import selection_of_faces, with_paths
 
 if TYPE_CHECKING:
     from stitchmesh.app.application import App

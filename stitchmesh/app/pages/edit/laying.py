@@ -16,12 +16,11 @@ from stitchmesh.app.pages.edit.edit_session import NO_FACES, EditSession
 from stitchmesh.app.pages.edit.tool import Tool
 from stitchmesh.app.scene.scene import Pick
 from stitchmesh.errors import ParameterError, StitchMeshError
-from stitchmesh.io.temporary_file import temporary_file
+from stitchmesh.io.atomic import temporary_file
 from stitchmesh.markup import Markup, joined, markup
 from stitchmesh.mesh import IntArray
 from stitchmesh.mesh.picking import PickedPlace
-from stitchmesh.patterns.capture.capture import capture_pattern
-from stitchmesh.patterns.capture.smallest_repeat import smallest_repeat
+from stitchmesh.patterns.capture.capture import capture_pattern, smallest_repeat
 from stitchmesh.patterns.charts.chart_image import CHART_IMAGES
 from stitchmesh.patterns.language.parse import parse_pattern
 from stitchmesh.patterns.language.writing import format_pattern

@@ -17,8 +17,7 @@ from functools import cache
 from stitchmesh.app.controls.controls import Control, Controls
 from stitchmesh.app.controls.html_pieces import action_button
 from stitchmesh.markup import Markup, css_text, joined, markup
-from stitchmesh.patterns.families import FAMILIES, family_of
-from stitchmesh.patterns.library import pattern_names, read_pattern
+from stitchmesh.patterns.library import FAMILIES, family_of, pattern_names, read_pattern
 from stitchmesh.patterns.pattern import Pattern
 from stitchmesh.render.thumbnails.pattern_thumbnail import pattern_thumbnail
 

@@ -18,8 +18,7 @@ from stitchmesh.markup import Markup, joined, markup
 from stitchmesh.mesh import IntArray, StitchMesh
 from stitchmesh.mesh.renumbering import REMOVED
 from stitchmesh.selection import parse_selection, select
-from stitchmesh.selection.from_faces import selection_of_faces
-from stitchmesh.selection.selection import Faces
+from stitchmesh.selection.selection import Faces, selection_of_faces
 
 if TYPE_CHECKING:
     from stitchmesh.app.application import App

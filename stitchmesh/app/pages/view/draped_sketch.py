@@ -20,8 +20,7 @@ from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.mesh.palette import colours_of, empty_palette
 from stitchmesh.mixed.drape import Draped
 from stitchmesh.mixed.enrichment.region import YARNS, Region
-from stitchmesh.mixed.layout.laid_yarns import LaidYarns
-from stitchmesh.mixed.layout.spline_yarns import SplineYarns
+from stitchmesh.mixed.layout.spline_yarns import LaidYarns, SplineYarns
 from stitchmesh.render.draped.colouring import ALPHA_SCALE
 
 LINES = "sketched yarns"

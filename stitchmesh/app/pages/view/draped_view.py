@@ -19,14 +19,13 @@ from stitchmesh.mesh.face_triangles import face_triangles
 from stitchmesh.mesh.palette import parse_colour
 from stitchmesh.mesh.picking import pick as pick_face
 from stitchmesh.mesh.picking import picking_table
-from stitchmesh.mixed.assembly import LoadedBody
+from stitchmesh.mixed.assembly import LoadedBody, bodies_at
 from stitchmesh.mixed.drape import Draped
 from stitchmesh.mixed.enrichment.region import TRIANGLES, YARNS
 from stitchmesh.mixed.output.display import Display, Shown
 from stitchmesh.mixed.output.frames import DrapeFrame
 from stitchmesh.render.colour_scale import ColourScale, sequential_scale
 from stitchmesh.render.colouring import Coloured, colour_yarns
-from stitchmesh.render.draped.body_places import bodies_at
 from stitchmesh.render.draped.colouring import ALPHA_SCALE, LEAST_TENSION, DrapedValues, nodes_at_points
 from stitchmesh.render.yarn_blocks import YarnBlocks, make_blocks
 from stitchmesh.yarn import YarnSet

@@ -10,8 +10,8 @@ from pathlib import Path
 from stitchmesh.app.pages.view.job_folder import WAITING, FolderWatch, JobFiles, job_files, read_job
 from stitchmesh.app.pages.view.viewed import Viewed, read_viewed
 from stitchmesh.errors import FileError
+from stitchmesh.io.atomic import temporary_file
 from stitchmesh.io.path_kind import is_folder, is_there
-from stitchmesh.io.temporary_file import temporary_file
 
 
 class Opened:

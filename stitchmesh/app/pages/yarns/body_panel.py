@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING
 from stitchmesh.app.controls.html_pieces import paragraph
 from stitchmesh.app.pages.yarns.settings import YarnSettings, body_path
 from stitchmesh.app.pages.yarns.yarn_view import YarnView
-from stitchmesh.io.atomic import write_bytes
+from stitchmesh.io.atomic import temporary_file, write_bytes
 from stitchmesh.io.garments import read_body
-from stitchmesh.io.temporary_file import temporary_file
 from stitchmesh.markup import Markup
 from stitchmesh.yarnrelax.energies.body import Body
 

@@ -43,7 +43,7 @@ from stitchmesh.reporting.verdict import relaxation_verdict
 from stitchmesh.run import Run
 from stitchmesh.run_control import RunControl, Snapshot
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarn.fabric_gauge import fabric_gauge, yarn_gauge
+from stitchmesh.yarn.stitch_size import fabric_gauge, yarn_gauge
 from stitchmesh.yarn.yarn_presets import WIDTH_OVER_CORE, Gauge, Yarn, yarn_for_gauge
 from stitchmesh.yarngen import generate_yarns
 from stitchmesh.yarnrelax import Relaxation

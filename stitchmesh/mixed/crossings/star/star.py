@@ -22,11 +22,18 @@ from typing import Any
 import warp as wp
 
 from stitchmesh.mixed.crossings.energies.angle import angle_gradient, angle_of, lifted, place_of, unit_of
-from stitchmesh.mixed.crossings.energies.bending import bending_blocks, bending_energy, bending_slopes
-from stitchmesh.mixed.crossings.energies.merging import opening_spring
-from stitchmesh.mixed.crossings.energies.parallel_contact import contact_terms
-from stitchmesh.mixed.crossings.energies.shear import shear_blocks, shear_energy
-from stitchmesh.mixed.crossings.energies.stretch import stretch_curvatures, stretch_energy, stretch_slopes
+from stitchmesh.mixed.crossings.energies.crossing_energies import (
+    bending_blocks,
+    bending_energy,
+    bending_slopes,
+    contact_terms,
+    opening_spring,
+    shear_blocks,
+    shear_energy,
+    stretch_curvatures,
+    stretch_energy,
+    stretch_slopes,
+)
 
 # A link is 2 j + c for the coordinate c of a neighbour j, and -1 where a yarn ends.
 

@@ -10,8 +10,7 @@ import pytest
 from stitchmesh.app.pages.drape.cloth_brush import covered_triangles
 from stitchmesh.mesh import BORDER
 from stitchmesh.mesh.picking import PickedPlace
-from stitchmesh.mixed.cloth.border_sides import border_sides
-from stitchmesh.mixed.cloth.cloth import Cloth
+from stitchmesh.mixed.cloth.cloth import Cloth, border_sides
 from stitchmesh.mixed.cloth.panel_position import PanelPosition
 from stitchmesh.mixed.cloth.panels import Panel
 from stitchmesh.mixed.cloth.seams import cloth_from_panels

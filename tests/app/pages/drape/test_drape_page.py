@@ -18,7 +18,7 @@ from stitchmesh.mixed.drape import drape
 from stitchmesh.mixed.enrichment.region import YARNS
 from stitchmesh.mixed.memory import estimate_memory
 from stitchmesh.mixed.output.report import region_counts
-from stitchmesh.mixed.placement.triangle_choice import triangles_of_faces
+from stitchmesh.mixed.placement.chosen_region import triangles_of_faces
 from stitchmesh.mixed.scene.region_section import RegionSection
 from stitchmesh.mixed.scene.scene import Scene
 from stitchmesh.mixed.scene.scene_fabric import prepare

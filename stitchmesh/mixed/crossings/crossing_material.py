@@ -8,7 +8,9 @@ folder holds three published yarns. The stiffnesses of the energies follow from 
 
     stretch k_s = Y pi R^2 [dyn],    bending k_b = B pi R^2 [dyn cm^2],    shear k_x = S R^2 [dyn]
 
-The flexural rigidity of the yarn is EI = k_b = B pi R^2 (``bending``).
+The flexural rigidity of the yarn is EI = k_b = B pi R^2 (``crossing_energies``).
+
+The materials of the yarns of a fabric: of wefts or courses, of warps, and of the rods along seams.
 """
 
 from __future__ import annotations
@@ -83,11 +85,6 @@ class CrossingMaterial:
         """k_b = B pi R^2 [dyn cm^2], the flexural rigidity EI of the yarn."""
         return self.bending * math.pi * self.radius**2
 
-    @property
-    def shear_stiffness(self) -> float:
-        """k_x = S R^2 [dyn]."""
-        return self.shear * self.radius**2
-
     def finer(self, times: float) -> CrossingMaterial:
         """The yarn of a cloth with more and finer yarns that is as heavy and as stiff.
 
@@ -161,7 +158,6 @@ def _named_materials() -> Mapping[str, CrossingMaterial]:
 
 
 def _read_tables(path: Path) -> dict[str, CrossingMaterial]:
-    """All materials of a file."""
     return {name: _material_of(path, name, table) for name, table in read_table(path).items()}
 
 
@@ -175,3 +171,25 @@ def _material_of(path: Path, name: str, table: Any) -> CrossingMaterial:
     if wrong:
         raise FileError(f"{path}: material {name!r} {wrong[0]}; expected the fields {', '.join(expected)}")
     return CrossingMaterial(**table)
+
+
+@dataclass(frozen=True)
+class FabricMaterials:
+    """A material for each family of yarns."""
+
+    weft: CrossingMaterial
+    """Of wefts, and of all yarns of a knit."""
+    warp: CrossingMaterial
+    """Of warps."""
+    rod: CrossingMaterial
+    """Of the rods along seams."""
+
+    @staticmethod
+    def of(material: CrossingMaterial) -> FabricMaterials:
+        """The same material for all yarns."""
+        return FabricMaterials(material, material, material)
+
+    @property
+    def by_family(self) -> tuple[CrossingMaterial, CrossingMaterial, CrossingMaterial]:
+        """The materials in the order of the numbers of families in ``CrossingYarns.yarn_family``."""
+        return self.weft, self.warp, self.rod

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from stitchmesh.errors import FileError, ParameterError
-from stitchmesh.mixed.crossings.materials.crossing_material import NAMED_FILE, CrossingMaterial
+from stitchmesh.mixed.crossings.crossing_material import NAMED_FILE, CrossingMaterial
 
 PUBLISHED = {
     "gong-1": (0.002, 5e5, 1.4e-4, 1000),
@@ -30,7 +30,7 @@ def test_named_yarns_are_the_published_ones_in_cgs(name):
     # forces from SI: 1 N = 1e5 dyn; rigidity 1 N m^2 = 1e9 dyn cm^2
     assert yarn.stretch_stiffness == pytest.approx(young * np.pi * radius**2 * 1e5)
     assert yarn.bending_stiffness == pytest.approx(bending * np.pi * radius**2 * 1e9)
-    assert yarn.shear_stiffness == pytest.approx(shear * radius**2 * 1e5)
+    assert yarn.shear * yarn.radius**2 == pytest.approx(shear * radius**2 * 1e5)
     assert yarn.contact == pytest.approx(1000 * 10) and yarn.friction_stiffness == pytest.approx(1000 * 1e3)
     assert yarn.friction == 0.5
     # as is stated in the file, with four digits at least
@@ -93,6 +93,7 @@ def test_finer_yarns_make_a_cloth_that_is_as_heavy_and_as_stiff():
     """n times as many yarns on each cm; the stitch contacts of a knit are n^2 times as many and 1 / n as long."""
     yarn, n = CrossingMaterial.named("gong-1"), 4.0
     fine = yarn.finer(n)
-    for name in ("density", "stretch_stiffness", "bending_stiffness", "shear_stiffness", "wrapping", "stitch_length"):
+    for name in ("density", "stretch_stiffness", "bending_stiffness", "wrapping", "stitch_length"):
         assert n * getattr(fine, name) == pytest.approx(getattr(yarn, name), rel=1e-12), name
+    assert n * fine.shear * fine.radius**2 == pytest.approx(yarn.shear * yarn.radius**2, rel=1e-12)
     assert fine.radius == yarn.radius / n and yarn.finer(1.0) == yarn
