@@ -2,10 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Many swatches, as in a sweep over patterns, materials and options.
 
-Each swatch is made by the same functions as one alone. On a GPU a launch costs more than the work of a small cell.
-There all swatches wait at their relaxations and examinations, and these are done for all of them together
-(``compute.work_together``), in batches of cells (``yarnrelax.together.relax_together``). On a CPU a launch costs
-little, and the cells of a batch that are at rest would wait for the others: swatches are made one after another.
+Each swatch is made in a thread of its own by the same functions as one alone. All threads wait at their relaxations and
+examinations, and these are done for all of them together (``compute.work_together``), in batches of cells
+(``yarnrelax.together.relax_together``).
 """
 
 from __future__ import annotations
@@ -16,8 +15,6 @@ from dataclasses import KW_ONLY, dataclass, field, replace
 from functools import partial
 from typing import Any, Literal
 
-from stitchmesh.compute.device import device_named
-from stitchmesh.compute.shared_work import compute_each
 from stitchmesh.compute.work_together import done_together
 from stitchmesh.errors import StitchMeshError
 from stitchmesh.patterns import Pattern
@@ -58,13 +55,13 @@ def relax_swatches(
     device: str | None = None,
     progress: SwatchProgress | Literal[False] | None = None,
 ) -> list[Swatch | StitchMeshError]:
-    """Make many swatches, each as ``swatch`` makes it: on a GPU together, on a CPU one after another.
+    """Make swatches together, each as ``swatch`` makes it.
 
-    Together, hundreds of swatches take little longer than one. Each has the state of ``swatch`` within the tolerance,
-    but with other roundings: cells of a batch share candidate lists and Newton steps. The bits of a result then depend
-    on all requests of the call; the same call gives the same bits. On a CPU they are those of ``swatch``. In the
-    reports, ``seconds`` is the time from the begin of a swatch to its end, and ``solver_seconds`` counts the batches in
-    which it took part.
+    On a GPU a launch costs more than the work of a small cell, so hundreds of swatches take little longer than one.
+    Each has the state of ``swatch`` within the tolerance, but with other roundings: cells of a batch share candidate
+    lists and Newton steps. The bits of a result depend on all requests of the call and on the device; the same call
+    gives the same bits. In the reports, ``seconds`` is the time from the begin of a swatch to its end, and
+    ``solver_seconds`` counts the batches in which it took part.
 
     Args:
         requests: the swatches.
@@ -76,9 +73,6 @@ def relax_swatches(
     Returns:
         The swatches in the order of the requests; in place of one that cannot be made, the error that ``swatch``
         raises.
-
-    Raises:
-        ParameterError: there is no such device.
     """
     with shown_progress(progress, _report_swatches) as report:
         computations = [partial(_make, request, device) for request in requests]
@@ -87,23 +81,7 @@ def relax_swatches(
             if report is not None:
                 report(done, len(requests))
 
-        return (_together if device_named(device).is_cuda else _in_turn)(computations, on_done)
-
-
-def _together(
-    computations: Sequence[Callable[[], Swatch]], on_done: Callable[[int], None]
-) -> list[Swatch | StitchMeshError]:  # fmt: skip
-    return done_together(computations, ways_together(), on_done)
-
-
-def _in_turn(
-    computations: Sequence[Callable[[], Swatch]], on_done: Callable[[int], None]
-) -> list[Swatch | StitchMeshError]:  # fmt: skip
-    made = list[Swatch | StitchMeshError]()
-    for computation in computations:
-        made += compute_each([computation])
-        on_done(len(made))
-    return made
+        return done_together(computations, ways_together(), on_done)
 
 
 def _report_swatches(progress: Progress) -> SwatchProgress:

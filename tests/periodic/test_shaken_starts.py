@@ -15,10 +15,10 @@ import stitchmesh as sm
 from stitchmesh.cli.summary import swatch_summary
 from stitchmesh.errors import ParameterError
 from stitchmesh.periodic import swatch as swatch_module
-from stitchmesh.periodic import swatches
 from stitchmesh.periodic.relaxation.continuation import size_of
 from stitchmesh.periodic.swatch import NOISE, shaken_yarns, size_spread
 from stitchmesh.quality import PRESETS
+from stitchmesh.yarnrelax.together import relax_together
 
 GIVEN: dict[str, Any] = {"quality": "draft", "relax_cell": True}
 
@@ -48,7 +48,7 @@ def test_the_spread_is_that_of_the_sizes_of_all_starts() -> None:
 
 @pytest.mark.nightly
 def test_swatches_that_are_made_together_have_shaken_starts_too(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(swatches, "_in_turn", swatches._together)  # as on a GPU
+    monkeypatch.setattr(relax_together, "_on_a_gpu", lambda group_of: group_of)
     (together,) = sm.relax_swatches([sm.SwatchRequest("stockinette", shaken=2, **GIVEN)], device="cpu", progress=False)
     assert isinstance(together, sm.Swatch)
     assert together.report["shaken_at_rest"] == 2

@@ -12,7 +12,6 @@ import pytest
 
 import stitchmesh as sm
 from stitchmesh.errors import FileError, ParameterError
-from stitchmesh.periodic import swatches
 from stitchmesh.yarnrelax import YarnMaterial
 from stitchmesh.yarnrelax.together import relax_together
 from stitchmesh.yarnrelax.together.cell_batch import CellBatch
@@ -40,8 +39,8 @@ def points_of(made: object) -> np.ndarray:
 
 @pytest.fixture
 def together(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let swatches be made together on the CPU too, as on a GPU."""
-    monkeypatch.setattr(swatches, "_in_turn", swatches._together)
+    """Let all relaxations be done together on the CPU too, as on a GPU."""
+    monkeypatch.setattr(relax_together, "_on_a_gpu", lambda group_of: group_of)
 
 
 @pytest.mark.usefixtures("together")
@@ -76,7 +75,7 @@ def test_the_same_requests_give_the_same_bits_and_a_single_one_those_of_swatch()
     np.testing.assert_array_equal(points_of(single[0]), alone(FREE[0]).yarns.points)
 
 
-@pytest.mark.parametrize("way", ["together", "in turn"])
+@pytest.mark.parametrize("way", ["together", "as on a CPU"])
 def test_an_error_is_in_the_place_of_a_swatch_that_cannot_be_made(way: str, request: pytest.FixtureRequest) -> None:
     if way == "together":
         request.getfixturevalue("together")

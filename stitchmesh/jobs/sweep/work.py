@@ -91,12 +91,14 @@ def _relaxed(task: Task, folder: Path) -> list[Swatch | str]:
 
     asked = [_request_or_fault(one, folder) for one in task.jobs]
     requests = [one for one in asked if not isinstance(one, str)]
+    groups = [requests] if task.needs_gpu else [[one] for one in requests]
     try:
-        made = iter(relax_swatches(requests, device=task.jobs[0].job.device, progress=False))
+        together = [relax_swatches(group, device=task.jobs[0].job.device, progress=False) for group in groups]
     except Exception as error:
         if len(task.jobs) == 1:
             return [_fault_of(error, task.jobs[0], folder)]
         return [one for alone in task.alone() for one in _relaxed(alone, folder)]
+    made = iter(one for group in together for one in group)
     found = [one if isinstance(one, str) else next(made) for one in asked]
     return [_text_of(one) if isinstance(one, StitchMeshError) else one for one in found]
 

@@ -6,6 +6,8 @@ A batch has one precision, one tolerance and one rule of quadrature. Its cells c
 finds within the tolerance, but with other roundings: candidate lists and Newton steps serve all cells of a batch, so
 that the bits depend on which cells are in it. What cells of a batch cannot do is done alone: yarns without a lattice,
 another solver, further terms, and yarns that cannot take their load at once (``load_path``).
+
+On a CPU only short work is done together. A launch costs little there, and launches pass over cells at rest too.
 """
 
 from __future__ import annotations
@@ -94,13 +96,22 @@ def relax_partly_together(calls: Sequence[Call]) -> list[YarnSet | StitchMeshErr
 @alone()
 def relax_together(calls: Sequence[Call]) -> list[Relaxation | StitchMeshError | Begun]:
     """Do calls of ``relax_yarns``: those of one quality in one batch of cells each, of which the last are left."""
-    return _in_groups(calls, partial(_in_halves, _relax_group), _group_of)
+    return _in_groups(calls, partial(_in_halves, _relax_group), _on_a_gpu(_group_of))
 
 
 @alone()
 def relax_through_steps_together(calls: Sequence[Call]) -> list[list[StepAtRest] | StitchMeshError]:
     """Do calls of ``relax_through_steps``: those of one quality, friction and path in one batch of cells each."""
-    return _in_groups(calls, partial(_in_halves, _relax_group_through_steps), group_of_steps)
+    return _in_groups(calls, partial(_in_halves, _relax_group_through_steps), _on_a_gpu(group_of_steps))
+
+
+def _on_a_gpu(group_of: Callable[[Call, int], Hashable]) -> Callable[[Call, int], Hashable]:
+    """Return the groups of calls on a GPU; each call on a CPU is a group of its own."""
+
+    def group(call: Call, number: int) -> Hashable:
+        return group_of(call, number) if device_named(call.arguments.get("device")).is_cuda else number
+
+    return group
 
 
 def _in_groups(
