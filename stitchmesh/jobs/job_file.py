@@ -110,7 +110,7 @@ def example_job(source: str) -> str:
         table = own | {"swatch": _defaults(swatch), "render": pictures}
         comments |= {f"swatch.{path}": text for path, text in setting_comments(swatch).items()}
     else:
-        garment = {} if suffix == SUFFIX else _defaults(GarmentSettings())
+        garment: dict[str, Any] = {} if suffix == SUFFIX else _defaults(GarmentSettings())
         pictures = [{key: value for key, value in one.items() if key != "tiles"} for one in pictures]
         table = {"recipe" if suffix == SUFFIX else "mesh": source} | own | garment | {"render": pictures}
         comments |= setting_comments(GarmentSettings())
