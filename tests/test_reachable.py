@@ -33,7 +33,7 @@ PROMISED = {
     ("stitchmesh.patterns.charts.leaf_chart", "write_leaf_chart"): "docs/patterns.md",
 }
 """Definitions that no production code uses, each with the page that tells readers to use it."""
-SHARED_NAMES = {"Box", "Choices", "Scene", "SolverSection", "Task", "YarnView"}
+SHARED_NAMES = {"Scene", "SolverSection", "Task"}
 """Names that two public classes still have; a name leaves this set when one of its classes gets a better one."""
 
 
