@@ -130,7 +130,8 @@ class FieldPanel:
             self._group.visible = bool(shown)
         for field, control in self._made.items():
             held = field_of(value, field.name) if field in shown else None
-            control.visible = field in shown and not (isinstance(field.form, Number) and self._is_boxed(field, held))
+            # One value only, so that no frame of a page shows another.
+            control.visible = field in shown and not _is_left_out(field.form, held)
             if field in self._boxes:
                 self._boxes[field].visible = field in shown
             if field in shown:
@@ -168,11 +169,6 @@ class FieldPanel:
             field.label, field.hint, min(max(number, form.least), form.most), partial(self._take, field),
             least=form.least, most=form.most, step=form.step,
         )  # fmt: skip
-
-    def _is_boxed(self, field: Field, held: Any) -> bool:
-        """Whether a number is hidden, because a box says that there is none."""
-        form = field.form
-        return isinstance(form, Number) and form.box is not None and not form.has_number(held)
 
     def _show_field(self, field: Field, value: Any, held: Any) -> None:
         control, form = self._made[field], field.form
@@ -218,6 +214,11 @@ class FieldPanel:
             raise
         if self._value() is not value:  # A worker thread may still make the value that is wanted.
             self.show()
+
+
+def _is_left_out(form: object, held: Any) -> bool:
+    """Whether a number is hidden, because a box says that there is none."""
+    return isinstance(form, Number) and form.box is not None and not form.has_number(held)
 
 
 def _words(form: Words | Callable[[Any], Words], value: Any, held: Any) -> Words:
