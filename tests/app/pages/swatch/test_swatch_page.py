@@ -92,6 +92,7 @@ class SwatchRig:
         if not isinstance(self.app.page, SwatchPage):
             self.do(self.app.open_page, "Swatch")
         self.set("Compare two variants", False)
+        self.choose("garter")
         self.do(self.page.change, GARTER.design)
         self.set("Copies across", GARTER.look.columns)
         self.set("Iterations per frame", GARTER.iterations)
