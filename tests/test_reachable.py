@@ -45,7 +45,7 @@ OBSERVED = {
 """Methods that no production code uses, each with what tests and scripts observe by it."""
 FOREIGN_CALLERS = {"ABC", "Enum", "Exception", "Generic", "IntEnum", "NamedTuple", "Protocol", "StrEnum", "TypedDict"}
 """Base classes from elsewhere that call no method which a class adds."""
-SHARED_NAMES = {"Box", "Choices", "Scene", "SolverSection", "Task", "YarnView"}
+SHARED_NAMES = {"Scene", "SolverSection", "Task"}
 """Names that two public classes still have; a name leaves this set when one of its classes gets a better one."""
 
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from stitchmesh.app.pages.drape.drape_session import FOLDER
-from stitchmesh.app.pages.drape.scene_opening import scene_of_file
+from stitchmesh.app.pages.drape.opened_scene import scene_of_file
 from stitchmesh.app.pages.drape.scene_run import same_scene
 from stitchmesh.app.pages.swatch.state import Look, SwatchState, read_state, state_table
 from stitchmesh.app.pages.view.viewed import read_viewed

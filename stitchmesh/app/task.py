@@ -86,7 +86,6 @@ class Task(Generic[T]):
         self.on_cancel: Callable[[], None] | None = None
         """Called when the user cancels the task, for work that can end with a good state."""
         self.cancel_requested = threading.Event()
-        self.framed_at = float("-inf")
         self._queue = queue
         self._turn = threading.Condition()
         self._steps = 0
@@ -106,7 +105,6 @@ class Task(Generic[T]):
 
     def publish(self, value: object) -> None:
         """Hand a frame to the event thread."""
-        self.framed_at = time.monotonic()
         self._queue.post_newest((id(self), "frame"), self._show_frame, value)
 
     def pause(self) -> None:

@@ -117,6 +117,7 @@ def test_the_stages_and_the_note_of_a_job_are_shown_as_they_are(project, tmp_pat
     app.close()
 
 
+@pytest.mark.nightly
 def test_no_script_of_a_name_runs_in_a_browser(project, app_in_browser, tmp_path):
     project.close()
     with app_in_browser() as rig:

@@ -55,6 +55,7 @@ def made_in_python(mesh: sm.Mesh, border: tuple[int, int], flipped: int) -> tupl
     return fabric, relaxed.yarns
 
 
+@pytest.mark.nightly
 def test_the_clicks_make_what_the_same_calls_make(app_in_browser, skirt_file, tmp_path):
     with app_in_browser(page="Project") as rig:
         project = rig.app.project

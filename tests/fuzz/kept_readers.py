@@ -203,7 +203,7 @@ def _scene_history(folder: Path) -> list[bytes]:
 
 
 def _read_scene_history(folder: Path) -> object:
-    from stitchmesh.app.pages.drape.kept_history import read_history
+    from stitchmesh.app.pages.drape.drape_session import read_history
 
     if not (folder / "a.toml").exists():
         (folder / "a.toml").write_bytes(files(SCENE)(folder)[0])

@@ -58,10 +58,10 @@ def actions(page: Headless) -> list[tuple[str, Callable[[], Any]]]:
     press, set_value = page.controls.press, page.controls.set
     return [
         ("open Label", lambda: page.app.open_page("Label")),
-        ("one row more", lambda: press("Steps", "Next row")),
+        ("one row more", lambda: press("Next row")),
         ("label all", lambda: press("Label all")),
         ("flip a row by a click", lambda: page.click_face(100)),
-        ("undo the flip", lambda: press("Steps", "Undo")),
+        ("undo the flip", lambda: press("Undo")),
         ("open Divide", lambda: page.app.open_page("Divide")),
         ("another stitch width", lambda: set_value("Stitch width [cm]", 0.9)),
         ("choose an edge by a click", lambda: page.click_side(100)),

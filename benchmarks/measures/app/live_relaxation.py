@@ -86,7 +86,7 @@ class WatchedApp:
         page = self.app.page
         assert isinstance(page, YarnsPage)
         page.relax()
-        run = page._run
+        run = page._run.live
         assert run is not None and run.on_snapshot is not None
         show = run.on_snapshot
 

@@ -10,12 +10,41 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
+from stitchmesh.errors import ParameterError
 from stitchmesh.markup import Markup
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go
+
+ROUNDING = 1e-7
+"""Distance by which a value may lie beyond its bounds; a browser rounds a slider's ends to seven decimals."""
+LONGEST_SHOWN = 40
+"""Number of characters of a wrong value that a message shows."""
+
+
+@dataclass(frozen=True)
+class Bounds:
+    """The values that an input takes."""
+
+    label: str
+    """Label of the input."""
+    least: float
+    most: float
+
+    def check(self, given: object) -> None:
+        """Refuse what is no number, nan included, or beyond the bounds.
+
+        Raises:
+            ParameterError: the value is refused.
+        """
+        is_number = isinstance(given, int | float) and not isinstance(given, bool)
+        if is_number and self.least - ROUNDING <= given <= self.most + ROUNDING:  # type: ignore[operator]
+            return
+        shown = f"{given:g}" if is_number else repr(given)[:LONGEST_SHOWN]
+        raise ParameterError(f"{self.label}: got {shown}; expected {self.least:g} to {self.most:g}")
 
 
 def do_nothing(*_: object) -> None:

@@ -37,6 +37,11 @@ SMALL_BUTTON = (
 """Style of a button in a line of a list."""
 PLAIN_TEXT = "margin:0;font-size:.86em"
 """Style of a line of text."""
+BUTTON = (
+    "font:inherit;font-size:.95em;display:block;width:100%;text-align:left;margin:.15em 0;padding:.3em .4em;"
+    "border-radius:6px;cursor:pointer;background:transparent;color:inherit;border:1px solid"
+)
+"""Style of a button of a list, up to the colour of its border."""
 
 
 def action_button(
@@ -64,6 +69,14 @@ def action_button(
     given = joined(markup(' {}="{}"', key, text) for key, text in attributes.items() if text)
     frame = '<button type="button" data-action="{}" data-value="{}"{}{}>{}</button>'
     return markup(frame, action, value, given, " disabled" if disabled else "", content)
+
+
+def list_button(
+    action: str, value: object, words: str, border: str = "var(--mantine-color-default-border)", *, hint: str = "",
+    pressed: bool | None = None,
+) -> Markup:  # fmt: skip
+    """Return a button as wide as its list, with a border of a colour; the other arguments are of ``action_button``."""
+    return action_button(action, value, words, hint=hint, pressed=pressed, style=f"{BUTTON} {border}")
 
 
 def colour_bar(colours: ArrayLike, marks: Iterable[str], title: str = "") -> Markup:

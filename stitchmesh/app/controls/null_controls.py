@@ -10,8 +10,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
-from stitchmesh.app.controls.bounds import Bounds
-from stitchmesh.app.controls.controls import do_nothing
+from stitchmesh.app.controls.controls import Bounds, do_nothing
 from stitchmesh.errors import ParameterError
 from stitchmesh.markup import Markup, checked
 

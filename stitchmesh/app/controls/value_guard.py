@@ -16,7 +16,7 @@ import math
 import viser
 from viser import _messages
 
-from stitchmesh.app.controls.bounds import Bounds
+from stitchmesh.app.controls.controls import Bounds
 from stitchmesh.app.event_queue import EventQueue
 from stitchmesh.errors import ParameterError
 

@@ -13,8 +13,7 @@ from typing import TYPE_CHECKING, Any
 import viser
 
 from stitchmesh.app.browser.bridge import Bridge
-from stitchmesh.app.controls.bounds import Bounds
-from stitchmesh.app.controls.controls import do_nothing
+from stitchmesh.app.controls.controls import Bounds, do_nothing
 from stitchmesh.app.controls.value_guard import ValueGuard
 from stitchmesh.app.event_queue import EventQueue
 from stitchmesh.app.uploads import NO_FILE

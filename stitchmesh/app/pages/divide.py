@@ -7,11 +7,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
+from stitchmesh.app.controls.field_panel import FieldPanel
 from stitchmesh.app.controls.legend import legend
-from stitchmesh.app.pages.divide_text import edge_text, estimate_table, no_edge_text, refusal
-from stitchmesh.app.pages.division_view import DivisionView
-from stitchmesh.app.pages.gauge_panel import GaugePanel, drawn_height, yarn_of
-from stitchmesh.app.pages.increase_choice import WORDS, increase_choice
+from stitchmesh.app.controls.undo_row import UndoRow
+from stitchmesh.app.pages.division_view import DivisionView, edge_text, estimate_table, no_edge_text, refusal
+from stitchmesh.app.pages.gauge_panel import INCREASE, GaugePanel, drawn_height, yarn_of
 from stitchmesh.app.pages.not_yet import HAS_STITCHES, NO_MESH
 from stitchmesh.app.pages.page import Page
 from stitchmesh.app.project.division import (
@@ -113,15 +113,11 @@ class DividePage(Page):
         self._estimate = controls.html(Markup())
         self._make_size_controls()
         self._make_edge_controls()
-        controls.buttons(
-            "Changes", "One change back (Ctrl+Z), one change forward (Ctrl+Y).", ("Undo", "Redo"), self._step
-        )
+        self._changes = UndoRow(controls, self._undo, self._redo)
         self._show_choice = controls.choice(
             "Show", "Whether the mesh or the stitches are shown.", (MESH, STITCHES), self._state.shown, self._show
         )
         self._legend = controls.html(Markup())
-        controls.key("Undo the last change", "Undo the last change of the division.", "Z", "ctrl", self._undo)
-        controls.key("Redo the change", "Make the change again.", "Y", "ctrl", self._redo)
         self._labeled = None
         self.refresh()
         self._view.look()
@@ -132,10 +128,9 @@ class DividePage(Page):
         self._gauge = GaugePanel(
             self.app.project, controls, division.stitch_width, division.stitch_height, self._take_size
         )  # fmt: skip
-        self._increase = increase_choice(
-            controls, division.increase,
-            lambda increase: self._change(replace(self._state.division, increase=increase)),
-        )  # fmt: skip
+        self._increase = FieldPanel(
+            controls, (INCREASE,), lambda: self._state.division, lambda division, name: self._change(division)
+        )
         self._quality = controls.choice(
             "Quality", "Quality of the yarns for which time and memory are estimated.", tuple(PRESETS),
             self._state.quality, lambda name: self._keep(quality=name),
@@ -220,9 +215,6 @@ class DividePage(Page):
         history = self._state.history
         self._keep(history=history if division == history.present else history.do(division, what))
 
-    def _step(self, option: str) -> None:
-        {"Undo": self._undo, "Redo": self._redo}[option]()
-
     def _undo(self) -> None:
         self._keep(history=self._state.history.undo("undo: there is no change of the division to undo"))
 
@@ -285,7 +277,8 @@ class DividePage(Page):
         self._divide_button.disabled = estimate is None or self.app.tasks.running
         self._show_choice.visible, self._show_choice.value = ready, state.shown
         self._gauge.show(division.stitch_width, division.stitch_height)
-        self._increase.value = WORDS[division.increase]
+        self._changes.show(bool(state.history.past), bool(state.history.future))
+        self._increase.show()
         self._show_chosen(estimate)
         if not self._typing:  # The text under the user's hands stays as it is.
             self._text.value = edge_settings_text(EdgeSettings(dict(division.counts), division.marked))

@@ -1,29 +1,135 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the page Divide draws: the labeled mesh or its stitches, and the edges with numbers or marks."""
+"""What the page Divide shows: the labeled mesh or its stitches, edges with numbers or marks, and the estimate."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from stitchmesh.app.controls.html_pieces import figures
 from stitchmesh.app.controls.legend import LegendEntry
-from stitchmesh.app.pages.divide_text import CHOSEN_COLOUR, COUNTED_COLOUR, MARKED_COLOUR, legend_of_stitches
-from stitchmesh.app.pages.label_text import INK
+from stitchmesh.app.pages.gauge_panel import gauge_words
 from stitchmesh.app.project.division import Division
 from stitchmesh.app.scene.drawing import Colour, Labels
-from stitchmesh.app.scene.mesh_drawing import MeshDrawing
+from stitchmesh.app.scene.mesh_drawing import INK, STITCH_DRAWINGS, MeshDrawing, show_stitches
 from stitchmesh.app.scene.scene import Scene
+from stitchmesh.markup import Markup, markup
 from stitchmesh.mesh import IntArray, StitchMesh
-from stitchmesh.render.palette import stitch_colours
+from stitchmesh.mesh.stitch import Stitch
+from stitchmesh.recipe.estimate import GarmentEstimate
+from stitchmesh.render.palette import STITCH_COLOURS
 from stitchmesh.tessellate.counts import edge_named
 from stitchmesh.yarn.colours import row_colours
+from stitchmesh.yarn.yarn_presets import Gauge, Yarn
 
-STITCH_EDGE_COLOUR: Colour = (128, 120, 110)
-"""Colour of the edges of stitches."""
+CHOSEN_COLOUR: Colour = (232, 140, 20)
+"""Colour of the chosen edge."""
+COUNTED_COLOUR: Colour = (31, 86, 115)
+"""Colour of edges whose number is given by hand."""
+MARKED_COLOUR: Colour = (150, 40, 140)
+"""Colour of marked edges."""
+STAGE_WORDS = {
+    "tessellate": "divide", "meshrelax": "even out", "yarngen": "make yarns", "yarnrelax": "relax yarns",
+}  # fmt: skip
+"""Words for the stages of an estimate."""
+KINDS = {
+    "cast on": (Stitch.CAST_ON,),
+    "knit": (Stitch.KNIT,),
+    "increase": (Stitch.KY, Stitch.YK, Stitch.YKY, Stitch.KS, Stitch.SK, Stitch.KYK, Stitch.PK, Stitch.KPK),
+    "decrease": (Stitch.D12K, Stitch.D21K, Stitch.D213K),
+    "drawn through the last loops": (Stitch.DRAW_THROUGH,),
+}
+"""Stitches of a divided mesh, by what they do."""
+
+
+def estimate_table(estimate: GarmentEstimate, width: float, height: float, yarn: Yarn | None) -> Markup:
+    """Return the estimate as a table, with what may be wrong below it."""
+    length = f"{estimate.yarn_length / 100.0:,.0f} m"
+    if yarn is not None:
+        length += f", about {estimate.yarn_length / 100.0 * yarn.grams_per_metre:,.0f} g"
+    rows = {
+        "Gauge": gauge_words(Gauge.of_stitch(width, height)),
+        "Stitches": f"{estimate.stitches:,} in {estimate.rows:,} rows",
+        "Yarn": length,
+        "Control points": f"{estimate.control_points:,}",
+        "Time": f"about {_time(estimate.seconds)}",
+        "Memory": f"about {_memory(estimate.memory)}",
+    }
+    stages = ", ".join(f"{STAGE_WORDS[name]} {_time(cost.seconds)}" for name, cost in estimate.stages.items())
+    doubt = markup('<p role="status" style="{}"><strong>Please note:</strong> {}</p>', _NOTE, estimate.doubt)
+    return markup(
+        '{}<p style="margin:.2em 0 0;font-size:.8em">{}; half or twice that on other machines</p>{}',
+        figures(rows.items()), stages, doubt if estimate.doubt else "",
+    )
+
+
+def refusal(message: str) -> Markup:
+    """Return why there is no estimate."""
+    return markup('<p role="alert" style="{}"><strong>Not possible:</strong> {}</p>', _NOTE, message)
+
+
+def edge_text(labeled: StitchMesh, side: int, count: int, *, by_hand: bool, marked: bool) -> Markup:
+    """Return a description of the chosen edge.
+
+    Args:
+        labeled: the labeled mesh.
+        side: a side of the edge.
+        count: its number of stitches.
+        by_hand: whether the number is given by hand.
+        marked: whether the edge is marked.
+    """
+    start, end = labeled.face_vertex[side], labeled.face_vertex[labeled.side_next[side]]
+    length = float(labeled.side_length[side])
+    origin = "given by hand" if by_hand else "by its length"
+    if labeled.is_wale[side]:
+        what = f"wale edge of row {labeled.row[labeled.side_face[side]] + 1}: {count} rows of stitches, {origin}"
+        what += "; marked" if marked else ""
+    else:
+        what = f"course edge: {count} stitches, {origin}"
+    return markup(
+        '<p style="margin:0;font-size:.88em"><strong>Edge {},{}</strong>, {} cm, {}</p>',
+        start, end, f"{length:.1f}", what,
+    )
+
+
+def no_edge_text() -> Markup:
+    """Return how to choose an edge."""
+    return markup('<p style="margin:0;font-size:.88em">Click an edge to set its number of stitches.</p>')
+
+
+def legend_of_stitches(fabric: StitchMesh) -> list[LegendEntry]:
+    """Return what the colours of the stitches mean, with their numbers."""
+    counts = np.bincount(fabric.stitch, minlength=max(Stitch) + 1)
+    entries = []
+    for words, codes in KINDS.items():
+        present = [code for code in codes if counts[code]]
+        if present:
+            number = sum(int(counts[code]) for code in present)
+            entries.append(LegendEntry(f"{words}: {number:,}", tuple(STITCH_COLOURS[code] for code in present)))
+    return entries
+
+
+_NOTE = (
+    "margin:.4em 0 0;font-size:.86em;padding:.35em .5em;border-left:4px solid rgb(201,125,16);"
+    "background:rgba(201,125,16,.12);overflow-wrap:anywhere"
+)
+
+
+def _time(seconds: float) -> str:
+    """A duration in words."""
+    if seconds < 1.0:
+        return "1 s" if seconds >= 0.5 else "less than 1 s"
+    if seconds < 100.0:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60.0:.0f} min" if seconds < 6000.0 else f"{seconds / 3600.0:.1f} h"
+
+
+def _memory(size: float) -> str:
+    return f"{size / 1e9:.1f} GB" if size >= 1e9 else f"{size / 1e6:.0f} MB"
+
+
 MOST_NUMBERS = 150
 """Number of edges whose numbers are shown."""
-MOST_EDGES_DRAWN = 12_000
-"""Number of stitches up to which their edges are drawn; the lines of more stitches hide the colours."""
 EDGE_MARKS = (
     ("counted", COUNTED_COLOUR, 6.0, "number given by hand"),
     ("marked", MARKED_COLOUR, 6.0, "marked: increases and decreases stand here"),
@@ -50,7 +156,7 @@ class DivisionView:
         """Draw the faces of the mesh in the colours of their rows, and return the legend."""
         if self._shown is not self._labeled:
             self._shown = self._labeled
-            for name in ("stitches", "stitch edges"):
+            for name in STITCH_DRAWINGS:
                 self._scene.remove(name)
             self._drawing.show_faces("faces", self._colours)
             self._drawing.show_sides("edges", self._labeled.edge_side, INK, 1.0)
@@ -64,10 +170,7 @@ class DivisionView:
             self._shown = fabric
             for name in ("faces", "edges"):
                 self._scene.remove(name)
-            drawing = MeshDrawing(self._scene, fabric)
-            drawing.show_faces("stitches", stitch_colours(fabric.stitch, fabric.row))
-            if fabric.face_count <= MOST_EDGES_DRAWN:
-                drawing.show_sides("stitch edges", fabric.edge_side, STITCH_EDGE_COLOUR, 1.0)
+            show_stitches(self._scene, fabric)
         return legend_of_stitches(fabric)
 
     def show_edges(self, division: Division, chosen: int | None, along: IntArray | None) -> list[LegendEntry]:

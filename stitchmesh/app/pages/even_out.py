@@ -9,17 +9,17 @@ from typing import TYPE_CHECKING, Any, ClassVar, get_args
 
 import numpy as np
 
+from stitchmesh.app.controls.field_panel import Field, FieldPanel, Number
 from stitchmesh.app.controls.html_pieces import message
-from stitchmesh.app.live_run import LiveRun
 from stitchmesh.app.pages.page import Page
-from stitchmesh.app.pages.run_panel import RunPanel
+from stitchmesh.app.pages.run_panel import PageRun, is_wanted
 from stitchmesh.app.pages.verdict_html import verdict_html
-from stitchmesh.app.scene.size_map import SizeMap, edges, legend_html, outline
+from stitchmesh.app.scene.size_map import SizeMapDrawing, legend_html, outline
 from stitchmesh.errors import StitchMeshError
 from stitchmesh.markup import Markup
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.meshrelax.evenness import Measure, evenness_verdict, uneven_rows
-from stitchmesh.meshrelax.options import ASPECT, MeshRelaxOptions
+from stitchmesh.meshrelax.options import MeshRelaxOptions
 from stitchmesh.meshrelax.relax import MAX_ITERATIONS, MeshRelaxReport, RelaxedMesh, not_converged, relax_mesh
 from stitchmesh.pipeline.options import KnitOptions
 from stitchmesh.progress import Progress
@@ -37,9 +37,16 @@ BYTES_PER_STITCH = 120
 START, AGAIN = "Even out the stitches", "Even out the stitches again"
 """Labels of the button that starts, before the first time and later."""
 START_HINT = "Move the stitches over the surface until they are even"
-STALE = "The stitches were changed while they were evened out, so the result was left out. Even them out again."
 NEXT = "The sizes of the stitches are known after evening out. Start it above."
 """What stands in place of the verdict before the first mesh relaxation."""
+SETTINGS = (
+    Field("alpha", "Covered part", "Part of the surface that unstressed stitches cover; less gives crowded rows more "
+          "room", Number(0.3, 1.0, 0.05, slider=True)),
+    Field("aspect", "Height over width", "Shape of an unstressed stitch; at first that of the divided mesh",
+          Number(0.2, 3.0, 0.01)),
+    Field("area_force", "Resist folding", "Stitches that are smaller than at rest resist a further loss of area"),
+)  # fmt: skip
+"""The options of the mesh relaxation."""
 
 
 @dataclass(frozen=True)
@@ -62,10 +69,9 @@ class EvenOutPage(Page):
     def __init__(self, app: App) -> None:
         """Make the page; nothing runs yet."""
         super().__init__(app)
-        self._run: LiveRun[StitchMesh, RelaxedMesh] | None = None
+        self._run: PageRun[StitchMesh, RelaxedMesh] = PageRun(self, self._show_snapshot, self._ended)
         self._state = EvenOutState()
-        self._map: SizeMap | None = None
-        self._shown: StitchMesh | None = None
+        self._map = SizeMapDrawing(app.scene)
 
     def unavailable(self) -> str | None:
         """Return what to do first while there are no stitches."""
@@ -80,35 +86,35 @@ class EvenOutPage(Page):
         self._next = controls.button(
             "Go on to the yarns", "Open the page Yarns", lambda: self.app.open_page("Yarns"), main=True
         )
-        self._panel = RunPanel(controls, "one iteration")
+        self._run.build("one iteration")
         self._verdict = controls.html(Markup(), self._act)
         self._legend = controls.html(legend_html())
         self._choice = controls.choice(
             "Colours show", "The mean size of each stitch, its width, or its height", list(MEASURES),
             self._state.measure.capitalize(), self._set_measure,
         )  # fmt: skip
-        self._build_settings()
+        FieldPanel(
+            controls, SETTINGS, lambda: shown_options(self.app.project),
+            lambda options, name: self._set(**{name: getattr(options, name)}), group="Settings", opened=False,
+        )  # fmt: skip
         self._again = controls.button(AGAIN, START_HINT, self.start)
-        self._map = self._shown = None
+        self._map = SizeMapDrawing(self.app.scene)
         self._state = replace(self._state, marked=None)
-        if self._run is not None:
-            self._run.on_snapshot = self._show_snapshot
         self.refresh()
         low, high = (edge(self._fabric().vertices, axis=0) for edge in (np.min, np.max))
         self.app.scene.look_at(low, high)
 
     def leave(self) -> None:
         """Let the relaxation go on unseen."""
-        if self._run is not None:
-            self._run.on_snapshot = None
+        self._run.leave()
 
     def refresh(self) -> None:
         """Show the fabric of the project, and the verdict on it."""
         if self.unavailable() is not None:
             return
         evened = self.app.project.evened
-        running = self._run is not None
-        self._panel.show(self._run)
+        running = self._run.live is not None
+        self._run.refresh()
         self._start.visible = evened is None and not running
         self._next.visible = self._again.visible = evened is not None and not running
         if not running:
@@ -125,32 +131,13 @@ class EvenOutPage(Page):
         def relax(control: RunControl[StitchMesh], progress: Progress) -> RelaxedMesh:
             return relax_mesh(fabric, surface=surface, options=options, run=Run(False, control=control))
 
-        self._run = LiveRun(
-            self.app.tasks, "evening out the stitches", relax, stage="meshrelax", max_iterations=MAX_ITERATIONS,
-            done=lambda result: self._finish(project, fabric, result), failed=lambda error: self._end(),
-            frame_bytes=BYTES_PER_STITCH * fabric.face_count,
+        self._run.start(
+            "evening out the stitches", relax, lambda result: self._finish(project, fabric, result), stage="meshrelax",
+            max_iterations=MAX_ITERATIONS, frame_bytes=BYTES_PER_STITCH * fabric.face_count,
         )  # fmt: skip
-        self._run.on_snapshot = self._show_snapshot
         self._verdict.content = Markup()
         self._mark(None)
         self.refresh()
-
-    def _build_settings(self) -> None:
-        controls, options = self.app.controls, mesh_relax_options(self.app.project)
-        with controls.group("Settings", opened=False):
-            controls.slider(
-                "Covered part", "Part of the surface that unstressed stitches cover; less gives crowded rows more room",
-                options.alpha, lambda alpha: self._set(alpha=alpha), least=0.3, most=1.0, step=0.05,
-            )  # fmt: skip
-            controls.number(
-                "Height over width", "Shape of an unstressed stitch; at first that of the divided mesh",
-                round(even_out_options(self.app.project).aspect or ASPECT, 3), lambda aspect: self._set(aspect=aspect),
-                least=0.2, most=3.0, step=0.01,
-            )  # fmt: skip
-            controls.toggle(
-                "Resist folding", "Stitches that are smaller than at rest resist a further loss of area",
-                options.area_force, lambda force: self._set(area_force=force),
-            )  # fmt: skip
 
     def _set(self, **changes: Any) -> None:
         options = replace(mesh_relax_options(self.app.project), **changes)
@@ -161,24 +148,19 @@ class EvenOutPage(Page):
 
     def _set_measure(self, measure: str) -> None:
         self._state = replace(self._state, measure=MEASURES[measure])
-        if self._shown is not None:
-            self._show_fabric(self._shown)
+        if self._map.shown is not None:
+            self._show_fabric(self._map.shown)
 
     def _finish(self, project: Project, before: StitchMesh, result: RelaxedMesh) -> None:
         """Keep a result, unless another project or another fabric has taken the place of its own."""
-        if self.app.project is not project or project.fabric is not before:
-            self._end()
-            if self.app.project is project:
-                self.app.notice(STALE, "warning")
+        if not is_wanted(self, project, project.fabric is before):
             return
         dropped = project.set_evened(result.fabric)
         self._keep(report=asdict(result.report))
-        self._end()
         if dropped:
             self.app.notice(f"The stitches have moved, so these were removed: {', '.join(dropped)}.", "warning")
 
-    def _end(self) -> None:
-        self._run = None
+    def _ended(self) -> None:
         if self.app.page is self:
             self.refresh()
 
@@ -190,15 +172,10 @@ class EvenOutPage(Page):
 
     def _show_snapshot(self, snapshot: Snapshot[StitchMesh]) -> None:
         self._show_fabric(snapshot.state)
-        self._panel.update()
 
     def _show_fabric(self, fabric: StitchMesh) -> None:
-        if self._map is None or self._shown is None or self._shown.face_count != fabric.face_count:
-            self._map = SizeMap(fabric)
-        self._shown = fabric
         self._legend.visible = self._choice.visible = fabric.stretch is not None
-        self.app.scene.show("fabric", self._map.surface(fabric, self._state.measure))
-        self.app.scene.show("sides", edges(fabric))
+        self._map.show(fabric, self._state.measure)
 
     def _verdict_content(self) -> Markup:
         evened = self.app.project.evened
@@ -230,6 +207,13 @@ def mesh_relax_options(project: Project) -> MeshRelaxOptions:
         return MeshRelaxOptions(**project.settings(EvenOutPage.name).get("options", {}))
     except (TypeError, StitchMeshError):  # The file was written by another version, or by hand.
         return MeshRelaxOptions()
+
+
+def shown_options(project: Project) -> MeshRelaxOptions:
+    """Return the options of a project as the page shows them: with the aspect that they lead to."""
+    options = even_out_options(project)
+    assert options.aspect is not None
+    return replace(options, aspect=round(options.aspect, 3))
 
 
 def even_out_options(project: Project) -> MeshRelaxOptions:

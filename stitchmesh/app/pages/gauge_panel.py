@@ -12,9 +12,11 @@ import math
 from collections.abc import Callable
 
 from stitchmesh.app.controls.controls import Control, Controls
+from stitchmesh.app.controls.field_panel import Field
 from stitchmesh.app.controls.html_pieces import paragraph
 from stitchmesh.app.project.project import Project
 from stitchmesh.markup import Markup
+from stitchmesh.mesh.shaping_stitches import Increase
 from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING
 from stitchmesh.yarn.yarn_presets import CENTIMETRES_PER_INCH, Gauge, Yarn, yarn_names
 
@@ -26,6 +28,13 @@ SMALLEST, LARGEST = 0.1, 5.0
 """Bounds of the stitch width and of the stitch height [cm]."""
 DIGITS = 3
 """Decimal digits of the sizes that are shown."""
+INCREASES: dict[str, Increase] = {
+    "make one (m1l, m1r)": "m1", "knit front and back": "kfb", "lifted, from the loop below": "lifted",
+    "yarn over, with a hole": "yo",
+}  # fmt: skip
+"""Forms of increases, by the words of the user."""
+INCREASE = Field("increase", "Increases", "How increases are made.", INCREASES)
+"""How increases are made, on the pages that make stitches."""
 FOUR_INCHES = 4.0 * CENTIMETRES_PER_INCH / 10.0
 """Stitches in 4 inches over those in 10 cm."""
 

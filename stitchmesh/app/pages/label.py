@@ -10,21 +10,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stitchmesh.app.controls.html_pieces import PLAIN_TEXT
-from stitchmesh.app.controls.legend import legend
-from stitchmesh.app.pages.label_text import (
-    INK,
-    MOST_FAULTS,
-    START_COLOUR,
-    fault_list,
-    labeling_status,
-    legend_entries,
-    start_list,
-)
+from stitchmesh.app.controls.html_pieces import PLAIN_TEXT, list_button
+from stitchmesh.app.controls.legend import LegendEntry, legend
+from stitchmesh.app.controls.undo_row import UndoRow
 from stitchmesh.app.pages.not_yet import NO_MESH
 from stitchmesh.app.pages.page import Page
-from stitchmesh.app.scene.drawing import Labels
-from stitchmesh.app.scene.mesh_drawing import MeshDrawing
+from stitchmesh.app.scene.drawing import Colour, Labels
+from stitchmesh.app.scene.mesh_drawing import INK, MeshDrawing
 from stitchmesh.app.scene.scene import Pick, ViewName
 from stitchmesh.app.scene.vertex_numbers import VertexNumbers
 from stitchmesh.errors import ParameterError
@@ -32,24 +24,106 @@ from stitchmesh.labeling import LabelingFault, PartialLabeling
 from stitchmesh.labeling.faults import triangles_message
 from stitchmesh.labeling.growth import COURSE
 from stitchmesh.labeling.pointed_step import free_border_sides, pointed_step
-from stitchmesh.labeling.seeds import side_of
+from stitchmesh.labeling.seeds import candidate_seeds, side_of
 from stitchmesh.labeling.steps import LabelStep
-from stitchmesh.markup import Markup, markup
+from stitchmesh.markup import Markup, joined, markup
 from stitchmesh.mesh import FloatArray, IntArray, Mesh
 from stitchmesh.mesh.orientation import is_inside_out
 from stitchmesh.mesh.picking import pick as pick_place
 from stitchmesh.mesh.picking import picking_table, side_near_ray
 from stitchmesh.mesh.polygon_mesh import outline_sides
 from stitchmesh.render.labeling_drawing import (
+    FAULT_COLOUR,
     MISMATCH_COLOUR,
+    UNLABELED_COLOUR,
     faces_at_fault,
     labeling_arrowheads,
     labeling_colours,
 )
 from stitchmesh.tessellate.edge_file import parse_edge
+from stitchmesh.yarn.colours import row_colours
 
 if TYPE_CHECKING:
     from stitchmesh.app.application import App
+
+START_COLOUR: Colour = (232, 140, 20)
+"""Colour of borders at which a row can start."""
+MOST_FAULTS = 5
+"""Number of faults that are listed."""
+MOST_STARTS = 8
+"""Number of borders that are listed."""
+
+
+def labeling_status(labeling: PartialLabeling, inside_out: bool) -> Markup:
+    """The numbers in one or two lines."""
+    done, faces = int(labeling.labeled.sum()), labeling.mesh.face_count
+    rows = labeling.row_count
+    first = markup("<strong>{} row{}</strong>, {} of {} faces labeled", rows, "s" * (rows != 1), done, faces)
+    lines: list[str] = [first]
+    seams = len(labeling.mismatched_sides())
+    if seams:
+        lines.append(
+            f"At {seams} edge{'s' * (seams != 1)} the arrows of two rows do not match. Flip one of the rows, or keep "
+            "it: small rings of yarn will join them."
+        )
+    if triangles_message(labeling.mesh):
+        lines.append(triangles_message(labeling.mesh))
+    if inside_out:
+        hint = "The mesh seems to be inside out: its purl side would be outside. See <em>Whole mesh</em>."
+        lines.append(markup(hint))
+    return joined(markup('<p role="status" style="margin:0 0 .3em;font-size:.92em">{}</p>', line) for line in lines)
+
+
+def legend_entries(labeling: PartialLabeling) -> list[LegendEntry]:
+    """What can be seen."""
+    entries = []
+    if labeling.row_count:
+        rows = [tuple(colour) for colour in row_colours(np.arange(6)).tolist()]
+        entries.append(LegendEntry("rows; arrows along the wales", tuple(rows)))
+    if not labeling.labeled.all():
+        entries.append(LegendEntry("no row yet", (UNLABELED_COLOUR,)))
+    if len(free_border_sides(labeling)):
+        entries.append(LegendEntry("border: click it to start a row", (START_COLOUR,), line=True))
+    if labeling.row_count:
+        entries.append(LegendEntry("course edge, between rows", (INK,), line=True))
+    if len(labeling.mismatched_sides()):
+        entries.append(LegendEntry("seam where arrows do not match", (MISMATCH_COLOUR,), line=True))
+    if labeling.faults:
+        entries.append(LegendEntry("cannot be labeled: crossed out, with a number", (FAULT_COLOUR,)))
+    return entries
+
+
+def fault_list(faults: tuple[LabelingFault, ...]) -> Markup:
+    """The reasons why faces cannot be labeled; each reason is a button that shows its faces."""
+    if not faults:
+        return Markup()
+    items = joined(
+        markup("<li>{}</li>", list_button("fault", number, fault.reason, f"rgb{FAULT_COLOUR!r}", hint="Show the faces"))
+        for number, fault in enumerate(faults[:MOST_FAULTS])
+    )
+    more = len(faults) - MOST_FAULTS
+    rest = markup('<p style="{}">and {} more</p>', PLAIN_TEXT, more) if more > 0 else Markup()
+    return (
+        markup(
+            '<p style="margin:.3em 0 0;font-size:.92em"><strong>Faces that cannot be labeled</strong></p>'
+            '<ol style="margin:0;padding-left:1.4em;font-size:.86em">{}</ol>{}',
+            items, rest,
+        )
+    )
+
+
+def start_list(mesh: Mesh) -> Markup:
+    """Buttons for the borders from which rows may start, best first."""
+    buttons = []
+    for chain in candidate_seeds(mesh)[:MOST_STARTS]:
+        length = float(mesh.side_length[chain].sum())
+        height = float(mesh.corner_position[chain, 1].mean() - mesh.vertices[:, 1].min())
+        words = f"Border of {length:.0f} cm at height {height:.0f} cm"
+        buttons.append(list_button("start", chain[0], words))
+    heading = markup('<p style="{}">Start the next row at a border:</p>', PLAIN_TEXT)
+    without = markup("<p>The mesh has no border. Choose that a click starts at an inner edge.</p>")
+    return heading + joined(buttons) if buttons else without
+
 
 REACH = 0.008
 """Largest angle between a click and a border that it means [rad], about nine pixels."""
@@ -114,10 +188,8 @@ class LabelPage(Page):
         self._label_all = controls.button(
             "Label all", "Label all rows that can be labeled (L).", self._step("label_all"), main=True
         )
-        controls.buttons(
-            "Steps", "One row more (N), one step back (Ctrl+Z), one step forward (Ctrl+Y).",
-            ("Next row", "Undo", "Redo"), self._pressed,
-        )  # fmt: skip
+        controls.button("Next row", "Label one row more (N).", self._step("label_rows", count=1))
+        self._steps = UndoRow(controls, self._undo, self._redo, "the last step")
         self._choice = controls.choice(
             "A click", "What a click on the mesh does.", tuple(MEANINGS), self._state.meaning, self._mean
         )
@@ -152,14 +224,11 @@ class LabelPage(Page):
                 "Turn inside out", "Make the other side of the mesh the outside, and remove all labels.",
                 self._step("turn_inside_out"),
             )  # fmt: skip
-        for label, key, modifier, run in (
-            ("Label one row more", "N", None, self._step("label_rows", count=1)),
-            ("Label all rows", "L", None, self._step("label_all")),
-            ("Undo the last step", "Z", "ctrl", self._undo),
-            ("Redo the step", "Y", "ctrl", self._redo),
-            ("Redo the step again", "Z", "ctrl+shift", self._redo),
+        for label, key, run in (
+            ("Label one row more", "N", self._step("label_rows", count=1)),
+            ("Label all rows", "L", self._step("label_all")),
         ):
-            controls.key(label, f"{label} of the labeling.", key, modifier, run)
+            controls.key(label, f"{label} of the labeling.", key, None, run)
 
     def refresh(self) -> None:
         """Show the labeling of the project."""
@@ -217,10 +286,7 @@ class LabelPage(Page):
         mesh = labeling.mesh
         faces = np.array([face for fault in faults for face in fault.faces], dtype=np.int64)
         self._drawing.show_crosses("faults", faces, INK, 4.0)
-        if not faults:
-            self.app.scene.remove("fault numbers")
-            return
-        points = np.stack([_centre(mesh, fault) for fault in faults])
+        points = np.array([_centre(mesh, fault) for fault in faults]).reshape(-1, 3)
         self.app.scene.show("fault numbers", Labels(points, tuple(str(n) for n in range(1, len(faults) + 1))))
 
     def _show_row(self) -> None:
@@ -245,6 +311,7 @@ class LabelPage(Page):
             self._state = replace(self._state, meaning=FLIP if done else ROWS)
             self._choice.value = self._state.meaning
         self._go_on.visible, self._label_all.visible = done, not done
+        self._steps.show(self.app.project.can_undo_label, self.app.project.can_redo_label)
         self._status.content = labeling_status(labeling, self._inside_out)
         self._meaning_hint.content = markup('<p style="{}">{}</p>', PLAIN_TEXT, MEANINGS[self._state.meaning])
         self._legend.content = legend(legend_entries(labeling))
@@ -288,9 +355,6 @@ class LabelPage(Page):
     def _step(self, name: str, **arguments: object) -> Callable[[], None]:
         """Return a function that takes a step."""
         return lambda: self._take(LabelStep(name, arguments))
-
-    def _pressed(self, option: str) -> None:
-        {"Next row": self._step("label_rows", count=1), "Undo": self._undo, "Redo": self._redo}[option]()
 
     def _undo(self) -> None:
         self._changed(self.app.project.undo_label())

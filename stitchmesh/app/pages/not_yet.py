@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stitchmesh.app.scene.drawing import Lines, Surface
+from stitchmesh.app.scene.drawing import Lines
+from stitchmesh.app.scene.mesh_drawing import plain_surface
 from stitchmesh.app.scene.scene import Scene
 from stitchmesh.mesh import Mesh
-from stitchmesh.mesh.face_triangles import face_triangles
 
 if TYPE_CHECKING:
     from stitchmesh.app.application import App
@@ -49,8 +49,7 @@ def page_needed(app: App, page: Page, pages: dict[str, MakePage]) -> str:
 
 def draw_plainly(scene: Scene, mesh: Mesh, opacity: float = 1.0) -> None:
     """Draw a mesh in one colour with its edges."""
-    surface = Surface(mesh.vertices, mesh.face_vertex[face_triangles(mesh).corners], FABRIC_COLOUR, opacity=opacity)
-    scene.show(GARMENT, surface)
+    scene.show(GARMENT, plain_surface(mesh, FABRIC_COLOUR, opacity=opacity))
     ends = np.stack([mesh.edge_side, mesh.side_next[mesh.edge_side]], axis=1)
     scene.show(EDGES, Lines(mesh.vertices[mesh.face_vertex[ends]], EDGE_COLOUR, 1.0))
     scene.look_at(mesh.vertices.min(axis=0), mesh.vertices.max(axis=0))

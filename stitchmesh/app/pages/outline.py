@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Any, ClassVar, get_args
 import numpy as np
 
 from stitchmesh.app.controls.controls import do_nothing
+from stitchmesh.app.controls.field_panel import Field, FieldPanel, Number
 from stitchmesh.app.controls.html_pieces import message
-from stitchmesh.app.live_run import LiveRun
 from stitchmesh.app.pages.page import Page
-from stitchmesh.app.pages.run_panel import RunPanel
+from stitchmesh.app.pages.run_panel import PageRun
 from stitchmesh.app.pages.swatch.chart_panel import ChartPanel
 from stitchmesh.app.scene.drawing import Lines
-from stitchmesh.app.scene.size_map import OUTLINE, SizeMap, edges, legend_html
+from stitchmesh.app.scene.size_map import OUTLINE, SizeMapDrawing, legend_html
 from stitchmesh.errors import ParameterError, StitchMeshError
 from stitchmesh.io.checked import check_value
 from stitchmesh.markup import Markup
@@ -42,6 +42,13 @@ BYTES_PER_STITCH = 120
 """What a frame sends for each stitch: two triangles and two sides."""
 LEAST, MOST = 4, 200
 """Bounds of the numbers of stitches and of rows that a piece has at least."""
+FIELDS = (
+    Field("form", "Form", "A piece with borders, a tube in rounds, or one repeat without borders", FORMS),
+    Field("stitches", "Stitches", "Least number of stitches in a row; whole repeats are knitted",
+          Number(LEAST, MOST, 1, slider=True)),
+    Field("rows", "Rows", "Least number of rows; whole repeats are knitted", Number(LEAST, MOST, 1, slider=True)),
+)  # fmt: skip
+"""The form and the size of the piece."""
 BUSY = "Other work goes on; press Relax again when it has ended"
 """What stands in the place of the figures while another task runs."""
 WOVEN = "A weave has no stitches whose outline could relax. Choose a knitting pattern."
@@ -72,44 +79,34 @@ class OutlinePage(Page):
         """Make the page; nothing runs yet."""
         super().__init__(app)
         self.state = first_state()
-        self._run: LiveRun[StitchMesh, FreeShape] | None = None
-        self._map: SizeMap | None = None
-        self._shown: StitchMesh | None = None
+        self._run: PageRun[StitchMesh, FreeShape] = PageRun(self, self._show_snapshot, self._ended)
+        self._map = SizeMapDrawing(app.scene)
         self._waiting = False
 
     def build(self) -> None:
         """Make the controls, and start the relaxation."""
         self.state = self._saved_state()
-        self._map = self._shown = None
+        self._map = SizeMapDrawing(self.app.scene)
         ChartPanel(self.app, parse_pattern(self.state.pattern), "", self._take_pattern, do_nothing)
-        controls, state = self.app.controls, self.state
-        controls.choice("Form", "A piece with borders, a tube in rounds, or one repeat without borders", list(FORMS),
-                        next(name for name, form in FORMS.items() if form == state.form),
-                        lambda name: self._set(form=FORMS[name]))  # fmt: skip
-        controls.slider("Stitches", "Least number of stitches in a row; whole repeats are knitted", state.stitches,
-                        lambda count: self._set(stitches=int(count)), least=LEAST, most=MOST, step=1)  # fmt: skip
-        controls.slider("Rows", "Least number of rows; whole repeats are knitted", state.rows,
-                        lambda count: self._set(rows=int(count)), least=LEAST, most=MOST, step=1)  # fmt: skip
+        controls = self.app.controls
+        FieldPanel(controls, FIELDS, lambda: self.state, lambda state, name: self._take(state))
         controls.button("Relax again", "Start again from the chart", self.start)
-        self._panel = RunPanel(controls, "one iteration")
+        self._run.build("one iteration")
         self._words = controls.html(Markup())
         controls.html(legend_html("compressed", "stretched"))
-        if self._run is None:
+        if self._run.live is None:
             self.start()
-        else:
-            self._run.on_snapshot = self._show_snapshot
-            self._panel.show(self._run)
+        self._run.refresh()
 
     def leave(self) -> None:
         """Let the relaxation end unseen."""
-        if self._run is not None:
-            self._run.on_snapshot = None
+        self._run.leave()
 
     def start(self) -> None:
         """Relax the mesh of the chart; a relaxation of the chart before it ends first."""
-        if self._run is not None:
+        if self._run.live is not None:
             self._waiting = True
-            self._run.control.stop()
+            self._run.live.control.stop()
             return
         if self.app.tasks.current is not None:
             self._words.content = message(f"{BUSY} ({self.app.tasks.current.name}).", "info")
@@ -119,23 +116,20 @@ class OutlinePage(Page):
         def relax(control: RunControl[StitchMesh], progress: Progress) -> FreeShape:
             return natural_outline(pattern, state.form, **_repeats(pattern, state), run=Run(False, control=control))
 
-        self._run = LiveRun(
-            self.app.tasks, "relaxing the outline", relax, stage="outline", max_iterations=FREE_MAX_ITERATIONS,
-            done=self._finish, failed=lambda error: self._end(),
+        self._run.start(
+            "relaxing the outline", relax, self._finish, stage="outline", max_iterations=FREE_MAX_ITERATIONS,
             frame_bytes=BYTES_PER_STITCH * state.stitches * state.rows,
         )  # fmt: skip
-        self._run.on_snapshot = self._show_snapshot
-        self._panel.show(self._run)
+        self._run.refresh()
 
     def _take_pattern(self, source: Source) -> None:
         if not isinstance(source, Pattern):
             self.app.notice(WOVEN, "warning")
             return
-        self._set(pattern=format_pattern(source))
+        self._take(replace(self.state, pattern=format_pattern(source)))
 
-    def _set(self, **changes: Any) -> None:
-        """Take changes of the state, save them and relax again."""
-        state = replace(self.state, **changes)
+    def _take(self, state: OutlineState) -> None:
+        """Take another state, save it and relax again."""
         if state != self.state:
             self.state = state
             self.app.project.set_settings(self.name, asdict(state))
@@ -151,42 +145,31 @@ class OutlinePage(Page):
 
     def _finish(self, shape: FreeShape) -> None:
         """Show the result, unless the chart has changed meanwhile."""
-        again, shown = self._waiting, self.app.page is self
-        self._end()
-        if shown and not again:
+        if self.app.page is self and not self._waiting:
             self._show_fabric(shape.fabric, shape.outline)
             self._words.content = message(_words(shape), "good" if shape.report.converged else "doubtful")
 
-    def _end(self) -> None:
-        """Forget the relaxation, and start the one that waits."""
-        again, self._waiting, self._run = self._waiting, False, None
+    def _ended(self) -> None:
+        """Start the relaxation that waits."""
+        again, self._waiting = self._waiting, False
         if self.app.page is not self:
             return
-        self._panel.show(None)
+        self._run.refresh()
         if again:
             self.start()
 
     def _show_snapshot(self, snapshot: Snapshot[StitchMesh]) -> None:
         self._show_fabric(snapshot.state, ())
-        self._panel.update()
 
     def _show_fabric(self, fabric: StitchMesh, outline: tuple[FloatArray, ...]) -> None:
-        other = self._shown is None or self._shown.face_count != fabric.face_count
-        if self._map is None or other:
-            self._map = SizeMap(fabric)
-        self._shown = fabric
-        self.app.scene.show("fabric", self._map.surface(fabric, "size"))
-        self.app.scene.show("sides", edges(fabric))
+        other = self._map.show(fabric, "size")
         self._show_outline(outline)
         if other or outline:
             self.app.scene.look_at(fabric.vertices.min(axis=0), fabric.vertices.max(axis=0))
 
     def _show_outline(self, outline: tuple[FloatArray, ...]) -> None:
-        if not outline:
-            self.app.scene.remove("outline")
-            return
         segments = [np.stack([border, np.roll(border, -1, axis=0)], axis=1) for border in outline]
-        self.app.scene.show("outline", Lines(np.concatenate(segments), OUTLINE, 4.0))
+        self.app.scene.show("outline", Lines(np.concatenate([np.zeros((0, 2, 3)), *segments]), OUTLINE, 4.0))
 
 
 def first_state() -> OutlineState:

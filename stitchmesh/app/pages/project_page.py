@@ -9,28 +9,179 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, cast, get_args
 
-from stitchmesh.app.pages.downloads import send_file
+from stitchmesh.app.controls.html_pieces import action_button
+from stitchmesh.app.pages.downloads import STYLE, download_list, send_file
 from stitchmesh.app.pages.not_yet import draw_plainly
 from stitchmesh.app.pages.page import Page
-from stitchmesh.app.pages.project_text import download_list, project_summary, recent_list, unit_offer
 from stitchmesh.app.project.exports import Export, exports
 from stitchmesh.app.project.opening import title_of
 from stitchmesh.app.project.project import Project
-from stitchmesh.app.project.recent import new_project_folder, recent_projects, remember
+from stitchmesh.app.project.recent import RecentProject, new_project_folder, recent_projects, remember
 from stitchmesh.app.project.source import Source, read_source, source_of
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.examples import example_names, read_example
+from stitchmesh.io.garments import doubt_of_unit
 from stitchmesh.io.meshes import FORMATS as MESH_FORMATS
 from stitchmesh.io.meshes import stated_unit
-from stitchmesh.io.units import CENTIMETRES, DEFAULT_UNIT
+from stitchmesh.io.units import CENTIMETRES, DEFAULT_UNIT, other_units
 from stitchmesh.labeling.faults import triangles_message
-from stitchmesh.markup import Markup
-from stitchmesh.mesh import Mesh
+from stitchmesh.markup import Markup, joined, markup
+from stitchmesh.mesh import Mesh, extent
 from stitchmesh.mesh.layers import Layer
 from stitchmesh.mesh.upright import Direction, Y, Z
 
 if TYPE_CHECKING:
     from stitchmesh.app.application import App
+
+NOT_YET = "not yet"
+
+
+def project_summary(project: Project) -> Markup:
+    """Return the name, the place and the stages of a project."""
+    rows = joined(markup("<tr><th scope='row'>{}</th><td>{}</td></tr>", name, text)
+                   for name, text in stage_lines(project))  # fmt: skip
+    notes = joined(markup('<p class="trouble">{}</p>', note) for note in project.notes)
+    taken = joined(markup("<p>{}.</p>", _sentence(note)) for note in _taken(project))
+    return markup(
+        '{}<div class="sm-project">{}{}<table>{}</table>{}</div>',
+        STYLE, saving_line(project), notes, rows, taken,
+    )
+
+
+def saving_line(project: Project) -> Markup:
+    """Return one line that says where the project is, or why it cannot be saved."""
+    trouble = project.autosave.trouble
+    if trouble is not None:
+        return markup('<p class="trouble" role="alert">{}. It is tried again every few seconds.</p>', trouble)
+    return markup("<p>Every change is saved at once in <b>{}</b>.</p>", _short(project.folder))
+
+
+def stage_lines(project: Project) -> list[tuple[str, str]]:
+    """Return the name of each stage, and in words what it holds."""
+    return [
+        ("Mesh", _mesh(project)),
+        *([("Repaired", " ".join(f"{action.text}: {action.places}." for action in project.repairs))]
+          if project.repairs else []),
+        ("Rows", _rows(project)),
+        ("Stitches", _stitches(project)),
+        ("Edits", str(len(project.edits)) if project.edits else NOT_YET),
+        ("Evened out", "yes" if project.evened is not None else NOT_YET),
+        ("Yarns", NOT_YET if project.yarns is None else f"{len(project.yarns.points):,} control points"),
+        ("Relaxed", NOT_YET if project.relaxed is None else _relaxed(project)),
+    ]
+
+
+def unit_offer(project: Project) -> Markup:
+    """Return what is odd about the size of the mesh, and a button for each unit in which it would be a garment.
+
+    The action is ``unit``, and ``data-value`` is the unit; there is nothing to show for the size of a garment.
+    """
+    mesh, source = project.mesh, project.source
+    doubt = "" if mesh is None or source is None else doubt_of_unit(source.name, mesh, source.unit)
+    if mesh is None or source is None or not doubt:
+        return Markup()
+    others = {} if stated_unit(source.name) else other_units(mesh.vertices, source.unit)
+    buttons = joined(
+        action_button("unit", unit, f"Read it in {unit}: {size}", wide=True) for unit, size in others.items()
+    )
+    # The sentence names the option of the command line for each unit, for which there is a button here.
+    said = doubt.partition(";")[0] if others else doubt
+    return markup('{}<div class="sm-project"><p class="trouble">{}.</p>{}</div>', STYLE, _sentence(said), buttons)
+
+
+def recent_list(projects: list[RecentProject], present: Path, doomed: Path | None) -> Markup:
+    """Return two buttons for each recent project except the present one, which open and delete it.
+
+    Args:
+        projects: the projects; ``data-value`` of a button is the place in this list.
+        present: folder of the present project.
+        doomed: folder of the project of which the user is asked whether it shall be deleted; None if of none.
+    """
+    buttons = joined(
+        _question(number, one) if one.folder == doomed else _recent(number, one)
+        for number, one in enumerate(projects)
+        if one.folder != present
+    )
+    others = buttons or markup("<p>No other project was open yet.</p>")
+    return markup('{}<div class="sm-project">{}</div>', STYLE, others)
+
+
+def _recent(number: int, one: RecentProject) -> Markup:
+    """Return the buttons that open and delete a project."""
+    picture = markup(
+        '<svg viewBox="-4 -4 108 108" width="44" height="44" aria-hidden="true">'
+        '<path d="{}" stroke="currentColor" stroke-width="2" fill="none"/></svg>',
+        one.outline,
+    )
+    content = markup(
+        "{}<span>{}<br><small>{}<br>{}</small></span>",
+        picture, one.name, f"{one.changed:%d %b %Y, %H:%M}", _short(one.folder),
+    )
+    return markup(
+        '<div class="one">{}{}</div>',
+        action_button("open", number, content, name=f"Open the project {one.name}", wide=True),
+        action_button("delete", number, "Delete", name=f"Delete the project {one.name}"),
+    )
+
+
+def _question(number: int, one: RecentProject) -> Markup:
+    """Return the question whether a project shall be deleted."""
+    return markup(
+        '<div class="one" role="alert"><span>Delete <b>{}</b> for ever? </span>{}{}</div>',
+        one.name, action_button("delete-now", number, "Delete it"), action_button("keep", number, "Keep it"),
+    )
+
+
+def _mesh(project: Project) -> str:
+    if project.source is None:
+        return "none yet: import one, or take an example"
+    if project.mesh is None:
+        return f"{project.source.name}, which holds stitches"
+    turned = "" if project.up == Y else ", turned upright"
+    return f"{project.source.name}, {project.mesh.face_count:,} faces, {extent(project.mesh.vertices)}{turned}"
+
+
+def _rows(project: Project) -> str:
+    labeling = project.labeling
+    if labeling is None:
+        return NOT_YET if project.fabric is None else "in the stitches"
+    if project.shaping is not None:
+        return "found on the mesh"
+    if project.labeled is not None:
+        return f"{labeling.row_count:,}"
+    done = int(labeling.labeled.sum())
+    return f"{labeling.row_count:,}; {done:,} of {labeling.mesh.face_count:,} faces" if done else NOT_YET
+
+
+def _stitches(project: Project) -> str:
+    return NOT_YET if project.fabric is None else f"{project.fabric.face_count:,}"
+
+
+def _relaxed(project: Project) -> str:
+    report = project.report or {}
+    if report.get("unfinished"):
+        return "stopped before rest"
+    return "at rest" if report.get("converged", True) else "not at rest"
+
+
+def _taken(project: Project) -> list[str]:
+    """Return what was taken of the file, without the options of the command line, for which there are choices here."""
+    if project.garment is None or project.source is None:
+        return []
+    doubt = doubt_of_unit(project.source.name, project.garment.mesh, project.source.unit)
+    return [note.rpartition(";")[0] for note in project.garment.notes if note != doubt]
+
+
+def _sentence(clause: str) -> str:
+    """Return a clause with a capital letter first."""
+    return clause[:1].upper() + clause[1:]
+
+
+def _short(folder: Path) -> str:
+    """Return a path, with ~ for the home."""
+    home = Path.home()
+    return f"~/{folder.relative_to(home)}" if folder.is_relative_to(home) and folder != home else str(folder)
+
 
 SUFFIXES = (*MESH_FORMATS, ".h5", ".smobj", ".st")
 """Suffixes of the files that a project can start from."""

@@ -1,26 +1,34 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The controls of a relaxation that runs: pause, step, stop, and how far it is."""
+"""The run that a page starts and shows, with its controls; it goes on unseen while another page is open."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import TYPE_CHECKING, Generic, TypeVar
 
 from stitchmesh.app.controls.controls import Controls
-from stitchmesh.app.live_run import AnyRun
+from stitchmesh.app.live_run import AnyRun, LiveRun
 from stitchmesh.markup import Markup, markup
+from stitchmesh.progress import Progress
 from stitchmesh.reporting.figures import duration
+from stitchmesh.run_control import RunControl, Snapshot
 
+if TYPE_CHECKING:
+    from stitchmesh.app.pages.page import Page
+    from stitchmesh.app.project.project import Project
+
+S = TypeVar("S")
+T = TypeVar("T")
 PAUSE, RESUME = "Pause", "Resume"
 """Labels of the button that pauses a relaxation and lets it go on."""
+STALE = "The stitches or the yarns were changed meanwhile, so the result of the work was left out. Start it again."
 
 
 class RunPanel:
     """Controls that are shown while a relaxation runs."""
 
-    def __init__(
-        self, controls: Controls, step: str, words: Callable[[AnyRun], str] | None = None
-    ) -> None:  # fmt: skip
+    def __init__(self, controls: Controls, step: str, words: Callable[[AnyRun], str] | None = None) -> None:
         """Make the controls, hidden.
 
         Args:
@@ -71,6 +79,86 @@ class RunPanel:
         """End the relaxation with its last good state."""
         if self._run is not None:
             self._run.control.stop()
+
+
+class PageRun(Generic[S, T]):
+    """At most one run of a page, with its controls. All methods belong to the event thread."""
+
+    def __init__(self, page: Page, shown: Callable[[Snapshot[S]], object], ended: Callable[[], object]) -> None:
+        """Run nothing yet.
+
+        Args:
+            page: the page.
+            shown: called with each snapshot while the page is open.
+            ended: called after the end of each run, and after the result was handed over.
+        """
+        self._page, self._shown, self._ended = page, shown, ended
+        self._panel: RunPanel | None = None
+        self.live: LiveRun[S, T] | None = None
+        """The run; None while nothing runs."""
+
+    def build(self, step: str, words: Callable[[AnyRun], str] | None = None) -> None:
+        """Make the controls of the open page, and show the run there; see ``RunPanel``."""
+        self._panel = RunPanel(self._page.app.controls, step, words)
+        if self.live is not None:
+            self.live.on_snapshot = self._show
+
+    def leave(self) -> None:
+        """Let the run go on unseen."""
+        if self.live is not None:
+            self.live.on_snapshot = None
+
+    def start(
+        self, name: str, work: Callable[[RunControl[S], Progress], T], done: Callable[[T], object], *,
+        stage: str | None, max_iterations: float = float("inf"), frame_bytes: int = 0, goal: float | None = None,
+    ) -> None:  # fmt: skip
+        """Start a run; the other arguments are those of ``LiveRun``.
+
+        Args:
+            name: what it does, in the words of the user.
+            work: the work, in the worker thread.
+            done: called with the result.
+            stage: as for ``LiveRun``.
+            max_iterations: as for ``LiveRun``.
+            frame_bytes: as for ``LiveRun``.
+            goal: as for ``LiveRun``.
+
+        Raises:
+            ParameterError: another task runs.
+        """
+
+        def end(result: T) -> None:
+            self.live = None
+            done(result)
+            self._ended()
+
+        def fail(error: Exception | None) -> None:
+            self.live = None
+            self._ended()
+
+        self.live = LiveRun(
+            self._page.app.tasks, name, work, stage=stage, done=end, failed=fail, max_iterations=max_iterations,
+            frame_bytes=frame_bytes, goal=goal,
+        )  # fmt: skip
+        self.live.on_snapshot = self._show
+
+    def refresh(self) -> None:
+        """Show the controls if something runs."""
+        if self._panel is not None:
+            self._panel.show(self.live)
+
+    def _show(self, snapshot: Snapshot[S]) -> None:
+        self._shown(snapshot)
+        if self._panel is not None:
+            self._panel.update()
+
+
+def is_wanted(page: Page, project: Project, unchanged: bool) -> bool:
+    """Whether a result belongs to the open project, and to what it was made of; if that has changed, this is said."""
+    open_now = page.app.project is project
+    if open_now and not unchanged:
+        page.app.notice(STALE, "warning")
+    return open_now and unchanged
 
 
 def status_of(run: AnyRun) -> str:

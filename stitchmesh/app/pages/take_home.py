@@ -8,11 +8,10 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from stitchmesh.app.controls.html_pieces import action_button
-from stitchmesh.app.pages.downloads import send_file
+from stitchmesh.app.pages.downloads import STYLE, download_list, send_file
 from stitchmesh.app.pages.not_yet import draw_plainly
 from stitchmesh.app.pages.page import Page
-from stitchmesh.app.pages.project_text import STYLE, download_list
-from stitchmesh.app.pages.yarns.yarn_view import YarnView
+from stitchmesh.app.pages.yarns.yarn_view import GarmentYarnView
 from stitchmesh.app.project.exports import PATTERN_FILE, Export, exports
 from stitchmesh.errors import DisplayError
 from stitchmesh.markup import Markup, joined, markup
@@ -44,7 +43,7 @@ class TakeHomePage(Page):
         """Make the page; nothing is shown yet."""
         super().__init__(app)
         self._files: list[Export] = []
-        self._view = YarnView(app.scene)
+        self._view = GarmentYarnView(app.scene)
 
     def unavailable(self) -> str | None:
         """Say that there are no stitches to take home."""
@@ -58,7 +57,7 @@ class TakeHomePage(Page):
         self._kinds = controls.html(Markup(), self._clicked)
         with controls.group("More", opened=False):
             self._more = controls.html(Markup(), self._clicked)
-        self._view = YarnView(self.app.scene)
+        self._view = GarmentYarnView(self.app.scene)
         self.refresh()
 
     def refresh(self) -> None:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a scene draws, as data: surfaces with colours, lines, arrows, texts and yarns.
+"""What a scene draws, as data: surfaces with colours, lines, arrows, texts, yarns and marks of points.
 
 Positions are in cm, colours in sRGB.
 """
@@ -163,9 +163,35 @@ Drawing: TypeAlias = Surface | Lines | Arrows | Labels | Copies | YarnTubes
 """What a scene draws under one name."""
 
 
+def shows_nothing(drawing: Drawing) -> bool:
+    """Whether a drawing has no triangle, no line and no text."""
+    if isinstance(drawing, Surface):
+        return not len(drawing.triangles)
+    if isinstance(drawing, Lines):
+        return not len(drawing.segments)
+    return isinstance(drawing, Labels) and not drawing.texts
+
+
 def _nearest_of_cube(colours: NDArray[np.uint8]) -> Colours:
     """Return colours rounded to a cube of 6 x 7 x 6 colours."""
     steps = np.array([6, 7, 6])
     place = np.rint(colours / 255.0 * (steps - 1)).astype(np.int64)
     grid = np.stack(np.meshgrid(*[np.linspace(0, 255, n) for n in steps], indexing="ij"), axis=-1).reshape(-1, 3)
     return Colours(np.ravel_multi_index(place.T, steps).astype(np.uint8), np.rint(grid).astype(np.uint8))
+
+
+OCTAHEDRON = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], dtype=np.float64)
+OCTAHEDRON_FACES = np.array([[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]])
+
+
+def point_marks(centres: FloatArray, size: float, colour: Colour) -> Surface:
+    """Return marks of points.
+
+    Args:
+        centres: the points [cm], shape (n, 3).
+        size: distance of the corners of each octahedron from its point [cm].
+        colour: their colour, sRGB.
+    """
+    points = (centres[:, None] + size * OCTAHEDRON).reshape(-1, 3)
+    triangles = (len(OCTAHEDRON) * np.arange(len(centres))[:, None, None] + OCTAHEDRON_FACES).reshape(-1, 3)
+    return Surface(points, triangles, colour)

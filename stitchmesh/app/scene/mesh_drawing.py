@@ -9,9 +9,37 @@ from numpy.typing import NDArray
 
 from stitchmesh.app.scene.drawing import Colour, Colours, Lines, Surface
 from stitchmesh.app.scene.scene import Scene
-from stitchmesh.mesh import FloatArray, IntArray, Mesh
+from stitchmesh.mesh import FloatArray, IntArray, Mesh, StitchMesh
 from stitchmesh.mesh.face_triangles import face_triangles
+from stitchmesh.render.palette import stitch_colours
 from stitchmesh.render.surface import lifted_corners
+
+INK: Colour = (58, 54, 50)
+"""Colour of edges and arrows."""
+BODY_COLOUR: Colour = (176, 168, 158)
+"""Colour of bodies that the yarns or the cloth touch."""
+
+
+def plain_surface(mesh: Mesh, colour: Colour, *, flat: bool = True, opacity: float = 1.0) -> Surface:
+    """Return a mesh in one colour; the other arguments are those of ``Surface``."""
+    triangles = mesh.face_vertex[face_triangles(mesh).corners]
+    return Surface(mesh.vertices, triangles, colour, flat=flat, opacity=opacity)
+
+
+STITCH_EDGES: Colour = (128, 120, 110)
+"""Colour of the edges of stitches."""
+MOST_EDGES_DRAWN = 12_000
+"""Number of stitches up to which their edges are drawn; the lines of more stitches hide the colours."""
+STITCH_DRAWINGS = ("stitches", "stitch edges")
+"""Names of the drawings of stitches."""
+
+
+def show_stitches(scene: Scene, fabric: StitchMesh) -> None:
+    """Draw stitches in their colours."""
+    drawing = MeshDrawing(scene, fabric)
+    drawing.show_faces("stitches", stitch_colours(fabric.stitch, fabric.row))
+    shown = fabric.edge_side if fabric.face_count <= MOST_EDGES_DRAWN else fabric.edge_side[:0]
+    drawing.show_sides("stitch edges", shown, STITCH_EDGES, 1.0)
 
 
 class MeshDrawing:
@@ -39,7 +67,7 @@ class MeshDrawing:
             width: width of the lines [pixels].
         """
         ends = np.stack([sides, self.mesh.side_next[sides]], axis=1)
-        self._show_lines(name, self._lifted[ends], colour, width)
+        self._scene.show(name, Lines(self._lifted[ends], colour, width))
 
     def show_crosses(self, name: str, faces: IntArray, colour: Colour, width: float) -> None:
         """Draw lines from the middle of some faces to their corners; without faces, nothing.
@@ -53,13 +81,10 @@ class MeshDrawing:
         sides, size = self.mesh.sides_of(faces), np.diff(self.mesh.face_start)[faces]
         corners = self._lifted[sides]
         middles = np.add.reduceat(corners, np.cumsum(size) - size, axis=0) / size[:, None]
-        self._show_lines(name, np.stack([np.repeat(middles, size, axis=0), corners], axis=1), colour, width)
+        self._scene.show(name, Lines(np.stack([np.repeat(middles, size, axis=0), corners], axis=1), colour, width))
 
     def show_arrowheads(self, name: str, arrowheads: FloatArray, colour: Colour) -> None:
         """Draw triangles of one colour, shape (n, 3, 3); without triangles, nothing."""
-        if not len(arrowheads):
-            self._scene.remove(name)
-            return
         corners = np.arange(3 * len(arrowheads)).reshape(-1, 3)
         self._scene.show(name, Surface(arrowheads.reshape(-1, 3), corners, colour))
 
@@ -67,10 +92,3 @@ class MeshDrawing:
         """Show the whole mesh."""
         position = self.mesh.corner_position
         self._scene.look_at(position.min(axis=0), position.max(axis=0))
-
-    def _show_lines(self, name: str, segments: FloatArray, colour: Colour, width: float) -> None:
-        """Draw lines, shape (n, 2, 3); without lines, nothing."""
-        if len(segments):
-            self._scene.show(name, Lines(segments, colour, width))
-        else:
-            self._scene.remove(name)

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from stitchmesh.app.scene.camera_view import CameraView
-from stitchmesh.app.scene.drawing import Drawing
+from stitchmesh.app.scene.drawing import Drawing, shows_nothing
 from stitchmesh.app.scene.scene import ViewName
 from stitchmesh.errors import DisplayError
 from stitchmesh.mesh import FloatArray
@@ -23,9 +23,12 @@ class NullScene:
         self.views: list[CameraView] = []
         """What ``cameras`` returns."""
 
-    def show(self, name: str, drawing: Drawing) -> None:
+    def show(self, name: str, drawing: Drawing | None) -> None:
         """Remember a drawing."""
-        self.drawings[name] = drawing
+        if drawing is None or shows_nothing(drawing):
+            self.remove(name)
+        else:
+            self.drawings[name] = drawing
 
     def remove(self, name: str) -> None:
         """Forget a drawing."""

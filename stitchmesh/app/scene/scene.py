@@ -59,8 +59,11 @@ class ScreenBox:
 class Scene(Protocol):
     """Draws by name. All methods belong to the event thread."""
 
-    def show(self, name: str, drawing: Drawing) -> None:
-        """Draw under a name, in place of what was drawn under it; only arrays that are other objects are sent."""
+    def show(self, name: str, drawing: Drawing | None) -> None:
+        """Draw under a name, in place of what was drawn under it; only arrays that are other objects are sent.
+
+        None, or a drawing without triangles, lines and texts, removes what was drawn.
+        """
 
     def remove(self, name: str) -> None:
         """Draw nothing more under a name; an unknown name is no error."""

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.app.scene.drawing import Colour, Colours, Lines, Surface
+from stitchmesh.app.scene.scene import Scene
 from stitchmesh.markup import Markup, joined, markup
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.face_triangles import FaceTriangles, face_triangles
@@ -49,6 +50,27 @@ class SizeMap:
         place = np.rint(254 * SCALE.share(np.log(np.where(known, size, 1.0))))
         index = np.where(known, place, 255).astype(np.uint8)[self._found.face]
         return Surface(fabric.vertices, self._triangles, Colours(index, self._palette))
+
+
+class SizeMapDrawing:
+    """Draws the maps of fabrics and their sides; a fabric with as many faces as the one before moves in place."""
+
+    def __init__(self, scene: Scene) -> None:
+        """Draw nothing yet."""
+        self._scene = scene
+        self._map: SizeMap | None = None
+        self.shown: StitchMesh | None = None
+        """The fabric that is drawn."""
+
+    def show(self, fabric: StitchMesh, measure: Measure) -> bool:
+        """Draw a fabric, and return whether it has another number of faces than the one before."""
+        other = self.shown is None or self.shown.face_count != fabric.face_count
+        if self._map is None or other:
+            self._map = SizeMap(fabric)
+        self.shown = fabric
+        self._scene.show("fabric", self._map.surface(fabric, measure))
+        self._scene.show("sides", edges(fabric))
+        return other
 
 
 def outline(fabric: StitchMesh, faces: NDArray[np.bool_]) -> Lines:

@@ -60,9 +60,6 @@ class VertexNumbers:
     def _draw(self, direction: FloatArray | None) -> None:
         self._direction = direction
         chosen = self._facing(direction)[:MOST]
-        if not len(chosen):
-            self._scene.remove(NAME)
-            return
         self._scene.show(NAME, Labels(self._mesh.vertices[chosen], tuple(map(str, chosen.tolist()))))
 
     def _facing(self, direction: FloatArray | None) -> IntArray:

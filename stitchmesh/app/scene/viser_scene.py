@@ -15,7 +15,18 @@ from numpy.typing import NDArray
 
 from stitchmesh.app.browser.bridge import Bridge, colour_script
 from stitchmesh.app.scene.camera_view import CameraView
-from stitchmesh.app.scene.drawing import Arrows, Colour, Colours, Copies, Drawing, Labels, Lines, Surface, YarnTubes
+from stitchmesh.app.scene.drawing import (
+    Arrows,
+    Colour,
+    Colours,
+    Copies,
+    Drawing,
+    Labels,
+    Lines,
+    Surface,
+    YarnTubes,
+    shows_nothing,
+)
 from stitchmesh.app.scene.levels_of_detail import add_tubes, update_tubes
 from stitchmesh.app.scene.scene import Modifier, Stroke, ViewName
 from stitchmesh.errors import DisplayError
@@ -64,8 +75,11 @@ class ViserScene:
         bridge.on_connect(self._colour_all)
         bridge.on_connect(self._place_camera)
 
-    def show(self, name: str, drawing: Drawing) -> None:
+    def show(self, name: str, drawing: Drawing | None) -> None:
         """Draw under a name; see ``Scene``."""
+        if drawing is None or shows_nothing(drawing):
+            self.remove(name)
+            return
         before = self._shown.get(name)
         if before is not None and self._updated(before, drawing):
             before.drawing = drawing

@@ -235,6 +235,7 @@ def test_cables_are_painted_as_a_whole(page_with):
         assert shown(rig) == words(rig.app.page.editor)
 
 
+@pytest.mark.nightly
 def test_a_second_window_and_a_window_that_is_loaded_again_show_the_same_chart(page_with):
     with page_with(PLAIN) as rig:
         other = rig.another_window()
@@ -257,6 +258,7 @@ def test_a_second_window_and_a_window_that_is_loaded_again_show_the_same_chart(p
         other.close()
 
 
+@pytest.mark.nightly
 def test_a_page_that_is_left_in_the_middle_of_a_stroke_and_opened_again_goes_on(page_of_its_own):
     with page_of_its_own(PLAIN) as rig:
         left = rig.app.page.editor
@@ -296,6 +298,7 @@ def test_threads_of_a_weave_are_dyed_in_the_margins(page_with):
         assert [thread.colour for thread in editor.source.warps] == [1, 0, 0, 1, 0]
 
 
+@pytest.mark.nightly
 def test_the_largest_chart_is_painted(page_with):
     with page_with(PLAIN) as rig:
         editor = rig.app.page.editor

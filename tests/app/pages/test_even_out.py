@@ -11,7 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stitchmesh.app.pages.even_out import AGAIN, STALE, START, EvenOutPage
+from stitchmesh.app.pages.even_out import AGAIN, START, EvenOutPage
+from stitchmesh.app.pages.run_panel import STALE
 from stitchmesh.app.project.division import Division
 from stitchmesh.app.project.project import Project
 from stitchmesh.app.scene.drawing import Colours, Lines, Surface
@@ -96,8 +97,8 @@ def test_a_paused_relaxation_is_shown_stepped_and_stopped_with_what_was_shown_la
     surface = shown.scene.drawings["fabric"]
     press(shown, "Step")
     page = shown.app.page
-    assert isinstance(page, EvenOutPage) and page._run is not None
-    run = page._run
+    assert isinstance(page, EvenOutPage) and page._run.live is not None
+    run = page._run.live
     while run.newest is None or run.newest.iteration < 1:
         shown.app.queue.settle()
     shown.app.queue.settle()  # The snapshot is kept before it is drawn.

@@ -7,7 +7,7 @@ from __future__ import annotations
 import pytest
 
 from stitchmesh.app.pages.all_pages import PAGES
-from stitchmesh.app.pages.help_text import help_html, help_paragraphs
+from stitchmesh.app.pages.navigation import help_html, help_paragraphs
 
 
 @pytest.mark.parametrize("page", PAGES)

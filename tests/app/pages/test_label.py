@@ -132,15 +132,15 @@ def test_the_arrowheads_of_a_flipped_row_point_down(page):
 
 
 def test_undo_and_redo_by_buttons_and_keys(page):
-    page.controls.press("Steps", "Next row")
-    page.controls.press("Steps", "Next row")
+    page.controls.press("Next row")
+    page.controls.press("Next row")
     two = bits(labeling_of(page))
-    page.controls.press("Undo the last step")
+    page.controls.press("Undo")
     assert labeling_of(page).row_count == 1
-    page.controls.press("Steps", "Undo")
+    page.controls.act("undo")
     assert labeling_of(page).row_count == 0
-    page.controls.press("Steps", "Redo")
-    page.controls.press("Redo the step")
+    page.controls.act("redo")
+    page.controls.press("Redo")
     assert bits(labeling_of(page)) == two
     page.controls.press("Label one row more")
     assert labeling_of(page).row_count == 3
@@ -197,7 +197,7 @@ def test_without_the_mouse_a_border_is_chosen_and_a_row_is_flipped(page):
 def test_a_typed_edge_does_what_a_click_does(page, meaning):
     """Near the side that runs from the first vertex to the second."""
     for _ in range(2):
-        page.controls.press("Steps", "Next row")
+        page.controls.press("Next row")
     mesh = mesh_of(page)
     side = int(np.flatnonzero(labeling_of(page).row == 1)[0]) * 4 + 1
     page.controls.set("A click", meaning)
@@ -205,7 +205,7 @@ def test_a_typed_edge_does_what_a_click_does(page, meaning):
     clicked, steps = bits(labeling_of(page)), page.project.label_steps
     notices = len(page.front.notices)
     if notices == 0:
-        page.controls.press("Steps", "Undo")
+        page.controls.act("undo")
     page.controls.set("Edge", f"{mesh.face_vertex[side]},{mesh.face_vertex[mesh.side_next[side]]}")
     try:
         page.controls.press("Act at this edge")
@@ -304,7 +304,7 @@ def test_start_again_and_undo(page):
     page.controls.press("Label all")
     page.controls.press("Start again")
     assert labeling_of(page).row_count == 0
-    page.controls.press("Steps", "Undo")
+    page.controls.act("undo")
     assert labeling_of(page).row_count == 5
 
 

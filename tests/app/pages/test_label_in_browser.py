@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from stitchmesh.app.project.division import Division
 from stitchmesh.app.project.project import Project
 from stitchmesh.io.meshes import write_mesh
 from stitchmesh.labeling import start_labeling
@@ -60,6 +59,11 @@ def low_border(mesh: Mesh) -> np.ndarray:
 def test_a_garment_is_labeled_by_clicks_and_a_row_is_flipped(opened):
     """The steps that the clicks take are the steps that Python takes."""
     with opened(tube(12, 5)) as rig:
+        rig.key("n")
+        rig.settle()
+        assert rig.app.project.labeling.row_count == 1
+        rig.key("Control+z")
+        rig.settle()
         mesh = rig.app.project.mesh
         border = front_side(mesh, low_border(mesh))
         rig.click_at(middle_of(mesh, border))
@@ -79,17 +83,6 @@ def test_a_garment_is_labeled_by_clicks_and_a_row_is_flipped(opened):
         rig.key("Control+z")
         rig.settle()
         assert (rig.app.project.labeling.row_is_reversed == 0).all()
-
-
-def test_keys_label_a_garment(opened):
-    with opened(tube(12, 5)) as rig:
-        rig.key("n")
-        rig.settle()
-        assert rig.app.project.labeling.row_count == 1
-        rig.key("l")
-        rig.settle()
-        assert rig.app.project.labeled is not None
-        rig.wait_for_text("60 of 60 faces labeled")
 
 
 def test_a_click_with_shift_takes_the_border_past_its_corners(opened):
@@ -143,6 +136,7 @@ def near(labeled: StitchMesh, side: int) -> np.ndarray:
     return 0.85 * middle_of(labeled, side) + 0.15 * middle_of_face(labeled, int(labeled.side_face[side]))
 
 
+@pytest.mark.nightly
 def test_two_browsers_see_the_same_labeling_and_division(opened):
     with opened(tube(12, 5)) as rig:
         other = rig.another_window()
@@ -153,15 +147,3 @@ def test_two_browsers_see_the_same_labeling_and_division(opened):
         rig.button("Divide into stitches").wait_for()
         assert other.faults == []
         other.close()
-
-
-def test_a_project_comes_back_as_it_was(opened, tmp_path):
-    with opened(tube(12, 5)) as rig:
-        rig.press("Label all")
-        rig.settle()
-        rig.app.post(rig.app.project.divide, Division(stitch_width=0.5))
-        rig.settle()
-    project = Project.open(tmp_path / "project")
-    assert project.label_steps == (LabelStep("label_all"),)
-    assert project.division == Division(stitch_width=0.5)
-    project.close()

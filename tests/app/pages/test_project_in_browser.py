@@ -118,6 +118,7 @@ def test_a_download_goes_to_the_browser_that_asked_for_it(app_in_browser, tmp_pa
         assert received == ["first", "second"]
 
 
+@pytest.mark.nightly
 def test_a_second_browser_sees_the_same_state(app_in_browser, tmp_path):
     divided_project(tmp_path / "project").close()
     with app_in_browser(page="Project") as rig, closing(rig.another_window()) as other:
@@ -151,6 +152,7 @@ def test_a_page_that_is_loaded_again_shows_the_same(app_in_browser, tmp_path):
         assert rig.call(rig.app.project.apply_label_step, LABEL_ALL) == ()
 
 
+@pytest.mark.nightly
 def test_a_browser_that_leaves_in_the_middle_of_a_frame_ends_nothing(app_in_browser, tmp_path):
     divided_project(tmp_path / "project").close()
     with app_in_browser(page="Project") as rig:

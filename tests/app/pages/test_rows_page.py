@@ -154,7 +154,7 @@ def test_a_line_is_made_of_clicks_and_a_point_of_it_is_moved_and_removed(page):
         click(page, front(page, height))
     assert "2 points" in text(page)
     click(page, front(page, 7.0))
-    press(page, "Changes", "Undo")
+    call(page, page.controls.act, "undo")
     press(page, "Finish the line")
     assert marks(page) == [("stroke", "row")]
     assert [point[1] for point in points(page, 0)] == pytest.approx([4.0, 4.5], abs=0.01)
@@ -178,8 +178,8 @@ def test_a_tip_is_put_chosen_by_a_click_and_dragged(page):
     set_value(page, "A click", TIP)
     click(page, front(page, 4.0))
     assert marks(page) == [("point", "end")]
-    call(page, page.controls.press, "Changes", "Undo")
-    press(page, "Changes", "Redo")
+    call(page, page.controls.act, "undo")
+    call(page, page.controls.act, "redo")
     set_value(page, "A click", BORDER)
     click(page, front(page, 4.0))
     assert page.controls.find("Role").value == "end"
@@ -188,7 +188,7 @@ def test_a_tip_is_put_chosen_by_a_click_and_dragged(page):
         call(page, page.app.page.stroked, Stroke(origin, np.array([0.0, 0.0, -1.0]), phase=phase))
     settle(page)
     assert points(page, 0)[0][1] == pytest.approx(5.0, abs=0.01)
-    press(page, "Changes", "Undo")
+    call(page, page.controls.act, "undo")
     assert points(page, 0)[0][1] == pytest.approx(4.0, abs=0.01)
     set_value(page, "Role", "begin")
     assert marks(page) == [("point", "begin")]
@@ -257,7 +257,7 @@ def test_a_change_asks_for_new_stitches_and_undo_brings_the_known_ones_back(page
     assert page.controls.find("Go on: edit the stitches")
     set_value(page, "Multiple of", 4)
     assert page.controls.find("Find the stitches")
-    press(page, "Changes", "Undo")
+    call(page, page.controls.act, "undo")
     assert page.controls.find("Go on: edit the stitches")
 
 

@@ -18,6 +18,7 @@ from stitchmesh.errors import StitchMeshError
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.patterns.swatch_mesh import plain_piece
 from tests.editing.random_edits import random_edit
+from tests.nightly import mostly_at_night
 
 LARGE = plain_piece(60, 90, 1.0, 0.7)
 
@@ -81,7 +82,7 @@ def test_a_change_of_the_mesh_sends_few_blocks():
     assert all(kept[name].triangles is scene.drawings[name].triangles for name in surfaces)  # Changed in place.
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", mostly_at_night(range(12), by_day=(0, 1, 2)))
 def test_after_any_edits_the_blocks_are_those_of_the_last_fabric(seed):
     random, fabric, scene = Random(seed), plain_piece(30, 80, 1.0, 0.7), NullScene()
     blocks = FabricBlocks(scene)

@@ -1,37 +1,92 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The controls of the bodies that the cloth cannot enter: meshes, balls and boxes, at rest or moving."""
+"""The bodies that the cloth cannot enter: meshes, balls and boxes, at rest or moving, with their controls."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Literal
+
+import numpy as np
 
 from stitchmesh.app.controls.controls import Controls
+from stitchmesh.app.controls.field_panel import Field, FieldPanel, Number
 from stitchmesh.app.pages.drape.drape_session import FILES, DrapeSession
-from stitchmesh.app.pages.drape.entry_list import EntryList
-from stitchmesh.app.pages.drape.held_parts import keyframes_to
-from stitchmesh.app.pages.drape.scene_bodies import (
-    SIZE_WORDS,
-    body_of_file,
-    body_words,
-    new_shape,
-    with_body,
-    with_changed_body,
-)
-from stitchmesh.app.pages.drape.typed_numbers import as_text, three_numbers, typed_numbers
+from stitchmesh.app.pages.drape.entry_list import EntryList, with_entry
+from stitchmesh.app.pages.drape.held_panel import keyframes_to, motion_words
+from stitchmesh.app.pages.drape.opened_scene import OpenedScene
+from stitchmesh.app.pages.drape.typed import as_text, three_numbers, typed_numbers
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.atomic import write_bytes
 from stitchmesh.io.units import CENTIMETRES, DEFAULT_UNIT
 from stitchmesh.mixed.scene.motion_section import STILL, BodySection
+from stitchmesh.mixed.scene.scene import Scene
+
+SHARE = 0.25
+"""Radius of a new ball, and half of a side of a new box, over the smaller one of the width and height of the cloth."""
+GAP = 1.2
+"""Distance of the middle of a new shape from the cloth, over its radius."""
+SIZE_WORDS = {"ball": "radius", "box": "sides", "arm": "radius, upper arm, forearm"}
+"""What the numbers of the size of a shape are."""
+
+
+def body_of_file(path: Path, unit: str) -> BodySection:
+    """Return the body of a mesh file."""
+    return BodySection(name=path.stem, file=str(path.absolute()), unit=unit)
+
+
+def new_shape(opened: OpenedScene, shape: Literal["ball", "box"]) -> BodySection:
+    """Return a ball or a box in front of the cloth, or below a cloth that lies."""
+    low, high = opened.mesh.vertices.min(axis=0), opened.mesh.vertices.max(axis=0)
+    radius = max(SHARE * float(np.sort(high - low)[1]), 0.1)
+    middle, extent = (low + high) / 2.0, high - low
+    if int(np.argmin(extent)) == 1:
+        middle[1] = low[1] - GAP * radius
+    else:
+        middle[2] = high[2] + GAP * radius
+    x, y, z = np.round(middle, 3).tolist()
+    size = (radius,) if shape == "ball" else (2.0 * radius,) * 3
+    name = f"{shape} {len(opened.scene.bodies) + 1}"
+    return BodySection(name=name, shape=shape, centre=(x, y, z), size=tuple(round(side, 3) for side in size))
+
+
+def with_body(scene: Scene, body: BodySection) -> Scene:
+    """Return a scene with one more body."""
+    return replace(scene, bodies=(*scene.bodies, body))
+
+
+def with_changed_body(scene: Scene, number: int, body: BodySection | None) -> Scene:
+    """Return a scene with another body in the place of one; None removes it."""
+    return replace(scene, bodies=with_entry(scene.bodies, number, body))
+
+
+def body_words(scene: Scene) -> list[str]:
+    """Return what each body is, and how it moves."""
+    return [f"{body.name}: {_shape_words(body)}, {motion_words(body.keyframes)}" for body in scene.bodies]
+
+
+def _shape_words(body: BodySection) -> str:
+    if body.shape is None:
+        return f"mesh {Path(body.file or '').name} in {body.unit}"
+    return f"{body.shape} of {as_text(body.size)} cm at {as_text(body.centre)}"
+
 
 SUFFIXES = (".obj", ".ply", ".off", ".stl")
 """Suffixes of the meshes of bodies."""
 WHAT = "bodies"
 """Beginning of messages."""
-MOST_FRICTION, MOST_DISTANCE = 10.0, 100.0
-"""Largest coefficient of friction, and largest distance from a body [cm]."""
+CONTACT = (
+    Field("contact.start_outside", "Put the cloth around", "A cloth that cuts a body at the start is moved out of it.",
+          shown=lambda scene: bool(scene.bodies)),
+    Field("contact.self_collision", "Cloth touches itself", "Whether layers of the cloth keep apart."),
+)  # fmt: skip
+"""How the cloth of a scene touches."""
+SURFACE = (
+    Field("friction", "Friction", "Coefficient of friction with the cloth.", Number(0.0, 10.0, 0.05)),
+    Field("thickness", "Distance", "Layer on the body that the cloth stays out of [cm].", Number(0.0, 100.0, 0.01)),
+)  # fmt: skip
+"""The surface of a body."""
 
 
 class BodiesPanel:
@@ -51,14 +106,8 @@ class BodiesPanel:
             self._path = controls.text("Path of a body", "A mesh on the computer of StitchMesh.", "")
             controls.buttons("Add a body", "The mesh of the path, or a shape in front of or below the cloth.",
                              ("Mesh", "Ball", "Box"), self._add)  # fmt: skip
-            self._around = controls.toggle(
-                "Put the cloth around", "A cloth that cuts a body at the start is moved out of it.", False,
-                lambda around: self._set_contact(start_outside=around),
-            )
-            self._touches = controls.toggle(
-                "Cloth touches itself", "Whether layers of the cloth keep apart.", False,
-                lambda touches: self._set_contact(self_collision=touches),
-            )  # fmt: skip
+            self._contact = FieldPanel(controls, CONTACT, self._scene, lambda scene, name: session.change(scene))
+            self._surface = FieldPanel(controls, SURFACE, self._list.entry, lambda body, name: self._change(body))
             self._make_fields(controls)
 
     def refresh(self) -> None:
@@ -67,23 +116,18 @@ class BodiesPanel:
         self._group.visible = opened is not None
         if opened is None:
             return
-        body, contact = self._list.show(opened.scene, body_words(opened.scene)), opened.scene.contact
-        self._around.value, self._touches.value = contact.start_outside, contact.self_collision
-        self._around.visible = bool(opened.scene.bodies)
-        for control in (self._friction, self._distance, self._moved, self._turned, self._apply):
+        self._list.show(opened.scene, body_words(opened.scene))
+        self._contact.show()
+        self._surface.show()
+        body = self._list.entry()
+        for control in (self._moved, self._turned, self._apply):
             control.visible = body is not None
         self._centre.visible = self._size.visible = body is not None and body.shape is not None
         if body is not None:
             self._show_body(body)
 
     def _make_fields(self, controls: Controls) -> None:
-        """Make the controls of the chosen body."""
-        self._friction = controls.number("Friction", "Coefficient of friction with the cloth.", 0.3,
-                                         lambda friction: self._set(friction=float(friction)), least=0.0,
-                                         most=MOST_FRICTION, step=0.05)  # fmt: skip
-        self._distance = controls.number("Distance", "Layer on the body that the cloth stays out of [cm].", 0.0,
-                                         lambda distance: self._set(thickness=float(distance)), least=0.0,
-                                         most=MOST_DISTANCE, step=0.01)  # fmt: skip
+        """Make the typed numbers of the chosen body."""
         self._centre = controls.text("Centre", "x, y, z of its middle [cm].", "")
         self._size = controls.text("Size", "Radius of a ball; the sides of a box [cm].", "")
         self._moved = controls.text("Body moved by", "x, y, z from the start to the end of the scene [cm].", "")
@@ -93,7 +137,6 @@ class BodiesPanel:
 
     def _show_body(self, body: BodySection) -> None:
         last = body.keyframes[-1] if body.keyframes else None
-        self._friction.value, self._distance.value = body.friction, body.thickness
         self._centre.value, self._size.value = as_text(body.centre), as_text(body.size)
         self._moved.value = as_text(STILL if last is None else last.displacement)
         self._turned.value = as_text(STILL if last is None else last.rotation)
@@ -140,14 +183,8 @@ class BodiesPanel:
         same = body.keyframes and (body.keyframes[-1].displacement, body.keyframes[-1].rotation) == (moved, turned)
         self._change(body if same else replace(body, keyframes=keyframes_to(scene, moved, turned)))
 
-    def _set(self, **values: Any) -> None:
-        """Change values of the chosen body."""
-        self._change(replace(self._list.chosen_entry()[1], **values))
-
-    def _set_contact(self, **values: Any) -> None:
-        """Change how the cloth touches."""
-        scene = self._session.opened_for(WHAT).scene
-        self._session.change(replace(scene, contact=replace(scene.contact, **values)))
+    def _scene(self) -> Scene | None:
+        return None if self._session.opened is None else self._session.opened.scene
 
     def _change(self, body: BodySection) -> None:
         number, _ = self._list.chosen_entry()

@@ -12,9 +12,9 @@ import numpy as np
 from stitchmesh.app.controls.html_pieces import colour_bar
 from stitchmesh.app.controls.legend import LegendEntry, legend
 from stitchmesh.app.pages.drape.opened_scene import OpenedScene
-from stitchmesh.app.pages.view.clip_box import Box
-from stitchmesh.app.scene.drawing import Colour, Colours, Lines, Surface
-from stitchmesh.app.scene.point_marks import point_marks
+from stitchmesh.app.pages.view.clip_box import ClipBox
+from stitchmesh.app.scene.drawing import Colour, Colours, Lines, Surface, point_marks
+from stitchmesh.app.scene.mesh_drawing import BODY_COLOUR, plain_surface
 from stitchmesh.app.scene.scene import Scene
 from stitchmesh.markup import Markup
 from stitchmesh.mesh import IntArray, Mesh
@@ -35,7 +35,6 @@ REMOVED: Colour = (20, 96, 170)
 """Colours of triangles that a drag adds to the region, and takes out of it."""
 EDGE: Colour = (60, 60, 66)
 HELD: Colour = (20, 96, 170)
-BODY: Colour = (176, 168, 158)
 BODY_OPACITY = 0.4
 """Opacity of bodies, which may stand before the cloth."""
 MOST_EDGED = 12_000
@@ -92,12 +91,9 @@ class ClothDrawing:
         points = self._lifted[self._corners[triangles]].reshape(-1, 3)
         self._scene.show("painted", Surface(points, corners, ADDED if adds else REMOVED, opacity=0.6))
 
-    def show_box(self, box: Box | None) -> None:
+    def show_box(self, box: ClipBox | None) -> None:
         """Draw the box that is about to be chosen; None removes it."""
-        if box is None:
-            self._scene.remove("box")
-        else:
-            self._scene.show("box", box.edges())
+        self._scene.show("box", None if box is None else box.edges())
 
     def look(self) -> None:
         """Show the whole cloth."""
@@ -123,19 +119,13 @@ class ClothDrawing:
         """Mark the held vertices, and draw lines from those that move to where they go."""
         mesh, parts = opened.mesh, opened.prepared.held
         held = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *(one.vertices for one in parts)]))
-        if len(held):
-            size = MARK_SIZE * float(mesh.side_length.mean())
-            self._scene.show("held", point_marks(mesh.vertices[held], size, HELD))
-        else:
-            self._scene.remove("held")
+        size = MARK_SIZE * float(mesh.side_length.mean())
+        self._scene.show("held", point_marks(mesh.vertices[held], size, HELD))
         starts = [mesh.vertices[one.vertices] for one in parts]
         ends = [one.motion.places_at(at, opened.scene.duration) for one, at in zip(parts, starts, strict=True)]
         ways = np.concatenate([np.zeros((0, 2, 3)), *(np.stack(two, axis=1) for two in zip(starts, ends, strict=True))])
         ways = ways[np.any(ways[:, 0] != ways[:, 1], axis=1)]
-        if len(ways):
-            self._scene.show("held motion", Lines(ways[:: len(ways) // MOST_WAYS + 1], HELD, 1.5))
-        else:
-            self._scene.remove("held motion")
+        self._scene.show("held motion", Lines(ways[:: len(ways) // MOST_WAYS + 1], HELD, 1.5))
 
     def _show_bodies(self, opened: OpenedScene) -> None:
         """Draw the bodies at the start."""
@@ -143,8 +133,7 @@ class ClothDrawing:
         for number in range(len(bodies), self._bodies):
             self._scene.remove(f"body {number}")
         for number, body in enumerate(bodies):
-            corners = body.face_vertex[face_triangles(body).corners]
-            self._scene.show(f"body {number}", Surface(body.vertices, corners, BODY, flat=False, opacity=BODY_OPACITY))
+            self._scene.show(f"body {number}", plain_surface(body, BODY_COLOUR, flat=False, opacity=BODY_OPACITY))
         self._bodies = len(bodies)
 
 

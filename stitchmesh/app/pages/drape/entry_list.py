@@ -78,12 +78,17 @@ class EntryList(Generic[T]):
         """Number of the chosen entry; the entry may not be there yet, because the worker thread makes the scene."""
         self._html = controls.html(Markup(), self._act)
 
-    def show(self, scene: Scene, words: Iterable[str]) -> T | None:
-        """Show the entries of a scene with their words; return the chosen one, None if it is not there."""
+    def show(self, scene: Scene, words: Iterable[str]) -> None:
+        """Show the entries of a scene with their words."""
         entries = self._entries(scene)
         if self.chosen is not None and self.chosen >= len(entries) and not self._session.app.tasks.running:
             self.chosen = None
         self._html.content = entry_list(self._kind, words, chosen=self.chosen, choose=True)
+
+    def entry(self) -> T | None:
+        """Return the chosen entry; None if there is none."""
+        opened = self._session.opened
+        entries = () if opened is None else self._entries(opened.scene)
         return entries[self.chosen] if self.chosen is not None and self.chosen < len(entries) else None
 
     def choose(self, number: int | None) -> None:

@@ -9,9 +9,9 @@ from functools import partial
 from pathlib import Path
 
 from stitchmesh.app.controls.controls import Controls
+from stitchmesh.app.pages.downloads import download_list
 from stitchmesh.app.pages.drape.drape_session import FILES, DrapeSession
-from stitchmesh.app.pages.drape.scene_opening import SUFFIXES
-from stitchmesh.app.pages.project_text import download_list
+from stitchmesh.app.pages.drape.opened_scene import SUFFIXES
 from stitchmesh.app.project.exports import Export
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.atomic import write_bytes, write_text

@@ -5,35 +5,108 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
+from stitchmesh.app.controls.field_panel import Field, FieldPanel, same_words
 from stitchmesh.app.controls.html_pieces import figures, message
+from stitchmesh.app.live_run import AnyRun
 from stitchmesh.app.pages.drape.bodies_panel import BodiesPanel
 from stitchmesh.app.pages.drape.cloth_drawing import COLOURS, ClothColour, ClothDrawing, legend_of
 from stitchmesh.app.pages.drape.drape_session import DrapeSession
 from stitchmesh.app.pages.drape.files_panel import FilesPanel
 from stitchmesh.app.pages.drape.held_panel import HeldPanel
+from stitchmesh.app.pages.drape.opened_scene import OpenedScene
 from stitchmesh.app.pages.drape.paint_tool import PaintTool
 from stitchmesh.app.pages.drape.region_panel import RegionPanel
-from stitchmesh.app.pages.drape.run_words import counts_html, end_html, no_scene_html, run_words
-from stitchmesh.app.pages.drape.scene_panel import ScenePanel
+from stitchmesh.app.pages.drape.scene_fields import SCENE_FIELDS
 from stitchmesh.app.pages.drape.scene_run import SceneRun
 from stitchmesh.app.pages.page import Page
-from stitchmesh.app.pages.run_panel import RunPanel
+from stitchmesh.app.pages.run_panel import PageRun
 from stitchmesh.app.pages.view.draped_sketch import LARGE, WORDS, DrapedSketch
-from stitchmesh.app.pages.view.draped_view import DrapedView
-from stitchmesh.app.pages.view.frame_panel import FramePanel
+from stitchmesh.app.pages.view.draped_view import DrapedView, FramePanel
 from stitchmesh.app.pages.view.state import DRAPED_COLOURS
 from stitchmesh.app.pages.view.view_html import legend_of as legend_of_colours
 from stitchmesh.app.pages.view.view_html import report_html
+from stitchmesh.app.project.project import Project
 from stitchmesh.app.scene.scene import Pick, ScreenBox, Stroke
 from stitchmesh.markup import Markup
 from stitchmesh.mixed.drape import Draped
+from stitchmesh.reporting.figures import duration
 from stitchmesh.run_control import Snapshot
 
 if TYPE_CHECKING:
     from stitchmesh.app.application import App
     from stitchmesh.mixed.scene.scene import Scene
+
+NO_SCENE = "There is no scene yet. Open a scene file, or a cloth: panels, a mesh or stitches."
+
+
+def no_scene_html(project: Project) -> Markup:
+    """Return what can be opened where there is no scene: the garment of the project among it, if there is one."""
+    if project.fabric is not None:
+        return message(f"{NO_SCENE} The stitches of the garment of this project are a cloth too.", "info")
+    if project.mesh is not None:
+        return message(f"{NO_SCENE} The garment of this project is a cloth once it is divided into stitches.", "info")
+    return message(NO_SCENE, "info")
+
+
+def counts_html(opened: OpenedScene) -> Markup:
+    """Return the numbers of nodes and vertices of a scene, and the memory that it needs."""
+    counts, free = opened.counts, opened.free_memory()
+    rows = [
+        ("Yarn nodes, simulated", f"{counts['yarn_nodes_full']:,}"),
+        ("Yarn nodes, hybrid", f"{counts['yarn_nodes_hybrid']:,}"),
+        ("Yarn nodes, all", f"{counts['yarn_nodes']:,} of {counts['yarns']:,} yarns"),
+        ("Vertices, triangles only", f"{counts['vertices_triangle_only']:,}"),
+        ("Vertices, hybrid", f"{counts['vertices_hybrid']:,}"),
+        ("Triangles", f"{counts['triangles']:,}"),
+        ("Memory, about", f"{1e-6 * opened.memory:,.0f} of {1e-6 * free:,.0f} MB that are free"),
+    ]
+    trouble = message(opened.trouble, "doubtful") if opened.trouble else Markup()
+    if not trouble and opened.memory > free:
+        trouble = message("The run needs more memory than is free; make the region smaller.", "doubtful")
+    if not trouble and opened.scene.region.yarns == "automatic":
+        trouble = message("The region is found at the start of the run, or now by the button below.", "info")
+    return figures(rows) + trouble
+
+
+def run_words(run: AnyRun) -> str:
+    """Return how far a run is."""
+    if run.newest is None:
+        return f"Running: {run.task.stage}, {100 * run.task.done:.0f} %." if run.task.stage else "Preparing."
+    now = run.newest
+    state = "Paused" if run.paused else "Running"
+    left = run.outlook.words
+    remaining = f" {left[0].upper()}{left[1:]}." if left and not run.paused else ""
+    time = now.state.end.time
+    static = now.state.prepared.scene.mode == "static"
+    work = _counted(now.iteration, *(("iteration", "iterations") if static else ("step", "steps")))
+    return f"{state}: {time:.4g} s of the scene, {work}, {duration(now.seconds)}.{remaining}"
+
+
+def end_html(draped: Draped | None, *, current: bool) -> Markup:
+    """Return how a run ended; an empty text without one.
+
+    Args:
+        draped: the result.
+        current: whether it is that of the scene as it is now.
+    """
+    mixed = {} if draped is None else draped.report.get("mixed", {})
+    if not mixed:
+        return Markup()
+    if not current:
+        return message("The scene has changed since the run, which shows it as it was.", "info")
+    unit = "dyn" if mixed["mode"] == "static" else "cm/s"
+    names = ("equilibrium", "equilibria") if mixed["mode"] == "static" else ("step", "steps")
+    if mixed["converged"]:
+        work = _counted(mixed["steps"], *names)
+        return message(f"The run has converged: {work}, {duration(mixed['seconds'])}.", "good")
+    return message(f"The run was stopped or has not converged: the error is {mixed['error']:.2g} {unit}.", "doubtful")
+
+
+def _counted(count: int, one: str, many: str) -> str:
+    return f"{count:,} {one if count == 1 else many}"
+
 
 RUN, RUN_AGAIN, CONTINUE = "Run the scene", "Run from the start again", "Continue the run"
 """Labels of the buttons that start a run."""
@@ -63,13 +136,13 @@ class DrapePage(Page):
         """Make the page; nothing is open yet."""
         super().__init__(app)
         self.session = DrapeSession(app, self._changed)
-        self.run = SceneRun(self.session, self._ended)
+        self.run = SceneRun(self.session, PageRun(self, self._show_snapshot, self._refresh_if_open))
         self._drawing = ClothDrawing(app.scene)
         self._paint = PaintTool(self.session, self._drawing)
         self._state = DrapeState()
         self._view: DrapedView | None = None
         self._sketch: DrapedSketch | None = None
-        self._built_for: tuple[object, ...] | None = None
+        self._is_built = self._was_empty = False
 
     def build(self) -> None:
         """Make the controls, and draw."""
@@ -79,26 +152,21 @@ class DrapePage(Page):
         self._continue = controls.button(CONTINUE, "Go on where the run was stopped.", self.resume, main=True)
         self._start = controls.button(RUN, "Simulate yarns in the region, and triangles elsewhere.", self.start,
                                       main=True)  # fmt: skip
-        self._panel = RunPanel(controls, "a time step, or an iteration of an equilibrium", run_words)
+        self.run.of_page.build("a time step, or an iteration of an equilibrium", run_words)
         self._make_look()
         self._files = FilesPanel(session, controls, lambda: self.run.result)
         self._region = RegionPanel(session, self._drawing, self._paint, controls, self.run.find_region)
         self._held = HeldPanel(session, controls)
         self._paint.hold = self._held.paint
         self._bodies = BodiesPanel(session, controls)
-        self._scene_panel = ScenePanel(session, controls, self._scene())
+        self._scene_panel = FieldPanel(
+            controls, SCENE_FIELDS, self._scene, lambda scene, name: session.change(scene), group="Scene", opened=False
+        )  # fmt: skip
         self._files.build_save(controls)
         self._report = controls.html(Markup())
-        for label, key, modifier, act in (
-            ("Undo", "Z", "ctrl", session.undo), ("Redo", "Y", "ctrl", session.redo),
-            ("Redo also", "Z", "ctrl+shift", session.redo),
-        ):  # fmt: skip
-            controls.key(label, f"{label} of the last change of the scene", key, modifier, act)
-        self._built_for = self._kind_of_controls()
+        self._is_built, self._was_empty = True, session.opened is None
         self._drawing.clear()
         self._view = self._sketch = None
-        if self.run.live is not None:
-            self.run.live.on_snapshot = self._show_snapshot
         session.open_kept()
         self.run.read_result()
         self.refresh()
@@ -106,23 +174,22 @@ class DrapePage(Page):
 
     def leave(self) -> None:
         """Let the run go on unseen."""
-        if self.run.live is not None:
-            self.run.live.on_snapshot = None
-        self._built_for = None
+        self.run.of_page.leave()
+        self._is_built = False
 
     def refresh(self) -> None:
         """Show the scene or the run, and what can be done."""
         opened, live = self.session.opened, self.run.live
         self._counts.content = no_scene_html(self.app.project) if opened is None else counts_html(opened)
         self._end.content = Markup() if live is not None else end_html(self.run.result, current=self.run.is_current)
-        self._panel.show(live)
+        self.run.of_page.refresh()
         can_continue, idle = self.run.can_continue, live is None and opened is not None
         self._start.label = RUN_AGAIN if can_continue or self.run.result is not None else RUN
         self._start.visible, self._continue.visible = idle, idle and can_continue
         self._region.refresh()
         self._held.refresh()
         self._bodies.refresh()
-        self._scene_panel.refresh()
+        self._scene_panel.show()
         self._files.refresh()
         self._draw()
 
@@ -152,55 +219,48 @@ class DrapePage(Page):
     def _make_look(self) -> None:
         """Make the controls of what is shown."""
         controls = self.app.controls
-        self._show_choice = controls.choice(
-            "Show", "The scene at its start, or the run.", (SCENE, RESULT), self._state.shows,
-            lambda shows: self._show(shows=shows),
-        )  # fmt: skip
-        self._colour_choice = controls.choice(
-            "Colours", "What is simulated where, or the weight of the yarns.", COLOURS, self._state.colour,
-            lambda colour: self._show(colour=next(known for known in COLOURS if known == colour)),
-        )  # fmt: skip
-        self._run_colour_choice = controls.choice(
-            "Colour the run by", "What decides the colours of yarns and triangles.", tuple(DRAPED_COLOURS),
-            self._state.run_colour, lambda colour: self._show(run_colour=colour),
-        )  # fmt: skip
+        self._look = FieldPanel(
+            controls, self._look_fields(), lambda: self._state, lambda state, name: self._show(state)
+        )
         self._frames = FramePanel(controls, self._frame_chosen)
         self._legend = controls.html(Markup())
         self._follow = controls.button("Look on the page View", "The run with all tools of that page.", self._to_view)
 
+    def _look_fields(self) -> tuple[Field, ...]:
+        return (
+            Field("shows", "Show", "The scene at its start, or the run.", same_words((SCENE, RESULT)),
+                  lambda state: self._has_run()),
+            Field("colour", "Colours", "What is simulated where, or the weight of the yarns.", same_words(COLOURS),
+                  lambda state: not self._shows_run() and self.session.opened is not None),
+            Field("run_colour", "Colour the run by", "What decides the colours of yarns and triangles.",
+                  same_words(tuple(DRAPED_COLOURS)), lambda state: self._shows_run()),
+        )  # fmt: skip
+
+    def _has_run(self) -> bool:
+        return self.run.live is not None or self.run.result is not None
+
+    def _shows_run(self) -> bool:
+        return self._state.shows == RESULT and self._has_run()
+
     def _begin(self, *, resume: bool) -> None:
         self.run.start(resume=resume)
-        assert self.run.live is not None
-        self.run.live.on_snapshot = self._show_snapshot
         self._state = replace(self._state, shows=RESULT)
-        self._show_choice.value = RESULT
         self._view = None
         self.refresh()
 
     def _scene(self) -> Scene | None:
         return None if self.session.opened is None else self.session.opened.scene
 
-    def _kind_of_controls(self) -> tuple[object, ...]:
-        """What decides which controls there are: the yarns of the scene decide the materials and the densities."""
-        scene = self._scene()
-        if scene is None:
-            return ()
-        yarns, cloth = scene.yarns, scene.cloth
-        return yarns.material_file, yarns.weave is None, yarns.knit, cloth.material, cloth.file, scene.solver.device
-
     def _changed(self) -> None:
-        """Show a scene that was opened or changed."""
-        if self.app.page is not self or self._built_for is None:
-            return
-        if self._built_for != self._kind_of_controls():
+        """Show a scene that was opened or changed; the first one folds the group in which it was opened."""
+        if self._is_built and self._was_empty and self.session.opened is not None:
             self.app.open_page(self.name)
-            return
-        self.refresh()
-        self._drawing.look()
+        elif self._is_built:
+            self.refresh()
+            self._drawing.look()
 
-    def _ended(self) -> None:
-        """Show the end of a run."""
-        if self.app.page is self and self._built_for is not None:
+    def _refresh_if_open(self) -> None:
+        if self._is_built:
             self.refresh()
 
     def _newest(self) -> Draped | None:
@@ -212,10 +272,9 @@ class DrapePage(Page):
 
     def _draw(self) -> None:
         draped, opened = self._newest(), self.session.opened
-        shows_run = self._state.shows == RESULT and (draped is not None or self.run.live is not None)
-        self._show_choice.visible = self._follow.visible = draped is not None or self.run.live is not None
-        self._colour_choice.visible = not shows_run and opened is not None
-        self._run_colour_choice.visible = shows_run
+        shows_run = self._shows_run()
+        self._look.show()
+        self._follow.visible = self._has_run()
         self._report.content = Markup()
         if shows_run and draped is not None:
             self._draw_run(draped)
@@ -272,7 +331,6 @@ class DrapePage(Page):
 
     def _show_snapshot(self, snapshot: Snapshot[Draped]) -> None:
         """Show a state of the run."""
-        self._panel.update()
         if self._state.shows == RESULT:
             self._draw()
 
@@ -280,12 +338,12 @@ class DrapePage(Page):
         self.app.queue.post_newest((id(self), "frame"), self._draw_if_open)
 
     def _draw_if_open(self) -> None:
-        if self.app.page is self and self._built_for is not None:
+        if self._is_built:
             self._draw()
 
-    def _show(self, **values: Any) -> None:
+    def _show(self, state: DrapeState) -> None:
         """Show something else, or in other colours."""
-        self._state = replace(self._state, **values)
+        self._state = state
         self._draw()
 
     def _to_view(self) -> None:

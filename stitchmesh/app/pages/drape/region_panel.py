@@ -11,14 +11,15 @@ from typing import Any, Literal
 import numpy as np
 
 from stitchmesh.app.controls.controls import Controls
+from stitchmesh.app.controls.field_panel import Field, FieldPanel, Number
+from stitchmesh.app.controls.undo_row import UndoRow
 from stitchmesh.app.pages.drape.cloth_drawing import ClothDrawing
 from stitchmesh.app.pages.drape.drape_session import DrapeSession
 from stitchmesh.app.pages.drape.entry_list import entry_list
-from stitchmesh.app.pages.drape.held_parts import with_held_box
-from stitchmesh.app.pages.drape.named_triangles import triangles_named
+from stitchmesh.app.pages.drape.held_panel import with_held_box
 from stitchmesh.app.pages.drape.paint_tool import PaintTool
-from stitchmesh.app.pages.drape.typed_numbers import three_numbers
-from stitchmesh.app.pages.view.clip_box import Box
+from stitchmesh.app.pages.drape.typed import three_numbers, triangles_named
+from stitchmesh.app.pages.view.clip_box import ClipBox
 from stitchmesh.errors import ParameterError
 from stitchmesh.markup import Markup
 from stitchmesh.mesh import IntArray
@@ -35,10 +36,20 @@ NODES, SECONDS = "number of nodes", "time of a step"
 """What limits an automatic region."""
 STEP_SECONDS = 0.5
 """Time of a step at first [s]."""
-MOST_SECONDS = 3600.0
-"""Longest time of a step [s]."""
-MOST_NODES, MOST_RINGS, MOST_STEPS = 100_000_000, 20, 1_000_000
-"""Largest budget, largest width of the hybrid region, and most steps between two changes of a region."""
+BUDGETS = (
+    Field("nodes", "Most nodes", "Largest number of yarn nodes that are simulated.", Number(1, 100_000_000, 1),
+          lambda section: section.yarns == "automatic" and section.seconds is None),
+    Field("seconds", "Seconds", "Time of a step, or of an equilibrium [s]; how many nodes it pays for is measured.",
+          Number(1e-3, 3600.0, 0.05), lambda section: section.yarns == "automatic" and section.seconds is not None),
+)  # fmt: skip
+"""What limits an automatic region."""
+WIDTHS = (
+    Field("adapt_every", "Change every", "Steps after which the region may grow, shrink or move; 0 keeps it as it is.",
+          Number(0, 1_000_000, 1, without=None), lambda section: section.yarns == "automatic"),
+    Field("rings", "Hybrid rings", "Width of the region in which yarns and triangles overlap, in rings of triangles.",
+          Number(1, 20, 1)),
+)  # fmt: skip
+"""How a region changes, and how wide the hybrid region is."""
 WORDS = "Such as hem 6 or rows 10-20 for stitches; names of panels, all, or faces 3, 10-20 for another cloth."
 THIRDS = (1 / 3, 2 / 3)
 """Places of the left, right, lower and upper side of the box at first, over the box of the cloth."""
@@ -73,30 +84,15 @@ class RegionPanel:
                 "Budget", "What limits the region: a number of yarn nodes, or the time of a step.", (NODES, SECONDS),
                 NODES, self._set_budget,
             )  # fmt: skip
-            self._nodes = controls.number(
-                "Most nodes", "Largest number of yarn nodes that are simulated.", BUDGET,
-                lambda nodes: self._set(nodes=int(nodes)), least=1, most=MOST_NODES, step=1,
-            )  # fmt: skip
-            self._seconds = controls.number(
-                "Seconds", "Time of a step, or of an equilibrium [s]; how many nodes it pays for is measured.",
-                STEP_SECONDS, lambda seconds: self._set(seconds=float(seconds)), least=1e-3, most=MOST_SECONDS,
-                step=0.05,
-            )  # fmt: skip
+            budgets = FieldPanel(controls, BUDGETS, self._section, self._take)
             self._find = controls.button(
                 "Find the region now", "Run the triangles alone, and take the triangles with the largest errors.", find
             )
-            self._changes = controls.number(
-                "Change every", "Steps after which the region may grow, shrink or move; 0 keeps it as it is.", 0,
-                lambda steps: self._set(adapt_every=int(steps) or None), least=0, most=MOST_STEPS, step=1,
-            )  # fmt: skip
-            self._rings = controls.number(
-                "Hybrid rings", "Width of the region in which yarns and triangles overlap, in rings of triangles.", 1,
-                lambda rings: self._set(rings=int(rings)), least=1, most=MOST_RINGS, step=1,
-            )  # fmt: skip
+            self._numbers = budgets, FieldPanel(controls, WIDTHS, self._section, self._take)
             controls.button("Clear the region", "No yarns anywhere, and no boxes.", self._clear)
         with controls.group("Brush and changes") as self._brush_group:
             paint.build(controls)
-            controls.buttons("Changes", "Ctrl+Z and Ctrl+Y do the same.", ("Undo", "Redo"), self._step)
+            self._changes = UndoRow(controls, session.undo, session.redo)
         with controls.group("Box and selection", opened=False) as self._other_group:
             self._low = controls.text("Box from", "Smallest x, y, z [cm].", "", lambda _: self._draw_box())
             self._high = controls.text("Box to", "Largest x, y, z [cm].", "", lambda _: self._draw_box())
@@ -114,15 +110,14 @@ class RegionPanel:
             return
         section = opened.scene.region
         self._kind.value = next(words for words, kind in KINDS.items() if kind == section.yarns)
-        self._nodes.value, self._seconds.value = section.nodes or BUDGET, section.seconds or STEP_SECONDS
+        for panel in self._numbers:
+            panel.show()
+        history = self._session.history
+        self._changes.show(bool(history and history.past), bool(history and history.future))
         automatic = section.yarns == "automatic"
         self._budget.value = NODES if section.seconds is None else SECONDS
         self._budget.visible = automatic
-        self._nodes.visible = automatic and section.seconds is None
-        self._seconds.visible = automatic and section.seconds is not None
-        self._find.visible = self._changes.visible = automatic
-        self._changes.value = section.adapt_every or 0
-        self._rings.value = section.rings
+        self._find.visible = automatic
         self._list.content = box_list(section)
         if self._cloth is not opened.mesh:
             self._cloth = opened.mesh
@@ -131,20 +126,24 @@ class RegionPanel:
 
     def _set_kind(self, words: str) -> None:
         kind = KINDS[words]
-        nodes = int(self._nodes.value)
 
         def change(section: RegionSection) -> RegionSection:
             needs = kind == "automatic" and section.seconds is None
-            return replace(section, yarns=kind, nodes=nodes if needs else None)
+            return replace(section, yarns=kind, nodes=(section.nodes or BUDGET) if needs else None)
 
         self._change(change)
 
     def _set_budget(self, which: str) -> None:
-        nodes, seconds = int(self._nodes.value), float(self._seconds.value)
         if which == NODES:
-            self._set(nodes=nodes, seconds=None)
+            self._set(nodes=BUDGET, seconds=None)
         else:
-            self._set(nodes=None, seconds=seconds)
+            self._set(nodes=None, seconds=STEP_SECONDS)
+
+    def _section(self) -> RegionSection | None:
+        return None if self._session.opened is None else self._session.opened.scene.region
+
+    def _take(self, section: RegionSection, name: str) -> None:
+        self._change(lambda before: section)
 
     def _set(self, **values: Any) -> None:
         """Change values of the region."""
@@ -155,9 +154,6 @@ class RegionPanel:
             self._session.change_region(lambda section, cloth: change(section))
         finally:
             self.refresh()  # A change that is refused leaves the controls as they were.
-
-    def _step(self, which: str) -> None:
-        self._session.undo() if which == "Undo" else self._session.redo()
 
     def _clear(self) -> None:
         self._set(yarns="chosen", nodes=None, seconds=None, boxes=(), faces=())
@@ -188,7 +184,7 @@ class RegionPanel:
         except ParameterError:
             self._drawing.show_box(None)
         else:
-            self._drawing.show_box(Box(low, high))
+            self._drawing.show_box(ClipBox(low, high))
 
     def _use_box(self, which: str) -> None:
         if which == "Hide":

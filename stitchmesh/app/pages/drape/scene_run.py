@@ -4,16 +4,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import TypeAlias
 
 import numpy as np
 
 from stitchmesh.app.live_run import LiveRun
 from stitchmesh.app.pages.drape.drape_session import DrapeSession
 from stitchmesh.app.pages.drape.opened_scene import OpenedScene
+from stitchmesh.app.pages.run_panel import PageRun
 from stitchmesh.app.pages.view.draped_sketch import LARGE
 from stitchmesh.compute.device import alone, device_named
 from stitchmesh.compute.precision import scalar_named
@@ -29,7 +28,6 @@ from stitchmesh.progress import Progress
 from stitchmesh.run import CHECKPOINT, Checkpoints, Run
 from stitchmesh.run_control import RunControl
 
-Draping: TypeAlias = LiveRun[Draped, Draped]
 DRAPING, PLACING = "draping the cloth", "finding the region"
 """Names of the tasks."""
 CHECKPOINT_STEPS = 20
@@ -41,11 +39,15 @@ BYTES_PER_POINT = 12
 class SceneRun:
     """At most one run; all methods belong to the event thread."""
 
-    def __init__(self, session: DrapeSession, ended: Callable[[], object]) -> None:
-        """Start without a run; ``ended`` is called after the end of each."""
-        self._session, self._ended = session, ended
-        self.live: Draping | None = None
+    def __init__(self, session: DrapeSession, of_page: PageRun[Draped, Draped]) -> None:
+        """Start without a result; the page starts and shows the run."""
+        self._session, self.of_page = session, of_page
         self._result: Draped | None = None
+
+    @property
+    def live(self) -> LiveRun[Draped, Draped] | None:
+        """The run; None while nothing runs."""
+        return self.of_page.live
 
     @property
     def result(self) -> Draped | None:
@@ -81,21 +83,13 @@ class SceneRun:
             return made
 
         def done(made: Draped) -> None:
-            self.live = None
             if self._session.app.project is project:
                 self._result = made
-            self._ended()
-
-        def failed(error: Exception | None) -> None:
-            self.live = None
-            self._ended()
 
         if not resume:
             (folder / CHECKPOINT).unlink(missing_ok=True)
-        self.live = LiveRun(
-            self._session.app.tasks, DRAPING, run, stage=None, done=done, failed=failed,
-            frame_bytes=BYTES_PER_POINT * min(opened.counts["yarn_nodes"], LARGE),
-        )  # fmt: skip
+        size = min(opened.counts["yarn_nodes"], LARGE)
+        self.of_page.start(DRAPING, run, done, stage=None, frame_bytes=BYTES_PER_POINT * size)
         self._result = None
 
     def find_region(self) -> None:

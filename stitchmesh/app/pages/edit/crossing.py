@@ -8,8 +8,7 @@ import numpy as np
 
 from stitchmesh.app.controls.controls import Controls
 from stitchmesh.app.pages.edit.edit_session import EditSession
-from stitchmesh.app.pages.edit.nearest_side import nearest_side
-from stitchmesh.app.pages.edit.tool import Tool
+from stitchmesh.app.pages.edit.tool import Tool, nearest_side
 from stitchmesh.app.scene.scene import Pick, Stroke
 from stitchmesh.errors import ParameterError, StitchMeshError
 from stitchmesh.mesh import IntArray, StitchMesh

@@ -11,13 +11,13 @@ import numpy as np
 
 from stitchmesh.app.controls.controls import Control
 from stitchmesh.app.controls.html_pieces import action_button, paragraph
+from stitchmesh.app.controls.undo_row import UndoRow
+from stitchmesh.app.pages.edit.brush_tools import PaintStitches, PaintYarns, SelectStitches
 from stitchmesh.app.pages.edit.crossing import CrossCables
 from stitchmesh.app.pages.edit.edit_session import NO_FACES, EditSession
 from stitchmesh.app.pages.edit.laying import LayPatterns
-from stitchmesh.app.pages.edit.painting import PaintStitches, PaintYarns
 from stitchmesh.app.pages.edit.palettes import Palettes
 from stitchmesh.app.pages.edit.place_tool import ChangeLoops, ChangeRows
-from stitchmesh.app.pages.edit.selecting import SelectStitches
 from stitchmesh.app.pages.edit.selection_panel import SelectionPanel
 from stitchmesh.app.pages.edit.tool import Tool
 from stitchmesh.app.pages.edit.whole_fabric import ChangeFabric, LookAround
@@ -51,7 +51,6 @@ TOOL_STYLE = markup("""<style>
  border:1px solid var(--mantine-color-default-border);background:var(--mantine-color-default);
  color:var(--mantine-color-text)}
 .sm-tools button[aria-pressed=true]{background:#1f5673;border-color:#1f5673;color:#fff;font-weight:600}
-.sm-tools button:disabled{opacity:.45;cursor:default}
 .sm-tools button:focus-visible{outline:3px solid #e08a1e;outline-offset:1px}
 </style>""")
 
@@ -83,7 +82,7 @@ class EditPage(Page):
         """Make the controls, and draw the fabric."""
         self.session.view.forget()
         controls = self.app.controls
-        self._history = controls.html(Markup(), lambda action, _: self.undo() if action == "undo" else self.redo())
+        self._history = UndoRow(controls, self.undo, self.redo, "the last edit")
         self._bar = controls.html(Markup(), lambda _, name: self.take_up(name))
         self._words = controls.html(Markup())
         for tool in self.tools.values():
@@ -199,9 +198,6 @@ class EditPage(Page):
 
     def _build_keys(self) -> None:
         controls = self.app.controls
-        controls.key("Undo", "Undo the last edit", "Z", "ctrl", self.undo)
-        controls.key("Redo", "Make the edit again that was undone last", "Y", "ctrl", self.redo)
-        controls.key("Redo also", "Make the edit again that was undone last", "Z", "ctrl+shift", self.redo)
         controls.key("Select nothing", "Empty the selection", "D", None, self._select_nothing)
         for name, tool in self.tools.items():
             controls.key(f"Tool: {name}", tool.hint, tool.key, None, partial(self.take_up, name))
@@ -240,7 +236,7 @@ class EditPage(Page):
     def _show_state(self) -> None:
         """Show what can be undone, and the counts."""
         project, fabric = self.app.project, self.session.fabric
-        self._history.content = _history_row(project.can_undo, project.can_redo)
+        self._history.show(project.can_undo, project.can_redo)
         last = f"last edit: {project.edits[-1].name.replace('_', ' ')}" if project.edits else "no edits yet"
         counts = f"{fabric.face_count} stitches in {len(np.unique(fabric.row))} rows, {len(project.edits)} edits"
         self._status.content = _status(f"{counts}; {last}")
@@ -265,21 +261,6 @@ def _face_words(fabric: StitchMesh, face: int) -> Markup:
     fits = markup("<br>Stitches with these loops: {}", ", ".join(fitting)) if fitting else Markup()
     place = f"row {fabric.row[face]}, loops {loops}, yarn {fabric.yarn[face]}"
     return markup("Stitch {}: <b>{}</b>, {}{}", face, name, place, fits)
-
-
-def _history_row(can_undo: bool, can_redo: bool) -> Markup:
-    buttons = joined(
-        action_button(action, "", words, hint=hint, disabled=not possible)
-        for action, words, hint, possible in (
-            ("undo", "Undo", "Undo the last edit: Ctrl+Z", can_undo),
-            ("redo", "Redo", "Make the edit again that was undone last: Ctrl+Y", can_redo),
-        )
-    )
-    columns = "grid-template-columns:1fr 1fr;margin:0"
-    return markup(
-        '{}<div class="sm-tools" style="{}" role="group" aria-label="History">{}</div>',
-        TOOL_STYLE, columns, buttons,
-    )
 
 
 def _tool_bar(chosen: str) -> Markup:

@@ -6,11 +6,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
 
-from stitchmesh.app.pages.edit.brush import Brush
 from stitchmesh.app.pages.edit.fabric_view import FabricView
 from stitchmesh.app.pages.edit.saved_selections import SavedSelections, faces_after
 from stitchmesh.app.pages.own_patterns import OwnPatterns
@@ -29,6 +28,9 @@ if TYPE_CHECKING:
     from stitchmesh.app.application import App
 
 NO_FACES = np.zeros(0, dtype=np.int64)
+Brush = Literal["Stitch", "Row", "Wale", "Rectangle"]
+"""What one click paints or selects."""
+BRUSHES: tuple[Brush, ...] = get_args(Brush)
 
 
 @dataclass(frozen=True, eq=False)

@@ -62,11 +62,9 @@ class FabricView:
         """Draw a fabric."""
         colours = colours_of_faces(fabric, self.colour_by)
         self._blocks.show(fabric, colours, edges=self.draws_edges(fabric), takes_strokes=self.takes_strokes)
-        self._show_lines("loops", loop_lines(fabric, 2 * self._height(fabric)), INK, LOOP_WIDTH)
-        if self.row_numbers:
-            self._scene.show("rows/numbers", _row_labels(fabric, 2 * self._height(fabric)))
-        else:
-            self._scene.remove("rows/numbers")
+        height = 2 * self._height(fabric)
+        self._scene.show("loops", Lines(loop_lines(fabric, height), INK, LOOP_WIDTH))
+        self._scene.show("rows/numbers", _row_labels(fabric, height) if self.row_numbers else None)
 
     def select(self, fabric: StitchMesh, faces: IntArray) -> None:
         """Mark the selected faces, by colour and by a line around them."""
@@ -79,7 +77,7 @@ class FabricView:
     def mark_sides(self, fabric: StitchMesh, sides: IntArray) -> None:
         """Mark sides that a tool is about to change."""
         self._clear("place")
-        self._show_lines("place/lines", _lifted(fabric, sides, self._height(fabric)), PLACE, 2 * LINE_WIDTH)
+        self._scene.show("place/lines", Lines(_lifted(fabric, sides, self._height(fabric)), PLACE, 2 * LINE_WIDTH))
 
     def mark_left_out(self, fabric: StitchMesh, faces: IntArray) -> None:
         """Mark the faces that a pattern leaves out."""
@@ -122,13 +120,7 @@ class FabricView:
             return
         height = self._height(fabric)
         self._scene.show(f"{name}/faces", _overlay(fabric, faces, height, colour, opacity))
-        self._show_lines(f"{name}/lines", _lifted(fabric, _outline(fabric, faces), height), colour, LINE_WIDTH)
-
-    def _show_lines(self, name: str, segments: FloatArray, colour: Colour, width: float) -> None:
-        if len(segments):
-            self._scene.show(name, Lines(segments, colour, width))
-        else:
-            self._scene.remove(name)
+        self._scene.show(f"{name}/lines", Lines(_lifted(fabric, _outline(fabric, faces), height), colour, LINE_WIDTH))
 
 
 def _row_labels(fabric: StitchMesh, height: float) -> Labels:

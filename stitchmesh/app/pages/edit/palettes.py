@@ -10,9 +10,9 @@ import numpy as np
 
 from stitchmesh.app.controls.controls import Controls
 from stitchmesh.app.controls.html_pieces import action_button
+from stitchmesh.app.pages.edit.brush_tools import PaintYarns
 from stitchmesh.app.pages.edit.edit_session import EditSession
 from stitchmesh.app.pages.edit.laying import LayPatterns
-from stitchmesh.app.pages.edit.painting import PaintYarns
 from stitchmesh.app.pages.edit.pattern_palette import PatternPalette
 from stitchmesh.app.pages.edit.stitch_palette import chosen_stitch_html, stitch_palette_html
 from stitchmesh.app.pages.edit.tool import Tool

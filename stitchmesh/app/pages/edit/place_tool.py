@@ -4,18 +4,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any, ClassVar, Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 
-from stitchmesh.app.controls.controls import Control, Controls
+from stitchmesh.app.controls.controls import Controls
+from stitchmesh.app.controls.field_panel import Field, FieldPanel, Number, same_words
 from stitchmesh.app.controls.html_pieces import paragraph
 from stitchmesh.app.pages.edit.edit_session import EditSession
-from stitchmesh.app.pages.edit.nearest_side import nearest_side
-from stitchmesh.app.pages.edit.tool import Tool
+from stitchmesh.app.pages.edit.tool import Tool, nearest_side
 from stitchmesh.app.scene.scene import Pick
 from stitchmesh.errors import StitchMeshError
 from stitchmesh.markup import Markup
@@ -25,21 +24,17 @@ PlaceKind = Literal["face", "selection", "course side", "wale side", "top side"]
 """What an edit is made at: a stitch, the selected stitches, or the nearest side of a kind."""
 
 
-@dataclass(frozen=True, eq=False)
-class Setting:
-    """A setting of an edit: words to choose from, or a whole number."""
+@dataclass(frozen=True)
+class PlaceArguments:
+    """Arguments of the edits beside their place, as the user has set them."""
 
-    argument: str
-    label: str
-    hint: str
-    words: Mapping[str, object] | None = None
-    """Values by the words that the user chooses from; None for a number."""
-    least: int = 0
-    most: int = 0
-    start: object = None
-    """First value: a word, or a number."""
-    none_at: int | None = None
-    """Number that stands for no value."""
+    twist: int = 1
+    below: int = 1
+    above: int = 1
+    end: str = "top"
+    direction: str = "left"
+    courses: int | None = None
+    stitch: str = "k"
 
 
 @dataclass(frozen=True)
@@ -51,23 +46,19 @@ class PlaceEdit:
     edit: str
     """Name of the edit."""
     place: PlaceKind
-    settings: tuple[Setting, ...] = ()
+    settings: tuple[Field, ...] = ()
+    """Its arguments, fields of ``PlaceArguments``."""
 
 
-TWIST = Setting(
-    "twist", "Twist", "Which leg of the loop is in front",
-    {"left leg in front": 1, "right leg in front": -1, "no twist": 0}, start="left leg in front",
-)  # fmt: skip
-BELOW = Setting("below", "Loops below, left part", "Loops of the row below that the left part takes", None, 0, 3, 1)
-ABOVE = Setting("above", "Loops above, left part", "Loops that the left part makes", None, 0, 3, 1)
-END = Setting("end", "End that moves", "Which end of the edge moves", {"top": "top", "bottom": "bottom"}, start="top")
-DIRECTION = Setting(
-    "direction", "Direction", "Where the end moves", {"left": "left", "right": "right"}, start="left"
-)  # fmt: skip
-COURSES = Setting(
-    "courses", "Rows", "Number of rows upwards from the click; 0 for the whole column", None, 0, 999, 0, none_at=0
-)  # fmt: skip
-STITCH = Setting("stitch", "Stitch of the row", "Stitch of the new rows", {"knit": "k", "purl": "p"}, start="knit")
+TWIST = Field("twist", "Twist", "Which leg of the loop is in front",
+              {"left leg in front": 1, "right leg in front": -1, "no twist": 0})  # fmt: skip
+BELOW = Field("below", "Loops below, left part", "Loops of the row below that the left part takes", Number(0, 3, 1))
+ABOVE = Field("above", "Loops above, left part", "Loops that the left part makes", Number(0, 3, 1))
+END = Field("end", "End that moves", "Which end of the edge moves", same_words(("top", "bottom")))
+DIRECTION = Field("direction", "Direction", "Where the end moves", same_words(("left", "right")))
+COURSES = Field("courses", "Rows", "Number of rows upwards from the click; 0 for the whole column",
+                Number(0, 999, 1, without=None))  # fmt: skip
+STITCH = Field("stitch", "Stitch of the row", "Stitch of the new rows", {"knit": "k", "purl": "p"})
 
 LOOP_EDITS = (
     PlaceEdit("Twist a loop", "Click near the top of a stitch: its loop gets half a turn.", "twist_loop", "top side",
@@ -112,17 +103,16 @@ class PlaceTool(Tool):
         """Start with the first edit, and with the first value of each setting."""
         super().__init__(session)
         self.chosen = self.edits[0]
-        self._values = {setting: setting.start for edit in self.edits for setting in edit.settings}
-        self._shown: dict[Setting, Control] = {}
+        self._values = PlaceArguments()
 
     def build(self, controls: Controls) -> None:
         """Make the choice of the edit, the settings of all edits, and the button for the selection."""
         labels = [edit.label for edit in self.edits]
         controls.choice(f"Edit of {self.what}", "What a click does", labels, self.chosen.label, self._choose)
         self._words = controls.html(Markup())
-        self._shown = {}
-        for setting, start in self._values.items():
-            self._shown[setting] = _add_setting(controls, setting, start, partial(self._set, setting))
+        settings = dict.fromkeys(setting for edit in self.edits for setting in edit.settings)
+        fields = [replace(setting, shown=partial(self._is_needed, setting)) for setting in settings]
+        self._settings = FieldPanel(controls, fields, lambda: self._values, self._take)
         controls.button(f"Edit the selected {self.what}", "Make the chosen edit at each place of the selection",
                         self.on_selection)  # fmt: skip
         self._show_settings()
@@ -151,7 +141,7 @@ class PlaceTool(Tool):
         self.session.edit(self.chosen.edit, arguments, self.session.state.selection.faces)
 
     def _arguments(self) -> dict[str, object]:
-        values = {each.argument: _value_of(each, self._values[each]) for each in self.chosen.settings}
+        values = {setting.name: getattr(self._values, setting.name) for setting in self.chosen.settings}
         return {name: value for name, value in values.items() if value is not None}
 
     def _choose(self, label: str) -> None:
@@ -159,13 +149,15 @@ class PlaceTool(Tool):
         self.session.view.unmark()
         self._show_settings()
 
-    def _set(self, setting: Setting, value: Any) -> None:
-        self._values[setting] = value
+    def _is_needed(self, setting: Field, values: PlaceArguments) -> bool:
+        return setting in self.chosen.settings
+
+    def _take(self, values: PlaceArguments, name: str) -> None:
+        self._values = values
 
     def _show_settings(self) -> None:
         self._words.content = paragraph(self.chosen.hint)
-        for setting, control in self._shown.items():
-            control.visible = setting in self.chosen.settings
+        self._settings.show()
 
 
 class ChangeLoops(PlaceTool):
@@ -180,18 +172,3 @@ class ChangeRows(PlaceTool):
 
     name, key, what, edits = "Rows and wales", "R", "rows", ROW_EDITS
     hint = "Choose an edit below, then click the stitch or the edge."
-
-
-def _value_of(setting: Setting, chosen: Any) -> object:
-    """Return the argument for what the user has chosen."""
-    if setting.words is not None:
-        return setting.words[chosen]
-    return None if int(chosen) == setting.none_at else int(chosen)
-
-
-def _add_setting(controls: Controls, setting: Setting, value: Any, changed: Callable[[Any], object]) -> Control:
-    """Make the control of a setting; ``value`` is a word or a number."""
-    if setting.words is not None:
-        return controls.choice(setting.label, setting.hint, tuple(setting.words), str(value), changed)
-    bounds = {"least": setting.least, "most": setting.most}
-    return controls.number(setting.label, setting.hint, int(value), changed, **bounds, step=1)

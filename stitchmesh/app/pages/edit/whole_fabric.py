@@ -9,8 +9,7 @@ import numpy as np
 from stitchmesh.app.controls.controls import Controls
 from stitchmesh.app.controls.html_pieces import paragraph
 from stitchmesh.app.pages.edit.edit_session import EditSession
-from stitchmesh.app.pages.edit.nearest_side import nearest_side
-from stitchmesh.app.pages.edit.tool import Tool
+from stitchmesh.app.pages.edit.tool import Tool, nearest_side
 from stitchmesh.app.scene.scene import Pick
 from stitchmesh.errors import StitchMeshError
 from stitchmesh.markup import Markup, markup

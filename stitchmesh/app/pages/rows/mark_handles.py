@@ -8,9 +8,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from stitchmesh.app.pages.rows.mark_edits import Marks
-from stitchmesh.app.scene.drawing import Colour, Colours, Surface
-from stitchmesh.app.scene.point_marks import OCTAHEDRON_FACES, point_marks
+from stitchmesh.app.pages.rows.marks import Marks
+from stitchmesh.app.scene.drawing import OCTAHEDRON_FACES, Colour, Colours, Surface, point_marks
 from stitchmesh.app.scene.scene import Pick, Scene
 from stitchmesh.mesh import FloatArray
 

@@ -7,22 +7,23 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from stitchmesh.app.controls.controls import Controls
-from stitchmesh.app.pages.rows.found_rows import FoundRows
-from stitchmesh.app.pages.rows.mark_edits import (
+from stitchmesh.app.controls.field_panel import Field, FieldPanel, Number, TickBox
+from stitchmesh.app.pages.rows.marks import (
+    AUTOMATIC,
     Marks,
+    MeshBorders,
     with_border_role,
-    with_radius,
+    with_mark,
     with_role,
-    with_time,
     without_mark,
     without_point,
 )
-from stitchmesh.app.pages.rows.mesh_borders import AUTOMATIC, MeshBorders
+from stitchmesh.app.pages.rows.rows_finder import FoundRows
 from stitchmesh.app.pages.rows.rows_state import RowsState
 from stitchmesh.app.pages.rows.rows_text import mark_list
 from stitchmesh.errors import ParameterError
 from stitchmesh.markup import Markup
-from stitchmesh.shaping.marks import UNTIMED
+from stitchmesh.shaping.marks import UNTIMED, TimeMark
 
 BORDER_ROLES = (AUTOMATIC, "begin", "end", "row", "side", "plain")
 """Roles of a border."""
@@ -46,18 +47,7 @@ class MarkPanel:
             AUTOMATIC, self._set_border_role,
         )  # fmt: skip
         self._role = controls.choice("Role", "What happens at the chosen tip or line.", ROLES, ROLES[0], self._set_role)
-        self._timed = controls.toggle(
-            "Given time", "Give the chosen mark a time, instead of the one that follows from the mesh.", False,
-            self._set_timed,
-        )  # fmt: skip
-        self._time = controls.number(
-            "Time", "Length of the fabric from its begin to the chosen mark [cm].", 0.0, self._set_time,
-            least=-LONGEST, most=LONGEST, step=0.1,
-        )  # fmt: skip
-        self._radius = controls.number(
-            "Plain up to", "Distance from the mark without increases and decreases [cm]; 0 is three stitch widths.",
-            0.0, self._set_radius, least=0.0, most=LONGEST, step=0.1,
-        )  # fmt: skip
+        self._numbers = FieldPanel(controls, self._fields(), self._mark, self._take_mark)
         self._point = controls.number(
             "Point", "Number of a point of the chosen line, from 1; it can be moved and removed.", 1, self._set_point,
             least=1, most=10_000, step=1,
@@ -78,18 +68,15 @@ class MarkPanel:
         """
         self._state, self._borders, self._found = state, borders, found
         self._list.content = mark_list(state.marks, state.chosen, borders)
-        mark = None if state.chosen is None else state.marks[state.chosen]
+        mark = self._mark()
         is_border, is_line = mark is not None and mark.kind == "border", mark is not None and mark.kind == "stroke"
         self._border_role.visible, self._role.visible = is_border, mark is not None and not is_border
-        self._timed.visible = mark is not None and mark.role not in UNTIMED
-        self._radius.visible = mark is not None and mark.role == "plain"
-        self._time.visible = mark is not None and mark.time is not None
+        self._numbers.show()
         self._point.visible = is_line
         self._remove.visible, self._remove_point.visible = mark is not None, is_line
         if mark is not None:
             (self._border_role if is_border else self._role).value = mark.role
-            self._timed.value, self._time.value = mark.time is not None, mark.time or 0.0
-            self._point.value, self._radius.value = state.point + 1, mark.radius or 0.0
+            self._point.value = state.point + 1
 
     def _clicked(self, action: str, value: str) -> None:
         """Choose or remove a mark of the list.
@@ -119,19 +106,29 @@ class MarkPanel:
         number, _ = self._state.chosen_mark()
         self._take_marks(with_role(self._state.marks, number, role), number)
 
-    def _set_timed(self, timed: bool) -> None:
-        """Give the chosen mark the time that its place has now, or none."""
-        number, mark = self._state.chosen_mark()
-        now = 0.0 if self._found is None else round(self._found.time_at(mark.points[0]), 1)
-        self._take_marks(with_time(self._state.marks, number, now if timed else None), number)
+    def _mark(self) -> TimeMark | None:
+        return None if self._state.chosen is None else self._state.marks[self._state.chosen]
 
-    def _set_time(self, time: float) -> None:
-        number, _ = self._state.chosen_mark()
-        self._take_marks(with_time(self._state.marks, number, float(time)), number, f"time of {number}")
+    def _time_now(self, mark: TimeMark) -> float:
+        """Return the time that the place of a mark has now [cm]."""
+        return 0.0 if self._found is None else round(self._found.time_at(mark.points[0]), 1)
 
-    def _set_radius(self, radius: float) -> None:
-        number, _ = self._state.chosen_mark()
-        self._take_marks(with_radius(self._state.marks, number, float(radius)), number, f"radius of {number}")
+    def _fields(self) -> tuple[Field, ...]:
+        hint = "Give the chosen mark a time, instead of the one that follows from the mesh."
+        given = TickBox("Given time", hint, self._time_now, ticked_without=False)
+        return (
+            Field("time", "Time", "Length of the fabric from its begin to the chosen mark [cm].",
+                  Number(-LONGEST, LONGEST, 0.1, without=None, box=given), lambda mark: mark.role not in UNTIMED),
+            Field("radius", "Plain up to", "Distance from the mark without increases and decreases [cm]; 0 is three "
+                  "stitch widths.", Number(0.0, LONGEST, 0.1, without=None), lambda mark: mark.role == "plain"),
+        )  # fmt: skip
+
+    def _take_mark(self, mark: TimeMark, name: str) -> None:
+        """Take another time or radius; values that follow each other are undone together."""
+        number, before = self._state.chosen_mark()
+        typed = getattr(before, name) is not None and getattr(mark, name) is not None
+        marks = with_mark(self._state.marks, number, mark)
+        self._take_marks(marks, number, f"{name} of {number}" if typed else "")
 
     def _set_point(self, point: float) -> None:
         self._take(self._state.choosing(self._state.chosen, int(point) - 1))

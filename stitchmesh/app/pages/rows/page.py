@@ -4,36 +4,98 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stitchmesh.app.controls.field_panel import Field, FieldPanel, Number
 from stitchmesh.app.controls.legend import legend
-from stitchmesh.app.pages.divide_text import legend_of_stitches, refusal
-from stitchmesh.app.pages.gauge_panel import GaugePanel
+from stitchmesh.app.controls.undo_row import UndoRow
+from stitchmesh.app.pages.division_view import legend_of_stitches, refusal
+from stitchmesh.app.pages.gauge_panel import INCREASE, GaugePanel
 from stitchmesh.app.pages.not_yet import HAS_STITCHES, NO_MESH
 from stitchmesh.app.pages.page import Page
-from stitchmesh.app.pages.rows.handle_drag import HandleDrag, as_point
-from stitchmesh.app.pages.rows.mark_edits import with_next_role, with_point, with_tip
 from stitchmesh.app.pages.rows.mark_panel import MarkPanel
-from stitchmesh.app.pages.rows.mesh_borders import MeshBorders
+from stitchmesh.app.pages.rows.marks import Marks, MeshBorders, with_next_role, with_point, with_tip
 from stitchmesh.app.pages.rows.rows_finder import FINDING_ROWS, FINDING_STITCHES, RowsFinder
 from stitchmesh.app.pages.rows.rows_state import BORDER, LINE, MOVE, ROWS, STITCHES, TIP, RowsState
 from stitchmesh.app.pages.rows.rows_text import border_list, preview_figures, report_figures, text_line, time_legend
 from stitchmesh.app.pages.rows.rows_view import RowsView
-from stitchmesh.app.pages.rows.size_panel import SizePanel
 from stitchmesh.app.project.shaping import Point, Shaping
 from stitchmesh.app.scene.pointer import Pointer
 from stitchmesh.app.scene.scene import Pick, Stroke
 from stitchmesh.editing.undo_history import UndoHistory
 from stitchmesh.errors import ParameterError
 from stitchmesh.markup import Markup
-from stitchmesh.mesh import Mesh, StitchMesh
+from stitchmesh.mesh import FloatArray, Mesh, StitchMesh
 from stitchmesh.mesh.picking import picking_table, side_near_ray
+from stitchmesh.shaping.options import UP, Placement
 
 if TYPE_CHECKING:
     from stitchmesh.app.application import App
+
+
+class HandleDrag:
+    """Shows the point where it is dragged, and moves it at the end of the drag."""
+
+    def __init__(self, view: RowsView, pointer: Pointer, take: Callable[[RowsState], object]) -> None:
+        """Drag nothing yet; ``take`` is called with the state after each drag."""
+        self._view, self._pointer, self._take = view, pointer, take
+        self._held: tuple[int, int] | None = None
+        self._client = -1
+        self._moved: Marks | None = None
+
+    def stroked(self, stroke: Stroke, state: RowsState) -> None:
+        """Handle one moment of a drag; only the browser that began the drag moves the point."""
+        place = self._pointer.place(stroke)
+        if stroke.phase == "start":
+            self._held = self._view.handles.under(stroke, None if place is None else place.depth)
+            self._client, self._moved = stroke.client, None
+            return
+        if self._held is None or stroke.client != self._client:
+            return
+        number, point = self._held
+        if place is not None and number < len(state.marks):
+            self._moved = with_point(state.marks, number, point, as_point(place.point))
+            self._view.show_marks(self._moved, self._held, state.line)
+        if stroke.phase == "end":
+            moved, self._held, self._moved = self._moved, None, None
+            if moved is not None:
+                self._take(state.choosing(number, point).with_marks(moved, number))
+
+
+def as_point(position: FloatArray) -> Point:
+    """Return a position as numbers that a project keeps, to the hundredth of a millimetre [cm]."""
+    x, y, z = (round(float(number), 3) for number in position)
+    return x, y, z
+
+
+UPWARDS: dict[str, Point] = {
+    "+y": UP, "+z": (0.0, 0.0, 1.0), "+x": (1.0, 0.0, 0.0), "-y": (0.0, -1.0, 0.0), "-z": (0.0, 0.0, -1.0),
+    "-x": (-1.0, 0.0, 0.0),
+}  # fmt: skip
+"""Directions upwards, by the axis along which they point."""
+SHAPING_PARTS: dict[str, float | None] = {
+    "as many as the mesh asks": None, **{f"1 in {count}": 1.0 / count for count in (2, 3, 4, 6, 8)},
+}  # fmt: skip
+"""Largest parts of the stitches of a row that are increases or decreases, in words."""
+PLACEMENTS: dict[str, Placement] = {"spread over the row": "spread", "at seams and edges": "seams"}
+"""Where increases and decreases stand, in words."""
+SHAPING_FIELDS = (
+    Field("up", "Knitted towards", "Direction in which the garment is knitted, where no mark says it.", UPWARDS),
+    Field("multiple", "Multiple of", "The stitches of each round are a multiple of this number, for a pattern that "
+          "repeats.", Number(1, 1000, 1)),
+    Field("short_rows", "Short rows", "The yarn turns back and comes again where rows are far too high, as at a heel."),
+    Field("most_shaping", "Increases in a row", "Largest part of the stitches of a row that are increases or "
+          "decreases; rows that would need more are stretched.", SHAPING_PARTS),
+    Field("shaping", "Shaping", "Increases and decreases are spread over the row, or stacked at the sides of a tube, "
+          "at raglan lines and at both edges of flat rows, in a steady rhythm.", PLACEMENTS),
+    INCREASE,
+)  # fmt: skip
+"""The fields of a shaping that the page shows."""
+
 
 REACH = 0.008
 """Largest angle between a click and a border that it means [rad], about nine pixels."""
@@ -79,8 +141,10 @@ class RowsPage(Page):
         self._gauge = GaugePanel(
             project, self.app.controls, shaping.stitch_width, shaping.stitch_height, self._take_size
         )  # fmt: skip
-        with self.app.controls.group("How rows are found"):
-            self._sizes = SizePanel(shaping, self.app.controls, self._change)
+        self._sizes = FieldPanel(
+            self.app.controls, SHAPING_FIELDS, lambda: self._state.shaping, self._take_shaping,
+            group="How rows are found",
+        )  # fmt: skip
         self._make_other_controls()
         self._drawn: Mesh | None = None
         self.refresh()
@@ -114,9 +178,7 @@ class RowsPage(Page):
         self._finish = controls.button(
             "Finish the line", "Make a mark of the points that were clicked (F).", self._finish_line
         )
-        controls.buttons(
-            "Changes", "One change back (Ctrl+Z), one change forward (Ctrl+Y).", ("Undo", "Redo"), self._step
-        )
+        self._changes = UndoRow(controls, self._undo, self._redo)
 
     def _make_other_controls(self) -> None:
         """Make the controls that replace the mouse, and the keys."""
@@ -125,13 +187,7 @@ class RowsPage(Page):
             self._borders_list = controls.html(Markup(), self._clicked_border)
             self._place = controls.text("Place", "A place on the mesh, such as 3, 20.5, 8 [cm].", "")
             controls.button("Act at this place", "Do there what a click does.", self._act_at_typed_place)
-        for label, key, modifier, run in (
-            ("Finish the line", "F", None, self._finish_line),
-            ("Undo the last change", "Z", "ctrl", self._undo),
-            ("Redo the change", "Y", "ctrl", self._redo),
-            ("Redo the change again", "Z", "ctrl+shift", self._redo),
-        ):
-            controls.key(label, f"{label} of the marks and sizes.", key, modifier, run)
+        controls.key("Finish the line", "Make a mark of the points that were clicked.", "F", None, self._finish_line)
 
     def refresh(self) -> None:
         """Show the rows of the project's mesh, as it is after the repair."""
@@ -185,12 +241,13 @@ class RowsPage(Page):
             self._finder.find_rows(state.shaping)
         self._show_all()
 
-    def _change(self, what: str = "", **values: Any) -> None:
-        """Take other values of the shaping."""
-        self._take(self._state.with_sizes(what, **values))
+    def _take_shaping(self, shaping: Shaping, name: str) -> None:
+        """Take another shaping; changes of a number that follow each other are undone together."""
+        self._take(self._state.with_shaping(shaping, "multiple" if name == "multiple" else ""))
 
     def _take_size(self, width: float, height: float | None, what: str) -> None:
-        self._change(what, stitch_width=width, stitch_height=height)
+        shaping = replace(self._state.shaping, stitch_width=width, stitch_height=height)
+        self._take(self._state.with_shaping(shaping, what))
 
     def _act_at(self, point: Point) -> None:
         """Do what a click at a place of the mesh means."""
@@ -234,9 +291,6 @@ class RowsPage(Page):
 
     def _redo(self) -> None:
         self._take(self._state.redone())
-
-    def _step(self, option: str) -> None:
-        {"Undo": self._undo, "Redo": self._redo}[option]()
 
     def _mean(self, meaning: str) -> None:
         """Take what a click means; a line that is begun is given up."""
@@ -286,10 +340,11 @@ class RowsPage(Page):
         self._choice.visible = fabric is not None
         self._choice.value = state.shown
         self._finish.visible = bool(state.line)
+        self._changes.show(bool(state.history.past or state.line), bool(state.history.future))
         self._click_hint.content = text_line(self._words_of_click())
         self._marks.show(state, self._borders, self._finder.found)
         self._gauge.show(state.shaping.stitch_width, state.shaping.stitch_height)
-        self._sizes.show(state.shaping)
+        self._sizes.show()
         self._borders_list.content = border_list(self._borders, state.marks)
         self._show_status()
         self._draw(fabric)

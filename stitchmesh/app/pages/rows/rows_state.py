@@ -7,7 +7,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
-from stitchmesh.app.pages.rows.mark_edits import Marks, with_line
+from stitchmesh.app.pages.rows.marks import Marks, with_line
 from stitchmesh.app.project.shaping import Point, Shaping, shaping_of, shaping_table
 from stitchmesh.editing.undo_history import UndoHistory
 from stitchmesh.errors import ParameterError
@@ -76,14 +76,13 @@ class RowsState:
             raise ParameterError("mark: none is chosen; click one, or choose one in the list")
         return self.chosen, self.marks[self.chosen]
 
-    def with_sizes(self, what: str = "", **values: Any) -> RowsState:
-        """Take other values of the shaping; changes of the same thing that follow each other are undone together."""
-        shaping = replace(self.shaping, **values)
+    def with_shaping(self, shaping: Shaping, what: str = "") -> RowsState:
+        """Take another shaping; changes of the same thing that follow each other are undone together."""
         return self._with(history=self.history if shaping == self.shaping else self.history.do(shaping, what))
 
     def with_marks(self, marks: Marks, chosen: int | None = None, what: str = "") -> RowsState:
         """Take other marks, and choose one of them; none if it does not exist."""
-        return replace(self, chosen=chosen).with_sizes(what, marks=marks)
+        return replace(self, chosen=chosen).with_shaping(replace(self.shaping, marks=marks), what)
 
     def choosing(self, mark: int | None, point: int = 0) -> RowsState:
         """Choose a mark and one of its points."""

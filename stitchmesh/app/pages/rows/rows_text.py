@@ -4,14 +4,13 @@
 
 from __future__ import annotations
 
-from stitchmesh.app.controls.html_pieces import PLAIN_TEXT, action_button, colour_bar, figures
+from stitchmesh.app.controls.html_pieces import BUTTON, PLAIN_TEXT, action_button, colour_bar, figures, list_button
 from stitchmesh.app.controls.legend import LegendEntry, legend
-from stitchmesh.app.pages.label_text import BUTTON, INK, list_button
-from stitchmesh.app.pages.rows.found_rows import FoundRows
-from stitchmesh.app.pages.rows.mark_edits import Marks
-from stitchmesh.app.pages.rows.mesh_borders import MeshBorders
+from stitchmesh.app.pages.rows.marks import Marks, MeshBorders
+from stitchmesh.app.pages.rows.rows_finder import FoundRows
 from stitchmesh.app.pages.rows.rows_view import ROLE_COLOURS, TIME_COLOURS, lines_every
 from stitchmesh.app.project.shaping import Shaping
+from stitchmesh.app.scene.mesh_drawing import INK
 from stitchmesh.markup import Markup, joined, markup
 from stitchmesh.shaping.marks import TimeMark
 from stitchmesh.shaping.report import ShapingReport

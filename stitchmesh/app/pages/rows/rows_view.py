@@ -5,25 +5,61 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 
-from stitchmesh.app.pages.label_text import INK
-from stitchmesh.app.pages.rows.begun_line import line_on_surface
-from stitchmesh.app.pages.rows.found_rows import EndPlace, FoundRows
-from stitchmesh.app.pages.rows.mark_edits import Marks
 from stitchmesh.app.pages.rows.mark_handles import MarkHandles
-from stitchmesh.app.pages.rows.mesh_borders import MeshBorders
+from stitchmesh.app.pages.rows.marks import Marks, MeshBorders
+from stitchmesh.app.pages.rows.rows_finder import EndPlace, FoundRows
 from stitchmesh.app.project.shaping import Point
 from stitchmesh.app.scene.contour_lines import contour_segments
-from stitchmesh.app.scene.drawing import Colour, Colours, Labels, Lines, Surface
-from stitchmesh.app.scene.mesh_drawing import MeshDrawing
-from stitchmesh.app.scene.point_marks import point_marks
+from stitchmesh.app.scene.drawing import Colour, Colours, Labels, Lines, Surface, point_marks
+from stitchmesh.app.scene.mesh_drawing import INK, STITCH_DRAWINGS, MeshDrawing, show_stitches
 from stitchmesh.app.scene.scene import Scene
 from stitchmesh.mesh import FloatArray, StitchMesh
-from stitchmesh.mesh.picking import PickingTable
+from stitchmesh.mesh.picking import PickingTable, pick
 from stitchmesh.render.colour_scale import ColourScale
-from stitchmesh.render.palette import stitch_colours
+
+PIECES = 12
+"""Number of pieces of the line between two points."""
+LINE_LIFT = 0.004
+"""Distance of the line from the surface, over the size of the mesh."""
+
+
+def line_on_surface(table: PickingTable, points: Sequence[Point]) -> FloatArray:
+    """Return the pieces of the line through some points, shape (n, 2, 3).
+
+    Each piece of a straight line is moved along the mean normal of the surface at both ends until it meets the surface.
+
+    Args:
+        table: the surface, prepared for picking.
+        points: the points, on the surface [cm].
+    """
+    pieces = [_between(table, np.array(start), np.array(end)) for start, end in pairwise(points)]
+    return np.concatenate([np.zeros((0, 2, 3)), *pieces])
+
+
+def _between(table: PickingTable, start: FloatArray, end: FloatArray) -> FloatArray:
+    """The pieces between two points, shape (n, 2, 3)."""
+    size = float(np.linalg.norm(np.ptp(table.mesh.vertices, axis=0)))
+    normals = np.stack([_normal(table, start), _normal(table, end)])
+    outward = normals.mean(axis=0)
+    outward = outward / max(float(np.linalg.norm(outward)), 1e-9)
+    path = []
+    for share in np.linspace(0.0, 1.0, PIECES + 1):
+        place = (1.0 - share) * start + share * end
+        met = pick(table, place + size * outward, -outward) if outward.any() else None
+        path.append((place if met is None else met.point) + LINE_LIFT * size * outward)
+    return np.stack([path[:-1], path[1:]], axis=1)
+
+
+def _normal(table: PickingTable, point: FloatArray) -> FloatArray:
+    """The normal of the mesh at the vertex nearest to a point, shape (3,)."""
+    nearest = int(np.linalg.norm(table.mesh.vertices - point, axis=1).argmin())
+    normal: FloatArray = table.mesh.vertex_normal[nearest]
+    return normal
+
 
 TIME_COLOURS = np.array([[250, 244, 226], [214, 226, 220], [160, 195, 210], [104, 150, 190]])
 """Colours from the first row to the last one, sRGB; dark lines can be seen on all of them."""
@@ -42,15 +78,11 @@ MOST_LINES = 50
 """Number of lines, one above the other, up to which every row is drawn."""
 MOST_TEXTS = 24
 """Number of begins and ends that are named."""
-MOST_EDGES_DRAWN = 12_000
-"""Number of stitches up to which their edges are drawn."""
 TIP_SIZE = 0.008
 """Size of the mark of a tip, over the size of the mesh."""
 OF_ROWS = ("surface", "row lines", "tips of begin", "tips of end", "tips of row", "times", "borders",
            "begin", "end", "row")  # fmt: skip
 """Drawings that show rows."""
-OF_STITCHES = ("stitches", "stitch edges")
-"""Drawings that show stitches."""
 
 
 class RowsView:
@@ -73,7 +105,7 @@ class RowsView:
         """Draw the mesh without rows."""
         if self._shown is None:
             return
-        self._forget(None, OF_ROWS + OF_STITCHES)
+        self._forget(None, OF_ROWS + STITCH_DRAWINGS)
         mesh = self._borders.mesh
         self._drawing.show_faces("surface", np.tile(np.array(BARE, dtype=np.uint8), (mesh.face_count, 1)))
         self._drawing.show_sides("borders", self._borders.sides, ROLE_COLOURS["side"], 4.0)
@@ -82,15 +114,15 @@ class RowsView:
         """Draw rows, and where knitting begins and ends."""
         if self._shown is found:
             return
-        self._forget(found, OF_STITCHES)
+        self._forget(found, STITCH_DRAWINGS)
         surface, low = found.surface, float(found.time.min())
         share = (found.time - low) / max(float(np.ptp(found.time)), 1e-9)
         colours = Colours(np.rint(255 * share).astype(np.uint8), ColourScale(TIME_COLOURS, 0.0, 1.0).table(256))
         self._scene.show("surface", Surface(surface.vertices, surface.triangles, colours, flat=False))
         interval = lines_every(found) * found.course_height
         lines = contour_segments(found.in_front, surface.triangles, found.time, interval)
-        self._show_lines("row lines", lines, INK, 1.5)
-        self._show_lines("borders", found.in_front[found.side_edges], ROLE_COLOURS["side"], 5.0)
+        self._scene.show("row lines", Lines(lines, INK, 1.5))
+        self._scene.show("borders", Lines(found.in_front[found.side_edges], ROLE_COLOURS["side"], 5.0))
         for role in ("begin", "end", "row"):
             self._show_places(found, role)
         self._name_places(found)
@@ -100,12 +132,7 @@ class RowsView:
         if self._shown is fabric:
             return
         self._forget(fabric, OF_ROWS)
-        drawing = MeshDrawing(self._scene, fabric)
-        drawing.show_faces("stitches", stitch_colours(fabric.stitch, fabric.row))
-        if fabric.face_count <= MOST_EDGES_DRAWN:
-            drawing.show_sides("stitch edges", fabric.edge_side, (128, 120, 110), 1.0)
-        else:
-            self._scene.remove("stitch edges")
+        show_stitches(self._scene, fabric)
 
     def show_marks(self, marks: Marks, chosen: tuple[int, int] | None, line: Sequence[Point]) -> None:
         """Draw the points of tips and lines, and a line that is begun.
@@ -117,11 +144,8 @@ class RowsView:
         """
         self.handles.show(marks, chosen, ROLE_COLOURS, LINE_COLOUR)
         points = np.array(line, dtype=np.float64).reshape(-1, 3)
-        self._show_lines("begun line", line_on_surface(self._table, line), LINE_COLOUR, 5.0)
-        if len(points):
-            self._scene.show("begun points", point_marks(points, TIP_SIZE * self._size, LINE_COLOUR))
-        else:
-            self._scene.remove("begun points")
+        self._scene.show("begun line", Lines(line_on_surface(self._table, line), LINE_COLOUR, 5.0))
+        self._scene.show("begun points", point_marks(points, TIP_SIZE * self._size, LINE_COLOUR))
 
     def _forget(self, shown: object, names: Sequence[str]) -> None:
         """Remove some drawings, because something else is shown now."""
@@ -133,28 +157,15 @@ class RowsView:
         """Draw the borders, lines and tips of a role."""
         paths = [found.in_front[place.vertices] for place in found.places if place.role == role]
         segments = [np.stack([path[:-1], path[1:]], axis=1) for path in paths]
-        self._show_lines(role, np.concatenate([np.zeros((0, 2, 3)), *segments]), ROLE_COLOURS[role], 7.0)
+        self._scene.show(role, Lines(np.concatenate([np.zeros((0, 2, 3)), *segments]), ROLE_COLOURS[role], 7.0))
         tips = np.concatenate([np.zeros((0, 3)), *[path for path in paths if len(path) == 1]])
-        if len(tips):
-            self._scene.show(f"tips of {role}", point_marks(tips, TIP_SIZE * self._size, ROLE_COLOURS[role]))
-        else:
-            self._scene.remove(f"tips of {role}")
+        self._scene.show(f"tips of {role}", point_marks(tips, TIP_SIZE * self._size, ROLE_COLOURS[role]))
 
     def _name_places(self, found: FoundRows) -> None:
         """Write the role and the time of each begin and end beside it, at its front."""
         named = [place for place in found.places if place.role != "row"][:MOST_TEXTS]
-        if not named:
-            self._scene.remove("times")
-            return
-        points = np.stack([_front(found, place) for place in named])
+        points = np.array([_front(found, place) for place in named]).reshape(-1, 3)
         self._scene.show("times", Labels(points, tuple(f"{place.role} {place.time:.0f} cm" for place in named)))
-
-    def _show_lines(self, name: str, segments: FloatArray, colour: Colour, width: float) -> None:
-        """Draw lines, shape (n, 2, 3); without lines, nothing."""
-        if len(segments):
-            self._scene.show(name, Lines(segments, colour, width))
-        else:
-            self._scene.remove(name)
 
 
 def lines_every(found: FoundRows) -> int:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stitchmesh.app.pages.swatch.state import Look
+from stitchmesh.errors import ParameterError
 from stitchmesh.io.yarns import write_yarns
 from stitchmesh.periodic.session.frames import Frame
 from stitchmesh.periodic.stretch import StretchCurve
@@ -57,31 +58,23 @@ class ExportPanel:
 
     def yarns(self) -> None:
         """Send the yarns of the newest frame."""
-        design, frame, look = self._shown()
-        if frame is None:
-            return self._app.notice("the yarns are not drawn yet; wait for the fabric", "warning")
+        design, frame, look = self._drawn()
         suffix, tiled = FORMATS[self._format.value]
-        path = self._path(f"{file_stem(design)}.{suffix}")
-        write_yarns(path, frame.yarns, tiles=(look.columns, look.rows) if tiled else None)
-        self._app.download(path.name, path.read_bytes())
+        tiles = (look.columns, look.rows) if tiled else None
+        self._send(f"{file_stem(design)}.{suffix}", lambda path: write_yarns(path, frame.yarns, tiles=tiles))
 
     def pattern(self) -> None:
         """Send the pattern to take home."""
         from stitchmesh.render.pattern_sheet import swatch_sheet, write_pattern_sheet
 
-        design, frame, _look = self._shown()
-        if frame is None:
-            return self._app.notice("the yarns are not drawn yet; wait for the fabric", "warning")
+        design, frame, _look = self._drawn()
         picture = self._app.scene.screenshot(*PICTURE)
-        path = self._path(f"{file_stem(design)}.pdf")
-        write_pattern_sheet(path, swatch_sheet(design.pattern, frame.yarns, frame.measures.gauge, picture=picture))
-        self._app.download(path.name, path.read_bytes())
+        sheet = swatch_sheet(design.pattern, frame.yarns, frame.measures.gauge, picture=picture)
+        self._send(f"{file_stem(design)}.pdf", lambda path: write_pattern_sheet(path, sheet))
 
     def textures(self) -> None:
         """Compute the textures of the newest frame in the background, and send them."""
-        design, frame, _look = self._shown()
-        if frame is None:
-            return self._app.notice("the yarns are not drawn yet; wait for the fabric", "warning")
+        design, frame, _look = self._drawn()
         yarns, pixels, name = frame.yarns, int(self._pixels.value), f"{file_stem(design)}-textures.zip"
         client = self._app.front.acting_client
         self._app.notice(f"textures of {pixels} pixels are being made")
@@ -96,12 +89,25 @@ class ExportPanel:
 
     def curve(self, name: str, curve: StretchCurve) -> None:
         """Send the table of a stretch curve."""
-        path = self._path(f"{file_stem(self._shown()[0])}-{name}-{curve.direction}.csv")
-        write_stretch(path, curve)
-        self._app.download(path.name, path.read_bytes())
+        stem = file_stem(self._shown()[0])
+        self._send(f"{stem}-{name}-{curve.direction}.csv", lambda path: write_stretch(path, curve))
 
-    def _path(self, name: str) -> Path:
-        return self._app.project.folder / FOLDER / name
+    def _drawn(self) -> tuple[SwatchDesign, Frame, Look]:
+        """Return the edited design, its newest frame and the look.
+
+        Raises:
+            ParameterError: there is no frame yet.
+        """
+        design, frame, look = self._shown()
+        if frame is None:
+            raise ParameterError("download: the yarns are not drawn yet; wait for the fabric")
+        return design, frame, look
+
+    def _send(self, name: str, write: Callable[[Path], object]) -> None:
+        """Write a file in the project, and send it."""
+        path = self._app.project.folder / FOLDER / name
+        write(path)
+        self._app.download(name, path.read_bytes())
 
 
 def file_stem(design: SwatchDesign) -> str:

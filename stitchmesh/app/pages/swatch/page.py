@@ -9,14 +9,16 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from stitchmesh.app.controls.field_panel import FieldPanel
+from stitchmesh.app.controls.legend import legend_of_key
 from stitchmesh.app.pages.page import Page
 from stitchmesh.app.pages.swatch.chart_panel import ChartPanel
 from stitchmesh.app.pages.swatch.dial_panel import DialPanel
 from stitchmesh.app.pages.swatch.exports import ExportPanel
 from stitchmesh.app.pages.swatch.fabric_drawing import FabricDrawing
-from stitchmesh.app.pages.swatch.look_panel import LookPanel
 from stitchmesh.app.pages.swatch.measures_panel import MeasuresPanel
 from stitchmesh.app.pages.swatch.state import (
+    LOOK_FIELDS,
     NAMES,
     Look,
     SwatchState,
@@ -29,6 +31,7 @@ from stitchmesh.app.pages.swatch.stretch_panel import StretchPanel
 from stitchmesh.app.pages.swatch.variant import Variant
 from stitchmesh.app.task import FRAME_SECONDS
 from stitchmesh.errors import StitchMeshError
+from stitchmesh.markup import Markup, joined
 from stitchmesh.periodic.resolve_pattern import Source
 from stitchmesh.periodic.session.frames import Frame
 from stitchmesh.periodic.swatch_design import SwatchDesign, SwatchDials
@@ -109,9 +112,13 @@ class SwatchPage(Page):
                         self.state.iterations, self._set_iterations, least=1, most=200, step=1)  # fmt: skip
         controls.key("Start or stop the yarns", "Let the yarns relax or stand", "R", "shift", self._toggle)
         controls.key("One step of the yarns", "Relax for one frame", "N", "shift", lambda: self._tell(STEP))
-        self._dials = DialPanel(controls, design, self._turn)
+        self._dials = DialPanel(controls, design, self.change)
         controls.button("Set all dials back", "The values of a new swatch; the chart stays", self._set_back)
-        self._look = LookPanel(controls, self.state.look, design, self._set_look)
+        with controls.group("Look"):
+            self._look = FieldPanel(
+                controls, LOOK_FIELDS, lambda: self.state, lambda state, name: self._set_look(state.look)
+            )
+            self._legend = controls.html(Markup())
         with controls.group("Two variants", opened=len(self.state.designs) > 1):
             controls.toggle("Compare two variants", "A second fabric beside the first, with dials and chart of its own",
                             len(self.state.designs) > 1, self._compare)  # fmt: skip
@@ -158,13 +165,18 @@ class SwatchPage(Page):
 
     def _show_fabric(self) -> None:
         self._drawing.show(self.variants)
-        self._look.show_legends([(variant.name, variant.legend) for variant in self.variants])
+        several = len(self.variants) > 1
+        self._legend.content = joined(
+            legend_of_key(variant.legend, f"Colours of {variant.name}" if several else "")
+            for variant in self.variants
+            if variant.legend
+        )
 
     def _show(self) -> None:
         """Show the state of the page in the controls."""
         design, compared = self.state.design, len(self.state.designs) > 1
         self._dials.show(design, self.variant.frame)
-        self._look.show(design, self.state.look)
+        self._look.show()
         self._edited.visible = compared
         self._edited.value = NAMES[self.state.edited]
         self._measures.show(self.variants)
@@ -181,9 +193,6 @@ class SwatchPage(Page):
 
     def _take_text(self, text: str) -> None:
         self._keep(self.state.with_chart(text))
-
-    def _turn(self, **dials: object) -> None:
-        self.change(self.state.design.turned(**dials))
 
     def _set_back(self) -> None:
         self.change(replace(self.state.design, dials=SwatchDials()))

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
+from stitchmesh.app.controls.field_panel import Field, Number, same_words
 from stitchmesh.errors import ParameterError, StitchMeshError
 from stitchmesh.io.checked import check_table, check_value
 from stitchmesh.patterns import Pattern
@@ -99,6 +100,29 @@ class SwatchState:
             return self
         count, chart = (2 if compare else 1), self.charts[self.edited]
         return replace(self, designs=(self.design,) * count, charts=(chart,) * count, edited=count - 1)
+
+
+def is_knit(state: SwatchState) -> bool:
+    """Whether the edited design is a knit, whose stitches and rows can have colours."""
+    return isinstance(state.design.pattern, Pattern)
+
+
+def has_strength(state: SwatchState) -> bool:
+    """Whether the colours of stitches or rows cover those of the yarns."""
+    return is_knit(state) and state.look.colour_by in ("stitch", "row")
+
+
+LOOK_FIELDS = (
+    Field("look.columns", "Copies across", "Copies of the repeat side by side; they cost no computation",
+          Number(1, MOST_TILES, 1)),
+    Field("look.rows", "Copies upwards", "Copies of the repeat one above another; they cost no computation",
+          Number(1, MOST_TILES, 1)),
+    Field("look.colour_by", "Colour by", "Colours of the yarns, of their stitches or rows, or of stretch",
+          same_words(COLOURINGS), is_knit),
+    Field("look.blend", "Strength", "How much these colours cover those of the yarns; 0 shows the yarns alone",
+          Number(0.0, 1.0, 0.05, slider=True), has_strength),
+)  # fmt: skip
+"""How the fabric is shown, with the controls that apply to the edited design."""
 
 
 def repeat_shape(source: Source) -> tuple[int, int]:

@@ -1,14 +1,15 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A variant of the swatch: a design, the session that relaxes it, and what the scene shows of it."""
+"""A variant of the swatch: a design, the session that relaxes it, its frames, and what the scene shows of it."""
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable
 
 from stitchmesh.app.event_queue import EventQueue
-from stitchmesh.app.pages.swatch.frame_watcher import FrameWatcher
 from stitchmesh.app.pages.swatch.state import Look
+from stitchmesh.app.task import FRAME_SECONDS
 from stitchmesh.errors import ParameterError
 from stitchmesh.patterns import Pattern, parse_pattern
 from stitchmesh.periodic.session.frames import Frame
@@ -17,6 +18,43 @@ from stitchmesh.periodic.swatch_design import SwatchDesign
 from stitchmesh.render.colouring import colour_yarns
 from stitchmesh.render.lettering import Colour
 from stitchmesh.render.tile_drawing import TileDrawing, draw_tiles
+
+URGENT_FRAMES = 6
+"""Number of frames after a change that do not wait for the time of the next frame: those that the session was making
+before, the drawing, and how it moves."""
+
+
+class FrameWatcher:
+    """Delivers the frames of a session in a thread of its own, until the session is closed."""
+
+    def __init__(self, session: SwatchSession, queue: EventQueue, deliver: Callable[[Frame], object]) -> None:
+        """Start to watch.
+
+        Args:
+            session: the session; its present frame is not delivered.
+            queue: the queue in which ``deliver`` is called.
+            deliver: function of each frame; a frame that waits while a newer one arrives is left out.
+        """
+        self.seconds = FRAME_SECONDS
+        """Least time between two frames [s]."""
+        self._session, self._queue, self._deliver = session, queue, deliver
+        self._urgent = threading.Event()
+        threading.Thread(target=self._watch, args=(session.frame.number,), name="frames", daemon=True).start()
+
+    def hurry(self) -> None:
+        """Deliver the next frames as soon as they come, because the user has changed something."""
+        self._urgent.set()
+
+    def _watch(self, seen: int) -> None:
+        hurried = 0
+        while (frame := self._session.wait_for_frame(after=seen)) is not None:
+            seen = frame.number
+            self._queue.post_newest((id(self), "frame"), self._deliver, frame)
+            if hurried == 0 and self._urgent.wait(self.seconds):
+                hurried = URGENT_FRAMES + 1
+            self._urgent.clear()
+            hurried = max(hurried - 1, 0)
+
 
 PLAIN = parse_pattern("round 1: k1")
 """Pattern with which a session begins. The design follows as a change, so that a design that cannot be generated is an

@@ -22,7 +22,7 @@ BOX_COLOUR = (224, 138, 30)
 
 
 @dataclass(frozen=True)
-class Box:
+class ClipBox:
     """A box."""
 
     low: tuple[float, float, float]
@@ -42,7 +42,7 @@ class Box:
         return Lines(corners[np.array(pairs)], BOX_COLOUR, 2.0)
 
 
-def box_of_shares(low: FloatArray, high: FloatArray, shares: Mapping[str, float]) -> Box:
+def box_of_shares(low: FloatArray, high: FloatArray, shares: Mapping[str, float]) -> ClipBox:
     """Return the box between shares of the box of a thing.
 
     Args:
@@ -57,4 +57,4 @@ def box_of_shares(low: FloatArray, high: FloatArray, shares: Mapping[str, float]
     # Rounding of coordinates must not cut off the outermost points.
     slack = 1e-9 * (1.0 + np.abs(ends).max())
     least, most = ends.min(axis=0) - slack, ends.max(axis=0) + slack
-    return Box(tuple(least.tolist()), tuple(most.tolist()))
+    return ClipBox(tuple(least.tolist()), tuple(most.tolist()))

@@ -84,16 +84,10 @@ class DrapedSketch:
         """
         frame, region = self.frame, self.lines.region
         corners = region.triangles[frame.triangle_kind != YARNS]
-        if len(corners):
-            plain = np.tile(np.array(CLOTH_COLOUR, dtype=np.uint8), (len(frame.vertices), 1))
-            colours = ALPHA_SCALE.of(frame.vertex_alpha) if alpha else plain
-            scene.show(SURFACE, Surface(frame.vertices, corners, Colours.of(colours), flat=False))
-        else:
-            scene.remove(SURFACE)
-        if len(self.lines.node):
-            scene.show(LINES, Lines(frame.nodes[self.lines.node], self._line_colours(alpha=alpha), WIDTH))
-        else:
-            scene.remove(LINES)
+        plain = np.tile(np.array(CLOTH_COLOUR, dtype=np.uint8), (len(frame.vertices), 1))
+        colours = ALPHA_SCALE.of(frame.vertex_alpha) if alpha else plain
+        scene.show(SURFACE, Surface(frame.vertices, corners, Colours.of(colours), flat=False))
+        scene.show(LINES, Lines(frame.nodes[self.lines.node], self._line_colours(alpha=alpha), WIDTH))
         draw_bodies(scene, self.draped.prepared.bodies, frame.time)
 
     def clear(self, scene: Scene) -> None:

@@ -1,21 +1,22 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A run of mixed yarns and triangles in the scene: yarns in the region, a smooth surface outside it, frame by frame."""
+"""A run of mixed yarns and triangles in the scene, frame by frame, and the controls that choose the frame."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stitchmesh.app.pages.view.clip_box import Box
+from stitchmesh.app.controls.controls import Controls
+from stitchmesh.app.pages.view.clip_box import ClipBox
 from stitchmesh.app.pages.view.thing_view import EDGES, NAME, Place
 from stitchmesh.app.scene.drawing import Colour, Colours, Surface, YarnTubes
+from stitchmesh.app.scene.mesh_drawing import BODY_COLOUR, plain_surface
 from stitchmesh.app.scene.scene import Scene
 from stitchmesh.mesh import FloatArray, IntArray, Mesh, StitchMesh
-from stitchmesh.mesh.face_triangles import face_triangles
 from stitchmesh.mesh.palette import parse_colour
 from stitchmesh.mesh.picking import pick as pick_face
 from stitchmesh.mesh.picking import picking_table
@@ -36,7 +37,6 @@ SURFACE = "viewed surface"
 BODIES = "viewed bodies"
 """Name of the drawing of the bodies."""
 CLOTH_COLOUR: Colour = (214, 208, 196)
-BODY_COLOUR: Colour = (176, 168, 158)
 BODY_OPACITY = 0.4
 """Opacity of bodies, which may stand before the cloth."""
 THICKNESS = 4.0
@@ -67,8 +67,8 @@ class DrapedView:
         self._of_yarns, self.coloured_count = len(self.yarns.points), len(self.yarns.points) + len(self.shown.surface)
         known = before if isinstance(before, DrapedView) and before.display is self.display else None
         self.node: IntArray = nodes_at_points(draped, self.frame, self.yarns) if known is None else known.node
-        self._blocks: tuple[Box | None, bool, YarnBlocks | None] | None = None if known is None else known._blocks
-        self._triangles: tuple[Box | None, IntArray] | None = None if known is None else known._triangles
+        self._blocks: tuple[ClipBox | None, bool, YarnBlocks | None] | None = None if known is None else known._blocks
+        self._triangles: tuple[ClipBox | None, IntArray] | None = None if known is None else known._triangles
 
     def bounds(self) -> tuple[FloatArray, FloatArray]:
         """Return the box of the cloth."""
@@ -109,7 +109,7 @@ class DrapedView:
         found_colours = colour_yarns(self.yarns, "yarn")
         return self._on_plain_cloth(Coloured(found_colours.points, found_colours.key))
 
-    def draw(self, scene: Scene, colours: NDArray[np.uint8], clip: Box | None) -> None:
+    def draw(self, scene: Scene, colours: NDArray[np.uint8], clip: ClipBox | None) -> None:
         """Draw the yarns and the surface in the box, and the bodies."""
         scene.remove(EDGES)
         self._draw_yarns(scene, colours[: self._of_yarns], clip)
@@ -144,17 +144,14 @@ class DrapedView:
         kind = KINDS[int(self.display.region.triangle_kind[number])]
         return Place(self.shown.vertices[triangles[number]].mean(axis=0), f"Triangle {number}: {kind}")
 
-    def _draw_yarns(self, scene: Scene, colours: NDArray[np.uint8], clip: Box | None) -> None:
+    def _draw_yarns(self, scene: Scene, colours: NDArray[np.uint8], clip: ClipBox | None) -> None:
         if self._blocks is None or self._blocks[:2] != (clip, self.everywhere):
             segments = self._segments(clip)
             self._blocks = clip, self.everywhere, make_blocks(self.yarns, segments) if len(segments) else None
         blocks = self._blocks[2]
-        if blocks is None:
-            scene.remove(NAME)
-        else:
-            scene.show(NAME, YarnTubes(blocks, self.yarns.points, colours))
+        scene.show(NAME, None if blocks is None else YarnTubes(blocks, self.yarns.points, colours))
 
-    def _draw_surface(self, scene: Scene, colours: NDArray[np.uint8], clip: Box | None) -> None:
+    def _draw_surface(self, scene: Scene, colours: NDArray[np.uint8], clip: ClipBox | None) -> None:
         if self._triangles is None or self._triangles[0] != clip:
             self._triangles = clip, self._inside(clip)
         corners = self._triangles[1]
@@ -163,7 +160,7 @@ class DrapedView:
         else:
             scene.show(SURFACE, Surface(self.shown.surface, corners, Colours.of(colours), flat=False))
 
-    def _segments(self, clip: Box | None) -> IntArray:
+    def _segments(self, clip: ClipBox | None) -> IntArray:
         """Segments that are drawn: those that are simulated, or all, in the box."""
         middle = self.yarns.segment_points[:, 1:3]
         drawn = np.ones(len(middle), dtype=bool)
@@ -173,7 +170,7 @@ class DrapedView:
             drawn &= clip.inside(self.yarns.points[middle].mean(axis=1))
         return np.flatnonzero(drawn)
 
-    def _inside(self, clip: Box | None) -> IntArray:
+    def _inside(self, clip: ClipBox | None) -> IntArray:
         """Triangles of the surface in the box."""
         corners = self.display.triangles
         return corners if clip is None else corners[clip.inside(self.shown.surface[corners].mean(axis=1))]
@@ -192,12 +189,60 @@ class DrapedView:
 def draw_bodies(scene: Scene, bodies: Sequence[LoadedBody], time: float) -> None:
     """Draw bodies where they are at a time [s]; the cloth shows through them."""
     for number, mesh in enumerate(bodies_at(bodies, time)):
-        corners = mesh.face_vertex[face_triangles(mesh).corners]
-        body = Surface(mesh.vertices, corners, BODY_COLOUR, flat=False, opacity=BODY_OPACITY)
-        scene.show(f"{BODIES} {number}", body)
+        scene.show(f"{BODIES} {number}", plain_surface(mesh, BODY_COLOUR, flat=False, opacity=BODY_OPACITY))
 
 
 def remove_bodies(scene: Scene, bodies: Sequence[LoadedBody]) -> None:
     """Remove the drawings of bodies."""
     for number in range(len(bodies)):
         scene.remove(f"{BODIES} {number}")
+
+
+NEWEST = 100.0
+"""Place of the newest frame on the slider [%]."""
+BACK, ON, LAST = "Frame before", "Next frame", "Newest"
+"""Labels of the buttons."""
+
+
+class FramePanel:
+    """Chooses a frame; at the end of the slider the newest frame is shown, also of a run that goes on."""
+
+    def __init__(self, controls: Controls, changed: Callable[[], object]) -> None:
+        """Make the controls, hidden; ``changed`` is called when something else is to be drawn."""
+        self._draped: Draped | None = None
+        self._changed = changed
+        self._moment = controls.slider(
+            "Moment", "Part of the frames of the run [%]; at 100 the newest frame is followed.", NEWEST,
+            lambda _: self._changed(), least=0.0, most=NEWEST, step=0.5,
+        )  # fmt: skip
+        self._steps = controls.buttons("Frames", "One frame back or on, or the newest.", (BACK, ON, LAST), self._step)
+        self._everywhere = controls.toggle(
+            "Yarns everywhere", "Draw all yarns and no triangles.", False, lambda _: self._changed()
+        )
+        self.show(None)
+
+    @property
+    def frame(self) -> int:
+        """Number of the chosen frame."""
+        count = 1 if self._draped is None else len(self._draped.frames)
+        return min(round(float(self._moment.value) / NEWEST * (count - 1)), count - 1)
+
+    def show(self, draped: Draped | None) -> None:
+        """Show the controls that a run needs; None hides them."""
+        self._draped = draped
+        many = draped is not None and len(draped.frames) > 1
+        self._moment.visible = self._steps.visible = many
+        self._everywhere.visible = draped is not None
+
+    def view(self, draped: Draped, before: object = None) -> DrapedView:
+        """Return the view of the chosen frame of a run, which is shown from now on."""
+        self.show(draped)
+        return DrapedView(draped, before, frame=self.frame, everywhere=bool(self._everywhere.value))
+
+    def _step(self, which: str) -> None:
+        if self._draped is None:
+            return
+        last = len(self._draped.frames) - 1
+        frame = {BACK: self.frame - 1, ON: self.frame + 1, LAST: last}[which]
+        self._moment.value = NEWEST * min(max(frame, 0), last) / max(last, 1)
+        self._changed()

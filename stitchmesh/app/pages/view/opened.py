@@ -1,17 +1,175 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The file or the job that the user has opened."""
+"""The file or the output folder of a job that the user has opened; a folder is read again when the job writes."""
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from pathlib import Path
 
-from stitchmesh.app.pages.view.job_folder import WAITING, FolderWatch, JobFiles, job_files, read_job
 from stitchmesh.app.pages.view.viewed import Viewed, read_viewed
-from stitchmesh.errors import FileError
+from stitchmesh.errors import FileError, ParameterError, StitchMeshError
 from stitchmesh.io.atomic import temporary_file
+from stitchmesh.io.checkpoint_file import previous_path
+from stitchmesh.io.history import read_history
 from stitchmesh.io.path_kind import is_folder, is_there
+from stitchmesh.io.stitches import read_stitches
+from stitchmesh.jobs.job_status import JobStatus, read_status
+from stitchmesh.jobs.kept_stages import STAGES
+from stitchmesh.mixed.drape import SCENE_FILE, Draped
+from stitchmesh.mixed.draped_folder import read_again, read_draped
+from stitchmesh.mixed.output.frames import FOLDER as FRAMES
+from stitchmesh.mixed.output.frames import Frames
+from stitchmesh.mixed.scene.scene_file import read_scene
+from stitchmesh.run import CHECKPOINT
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax.checkpoint_yarns import checkpoint_yarns
+
+
+@dataclass(frozen=True)
+class JobFiles:
+    """The files of a job, with the times at which they were changed."""
+
+    folder: Path
+    times: tuple[tuple[str, int, int], ...]
+    """Name, time of the last change [ns] and size of each file that is there."""
+    status: JobStatus | None = None
+    """How far the job is, if `stitchmesh run` has started it."""
+
+    def time_of(self, name: str) -> int:
+        """Return the time at which a file was changed [ns]; 0 if it is not there."""
+        return next((time for found, time, _ in self.times if found == name), 0)
+
+
+STATES = ("stitches.h5", "yarns.h5", "convergence.csv", "report.json", SCENE_FILE, FRAMES)
+"""Files of a job that are looked at; the folder of the frames changes with each frame."""
+EVERY_SECONDS = 1.0
+"""Time between two looks at the folder."""
+WAITING = "Waiting for the first result: the folder holds no stitches.h5, no yarns.h5 and no frames yet."
+
+
+def job_files(folder: Path) -> JobFiles:
+    """Return the files of a job that are there now.
+
+    Raises:
+        ParameterError: there is no such folder.
+    """
+    if not is_folder(folder):
+        raise ParameterError(f"folder: {folder} is no folder; expected the output folder of a job")
+    times = []
+    for name, path in {**{name: folder / name for name in STATES}, CHECKPOINT: _checkpoint_path(folder)}.items():
+        try:
+            found = path.stat()
+        except OSError:
+            continue  # The job has not written it yet, or replaces it at this moment.
+        times.append((name, found.st_mtime_ns, found.st_size))
+    return JobFiles(folder, tuple(times), _status(folder))
+
+
+def read_job(files: JobFiles, earlier: tuple[JobFiles, Viewed] | None = None) -> Viewed:
+    """Read the newest state of a job: its yarns, or its stitches while it has no yarns, or its frames.
+
+    Args:
+        files: the files of the job.
+        earlier: an earlier state of the same folder, which is kept if only the status of the job is newer. A run with
+            the same scene keeps what it has prepared.
+
+    Raises:
+        StitchMeshError: a file cannot be read, or there is none.
+    """
+    folder, here = files.folder, {name for name, _, _ in files.times}
+    if files.status is not None and earlier is not None and files.times == earlier[0].times:
+        return replace(earlier[1], job=files.status)
+    if {SCENE_FILE, FRAMES} <= here:
+        return _read_run(files, earlier)
+    # A job writes its convergence last; an earlier job may have left its own in the folder.
+    finished = files.time_of("convergence.csv") >= files.time_of("yarns.h5") > 0
+    state = "finished" if finished else "running, or was stopped"
+    line = f"The job in {folder.name} is {state}." if files.status is None else ""
+    history = read_history(folder / "convergence.csv") if finished else []
+    if "yarns.h5" in here:
+        newer = files.time_of(CHECKPOINT) > files.time_of("yarns.h5")
+        viewed = _newest_checkpoint(folder) if newer else read_viewed(folder / "yarns.h5")
+        return replace(viewed, name=folder.name, history=history, text=line, job=files.status)
+    if "stitches.h5" in here:
+        return Viewed(folder.name, read_stitches(folder / "stitches.h5"), history=history, text=line, job=files.status)
+    if files.status is not None:
+        return Viewed(folder.name, text=WAITING, job=files.status)
+    raise FileError(f"{folder}: holds no stitches.h5 and no yarns.h5 yet; wait until the job has written them")
+
+
+class FolderWatch:
+    """A thread that looks at a folder until it is stopped."""
+
+    def __init__(self, folder: Path, changed: Callable[[JobFiles], object], every: float = EVERY_SECONDS) -> None:
+        """Start; ``changed`` is called in the thread of the watch, with the files after each change."""
+        self.folder = folder
+        self._changed, self._every = changed, every
+        self._stopped = threading.Event()
+        self._seen = job_files(folder)
+        threading.Thread(target=self._run, name=f"watching {folder}", daemon=True).start()
+
+    def stop(self) -> None:
+        """End the thread."""
+        self._stopped.set()
+
+    def _run(self) -> None:
+        while not self._stopped.wait(self._every):
+            try:
+                files = job_files(self.folder)
+            except StitchMeshError:
+                continue  # The folder may come back, for example on a disk of another computer.
+            if files != self._seen and not self._stopped.is_set():
+                self._seen = files
+                self._changed(files)
+
+
+def _status(folder: Path) -> JobStatus | None:
+    """Return how far a job is that `stitchmesh run` has started; None if there is none, or its file is damaged."""
+    try:
+        return read_status(folder)
+    except FileError:
+        return None
+
+
+def _read_run(files: JobFiles, earlier: tuple[JobFiles, Viewed] | None) -> Viewed:
+    """Read a run of mixed yarns and triangles."""
+    folder = files.folder
+    if not len(Frames.of_folder(folder)):
+        return Viewed(folder.name, text=f"The run in the folder {folder.name} has no frame yet.")
+    known = None if earlier is None else earlier[1].thing
+    same = isinstance(known, Draped) and known.prepared.scene == read_scene(folder / SCENE_FILE)
+    draped = read_again(known, folder) if same and isinstance(known, Draped) else read_draped(folder)
+    state = "finished" if draped.report else "running, or was stopped"
+    return Viewed(folder.name, draped, text=f"The run in the folder {folder.name} is {state}.")
+
+
+def _checkpoint_path(folder: Path) -> Path:
+    """Return the newest checkpoint of the relaxation of a garment: beside the yarns, or among the kept stages."""
+    found = [folder / CHECKPOINT, *folder.glob(f"{STAGES}/relax_yarns-*/{CHECKPOINT}")]
+    return max(found, key=_time)
+
+
+def _time(path: Path) -> int:
+    """Return the time of the last change of a file [ns]; 0 if it is not there."""
+    try:
+        return path.stat().st_mtime_ns
+    except OSError:
+        return 0
+
+
+def _newest_checkpoint(folder: Path) -> Viewed:
+    """Read the newest checkpoint that is whole and fits the yarns in the folder; these themselves if there is none."""
+    path, beside = _checkpoint_path(folder), folder / "yarns.h5"
+    before = read_viewed(beside)
+    assert isinstance(before.thing, YarnSet)
+    for one in (path, previous_path(path)):
+        with suppress(FileError):
+            return replace(before, thing=checkpoint_yarns(one, before.thing))
+    return before
 
 
 class Opened:

@@ -6,20 +6,21 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from stitchmesh.app.controls.field_panel import FieldPanel
 from stitchmesh.app.controls.html_pieces import figures
 from stitchmesh.app.pages.page import Page
-from stitchmesh.app.pages.view.clip_box import SIDES, Box, box_of_shares
-from stitchmesh.app.pages.view.draped_view import DrapedView
-from stitchmesh.app.pages.view.frame_panel import FramePanel
+from stitchmesh.app.pages.view.clip_box import SIDES, ClipBox, box_of_shares
+from stitchmesh.app.pages.view.draped_view import DrapedView, FramePanel
 from stitchmesh.app.pages.view.measurement import Measurement
 from stitchmesh.app.pages.view.opened import Opened, read_upload
-from stitchmesh.app.pages.view.state import DRAPED_COLOURS, FACE_COLOURS, ONE_COLOUR, YARN_COLOURS, ViewState
+from stitchmesh.app.pages.view.state import COLOUR_FIELDS, ONE_COLOUR, ViewState
 from stitchmesh.app.pages.view.thing_view import MeshView, Place, ThingView, YarnView
 from stitchmesh.app.pages.view.view_html import (
     FRAMES,
@@ -32,12 +33,11 @@ from stitchmesh.app.pages.view.view_html import (
     status_line,
 )
 from stitchmesh.app.pages.view.viewed import SUFFIXES, Thing, Viewed, project_results
-from stitchmesh.app.scene.drawing import Surface
+from stitchmesh.app.scene.mesh_drawing import BODY_COLOUR, plain_surface
 from stitchmesh.app.scene.scene import Pick, ViewName
 from stitchmesh.errors import ParameterError, StitchMeshError
 from stitchmesh.markup import Markup, markup
-from stitchmesh.mesh import Mesh, StitchMesh
-from stitchmesh.mesh.face_triangles import face_triangles
+from stitchmesh.mesh import Mesh
 from stitchmesh.mixed.drape import Draped
 from stitchmesh.render.colouring import Coloured
 from stitchmesh.yarn import YarnSet
@@ -55,8 +55,8 @@ MOST_STITCHES = 99_999_999
 """Largest number of a stitch that can be typed."""
 COLOURING = "finding the colours"
 """Name of the task that computes colours."""
-BODY, BODY_COLOUR = "viewed body", (176, 168, 158)
-"""Name and colour of the drawing of the body."""
+BODY = "viewed body"
+"""Name of the drawing of the body."""
 BOX = "clip box"
 """Name of the drawing of the box."""
 
@@ -154,18 +154,12 @@ class ViewPage(Page):
 
     def _make_colours(self) -> None:
         controls, state = self.app.controls, self._state
-        self._yarn_colour = controls.choice(
-            "Colour by", "What decides the colours of the yarns.", tuple(YARN_COLOURS), state.yarn_colour,
-            lambda word: self._recolour(yarn_colour=word),
-        )  # fmt: skip
-        self._face_colour = controls.choice(
-            "Colour faces by", "What decides the colours of the faces.", tuple(FACE_COLOURS), state.face_colour,
-            lambda word: self._recolour(face_colour=word),
-        )  # fmt: skip
-        self._run_colour = controls.choice(
-            "Colour the run by", "What decides the colours of yarns and triangles.", tuple(DRAPED_COLOURS),
-            state.run_colour, lambda word: self._recolour(run_colour=word),
-        )  # fmt: skip
+        fields = [
+            replace(field, shown=partial(self._is_shown, kind)) for kind, field in COLOUR_FIELDS.items()
+        ]
+        self._colours = FieldPanel(
+            controls, fields, lambda: self._state, lambda state, name: self._recolour(**{name: getattr(state, name)})
+        )
         self._one_colour = controls.colour(
             "Colour", "The colour of everything.", state.one_colour, lambda word: self._recolour(one_colour=word)
         )
@@ -262,11 +256,12 @@ class ViewPage(Page):
     def _show_controls(self) -> None:
         """Show the controls that what is shown needs."""
         thing = None if self._viewed is None else self._viewed.thing
-        yarns, faces = isinstance(thing, YarnSet), isinstance(thing, Mesh)
-        self._yarn_colour.visible = yarns
-        self._face_colour.visible = isinstance(thing, StitchMesh)
-        self._run_colour.visible = run = isinstance(thing, Draped)
-        self._one_colour.visible = (yarns or faces or run) and self._colour_word().startswith("#")
+        self._colours.show()
+        self._one_colour.visible = thing is not None and self._colour_word().startswith("#")
+
+    def _is_shown(self, kind: type, state: ViewState) -> bool:
+        """Whether a thing of a kind is shown."""
+        return self._viewed is not None and isinstance(self._viewed.thing, kind)
 
     def _describe(self) -> None:
         """Show the figures, the picture, the text and the plot of what is shown."""
@@ -326,10 +321,7 @@ class ViewPage(Page):
         colours = self._plain_colours() if self._coloured is None else self._coloured.points
         box = self._box()
         self._view.draw(self.app.scene, colours, box)
-        if box is None:
-            self.app.scene.remove(BOX)
-        else:
-            self.app.scene.show(BOX, box.edges())
+        self.app.scene.show(BOX, None if box is None else box.edges())
         self._draw_body()
         self._draw_measurement()
 
@@ -339,8 +331,7 @@ class ViewPage(Page):
         if body is None or self._colour_word() != "body-distance":
             self.app.scene.remove(BODY)
             return
-        corners = body.face_vertex[face_triangles(body).corners]
-        self.app.scene.show(BODY, Surface(body.vertices, corners, BODY_COLOUR, flat=False, opacity=0.6))
+        self.app.scene.show(BODY, plain_surface(body, BODY_COLOUR, flat=False, opacity=0.6))
 
     def _plain_colours(self) -> NDArray[np.uint8]:
         """Return one colour for everything, until the colours are found."""
@@ -439,7 +430,7 @@ class ViewPage(Page):
 
         return changed
 
-    def _box(self) -> Box | None:
+    def _box(self) -> ClipBox | None:
         if not self._clips.value or self._view is None:
             return None
         return box_of_shares(*self._view.bounds(), self._state.shares)

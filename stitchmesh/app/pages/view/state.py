@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from stitchmesh.app.controls.field_panel import Field, same_words
 from stitchmesh.app.pages.view.measurement import Measurement
 from stitchmesh.app.pages.view.viewed import Thing
 from stitchmesh.mesh import Mesh, StitchMesh
@@ -30,6 +31,15 @@ DRAPED_COLOURS = {
     "Tension of the yarns": "yarn-tension", "One colour": "",
 }  # fmt: skip
 """Colours of a run of mixed yarns and triangles in the words of the page, and the words of ``DrapedView``."""
+COLOUR_FIELDS = {
+    YarnSet: Field("yarn_colour", "Colour by", "What decides the colours of the yarns.",
+                   same_words(tuple(YARN_COLOURS))),
+    StitchMesh: Field("face_colour", "Colour faces by", "What decides the colours of the faces.",
+                      same_words(tuple(FACE_COLOURS))),
+    Draped: Field("run_colour", "Colour the run by", "What decides the colours of yarns and triangles.",
+                  same_words(tuple(DRAPED_COLOURS))),
+}  # fmt: skip
+"""The choice of the colours of each kind of thing."""
 ONE_COLOUR = "#c9b89a"
 """The one colour at first."""
 KEPT: Mapping[str, Mapping[str, str] | None] = {

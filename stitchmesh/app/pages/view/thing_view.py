@@ -11,7 +11,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from stitchmesh.app.pages.view.clip_box import Box
+from stitchmesh.app.pages.view.clip_box import ClipBox
 from stitchmesh.app.scene.drawing import IN_PLACE, Colours, Lines, Surface, YarnTubes
 from stitchmesh.app.scene.scene import Scene
 from stitchmesh.hand_knitting.words import stitch_name
@@ -69,7 +69,7 @@ class ThingView(Protocol):
     def coloured(self, colour: str, fabric: StitchMesh | None, body: Mesh | None) -> Coloured:
         """Return its colours and their legend; may be called in any thread."""
 
-    def draw(self, scene: Scene, colours: NDArray[np.uint8], clip: Box | None) -> None:
+    def draw(self, scene: Scene, colours: NDArray[np.uint8], clip: ClipBox | None) -> None:
         """Draw it."""
 
     def pick(self, origin: FloatArray, direction: FloatArray, fabric: StitchMesh | None) -> Place | None:
@@ -86,7 +86,7 @@ class YarnView:
         """Keep the yarns; the blocks are those of the view before if both have the same segments."""
         self.yarns, self.coloured_count = yarns, len(yarns.points)
         self._table: YarnPickingTable | None = None
-        self._blocks: tuple[Box | None, YarnBlocks] | None = None
+        self._blocks: tuple[ClipBox | None, YarnBlocks] | None = None
         if isinstance(before, YarnView) and _same_segments(before.yarns, yarns) and before._blocks is not None:
             self._blocks = before._blocks if before._blocks[0] is None else None
         self.copies = IN_PLACE if yarns.lattice is None else _copies(yarns)
@@ -118,7 +118,7 @@ class YarnView:
         """Return the colours of the control points."""
         return colour_yarns(self.yarns, colour, fabric=fabric, body=body)
 
-    def draw(self, scene: Scene, colours: NDArray[np.uint8], clip: Box | None) -> None:
+    def draw(self, scene: Scene, colours: NDArray[np.uint8], clip: ClipBox | None) -> None:
         """Draw the segments in the box as tubes."""
         scene.remove(EDGES)
         if self._blocks is None or self._blocks[0] != clip:
@@ -159,7 +159,7 @@ class YarnView:
         words.append(f"strain {100 * float(yarns.strain[place.segment]):+.1f} %")
         return ", ".join(words)
 
-    def _inside(self, clip: Box | None) -> IntArray:
+    def _inside(self, clip: ClipBox | None) -> IntArray:
         """Return the segments whose middle lies in the box."""
         if clip is None:
             return np.arange(len(self.yarns.segment_yarn))
@@ -176,7 +176,7 @@ class MeshView:
         self._triangles = face_triangles(mesh)
         self._position, self._lifted = mesh.corner_position, lifted_corners(mesh)
         self._table = picking_table(mesh)
-        self._clip: Box | None = None
+        self._clip: ClipBox | None = None
         self._shown: tuple[IntArray, IntArray, Lines | None] | None = None
 
     def bounds(self) -> tuple[FloatArray, FloatArray]:
@@ -199,7 +199,7 @@ class MeshView:
         """Return the colours of the faces."""
         return colour_faces(self.mesh, colour)
 
-    def draw(self, scene: Scene, colours: NDArray[np.uint8], clip: Box | None) -> None:
+    def draw(self, scene: Scene, colours: NDArray[np.uint8], clip: ClipBox | None) -> None:
         """Draw the faces in the box, and their edges."""
         if self._shown is None or self._clip != clip:
             self._clip, self._shown = clip, self._cut(clip)
@@ -231,7 +231,7 @@ class MeshView:
             return f"Face {face}"
         return f"Stitch {face}{_stitch_name(self.mesh, face)}, row {self.mesh.row[face]}"
 
-    def _cut(self, clip: Box | None) -> tuple[IntArray, IntArray, Lines | None]:
+    def _cut(self, clip: ClipBox | None) -> tuple[IntArray, IntArray, Lines | None]:
         """Return the triangles in the box, their faces, and the edges of these faces."""
         corners, face = self._triangles.corners, self._triangles.face
         sides = self.mesh.edge_side

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from stitchmesh.app.controls.html_pieces import paragraph
 from stitchmesh.app.pages.yarns.settings import YarnSettings, body_path
-from stitchmesh.app.pages.yarns.yarn_view import YarnView
+from stitchmesh.app.pages.yarns.yarn_view import GarmentYarnView
 from stitchmesh.io.atomic import temporary_file, write_bytes
 from stitchmesh.io.garments import read_body
 from stitchmesh.markup import Markup
@@ -27,7 +27,7 @@ class BodyPanel:
     """Controls of the body."""
 
     def __init__(
-        self, app: App, view: YarnView, settings: Callable[[], YarnSettings], changed: Callable[..., None]
+        self, app: App, view: GarmentYarnView, settings: Callable[[], YarnSettings], changed: Callable[..., None]
     ) -> None:
         """Make the controls, and draw the body.
 

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from stitchmesh.app.controls.field_panel import FieldPanel
 from stitchmesh.app.controls.html_pieces import message, paragraph
-from stitchmesh.app.live_run import LiveRun
 from stitchmesh.app.pages.gauge_panel import (
     DIGITS,
     GROUP,
@@ -23,15 +23,23 @@ from stitchmesh.app.pages.gauge_panel import (
     yarn_of,
 )
 from stitchmesh.app.pages.page import Page
-from stitchmesh.app.pages.run_panel import RunPanel
+from stitchmesh.app.pages.run_panel import PageRun, is_wanted
 from stitchmesh.app.pages.verdict_html import figures_html, verdict_html
 from stitchmesh.app.pages.yarns.body_panel import BodyPanel
-from stitchmesh.app.pages.yarns.choices import Choices
 from stitchmesh.app.pages.yarns.energy_plot import Assessed, energy_plot
 from stitchmesh.app.pages.yarns.pin_panel import PinPanel, check_pins
-from stitchmesh.app.pages.yarns.settings import YarnSettings, decisive_choices, settings_of, settings_table
-from stitchmesh.app.pages.yarns.yarn_view import COLOURINGS, YarnView
+from stitchmesh.app.pages.yarns.settings import (
+    AUTOMATIC,
+    FORCES,
+    YarnSettings,
+    accuracy_fields,
+    decisive_choices,
+    settings_of,
+    settings_table,
+)
+from stitchmesh.app.pages.yarns.yarn_view import COLOURINGS, GarmentYarnView
 from stitchmesh.app.scene.scene import Pick, ScreenBox
+from stitchmesh.compute.device import device_names
 from stitchmesh.errors import ParameterError
 from stitchmesh.markup import Markup, joined, markup
 from stitchmesh.mesh import StitchMesh
@@ -50,12 +58,10 @@ from stitchmesh.yarnrelax import Relaxation
 
 if TYPE_CHECKING:
     from stitchmesh.app.application import App
-    from stitchmesh.app.project.project import Project
 
 GENERATE, GENERATE_AGAIN = "Generate the yarns", "Generate the yarns again"
 RELAX, RELAX_AGAIN, CONTINUE = "Relax the yarns", "Relax from the start again", "Continue the relaxation"
 """Labels of the buttons that start something."""
-STALE = "The stitches or the yarns were changed meanwhile, so the result of the work was left out."
 OTHER_SETTINGS = "The yarns were generated with other settings. Generate them again to use yours."
 BYTES_PER_POINT = 6
 """What a frame sends for each control point."""
@@ -63,7 +69,6 @@ PLOT_SECONDS = 1.0
 """Shortest time between two updates of the plot while the yarns relax [s]."""
 INTERRUPTED = "interrupted"
 """Key of the settings that holds the choices of a relaxation from its start until it has converged."""
-YarnRun = LiveRun[YarnSet, Relaxation]
 
 
 class YarnsPage(Page):
@@ -76,8 +81,8 @@ class YarnsPage(Page):
     def __init__(self, app: App) -> None:
         """Make the page; nothing runs yet."""
         super().__init__(app)
-        self._run: YarnRun | None = None
-        self._view = YarnView(app.scene)
+        self._run: PageRun[YarnSet, Relaxation] = PageRun(self, self._show_snapshot, self._after)
+        self._view = GarmentYarnView(app.scene)
         self._plotted = 0.0
 
     @property
@@ -103,11 +108,11 @@ class YarnsPage(Page):
     def build(self) -> None:
         """Make the controls and show the yarns."""
         controls = self.app.controls
-        self._view = YarnView(self.app.scene, self._view.colouring)
+        self._view = GarmentYarnView(self.app.scene, self._view.colouring)
         self._generate = controls.button(GENERATE, "Make yarn curves from the stitches", self.generate, main=True)
         self._continue = controls.button(CONTINUE, "Go on from the last checkpoint", self.resume, main=True)
         self._relax = controls.button(RELAX, "Let the yarns move until they are at rest", self.relax, main=True)
-        self._panel = RunPanel(controls, "20 iterations")
+        self._run.build("20 iterations")
         self._verdict = controls.html(Markup())
         self._plot = controls.plot(None, aspect=1.15)
         self._colouring = controls.choice(
@@ -116,37 +121,40 @@ class YarnsPage(Page):
         self._legend = controls.html(Markup())
         with controls.group("Figures", opened=False) as self._figure_group:
             self._figures = controls.html(Markup())
-        self._choices = Choices(controls, self.settings, self._set)
         with controls.group(GROUP):
             add_yarn_choice(controls, yarn_of(self.app.project), self._take_yarn)
             self._gauge = controls.html(Markup())
-        self._choices.yarn_group(self._usual_radius())
-        self._choices.force_group()
+        if self.settings.device not in (AUTOMATIC, *device_names()):  # The project comes from another machine.
+            self._keep(choices=settings_table(replace(self.settings, device=AUTOMATIC)))
+        groups = {"Accuracy and edges": accuracy_fields(self._usual_radius()), "Lengths and forces": FORCES}
+        self._choices = [
+            FieldPanel(controls, fields, lambda: self.settings, self._take, group=group, opened=False)
+            for group, fields in groups.items()
+        ]
         self._body = BodyPanel(self.app, self._view, lambda: self.settings, self._set)
         self._pins = PinPanel(self.app, self._view, lambda: self.settings, self._set)
         self._generate_again = controls.button(GENERATE_AGAIN, "Make new yarn curves", self.generate)
         self._relax_again = controls.button(RELAX_AGAIN, "Relax from the generated yarns", self.relax)
-        if self._run is not None:
-            self._run.on_snapshot = self._show_snapshot
         self.refresh()
         self._view.look_at_all()
 
     def leave(self) -> None:
         """Let the relaxation go on unseen."""
-        if self._run is not None:
-            self._run.on_snapshot = None
+        self._run.leave()
 
     def refresh(self) -> None:
         """Show the yarns of the project and what can be done with them."""
         if self.unavailable() is not None:
             return
-        self._panel.show(self._run)
-        self._choices.set_disabled(self._run is not None)
+        self._run.refresh()
+        live = self._run.live
+        for panel in self._choices:
+            panel.set_disabled(live is not None)
         self._show_buttons()
-        if self._run is None:
+        if live is None:
             self._show_result()
-        elif self._run.newest is not None:
-            self._show_snapshot(self._run.newest)
+        elif live.newest is not None:
+            self._show_snapshot(live.newest)
 
     def generate(self) -> None:
         """Generate yarns from the stitches."""
@@ -154,7 +162,7 @@ class YarnsPage(Page):
         arguments = settings.generation(yarn_of(project))
 
         def done(yarns: YarnSet) -> None:
-            if self._is_wanted(project, self.app.project is project and self.fabric is fabric):
+            if is_wanted(self, project, self.fabric is fabric):
                 project.set_yarns(yarns, arguments)
                 self._keep(**{INTERRUPTED: None})
             self._after()
@@ -175,12 +183,12 @@ class YarnsPage(Page):
 
     def picked(self, pick: Pick) -> None:
         """Pin the stitch under the pointer, or free it."""
-        if self._run is None:
+        if self._run.live is None:
             self._pins.picked(pick)
 
     def boxed(self, box: ScreenBox) -> None:
         """Pin all stitches in the rectangle."""
-        if self._run is None:
+        if self._run.live is None:
             self._pins.boxed(box)
 
     def _start(self, *, resume: bool) -> None:
@@ -200,32 +208,19 @@ class YarnsPage(Page):
             )  # fmt: skip
 
         def done(result: Relaxation) -> None:
-            if self._is_wanted(project, project.yarns is yarns):
+            if is_wanted(self, project, project.yarns is yarns):
                 project.set_relaxed(result.yarns, result.report, result.history)
                 if result.report["converged"]:
                     self._keep(**{INTERRUPTED: None})
-            self._end_run()
 
-        self._run = LiveRun(
-            self.app.tasks, "relaxing the yarns", relax, stage="yarnrelax", done=done,
-            failed=lambda error: self._end_run(), max_iterations=quality.max_iterations,
+        self._run.start(
+            "relaxing the yarns", relax, done, stage="yarnrelax", max_iterations=quality.max_iterations,
             frame_bytes=BYTES_PER_POINT * len(yarns.points), goal=quality.resting_residual,
         )  # fmt: skip
-        self._run.on_snapshot = self._show_snapshot
         self._keep(**{INTERRUPTED: decisive_choices(settings), "tolerance": quality.tolerance})
         self._verdict.content = self._figures.content = Markup()
         self._plot.figure = None
         self.refresh()
-
-    def _is_wanted(self, project: Project, unchanged: bool) -> bool:
-        """Return whether a result belongs to the open project and to its present stitches and yarns."""
-        if self.app.project is project and not unchanged:
-            self.app.notice(STALE, "warning")
-        return self.app.project is project and unchanged
-
-    def _end_run(self) -> None:
-        self._run = None
-        self._after()
 
     def _after(self) -> None:
         if self.app.page is self:
@@ -241,7 +236,7 @@ class YarnsPage(Page):
         self._relax.visible = idle and has_yarns and not has_result and not can_continue
         self._relax_again.visible = idle and has_yarns and (has_result or can_continue)
         self._generate_again.visible = idle and has_yarns
-        self._figure_group.visible = project.report is not None and self._run is None
+        self._figure_group.visible = project.report is not None and self._run.live is None
 
     def _is_unfinished(self) -> bool:
         """Return whether a relaxation with the present choices was stopped or killed, and its checkpoint is there."""
@@ -328,11 +323,10 @@ class YarnsPage(Page):
     def _show_snapshot(self, snapshot: Snapshot[YarnSet]) -> None:
         """Show a state of the relaxation."""
         self._view.show(snapshot.state, self.fabric, moving=True)
-        self._panel.update()
-        now = time.monotonic()
-        if self._run is not None and (self._run.paused or now - self._plotted > PLOT_SECONDS):
+        live, now = self._run.live, time.monotonic()
+        if live is not None and (live.paused or now - self._plotted > PLOT_SECONDS):
             self._plotted = now
-            history = [Assessed(one.iteration, one.residual, one.energies) for one in self._run.history]
+            history = [Assessed(one.iteration, one.residual, one.energies) for one in live.history]
             self._plot.figure = energy_plot(history, snapshot.tolerance)
 
     def _recolour(self, colouring: str) -> None:
@@ -365,12 +359,16 @@ class YarnsPage(Page):
 
     def _take_yarn(self, yarn: Yarn | None) -> None:
         take_yarn(self.app.project, yarn)
-        self._set()
+        self._take(self.settings)
 
     def _set(self, **changes: Any) -> None:
-        """Keep changed choices, and show what follows from them."""
-        self._keep(choices=settings_table(replace(self.settings, **changes)))
-        if self._run is None and self.app.page is self:
+        """Take changed choices."""
+        self._take(replace(self.settings, **changes))
+
+    def _take(self, settings: YarnSettings, name: str = "") -> None:
+        """Keep the choices, and show what follows from them."""
+        self._keep(choices=settings_table(settings))
+        if self._run.live is None and self.app.page is self:
             self._verdict.content = self._verdict_content()
             self._show_buttons()
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from stitchmesh.app.controls.html_pieces import paragraph
 from stitchmesh.app.pages.yarns.settings import YarnSettings
-from stitchmesh.app.pages.yarns.yarn_view import YarnView
+from stitchmesh.app.pages.yarns.yarn_view import GarmentYarnView
 from stitchmesh.app.scene.scene import Pick, ScreenBox
 from stitchmesh.errors import ParameterError
 from stitchmesh.markup import Markup
@@ -28,7 +28,7 @@ class PinPanel:
     """Controls of the pins."""
 
     def __init__(
-        self, app: App, view: YarnView, settings: Callable[[], YarnSettings], changed: Callable[..., None]
+        self, app: App, view: GarmentYarnView, settings: Callable[[], YarnSettings], changed: Callable[..., None]
     ) -> None:
         """Make the controls.
 

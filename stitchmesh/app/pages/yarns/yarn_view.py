@@ -13,12 +13,11 @@ from numpy.typing import NDArray
 from stitchmesh.app.controls.legend import LegendEntry, legend
 from stitchmesh.app.pages.not_yet import draw_plainly, remove_plain
 from stitchmesh.app.pages.view.thing_view import SLOW_COLOURS
-from stitchmesh.app.scene.drawing import Colour, Surface, YarnTubes
-from stitchmesh.app.scene.point_marks import point_marks
+from stitchmesh.app.scene.drawing import Colour, YarnTubes, point_marks
+from stitchmesh.app.scene.mesh_drawing import BODY_COLOUR, plain_surface
 from stitchmesh.app.scene.scene import Scene
 from stitchmesh.markup import Markup
 from stitchmesh.mesh import FloatArray, Mesh, StitchMesh
-from stitchmesh.mesh.face_triangles import face_triangles
 from stitchmesh.render.colouring import Coloured, colour_yarns
 from stitchmesh.render.yarn_blocks import YarnBlocks, make_blocks
 from stitchmesh.yarn import YarnSet
@@ -31,13 +30,12 @@ COLOURINGS = {
 MOVING = ("strain",)
 """Colours that change while the yarns move and are computed fast enough to follow them."""
 PIN_COLOUR: Colour = (230, 120, 0)
-BODY_COLOUR: Colour = (176, 168, 158)
 BODY_OPACITY = 0.75
 PIN_SIZE = 3.0
 """Size of the mark of a pinned stitch, in apparent radii of the yarn."""
 
 
-class YarnView:
+class GarmentYarnView:
     """Draws yarns that move, with the same structure in every frame."""
 
     def __init__(self, scene: Scene, colouring: str = "Yarn") -> None:
@@ -107,20 +105,16 @@ class YarnView:
 
     def show_pins(self, faces: Sequence[int]) -> None:
         """Mark the stitches that do not move."""
-        centres = np.zeros((0, 3)) if self._yarns is None else stitch_centres(self._yarns, np.asarray(faces, dtype=int))
-        if self._yarns is None or not len(centres):
+        if self._yarns is None:
             self._scene.remove("pins")
             return
+        centres = stitch_centres(self._yarns, np.asarray(faces, dtype=int))
         size = PIN_SIZE * float(self._yarns.drawn_radius.mean())
         self._scene.show("pins", point_marks(centres, size, PIN_COLOUR))
 
     def show_body(self, body: Mesh | None) -> None:
         """Draw the body; None removes it."""
-        if body is None:
-            self._scene.remove("body")
-            return
-        triangles = body.face_vertex[face_triangles(body).corners]
-        self._scene.show("body", Surface(body.vertices, triangles, BODY_COLOUR, opacity=BODY_OPACITY))
+        self._scene.show("body", None if body is None else plain_surface(body, BODY_COLOUR, opacity=BODY_OPACITY))
 
     def look_at_all(self) -> None:
         """Show the whole garment."""

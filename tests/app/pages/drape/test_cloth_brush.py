@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stitchmesh.app.pages.drape.cloth_brush import covered_triangles
+from stitchmesh.app.pages.drape.paint_tool import covered_triangles
 from stitchmesh.mesh import BORDER
 from stitchmesh.mesh.picking import PickedPlace
 from stitchmesh.mixed.cloth.cloth import Cloth, border_sides

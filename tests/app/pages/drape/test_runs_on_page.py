@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from stitchmesh.app.pages.drape import page as drape_page
-from stitchmesh.app.pages.drape.kept_history import name_of, read_history, write_history
+from stitchmesh.app.pages.drape.drape_session import name_of, read_history, write_history
 from stitchmesh.app.pages.drape.page import CONTINUE, RUN, RUN_AGAIN
 from stitchmesh.app.pages.view import draped_sketch
 from stitchmesh.app.pages.view.draped_sketch import DrapedSketch, SketchLines

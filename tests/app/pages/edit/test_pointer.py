@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stitchmesh.app.pages.edit.nearest_side import nearest_side
+from stitchmesh.app.pages.edit.tool import nearest_side
 from stitchmesh.app.scene.pointer import DragPath, Pointer
 from stitchmesh.app.scene.scene import Pick, Stroke
 from stitchmesh.errors import ParameterError

@@ -8,7 +8,7 @@ import threading
 
 import stitchmesh as sm
 from stitchmesh.app.event_queue import EventQueue
-from stitchmesh.app.pages.swatch.frame_watcher import FrameWatcher
+from stitchmesh.app.pages.swatch.variant import FrameWatcher
 
 SAFETY = 60.0
 """Seconds after which a waiting test fails."""

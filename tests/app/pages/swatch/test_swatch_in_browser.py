@@ -5,14 +5,17 @@
 from __future__ import annotations
 
 import io
+from pathlib import Path
 
 import numpy as np
 import pytest
 from PIL import Image
 
 import stitchmesh as sm
-from stitchmesh.app.pages.swatch import state
 from stitchmesh.app.pages.swatch.page import SwatchPage
+from stitchmesh.app.pages.swatch.state import Look, SwatchState, state_table
+from stitchmesh.app.project.project import Project
+from stitchmesh.periodic.swatch_design import SwatchDesign
 from tests.app.browser import Rig
 
 MIDDLE = (0.25, 0.25, 0.75, 0.75)
@@ -27,9 +30,12 @@ def page_of(rig: Rig) -> SwatchPage:
 
 
 @pytest.fixture(autouse=True)
-def few_rows(monkeypatch: pytest.MonkeyPatch) -> None:
-    """New projects show four rows, because a browser without a graphics card draws sixteen for seconds."""
-    monkeypatch.setattr(state, "SHOWN", (4, 4))
+def small_garter(tmp_path: Path) -> None:
+    """The project keeps a small garter knit: others relax for seconds, and a browser alone draws many rows slowly."""
+    project = Project.create(tmp_path / "project")
+    design = SwatchDesign(sm.read_pattern("garter"))
+    project.set_settings("Swatch", state_table(SwatchState((design,), look=Look(columns=3, rows=2))))
+    project.close()
 
 
 def rest(rig: Rig) -> None:
@@ -68,16 +74,17 @@ def test_a_painted_square_and_a_turned_dial_change_the_fabric_and_its_yarns_come
         before = fabric_seen(rig)
         # The fabric covers the middle: the background is white.
         assert (before.min(axis=2) < 250).mean() > 0.5
-        rig.act("stitch", "k")
+        square = page_of(rig).state.design.pattern.rows[0].cells[0].stitch
+        other = sm.Stitch.PURL if square == sm.Stitch.KNIT else sm.Stitch.KNIT
+        rig.act("stitch", "p" if other == sm.Stitch.PURL else "k")
         rig.settle()
         rig.browser_page.locator("[data-chart] canvas").focus()
         rig.browser_page.keyboard.press("Space")
-        rig.wait_for(lambda: page_of(rig).state.design.pattern != sm.read_pattern("rib2x2"), "the chart is painted")
+        rig.wait_for(lambda: page_of(rig).state.design.pattern != sm.read_pattern("garter"), "the chart is painted")
         rest(rig)
         painted = fabric_seen(rig)
         assert changed_pixels(before, painted) > 0.05
-        first = page_of(rig).state.design.pattern.rows[0].cells[0].stitch
-        assert first == sm.Stitch.KNIT
+        assert page_of(rig).state.design.pattern.rows[0].cells[0].stitch == other
         rig.type("Tightness", 1.3)
         rig.wait_for(lambda: page_of(rig).state.design.dials.gamma == 1.3, "the dial is turned")
         rest(rig)

@@ -18,7 +18,7 @@ import pytest
 
 from stitchmesh.app.application import App
 from stitchmesh.app.front import NullFront
-from stitchmesh.app.pages.view.job_folder import FolderWatch, job_files
+from stitchmesh.app.pages.view.opened import FolderWatch, job_files
 from stitchmesh.app.project.project import Project
 from stitchmesh.app.scene.drawing import Colours, Surface, YarnTubes
 from stitchmesh.errors import ParameterError
@@ -37,6 +37,7 @@ from tests.app.pages.headless import Headless, face_middle, headless
 from tests.app.project.projects import relaxed_project
 from tests.gallery import tube
 from tests.io.test_history import ENTRIES
+from tests.nightly import at_night
 from tests.render.test_pictures import fabric
 from tests.yarn.test_strand_distance import lines
 from tests.yarnrelax.stockinette import tube as yarn_tube
@@ -126,7 +127,7 @@ def test_other_colours_change_nothing_but_the_colours(view, tmp_path):
     assert (yarns_drawn(view).colours == [16, 32, 48]).all()
 
 
-@pytest.mark.parametrize("colour", ["Contact force", "Distance between yarns"])
+@pytest.mark.parametrize("colour", ["Distance between yarns", *at_night("Contact force")])
 def test_colours_that_take_long_are_a_task(view, tmp_path, colour):
     opened(view, written(tmp_path, "yarns.h5", yarn_tube(20, 45)))  # 10,800 control points
     plain = yarns_drawn(view).colours
@@ -280,7 +281,7 @@ def test_a_file_that_cannot_be_read_is_a_notice(view, tmp_path, name, content, m
     assert yarns_drawn(view) is not None
 
 
-@pytest.mark.parametrize("suffix", [".h5", ".bcc", ".usda", ".usdc", ".vtp", ".obj"])
+@pytest.mark.parametrize("suffix", [".h5", ".bcc", *at_night(".usda", ".usdc", ".vtp", ".obj")])
 def test_yarns_of_every_format_are_shown(view, tmp_path, suffix):
     yarns = lines(0.0, 1.0)
     opened(view, written(tmp_path, f"yarns{suffix}", yarns))
@@ -297,7 +298,9 @@ def test_stitches_of_every_format_are_shown(view, tmp_path, suffix):
     assert isinstance(view.scene.drawings["viewed"], Surface) and "Stitches" in view.controls.text_shown()
 
 
-@pytest.mark.parametrize("suffix", [".obj", ".off", ".ply", ".vtp", ".vtk", ".vtu", ".msh", ".mesh", ".stl", ".glb"])
+@pytest.mark.parametrize(
+    "suffix", [".obj", ".glb", *at_night(".off", ".ply", ".vtp", ".vtk", ".vtu", ".msh", ".mesh", ".stl")]
+)
 def test_meshes_of_every_format_are_shown(view, tmp_path, suffix):
     opened(view, written(tmp_path, f"mesh{suffix}", tube(8, 3)))
     assert isinstance(view.scene.drawings["viewed"], Surface) and not view.notices()

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+import pytest
 
 from stitchmesh.app.pages.yarns.page import CONTINUE, GENERATE, RELAX
 from stitchmesh.app.project.division import Division
@@ -56,9 +57,9 @@ def test_yarns_are_generated_relaxed_paused_stepped_stopped_and_continued(
         page = rig.app.page
         with alone():  # The relaxation cannot begin before it is paused.
             rig.press(RELAX)
-            rig.wait_for(lambda: page._run is not None, "the relaxation starts")
+            rig.wait_for(lambda: page._run.live is not None, "the relaxation starts")
             rig.key("p")
-            rig.wait_for(lambda: page._run.paused, "the key pauses")
+            rig.wait_for(lambda: page._run.live.paused, "the key pauses")
         rig.key("n")
         rig.wait_for_text("Paused: iteration 20,")
         rig.press("Step")
@@ -92,6 +93,7 @@ def test_a_click_pins_the_stitch_under_the_pointer(
         rig.wait_for_text("0 stitches held")
 
 
+@pytest.mark.nightly
 def test_axe_finds_no_fault_on_the_pages_with_results(
     tmp_path: Path, app_in_browser: Callable[..., AbstractContextManager[Rig]]
 ):

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Triangles in words: selections of stitches, names of panels, and numbers of triangles."""
+"""What a user types on the page Drape: numbers in a row, and triangles in words."""
 
 from __future__ import annotations
 
@@ -13,6 +13,33 @@ from stitchmesh.mixed.placement.chosen_region import triangles_of_faces, triangl
 from stitchmesh.selection import parse_selection, select
 from stitchmesh.selection.selected_faces import in_spans
 from stitchmesh.selection.selection import Faces, with_paths
+
+
+def three_numbers(name: str, text: object, unit: str = "cm") -> tuple[float, float, float]:
+    """Return the three numbers of a text.
+
+    Raises:
+        ParameterError: there are not three.
+    """
+    numbers = typed_numbers(text)
+    if len(numbers) != 3:
+        raise ParameterError(f"{name}: got {str(text)[:40]!r}; expected three numbers of {unit}, such as 1, 2.5, -1")
+    x, y, z = numbers
+    return x, y, z
+
+
+def typed_numbers(text: object) -> tuple[float, ...]:
+    """Return the finite numbers of a text, between commas; none if a part is no number."""
+    try:
+        numbers = tuple(float(part) for part in str(text).replace(";", ",").split(","))
+    except ValueError:
+        return ()
+    return numbers if np.isfinite(numbers).all() else ()
+
+
+def as_text(numbers: tuple[float, ...]) -> str:
+    """Return numbers as a text that can be typed."""
+    return ", ".join(f"{number:g}" for number in numbers)
 
 
 def triangles_named(opened: OpenedScene, text: str) -> IntArray:

@@ -1,23 +1,112 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The tools that paint: stitches and yarns of stitches, rows, wales and rectangles."""
+"""The tools with a brush: they paint stitches and yarns, or select, what a click or a drag covers."""
 
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Sequence
 from typing import ClassVar
 
 import numpy as np
 
 from stitchmesh.app.controls.controls import Controls
-from stitchmesh.app.pages.edit.brush_tool import BrushTool
-from stitchmesh.app.pages.edit.edit_session import NO_FACES
+from stitchmesh.app.pages.edit.edit_session import BRUSHES, NO_FACES, Brush, EditSession
 from stitchmesh.app.pages.edit.stitch_palette import name_of
-from stitchmesh.app.scene.scene import Pick
+from stitchmesh.app.pages.edit.tool import Tool
+from stitchmesh.app.scene.pointer import DragPath
+from stitchmesh.app.scene.scene import Pick, Stroke
 from stitchmesh.editing.stitch_marks import faces_for_stitch
-from stitchmesh.errors import StitchMeshError
-from stitchmesh.mesh import IntArray
+from stitchmesh.errors import ParameterError, StitchMeshError
+from stitchmesh.mesh import IntArray, StitchMesh
 from stitchmesh.mesh.change import Marks, apply_change
+from stitchmesh.mesh.picking import PickedPlace
+from stitchmesh.selection import select
+from stitchmesh.selection.selection import RectangleBetween, Ring, Wale
+
+
+def covered_faces(fabric: StitchMesh, brush: Brush, path: Sequence[int]) -> IntArray:
+    """Return the faces that a brush covers, ascending.
+
+    Args:
+        fabric: the fabric.
+        brush: ``Stitch``, or ``Row`` or ``Wale`` through each stitch, or ``Rectangle`` from the first stitch to the
+            last one.
+        path: faces under the pointer, at least one.
+
+    Raises:
+        ParameterError: no rectangle has the first and the last face as its corners.
+    """
+    if brush == "Rectangle":
+        return select(fabric, RectangleBetween(path[0], path[-1]))
+    if brush == "Stitch":
+        return np.unique(np.asarray(path, dtype=np.int64))
+    faces: set[int] = set()
+    for face in path:
+        if face not in faces:
+            faces.update(select(fabric, Ring(face) if brush == "Row" else Wale(face)).tolist())
+    return np.array(sorted(faces), dtype=np.int64)
+
+
+class BrushTool(Tool):
+    """A tool that does something with the faces under a brush, by a click or at the end of a drag."""
+
+    brush_label: ClassVar[str]
+    """Label of the choice of the brush."""
+
+    def __init__(self, session: EditSession) -> None:
+        """Start with no drag."""
+        super().__init__(session)
+        self._drag = DragPath()
+
+    @abstractmethod
+    def take(self, path: list[int], pick: Pick) -> None:
+        """Do it with what the brush covers along faces, after a click or at the end of a stroke."""
+
+    @abstractmethod
+    def preview(self, path: list[int]) -> None:
+        """Show what a drag covers so far."""
+
+    def build(self, controls: Controls) -> None:
+        """Make the choice of the brush."""
+        hint = "What one click covers; drag for more, or from corner to corner of a rectangle"
+        self._brush = controls.choice(self.brush_label, hint, BRUSHES, self.session.state.brush, self._set_brush)
+
+    def taken_up(self) -> None:
+        """Show the brush that the tools share."""
+        self._brush.value = self.session.state.brush
+
+    def refresh(self) -> None:
+        """Forget a drag over a fabric that has changed."""
+        self._drag.clear()
+
+    def clicked(self, place: PickedPlace, pick: Pick) -> None:
+        """Take what the brush covers."""
+        if self.session.state.brush == "Rectangle":
+            raise ParameterError("rectangle: got one click; drag from one corner of the rectangle to the opposite one")
+        self.take([place.face], pick)
+
+    def stroked(self, stroke: Stroke) -> None:
+        """Show what a drag has covered so far, and take it at the end."""
+        path = [place.face for place in self._drag.follow(stroke, self.session.pointer)]
+        if not path:
+            return
+        if stroke.phase == "end":
+            self._drag.clear()
+            self.take(path, stroke)
+        else:
+            self.preview(path)
+
+    def covered(self, path: list[int]) -> IntArray:
+        """Return the faces that the brush covers along faces.
+
+        Raises:
+            ParameterError: no rectangle has the first and the last face as its corners.
+        """
+        return covered_faces(self.session.fabric, self.session.state.brush, path)
+
+    def _set_brush(self, brush: str) -> None:
+        self.session.take(brush=next(known for known in BRUSHES if known == brush))
 
 
 class Painting(BrushTool):
@@ -137,3 +226,35 @@ class PaintYarns(Painting):
     def paint(self, arguments: dict[str, object], at: IntArray) -> bool:
         """Make the edit."""
         return self.session.edit("stripe", {**arguments, "yarn": self.session.state.yarn}, at)
+
+
+class SelectStitches(BrushTool):
+    """Selects what the brush covers; with the control key held, adds to the selection or takes away from it."""
+
+    name, key, brush_label = "Select", "S", "Selects"
+    hint = "Click or drag to select; hold ctrl to add or take away; shift+drag selects a rectangle of the screen."
+
+    def take(self, path: list[int], pick: Pick) -> None:
+        """Select what the brush covers; with the control key, a click toggles it, and a drag adds it."""
+        self.session.view.unmark()
+        faces = self.covered(path)
+        if pick.modifier != "ctrl":
+            self.session.choose(faces)
+        elif isinstance(pick, Stroke):
+            self.session.choose(np.union1d(self.session.state.selection.faces, faces))
+        else:
+            self._toggle(faces)
+
+    def preview(self, path: list[int]) -> None:
+        """Mark what a drag covers."""
+        try:
+            faces = self.covered(path)
+        except StitchMeshError:
+            faces = NO_FACES  # A rectangle that does not exist yet; the end of the drag says so.
+        self.session.view.mark_faces(self.session.fabric, faces)
+
+    def _toggle(self, faces: IntArray) -> None:
+        """Add faces to the selection; take them away if all of them are selected."""
+        selected = self.session.state.selection.faces
+        inside = np.isin(faces, selected).all()
+        self.session.choose(np.setdiff1d(selected, faces) if inside else np.union1d(selected, faces))

@@ -1,0 +1,236 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The controls of the fields of a value, such as the settings of a page or a part of a scene.
+
+Each field is declared once, as data. A panel makes its control, shows what the value holds, and hands over the value
+that the user wants instead. Which controls are shown follows from the value too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any, TypeAlias
+
+from stitchmesh.app.controls.controls import Control, Controls
+from stitchmesh.errors import StitchMeshError
+
+OTHER = "another"
+"""Word for a value that stands behind none of the words of a choice, because it comes from elsewhere."""
+Words: TypeAlias = Mapping[str, object]
+"""Values of a choice, by the words of the user."""
+
+
+@dataclass(frozen=True, eq=False)
+class TickBox:
+    """A box to tick beside a number, which is hidden while the field has no number."""
+
+    label: str
+    hint: str
+    usual: Callable[[Any], float] = lambda value: 1.0
+    """Returns the number at first, from the value whose field it is."""
+    ticked_without: bool = True
+    """Whether the box is ticked while the field has no number, as for one that is automatic."""
+
+
+@dataclass(frozen=True, eq=False)
+class Number:
+    """A number; it is whole if its step is."""
+
+    least: float
+    most: float
+    step: float
+    slider: bool = False
+    """Whether it is a slider."""
+    without: Any = ...
+    """What the field holds without a number, such as None; by default it always has one."""
+    box: TickBox | None = None
+    """Decides whether the field has a number. Without a box, the least number stands for none."""
+
+    def given(self, number: float) -> Any:
+        """Return what the field holds when the user has set a number."""
+        if self.without is not ... and self.box is None and number == self.least:
+            return self.without
+        return int(number) if isinstance(self.step, int) else float(number)
+
+    def has_number(self, held: Any) -> bool:
+        """Whether a field that holds this has a number."""
+        return held is not None and (self.without is ... or held != self.without)
+
+
+@dataclass(frozen=True, eq=False)
+class Field:
+    """How a field of a value is shown."""
+
+    name: str
+    """Name of the field; after a dot, that of a field of the field."""
+    label: str
+    hint: str
+    form: Number | Words | Callable[[Any], Words] | None = None
+    """A number, or the words of a choice, or a function from the value to them; None for a box to tick."""
+    shown: Callable[[Any], bool] = lambda value: True
+    """Whether the control is shown for a value."""
+
+
+def same_words(names: Sequence[str]) -> dict[str, object]:
+    """Return the words of a choice whose values are these words themselves."""
+    return {name: name for name in names}
+
+
+def field_of(value: Any, name: str) -> Any:
+    """Return a field of a value."""
+    for part in name.split("."):
+        value = getattr(value, part)
+    return value
+
+
+def with_field(value: Any, name: str, held: Any) -> Any:
+    """Return a value with another field."""
+    first, _, rest = name.partition(".")
+    return replace(value, **{first: with_field(getattr(value, first), rest, held) if rest else held})
+
+
+class FieldPanel:
+    """The controls of some fields, one below another, in a group of their own if it has a name.
+
+    A change that is refused leaves the controls as they were. Without a value, nothing is shown.
+    """
+
+    def __init__(
+        self, controls: Controls, fields: Sequence[Field], value: Callable[[], Any],
+        changed: Callable[[Any, str], object], *, group: str = "", opened: bool = True,
+    ) -> None:  # fmt: skip
+        """Make the controls.
+
+        Args:
+            controls: where they stand.
+            fields: the fields.
+            value: returns the present value, or None if there is none.
+            changed: called with the value that the user wants, and the name of the field that differs.
+            group: name of the group; empty for none.
+            opened: whether the group is open at first.
+        """
+        self._controls, self._value, self._changed = controls, value, changed
+        self._made: dict[Field, Control] = {}
+        self._boxes: dict[Field, Control] = {}
+        self._group: Control | None = None
+        place: AbstractContextManager[Control | None] = controls.group(group, opened) if group else nullcontext()
+        with place as self._group:
+            for field in fields:
+                self._make(field, value())
+        self.show()
+
+    def show(self) -> None:
+        """Show the present value."""
+        value = self._value()
+        shown = [] if value is None else [field for field in self._made if field.shown(value)]
+        if self._group is not None:
+            self._group.visible = bool(shown)
+        for field, control in self._made.items():
+            held = field_of(value, field.name) if field in shown else None
+            # One value only, so that no frame of a page shows another.
+            control.visible = field in shown and not _is_left_out(field.form, held)
+            if field in self._boxes:
+                self._boxes[field].visible = field in shown
+            if field in shown:
+                self._show_field(field, value, held)
+
+    def set_disabled(self, disabled: bool) -> None:
+        """Let all controls take input, or none of them."""
+        for control in (*self._made.values(), *self._boxes.values()):
+            control.disabled = disabled
+
+    def _make(self, field: Field, value: Any) -> None:
+        form = field.form
+        held = None if value is None else field_of(value, field.name)
+        take = partial(self._take, field)
+        if form is None:
+            self._made[field] = self._controls.toggle(field.label, field.hint, bool(held), take)
+        elif isinstance(form, Number):
+            self._make_number(field, form, value, held)
+        else:
+            words = _words(form, value, held)
+            word = _word(words, held)
+            self._made[field] = self._controls.choice(field.label, field.hint, tuple(words), word, take)
+
+    def _make_number(self, field: Field, form: Number, value: Any, held: Any) -> None:
+        """Make the control of a number, and the box that decides whether there is one."""
+        box = form.box
+        if box is not None:
+            ticked = form.has_number(held) != box.ticked_without
+            self._boxes[field] = self._controls.toggle(box.label, box.hint, ticked, partial(self._tick, field, box))
+        number = held if value is not None and form.has_number(held) else form.least
+        if box is not None and value is not None and not form.has_number(held):
+            number = box.usual(value)
+        make = self._controls.slider if form.slider else self._controls.number
+        self._made[field] = make(
+            field.label, field.hint, min(max(number, form.least), form.most), partial(self._take, field),
+            least=form.least, most=form.most, step=form.step,
+        )  # fmt: skip
+
+    def _show_field(self, field: Field, value: Any, held: Any) -> None:
+        control, form = self._made[field], field.form
+        if form is None:
+            control.value = bool(held)
+        elif isinstance(form, Number):
+            if field in self._boxes and form.box is not None:
+                self._boxes[field].value = form.has_number(held) != form.box.ticked_without
+            if form.has_number(held):
+                control.value = held
+            elif form.box is None:
+                control.value = form.least
+        else:
+            words = _words(form, value, held)
+            if tuple(control.options) != tuple(words):
+                control.options = tuple(words)
+            control.value = _word(words, held)
+
+    def _tick(self, field: Field, box: TickBox, ticked: bool) -> None:
+        """Give the field a number, or none."""
+        form = field.form
+        assert isinstance(form, Number)
+        held = form.without if ticked == box.ticked_without else form.given(box.usual(self._value()))
+        self._change(field, held)
+
+    def _take(self, field: Field, given: Any) -> None:
+        """Take what the user has set."""
+        form, value = field.form, self._value()
+        if isinstance(form, Number):
+            given = form.given(given)
+        elif form is not None:
+            given = _words(form, value, field_of(value, field.name))[given]
+        self._change(field, given)
+
+    def _change(self, field: Field, held: Any) -> None:
+        value = self._value()
+        if field_of(value, field.name) == held:
+            return
+        try:
+            self._changed(with_field(value, field.name, held), field.name)
+        except StitchMeshError:
+            self.show()
+            raise
+        if self._value() is not value:  # A worker thread may still make the value that is wanted.
+            self.show()
+
+
+def _is_left_out(form: object, held: Any) -> bool:
+    """Whether a number is hidden, because a box says that there is none."""
+    return isinstance(form, Number) and form.box is not None and not form.has_number(held)
+
+
+def _words(form: Words | Callable[[Any], Words], value: Any, held: Any) -> Words:
+    """Return the words of a choice, with one more for a value that has none."""
+    if value is None:
+        return {OTHER: None} if callable(form) else form
+    words = form(value) if callable(form) else form
+    if held in words.values():
+        return words
+    return {**words, held if isinstance(held, str) else OTHER: held}
+
+
+def _word(words: Words, held: Any) -> str:
+    """Return the word of a value, or the first word if there is none."""
+    return next((word for word, value in words.items() if value == held), next(iter(words)))
