@@ -72,7 +72,7 @@ class Run(Generic[S]):
     @property
     def only_shows(self) -> bool:
         """Whether nothing is asked for but the progress."""
-        return self.on_state is None and self.checkpoints is None and self.resume is None and self.control is None
+        return not self._asks_for()
 
     def refuse_all_but(self, place: str, *obeyed: str) -> None:
         """Refuse what a computation does not obey; all of them show their progress.
@@ -84,9 +84,16 @@ class Run(Generic[S]):
         Raises:
             ParameterError: another field is given.
         """
-        for own in fields(self):
-            if own.name not in ("progress", *obeyed) and getattr(self, own.name) is not own.default:
-                raise ParameterError(f"{place}, run: got {own.name}, which it does not obey; leave it out")
+        for name in self._asks_for():
+            if name not in obeyed:
+                raise ParameterError(f"{place}, run: got {name}, which it does not obey; leave it out")
+
+    def _asks_for(self) -> list[str]:
+        """Return the names of the fields beside ``progress`` that are given."""
+        return [
+            own.name for own in fields(self)
+            if own.name != "progress" and getattr(self, own.name) is not own.default
+        ]  # fmt: skip
 
     @contextmanager
     def assessments_shown(

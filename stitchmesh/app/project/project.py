@@ -295,6 +295,16 @@ class Project:
         """
         return self._label(self._state.label_steps.do(step), self._values.with_label_step(step))
 
+    @property
+    def can_undo_label(self) -> bool:
+        """Whether there is a step of the labeling to undo."""
+        return bool(self._state.label_steps.past)
+
+    @property
+    def can_redo_label(self) -> bool:
+        """Whether there is a step of the labeling to take again."""
+        return bool(self._state.label_steps.future)
+
     def undo_label(self) -> tuple[str, ...]:
         """Undo the last step of the labeling.
 

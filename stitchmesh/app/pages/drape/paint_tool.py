@@ -17,9 +17,8 @@ from stitchmesh.app.scene.pointer import DragPath, Pointer, visible_faces
 from stitchmesh.app.scene.scene import Pick, ScreenBox, Stroke
 from stitchmesh.mesh import BORDER, FloatArray, IntArray
 from stitchmesh.mesh.picking import PickedPlace
-from stitchmesh.mixed.cloth.cloth import Cloth
+from stitchmesh.mixed.cloth.cloth import Cloth, border_sides
 from stitchmesh.mixed.scene.region_section import with_triangles, without_triangles
-from stitchmesh.patterns.placement.replace import border_sides
 
 ClothBrush = Literal["Circle", "Triangle", "Border", "Panel"]
 BRUSHES: tuple[ClothBrush, ...] = get_args(ClothBrush)
