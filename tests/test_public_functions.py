@@ -13,9 +13,8 @@ MOST = 8
 LONGER = {
     "explore": 9,
     "relax_edited": 9,
-    "relax_mesh": 10,
     "relax_through_steps": 9,
-    "swatch": 11,
+    "swatch": 9,
 }
 """Functions that take more. None may join, and none may grow."""
 
