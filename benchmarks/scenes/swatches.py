@@ -69,8 +69,8 @@ def requested(variant: Variant, quality: str) -> sm.SwatchRequest:
     """A variant as a free swatch without friction."""
     pattern, loop, material = variant
     return sm.SwatchRequest(
-        pattern, material=sm.YarnMaterial.named(material), quality=quality, relax_cell=True, relaxation="frictionless",
-        options={"loop_length": loop * DIAMETER},
+        pattern, material=sm.YarnMaterial.named(material), quality=quality, relax_cell=True,
+        options={"relaxation": "frictionless", "loop_length": loop * DIAMETER},
     )  # fmt: skip
 
 

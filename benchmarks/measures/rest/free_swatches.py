@@ -72,7 +72,9 @@ class Options:
     def requested(self, pattern: str | sm.Pattern, quality: str | Quality, **options: Any) -> sm.SwatchRequest:
         """A free swatch of a pattern, of a knit in the state that is asked for."""
         state = None if pattern in sm.weave_names() else self.relaxation
-        return sm.SwatchRequest(pattern, relax_cell=True, quality=quality, relaxation=state, options=options)
+        return sm.SwatchRequest(
+            pattern, relax_cell=True, quality=quality, options={"relaxation": state, **options}
+        )
 
 
 @dataclass(frozen=True)
