@@ -25,7 +25,7 @@ from stitchmesh.yarnrelax.energies.mesh_features import enclosed_volume, feature
 
 @wp.func
 def to_body(frame: Any, origin: Any, place: Any) -> Any:
-    """Transform a place of the world to the frame of a body."""
+    """A place of the world in the frame of a body."""
     return wp.transpose(frame) * (place - origin)
 
 
