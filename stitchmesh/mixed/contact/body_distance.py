@@ -20,8 +20,8 @@ distance that was measured last. A point that has since moved by less than the p
 force, and needs no search; this changes no bit of the result.
 
 No move takes a point deeper than half that depth, or by more than a quarter of it if the point is already near there
-(``step_limit``): a point does not meet the surface on a path shorter than its distance. If the body moves by more than the depth in one step, or overtakes a point by more than the
-depth, the step raises an error; a shorter step avoids it.
+(``step_limit``): a point does not meet the surface on a path shorter than its distance. If the body moves by more than
+the depth in one step, or overtakes a point by more than the depth, the step raises an error; a shorter step avoids it.
 """
 
 from __future__ import annotations
