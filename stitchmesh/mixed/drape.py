@@ -144,7 +144,6 @@ def drape(
             are results. The iterations between checkpoints are steps in time, or iterations of a static run. A run that
             is stopped also writes a checkpoint. If the checkpoint to resume from does not exist yet, the run begins at
             the start. A resumed run gives the same bits as a run without an interruption.
-            bits of one that was never stopped.
 
     Raises:
         ParameterError: a setting of the scene is not possible, or the scene does not fit into the memory.

@@ -290,7 +290,7 @@ class MassMatrix:
         return [launcher(combine_products, count, inputs, outputs, tile=THREADS)]
 
     def combine_blocks(self, factors: wp.array[Any], blocks: MixedBlocks, launcher: Launcher) -> list[Any]:
-        """The launches that replace each diagonal block of H by factor 1 times it plus factor 0 times the block of M."""
+        """The launches that replace each block of H by factor 1 times this block plus factor 0 times the block of M."""
         outputs = [blocks.vertices, blocks.nodes, blocks.sliding, blocks.coupling_u, blocks.coupling_v]
         return [launcher(combine_blocks, self._count, self._constants(factors), outputs)]
 
