@@ -40,8 +40,8 @@ from stitchmesh.mixed.term import FULL
 OF_PASSAGES = 3.0
 """Weight of the sums along passages, relative to the weight of the balance at a node."""
 OF_SEGMENTS, OF_TRIANGLES = 1.0, 0.01
-"""Weights of two kinds of differences: of w from alpha, over the mean number of segments of a passage, and of s from 1
-- alpha. A difference that is spread over more segments leaves less at each node."""
+"""Weights of two kinds of differences: of w from alpha, over the mean number of segments of a passage, and of s from
+1 - alpha. A difference that is spread over more segments leaves less at each node."""
 OF_VERTICES = 1e-5
 """Weight of the numbers q, some of which are undetermined at vertices with few nodes."""
 MOST_CHANGE = 0.9

@@ -2,8 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The preconditioner P = S M + I - S of enriched systems (Casafranca et al. 2020, section 5.2).
 
-For generalized coordinates q = (v, x), with x filtered, P z = r means S M z = r on the filtered vectors. Let p = B v +
-F x be the world positions, and f = (f_v, f_p) forces with the filtered form r = (f_v + B' f_p, F f_p). Then this is
+For generalized coordinates q = (v, x), with x filtered, P z = r means S M z = r on the filtered vectors. Let
+p = B v + F x be the world positions, and f = (f_v, f_p) forces with the filtered form r = (f_v + B' f_p, F f_p). Then
+this is
 
     minimize over all motions with E (v, p) = 0:    1/2 v' Mv v + 1/2 p' Mp p - f_v' v - f_p' p,
 

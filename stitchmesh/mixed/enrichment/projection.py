@@ -21,8 +21,8 @@ threads computes each row of E u in a fixed order. On a GPU, launches invert Sig
 ``make_consistent`` changes positions at the beginning to the form p = B v + F x. Nodes that stand out of their
 triangles do not have this form: the mean of their heights around a vertex is not zero. The vertices and hybrid nodes
 change by the smallest sum of squares that gives them this form. Several nodes lie around a vertex, so mainly the
-vertices move, to the middle of the yarns, and the yarns keep their shape. Fixed coordinates stay. The equation E (v, p)
-= 0 is linear and homogeneous, so it then also holds for a cloth that is turned.
+vertices move, to the middle of the yarns, and the yarns keep their shape. Fixed coordinates stay. The equation
+E (v, p) = 0 is linear and homogeneous, so it then also holds for a cloth that is turned.
 """
 
 from __future__ import annotations

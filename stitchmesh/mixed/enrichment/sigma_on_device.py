@@ -12,8 +12,8 @@ The inverse follows from sweeps of one row after the other (Goodnight 1979). A s
 
 and after the sweeps of all rows the matrix is -A^-1. Rows of blocks are swept in the same way, with the inverse of A_kk
 in the middle of the products. For a positive matrix the sweeps are as stable as a Cholesky factorization. A sweep reads
-one matrix and writes another, so each sweep is one launch without barriers. A matrix with 100 numbers a row takes 0.3
-ms on a GPU, a tenth of the time for a copy to the host, an inversion there, and a copy back.
+one matrix and writes another, so each sweep is one launch without barriers. A matrix with 100 numbers a row takes
+0.3 ms on a GPU, a tenth of the time for a copy to the host, an inversion there, and a copy back.
 """
 
 # ruff: noqa: F811

@@ -11,8 +11,9 @@ z - D^-1 E' mu, r - E' mu after it. Then E (z - D^-1 E' mu) = 0 leaves
 
     (r - E' mu) . (z - D^-1 E' mu) = r . z - mu . E z,
 
-so b = new r . z / old r . z is known before the projection is made. The r of the previous iteration satisfies E D^-1 r
-= 0. All that is subtracted therefore belongs to the product A d of this iteration, and the rounding falls with r.
+so b = new r . z / old r . z is known before the projection is made. The r of the previous iteration satisfies
+E D^-1 r = 0. All that is subtracted therefore belongs to the product A d of this iteration, and the rounding falls with
+r.
 """
 
 from __future__ import annotations

@@ -3,10 +3,10 @@
 """One repeat of a fabric of crossing yarns, with its neighbourhood.
 
 The repeat is cut out of a patch that is laid out in the same manner as a fabric. All copies of a node of the repeat in
-the patch move in the same manner (``cell_equilibrium``). Nodes of the repeat have the weight 1, all other nodes the
-weight 0, and the weight of an element is the mean over its nodes. The copies of an element therefore have the weight 1
-together. The energy of the patch is then the energy of one repeat of an endless fabric, and the border of the patch
-does not count.
+the patch move in the same manner (``cell_equilibrium``). Nodes of the repeat have the weight 1, all other nodes
+the weight 0, and the weight of an element is the mean over its nodes. The copies of an element therefore have the
+weight 1 together. The energy of the patch is then the energy of one repeat of an endless fabric, and the border of the
+patch does not count.
 """
 
 from __future__ import annotations

@@ -17,10 +17,10 @@ D below twice the merging distance, g = 2 e:
 
     E = 1/2 (STRENGTH k_s / g) (g - D)^2  for D < g, else 0
 
-At length 0 it balances the stretch at D = g (1 - 1 / (2 STRENGTH)) = 1.9 e. Only a strain above sqrt(STRENGTH) - 1 =
-2.2 in the neighbouring segment presses D below e. The merging distance is ``MERGING_SHARE`` of the rest length or of
-the contact distance, whichever is smaller. Both measures therefore have no effect in any state that yarns of their
-thickness can reach.
+At length 0 it balances the stretch at D = g (1 - 1 / (2 STRENGTH)) = 1.9 e. Only a strain above
+sqrt(STRENGTH) - 1 = 2.2 in the neighbouring segment presses D below e. The merging distance is ``MERGING_SHARE`` of the
+rest length or of the contact distance, whichever is smaller. Both measures therefore have no effect in any state that
+yarns of their thickness can reach.
 
 Stretch of a segment of yarn between two crossing nodes (Cirio et al. 2014, section 4.2).
 
