@@ -8,9 +8,9 @@ displacement d = h u of the step minimizes the incremental potential
     V(x_n + d) + 1/(2 h^2) |d - h u_n|_M^2 + a/(2 h) |d|_M^2 + b/(2 h) d' K_n d
 
 over the motions p = B v + F x, where fixed coordinates have their prescribed displacements. The first guess is h u_n,
-or no motion where no motion has the lower potential. The step ends when the error of the velocities is small. This
-error is the root of r . z over the mass of the system, for the remaining force r and the motion z that the
-preconditioner finds for it.
+or zero where zero has the lower potential. The step ends when the error of the velocities is small. This error is the
+root of r . z over the mass of the system, for the remaining force r and the motion z that the preconditioner finds for
+it.
 
 The matrix of an iteration is the Hessian of V at its positions, plus b / h times the Hessian that is never negative,
 plus inertia. It has directions of negative curvature only where damping and inertia do not outweigh them.

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The first guess of a step of backward Euler: the motion h u_n, or no motion where no motion has the lower potential.
+"""The first guess of a step of backward Euler: the motion h u_n, or zero where zero has the lower potential.
 
 Fixed coordinates have their prescribed displacement in both cases, and the guess goes no farther than the terms allow.
 Numbers that depend on the length of the step lie on the device, so that the launches are captured once.

@@ -3,8 +3,8 @@
 """The mass matrix on a device, with the Eulerian coordinates of crossing yarns (Cirio et al. 2014).
 
 A material point of a yarn moves with x' - w u' where the yarn slides with the velocity u', with w = dx/du. Let m_u and
-m_v be the masses of the two yarns that are lumped in a node. The energy T = 1/2 m_u |x' - w_u u'|^2 + 1/2 m_v |x' - w_v
-v'|^2 then belongs to a symmetric block of 5 x 5 for (x, u, v):
+m_v be the masses of the two yarns that are lumped in a node. The energy
+T = 1/2 m_u |x' - w_u u'|^2 + 1/2 m_v |x' - w_v v'|^2 then belongs to a symmetric block of 5 x 5 for (x, u, v):
 
     [[m I, c_u, c_v], [c_u', d_u, 0], [c_v', 0, d_v]],    m = m_u + m_v,  c_u = -m_u w_u,  d_u = m_u w_u . w_u.
 
@@ -13,9 +13,10 @@ The blocks are computed at the beginning of a time step and stay constant within
 *Blending.* The masses of vertices and nodes come from the masses of yarn segments (Casafranca et al. 2020, section
 4.2). Each segment gives the part alpha of its mass to its two nodes, half of it to each, with alpha at the centroid of
 the segment. The part 1 - alpha goes to vertices, by barycentric coordinates: to the vertices of the triangle of each
-end whose alpha is between 0 and 1. Where a segment leaves the hybrid region, one end receives the whole part. Triangles
-without yarns, and hybrid triangles that hold no node, get their mass from the density of the cloth, times 1 - alpha, a
-third for each vertex.
+end whose alpha is between 0 and 1. Where a segment leaves the hybrid region for a triangle without yarns, its alpha is
+0; half of its mass goes to the vertices, and the density of that triangle contains the other half. Triangles without
+yarns, and hybrid triangles that hold no node, get their mass from the density of the cloth, times 1 - alpha, a third
+for each vertex.
 
 *Lumping.* The mass matrix is diagonal except for the Eulerian coordinates, the preconditioner inverts it exactly, and a
 product with it reads no neighbours. The consistent matrix of a segment (Cirio et al. 2014) differs from it by terms of

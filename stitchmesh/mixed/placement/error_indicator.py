@@ -13,9 +13,9 @@ length h buckles at the compression (Euler)
 and carries the tension Y e_c from there on, while the triangle goes on to 1/2 Y e^2. The difference is
 1/2 Y (e - e_c)^2 for a compression e > e_c. Y, B and h are taken along the direction of the smallest principal strain.
 
-*Curves are polygons.* Along a curvature kappa, a chord replaces each arc of length h. The chord is shorter by (kappa
-h)^2 / 24 of the arc, and chords turn more than arcs: 2 asin(kappa h / 2) = kappa h (1 + (kappa h)^2 / 24). Yarns on the
-triangles therefore store an excess of
+*Curves are polygons.* Along a curvature kappa, a chord replaces each arc of length h. The chord is shorter
+by (kappa h)^2 / 24 of the arc, and chords turn more than arcs: 2 asin(kappa h / 2) = kappa h (1 + (kappa h)^2 / 24).
+Yarns on the triangles therefore store an excess of
 
     1/2 Y ((kappa h)^2 / 24)^2 + 1/2 B kappa^2 (kappa h)^2 / 12,
 

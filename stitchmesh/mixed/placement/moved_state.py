@@ -6,8 +6,9 @@ Nodes that were simulated keep their positions and their Eulerian coordinates. N
 the Eulerian coordinates of the layout. Vertices that belonged only to full-yarn triangles did not move in the run; the
 nodes around them now place them. Their positions are the least squares of |p - B v|^2 over the nodes of their
 triangles, where the other vertices stay. For vertices with few nodes, the sum contains a small part of a spring between
-neighbours that keeps their differences. Hybrid nodes then lose the part that the triangles can represent, x = F (p - B
-v), so that p = B v + F x holds. Velocities move in the same manner, with Eulerian velocities of zero for new nodes.
+neighbours that keeps their differences. Hybrid nodes then lose the part that the triangles can represent,
+x = F (p - B v), so that p = B v + F x holds. Velocities move in the same manner, with Eulerian velocities of zero for
+new nodes.
 
 Control points of B-splines stand out of their triangles. New control points begin at their heights above the triangles,
 and vertices and hybrid nodes change to the nearest positions with p = B v + F x, as at the start of a run

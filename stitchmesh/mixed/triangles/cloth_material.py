@@ -9,10 +9,10 @@ and the Poisson ratio nu, the geometric mean of the ratios of both directions,
     C_11 = Y_1 / (1 - nu^2),   C_22 = Y_2 / (1 - nu^2),   C_12 = nu sqrt(Y_1 Y_2) / (1 - nu^2),   C_33 = shear
 
 A strip that is pulled along axis 1 contracts by nu sqrt(Y_1 / Y_2) times its strain. The matrix is positive definite
-exactly if the moduli are positive and |nu| < 1. Bending has the same form in the curvatures (kappa_11, kappa_22, 2
-kappa_12), with the rigidities of a strip and a stiffness against twist. An isotropic plate of flexural rigidity D and
-ratio nu has the rigidities D (1 - nu^2) and the twist D (1 - nu) / 2; an isotropic membrane has the shear Y / (2 + 2
-nu).
+exactly if the moduli are positive and |nu| < 1. Bending has the same form in the curvatures
+(kappa_11, kappa_22, 2 kappa_12), with the rigidities of a strip and a stiffness against twist. An isotropic plate of
+flexural rigidity D and ratio nu has the rigidities D (1 - nu^2) and the twist D (1 - nu) / 2; an isotropic membrane has
+the shear Y / (2 + 2 nu).
 
 Moments with which the flat cloth curls, as a knit does at its borders, give bending a rest state that is not flat: the
 moments are the rigidities times the curvatures of this state.

@@ -13,8 +13,8 @@ blending weight w is
     w A (s_1 W_1(e_1) + s_2 W_2(e_2) + W_3(e_3) + s (W_4(e_1 + e_2) + C_12 e_1 e_2)),    s = min(s_1, s_2)
 
 where the shares s_1 and s_2 are 1 except for hybrid triangles of a weave (``enrichment.balanced_weights``). With s as
-their minimum, the material stays as definite as without shares. For the orthotropic material of constant moduli W_k =
-C_kk e_k^2 / 2 and W_4 = 0; ``TensionCurve`` holds other laws, whose stiffness depends on the strain. Let S be the
+their minimum, the material stays as definite as without shares. For the orthotropic material of constant moduli
+W_k = C_kk e_k^2 / 2 and W_4 = 0; ``TensionCurve`` holds other laws, whose stiffness depends on the strain. Let S be the
 stresses of the energy density. The force on corner i is -w A F S g_i. With the derivative dF along a direction, the
 product of the Hessian is, without shares,
 

@@ -22,7 +22,7 @@ sqrt(STRENGTH) - 1 = 2.2 in the neighbouring segment presses D below e. The merg
 rest length or of the contact distance, whichever is smaller. Both measures therefore have no effect in any state that
 yarns of their thickness can reach.
 
-Stretch of a segment of yarn between two crossing nodes (Cirio et al. 2014, section 4.2).
+*Stretch* of a segment of yarn between two crossing nodes (Cirio et al. 2014, section 4.2).
 
 With the length l = |x1 - x0| in space and the rest length D = u1 - u0 of the yarn between the nodes, |w| = l / D and
 
@@ -34,7 +34,7 @@ distance 1 / D is replaced by i(D), where D i(D) - 1 = -t^3.
 The functions subtract l and D before anything else, because strains of 1e-4 are common and single precision has seven
 digits: l^2 i(D) - 2 l + D = (l - D)^2 i(D) - t^3 (2 l - D).
 
-Contact of neighbouring parallel yarns, along the yarn that both cross (Cirio et al. 2014, section 4.5).
+*Contact* of neighbouring parallel yarns, along the yarn that both cross (Cirio et al. 2014, section 4.5).
 
     E = 1/2 k_c L (D - d)^2  for D < d, else 0
 
@@ -42,7 +42,7 @@ D is the rest length of yarn between the two crossings, L its value in the layou
 yarn passes above at one crossing and below at the other, d = 4 R; if it passes on the same side, d = 2 R. Where the
 layout is denser, d = L, so a fabric as laid out has no contact energy.
 
-Bending of a yarn at a crossing node (Cirio et al. 2014, section 4.3).
+*Bending* of a yarn at a crossing node (Cirio et al. 2014, section 4.3).
 
     E = k_b (t - r)^2 / D
 
@@ -57,7 +57,7 @@ state with the energy k_b r^2 / D.
 
 The energy is convex in (t, D). Below the merging distance of the two segments 1 / D is replaced by i(D).
 
-Shear of a weave at a crossing node (Cirio et al. 2014, section 4.4).
+*Shear* of a weave at a crossing node (Cirio et al. 2014, section 4.4).
 
     E = 1/2 k_x L (f - r)^2,    k_x = S R^2
 
