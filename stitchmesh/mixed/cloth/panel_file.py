@@ -47,7 +47,7 @@ class PanelTable:
         """Return the panel.
 
         Raises:
-            ParameterError: as for ``Panel``.
+            ParameterError: as ``Panel`` raises it.
         """
         return Panel(name=self.name, outline=self.outline, position=self.position, side_edges=self.side_edges)
 

@@ -84,7 +84,7 @@ def seam_counts(panels: Sequence[Panel], seams: Sequence[PanelSeam], edge_length
     longer border; it is divided among the sides of a border in proportion to their lengths.
 
     Raises:
-        ParameterError: as for ``cloth_from_panels``.
+        ParameterError: as ``cloth_from_panels`` raises it.
     """
     named = _by_name(panels)
     checked_edge_length(edge_length)
@@ -112,7 +112,7 @@ def sew(panels: Sequence[Panel], triangles: Sequence[PanelTriangles], seams: Seq
     Raises:
         ParameterError: the two borders of a seam have different numbers of edges, or a seam joins two corners of one
             triangle.
-        MeshError: as for ``cloth_from_panels``.
+        MeshError: as ``cloth_from_panels`` raises it.
     """
     offset = np.concatenate([[0], np.cumsum([len(part.points) for part in triangles])])
     place = {panel.name: number for number, panel in enumerate(panels)}

@@ -47,7 +47,7 @@ class Embedding:
     basis: csr_array
     """B, shape (H, V)."""
     columns: Integers
-    """Vertices whose columns are independent and span those of all vertices, ascending, shape (K,)."""
+    """Vertices whose columns are independent and span the columns of all vertices, ascending, shape (K,)."""
 
     @property
     def independent(self) -> csr_array:

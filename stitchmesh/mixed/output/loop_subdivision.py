@@ -45,7 +45,7 @@ class Subdivision:
         """Return the finer triangle of each point, shape (n,), and its barycentric coordinates there, shape (n, 3).
 
         Args:
-            triangle: number of the triangle of each point among those that were divided, shape (n,).
+            triangle: number of the triangle of each point among the divided triangles, shape (n,).
             barycentric: barycentric coordinates, shape (n, 3).
         """
         number, weight = np.asarray(triangle, dtype=np.int64), np.asarray(barycentric, dtype=np.float64)

@@ -152,7 +152,7 @@ def prepare(
         scene: the scene.
         cloth: a cloth that replaces the cloth of the scene.
         yarns: yarns laid out on this cloth, which replace the yarns of the scene.
-        folder: folder that keeps a material that is matched to the yarns, and where it is found again.
+        folder: where a material that is matched to the yarns is kept and found again.
         progress: called with the completed part of the matching and a line of text.
 
     Raises:
