@@ -2,16 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """A region that grows and shrinks while the run goes on.
 
-After every few steps of a motion, or equilibria of a static run, the errors of triangles in the present state are
-indicated, and where it pays the run goes on with another region within the same number
-of nodes. A static run then finds the equilibrium of the present loads again.
+A run looks at its region after every few steps of a motion, or after every few equilibria of a static run: it computes
+the errors of the triangles in the present state. Where a change pays, the run goes on with another region within the
+same number of nodes. A static run then finds the equilibrium of the present loads again.
 
-The state of a checkpoint includes the region, so that a run that is resumed changes it as one that never stopped.
+A checkpoint includes the region, so a resumed run changes it as a run without an interruption does.
 
-In the region itself the triangles carry no error, because yarns carry what they cannot. What the triangles would be
-wrong by without yarns is read from the yarns there: nodes at the root mean square distance d from the triangles, in
-waves whose half length is the size h of a triangle, take up the compression e = (pi d / h)^2 / 2, which triangles would
-have to store as 1/2 Y e^2 (``detail_errors``). h^2 is twice the area of the triangle.
+In the region itself the triangles carry no error, because the yarns carry what triangles cannot. The error that the
+triangles would have without yarns follows from the yarns there. Yarn nodes at the root mean square distance d from the
+triangles, in waves whose half length is the size h of a triangle, take up the compression e = (pi d / h)^2 / 2.
+Triangles would have to store it as 1/2 Y e^2 (``detail_errors``). h^2 is twice the area of the triangle.
 
 A region changes only if this is worth it. Triangles that have yarns now count ``KEPT`` times as much as others, and the
 new region is taken only if it removes ``WORTH`` times as much error as the present one would; otherwise the present
@@ -42,7 +42,7 @@ Numbers = NDArray[np.float64]
 KEPT = 2.0
 """Factor of the error of triangles that have yarns."""
 WORTH = 1.1
-"""Removed error of a new region over that of the present one from which the region changes."""
+"""The error that a new region must remove, as a multiple of the error that the present region removes."""
 SAVED_NUMBERS = "region numbers"
 SAVED_TRIANGLES = "region triangles"
 """Names of the arrays of a checkpoint."""
@@ -61,17 +61,18 @@ def changed_triangles(
     kept: float = KEPT,
     worth: float = WORTH,
 ) -> Integers:
-    """The full-yarn triangles with which a run goes on, ascending; those of the present region if no change pays.
+    """The full-yarn triangles with which a run goes on, ascending. If no change pays, they are the present ones.
 
     Args:
         triangles: vertices of each triangle, shape (T, 3).
         node_triangle: triangle of each yarn node of the layout, shape (N,).
-        error: indicated error of each triangle, shape (T,); in the region with ``detail_errors``.
+        error: indicated error of each triangle, shape (T,); inside the present region it includes ``detail_errors``.
         present: numbers of the full-yarn triangles of the present region.
         budget: nodes that may be simulated.
         rings: width of the hybrid region in rings of triangles.
         kept: factor of the error of triangles that have yarns, at least 1.
-        worth: removed error of a new region over that of the present one from which the region changes, at least 1.
+        worth: the error that a new region must remove, as a multiple of the error that the present region removes, at
+            least 1.
 
     Raises:
         ParameterError: as ``choose_triangles``, or a factor is less than 1.
@@ -92,8 +93,8 @@ def changed_triangles(
 def present_errors(cloth: Cloth, region: Region, material: ClothMaterial, vertices: Numbers, nodes: Numbers) -> Numbers:
     """The error that triangles alone would have in the present state of a run [erg], shape (T,).
 
-    Outside the region this is ``indicate_errors``. Inside, where the vertices are placed by the yarns, it is the larger
-    one of the indicator and ``detail_errors``. Arguments are those of ``detail_errors``.
+    Outside the region this is ``indicate_errors``. Inside, where the yarns place the vertices, it is the larger of the
+    indicator and ``detail_errors``. The arguments are the same as for ``detail_errors``.
     """
     placed = place_hidden_vertices(region, vertices, nodes)
     indicated = indicate_errors(cloth, placed, material).total
@@ -136,13 +137,14 @@ class AdaptiveRegion:
         self.changes = 0
         """How often the region has changed."""
         self.energy_jump = 0.0
-        """Largest change of kinetic and elastic energy of a run, without sign, when its region changed [erg].
+        """The largest change of the kinetic and elastic energy of a run at a change of its region, without sign [erg].
 
-        The weight is left out: its energy depends on where height is counted from, if masses change with the region."""
+        The energy of weight is left out, because it depends on the height of the origin if masses change with the
+        region."""
         self._looks, self._time = 0, 0.0
 
     def look(self, simulation: Simulation) -> bool:
-        """Change the region of a run where it pays, and return whether it has changed; to be called after each step."""
+        """Change the region where it pays, and return whether it has changed; a run calls this after each step."""
         if self.every is None or simulation.time == self._time:
             return False  # an equilibrium that was found again after a change
         self._looks, self._time = self._looks + 1, simulation.time
@@ -175,7 +177,7 @@ class AdaptiveRegion:
         return True
 
     def _wanted(self, simulation: Simulation) -> PreparedScene:
-        """The scene with the region that pays most in the present state."""
+        """The scene with the region that removes most error in the present state."""
         prepared = simulation.prepared
         fabric, region, section = prepared.fabric, prepared.region, prepared.scene.region
         vertices, nodes, _sliding = simulation.positions

@@ -54,7 +54,7 @@ class MixedFabric:
     cloth_material: ClothMaterial
     """Material of the triangles."""
     yarn_materials: FabricMaterials | SplineMaterial
-    """Materials of the yarns, for their model."""
+    """Materials of the yarns; their kind belongs to the model of the yarns."""
     seam_material: SeamMaterial | None = None
     """Material of the rods along seams where triangles are simulated; None for none."""
 
@@ -158,7 +158,7 @@ def _contact_terms(
 def contact_points(fabric: MixedFabric, region: Region, thickness: float) -> tuple[ContactPoints, SeamLinks]:
     """Return contact points on triangles and at nodes, weighted by alpha, and the links of seams."""
     cloth, yarns, simulated = fabric.cloth, fabric.yarns, region.nodes
-    # control points of B-splines lie in the middle of a yarn, and crossings in the middle of the cloth
+    # ``of_node``: control points of B-splines lie in the middle of a yarn, crossing nodes in the middle of the cloth
     of_node = 2.0 * float(fabric.yarn_radius.mean()) if isinstance(yarns, SplineYarns) else thickness
     on_triangles, links = points_on_triangles(
         cloth.triangles, cloth.rest, cloth.panel, vertex_count=len(cloth.vertices), node_count=len(simulated),

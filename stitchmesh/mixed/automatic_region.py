@@ -1,25 +1,23 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The region of a scene that the error of triangles alone chooses.
+"""The region of a scene that follows from the error of triangles alone.
 
-A run with triangles alone says how much energy is wrong in each triangle. A region within the number
-of nodes of the scene follows from it (``placement.chosen_region``). The scene then begins with yarns in this region, so
-that a result does not depend on how the region was found.
-
-A scene with triangles alone, which says where yarns are needed, and where the yarns of a static scene may begin.
+A run with triangles alone gives the error of energy in each triangle. A region within the number of nodes of the scene
+follows from it (``placement.chosen_region``). The scene then begins anew with yarns in this region, so a result does
+not depend on how the region was found.
 
 The error of each triangle is the largest one over the frames of a motion, or over the equilibria of a static run
 (``placement.error_indicator``).
 
-How many yarn nodes a time for each step pays for, measured on the machine that runs the scene.
+A scene may give a time for each step instead of a number of nodes. The number of nodes that this time pays for is then
+measured on the machine that runs the scene. Three short runs are timed: with triangles alone, with yarns on an eighth
+of the nodes, and with as many yarn nodes as the straight line through these two times allows. The budget follows from
+the straight line through the two runs with yarns. A dynamic scene is timed over its first steps without the very first
+one. A static scene is timed over its first equilibrium, when it is found for the second time, because the first time
+includes the loading of kernels.
 
-Three short runs of the scene are timed: with triangles alone, with yarns on an eighth of the nodes, and with yarns on
-as many nodes as the straight line through both times promises. The nodes of the budget follow from the straight line
-through the two runs with yarns. A dynamic scene is timed over its first steps without the first one, and a static scene
-over its first equilibrium, the second time that it is found: the first time includes loading of kernels.
-
-The time of a step grows with its nodes, and with the products that its linear solves take, which later steps may need
-more of. A run that changes its region keeps the number of nodes that was measured at its start, so that stopping and
+The time of a step grows with its nodes and with the products that its linear solves take, and later steps may need more
+products. A run that changes its region keeps the number of nodes that was measured at its start, so that stopping and
 resuming changes nothing.
 """
 
@@ -58,7 +56,7 @@ iterations so far, and the error of the state [cm/s or dyn]. ``RunStopped`` ends
 STEPS = 4
 """Steps of a motion that are timed, after the first one."""
 FIRST_PART = 8
-"""The first trial has yarns on this part of all nodes."""
+"""The first trial has yarns on one part in this many of all nodes."""
 LEAST = 1e-9
 """Smallest time that a node adds to a step [s]."""
 
@@ -94,16 +92,16 @@ def unwatched(simulation: Simulation, iterations: int, error: float) -> None:
 
 @dataclass(frozen=True, eq=False)
 class TriangleRun:
-    """What a run with triangles alone leaves."""
+    """The result of a run with triangles alone."""
 
     end: Simulation
-    """Its end, or where it was stopped."""
+    """The state at its end, or where it was stopped."""
     error: Numbers
     """The largest error of each triangle [erg], shape (T,)."""
     totals: RunTotals
     """Its work."""
     stopped: bool = False
-    """Whether the user or the time stopped it."""
+    """Whether the user or the time limit stopped it."""
 
     @property
     def vertices(self) -> FloatArray:
@@ -179,7 +177,7 @@ class _Errors:
 
 
 def node_budget(prepared: PreparedScene, error: Numbers, scalar: Any, device: wp.Device) -> NodeBudget:
-    """Return the nodes that an automatic region may have: those of the scene, or those that its seconds pay for.
+    """Return the nodes that an automatic region may have: the number of the scene, or what its seconds pay for.
 
     Args:
         prepared: the scene, with yarns nowhere.
@@ -188,7 +186,7 @@ def node_budget(prepared: PreparedScene, error: Numbers, scalar: Any, device: wp
         device: where the scene runs.
 
     Raises:
-        ParameterError: triangles alone take longer.
+        ParameterError: a run with triangles alone already takes longer than the seconds of the scene.
     """
     section = prepared.scene.region
     if section.seconds is None:
@@ -204,7 +202,7 @@ def node_budget(prepared: PreparedScene, error: Numbers, scalar: Any, device: wp
     guess = NodeBudget.of_seconds(seconds, base=base, per_node=max((first - base) / max(few, 1), LEAST))
     many, second = _trial(prepared, error, min(guess.nodes, layout), scalar, device)
     slope = (second - first) / (many - few) if many != few else 0.0
-    if slope <= 0.0:  # times of equal regions, or so near one another that the machine's other work decides
+    if slope <= 0.0:  # the regions are equal, or the times are so close that other work of the machine decides
         slope = max((second - base) / max(many, 1), LEAST)
     line = NodeBudget.of_seconds(seconds, base=max(second - slope * many, 0.0), per_node=slope)
     return NodeBudget(nodes=max(line.nodes, few)) if first <= seconds else line

@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A run of mixed yarns and triangles, from a scene to what it leaves (Casafranca et al. 2020).
+"""A run of mixed yarns and triangles, from the scene to its results: what ``drape`` runs (Casafranca et al. 2020).
 
-The cloth is made and yarns are laid out on it everywhere; the region says where they are simulated; the system moves in
-time or comes to an equilibrium; everything is turned into curves and a smooth surface for display.
+A run makes the cloth and lays out yarns everywhere on it. The region says where the yarns are simulated. The system
+then moves in time or comes to an equilibrium, and its states become curves and a smooth surface for display.
 """
 
 from __future__ import annotations
@@ -65,19 +65,19 @@ class Draped:
     prepared: PreparedScene
     """Cloth, yarns, materials, region and loads."""
     displays: Displays
-    """The maps from a state to what is shown, for each region that the run has had."""
+    """The maps from states to their display, for each region that the run has had."""
     frames: Frames
     """States at the times of the frames; the last one is the end."""
     report: dict[str, Any]
-    """Plain numbers."""
+    """The report as plain numbers."""
 
     @property
     def display(self) -> Display:
-        """The maps of the last state."""
+        """The maps of the last state to its display."""
         return self.display_of(self.end)
 
     def display_of(self, frame: DrapeFrame) -> Display:
-        """Return the maps of a frame, with its region."""
+        """Return the maps for the region of a frame."""
         return self.displays.of(frame)
 
     @property
@@ -111,7 +111,7 @@ class Draped:
 
     @property
     def _frames_per_second(self) -> float:
-        """Frames for each second of an animation; equilibria are a second apart."""
+        """Frames for each second of an animation. The load steps of a static run are spread over its duration."""
         scene = self.prepared.scene
         return scene.output.frames_per_second if scene.mode == "dynamic" else scene.load_steps / scene.duration
 
@@ -138,15 +138,15 @@ def drape(
     Args:
         scene: the scene, or a scene file.
         folder: output folder, for checkpoints and frames; without it, frames are kept in memory.
-        cloth: a cloth in the place of that of the scene.
-        yarns: yarns laid out on it in the place of those of the scene.
-        run: progress, checkpoints in the output folder, the one to resume, and control, whose snapshots are results.
-            Iterations between checkpoints are steps in time, or iterations of a static run; a run that is stopped also
-            writes one. Where the one to resume is not there yet, the run begins at the start. A resumed run has the
-            bits of one that was never stopped.
+        cloth: a cloth that replaces the cloth of the scene.
+        yarns: yarns laid out on this cloth, which replace the yarns of the scene.
+        run: progress; checkpoints in the output folder; the checkpoint to resume from; and a control, whose snapshots
+            are results. The iterations between checkpoints are steps in time, or iterations of a static run. A run that
+            is stopped also writes a checkpoint. If the checkpoint to resume from does not exist yet, the run begins at
+            the start. A resumed run gives the same bits as a run without an interruption.
 
     Raises:
-        ParameterError: something in the scene is not possible, or does not fit into the memory.
+        ParameterError: a setting of the scene is not possible, or the scene does not fit into the memory.
         FileError: a file cannot be read or written.
         SolverError: no time step is small enough.
     """
@@ -160,7 +160,7 @@ def _drape(
     given: Scene, target: Path | None, cloth: Cloth | None, yarns: LaidYarns | None, run: Run[Draped],
     progress: Progress,
 ) -> Draped:  # fmt: skip
-    """Run a scene; arguments and errors as for ``drape``."""
+    """Run a scene, with the arguments and errors of ``drape``."""
     prepared = prepare(given, cloth=cloth, yarns=yarns, folder=target, progress=progress)
     device = device_named(given.solver.device)
     contact = bool(given.bodies) or given.contact.self_collision
@@ -182,7 +182,7 @@ def _drape(
 
 
 def _state_to_resume(path: Path, prepared: PreparedScene, device: wp.Device) -> RunCheckpoint | None:
-    """Read a checkpoint; None where the run was stopped before the first one."""
+    """Read a checkpoint; None if the run was stopped before it wrote one."""
     if was_written(path):
         return read_run(path, run_inputs(prepared, device))
     logger.info("%s: is not there yet; the run begins at the start", path)
@@ -193,7 +193,7 @@ def _checked_folder(folder: str | PathLike[str] | None, run: Run[Draped]) -> Pat
     """Return the output folder of a run.
 
     Raises:
-        ParameterError: the run asks for what is not obeyed, or for checkpoints elsewhere than in the output folder.
+        ParameterError: the run asks for something that ``drape`` does not obey, or for checkpoints in another folder.
     """
     run.refuse_all_but("drape", "checkpoints", "resume", "control")
     if folder is None and (run.checkpoints is not None or run.resume is not None):
@@ -207,15 +207,15 @@ def _checked_folder(folder: str | PathLike[str] | None, run: Run[Draped]) -> Pat
 
 @dataclass(frozen=True, eq=False)
 class _Start:
-    """What a run begins with."""
+    """The values with which a run begins."""
 
     prepared: PreparedScene
     budget: NodeBudget
-    """Nodes that the region may have while the run goes on; for automatic regions."""
+    """Nodes that the region may have while the run goes on, for automatic regions."""
     triangles: RunTotals | None = None
     """Work of the run with triangles alone, if there was one."""
     stopped: Simulation | None = None
-    """The run with triangles alone where it was stopped."""
+    """The run with triangles alone, if it was stopped."""
 
 
 def _start(
@@ -261,14 +261,14 @@ def frame_of(simulation: Simulation) -> DrapeFrame:
 
 
 def _resumed(prepared: PreparedScene, state: RunCheckpoint) -> _Start:
-    """What a run that is resumed begins with: it has the positions of its checkpoint, and also an automatic region."""
+    """The values with which a resumed run begins; the checkpoint holds the positions, and an automatic region too."""
     if prepared.scene.region.yarns != "automatic":
         return _Start(prepared, NodeBudget(nodes=0))
     return _Start(resumed_region(prepared, state.arrays), resumed_budget(state.arrays))
 
 
 class _Draping:
-    """A run on its way: the simulation, its frames and its sums."""
+    """A run in progress: the simulation, its frames and its sums."""
 
     def __init__(
         self, start: _Start, folder: Path | None, device: wp.Device, run: Run[Draped], progress: Progress
@@ -297,7 +297,7 @@ class _Draping:
         self.frames.count = state.frames
 
     def go(self) -> None:
-        """Run to the end, or until the user or the time stops it."""
+        """Run to the end, or until the user or the time limit stops the run."""
         self.frames.begin(self.frames.count)
         if not self.frames.count:
             self.frames.add(self._frame())
@@ -313,7 +313,7 @@ class _Draping:
             self.frames.add(self._frame())
 
     def end_with(self, simulation: Simulation) -> None:
-        """End with the state of a run with triangles alone that was stopped; there is nothing to resume."""
+        """End with the state of a stopped run with triangles alone; there is nothing to resume."""
         self.stopped = True
         self.frames.begin()
         self.frames.add(frame_of(simulation))
@@ -331,13 +331,13 @@ class _Draping:
         made.add_to(self.totals)
         after = self._frame()
         changed = self.region.look(self.simulation)
-        # A static run finds its equilibrium again after a change of the region, and shows that one.
+        # A static run finds its equilibrium again after a change of the region, and shows the new one.
         for moment in () if changed and self.prepared.scene.mode == "static" else self._frames_due(made):
             self.frames.add(before.between(after, moment))
         self.progress(STAGE, min(made.time / self.prepared.scene.duration, 1.0), self._note(made))
 
     def _after_iteration(self) -> AfterIteration:
-        """What follows each iteration of a search for an equilibrium."""
+        """Return the function that is called after each iteration of a search for an equilibrium."""
         scene = self.prepared.scene
         report = search_progress(
             STAGE, self.totals.steps, scene.equilibria, self.progress,
@@ -352,7 +352,7 @@ class _Draping:
         return after_iteration
 
     def _between_steps(self, number: int) -> None:
-        """What follows each step in time, and each iteration of a search for an equilibrium."""
+        """Write checkpoints and obey the control after each step in time, or each iteration of a search."""
         if self.run.checkpoints is not None and number % self.run.checkpoints.every == 0:
             self._write_checkpoint()
         check_time()
@@ -360,7 +360,7 @@ class _Draping:
             self.run.control.after_step(lambda: self._snapshot(number), aside=others_may_launch)
 
     def _frames_due(self, made: SimulationStep) -> Iterator[float]:
-        """Times of the frames that a step has passed."""
+        """The times of frames that lie within a step."""
         scene = self.prepared.scene
         if scene.mode == "static":
             yield made.time

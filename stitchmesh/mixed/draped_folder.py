@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The output folder of a run as a result, also while the run goes on."""
+"""Reads the output folder of a run as a result, also while the run goes on."""
 
 from __future__ import annotations
 
@@ -30,7 +30,8 @@ def read_draped(folder: str | PathLike[str]) -> Draped:
     place = Path(folder)
     scene = read_scene(place / SCENE_FILE)
     frames = _frames(place)
-    # The frames hold the places: the cloth need not be put round its bodies, nor have the device of the run.
+    # The frames hold the positions: the cloth need not be put round its bodies, and the device of the run is not
+    # needed.
     contact = replace(scene.contact, start_outside=False)
     laid = prepare(replace(scene, region=RegionSection(), contact=contact), folder=place)
     cloth, yarns = laid.fabric.cloth, laid.fabric.yarns
@@ -68,10 +69,10 @@ def _check_frame(frame: DrapeFrame, cloth: Cloth, folder: Path) -> None:
 
 
 def _report(folder: Path) -> dict[str, Any]:
-    """The report of a run that has ended, else an empty one."""
+    """The report of a run that has ended; empty while it goes on."""
     path, began = folder / REPORT, (folder / SCENE_FILE).stat().st_mtime_ns
     if not path.is_file() or path.stat().st_mtime_ns < began:
-        return {}  # There is none yet, or an earlier run has left it.
+        return {}  # there is none yet, or an earlier run has left it
     try:
         return check_value(read_json(path), dict[str, Any])
     except ParameterError as error:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Sums of the contributions of elements at vertices or nodes, in a fixed order.
+"""Sums of the contributions of elements to vertices or nodes, in a fixed order.
 
 Each element (a triangle, a yarn segment, a hinge) writes its contributions to slots of its own, and each vertex or node
 then adds up its slots in ascending order:
@@ -49,8 +49,8 @@ class GatherTable:
     start: wp.array[wp.int32]
     """Where the row of each vertex or node begins in ``slot``; shape (count + 1,)."""
     slot: wp.array[wp.int32]
-    """Numbers of slots, ascending in each row; slot ``K e + k`` is the k-th one of element e. Shape (number of slots
-    with a target,)."""
+    """Numbers of slots, ascending in each row, shape (number of slots with a target,). Slot ``K e + k`` is the k-th
+    slot of element e."""
     slot_count: int
     """Number E K of slots."""
 
@@ -59,12 +59,12 @@ class GatherTable:
         """The table of elements.
 
         Args:
-            index: vertex or node of each slot of each element, shape (E, K) or (E,); -1 for a slot without one.
+            index: vertex or node of each slot of each element, shape (E, K) or (E,); -1 for a slot without a target.
             count: number of vertices or nodes.
             device: where the table lies.
 
         Raises:
-            ParameterError: an index is not -1 and not the number of a vertex or node.
+            ParameterError: an index is neither -1 nor the number of a vertex or node.
         """
         flat = np.asarray(index, dtype=np.int64).reshape(-1)
         wrong = np.flatnonzero((flat < -1) | (flat >= count))
@@ -81,11 +81,11 @@ class GatherTable:
 
         Args:
             values: the slots, vectors or scalars; shape (E K,).
-            target: what they are added to, of the same type; shape (count,).
+            target: the vertices or nodes to which they are added, of the same type; shape (count,).
             launcher: ``launch`` or ``prepare`` of ``stitchmesh.compute.launch`` with a device bound.
 
         Raises:
-            ParameterError: the arrays have other lengths.
+            ParameterError: the arrays have the wrong lengths.
         """
         expected = self.slot_count, len(self.start) - 1
         if (len(values), len(target)) != expected:

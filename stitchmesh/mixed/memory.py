@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Memory that a scene needs, estimated before anything large is allocated, and how many yarn nodes fit.
+"""An estimate of the memory that a scene needs, before anything large is allocated, and how many yarn nodes fit.
 
-The dense inverse of the hybrid region grows with the square of its vertices, and everything else with the numbers of
-nodes, vertices and contact points. The constants are measured in float64 on patches of 10^4 and 4 10^4 nodes, with the
-maps for display, and rounded up.
+The dense inverse of the hybrid region grows with the square of its vertices; everything else grows with the numbers of
+nodes, vertices and contact points. The constants were measured in float64 on patches of 10^4 and 4 10^4 nodes,
+including the maps for display, and rounded up.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from stitchmesh.mixed.enrichment.region import HYBRID, Region
 PER_LAID_NODE, PER_NODE, PER_VERTEX = 2_500.0, 3_500.0, 25_000.0
 """Memory for each node of the layout, for each simulated node, and for each vertex with its triangles [bytes]."""
 PER_NODE_IN_CONTACT, PER_VERTEX_IN_CONTACT = 1_500.0, 45_000.0
-"""Additional memory with contact [bytes]."""
+"""Additional memory for each simulated node and each vertex with contact [bytes]."""
 PER_PAIR = 40.0
 """Memory for each pair of hybrid vertices [bytes]."""
 
@@ -29,7 +29,7 @@ class MemoryEstimate:
     """Memory that a scene needs [bytes]."""
 
     total: float
-    """All of it."""
+    """All memory of the scene."""
     each_node: float
     """Memory of one more simulated node."""
 
@@ -44,7 +44,7 @@ def estimate_memory(region: Region, *, contact: bool, may_grow_to: int = 0) -> M
     Args:
         region: the region at the start.
         contact: whether there is contact.
-        may_grow_to: number of nodes that it may have later; it is then taken for hybrid as a whole.
+        may_grow_to: number of nodes that the region may have later; all of it then counts as hybrid.
     """
     vertices, laid = len(region.vertex_alpha), len(region.node_triangle)
     nodes = min(max(len(region.nodes), may_grow_to), laid)
@@ -60,7 +60,7 @@ def check_layout_memory(nodes: float, available: float) -> None:
     """Check that the layout of a number of yarn nodes fits into a memory, before it is made.
 
     Raises:
-        ParameterError: it does not; the message says how much it needs and how many nodes would fit.
+        ParameterError: it does not fit; the message says how much it needs and how many nodes would fit.
     """
     fit = max(int((available - BASE_MEMORY) / PER_LAID_NODE), 0)
     check_memory(
@@ -70,10 +70,10 @@ def check_layout_memory(nodes: float, available: float) -> None:
 
 
 def check_scene_memory(region: Region, available: float, *, contact: bool, may_grow_to: int = 0) -> MemoryEstimate:
-    """Check that a scene fits into a memory, and return what it needs; arguments as for ``estimate_memory``.
+    """Check that a scene fits into a memory, and return its estimate, with the arguments of ``estimate_memory``.
 
     Raises:
-        ParameterError: it does not; the message says how much it needs and what region would fit.
+        ParameterError: it does not fit; the message says how much it needs and which region would fit.
     """
     needed = estimate_memory(region, contact=contact, may_grow_to=may_grow_to)
     nodes = max(len(region.nodes), may_grow_to)

@@ -2,12 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """One vector of the mixed system: positions, velocities, forces or directions of all its coordinates.
 
-The coordinates are the positions v of the triangle vertices, the world positions p of the yarn nodes that are
-simulated, and the Eulerian coordinates (u, v) of these nodes, the places of the two yarns that cross in a node along
-their rest lengths (Casafranca et al. 2020, section 3; Cirio et al. 2014). All scalars are one flat array, so that sums
-and updates of whole vectors are one launch; the parts are views of it.
+The coordinates are the positions v of the triangle vertices, the world positions p of the simulated yarn nodes, and the
+Eulerian coordinates (u, v) of these nodes. Eulerian coordinates are the places of the two yarns that cross in a node,
+along their rest lengths (Casafranca et al. 2020, section 3; Cirio et al. 2014). All scalars are one flat array, so that
+sums and updates of whole vectors are one launch; the parts are views of it.
 
-Symmetric blocks on the diagonal of a matrix of the mixed system, one for each vertex and node.
+``MixedBlocks`` holds symmetric blocks on the diagonal of a matrix of the mixed system, one for each vertex and node.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ class MixedVector:
         """The vector of three parts, shapes (V, 3), (N, 3) and (N, 2).
 
         Raises:
-            ParameterError: a part has another shape.
+            ParameterError: a part has the wrong shape.
         """
         parts = [np.asarray(part, dtype=np.float64) for part in (vertices, nodes, sliding)]
         parts = [
@@ -125,7 +125,7 @@ class MixedVector:
         return MixedVector.zeros(self.vertex_count, self.node_count, self.scalar, self.device)
 
     def copy(self) -> MixedVector:
-        """A vector of its own with the same numbers."""
+        """A new vector with the same numbers."""
         return MixedVector._of(wp.clone(self.values), self.vertex_count, self.node_count)
 
     def assign(self, other: MixedVector) -> None:

@@ -1,10 +1,11 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How the state of a run is taken over into another region.
+"""Takes the state of a run over into another region.
 
-Positions and velocities move as ``placement.moved_state`` says, and what terms remember as ``placement.carried_terms``
-says. What is held goes to the place that its attachment prescribes, with the hybrid nodes and vertices around it: nodes
-that begin on a triangle with a free corner are not there.
+Positions and velocities move as in ``placement.moved_state``, and the memory of terms as in
+``placement.carried_terms``. Attached nodes and vertices go to the place that their attachment prescribes, and the
+hybrid nodes and vertices around them follow: attached nodes that begin on a triangle with a free corner are not at this
+place.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ from stitchmesh.mixed.placement.moved_state import move_state
 from stitchmesh.mixed.term import MixedTerm
 
 SETTLING_ITERATIONS = 3
-"""Newton iterations with which new nodes come near to their equilibrium."""
+"""Newton iterations that bring new nodes near to their equilibrium."""
 
 
 def moved_positions(fabric: MixedFabric, change: RegionChange, positions: MixedVector) -> MixedVector:
@@ -37,8 +38,8 @@ def moved_positions(fabric: MixedFabric, change: RegionChange, positions: MixedV
 
     Args:
         fabric: cloth and yarns.
-        change: the region of the positions, and that of the result; new nodes have the Eulerian coordinates that it
-            remembers, or those of the layout.
+        change: the region of the positions and the region of the result. New nodes have the Eulerian coordinates of its
+            memory, or of the layout.
         positions: positions [cm].
     """
     stands_out = isinstance(fabric.yarns, SplineYarns)
@@ -47,7 +48,7 @@ def moved_positions(fabric: MixedFabric, change: RegionChange, positions: MixedV
 
 
 def moved_velocities(fabric: MixedFabric, change: RegionChange, velocities: MixedVector) -> MixedVector:
-    """Return velocities for another region [cm/s]; arguments as for ``moved_positions``."""
+    """Return velocities for another region [cm/s]; the arguments are the same as for ``moved_positions``."""
     return _moved(change, velocities, np.zeros_like(fabric.yarns.rest_sliding), None)
 
 
@@ -62,7 +63,7 @@ def _moved(
 
 
 def region_change(fabric: MixedFabric, old: Region, new: Region, memory: NodeMemory, loads: Loads) -> RegionChange:
-    """Return both regions of a fabric, with what nodes remember and the contact points that they have under loads."""
+    """Return both regions of a fabric, with the memory of nodes and the contact points that they have under loads."""
     if not loads.bodies:
         return RegionChange(old, new, memory)
     points = [contact_points(fabric, region, loads.thickness)[0] for region in (old, new)]
@@ -78,19 +79,19 @@ def settle_changed(
     positions: MixedVector,
     time_step: float,
 ) -> None:
-    """Let nodes that begin on triangles, and vertices that begin at yarns, move towards equilibrium with what stays.
+    """Let nodes that begin on triangles, and vertices that begin at yarns, move towards their equilibrium.
 
-    Nodes on flat triangles have yarns that are bent at the sides of triangles, and stretched as a whole triangle is;
-    vertices that are placed by yarns stretch their triangles. A step in time from rest, without the gravity that moves
-    all together, takes the energy of this away before the motion makes waves of it. Nodes whose triangles have become
-    hybrid or full move too; all others stay.
+    The yarns of nodes on flat triangles are bent at the sides of triangles, and stretched like a whole triangle;
+    vertices that yarns place stretch their triangles. A step in time from rest removes the energy of this before the
+    motion makes waves of it. The step has no gravity, which moves everything together. Nodes whose triangles have
+    become hybrid or full move too; all others stay.
 
     Args:
         fabric: cloth, yarns and materials.
         change: both regions.
-        loads: what acts.
+        loads: gravity, attachments, bodies and contact.
         vertices: positions of the vertices at the start of the run [cm], shape (V, 3).
-        old_terms: the terms of the old region, with what they remember.
+        old_terms: the terms of the old region, with their memory.
         positions: positions in the new region [cm]; changed.
         time_step: length of the step [s].
     """
@@ -112,11 +113,11 @@ def settle_changed(
 
 
 def place_held(system: MixedSystem, motion: PrescribedMotion, positions: MixedVector, time: float) -> None:
-    """Move what is held to its place at a time, and what is hybrid with it.
+    """Move attached nodes and vertices to their place at a time, and let the hybrid nodes and vertices follow.
 
     Args:
         system: the system.
-        motion: the motion of what is held.
+        motion: the motion of the attachments.
         positions: positions [cm]; changed.
         time: the time [s].
     """

@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Checkpoints of a run of the mixed system, and what a resumed run needs to end with the same bits.
+"""Checkpoints of a run of the mixed system: the state that a resumed run needs to end with the same bits.
 
 A checkpoint is written between two steps in time, or between two iterations of a search for an equilibrium. It holds
-what the simulation carries on, the sums of the report, the number of frames, and a fingerprint of everything that
+the state of the simulation, the sums of the report, the number of frames, and a fingerprint of everything that
 decides the run. Output and tolerances of processors do not count: pictures and formats may differ.
 """
 
@@ -27,7 +27,7 @@ from stitchmesh.mixed.scene.scene_fabric import PreparedScene
 from stitchmesh.yarnrelax.fingerprint import fingerprint
 
 PLACE_OF_REGION = ("yarns", "nodes", "seconds", "adapt_every", "boxes", "faces", "rings")
-"""Entries of a region that is not automatic, for which the region itself is compared."""
+"""Entries of a region that is not automatic; a resumed run compares the region itself instead of them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +38,7 @@ class RunCheckpoint:
     frames: int
     """Number of frames so far."""
     arrays: Mapping[str, NDArray[Any]]
-    """What the simulation carries."""
+    """The arrays of the simulation."""
 
 
 class _Header(TypedDict):
@@ -50,7 +50,7 @@ class _Header(TypedDict):
 
 
 def run_inputs(prepared: PreparedScene, device: wp.Device) -> dict[str, str]:
-    """Return everything that decides a run, as short strings."""
+    """Return everything that decides a run, by name, as short strings."""
     found = {"stitchmesh": __version__, "device": "cuda" if device.is_cuda else "cpu"}
     found["cloth.seam_rods"] = str(prepared.fabric.seam_material)
     found |= fingerprint("scene", prepared.scene, without=("output", "cloth", "yarns", "region"))
@@ -65,7 +65,7 @@ def run_inputs(prepared: PreparedScene, device: wp.Device) -> dict[str, str]:
 
 
 def write_run(path: Path, inputs: Mapping[str, str], state: RunCheckpoint) -> None:
-    """Write a checkpoint; the one before it is kept.
+    """Write a checkpoint; the checkpoint before it is kept.
 
     Raises:
         FileError: the file cannot be written.
@@ -79,8 +79,8 @@ def read_run(path: Path, inputs: Mapping[str, str]) -> RunCheckpoint:
     """Read a checkpoint.
 
     Raises:
-        FileError: it is missing, damaged, or of something else.
-        ParameterError: it is of a run of another scene; the message says what differs.
+        FileError: the file is missing, damaged, or not a checkpoint of a run.
+        ParameterError: the checkpoint belongs to a run of another scene; the message says what differs.
     """
     content = read_checkpoint(path)
     if "totals" not in content.header:

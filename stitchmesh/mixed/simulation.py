@@ -1,12 +1,13 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A prepared scene as it runs: step by step in time, or from equilibrium to equilibrium.
+"""A prepared scene as a run: step by step in time, or from equilibrium to equilibrium.
 
-When an attachment is released the unknowns change. The system is then made again, and goes on with the positions,
-velocities and anchors that it had.
+When an attachment is released, the unknowns change. The system is then made again, and goes on with its positions,
+velocities and anchors.
 
-A path of equilibria may begin on the triangles: its yarns are placed on an equilibrium of the triangles alone, with all
-attachments and bodies at their last places, and one equilibrium is left to find (Casafranca et al. 2020, section 6.2).
+A path of equilibria may begin on the triangles. Its yarns are then placed on an equilibrium of the triangles alone,
+with all attachments and bodies at their last places, and only one equilibrium remains to be found (Casafranca et al.
+2020, section 6.2).
 """
 
 from __future__ import annotations
@@ -47,12 +48,12 @@ from stitchmesh.mixed.splines.spline_term import SplineTerm
 from stitchmesh.mixed.term import MixedTerm
 
 MOST_PARTS = 200
-"""Largest number of parts in which attachments move between two equilibria beside B-spline yarns."""
+"""Largest number of parts of the motion of attachments between two equilibria with B-spline yarns."""
 
 
 @dataclass(frozen=True)
 class SimulationStep:
-    """What one step did."""
+    """The report of one step."""
 
     time: float
     """Time at its end [s]."""
@@ -68,7 +69,7 @@ class SimulationStep:
     """Whether the error is within the tolerance."""
 
     def add_to(self, totals: RunTotals) -> None:
-        """Add the step to the sums of a run, but for its time."""
+        """Add the step to the sums of a run, except its computing time."""
         totals.steps += 1
         totals.newton_iterations += self.newton_iterations
         totals.solve_iterations += self.solve_iterations
@@ -81,20 +82,20 @@ class Simulation(ABC):
     """A scene that runs on a device."""
 
     tolerance: float
-    """Bound of the error of a step."""
+    """Bound of the error of a step, above which it has not converged."""
 
     def __init__(self, prepared: PreparedScene, scalar: Any, device: wp.Device) -> None:
         """Begin at time 0.
 
         Args:
-            prepared: what is simulated.
+            prepared: the scene, prepared.
             scalar: Warp's floating-point type.
             device: where it runs.
         """
         self.prepared, self.scalar, self.device = prepared, scalar, device
         self.start = prepared.vertices, prepared.nodes
         self.memory = NodeMemory()
-        """What nodes remember that regions have dropped."""
+        """Values of nodes that regions have dropped."""
 
     @property
     @abstractmethod
@@ -111,8 +112,8 @@ class Simulation(ABC):
         """Go one step further.
 
         Args:
-            after_iteration: called after each iteration of a search for an equilibrium; an exception that it raises
-                leaves the search as it is, and the next step goes on with it. Steps in time do not call it.
+            after_iteration: called after each iteration of a search for an equilibrium. If it raises an exception, the
+                search stays as it is, and the next step goes on with it. Steps in time do not call it.
 
         Raises:
             SolverError: no time step is small enough.
@@ -122,14 +123,14 @@ class Simulation(ABC):
     def change_region(self, region: Region) -> None:
         """Go on with yarns in another region of the same cloth and layout.
 
-        Positions, velocities and what terms remember stay where nodes stay, and nodes that were simulated before have
-        their marks again. A motion keeps its momentum; a static run finds its last equilibrium again.
+        Where nodes stay, their positions and velocities and the memory of terms stay too. Nodes that were simulated
+        before get their marks back. A motion keeps its momentum; a static run finds its last equilibrium again.
 
         Args:
             region: the new region.
 
         Raises:
-            ParameterError: the region belongs to another layout, or a term cannot be carried over.
+            ParameterError: the region belongs to another layout, or the memory of a term cannot be carried over.
         """
 
     @abstractmethod
@@ -138,7 +139,7 @@ class Simulation(ABC):
 
     @abstractmethod
     def arrays(self) -> dict[str, NDArray[Any]]:
-        """All that the rest of the run depends on, by name."""
+        """All arrays that the rest of the run depends on, by name."""
 
     @abstractmethod
     def resume(self, arrays: Mapping[str, NDArray[Any]]) -> None:
@@ -155,7 +156,7 @@ class Simulation(ABC):
         return MixedVector.from_numpy(vertices, nodes, self.prepared.sliding, self.scalar, self.device)
 
     def take_region(self, region: Region, terms: Sequence[MixedTerm]) -> RegionChange:
-        """Take a region for what is made from now on; return the change from the present one, with its terms."""
+        """Take a region for all that is made from now on; return the change from the present region with its terms."""
         old = self.prepared.region
         self.memory = remember(self.memory, terms, old).kept(SLIDING, old, self.positions[2])
         self.prepared = replace(self.prepared, region=region)
@@ -192,7 +193,7 @@ class DynamicSimulation(Simulation):
         return self._dynamics.positions.numpy()
 
     def step(self, after_iteration: AfterIteration = unwatched) -> SimulationStep:
-        """Advance by one time step; attachments whose time is over are released first."""
+        """Advance by one time step; attachments with a release time up to now are released first."""
         if any(self._built < release <= self.time for release in self.prepared.releases):
             self._renew(self.time, self._dynamics.arrays())
         made = self._dynamics.step()
@@ -219,7 +220,7 @@ class DynamicSimulation(Simulation):
         return self._dynamics.energies()
 
     def arrays(self) -> dict[str, NDArray[Any]]:
-        """All that the rest of the run depends on."""
+        """All arrays that the rest of the run depends on."""
         return self._dynamics.arrays() | {"built": np.array([self._built])} | self.memory.arrays()
 
     def resume(self, arrays: Mapping[str, NDArray[Any]]) -> None:
@@ -252,7 +253,7 @@ class StaticSimulation(Simulation):
     """A path of equilibria."""
 
     def __init__(self, prepared: PreparedScene, scalar: Any, device: wp.Device) -> None:
-        """Begin before the first equilibrium, or before the last one where the yarns begin on the triangles."""
+        """Begin before the first equilibrium, or before the last one if the yarns begin on the triangles."""
         super().__init__(prepared, scalar, device)
         scene = prepared.scene
         self.tolerance = scene.solver.force_tolerance
@@ -274,7 +275,7 @@ class StaticSimulation(Simulation):
 
     @property
     def time(self) -> float:
-        """Time of the last equilibrium, or of the one that is searched for [s]."""
+        """Time of the last equilibrium, or of the equilibrium of the present search [s]."""
         scene = self.prepared.scene
         return scene.duration * (self._done + (self._search is not None)) / scene.load_steps
 
@@ -313,7 +314,7 @@ class StaticSimulation(Simulation):
         return self._system.energies(self._positions)
 
     def arrays(self) -> dict[str, NDArray[Any]]:
-        """All that the rest of the run depends on."""
+        """All arrays that the rest of the run depends on."""
         clock = np.array([self._done, self._built, self._moved])
         found = {"positions": self._positions.values.numpy(), "clock": clock}
         if self._search is not None:
@@ -332,7 +333,7 @@ class StaticSimulation(Simulation):
             self._search.resume(arrays["search"])
 
     def _begin_search(self) -> EquilibriumSearch:
-        """Release and move what is held, and begin a search where it stands then."""
+        """Release and move the attachments, and begin a search from there."""
         end = self._end
         if any(self._built < release <= end for release in self.prepared.releases):
             self._renew(end, self.arrays())
@@ -361,7 +362,7 @@ class StaticSimulation(Simulation):
     def _motion_of(
         self, vertices: FloatArray, nodes: FloatArray, sliding: FloatArray, *, free: Parts | None = None
     ) -> MixedVector:
-        """The motion of what is held, and what is hybrid with it; ``free`` are displacements of what is not held."""
+        """The motion of attachments with the hybrid parts around them; ``free`` are displacements of other parts."""
         fixed = MixedVector.from_numpy(vertices, nodes, sliding, self.scalar, self.device)
         move = fixed.like() if free is None else MixedVector.from_numpy(*free, self.scalar, self.device)
         choose(move, self._system.moves, move, fixed)
@@ -369,7 +370,7 @@ class StaticSimulation(Simulation):
         return move
 
     def _move_held(self, move: MixedVector) -> None:
-        """Move in parts in which no yarn passes through another one.
+        """Move the state in parts so small that no yarn passes through another one.
 
         Raises:
             SolverError: the parts become too small, because the motion leads one yarn through another one.
@@ -389,7 +390,7 @@ class StaticSimulation(Simulation):
         )
 
     def _place_on(self, vertices: FloatArray) -> None:
-        """Place the yarns on the triangles, and what is held where it is at the end."""
+        """Place the yarns on the triangles, and the attachments at their last places."""
         prepared, start = self.prepared, self._positions.numpy()
         nodes = prepared.fabric.yarns.world(prepared.fabric.cloth, vertices)[prepared.region.nodes]
         free = vertices - start[0], nodes - start[1], prepared.sliding - start[2]

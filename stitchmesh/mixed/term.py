@@ -1,18 +1,19 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What all energies of the mixed system have in common: membrane, bending, yarns, contact, weight.
+"""The common interface of all energies of the mixed system: membrane, bending, yarns, contact, weight.
 
 A term is an energy of the positions v of the triangle vertices, the world positions p of the yarn nodes and their
-Eulerian coordinates s. It does not know how p follows from the unknowns of the enriched region (``enrichment``). The
-weight of blending of each of its elements, alpha for yarns and 1 - alpha for triangles, is given when it is made
+Eulerian coordinates s. It does not know how p follows from the unknowns of the enriched region (``enrichment``). When a
+term is made, each of its elements gets a blending weight, alpha for yarns and 1 - alpha for triangles
 (Casafranca et al. 2020, section 4.1).
 
 Functions that return launches may be called with a launcher that runs each kernel immediately (``launch``) or with one
 that prepares it (``prepare``), so that a solver can capture the launches. A term without elements returns none: a
 prepared launch has at least one thread.
 
-A yarn element weighs the mean of alpha at its nodes, alpha at its centroid. One that has a node of the full-yarn region
-weighs 1: no gradient of alpha then acts on these nodes, which have no triangles that could take up its forces.
+The weight of a yarn element is the mean of alpha at its nodes, alpha at its centroid. An element with a node of the
+full-yarn region has the weight 1. No gradient of alpha then acts on such nodes, which have no triangles that could take
+up its forces.
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
 EARTH = (0.0, -981.0, 0.0)
 """Acceleration on Earth [cm/s^2]; y points up."""
 FULL = 1.0 - 1e-12
-"""Alpha from which a node belongs to the full-yarn region; less by rounding."""
+"""Alpha from which on a node belongs to the full-yarn region; slightly below 1 because of rounding."""
 
 
 def element_weight(
@@ -45,8 +46,8 @@ def element_weight(
 
     Args:
         alpha: blending field at the nodes of each element, shape (E, K).
-        given: whether the element has each of them, shape (E, K).
-        full: whether each of them belongs to the full-yarn region, shape (E, K).
+        given: whether the element has each of these nodes, shape (E, K).
+        full: whether each of these nodes belongs to the full-yarn region, shape (E, K).
     """
     mean = np.where(given, alpha, 0.0).sum(axis=1) / np.maximum(given.sum(axis=1), 1)
     weight: NDArray[np.float64] = np.where((given & full).any(axis=1), 1.0, mean)
@@ -59,11 +60,11 @@ class MixedTerm(ABC):
     name: str
     """Name of the term in reports."""
     exact: float = 1.0
-    """Part of the exact Hessian in the products, in [0, 1]: 1 for the exact Hessian, 0 for the one that is never
-    negative (Gauss-Newton). Read when ``linearize`` is called."""
+    """Share of the exact Hessian in the products, in [0, 1]: 1 for the exact Hessian, 0 for the Hessian that is never
+    negative (Gauss-Newton). ``linearize`` reads it."""
     damped: float = 0.0
-    """Part of damping by stiffness in the products, in [0, 1), with the never-negative Hessian at the beginning of the
-    step. A term whose Hessian changes little within a step uses the present one. Read when ``linearize`` is called."""
+    """Share of damping by stiffness in the products, in [0, 1), with the never-negative Hessian at the beginning of the
+    step. A term whose Hessian changes little within a step uses the present Hessian. ``linearize`` reads it."""
 
     def energy(self, state: MixedVector) -> float:
         """Energy [erg] at a state, summed in a fixed order."""
@@ -72,9 +73,9 @@ class MixedTerm(ABC):
 
     @abstractmethod
     def element_energies(self, state: MixedVector, launcher: Launcher) -> tuple[list[Any], wp.array[Any]]:
-        """The launches that find the energy of each element [erg] at a state, and the array that they write it to.
+        """The launches that find the energy of each element [erg] at a state, and the array of the energies.
 
-        The array is always the same one, so that a solver can capture the launches and the sums.
+        The array is always the same, so that a solver can capture the launches and the sums.
         """
 
     @abstractmethod
@@ -82,13 +83,13 @@ class MixedTerm(ABC):
         """The launches that add minus the gradient of the energy [dyn] at ``state`` to ``force``."""
 
     acts_on: Literal["all", "vertices", "nodes"] = "all"
-    """What the forces, products and blocks of the term are added to: vertices alone, nodes and their Eulerian
-    coordinates alone, or any of them. Launches of terms of the first two kinds may run side by side. Of the launches of
-    such a term only the last one writes or reads what is not the term's own, apart from state and direction."""
+    """Where the forces, products and blocks of the term act: on vertices alone, on nodes and their Eulerian coordinates
+    alone, or on all. Launches of terms of the first two kinds may run side by side. Apart from state and direction,
+    only the last launch of such a term reads or writes memory that does not belong to the term."""
 
     @abstractmethod
     def linearize(self, state: MixedVector, launcher: Launcher) -> list[Any]:
-        """The launches that store what the products need at ``state``; none for a constant Hessian."""
+        """The launches that store the values for the products at ``state``; none for a constant Hessian."""
 
     @abstractmethod
     def products(self, direction: MixedVector, product: MixedVector, launcher: Launcher) -> list[Any]:
@@ -99,10 +100,10 @@ class MixedTerm(ABC):
         return []
 
     def begin_step(self, state: MixedVector, time: float, time_step: float) -> None:  # noqa: B027 - most terms do not lag
-        """Prepare what stays constant within a time step: contact pairs, friction limits, places of moving bodies.
+        """Prepare values that stay constant within a time step: contact pairs, friction limits, places of bodies.
 
-        A step that fails begins again from the same state with a shorter time step. This function therefore leaves what
-        ``arrays`` names unchanged.
+        A step that fails begins again from the same state with a shorter time step. This function must therefore not
+        change the arrays that ``arrays`` names.
 
         Args:
             state: positions at the beginning of the step.
@@ -111,7 +112,7 @@ class MixedTerm(ABC):
         """
 
     def end_step(self, state: MixedVector, time: float, time_step: float) -> None:  # noqa: B027 - most terms keep nothing
-        """Update what lasts from step to step, for example friction anchors, after a step that is accepted.
+        """Update lasting values, for example friction anchors, after an accepted step.
 
         Args:
             state: positions at the end of the step.
@@ -122,17 +123,18 @@ class MixedTerm(ABC):
     def element_limits(
         self, state: MixedVector, direction: MixedVector, launcher: Launcher
     ) -> tuple[list[Any], wp.array[Any]] | None:
-        """The launches that find the limit of each element for ``step_limit``, and the array that they write it to.
+        """The launches that find the limit of each element for ``step_limit``, and the array of the limits.
 
-        None for a term without limits, and for one whose ``step_limit`` does more than to take the smallest one.
+        It is None for a term without limits, and for a term whose ``step_limit`` does more than take the smallest
+        limit.
         """
         return None
 
     def step_limit(self, state: MixedVector, direction: MixedVector) -> float:
-        """The part of a direction, in [0, 1], along which nothing can pass what it must not pass; 1 where nothing can.
+        """The part of a direction, in [0, 1], along which nothing passes what it must not pass; 1 without a limit.
 
-        A solver calls this function before it moves along a direction, also for a first guess, and moves by this part
-        at most. A term of contact lists its pairs again here where the direction leads beyond those that are listed.
+        A solver calls this function before it moves along a direction, also for a first guess, and moves by at most
+        this part. A contact term lists its pairs again here if the direction leads beyond the listed pairs.
 
         Args:
             state: positions at the start of the move.
@@ -160,7 +162,7 @@ class MixedTerm(ABC):
         return self.arrays()
 
     def carry(self, arrays: Mapping[str, NDArray[Any]]) -> None:
-        """Take over ``carried_arrays`` of another region, before the first step; what else lasts is found again."""
+        """Take over ``carried_arrays`` of another region before the first step; other lasting values are made anew."""
         for name, array in self.carried_arrays().items():
             array.assign(np.asarray(arrays[name]))
 

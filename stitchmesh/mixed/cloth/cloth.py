@@ -6,7 +6,7 @@ Panels that are sewn together share the vertices of their seam. The rest shape b
 vertices: each triangle has the flat positions of its own three corners. The two borders that meet at a seam may
 therefore have different lengths at rest, which is how a seam puckers.
 
-Sides are numbered as those of ``Mesh``: side ``3 t + k`` runs from corner k of triangle t to the next corner. The
+Sides have the same numbers as in ``Mesh``: side ``3 t + k`` runs from corner k of triangle t to the next corner. The
 angle of an edge is
 
     theta = atan2(e . (n_1 x n_2), n_1 . n_2)
@@ -14,9 +14,8 @@ angle of an edge is
 with the unit vector e along the edge as the first triangle passes it, and the unit normals n_1 and n_2 of the first and
 the second triangle. It is zero where the cloth is flat, and positive on a ridge seen from outside.
 
-The border of a cloth in its sides: parts that run on without a corner.
-
-A rectangle has four; the hem of a skirt is one closed side.
+``border_sides`` divides the border of a cloth into parts, each of which runs on without a corner. A rectangle has four
+parts; the hem of a skirt is one closed part.
 """
 
 from __future__ import annotations
@@ -155,7 +154,7 @@ class Cloth:
 
     @cached_property
     def hinge_angle(self) -> FloatArray:
-        """Angle of each hinge at rest [rad], shape (H,): that of its seam, and zero elsewhere."""
+        """Angle of each hinge at rest [rad], shape (H,): the angle of its seam, and zero elsewhere."""
         of_side = np.zeros(len(self.twin))
         of_side[self.seam_sides] = np.repeat(self.seam_angle, np.diff(self.seam_start))[:, None]
         return of_side[self.hinge_sides[:, 0]]
@@ -258,14 +257,14 @@ def _sides_with(side_vertices: IntArray, edges: IntArray, vertex_count: int) -> 
 
 
 def border_sides(cloth: Cloth) -> tuple[IntArray, ...]:
-    """Return the sides of triangles along each part of the border, ascending; parts by their lowest side."""
+    """Return the sides of triangles along each part of the border, ascending, ordered by their lowest sides."""
     sides = np.flatnonzero(cloth.twin == BORDER)
     start, end = cloth.side_vertices[sides].T
     along = cloth.vertices[end] - cloth.vertices[start]
     along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), np.finfo(float).tiny)
     leaving = np.full(len(cloth.vertices), -1)
     leaving[start] = np.arange(len(sides))
-    following = leaving[end]  # A border is closed: a side leaves each vertex at which one ends.
+    following = leaving[end]  # a border is closed: where one side ends, another begins
     smooth = (along * along[following]).sum(axis=1) > np.cos(np.radians(CORNER))
     joined = np.flatnonzero(smooth), following[smooth]
     graph = csr_array((np.ones(len(joined[0])), joined), shape=(len(sides), len(sides)))

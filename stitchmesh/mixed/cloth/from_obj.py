@@ -3,15 +3,13 @@
 """A cloth from an OBJ mesh whose texture coordinates are its rest shape.
 
 Triangles that share an edge and both of its texture coordinates belong to the same island; each island is a panel. The
-edges at which two triangles meet with different texture coordinates are the seams, also where a panel meets itself. The
-length of a texture unit is given, or found so that the median edge has the same length in space and at rest. An island
+seams are the edges at which two triangles meet with different texture coordinates, also where a panel meets itself. The
+length of a texture unit is given, or chosen so that the median edge has the same length in space and at rest. An island
 that lies in the texture as its mirror image is mirrored back, so that its front is outside.
 
-Wavefront OBJ meshes with texture coordinates, as triangles.
-
-The reader uses ``v``, ``vt`` and ``f`` lines. Every corner of a face needs a texture coordinate, as ``v/vt`` or
-``v/vt/vn``. Polygons are divided into triangles by their ears. Texture coordinates with the same numbers are one,
-whatever their indices are.
+``read_textured_obj`` reads the ``v``, ``vt`` and ``f`` lines of a Wavefront OBJ file. Every corner of a face needs a
+texture coordinate, as ``v/vt`` or ``v/vt/vn``. Polygons are divided into triangles by their ears. Texture coordinates
+with the same numbers are one coordinate, whatever their indices are.
 """
 
 from __future__ import annotations
@@ -161,7 +159,7 @@ def cloth_from_obj(
     Args:
         path: an ``.obj`` file in which every face has texture coordinates.
         unit: unit of the positions in the file.
-        texture_unit: length of a unit of the texture [cm]; found from the median edge if it is None.
+        texture_unit: length of a unit of the texture [cm]; if it is None, the median edge decides.
         seam_angle: angle of all seams at rest [degrees], positive on a ridge seen from outside.
         weld: distance below which two vertices become one [cm]. Many programs write the vertices of a seam once for
             each island; without a distance such islands are not joined.
@@ -199,7 +197,7 @@ def cloth_from_obj(
 
 
 def _welded(mesh: TexturedTriangles, distance: float) -> TexturedTriangles:
-    """Make one vertex of vertices that are nearer than a distance, at the place of the first one."""
+    """Merge vertices that are nearer than a distance into one vertex, at the place of the first one."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
     from scipy.spatial import cKDTree
@@ -284,7 +282,7 @@ def _check_borders(mesh: TexturedTriangles, rest: FloatArray, panel: IntArray, j
 
 
 def _seams(mesh: TexturedTriangles, twin: IntArray, joined: NDArray[np.bool_], panel: IntArray) -> list[IntArray]:
-    """Edges of each seam in order along it, shape (n, 2); a seam runs forwards along its panel of the lower number."""
+    """Edges of each seam in order along it, shape (n, 2), forwards along the panel with the lower number."""
     start, end = mesh.triangles.ravel(), np.roll(mesh.triangles, -1, axis=1).ravel()
     sides = np.flatnonzero((twin != BORDER) & ~joined)
     sides = sides[(panel[sides // 3] < panel[twin[sides] // 3])
@@ -326,7 +324,7 @@ def _chains(edges: list[tuple[int, int]]) -> list[list[int]]:
 
 
 def _take(left: set[tuple[int, int]], one: int, other: int) -> bool:
-    """Remove an edge from those that are left, and return whether it was there."""
+    """Remove an edge from the edges that are left, and return whether it was there."""
     for edge in ((one, other), (other, one)):
         if edge in left:
             left.remove(edge)

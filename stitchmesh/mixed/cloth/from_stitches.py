@@ -3,8 +3,8 @@
 """A cloth from a stitch mesh: each stitch is a trapezoid at rest, divided into triangles.
 
 A stitch with b bottom sides and t top sides has a bottom of b stitch widths, a top of t stitch widths, and two wale
-sides of one course height, so that its edges at rest are those of its neighbours. Where the difference of bottom and
-top is too large for such wale sides, the trapezoid has at least ``LOWEST`` course heights.
+sides of one course height, so its edges at rest are as long as the edges of its neighbours. Where bottom and top differ
+too much for such wale sides, the trapezoid is ``LOWEST`` course heights high.
 
 Each course is a panel. The stitches of a course stand side by side along x, from left to right; y runs from 0 at the
 bottom sides upwards. A square stitch is divided along one or the other diagonal in turn, as on a draughtboard, because
@@ -90,7 +90,8 @@ def _template(bottom: int, top: int, parity: int) -> tuple[tuple[int, int, int],
     Args:
         bottom: number of bottom sides.
         top: number of top sides.
-        parity: 1 where the first triangle has its long side at the top, if both chains are equally far.
+        parity: 1 where the first triangle has its long side at the top, if the next places on both chains are equally
+            far.
     """
     low, high, made = 0, 0, []
     while low < bottom or high < top:
@@ -130,7 +131,7 @@ def _corner_rest(fabric: StitchMesh, x: FloatArray, width: float, height: float)
 
 
 def _names(fabric: StitchMesh, courses: list[Course]) -> tuple[str, ...]:
-    """Names of the courses: their rows, and their part of the row if the row has several."""
+    """Names of the courses: the row of each, and the number of its part if the row has several."""
     rows = fabric.row[[course.faces[0] for course in courses]]
     parts: dict[int, int] = {}
     names = []

@@ -14,7 +14,7 @@ from stitchmesh.mesh import FloatArray, IntArray
 TOUCHING = 1e-9
 """Distance of two sides, as a part of the extent of the outline, below which they touch."""
 PAIRS = 2_000_000
-"""Pairs of points and sides that are computed at a time, for bounded memory."""
+"""Pairs of points and sides that are computed at a time, to bound the memory."""
 
 
 def checked_outline(name: str, outline: ArrayLike) -> FloatArray:
@@ -26,7 +26,7 @@ def checked_outline(name: str, outline: ArrayLike) -> FloatArray:
 
     Raises:
         ParameterError: the outline has holes or fewer than three corners, a corner is not finite, two corners in a row
-            coincide, the outline runs clockwise, or it crosses or touches itself, which one without an area does.
+            coincide, the outline runs clockwise, or it crosses or touches itself (as an outline without an area does).
     """
     where = f"panel {name!r}: outline"
     try:
@@ -91,7 +91,7 @@ def first_crossing(start: FloatArray, end: FloatArray) -> tuple[int, int] | None
 
 
 def _meet(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray, near: float) -> NDArray[np.bool_]:
-    """Whether segments a-b and c-d are nearer than ``near`` away from a common end; the arrays are broadcast."""
+    """Whether segments a-b and c-d are nearer than ``near`` anywhere but at a common end; the arrays are broadcast."""
     common = [np.linalg.norm(one - other, axis=-1) <= near for one, other in ((a, c), (a, d), (b, c), (b, d))]
     shared = np.logical_or.reduce(common)
     sides = [_turn(c, d, a), _turn(c, d, b), _turn(a, b, c), _turn(a, b, d)]
@@ -141,7 +141,7 @@ def inside(points: FloatArray, start: FloatArray, end: FloatArray) -> NDArray[np
 
 
 def distance_to_sides(points: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
-    """Return the distance of points to the nearest side [cm], shape (n,); the arguments are those of ``inside``."""
+    """Return the distance of points to the nearest side [cm], shape (n,), with the arguments of ``inside``."""
     nearest = np.full(len(points), np.inf)
     for part in _parts(len(points), len(start)):
         nearest[part] = _distance(points[part, None], start[None], end[None]).min(axis=1)

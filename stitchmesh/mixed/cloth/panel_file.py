@@ -14,8 +14,8 @@
     second = { panel = "back", start = 3, end = 0 }
     angle = 0                                               # at rest [degrees]
 
-Corners are counted from 0. Other keys and their defaults are those of ``PanelFile``, ``PanelTable``,
-``PanelPosition`` and ``PanelSeam``.
+Corners are counted from 0. ``PanelFile``, ``PanelTable``, ``PanelPosition`` and ``PanelSeam`` define the other keys and
+their defaults.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from stitchmesh.mixed.cloth.starting_shape import checked_rounds, evened_vertice
 
 @dataclass(frozen=True, kw_only=True)
 class PanelTable:
-    """A panel as a table of a file; the fields are those of ``Panel``."""
+    """A panel as a table of a file, with the fields of ``Panel``."""
 
     name: str
     outline: tuple[tuple[float, float], ...]
@@ -47,7 +47,7 @@ class PanelTable:
         """Return the panel.
 
         Raises:
-            ParameterError: as for ``Panel``.
+            ParameterError: as ``Panel`` raises it.
         """
         return Panel(name=self.name, outline=self.outline, position=self.position, side_edges=self.side_edges)
 
@@ -57,7 +57,7 @@ class PanelFile:
     """The content of a file of panels and seams.
 
     Raises:
-        ParameterError: as for ``seam_counts``.
+        ParameterError: as ``seam_counts`` raises it.
     """
 
     edge_length: float

@@ -6,8 +6,8 @@ A point (x, y) of a panel in a plane lies at
 
     origin + x X + y Y
 
-with unit axes X and Y. On a cylinder of radius R, whose axis has the direction Y and which touches that plane along
-the line x = 0 from behind, the point lies at
+with unit axes X and Y. A cylinder of radius R has an axis in direction Y and touches that plane from behind, along the
+line x = 0. On this cylinder the point lies at
 
     origin + R sin(x / R) X + y Y + R (cos(x / R) - 1) X x Y
 
@@ -28,7 +28,7 @@ from stitchmesh.mesh import FloatArray
 Triple = tuple[float, float, float]
 
 LARGEST_COSINE = 1e-6
-"""Largest cosine of the angle of the two axes of a panel; both axes are unit vectors that a user writes with digits."""
+"""Largest cosine of the angle between the two axes of a panel; a user writes them with a few digits."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -3,21 +3,21 @@
 """Triangles of a flat panel from its outline.
 
 Each side of the outline is divided evenly, so that two sides with the same number of edges can be sewn together. The
-inside is filled with the points of a grid of equilateral triangles, which keep a distance from the border. The Delaunay
-triangles of all points that lie inside the outline are the panel; grid points are then moved to the mean of their
-neighbours, and the triangles are found again, a few times. In the inside, where the grid stays as it is, triangles are
+inside is filled with points of a grid of equilateral triangles that keep a distance from the border. The panel consists
+of the Delaunay triangles of all points that lie inside the outline. A few times, the grid points move to the mean of
+their neighbours and the triangles are found again. Far from the border, where the grid stays as it is, triangles are
 equilateral: the bending of a cloth then has no preferred direction, unlike on a grid of squares with diagonals.
 
 Libraries that divide polygons into triangles of a wanted size (Triangle, Gmsh) have no free licence that suits this
 project; those with one (earcut) make triangles without points inside. SciPy's Delaunay triangulation and the recovery
 of border edges need no new package. The same outline gives the same triangles.
 
-Recovery of border edges in a triangulation: edges that cross a wanted edge are flipped away (Sloan 1993).
+Border edges that a triangulation lacks are recovered by flips of the edges that cross them (Sloan 1993).
 
-A Delaunay triangulation of points on a border and inside it has nearly always all edges of the border. One can be
-missing where the outline is narrower than its edges are long. An edge that crosses the wanted edge, and whose two
-triangles form a convex quadrilateral, is replaced by the other diagonal. An edge whose quadrilateral is not convex
-waits until its neighbours are flipped.
+A Delaunay triangulation of points on a border and inside it nearly always has all edges of the border. An edge can be
+missing where the outline is narrower than its edges are long. If an edge crosses the wanted edge, and its two triangles
+form a convex quadrilateral, it is replaced by the other diagonal. An edge whose quadrilateral is not convex waits until
+its neighbours are flipped.
 """
 
 from __future__ import annotations
@@ -38,11 +38,11 @@ from stitchmesh.mixed.cloth.panel_position import PanelPosition
 
 Edge = tuple[int, int]
 CLEARANCE = 0.65
-"""Smallest distance of a grid point to the outline, in edge lengths: somewhat less than the height of a triangle."""
+"""Smallest distance of a grid point from the outline, in edge lengths: somewhat less than the height of a triangle."""
 SMOOTHINGS = 8
 """How often grid points are moved to the mean of their neighbours; further rounds hardly change the smallest angle."""
 SLIVER = 1e-10
-"""Twice the area of a triangle over the squares of two sides, below which the triangle has no area but for rounding."""
+"""Twice the area of a triangle over the squares of two sides; below it the area counts as zero, up to rounding."""
 SMALLEST_EDGE = 1e-4
 """Smallest edge length that can be asked for [cm]."""
 MOST_POINTS = 4_000_000
@@ -122,7 +122,7 @@ class _Flips:
         return (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
 
     def _flip(self, a: int, b: int) -> Edge | None:
-        """Replace an edge by the other diagonal of its quadrilateral, and return it; None if that is not convex."""
+        """Replace an edge by the other diagonal of its quadrilateral and return that; None if it is not convex."""
         left, right = self.of_side[a, b], self.of_side[b, a]
         c, d = self._third(left, a, b), self._third(right, a, b)
         if self._turn(d, b, c) <= 0.0 or self._turn(c, a, d) <= 0.0:
@@ -153,7 +153,7 @@ class Panel:
     """A flat panel: its outline and its place in space.
 
     Raises:
-        ParameterError: the outline is not simple (``checked_outline``), or the numbers of edges are not one positive
+        ParameterError: the outline is not simple (``checked_outline``), or ``side_edges`` does not have one positive
             number for each side.
     """
 
@@ -191,7 +191,7 @@ class Panel:
         return np.linalg.norm(np.roll(self.corners, -1, axis=0) - self.corners, axis=1)
 
     def even_side_edges(self, edge_length: float) -> IntArray:
-        """Return the number of edges of each side whose length is nearest to the wanted one, at least 1, shape (n,).
+        """Return the number of edges of each side that makes them closest to the wanted length, at least 1, shape (n,).
 
         Raises:
             ParameterError: the length is too small for a triangulation of at most ``MOST_POINTS`` points.
@@ -210,14 +210,14 @@ class PanelTriangles:
     """The triangles of a panel."""
 
     points: FloatArray
-    """Points [cm], shape (P, 2); first those of the border, anticlockwise from corner 0."""
+    """Points [cm], shape (P, 2); the points of the border come first, anticlockwise from corner 0."""
     triangles: IntArray
     """Points of each triangle, anticlockwise, shape (T, 3)."""
     corner_point: IntArray
     """Point of each corner of the outline, and the number of points of the border at the end, shape (n + 1,)."""
 
     def border_from(self, start: int, end: int) -> IntArray:
-        """Return the points of the border from one corner anticlockwise to another; all of it if they are the same."""
+        """Return the points of the border anticlockwise between two corners; all points if both are the same corner."""
         count = int(self.corner_point[-1])
         first, last = int(self.corner_point[start]), int(self.corner_point[end])
         return np.arange(first, last + 1 if last > first else last + count + 1) % count
@@ -240,8 +240,8 @@ def triangulate(panel: Panel, edge_length: float, side_edges: Sequence[int] | In
     Args:
         panel: the panel.
         edge_length: wanted length of the edges inside [cm].
-        side_edges: number of edges on each side, shape (n,); by default those of the panel, or those that fit the edge
-            length best.
+        side_edges: number of edges on each side, shape (n,); by default the numbers of the panel, or the numbers that
+            fit the edge length best.
 
     Raises:
         ParameterError: the edge length is not positive or far too small, or the outline is narrower than its edges are
@@ -286,7 +286,7 @@ def _grid_points(panel: Panel, border: FloatArray, edge_length: float) -> FloatA
 
 
 def _smoothed(points: FloatArray, border_count: int) -> tuple[FloatArray, IntArray]:
-    """Move the points behind the border to the mean of their neighbours; return points and Delaunay triangles."""
+    """Move the points inside the border to the mean of their neighbours; return points and Delaunay triangles."""
     border = points[:border_count]
     triangles = _delaunay(points)
     for _ in range(SMOOTHINGS if len(points) > border_count else 0):
@@ -315,8 +315,8 @@ def _delaunay(points: FloatArray) -> IntArray:
 def _within(points: FloatArray, triangles: IntArray, border: FloatArray) -> IntArray:
     """Triangles whose centre lies inside the border.
 
-    Points on one side of the outline are on one line but for rounding, so that triangles without an area can lie behind
-    a side that is part of the convex hull; they are left out.
+    The points of one side of the outline lie on a line only up to rounding. Triangles without an area can therefore lie
+    behind a side that is part of the convex hull; they are left out.
     """
     corners = points[triangles]
     one, other = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]

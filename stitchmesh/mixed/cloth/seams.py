@@ -3,8 +3,8 @@
 """Sewing panels together along their borders.
 
 The vertices of two borders that are sewn together become shared vertices, at the mean of their places in space. The
-borders need the same number of edges, not the same length: where the lengths differ, the longer border puckers. As both
-panels lie with their front to the same side, the borders run in opposite directions: the start of one meets the end of
+borders need the same number of edges, not the same length: where the lengths differ, the longer border puckers. Both
+panels have their front on the same side, so the borders run in opposite directions: the start of one meets the end of
 the other.
 """
 
@@ -31,7 +31,7 @@ class PanelBorder:
     start: int
     """Corner of the outline at which the part begins; it runs anticlockwise."""
     end: int
-    """Corner at which the part ends; the whole border if it is the corner at which it begins."""
+    """Corner at which the part ends. If it is the corner at which the part begins, the part is the whole border."""
 
     def __str__(self) -> str:
         """Return the name in messages."""
@@ -40,7 +40,7 @@ class PanelBorder:
 
 @dataclass(frozen=True, kw_only=True)
 class PanelSeam:
-    """Two borders that are sewn together: the start of the first one to the end of the second one.
+    """Two borders that are sewn together: the start of the first border meets the end of the second one.
 
     Raises:
         ParameterError: the angle is not a finite number, or the number of edges is below 1.
@@ -80,11 +80,11 @@ def cloth_from_panels(panels: Sequence[Panel], seams: Sequence[PanelSeam], *, ed
 def seam_counts(panels: Sequence[Panel], seams: Sequence[PanelSeam], edge_length: float) -> dict[str, IntArray]:
     """Return the number of edges of each side of each panel, so that the two borders of each seam have equally many.
 
-    A number that the panel or the seam gives is kept. The number of a seam for which none is given is that of its
+    A number that the panel or the seam gives is kept. A seam without a given number gets the number that fits its
     longer border; it is divided among the sides of a border in proportion to their lengths.
 
     Raises:
-        ParameterError: as for ``cloth_from_panels``.
+        ParameterError: as ``cloth_from_panels`` raises it.
     """
     named = _by_name(panels)
     checked_edge_length(edge_length)
@@ -112,7 +112,7 @@ def sew(panels: Sequence[Panel], triangles: Sequence[PanelTriangles], seams: Seq
     Raises:
         ParameterError: the two borders of a seam have different numbers of edges, or a seam joins two corners of one
             triangle.
-        MeshError: as for ``cloth_from_panels``.
+        MeshError: as ``cloth_from_panels`` raises it.
     """
     offset = np.concatenate([[0], np.cumsum([len(part.points) for part in triangles])])
     place = {panel.name: number for number, panel in enumerate(panels)}
@@ -136,7 +136,7 @@ def _sewn_cloth(
     panels: Sequence[Panel], triangles: Sequence[PanelTriangles], seams: Sequence[PanelSeam], offset: IntArray,
     merged: IntArray, chains: Sequence[IntArray],
 ) -> Cloth:  # fmt: skip
-    """The cloth of triangles whose vertices are merged; the arguments follow ``sew``."""
+    """The cloth of triangles whose vertices are merged; ``sew`` explains the arguments."""
     placed = [panel.position.place(part.points) for panel, part in zip(panels, triangles, strict=True)]
     faces = merged[np.concatenate([part.triangles + first for part, first in zip(triangles, offset[:-1], strict=True)])]
     panel = np.repeat(np.arange(len(panels)), [len(part.triangles) for part in triangles])
@@ -223,7 +223,7 @@ def _shared_out(total: int, lengths: FloatArray) -> IntArray:
 
 
 def _merged(count: int, chains: Sequence[IntArray]) -> IntArray:
-    """The number of each vertex after those that are sewn together became one, in order of first occurrence."""
+    """The new number of each vertex after sewing merged vertices, in order of first occurrence."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 

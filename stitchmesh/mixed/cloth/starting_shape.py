@@ -4,9 +4,9 @@
 
 Panels that are placed in space apart from one another, such as the front and the back of a shirt, are sewn together at
 the mean of their borders. All strain is then in the triangles at the seams, which may be stretched tenfold. In each
-round every edge asks both of its ends to move by half of what it is too long or too short, and each vertex moves by
-the mean of what its edges ask for (position-based dynamics without velocities, Mueller et al. 2007, with the averages
-of Macklin et al. 2014). Weight, bending and bodies have no part in it: a static equilibrium finds the rest.
+round every edge asks both of its ends to move by half of the length that it has too much or too little, and each vertex
+moves by the mean of what its edges ask for (position-based dynamics without velocities, Mueller et al. 2007, with the
+averages of Macklin et al. 2014). Weight, bending and bodies have no part in it: a static equilibrium finds the rest.
 """
 
 from __future__ import annotations
@@ -32,9 +32,9 @@ class RestEdges:
     ends: IntArray
     """Vertices of each edge, shape (E, 2)."""
     length: FloatArray
-    """Length at rest [cm], shape (E,); on a seam the mean of both panels."""
+    """Length at rest [cm], shape (E,); on a seam the mean of the lengths in both panels."""
     share: FloatArray
-    """Part of what its edges ask for together by which each vertex moves, shape (V, 1)."""
+    """Factor of the sum of what the edges of a vertex ask for, by which the vertex moves, shape (V, 1)."""
 
     @staticmethod
     def of(cloth: Cloth) -> RestEdges:
@@ -47,7 +47,7 @@ class RestEdges:
         """Return how the vertices move in one round [cm], shape (V, 3).
 
         Args:
-            vertices: their positions [cm], shape (V, 3).
+            vertices: positions of the vertices [cm], shape (V, 3).
         """
         span = vertices[self.ends[:, 1]] - vertices[self.ends[:, 0]]
         now = np.maximum(np.linalg.norm(span, axis=1), SMALLEST_LENGTH)
@@ -87,7 +87,7 @@ def checked_rounds(rounds: int) -> int:
 
 
 def _edges(cloth: Cloth) -> tuple[IntArray, FloatArray]:
-    """Vertices of all edges, and their length at rest [cm]: on a seam the mean of both panels."""
+    """Vertices of all edges, and their length at rest [cm]: on a seam the mean of the lengths in both panels."""
     rest = np.linalg.norm(cloth.side_rest[:, 1] - cloth.side_rest[:, 0], axis=1)
     first = np.flatnonzero((cloth.twin == BORDER) | (cloth.twin > np.arange(len(cloth.twin))))
     across = np.where(cloth.twin[first] == BORDER, first, cloth.twin[first])

@@ -49,7 +49,7 @@ class Attachment:
 
 
 def at_simulated_nodes(attachments: Sequence[Attachment], node_number: IntArray) -> list[Attachment]:
-    """Attachments with the numbers that the simulated nodes have in a state; those that hold nothing are left out.
+    """Return attachments with the numbers of simulated nodes in a state, without attachments that hold nothing there.
 
     Args:
         attachments: attachments whose nodes are numbered as in the layout.
@@ -86,7 +86,7 @@ class PrescribedMotion:
         """Numbers of the fixed nodes, ascending."""
 
     def positions(self, time: float) -> Parts:
-        """Positions at a time [s]: vertices, (V, 3), nodes, (N, 3), and zeros; what is not fixed stays at its start."""
+        """Positions at a time [s]: vertices (V, 3), nodes (N, 3), and zeros; free points stay at their start."""
         v, p = self._vertices.copy(), self._nodes.copy()
         for attachment in self._held:
             v[attachment.vertices] = attachment.motion.places_at(self._vertices[attachment.vertices], time)
@@ -94,23 +94,23 @@ class PrescribedMotion:
         return v, p, np.zeros((len(p), 2))
 
     def displacements(self, begin: float, end: float) -> Parts:
-        """Displacements from one time to another [cm]; those of a step add up to the motion without drift."""
+        """Displacements from one time to another [cm]; over many steps they add up to the motion without drift."""
         after, before = self.positions(end), self.positions(begin)
         return after[0] - before[0], after[1] - before[1], after[2]
 
     def places(self, time: float) -> Parts:
-        """Where displacements from time 0 to a time [s] have brought what is held: vertices, nodes, and zeros [cm]."""
+        """Start positions plus the displacements from time 0 to a time [s]: vertices, nodes, and zeros [cm]."""
         moved = self.displacements(0.0, time)
         return self._vertices + moved[0], self._nodes + moved[1], moved[2]
 
     def velocities(self, begin: float, end: float) -> Parts:
-        """Mean velocities between two times [cm / s]: those with which a step reaches the place of its end."""
+        """Mean velocities between two times [cm/s]: with them a step reaches the positions at its end."""
         v, p, s = self.displacements(begin, end)
         return v / (end - begin), p / (end - begin), s
 
 
 def _numbers(kind: str, chosen: Sequence[tuple[str, IntArray]], count: int) -> IntArray:
-    """All numbers of several attachments, which have none in common."""
+    """All numbers of several attachments that share none."""
     taken: dict[int, str] = {}
     for name, numbers in chosen:
         for number in numbers.tolist():

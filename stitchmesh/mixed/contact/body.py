@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Bodies: closed surfaces that a cloth cannot enter, at rest or in a given motion.
 
-A body in rigid motion keeps its triangles and their tree of boxes on the device; contact points are taken to the frame
-of the body instead. A body that is deformed has new corners, outward directions and boxes at each new time.
+A body in rigid motion keeps its triangles and their tree of boxes on the device; contact points are transformed to the
+frame of the body instead. A deforming body gets new corners, outward directions and boxes at each new time.
 """
 
 from __future__ import annotations
@@ -34,7 +34,8 @@ class SolidBody:
     """A closed surface that a cloth cannot enter; its faces are oriented outwards.
 
     Raises:
-        ParameterError: a mesh that is open, inside out, without volume or on a lattice, or a motion of other vertices.
+        ParameterError: the mesh is open, inside out, without volume or on a lattice, or the motion has another number
+            of vertices.
     """
 
     mesh: Mesh
@@ -101,7 +102,7 @@ class PlacedBody:
         self._time = time
 
     def largest_motion(self, begin: float, end: float) -> float:
-        """Bound of the distance that a point of the body moves between two times [cm]."""
+        """An upper bound of the distance that a point of the body moves between two times [cm]."""
         motion = self.body.motion
         if isinstance(motion, VertexMotion):
             return float(np.linalg.norm(motion.vertices_at(end) - motion.vertices_at(begin), axis=1).max())

@@ -11,17 +11,17 @@ flat body is e = 1/x^2 + x^2 - 2, and the pressure is
 
     p = P (1/x^3 - x)        [dyn / cm^2],
 
-0.47 P at x = 0.9 and 7.5 P at 0.5. Below 0.5 the stiffness is constant, through the surface (32 P) and down to the
-depth in which points are found. Outside, all features of the surface within R push, so the force is continuous where
-the nearest feature changes; inside it is that of the nearest feature.
+which is 0.47 P at x = 0.9 and 7.5 P at x = 0.5. Below x = 0.5 the stiffness is constant (32 P), through the surface and
+down to the depth in which points are found. Outside the body, all features of the surface within R push, so the force
+is continuous where the nearest feature changes. Inside, only the nearest feature pushes.
 
-The distance of each point is measured at the beginning of a step, unless the point has moved by less than half of its
-distance since it was measured last. A point that has moved less than its distance beyond R since then feels nothing,
-without a search; this changes no bit of the result.
+The distance of each point is measured at the beginning of a step, unless the point has moved by less than half of the
+distance that was measured last. A point that has since moved by less than the part of its distance beyond R feels no
+force, and needs no search; this changes no bit of the result.
 
-No move takes a point deeper than half that depth (``step_limit``): a point does not meet the surface on a path shorter
-than its distance. A step in which the body moves by more than the depth, or overtakes a point by more, is an error that
-a shorter step avoids.
+No move takes a point deeper than half that depth, or by more than a quarter of it if the point is already near there
+(``step_limit``): a point does not meet the surface on a path shorter than its distance. If the body moves by more than
+the depth in one step, or overtakes a point by more than the depth, the step raises an error; a shorter step avoids it.
 """
 
 from __future__ import annotations
@@ -51,11 +51,11 @@ from stitchmesh.yarnrelax.energies.body_surface import gap_to
 
 DEPTH, DEPTH_SHARE = 1.0, 0.25
 """Default of the depth in which points are found [cm], and its bound as a share of the smallest side of the box around
-the body: behind the middle of a thin body a point would be pushed out on the other side."""
+the body. Behind the middle of a thin body a point would be pushed out on the other side."""
 
 
 UNKNOWN = 1e15
-"""A distance [cm] beyond that of any point; minus it stands for a distance that was not measured."""
+"""A distance [cm] beyond the distance of any point; its negative stands for a distance that was not measured."""
 
 
 @wp.func
@@ -228,7 +228,7 @@ def body_limits(
 class BodyContact(MixedTerm):
     """The contact of a cloth with one body, on a device.
 
-    A body that moves is where it will be at the end of the step (``begin_step``).
+    A moving body is placed where it will be at the end of the step (``begin_step``).
     """
 
     def __init__(
@@ -248,7 +248,7 @@ class BodyContact(MixedTerm):
             points: the contact points, with their radii and weights.
             body: the body.
             thickness: thickness of a layer on the body that the cloth stays out of [cm].
-            pressure: P, the scale of the pressure [dyn / cm^2].
+            pressure: P, the scale of the pressure [dyn/cm^2].
             depth: depth below the surface down to which points are found and pushed out [cm]; it should be below half
                 the thickness of thin parts. By default ``DEPTH``, or ``DEPTH_SHARE`` of the height of a flat body.
             scalar: Warp's floating-point type.
@@ -280,7 +280,7 @@ class BodyContact(MixedTerm):
         """Move the body to the end of the step.
 
         Raises:
-            SolverError: a point is deeper inside the body than points are found, or the body moves by more than this
+            SolverError: a point is inside the body, deeper than points are found, or the body moves by more than this
                 depth in the step and could pass over points.
         """
         self._check_motion(time, time_step)
@@ -294,7 +294,7 @@ class BodyContact(MixedTerm):
             raise SolverError(self._too_deep(distance.numpy()))
 
     def element_energies(self, state: MixedVector, launcher: Launcher) -> tuple[list[Any], wp.array[Any]]:
-        """The launch that finds the energy of each point, and where it is."""
+        """The launch that finds the energy of each point, and the array of the energies."""
         if not len(self.points):
             return [], self._numbers
         launches = self.points.place(state, self.place, launcher)
@@ -335,7 +335,7 @@ class BodyContact(MixedTerm):
         return self.points.spread_blocks(self._block, blocks, launcher)
 
     def step_limit(self, state: MixedVector, direction: MixedVector) -> float:
-        """The part of a direction along which no point passes the surface too deep to be found."""
+        """The part of a direction along which no point goes so deep that it cannot be found."""
         if not len(self.points):
             return 1.0
         run = self._launcher()
@@ -350,7 +350,7 @@ class BodyContact(MixedTerm):
         self._measured.fill_(self._unknown)
 
     def distances(self, state: MixedVector) -> FloatArray:
-        """Signed distance of each contact point from the body where it is placed now [cm], shape (M,)."""
+        """Signed distance of each contact point from the body at its present place [cm], shape (M,)."""
         self.forget_distances()
         found: FloatArray = self._distances(state).numpy().astype(np.float64)
         return found

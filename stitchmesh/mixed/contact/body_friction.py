@@ -7,16 +7,17 @@ the energy of the point is
 
     E = mu N phi(s),    s = |u_t|,    phi(s) = s^2 / e - s^3 / (3 e^2)  for s < e, else s - e / 3        [erg]
 
-(the mollifier of Li et al. 2020, Incremental Potential Contact, less its constant). u_t is the displacement from the
-anchor in the plane across the contact normal n, e the slip length. The normal force N and n are those at the end of the
-step before, so that the force is a gradient, and the Hessian
+This is the mollifier of Li et al. 2020 (Incremental Potential Contact) less its constant. u_t is the displacement from
+the anchor in the plane across the contact normal n, and e is the slip length. The normal force N and the normal n are
+taken from the end of the step before, so the force is a gradient. The Hessian
 
     H = mu N (phi' / s (1 - n n^T) - c u_t u_t^T)
 
 is never negative (``stitchmesh.yarnrelax.friction.friction_law``). After a step the anchor of a point with s > e is
 dragged along until s = e. Li et al. measure slip from the beginning of the step instead, so a cloth at rest creeps at a
-speed below a threshold; with anchors that persist it rests up to mu N, within e of where it stopped. Pure anchored
-springs would need a projection of the force in each Newton iteration, and then the matrix would not be symmetric.
+speed below a threshold. With lasting anchors it rests under loads up to mu N, within e of the place where it stopped.
+Pure anchored springs would need a projection of the force in each Newton iteration, which would make the matrix
+unsymmetric.
 """
 
 from __future__ import annotations
@@ -43,7 +44,7 @@ from stitchmesh.yarnrelax.friction.friction_law import slip_curvature, slip_ener
 from stitchmesh.yarnrelax.friction.surface_anchor import NO_ANCHOR, anchor_at, anchor_place
 
 SLIP_LENGTH = 0.005
-"""Default of e [cm]: how far a point moves from where it rests until friction has its full size."""
+"""Default of e [cm]: the distance from its rest at which the friction of a point reaches its full size."""
 
 
 @wp.func
@@ -170,12 +171,12 @@ class BodyFriction(MixedTerm):
         """Add friction to the contact with a body.
 
         Args:
-            contact: the contact; it comes before this term in a solver's list.
+            contact: the contact; it must come before this term in the list of a solver.
             coefficient: mu.
             slip_length: e [cm].
 
         Raises:
-            ParameterError: a coefficient below 0, or a slip length that is not positive.
+            ParameterError: the coefficient is below 0, or the slip length is not positive.
         """
         self.name = f"{contact.name} friction"
         if not (np.isfinite(coefficient) and coefficient >= 0.0):
@@ -218,7 +219,7 @@ class BodyFriction(MixedTerm):
         self._begun = True
 
     def element_energies(self, state: MixedVector, launcher: Launcher) -> tuple[list[Any], wp.array[Any]]:
-        """The launch that finds the energy of each point, and where it is."""
+        """The launch that finds the energy of each point, and the array of the energies."""
         if not len(self.points):
             return [], self._numbers
         launches = self.points.place(state, self._place, launcher)

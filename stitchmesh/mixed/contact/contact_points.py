@@ -6,23 +6,23 @@ A contact point lies on a triangle, where its position is a weighted mean of thr
 
     c = sum over k of  share_k x_k,    x = (vertices v, nodes p)
 
-It stands for an area of cloth. The area is multiplied by the weight of blending, 1 - alpha on triangles and alpha at
-nodes, so that a hybrid region, which has points of both kinds, counts once.
+It stands for an area of cloth. The area is multiplied by the blending weight, 1 - alpha on triangles and alpha at
+nodes. A hybrid region, which has points of both kinds, then counts once.
 
-Contact points on triangles, as dense as the thickness of the cloth demands and the size of the triangles allows.
+Contact points on triangles are as dense as the thickness of the cloth demands and the size of the triangles allows. A
+triangle whose longest side is longer than the spacing is divided into n x n equal parts. n is the smallest power of two
+that makes the sides of the parts no longer than the spacing, but at most ``MOST_PARTS``. The contact points are the
+corners of the parts, and each part gives a third of its area to each of its corners. Without division they are the
+vertices. Neighbouring triangles share the points on their common side; because n is a power of two, the points of the
+coarser triangle are points of the finer one too.
 
-A triangle whose longest side is longer than the spacing is divided into n x n equal parts, with n the power of two that
-makes the sides of the parts no longer than the spacing, but at most ``MOST_PARTS``. The contact points are the corners
-of the parts, and each part gives a third of its area to each of its corners. Without division they are the vertices.
-Neighbouring triangles share the points on their common side; because n is a power of two, the points of the coarser
-triangle are points of the finer one too.
+A layer of coarse triangles, whose points are farther apart than the thickness, would have holes. Its spheres are
+therefore as large as the distance of the points: another layer of the same kind cannot pass, but stays that far away.
+An object that is thinner than the distance of the points, such as the corner of another cloth or a needle, can pass
+between them.
 
-A layer of coarse triangles, whose points are farther apart than the thickness, would have holes. Its spheres are as
-large as the distance of the points, so that other layers of the same kind do not pass, but stay that far away. What is
-thinner than the distance of the points, such as the corner of another cloth or a needle, can pass between them.
-
-A point where panels meet, or where a panel meets itself, has several places at rest. They form the links by which
-neighbours across a seam are found (``pair_lists``).
+A point where panels meet, or where a panel meets itself, has several rest places. They form the links by which
+``pair_lists`` finds neighbours across a seam.
 """
 
 from __future__ import annotations
@@ -45,8 +45,8 @@ class ContactPoints:
     """M contact points of a cloth with V vertices and N simulated nodes.
 
     Raises:
-        ParameterError: arrays of other shapes, an index out of range, an area or a radius that is not positive, or a
-            number that is not finite.
+        ParameterError: an array has the wrong shape, an index is out of range, an area or a radius is not positive, or
+            a number is not finite.
     """
 
     vertex_count: int
@@ -54,16 +54,16 @@ class ContactPoints:
     node_count: int
     """Number N of yarn nodes."""
     index: IntArray
-    """The three positions whose mean a point is: vertex j is j, node i is V + i; shape (M, 3)."""
+    """Numbers of the three positions whose mean a point is: vertex j has number j, node i has V + i; shape (M, 3)."""
     share: FloatArray
     """Weights of the three positions, which sum to 1; shape (M, 3)."""
     area: FloatArray
-    """Area of cloth that each point stands for, times its weight of blending [cm^2]; shape (M,)."""
+    """Area of cloth that each point stands for, times its blending weight [cm^2]; shape (M,)."""
     radius: FloatArray
     """Distance that each point keeps from a body, half the thickness of the cloth [cm]; shape (M,)."""
     layer_radius: FloatArray
-    """Radius of the sphere at each point in contact with other layers [cm]: half the thickness, or half the distance of
-    neighbouring points where this is larger, so that no layer fits through the holes of another one; shape (M,)."""
+    """Radius of the sphere at each point in contact with other layers [cm], shape (M,). It is half the thickness, or
+    half the distance of neighbouring points if that is larger, so that no layer fits through the holes of another."""
     panel: IntArray
     """Panel of each point; shape (M,)."""
     rest: FloatArray
@@ -105,7 +105,7 @@ class ContactPoints:
         return len(self.area)
 
     def places(self, vertices: FloatArray, nodes: FloatArray) -> FloatArray:
-        """Positions of the points [cm], shape (M, 3), from those of vertices, (V, 3), and nodes, (N, 3)."""
+        """Positions of the points [cm], shape (M, 3), from the positions of vertices, (V, 3), and nodes, (N, 3)."""
         positions = np.concatenate([np.reshape(vertices, (-1, 3)), np.reshape(nodes, (-1, 3))])
         return np.einsum("mk,mkd->md", self.share, positions[self.index])
 
@@ -119,18 +119,18 @@ def points_at_nodes(
     weight: ArrayLike,
     thickness: float,
 ) -> ContactPoints:
-    """One contact point at each yarn node that has a weight.
+    """One contact point at each yarn node whose weight is not zero.
 
     Args:
         vertex_count: number V of triangle vertices, after which nodes are numbered.
         panel: panel of each node, shape (N,).
         rest: place of each node in its panel [cm], shape (N, 2).
         area: area of cloth that each node stands for [cm^2], shape (N,) or one number.
-        weight: weight of blending of each node, alpha, shape (N,) or one number.
+        weight: blending weight of each node, alpha, shape (N,) or one number.
         thickness: thickness of the cloth [cm].
 
     Raises:
-        ParameterError: as ``ContactPoints``, or a thickness that is not positive.
+        ParameterError: as ``ContactPoints``, or the thickness is not positive.
     """
     panels = np.asarray(panel, dtype=np.int64)
     count = len(panels)
@@ -150,7 +150,7 @@ def points_at_nodes(
 
 
 def join_points(parts: Sequence[ContactPoints]) -> ContactPoints:
-    """All points of several sets for the same vertices and nodes, in the given order.
+    """All points of several sets that belong to the same vertices and nodes, in the given order.
 
     Raises:
         ParameterError: there is no set, or the sets are for different numbers of vertices.
@@ -169,7 +169,7 @@ def checked_thickness(thickness: float) -> float:
     """A thickness, if it is a positive number.
 
     Raises:
-        ParameterError: it is not.
+        ParameterError: the thickness is not a positive number.
     """
     if not (np.isfinite(thickness) and thickness > 0.0):
         raise ParameterError(f"contact: got a thickness of {thickness} cm; expected a positive number")
@@ -178,12 +178,12 @@ def checked_thickness(thickness: float) -> float:
 
 @dataclass(frozen=True, eq=False)
 class SeamLinks:
-    """Pairs of places at rest that are one place of the cloth."""
+    """Pairs of rest places that are the same place of the cloth."""
 
     panel: IntArray
     """The two panels of each link; shape (L, 2)."""
     rest: FloatArray
-    """The two places in them [cm]; shape (L, 2, 2)."""
+    """Places of each link in its two panels [cm]; shape (L, 2, 2)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -214,7 +214,7 @@ def points_on_triangles(
     spacing: float | None = None,
     most_parts: int = MOST_PARTS,
 ) -> tuple[ContactPoints, SeamLinks]:
-    """Contact points on the triangles of a cloth that have a weight, and the links of all its seams.
+    """Contact points on the triangles of a cloth whose weight is not zero, and the links of all its seams.
 
     Args:
         triangles: vertices of the triangles, shape (T, 3).
@@ -222,14 +222,14 @@ def points_on_triangles(
         panel: panel of each triangle, shape (T,).
         vertex_count: number V of vertices.
         node_count: number N of simulated yarn nodes.
-        weight: weight of blending of each triangle, 1 - alpha, shape (T,) or one number.
+        weight: blending weight of each triangle, 1 - alpha, shape (T,) or one number.
         thickness: thickness of the cloth [cm].
-        spacing: wanted distance between neighbouring points [cm]; the thickness where not given. Infinity means that
-            triangles are not divided.
+        spacing: wanted distance between neighbouring points [cm]; the thickness if it is None. With infinity, triangles
+            are not divided.
         most_parts: largest number of parts of the side of a triangle, a power of two.
 
     Raises:
-        ParameterError: a thickness or a spacing that is not positive, or a number of parts that is no power of two.
+        ParameterError: the thickness or the spacing is not positive, or the number of parts is not a power of two.
     """
     corner, flat = np.asarray(triangles, dtype=np.int64), np.asarray(rest, dtype=np.float64)
     panels, radius = np.asarray(panel, dtype=np.int64), 0.5 * checked_thickness(thickness)
@@ -295,7 +295,7 @@ def _areas(rest: FloatArray) -> FloatArray:
 
 
 def _links(number: IntArray, panel: IntArray, place: FloatArray) -> SeamLinks:
-    """Links between the first rest place of each point and its other ones."""
+    """Links between the first rest place of each point and its other rest places."""
     first = np.unique(number, return_index=True)[1][number]
     size = float(np.abs(place).max(initial=1.0))
     other = (panel != panel[first]) | (np.abs(place - place[first]).max(axis=1, initial=0.0) > 1e-9 * size)

@@ -1,19 +1,19 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A sewn cloth put on bodies that it cuts at the start.
+"""Puts a sewn cloth on bodies that it cuts at the start.
 
-Panels that are placed round a body cut it, in armpits for example, and a garment may be narrower than what it is put
-on. Rounds that spread the strain over the cloth (``cloth.starting_shape``) and rounds that move its vertices out of the
-bodies follow one another, so that the cloth goes round the body with little strain. At the end all
+Panels that are placed round a body cut it, in the armpits for example, and a garment may be narrower than the body that
+wears it. Two kinds of rounds follow one another: one spreads the strain over the cloth (``cloth.starting_shape``), the
+other moves its vertices out of the bodies. The cloth then goes round the body with little strain. At the end all
 contact points are moved out. Weight and bending have no part in it: a static equilibrium finds the rest.
 
-A contact point that is nearer to the surface than a clearance, or inside, asks for a move along the direction to the
+A contact point that is inside, or nearer to the surface than a clearance, asks for a move along the direction to the
 nearest place of the surface,
 
     m = (clearance - d) n,       d the signed distance, n its gradient
 
-and each vertex moves by the mean of what its points ask for, weighted by their shares, until no point is left inside.
-The triangles that this stretches contract in the first steps of the simulation.
+Each vertex moves by the mean of what its points ask for, weighted by their shares, until no point is left inside.
+Triangles that this stretches contract in the first steps of the simulation.
 """
 
 from __future__ import annotations
@@ -40,11 +40,11 @@ from stitchmesh.yarnrelax.energies.body_surface import gap_to
 OUTWARD_ROUNDS = 100
 """Largest number of moves."""
 ENOUGH = 0.25
-"""Part of the clearance at which points may stay: the last moves are small and many."""
+"""Part of the clearance at which a point may stay; reaching the full clearance would take many small moves."""
 FAR = 1e15
-"""A distance beyond that of any point [cm]."""
+"""A distance beyond the distance of any point [cm]."""
 ROUNDS = 300
-"""Rounds of spreading strain; an edge of 2 cm hears from places 50 cm away after about as many."""
+"""Rounds of spreading strain. In about as many rounds, strain spreads over 50 cm of edges that are 2 cm long."""
 
 
 @kernel
@@ -84,10 +84,10 @@ def moved_outside(
         device: where the distances are found.
 
     Returns:
-        The positions [cm], shape (V, 3), and how deep the deepest point was inside [cm], zero without any inside.
+        The positions [cm], shape (V, 3), and how deep the deepest point was inside [cm]; zero if no point was inside.
 
     Raises:
-        ParameterError: a clearance that is not positive, or points that find no way out.
+        ParameterError: the clearance is not positive, or a point finds no way out.
     """
     if not (np.isfinite(clearance) and clearance > 0.0):
         raise ParameterError(f"{body.name}: got a clearance of {clearance} cm; expected a positive number")
@@ -108,7 +108,7 @@ def moved_outside(
 def outward_move(
     points: ContactPoints, vertices: FloatArray, placed: PlacedBody, clearance: float, device: wp.Device
 ) -> tuple[FloatArray, FloatArray]:
-    """Return how the vertices move out of a body in one round [cm], (V, 3), and how far the points are now [cm], (M,).
+    """Return the moves of the vertices out of a body in one round [cm], (V, 3), and the point distances now [cm], (M,).
 
     Args:
         points: contact points on triangles.

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Dry friction between layers of cloth: Coulomb's law, smoothed, with lagged normal forces (Li et al. 2020).
 
-The contact forces F_ij between two layers are those at the beginning of the step. They define for each contact point
-its normal force N_i and normal n_i, from the vector sum, and the part w_ij of each touching point j:
+The contact forces F_ij between two layers are taken from the beginning of the step. Their vector sum defines the normal
+force N_i and the normal n_i of each contact point, and their sizes define the part w_ij of each touching point j:
 
     N_i n_i = sum over j of F_ij,    w_ij = |F_ij| / S_i,    S_i = sum over j of |F_ij|
 
@@ -12,12 +12,12 @@ With the displacements d of the points since the beginning of the step, the ener
     E = 1/2 sum over i of  mu N_i phi(|t_i|)        [erg],    t_i = (1 - n_i n_i^T) (d_i - sum over j of w_ij d_j)
 
 with phi as in ``body_friction``. Each of two layers that slide on one another has half of the energy, so the friction
-is mu times their normal force; friction of single pairs would add the sizes of forces whose sum is smaller. The force
-on a point is -g_i + sum over j of w_ji g_j with g_i = mu N_i / 2 phi' / |t_i| t_i: forces add up to zero. The Hessian
-is never negative.
+is mu times their normal force. Friction of single pairs would instead add the sizes of forces whose vector sum is
+smaller. The force on a point is -g_i + sum over j of w_ji g_j with g_i = mu N_i / 2 phi' / |t_i| t_i, so all forces add
+up to zero. The Hessian is never negative.
 
-Slip is measured from the beginning of the step, so layers that rest on one another creep, at less than the slip speed.
-A static equilibrium has no friction between layers.
+Slip is measured from the beginning of the step, so layers that rest on one another creep, more slowly than
+``SLIP_SPEED``. A static equilibrium has no friction between layers.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ from stitchmesh.mixed.term import MixedTerm
 from stitchmesh.yarnrelax.friction.friction_law import slip_curvature, slip_energy, slip_slope, within
 
 SLIP_SPEED = 1.0
-"""Relative speed of layers at which friction has its full size [cm / s]."""
+"""Relative speed of layers at which friction reaches its full size [cm/s]."""
 
 
 @kernel
@@ -185,11 +185,11 @@ class LayerFriction(MixedTerm):
         """Add friction to self-collision.
 
         Args:
-            collision: the contact; it comes before this term in a solver's list.
+            collision: the contact; it must come before this term in the list of a solver.
             coefficient: mu.
 
         Raises:
-            ParameterError: a coefficient below 0, or a slip speed that is not positive.
+            ParameterError: the coefficient is below 0.
         """
         if not (np.isfinite(coefficient) and coefficient >= 0.0):
             raise ParameterError(f"layer friction: got a coefficient of {coefficient}; expected at least 0")
@@ -209,7 +209,7 @@ class LayerFriction(MixedTerm):
         return self._generation
 
     def begin_step(self, state: MixedVector, time: float, time_step: float) -> None:
-        """Find normal forces and touching points; without friction where the step has no length."""
+        """Find normal forces and touching points. A step without length has no friction."""
         if not len(self.points):
             return
         if self._generation != self.collision.generation:
@@ -222,7 +222,7 @@ class LayerFriction(MixedTerm):
         run(find_layer_loads, len(self.points), self.collision.inputs(self._start), outputs)
 
     def element_energies(self, state: MixedVector, launcher: Launcher) -> tuple[list[Any], wp.array[Any]]:
-        """The launch that finds the energy of each point, and where it is."""
+        """The launch that finds the energy of each point, and the array of the energies."""
         if not len(self.points):
             return [], self._numbers
         launches = self._slips(state, launcher)
@@ -254,11 +254,11 @@ class LayerFriction(MixedTerm):
         return launches + self._spread(product, launcher)
 
     def diagonal(self, blocks: MixedBlocks, launcher: Launcher) -> list[Any]:
-        """The launches that add diagonal blocks, without the part of each point in the slip of those that touch it."""
+        """The launches that add diagonal blocks, without the share of each point in the slip of touching points."""
         return self.points.spread_blocks(self._block, blocks, launcher)
 
     def _slips(self, state: MixedVector, launcher: Launcher) -> list[Any]:
-        """The launches that find t of each point at a state."""
+        """The launches that find t_i of each point at a state."""
         return [*self.points.place(state, self._place, launcher), self._relative(self._start, launcher)]
 
     def _relative(self, start: wp.array[Any], launcher: Launcher) -> Any:
@@ -266,12 +266,12 @@ class LayerFriction(MixedTerm):
         return launcher(subtract_touching, len(self.points), inputs, [self._slip])
 
     def _spread(self, target: MixedVector, launcher: Launcher) -> list[Any]:
-        """The launches that take pulls from the points to those that touch them, and to vertices and nodes."""
+        """The launches that distribute pulls to touching points, and from all points to vertices and nodes."""
         launches = [launcher(add_to_touching, len(self.points), [*self._lists, self._pull], [self._force])]
         return launches + self.points.spread(self._force, target, launcher)
 
     def _fit_lists(self) -> None:
-        """Allocate lists of the capacity of those of the contact."""
+        """Allocate lists with the capacity of the contact lists."""
         lists = self.collision.pairs.lists
         self._touching = wp.zeros(lists.shape, dtype=wp.int32, device=lists.device)
         self._part = wp.zeros(lists.shape, dtype=self.points.scalar, device=lists.device)

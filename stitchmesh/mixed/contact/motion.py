@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Rigid motions of bodies and attachments by keyframes; ``stitchmesh.mesh.vertex_motion`` holds those of vertices.
+"""Rigid motions of bodies and attachments by keyframes; ``stitchmesh.mesh.vertex_motion`` holds motions of vertices.
 
-A rigid motion takes a point X of the first place to
+A rigid motion takes a point from its first place X to
 
     x = R(t) (X - c) + c + d(t)
 
@@ -30,8 +30,8 @@ class RigidMotion:
     """A rigid motion by K keyframes.
 
     Raises:
-        ParameterError: times that do not increase, arrays of other shapes or without finite numbers, or matrices that
-            are not rotations.
+        ParameterError: times do not increase, an array has the wrong shape or numbers that are not finite, or a matrix
+            is not a rotation.
     """
 
     times: FloatArray
@@ -62,7 +62,7 @@ class RigidMotion:
 
     @staticmethod
     def at_rest() -> RigidMotion:
-        """The motion of what does not move."""
+        """The motion of a body that stays at rest."""
         return RigidMotion(np.zeros(1), np.zeros((1, 3)))
 
     def pose_at(self, time: float) -> Pose:
@@ -74,7 +74,7 @@ class RigidMotion:
         return turn, self.centre + shift - turn @ self.centre
 
     def places_at(self, points: FloatArray, time: float) -> FloatArray:
-        """Places [cm] at a time of points given at their first place, shape (n, 3)."""
+        """Places at a time [cm] of points whose first places are given, shape (n, 3)."""
         turn, offset = self.pose_at(time)
         places: FloatArray = points @ turn.T + offset
         return places

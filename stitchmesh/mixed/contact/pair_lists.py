@@ -6,20 +6,21 @@ The lists are made for a motion: at places X with displacements d, a pair is lis
 
     |X_i - X_j| - |d_i - d_j| < (1 + margin) (r_i + r_j),       r the radii
 
-so that a layer that falls on another one is listed without the neighbours within the layers. The lists contain all
-pairs that touch as long as, for a t in [0, 1] that is the same for all points, no point is farther from X + t d than
-the margin times its radius (``cover``). Along the straight line between two such states this holds, too.
+The term |d_i - d_j| finds a layer that falls on another one, without listing the neighbours within each layer. The
+lists contain all pairs that touch as long as no point is farther from X + t d than the margin times its radius, for one
+t in [0, 1] that is the same for all points (``cover``). This then also holds along the straight line between two such
+states.
 
-Neighbours at rest are not listed. Lists are ascending, and a pair that does not touch adds
-nothing: forces do not depend on when the lists were made.
+Neighbours at rest are not listed. Lists are ascending, and a pair that does not touch adds nothing, so forces do not
+depend on when the lists were made.
 
 Contact points that are neighbours in the cloth at rest do not collide. Two points of one panel are neighbours if their
-distance at rest is below ``ARC`` times the sum of their radii; the search for pairs compares the distance where it
-lists them. Two points on different sides of a seam are neighbours if a path over the seam is shorter,
+distance at rest is below ``ARC`` times the sum of their radii; the search compares this distance where it lists pairs.
+Two points on different sides of a seam are neighbours if a path over the seam is shorter,
 
     |X_i - A| + |B - X_j| < ARC (r_i + r_j),       A = B a place of the seam, in the panels of i and j
 
-Their pairs are listed here, once and for all.
+These pairs across seams are found once, at the beginning.
 """
 
 from __future__ import annotations
@@ -40,16 +41,16 @@ from stitchmesh.mixed.contact.contact_points import ContactPoints, SeamLinks
 from stitchmesh.mixed.contact.point_map import PointMap
 
 ARC = 2.0
-"""Largest distance of neighbours over that of contact. A fold of cloth as sharp as its thickness allows has layers one
-thickness apart, and joins them by an arc of pi / 2 thicknesses; the rest is for cloth that is compressed."""
+"""Largest distance of neighbours over their distance of contact. A fold of cloth as sharp as its thickness allows has
+layers one thickness apart, joined by an arc of pi / 2 thicknesses; the rest is a reserve for compressed cloth."""
 FIRST_CAPACITY = 16
 """Capacity of a list before its first growth."""
 LONGEST_SWEEP = 16.0
-"""Longest displacement that lists are made for, over the distance within which points at rest are listed."""
+"""Longest displacement for which lists are made, over the distance within which points at rest are listed."""
 GRID = 128
-"""Cells along each axis of the hash grid; it is periodic, so its size does not limit space."""
+"""Cells along each axis of the hash grid. The grid is periodic, so it does not limit the size of the cloth."""
 MOST_ENTRIES = 2**30
-"""Largest number of entries of all lists, 4 GB."""
+"""Largest number of entries of all lists; they take 4 GB."""
 
 
 ARC_LENGTH = wp.constant(ARC)
@@ -224,7 +225,7 @@ class PairLists:
         Args:
             points: the contact points on their device.
             seams: their neighbours across seams.
-            margin: how much farther than contact the lists reach, over the distance of contact.
+            margin: distance beyond contact that the lists reach, as a part of the distance of contact.
         """
         self.points, self.margin = points, margin
         device = points.device
@@ -247,24 +248,24 @@ class PairLists:
         self._made = False
 
     def cover(self, place: wp.array[Any], move: wp.array[Any]) -> float:
-        """Make lists that hold all contacts along a move, unless they do already.
+        """Make lists that hold all contacts along a move, unless the present lists hold them already.
 
         Args:
             place: places of the points [cm], shape (M,).
             move: their displacements [cm], shape (M,).
 
         Returns:
-            The part of the move that the lists are for; below 1 where the move is longer than ``LONGEST_SWEEP`` allows.
+            The part of the move that the lists cover; below 1 where the move is longer than ``LONGEST_SWEEP`` allows.
 
         Raises:
-            SolverError: places that are not finite, or too many pairs.
+            SolverError: a place is not finite, or there are too many pairs.
         """
         if len(self.points) < 2 or (self._made and self._drift(place, move) <= self.margin):
             return 1.0
         return self._make(place, move)
 
     def _drift(self, place: wp.array[Any], move: wp.array[Any]) -> float:
-        """Largest distance of a point, after a move, from the motion that the lists are for, over its radius."""
+        """Largest distance of a point, after a move, from the motion that the lists cover, over its radius."""
         state = [self.listed, self.sweep, place, move]
         self._run(motion_parts, state, self._numbers)
         along, square = (ordered_sum(numbers) for numbers in self._numbers)
@@ -303,7 +304,7 @@ class PairLists:
         return maximum(self._numbers[0])
 
     def _checked(self, longest: int) -> int:
-        """The capacity for a list of a length, if the memory is sufficient."""
+        """The capacity for a list of the given length, if there is enough memory."""
         if longest * len(self.points) > MOST_ENTRIES:
             worst = int(self.count.numpy().argmax())
             found = f"contact point {worst} has {longest} others near it, of {len(self.points)}"
@@ -315,7 +316,7 @@ class PairLists:
 
 
 def _allocate(count: int, capacity: int, device: wp.Device) -> wp.array[Any]:
-    """Lists; on a GPU those of neighbouring points are interleaved."""
+    """Lists; on a GPU the lists of neighbouring points are interleaved."""
     if device.is_cuda:
         return wp.zeros((capacity, count), dtype=wp.int32, device=device).transpose()
     return wp.zeros((count, capacity), dtype=wp.int32, device=device)

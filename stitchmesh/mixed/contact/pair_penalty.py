@@ -14,12 +14,12 @@ other with
 
     p = P x f(x) = P (1/x + x^3 - 2x)        [dyn / cm^2],
 
-0.04 P at x = 0.9, 0.37 P at 0.7 and 1.1 P at 0.5. With the unit vector n from one point to the other, the second
-derivative by the difference of the two places is
+which is 0.04 P at x = 0.9, 0.37 P at 0.7 and 1.1 P at 0.5. With the unit vector n from one point to the other, the
+second derivative by the difference of the two places is
 
     H = P a_i a_j / (2 pi h) (f'' / h^2 n n^T + f' / (h d) (1 - n n^T))
 
-The second part is negative; the matrix that is never negative leaves it out.
+The second part is negative; the Hessian that is never negative leaves it out.
 """
 
 from __future__ import annotations

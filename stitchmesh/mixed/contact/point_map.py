@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Contact points on a device: their places from the positions of a state, and forces on them back to the state.
+"""Contact points on a device: their places follow from the positions of a state, and their forces act on the state.
 
-With the constant matrix C of the shares (``contact_points``), places are c = C x, forces are C^T f, and products with a
-Hessian are C^T H C d. The sums of C^T are in ascending order of the points.
+With the constant matrix C of the shares (``contact_points``), the places are c = C x, the forces on the state are
+C^T f, and products with a Hessian are C^T H C d. The sums of C^T run in ascending order of the points.
 """
 
 from __future__ import annotations
@@ -84,15 +84,15 @@ class PointMap:
     device: wp.Device
     """Where the map lies."""
     index: wp.array[Any]
-    """Positions of each point, three integers; shape (M,)."""
+    """Numbers of the three positions of each point, shape (M,)."""
     share: wp.array[Any]
-    """Their shares, three-vectors; shape (M,)."""
+    """Shares of these positions, three-vectors; shape (M,)."""
     start: wp.array[Any]
     """Where the row of each vertex and node begins; shape (V + N + 1,)."""
     point: wp.array[Any]
     """Points of each vertex and node, ascending in each row."""
     part: wp.array[Any]
-    """Shares of the rows."""
+    """Share of each point in the rows."""
 
     @staticmethod
     def of(points: ContactPoints, scalar: Any, device: wp.Device) -> PointMap:
@@ -116,7 +116,7 @@ class PointMap:
         return len(self.points)
 
     def scalars(self, values: Any = None) -> wp.array[Any]:
-        """An array of one scalar for each point, of zeros where no values are given."""
+        """An array of one scalar for each point; zeros if no values are given."""
         if values is None:
             return wp.zeros(len(self), dtype=self.scalar, device=self.device)
         return wp.array(np.asarray(values, dtype=np.float64), dtype=self.scalar, device=self.device)

@@ -3,14 +3,14 @@
 """Self-collision: layers of cloth keep a distance by spheres at contact points (C section 6.1).
 
 The distance is the thickness, or the distance of neighbouring points where the points are coarser (``layer_radius``).
-The energy is that of ``pair_penalty``, summed over all pairs of points that touch and are not neighbours at rest. Each
-point sums its own list, in ascending order, so the forces of a pair are computed twice and are opposite to rounding.
+The energy of ``pair_penalty`` is summed over all pairs of points that touch and are not neighbours at rest. Each point
+sums its own list, in ascending order, so the forces of a pair are computed twice and are opposite up to rounding.
 
-A move may not bring a pair nearer than ``STOP`` of its contact distance, or ``APPROACH`` of the present distance where
-that is less (``step_limit``). With points as dense as the thickness, a sphere that passes a layer through the middle of
-a hole comes nearer than that to the points around the hole; so no move jumps through a layer, however fast it is. From
-move to move layers come nearer only against the force. A pressure of more than about P / 2 (points one thickness
-apart) or 2 P (half a thickness) still pushes a layer through another one slowly.
+No move may bring a pair nearer than ``STOP`` times its contact distance, or ``APPROACH`` times its present distance if
+that is less (``step_limit``). With points as dense as the thickness, a sphere that passes through a layer in the middle
+of a hole comes nearer than that to the points around the hole, so no move jumps through a layer, however fast it is.
+From move to move, layers approach only against the force. A pressure of more than about P / 2 (points one thickness
+apart) or 2 P (points half a thickness apart) still pushes a layer slowly through another one.
 """
 
 from __future__ import annotations
@@ -41,13 +41,13 @@ from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
 from stitchmesh.mixed.term import MixedTerm, keep_share
 
 PRESSURE = 2000.0
-"""Default of P [dyn / cm^2]; the pressure at 0.7 thicknesses, 740 dyn / cm^2, is that of 25 layers of 30 mg / cm^2."""
+"""Default of P [dyn/cm^2]; the pressure at 0.7 thicknesses, 740 dyn/cm^2, is the weight of 25 layers of 30 mg/cm^2."""
 MARGIN = 0.5
-"""How much farther than contact the lists of pairs reach, over the distance of contact."""
+"""Distance beyond contact that the lists of pairs reach, as a part of the distance of contact."""
 STOP = wp.constant(0.7)
-"""Distance over the contact distance below which no single move brings a pair that approaches."""
+"""Part of the contact distance below which no single move brings a pair that approaches."""
 APPROACH = wp.constant(0.8)
-"""Part of its distance to which a single move may bring a pair that is nearer already."""
+"""Part of its present distance to which a single move may bring a pair that is already nearer than ``STOP``."""
 
 
 @kernel
@@ -192,9 +192,9 @@ def pair_limits(
 class SelfCollision(MixedTerm):
     """The contact of a cloth with itself, on a device.
 
-    Prepared launches are stale after ``generation`` has changed: lists have grown. ``begin_step`` and ``step_limit``
-    make lists where they are needed; if a solver does not call ``step_limit``, no point may move farther in a
-    step than the margin times its radius.
+    Prepared launches are stale after ``generation`` has changed, because lists have grown. ``begin_step`` and
+    ``step_limit`` make lists where they are needed. If a solver does not call ``step_limit``, no point may move farther
+    in a step than the margin times its radius.
     """
 
     name = "self-collision"
@@ -218,7 +218,7 @@ class SelfCollision(MixedTerm):
             device: where the term runs.
 
         Raises:
-            ParameterError: a pressure that is not positive.
+            ParameterError: the pressure is not positive.
         """
         if not (np.isfinite(pressure) and pressure > 0.0):
             raise ParameterError(f"self-collision: got a pressure of {pressure}; expected a positive number")
@@ -241,14 +241,14 @@ class SelfCollision(MixedTerm):
         """List the pairs that may touch near a state.
 
         Raises:
-            SolverError: a state that is not finite, or too many pairs.
+            SolverError: the state is not finite, or there are too many pairs.
         """
         self._place_now(state)
         self._move.zero_()
         self.pairs.cover(self._place, self._move)
 
     def element_energies(self, state: MixedVector, launcher: Launcher) -> tuple[list[Any], wp.array[Any]]:
-        """The launch that finds the energy of each point's pairs, and where it is."""
+        """The launch that finds the energy of the pairs of each point, and the array of the energies."""
         if not len(self.points):
             return [], self._numbers
         launches = self.points.place(state, self._place, launcher)
@@ -279,7 +279,7 @@ class SelfCollision(MixedTerm):
         return launches + self.points.spread(self._force, product, launcher)
 
     def diagonal(self, blocks: MixedBlocks, launcher: Launcher) -> list[Any]:
-        """The launches that add diagonal blocks, without the part of pairs whose two points share a vertex."""
+        """The launches that add diagonal blocks; pairs whose points share a vertex lack their coupling there."""
         if not len(self.points):
             return []
         inputs = [*self._model, self._exact, self._linear, *self._lists]
@@ -287,10 +287,10 @@ class SelfCollision(MixedTerm):
         return launches + self.points.spread_blocks(self._block, blocks, launcher)
 
     def step_limit(self, state: MixedVector, direction: MixedVector) -> float:
-        """The part of a direction along which no pair comes nearer than a move may bring it.
+        """The part of a direction along which no pair comes nearer than a single move may bring it.
 
         Raises:
-            SolverError: a state or a direction that is not finite, or too many pairs.
+            SolverError: the state or the direction is not finite, or there are too many pairs.
         """
         if len(self.points) < 2:
             return 1.0
@@ -303,7 +303,7 @@ class SelfCollision(MixedTerm):
         return min(part, minimum(self._numbers))
 
     def inputs(self, place: wp.array[Any]) -> list[Any]:
-        """What kernels of pairs read: radii, areas, pressure, the given places, and the lists."""
+        """The inputs of kernels over pairs: radii, areas, pressure, the given places, and the lists."""
         return [*self._model, place, *self._lists]
 
     @property

@@ -19,12 +19,12 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Truths = NDArray[np.bool_]
 QUADRANTS = ((0, 2), (0, 3), (1, 2), (1, 3))
-"""Legs of the four quadrants of a node; the rest angles of the second and the third one are supplements."""
+"""The two legs of each of the four quadrants of a node; the rest angles of the second and third are supplements."""
 
 
 @dataclass(frozen=True, eq=False)
 class CrossingElements:
-    """The elements of the N nodes that are simulated, sorted by the node that they have their middle or beginning in.
+    """The elements of the N simulated nodes. An element belongs to the node at its middle, or at its beginning.
 
     Column 0 of a (N, 2) array belongs to the u yarn of a node and column 1 to its v yarn. A segment belongs to its
     first node. Stiffness is zero where an element does not exist.
@@ -33,8 +33,8 @@ class CrossingElements:
     nodes: Integers
     """Number of each node in the layout, shape (N,)."""
     link: Integers
-    """Neighbour after and before along the u yarn, after and before along the v yarn, shape (N, 4). It is 2 j + c for
-    the coordinate c of node j, or -1."""
+    """Neighbours after and before along the u yarn, then after and before along the v yarn, shape (N, 4). A neighbour
+    is 2 j + c, for the coordinate c of node j, or -1."""
     side: Integers
     """1 where the u yarn lies above the v yarn, -1 where it lies below, 0 where both are joined; shape (N,)."""
     slides: Truths
@@ -42,7 +42,7 @@ class CrossingElements:
     rest_sliding: Floats
     """Eulerian coordinates in the layout [cm], shape (N, 2)."""
     rest_length: Floats
-    """Length of the segment after each node in the layout [cm], 0 without one; shape (N, 2)."""
+    """Rest length of the segment after each node in the layout [cm], shape (N, 2); 0 without a segment."""
     stretch: Floats
     """k_s of the segment [dyn], shape (N, 2)."""
     contact: Floats
@@ -54,9 +54,9 @@ class CrossingElements:
     rest_turn: Floats
     """Angle by which the yarn turns at the node in the layout, shape (N, 2)."""
     yield_curvature: Floats
-    """Change of curvature beyond which bending stays [1/cm], shape (N, 2)."""
+    """Change of curvature beyond which a bend becomes permanent [1/cm], shape (N, 2)."""
     shear: Floats
-    """k_x L of the four ``QUADRANTS`` [dyn cm], shape (N, 4)."""
+    """k_x L of each of the four ``QUADRANTS`` [dyn cm], shape (N, 4)."""
     rest_shear: Floats
     """Angle between the u yarn and the v yarn in the layout, shape (N,)."""
     density: Floats
@@ -66,7 +66,7 @@ class CrossingElements:
     friction: Floats
     """Coefficient of friction of the crossing, shape (N,)."""
     friction_stiffness: Floats
-    """k_f of each coordinate that slides through a crossing [dyn/cm], shape (N, 2)."""
+    """k_f of each coordinate along which a yarn slides through a crossing [dyn/cm], shape (N, 2)."""
 
     def __post_init__(self) -> None:
         for field in fields(self):
@@ -98,18 +98,18 @@ def crossing_elements(
 
     Args:
         yarns: the layout.
-        materials: of its families of yarns.
-        nodes: numbers in the layout of the nodes that are simulated, ascending, shape (N,); all if it is None. Elements
-            with other nodes are left out.
-        alpha: blending field at the simulated nodes, in [0, 1], shape (N,); 1 if it is None. An element has the mean of
-            its nodes as weight.
-        full: nodes of the full-yarn region, whose elements weigh 1 (``term``), shape (N,); none by default.
-        slides: whether Eulerian coordinates are free, shape (N, 2). If it is None, those are free that lie between two
-            simulated neighbours of their yarn with alpha = 1 at all three nodes, away from rods. The ends of yarns, and
-            nodes at the border of a region without Eulerian coordinates, hold their yarn.
+        materials: materials of the families of yarns.
+        nodes: layout numbers of the simulated nodes, ascending, shape (N,); all nodes if it is None. Elements with
+            other nodes are left out.
+        alpha: blending field at the simulated nodes, in [0, 1], shape (N,); 1 if it is None. The weight of an element
+            is the mean over its nodes.
+        full: nodes of the full-yarn region, whose elements have the weight 1 (``term``), shape (N,); none by default.
+        slides: whether Eulerian coordinates are free, shape (N, 2). If it is None, a coordinate is free if its node
+            lies between two simulated neighbours of the yarn, all three nodes have alpha = 1, and no rod is there. The
+            ends of yarns hold their yarn, and so do nodes at the border of a region without Eulerian coordinates.
 
     Raises:
-        ParameterError: nodes are not ascending numbers of the layout, or an array has another shape.
+        ParameterError: nodes are not ascending numbers of the layout, or an array has the wrong shape.
     """
     chosen = _checked_nodes(nodes, yarns.node_count)
     count = len(chosen)
@@ -163,7 +163,7 @@ def _shaped(name: str, values: ArrayLike, shape: tuple[int, ...]) -> Floats:
 
 
 def _links_among(links: Integers, chosen: Integers, count: int) -> Integers:
-    """Links in the numbers of the simulated nodes; links to other nodes are left out."""
+    """Links in the numbers of the simulated nodes, without links to other nodes."""
     number = np.full(count + 1, NO_NODE)
     number[chosen] = np.arange(len(chosen))
     node = number[np.where(links < 0, count, links // 2)]
@@ -171,7 +171,7 @@ def _links_among(links: Integers, chosen: Integers, count: int) -> Integers:
 
 
 def _neighbours(links: Integers) -> Integers:
-    """Nodes of links; the node itself without one."""
+    """The node of each link, or the node itself where there is no link."""
     own = np.arange(len(links))[:, None]
     return np.where(links >= 0, links // 2, own)
 
@@ -183,7 +183,7 @@ def _rest_lengths(links: Integers, coordinates: Floats) -> Floats:
 
 
 def _weights(alpha: Floats, full: Truths, exists: Truths, *others: Integers) -> Floats:
-    """Weights of the elements of each node with other nodes, 0 where they do not exist; all of the shape of these."""
+    """Weights of the elements that join each node to others, with the shape of ``exists``; 0 where there is none."""
     own = np.arange(len(alpha)).reshape(-1, *[1] * (exists.ndim - 1))
     nodes = np.stack(np.broadcast_arrays(own, *others), axis=-1).reshape(-1, 1 + len(others))
     weight = element_weight(alpha[nodes], np.ones(nodes.shape, dtype=bool), full[nodes])
@@ -199,13 +199,13 @@ def _sliding(links: Integers, alpha: Floats, side: Integers) -> Truths:
 
 
 def _values(materials: FabricMaterials, family: Integers, name: str) -> Floats:
-    """A value of the material of each yarn at each node, shape (N, 2)."""
+    """A field of the material of each yarn at each node, shape (N, 2)."""
     values: Floats = np.array([getattr(material, name) for material in materials.by_family], dtype=np.float64)[family]
     return values
 
 
 def _touches(yarns: CrossingYarns, chosen: Integers) -> Truths:
-    """Whether the segment after each node has yarns at both ends that it holds apart; not within a stitch contact."""
+    """Whether the segment after each node keeps the yarns at its ends apart, as all do outside of stitch contacts."""
     within = np.zeros((yarns.node_count, 2), dtype=bool)
     if len(yarns.stitch_contacts):
         pairs = np.concatenate([yarns.stitch_contacts, yarns.stitch_contacts[:, ::-1]])
@@ -218,9 +218,9 @@ def _touches(yarns: CrossingYarns, chosen: Integers) -> Truths:
 def _contact_distances(
     side: Integers, after: Integers, materials: FabricMaterials, family: Integers, rest: Floats
 ) -> Floats:
-    """4 R where the yarn changes its side and 2 R where it does not, at most the rest length."""
+    """Contact distances: 4 R where the yarn changes its side and 2 R where it does not, at most the rest length."""
     changes = side[:, None] != side[after]
-    radius = _values(materials, family, "radius")[:, ::-1]  # the yarns that touch are those that are crossed
+    radius = _values(materials, family, "radius")[:, ::-1]  # the crossed yarns touch one another
     bound: Floats = np.minimum(np.where(changes, 4.0, 2.0) * radius, rest)
     return bound
 
@@ -228,7 +228,7 @@ def _contact_distances(
 def _shear_stiffness(
     links: Integers, blend: tuple[Floats, Truths], rest: Floats, materials: FabricMaterials, family: Integers
 ) -> Floats:
-    """k_x L of the quadrants; L is the mean length of both segments and S R^2 that of the two yarns."""
+    """k_x L of the quadrants; L is the mean length of both segments, and S R^2 comes from the two yarns."""
     modulus = _values(materials, family, "shear").mean(axis=1)
     stiffness = modulus * _values(materials, family, "radius").prod(axis=1)
     result = np.zeros(links.shape)

@@ -3,14 +3,13 @@
 """The material of a yarn of crossing nodes: stiffness, mass, friction, yield and damping in CGS units.
 
 A file holds one table for each material, with all fields of ``CrossingMaterial``; ``crossing_materials.toml`` in this
-folder holds three published yarns. The stiffnesses of the energies follow from the moduli and the radius R
-(Cirio et al. 2014 and 2017):
+folder holds three published yarns. The stiffnesses of the energies follow from the moduli and the radius R (Cirio et
+al. 2014 and 2017):
 
     stretch k_s = Y pi R^2 [dyn],    bending k_b = B pi R^2 [dyn cm^2],    shear k_x = S R^2 [dyn]
 
-The flexural rigidity of the yarn is EI = k_b = B pi R^2 (``crossing_energies``).
-
-The materials of the yarns of a fabric: of wefts or courses, of warps, and of the rods along seams.
+The flexural rigidity of the yarn is EI = k_b = B pi R^2 (``crossing_energies``). ``FabricMaterials`` holds one material
+each for wefts or courses, for warps, and for the rods along seams.
 """
 
 from __future__ import annotations
@@ -47,7 +46,7 @@ class CrossingMaterial:
     radius: float
     """Radius R of the yarn [cm]."""
     density: float
-    """Mass of a length of yarn, rho [g/cm]."""
+    """Mass per length of yarn, rho [g/cm]."""
     young: float
     """Modulus of stretch, Y [dyn/cm^2]."""
     bending: float
@@ -65,7 +64,7 @@ class CrossingMaterial:
     friction_stiffness: float
     """Stiffness of the spring that holds a yarn at its anchor while it sticks, k_f [dyn/cm]."""
     yield_curvature: float
-    """Change of curvature beyond which bending stays, kappa_y [1/cm]; infinite for an elastic yarn."""
+    """Change of curvature beyond which a bend becomes permanent, kappa_y [1/cm]; infinite for an elastic yarn."""
     damping_mass: float
     """Rayleigh damping in proportion to the mass [1/s]."""
     damping_stiffness: float
@@ -86,14 +85,15 @@ class CrossingMaterial:
         return self.bending * math.pi * self.radius**2
 
     def finer(self, times: float) -> CrossingMaterial:
-        """The yarn of a cloth with more and finer yarns that is as heavy and as stiff.
+        """The yarn of a cloth that is as heavy and as stiff, but has more and finer yarns.
 
-        Where n times as many yarns lie on each cm, each has 1 / n of the radius, of the mass of a length, and of the
-        stiffnesses k_s, k_b and k_x of stretch, bending and shear. The stitch contacts of a knit are n^2 times as many
-        and 1 / n times as long, so that k_w and k_l become 1 / n of theirs, and friction at a crossing 1 / n^2.
+        Where n times as many yarns lie on each cm, a yarn has 1 / n of the radius, of the mass per length, and of the
+        stiffnesses k_s, k_b and k_x of stretch, bending and shear. A knit has n^2 times as many stitch contacts, which
+        are 1 / n times as long. k_w and k_l therefore become 1 / n of what they were, and the friction at a crossing
+        becomes 1 / n^2.
 
         Args:
-            times: n, the number of yarns in the place of one.
+            times: n, the number of yarns that replace one yarn.
         """
         return replace(
             self,
@@ -144,7 +144,7 @@ def _check(name: str, value: Any) -> None:
 
 
 def _of_name(materials: Mapping[str, CrossingMaterial], name: str, place: str) -> CrossingMaterial:
-    """The material of a name, or an error with the nearest name."""
+    """The material with a name; without one, an error that names the nearest material."""
     if name in materials:
         return materials[name]
     near = difflib.get_close_matches(name, materials, n=1, cutoff=0.0)
@@ -162,7 +162,7 @@ def _read_tables(path: Path) -> dict[str, CrossingMaterial]:
 
 
 def _material_of(path: Path, name: str, table: Any) -> CrossingMaterial:
-    """The material of a table with exactly the fields of ``CrossingMaterial``."""
+    """The material in a table with exactly the fields of ``CrossingMaterial``."""
     expected = [field.name for field in fields(CrossingMaterial)]
     if not isinstance(table, dict):
         raise FileError(f"{path}: {name} is {table!r}; expected a table with {', '.join(expected)}")
@@ -178,11 +178,11 @@ class FabricMaterials:
     """A material for each family of yarns."""
 
     weft: CrossingMaterial
-    """Of wefts, and of all yarns of a knit."""
+    """Material of wefts, and of all yarns of a knit."""
     warp: CrossingMaterial
-    """Of warps."""
+    """Material of warps."""
     rod: CrossingMaterial
-    """Of the rods along seams."""
+    """Material of the rods along seams."""
 
     @staticmethod
     def of(material: CrossingMaterial) -> FabricMaterials:

@@ -2,20 +2,20 @@
 # SPDX-License-Identifier: Apache-2.0
 """The elastic energy of crossing yarns as a term of the mixed system: stretch, contact, bending and shear.
 
-Products with the Hessian come from the blocks of each star, which are found once for a state and stored.
+Products with the Hessian come from the blocks of each star, which are computed once for a state and stored.
 
-*The longest step.* Along a direction, no segment of yarn may lose more than a share of its rest length.
-A line search starts with this step, so that nodes that slide towards one another come closer by a factor at most and
-never pass: D + t dD >= (1 - share) D. A segment that is shorter than its merging distance e already may lose the share
-of e (``crossing_energies``).
+*The longest step.* Along a direction, no segment of yarn may lose more than a share of its rest length. A line search
+starts with this step. Nodes that slide towards one another then come closer by a bounded factor and never pass:
+D + t dD >= (1 - share) D. If a segment is already shorter than its merging distance e, it may lose the share of e
+(``crossing_energies``).
 
-*Yield of bending.* A yarn that is bent by too much keeps a part of it. At a node with the angle t, the rest angle r and
-the span D, the change of curvature from rest is 2 (t - r) / D (``crossing_energies``). Beyond the yield curvature
+*Yield of bending.* A yarn that is bent too far keeps a part of the bend. At a node with the angle t, the rest angle r
+and the span D, the change of curvature from rest is 2 (t - r) / D (``crossing_energies``). Beyond the yield curvature
 kappa_y the rest angle follows (ideal plasticity):
 
     r <- t - max(-y, min(t - r, y)),    y = kappa_y D / 2
 
-It changes once a step, after the step is accepted, so that a step has one elastic energy.
+The rest angle changes once a step, after the step is accepted, so that a step has one elastic energy.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ from stitchmesh.mixed.term import MixedTerm
 
 @dataclass(frozen=True, eq=False)
 class CrossingModel:
-    """Constants of N crossing nodes on a device; the meaning of the values is that of ``CrossingElements``."""
+    """Constants of N crossing nodes on a device; ``CrossingElements`` defines the values."""
 
     link: wp.array[wp.int32]
     """Neighbours as 2 j + c, or -1; shape (N, 4)."""
@@ -176,7 +176,7 @@ def turn_after_yield(
 class CrossingTerm(MixedTerm):
     """Stretch, contact of parallel yarns, bending and shear of crossing yarns on a device.
 
-    Rest angles of bending change by yield at the end of a step; they last from step to step.
+    The rest angles of bending last from step to step; yield changes them at the end of a step.
     """
 
     name = "crossing yarns"
@@ -214,7 +214,7 @@ class CrossingTerm(MixedTerm):
         self._scalar = scalar
 
     def element_energies(self, state: MixedVector, launcher: Launcher) -> tuple[list[Any], wp.array[Any]]:
-        """The launch that finds the energy of each star, and where it is."""
+        """The launch that finds the energy of each star, and the array of the energies."""
         if self.model.count == 0:
             return [], self._energy
         inputs = [*self.model.constants, self.turn, state.nodes, state.sliding]

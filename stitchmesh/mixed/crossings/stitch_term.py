@@ -2,20 +2,20 @@
 # SPDX-License-Identifier: Apache-2.0
 """Wrapping and length of the stitch contacts of a knit, as a term of the mixed system.
 
-A loop of a plain knit has four stitch contacts: two at its feet, with the loop that it is drawn through, and two at
-its head, with the loop that is drawn through it. Each is shared with the other loop, so that there are two for each
-loop. A contact has two nodes, P and Q (``layout.knit``): at P the new loop, which is the u yarn, passes the leg of
-the old loop, the v yarn; at Q the new loop, now its leg, passes the head of the old one on the other side. Both yarns
-have a segment from P to Q, the axis of the contact.
+A loop of a plain knit has four stitch contacts: two at its feet, with the loop through which it is drawn, and two at
+its head, with the loop that is drawn through it. Two loops share each contact, so there are two contacts for each loop.
+A contact has two nodes, P and Q (``layout.knit``). At P the new loop, which is the u yarn, passes the leg of the old
+loop, the v yarn. At Q the leg of the new loop passes the head of the old loop on the other side. Both yarns have a
+segment from P to Q, the axis of the contact.
 
-Two legs leave the contact across its axis: the link p of the new loop to its neighbour, at P, and the head r of the
-old loop, at Q. They lie opposite to one another, and on the same side of the fabric, the side on which the u yarn
-lies at P. The half planes of the axis with p and with r span the angle of wrapping (``stitch_energies``), and the two
-yarns turn towards that side: the rest angle is a quarter turn with the sign of side(P), and of the side of the axis on
-which p lies. In a stockinette the legs turn to the back, so that its side borders curl to the back. The other two
-legs, of the new loop at Q and of the old loop at P, continue the axis and span no half plane.
+Two legs leave the contact across its axis: at P the link p from the new loop to its neighbour, and at Q the head r of
+the old loop. They lie opposite to one another, and on the same side of the fabric: the side on which the u yarn lies at
+P. The half planes of the axis with p and with r span the angle of wrapping (``stitch_energies``), and the two yarns
+turn towards that side. The rest angle is a quarter turn; its sign is the product of side(P) and of the side of the axis
+on which p lies. In stockinette the legs turn to the back, so its side borders curl to the back. The other two legs, of
+the new loop at Q and of the old loop at P, continue the axis and span no half plane.
 
-An element is (p, P, Q, r). A contact without p or r, at a border, has its length only.
+An element is (p, P, Q, r). A contact at a border, without p or r, has only the energy of its length.
 """
 
 from __future__ import annotations
@@ -48,10 +48,10 @@ from stitchmesh.mixed.term import MixedTerm, element_weight
 
 @dataclass(frozen=True, eq=False)
 class StitchElements:
-    """C stitch contacts of which all nodes are simulated."""
+    """The C stitch contacts whose nodes are all simulated."""
 
     nodes: NDArray[np.int64]
-    """p, P, Q, r of each contact, shape (C, 4); without wrapping p is P and r is Q."""
+    """p, P, Q, r of each contact, shape (C, 4); in a contact without wrapping, p is P and r is Q."""
     wrapping: NDArray[np.float64]
     """k_w L [dyn cm], shape (C,)."""
     rest_angle: NDArray[np.float64]
@@ -75,9 +75,9 @@ def stitch_elements(
     Args:
         yarns: the layout.
         elements: the elements of its simulated nodes.
-        material: of the yarn.
+        material: material of the yarn.
         alpha: blending field at the simulated nodes, shape (N,); 1 if it is None.
-        full: nodes of the full-yarn region, whose elements weigh 1 (``term``), shape (N,); none by default.
+        full: nodes of the full-yarn region, whose elements have the weight 1 (``term``), shape (N,); none by default.
     """
     blend = np.ones(elements.count) if alpha is None else np.asarray(alpha, dtype=np.float64)
     number = np.full(yarns.node_count, -1)
@@ -258,7 +258,7 @@ class StitchTerm(MixedTerm):
         self._share = wp.zeros(1, dtype=scalar, device=device)
 
     def element_energies(self, state: MixedVector, launcher: Launcher) -> tuple[list[Any], wp.array[Any]]:
-        """The launch that finds the energy of each stitch contact, and where it is."""
+        """The launch that finds the energy of each stitch contact, and the array of the energies."""
         if self.count == 0:
             return [], self._energy
         inputs = [self._index, self._stitch, state.nodes]

@@ -2,14 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """The weight of crossing yarns (Cirio et al. 2014, section 4.1).
 
-A segment between two nodes holds yarn of the rest length D = u1 - u0 and of the mass rho D:
+A segment between two nodes holds yarn of the rest length D = u1 - u0 and the mass rho D:
 
     E = - rho D g . (x0 + x1) / 2
 
-Yarn that slides to another segment changes its height there, so that the coordinates have a weight too: a yarn that
-hangs over a crossing runs to its heavier side. The Hessian couples D with the positions and is not positive; the matrix
-that is never negative is zero. The coupling rho g is some 20 dyn/cm beside 1e5 dyn/cm of stretch, and products leave it
-out.
+Yarn that slides to another segment changes its height, so gravity also acts on the coordinates: a yarn that hangs over
+a crossing runs to its heavier side. The Hessian couples D with the positions and is not positive; the matrix that is
+never negative is zero. The coupling rho g is about 20 dyn/cm, against 1e5 dyn/cm of stretch, and products leave it out.
 """
 
 from __future__ import annotations
@@ -130,7 +129,7 @@ class YarnGravity(MixedTerm):
         self._energy = wp.zeros(self.count, dtype=wp.float64, device=device)
 
     def element_energies(self, state: MixedVector, launcher: Launcher) -> tuple[list[Any], wp.array[Any]]:
-        """The launch that finds the energy of each node's segments, and where it is."""
+        """The launch that finds the energy of the segments of each node, and the array of the energies."""
         if self.count == 0:
             return [], self._energy
         inputs = [self._link, self._density, self._acceleration, state.nodes, state.sliding]

@@ -7,16 +7,16 @@ and D = u1 - u0, its velocity is a mean of n0 = dx0/dt - w du0/dt and n1 = dx1/d
 
     T = 1/2 (rho D / 6) (2 n0 . n0 + 2 n0 . n1 + 2 n1 . n1)
 
-which is the published matrix (rho D / 6) [[2I, -2w, I, -w], [-2w', 2w'w, -w', w'w], [I, -w, 2I, -2w], [-w', w'w, -2w',
+This is the published matrix (rho D / 6) [[2I, -2w, I, -w], [-2w', 2w'w, -w', w'w], [I, -w, 2I, -2w], [-w', w'w, -2w',
 2w'w]] of (x0, u0, x1, u1). It changes with the state and is taken as constant within a step.
 
-*Lumped blocks.* The row sums of the matrix in n give each node half of each segment's yarn, (rho D / 2) n . n, and
-with it a symmetric block of 5 x 5 for (x, u, v), with the sum over the segments of both yarns:
+*Lumped blocks.* The row sums of the matrix in n give each node half of the yarn of each segment, (rho D / 2) n . n.
+With the sum over the segments of both yarns, this is a symmetric block of 5 x 5 for (x, u, v):
 
     [[m I, -c_u, -c_v], [-c_u', d_u, 0], [-c_v', 0, d_v]]
     m = sum rho D / 2,   c_u = sum rho D / 2 w,   d_u = sum rho D / 2 w . w
 
-The block is positive, but singular where a yarn is straight and alone: then sliding along the yarn is motion of the
+The block is positive, but singular where a yarn is straight and alone. Sliding along the yarn is then motion of the
 same material, d_u - c_u . c_u / m = 0. Where two yarns cross, the yarn that does not slide has its share of m, and the
 block is regular. The block here has a d that is larger by the share ``SLIDING_INERTIA``, and its rows of fixed
 coordinates are zero.
@@ -137,7 +137,7 @@ def find_mass_blocks(
 
 
 class YarnMass:
-    """The mass of crossing yarns on a device, at the state of the last ``update_launches``."""
+    """The mass of crossing yarns on a device, at the state for which ``update_launches`` ran last."""
 
     def __init__(self, elements: CrossingElements, scalar: Any, device: wp.Device) -> None:
         """Put the densities on a device.

@@ -7,15 +7,16 @@ displacement d = h u of the step minimizes the incremental potential
 
     V(x_n + d) + 1/(2 h^2) |d - h u_n|_M^2 + a/(2 h) |d|_M^2 + b/(2 h) d' K_n d
 
-over the motions p = B v + F x, where what is fixed has its prescribed displacement. The first guess is h u_n, or no
-motion where this has the lower potential. The step is done when the error of the velocities is small: the root of r . z
-over the mass of the system, for the force r that is left and the motion z that the preconditioner finds for it.
+over the motions p = B v + F x, where fixed coordinates have their prescribed displacements. The first guess is h u_n,
+or zero where zero has the lower potential. The step ends when the error of the velocities is small. This error is the
+root of r . z over the mass of the system, for the remaining force r and the motion z that the preconditioner finds for
+it.
 
-The matrix of an iteration is the Hessian of V at its positions, plus b / h times the never-negative one, plus inertia.
-It has directions of negative curvature only where damping and inertia leave some.
+The matrix of an iteration is the Hessian of V at its positions, plus b / h times the Hessian that is never negative,
+plus inertia. It has directions of negative curvature only where damping and inertia do not outweigh them.
 
-Where Newton's method does not converge the step begins again with half its length; after some steps that converge fast
-the length grows again. A run depends on its state alone: one that is stopped and resumed gives the same bits.
+Where Newton's method does not converge, the step begins again with half its length. After some steps that converge fast
+the length grows again. A run depends on its state alone: a run that is stopped and resumed gives the same bits.
 """
 
 from __future__ import annotations
@@ -43,12 +44,12 @@ FEW_ITERATIONS = 5
 
 PrescribedMotion = Callable[[float, float], Parts]
 """From the times [s] at which a step begins and ends to the displacements of vertices, nodes and Eulerian coordinates
-[cm]; only those of coordinates that are not free are used. Displacements, unlike velocities, add up without drift."""
+[cm]; only the displacements of fixed coordinates are used. Unlike velocities, they add up without drift."""
 
 
 @dataclass(frozen=True)
 class DynamicsSettings:
-    """Choices of a motion in time.
+    """Settings of a motion in time.
 
     Raises:
         ParameterError: a value is out of range.
@@ -59,11 +60,11 @@ class DynamicsSettings:
     smallest_time_step: float = 1e-8
     """Time step below which the run ends with an error [s]."""
     damping_mass: float = 0.0
-    """Rayleigh damping by mass [1/s]."""
+    """Rayleigh damping in proportion to the mass [1/s]."""
     damping_stiffness: float = 0.0
-    """Rayleigh damping by stiffness [s]."""
+    """Rayleigh damping in proportion to the stiffness [s]."""
     velocity_tolerance: float = 1e-2
-    """Root mean square error of the velocities of a step [cm/s]."""
+    """Root mean square error of the velocities at which a step ends [cm/s]."""
     most_newton_iterations: int = 20
     """Newton iterations after which the step is halved."""
     solve_tolerance: float = 1e-2
@@ -71,9 +72,10 @@ class DynamicsSettings:
     most_solve_iterations: int = 2000
     """Largest number of products of a linear solve."""
     exact_hessian: bool = True
-    """Whether the matrix is the exact Hessian where no direction of negative curvature is met."""
+    """Whether the matrix is the exact Hessian as long as no direction of negative curvature is met."""
     stiffness_in_metric: bool = True
-    """Whether the preconditioner contains the diagonal of the Hessian for positions too."""
+    """Whether the preconditioner contains the diagonal of the Hessian for positions too, not only for Eulerian
+    coordinates."""
 
     def __post_init__(self) -> None:
         positive = ("time_step", "smallest_time_step", "velocity_tolerance", "solve_tolerance")
@@ -87,7 +89,7 @@ class DynamicsSettings:
 
 @dataclass(frozen=True)
 class StepReport:
-    """What a step did."""
+    """The report of a step."""
 
     time: float
     """Time at its end [s]."""
@@ -98,7 +100,7 @@ class StepReport:
     solve_iterations: int
     """Products with the matrix, of all attempts."""
     halvings: int
-    """Attempts that did not converge."""
+    """Number of attempts that did not converge."""
     velocity_error: float
     """Root mean square error of the velocities [cm/s]."""
 
@@ -122,7 +124,7 @@ class Dynamics:
             positions: positions at the beginning; copied.
             settings: time step, damping and tolerances.
             velocities: velocities at the beginning, zero by default; copied.
-            prescribed: displacements of what is fixed, zero by default.
+            prescribed: displacements of fixed coordinates, zero by default.
         """
         self.system, self.settings = system, settings or DynamicsSettings()
         self.positions = positions.copy()
@@ -139,8 +141,8 @@ class Dynamics:
         """Advance by one time step.
 
         Raises:
-            SolverError: the time step has become smaller than its lower bound; if a term refuses even such a step, the
-                error is that of the term.
+            SolverError: the time step has become smaller than its lower bound; if a term refuses even such a step, its
+                own error is raised.
         """
         halvings, products = 0, 0
         while True:
@@ -163,14 +165,14 @@ class Dynamics:
         return {**self.system.energies(self.positions), "kinetic": kinetic}
 
     def _mass_times_velocities(self) -> MixedVector:
-        """With the masses at the present positions: a step that begins or a resumed run finds them anew, too."""
+        """M u with the masses at the present positions, which a new step or a resumed run computes again, too."""
         product = self.positions.like()
         self.system.update_masses(self.positions)
         self.system.set_mass_product(self.velocities, product)
         return product
 
     def arrays(self) -> dict[str, NDArray[Any]]:
-        """All that the rest of the run depends on, by name, for stopping and resuming."""
+        """All arrays that the rest of the run depends on, by name, for stopping and resuming."""
         result = {"positions": self.positions.values.numpy(), "velocities": self.velocities.values.numpy()}
         result["clock"] = np.array([self.time, self.time_step, self.calm_steps], dtype=np.float64)
         for number, term in enumerate(self.system.terms):
@@ -214,7 +216,7 @@ class Dynamics:
         return report
 
     def _solve(self, h: float) -> tuple[int, int, float]:
-        """Minimize the incremental potential; Newton iterations, products and the error of the velocities."""
+        """Minimize the incremental potential; return Newton iterations, products and the error of the velocities."""
         settings, newton, state = self.settings, self._newton, self._state
         quadratic = Quadratic(1.0 / h**2 + settings.damping_mass / h, settings.damping_stiffness / h)
         self._guess.set(h, quadratic, self._prescribed_motion(h))
@@ -240,14 +242,14 @@ class Dynamics:
         return settings.most_newton_iterations, solves, np.inf
 
     def _prescribed_motion(self, h: float) -> MixedVector:
-        """Displacements of what is fixed in a step of length ``h``."""
+        """Displacements of fixed coordinates in a step of length ``h``."""
         if self._prescribed is None:
             return self._still
         v, p, s = self._prescribed(self.time, self.time + h)
         return MixedVector.from_numpy(v, p, s, self.system.scalar, self.system.device)
 
     def _accept(self, report: StepReport) -> None:
-        """Take over the positions and velocities of a step; lengthen the next one after calm steps."""
+        """Take over the positions and velocities of a step; lengthen the next step after a row of calm ones."""
         h = report.time_step
         self.positions.assign(self._state.position)
         set_sum(self.velocities, 1.0 / h, self._state.displacement, 0.0, self._state.displacement)

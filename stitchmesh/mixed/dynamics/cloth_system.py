@@ -6,11 +6,12 @@ All energies of the triangles have the weight 1 - alpha, all energies of the yar
 blended (Casafranca et al. 2020, sections 4.1 and 4.2). Contact, attachments and other loads are further terms, which
 ``MixedSystem.add`` takes.
 
-The two yarn models, crossings and B-splines, differ in what ``YarnPart`` holds. Where the nodes of B-splines stand out
-of the triangles, the positions at the beginning are not yet of the form p = B v + F x. They are changed so that they
-are (``enrichment.projection``); the heights of the loops then belong to F x.
+The two yarn models, crossings and B-splines, differ in the contents of ``YarnPart``. Where nodes of B-splines stand out
+of the triangles, the given positions at the beginning do not have the form p = B v + F x. ``enrichment.projection``
+changes them to this form; the heights of the loops then belong to F x.
 
-Masses of the triangles, which ``dynamics.mass_matrix`` lumps at vertices, and of the rods along seams (C 4.2).
+The masses of the triangles, and of the rods along seams, are computed here; ``dynamics.mass_matrix`` lumps them at
+vertices (C 4.2).
 """
 
 from __future__ import annotations
@@ -59,7 +60,7 @@ def triangle_masses(cloth: Cloth, materials: ClothMaterial | Sequence[ClothMater
         materials: one material for all panels, or one for each panel.
 
     Raises:
-        ParameterError: the number of materials is not that of the panels.
+        ParameterError: the number of materials differs from the number of panels.
     """
     chosen = materials_of_panels(materials, len(cloth.panel_names))
     density = np.array([one.density for one in chosen])[cloth.panel if len(chosen) > 1 else 0]
@@ -101,7 +102,7 @@ class ClothModel:
 
 @dataclass(frozen=True, eq=False)
 class YarnPart:
-    """What a yarn model brings to the system."""
+    """The part of the system that depends on the yarn model."""
 
     terms: Sequence[MixedTerm]
     """Energies of the yarns."""
@@ -110,12 +111,12 @@ class YarnPart:
     node_masses: NodeMasses | None
     """Blocks of the mass matrix at the nodes; the masses alone by default."""
     weighs: bool
-    """Whether the terms hold the weight of the yarns."""
+    """Whether the terms include the weight of the yarns."""
 
 
 @dataclass(frozen=True, eq=False)
 class ClothSystem:
-    """A mixed system, what it was made from, and where it begins."""
+    """A mixed system, the objects from which it was made, and its positions at the beginning."""
 
     cloth: Cloth
     yarns: LaidYarns
@@ -123,8 +124,8 @@ class ClothSystem:
     masses: BlendedMasses
     system: MixedSystem
     positions: MixedVector
-    """Positions at the beginning: nodes lie on their triangles, or above them, and yarns have the lengths of the
-    layout."""
+    """Positions at the beginning: nodes lie on their triangles, or above them, and the lengths of yarn are as laid
+    out."""
 
 
 def cloth_system(
@@ -146,9 +147,9 @@ def cloth_system(
         yarns: yarns laid out on them.
         region: the region of interest, made from the triangles and the nodes of the layout.
         model: materials and loads.
-        fixed_vertices: numbers of vertices that do not move by themselves.
-        fixed_nodes: numbers of such nodes in the layout.
-        vertices: positions at the beginning [cm], shape (V, 3); those of the cloth by default.
+        fixed_vertices: numbers of vertices with a prescribed motion.
+        fixed_nodes: layout numbers of nodes with a prescribed motion.
+        vertices: positions at the beginning [cm], shape (V, 3); by default the positions of the cloth.
         scalar: Warp's floating-point type.
         device: where the kernels run.
 
@@ -185,7 +186,7 @@ def _yarn_part(
     """Energies, sliding and inertia of the yarns.
 
     Raises:
-        ParameterError: the material is that of the other yarn model.
+        ParameterError: the material belongs to the other yarn model.
     """
     if isinstance(yarns, SplineYarns):
         if not isinstance(model.yarns, SplineMaterial):
@@ -204,10 +205,10 @@ def _yarn_part(
 
 
 def cloth_masses(cloth: Cloth, yarns: LaidYarns, region: Region, model: ClothModel) -> BlendedMasses:
-    """Masses of a cloth: of its yarns in the enriched region, and by density elsewhere.
+    """Masses of a cloth: from its yarns in the enriched region, and from its density elsewhere.
 
     Raises:
-        ParameterError: the number of materials is not that of the panels.
+        ParameterError: the number of materials differs from the number of panels.
     """
     of_triangles = triangle_masses(cloth, model.triangles)
     if isinstance(yarns, SplineYarns) and isinstance(model.yarns, SplineMaterial):
@@ -217,7 +218,7 @@ def cloth_masses(cloth: Cloth, yarns: LaidYarns, region: Region, model: ClothMod
         blended = _crossing_masses(yarns, model.yarns, region, of_triangles)
     if model.seams is None:
         return blended
-    # in the hybrid region the triangles have the mass of the yarns, that of their rods included
+    # in the hybrid region the mass of the triangles comes from the yarns, and includes their rods
     outside = (region.triangle_kind[cloth.seam_sides // 3] == TRIANGLES).mean(axis=1)
     of_rods = rod_masses(cloth, model.seams, outside)
     return BlendedMasses(blended.vertices + of_rods, blended.yarns)
@@ -226,7 +227,7 @@ def cloth_masses(cloth: Cloth, yarns: LaidYarns, region: Region, model: ClothMod
 def _crossing_masses(
     yarns: CrossingYarns, materials: FabricMaterials, region: Region, of_triangles: NDArray[np.float64]
 ) -> BlendedMasses:
-    """Masses with those of the yarn between two crossings."""
+    """Blended masses of a cloth with the yarn between its crossings."""
     ends, coordinates = _segments(yarns)
     begin, end = yarns.rest_sliding[ends, coordinates].T
     density = np.array([material.density for material in materials.by_family])
@@ -235,13 +236,13 @@ def _crossing_masses(
 
 
 def _stretch_weights(cloth: Cloth, yarns: LaidYarns, region: Region) -> StretchWeights | None:
-    """Weights of stretch with which uniform tension of a weave balances; none for other yarns, which turn."""
+    """Weights of stretch with which uniform tension of a weave balances; None for yarns that turn, as in a knit."""
     if isinstance(yarns, SplineYarns) or yarns.kind != "weave":
         return None
     ends, coordinates = _segments(yarns)
     begin, end = yarns.rest_sliding[ends, coordinates].T
     family = yarns.yarn_family[yarns.node_yarn[ends[:, 0], coordinates[:, 0]]]
-    # segments of wefts are as long as warps are apart
+    # segments of wefts are as long as the distance of the warps
     apart = np.array([_median((end - begin)[family == other]) for other in (WARP, WEFT)])
     edges = np.linalg.inv(np.swapaxes(cloth.rest[:, 1:] - cloth.rest[:, :1], 1, 2))
     gradients = np.concatenate([-edges.sum(axis=1, keepdims=True), edges], axis=1)
@@ -256,7 +257,7 @@ def _median(lengths: NDArray[np.float64]) -> float:
 
 
 def _segment_shares(yarns: CrossingYarns, region: Region, stretch: StretchWeights) -> NDArray[np.float64]:
-    """Weight of the stretch of the segment after each node over its weight alpha, shape (N, 2)."""
+    """Weight of the stretch of the segment after each node, divided by its alpha, shape (N, 2)."""
     ends, coordinates = _segments(yarns)
     alpha, shares = region.element_alpha(ends), np.ones((yarns.node_count, 2))
     there = alpha > 0.0
@@ -265,16 +266,16 @@ def _segment_shares(yarns: CrossingYarns, region: Region, stretch: StretchWeight
 
 
 def _segments(yarns: CrossingYarns) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Both nodes of each segment of yarn, and which coordinate of them belongs to it, shapes (E, 2)."""
+    """Both nodes of each segment of yarn, and their coordinates along this yarn (0 for u, 1 for v), shapes (E, 2)."""
     node, coordinate = np.nonzero(yarns.links[:, 0::2] >= 0)
     after = yarns.links[node, 2 * coordinate]
     return np.stack([node, after // 2], axis=1), np.stack([coordinate, after % 2], axis=1)
 
 
 def _edge_weights(cloth: Cloth, region: Region) -> NDArray[np.float64]:
-    """Weight 1 - alpha of each edge of a seam, shape (S,); none where a vertex is not unknown, among yarns alone.
+    """Weight 1 - alpha of each edge of a seam, shape (S,); zero among yarns alone, where a vertex is not unknown.
 
-    The rods of the yarns have the weight alpha, so that each rod counts once along its whole length.
+    The rods of the yarns have the weight alpha, so each rod counts once along its whole length.
     """
     edges = cloth.seam_edges
     among_yarns = ~region.unknown_vertices[edges].all(axis=1)

@@ -2,19 +2,20 @@
 # SPDX-License-Identifier: Apache-2.0
 """Modified preconditioned conjugate gradients (Ascher and Boxerman 2003), as captured launches.
 
-For A x = b with a preconditioner C that returns motions p = B v + F x only, from x = 0 and r = b, z = C r, d = z:
+For A x = b with a preconditioner C that returns only motions p = B v + F x, the iteration starts from x = 0 and r = b,
+z = C r, d = z:
 
     a = r . z / d . A d,    x + a d,    r - a A d,    z = C r,    b = new r . z / old r . z,    d = z + b d
 
-Every direction is a sum of results of C, so that the iteration stays in the filtered motions. C also replaces r by the
-part of it that the filter keeps. The norm is r . z, the square of a velocity error in the metric of C, and the
-iteration ends where it has fallen to ``tolerance``^2 times its first value. It also ends at a direction of negative
-curvature; if this is the first direction, it is the result.
+Every direction is a sum of results of C, so the iteration stays in the filtered motions. C also replaces r by the part
+of r that the filter keeps. The norm is r . z, the square of a velocity error in the metric of C. The iteration ends
+where the norm has fallen to ``tolerance``^2 times its first value. It also ends at a direction of negative curvature;
+if this is the first direction, it is the result.
 
-All coefficients stay on the device in a record (``solve_record``), and dot products have a fixed order: parts, found by
-the kernels that make the vectors, which the kernels that need a coefficient add up. The host reads the record at the
-end, on a GPU that repeats a graph by itself, and looks after each batch of iterations elsewhere. Iterations after the
-end change neither x nor r.
+All coefficients stay on the device in a record (``solve_record``). Dot products have a fixed order: the kernels that
+make the vectors also compute parts of the sums, and the kernels that need a coefficient add up the parts. On a GPU a
+graph repeats itself and the host reads the record at the end. Elsewhere the host looks at the record after each batch
+of iterations. Iterations after the end change neither x nor r.
 """
 
 from __future__ import annotations
@@ -50,9 +51,9 @@ from stitchmesh.mixed.enrichment.solve_record import (
 from stitchmesh.mixed.mixed_vector import MixedVector
 
 BATCH = {"cuda": 8, "cpu": 1}
-"""Iterations between two looks at whether the solve has ended, where the host looks."""
+"""Iterations between two looks at the record, where the host decides whether the solve has ended."""
 Products = Callable[[MixedVector, MixedVector, wp.array[Any], Launcher], list[Any]]
-"""From d to the launches that find A d, and the parts of d . A d."""
+"""From d to the launches that compute A d and the parts of d . A d."""
 
 
 @kernel
@@ -102,7 +103,7 @@ class ConjugateGradients:
 
         Args:
             shape: a vector of the shape, precision and device of the unknowns.
-            products: the launches that set the second vector to A times the first one.
+            products: from a vector d and a vector to set, the launches that set the latter to A d.
             preconditioner: C.
         """
         self.solution, self.residual = shape.like(), shape.like()
@@ -121,16 +122,16 @@ class ConjugateGradients:
         self._solve = CapturedLoop(*launches, self._active, device, batch=batch)
 
     def solve(self, right: MixedVector, *, tolerance: float, most_iterations: int) -> SolveReport:
-        """Solve A x = b for the current A and C, and wait for the end; arguments as for ``begin_solve``."""
+        """Solve A x = b for the current A and C, and wait for the end, with the arguments of ``begin_solve``."""
         self.begin_solve(right, tolerance=tolerance, most_iterations=most_iterations)
         return self.report()
 
     def begin_solve(self, right: MixedVector, *, tolerance: float, most_iterations: int) -> None:
-        """Begin to solve A x = b for the current A and C; launches that follow find the result in ``solution``.
+        """Begin to solve A x = b for the current A and C; later launches find the result in ``solution``.
 
         Args:
             right: b.
-            tolerance: part of the first norm at which the iteration ends.
+            tolerance: part of the first norm to which the norm must fall.
             most_iterations: largest number of products with A, up to a batch.
         """
         if (tolerance, most_iterations) != self._ends_at:  # a solve keeps both
@@ -142,7 +143,7 @@ class ConjugateGradients:
         self._solve.launch()
 
     def report(self) -> SolveReport:
-        """How the last solve ended; waits for its end."""
+        """Wait for the end of the last solve, and return its report."""
         record = self._read.read()
         norms = np.sqrt(np.maximum(record[[FIRST_RZ, RZ]], 0.0))
         return SolveReport(int(record[ITERATIONS]), float(norms[0]), float(norms[1]), bool(record[NEGATIVE]))

@@ -2,17 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """Static equilibrium of the mixed system by Newton's method on the energy.
 
-Each iteration minimizes V(x + d) + 1/(2 h^2) |d|_M^2 over the motions d once: a step in time from rest, whose length h
-grows as long as whole steps decrease the energy, and shrinks otherwise. Far from the equilibrium the matrix is the one
-that is never negative. Near it, where the largest unbalanced force has fallen to a part of its first value, the matrix
-is the exact Hessian, with which the iteration converges fast. After a direction of negative curvature the other matrix
-is used again.
+Each iteration minimizes V(x + d) + 1/(2 h^2) |d|_M^2 over the motions d once. It is a step in time from rest; its
+length h grows as long as whole steps decrease the energy, and shrinks otherwise. Far from the equilibrium the matrix is
+the one that is never negative. Near it, where the largest unbalanced force has fallen to a part of its first value, the
+matrix is the exact Hessian, with which the iteration converges fast. After a direction of negative curvature, the
+search returns to the matrix that is never negative.
 
-At an equilibrium all terms may update what lasts from step to step, for example friction anchors. The search goes on
-until the updates change nothing.
+At an equilibrium all terms may update their lasting values, for example friction anchors. The search goes on until the
+updates change nothing.
 
-A search depends on its positions, its own numbers and what the terms keep: one that is stopped after an iteration and
-resumed gives the same bits.
+A search depends on its positions, its own numbers and the lasting values of the terms: a search that is stopped after
+an iteration and resumed gives the same bits.
 """
 
 from __future__ import annotations
@@ -34,14 +34,15 @@ NEAR = 1e-2
 """Part of the first unbalanced force below which the exact Hessian is used."""
 AfterIteration = Callable[[int, float], None]
 """Called with the number of iterations so far and the largest unbalanced force [dyn]. It may raise an exception to stop
-the search, which may be run again from there."""
+the search; the search may later run on from there."""
 LONGER, SHORTER, KEEPS = 4.0, 0.25, 0.25
-"""Factors of the pseudo time step after a whole step and after a short one; part of a step that is not short."""
+"""Factors of the pseudo time step after a whole step and after a short step, and the part that a step must reach not to
+count as short."""
 
 
 @dataclass(frozen=True)
 class EquilibriumSettings:
-    """Choices of a static equilibrium.
+    """Settings of a static equilibrium.
 
     Raises:
         ParameterError: a value is out of range.
@@ -62,7 +63,7 @@ class EquilibriumSettings:
     most_solve_iterations: int = 2000
     """Largest number of products of a linear solve."""
     most_updates: int = 20
-    """Largest number of updates of what lasts from step to step; with 0 friction holds everything where it began."""
+    """Largest number of updates of lasting values; with 0, friction holds everything where it began."""
 
     def __post_init__(self) -> None:
         for name in self.__dataclass_fields__:
@@ -73,7 +74,7 @@ class EquilibriumSettings:
 
 @dataclass(frozen=True)
 class EquilibriumReport:
-    """How the search ended."""
+    """The report of a search."""
 
     converged: bool
     """Whether the largest unbalanced force is within the tolerance."""
@@ -99,14 +100,14 @@ def find_equilibrium(
     time: float = 0.0,
     after_iteration: AfterIteration = unwatched,
 ) -> EquilibriumReport:
-    """Move positions to a static equilibrium; what is fixed stays.
+    """Move positions to a static equilibrium; fixed coordinates stay.
 
     Args:
         system: terms, masses and unknowns.
         positions: where the search begins; changed to the equilibrium.
         settings: tolerances.
         time: the time of moving bodies and other loads [s].
-        after_iteration: called after each iteration, and after each update of what lasts from step to step.
+        after_iteration: called after each iteration, and after each update of lasting values.
     """
     return EquilibriumSearch(system, positions, settings, time=time).run(after_iteration)
 
@@ -122,7 +123,7 @@ class EquilibriumSearch:
         *,
         time: float = 0.0,
     ) -> None:
-        """Begin a search; arguments as for ``find_equilibrium``."""
+        """Begin a search, with the arguments of ``find_equilibrium``."""
         self.system, self.positions, self.time = system, positions, time
         self.settings = settings or EquilibriumSettings()
         self._newton = SystemNewton(system)
@@ -149,17 +150,17 @@ class EquilibriumSearch:
         return EquilibriumReport(converged, self._iterations, self._products, force, energy)
 
     def numbers(self) -> NDArray[np.float64]:
-        """The numbers of the search, for stopping and resuming; with the positions and the terms all it depends on."""
+        """The numbers that, with positions and terms, the search depends on, for stopping and resuming."""
         counts = self._iterations, self._products, self._updates, self._updated_at
         return np.array([*counts, self._time_step, self._exact, self._first_force], dtype=np.float64)
 
     def resume(self, numbers: NDArray[np.float64]) -> None:
-        """Go on from ``numbers``; positions and terms are restored by the caller."""
+        """Go on from ``numbers``; the caller restores positions and terms."""
         self._iterations, self._products, self._updates, self._updated_at = (int(number) for number in numbers[:4])
         self._time_step, self._exact, self._first_force = (float(number) for number in numbers[4:])
 
     def _update(self) -> None:
-        """Let the terms update what lasts from step to step."""
+        """Let the terms update their lasting values."""
         for term in self.system.terms:
             term.end_step(self.positions, self.time, 0.0)
         self._updates, self._updated_at = self._updates + 1, self._iterations
@@ -213,7 +214,7 @@ def search_progress(
         count: number of all equilibria.
         progress: called with the completed part of all searches and a line of text.
         tolerance: unbalanced force at which the search ends [dyn].
-        most_iterations: largest number of its iterations.
+        most_iterations: largest number of iterations of the search.
     """
 
     def of_all(stage: str, done: float, note: str) -> None:

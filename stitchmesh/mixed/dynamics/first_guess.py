@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The first guess of a step of backward Euler: the motion h u_n, or no motion where this has the lower potential.
+"""The first guess of a step of backward Euler: the motion h u_n, or zero where zero has the lower potential.
 
-What is fixed has its prescribed displacement in both, and the guess goes no farther than the terms allow. Numbers that
-depend on the length of the step lie on the device, so that the launches are captured once.
+Fixed coordinates have their prescribed displacement in both cases, and the guess goes no farther than the terms allow.
+Numbers that depend on the length of the step lie on the device, so that the launches are captured once.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ class FirstGuess:
             system: terms, masses and unknowns.
             positions: positions at the beginning of each step.
             velocities: velocities at the beginning of each step.
-            state: set to the guess by ``set``.
+            state: the state that ``set`` sets to the guess.
         """
         self._system, self._positions, self._velocities, self._state = system, positions, velocities, state
         self._product, self._fixed = system.zeros(), system.zeros()
@@ -79,7 +79,7 @@ class FirstGuess:
         Args:
             h: length of the step [s].
             quadratic: coefficients of inertia and damping.
-            fixed: displacements of what is fixed.
+            fixed: displacements of fixed coordinates.
         """
         state, system = self._state, self._system
         self._fixed.assign(fixed)
@@ -91,12 +91,12 @@ class FirstGuess:
         self._set_damping(bool(quadratic.stiffness))
 
     def _guess(self, time: float, h: float, quadratic: Quadratic) -> None:
-        """Set the state to the motion in a time, and to the prescribed motion of what is fixed."""
+        """Set the state to the motion over a time, and to the prescribed motion of fixed coordinates."""
         self._set_numbers(time, h, quadratic)
         self._system.repeated.run("guess", (*self._state.vectors, self._positions), lambda run, _: self._launches(run))
 
     def _potential_of(self, time: float, h: float, quadratic: Quadratic) -> float:
-        """Guess, and find the potential without damping by stiffness [erg]."""
+        """Set the state to the guess, and return its potential without damping by stiffness [erg]."""
         self._set_numbers(time, h, quadratic)
         system, state = self._system, self._state
 

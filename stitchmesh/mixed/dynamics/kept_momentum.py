@@ -2,13 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Momentum of a system, and velocities that keep it when the masses change places.
 
-When a region grows or shrinks, mass moves between vertices and nodes. Their velocities are interpolated, so that the
-momentum changes by a little. The rigid motion (a, w) is added to the velocities of all that is free, with which both
-momenta, linear and angular about the centre c of the vertices, are those before:
+When a region grows or shrinks, mass moves between vertices and nodes. Their velocities are interpolated, so the
+momentum changes a little. A rigid motion (a, w) is therefore added to the velocities of all free coordinates. It is
+chosen so that both momenta, linear and angular about the centre c of the vertices, are the same as before the change:
 
     sum over all masses of  M (u + a + w x (x - c))  =  P,    of  (x - c) x M (u + a + w x (x - c))  =  L.
 
-What is fixed keeps its velocity, and hybrid nodes move with their triangles.
+Fixed coordinates keep their velocity, and hybrid nodes move with their triangles.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ Moving = tuple[MixedSystem, MixedVector, MixedVector]
 
 
 def keep_momentum(before: Moving, after: Moving) -> None:
-    """Change the velocities of a system so that it has the momentum that another one of the same cloth had.
+    """Change the velocities of a system so that it keeps the momentum that the cloth had before a change.
 
     Args:
         before: the system before the change.
@@ -44,7 +44,7 @@ def momentum_about(
     """Linear momentum [g cm/s] and angular momentum about a centre [g cm^2/s], shape (6,).
 
     Args:
-        system: the system, whose masses are those of the positions of the last ``update_masses``.
+        system: the system, with its masses at the positions of the last ``update_masses``.
         positions: positions [cm].
         velocities: velocities [cm/s].
         centre: the centre [cm], shape (3,).
@@ -63,14 +63,14 @@ def give_momentum(
     centre: NDArray[np.float64],
     expected: Numbers,
 ) -> None:
-    """Add the rigid motion to velocities with which they have the expected momentum.
+    """Add the rigid motion with which the velocities have the expected momentum.
 
     Args:
         system: the system.
         positions: positions [cm].
         velocities: velocities [cm/s]; changed.
         centre: centre of the angular momentum [cm], shape (3,).
-        expected: linear and angular momentum, shape (6,), as of ``momentum_about``.
+        expected: linear and angular momentum, shape (6,), as ``momentum_about`` returns them.
     """
     rigid = [_rigid_motion(system, positions, centre, number) for number in range(6)]
     matrix = np.stack([momentum_about(system, positions, each, centre) for each in rigid], axis=1)
@@ -81,7 +81,7 @@ def give_momentum(
 
 
 def _rigid_motion(system: MixedSystem, positions: MixedVector, centre: Numbers, number: int) -> MixedVector:
-    """Translation along an axis (0 to 2), or rotation about it (3 to 5), of what is free."""
+    """Translation along an axis (0 to 2), or rotation about it (3 to 5), of the free coordinates."""
     axis = np.eye(3)[number % 3]
     places = positions.numpy()[:2]
     v, p = (np.tile(axis, (len(part), 1)) if number < 3 else np.cross(axis, part - centre) for part in places)

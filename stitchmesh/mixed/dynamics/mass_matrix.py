@@ -2,24 +2,25 @@
 # SPDX-License-Identifier: Apache-2.0
 """The mass matrix on a device, with the Eulerian coordinates of crossing yarns (Cirio et al. 2014).
 
-A material point of a yarn moves with x' - w u' where the yarn slides with the velocity u', with w = dx/du. With the
-masses m_u and m_v of the two yarns that are lumped in a node, T = 1/2 m_u |x' - w_u u'|^2 + 1/2 m_v |x' - w_v v'|^2 is
-the energy of a symmetric block of 5 x 5 for (x, u, v):
+A material point of a yarn moves with x' - w u' where the yarn slides with the velocity u', with w = dx/du. Let m_u and
+m_v be the masses of the two yarns that are lumped in a node. The energy
+T = 1/2 m_u |x' - w_u u'|^2 + 1/2 m_v |x' - w_v v'|^2 then belongs to a symmetric block of 5 x 5 for (x, u, v):
 
     [[m I, c_u, c_v], [c_u', d_u, 0], [c_v', 0, d_v]],    m = m_u + m_v,  c_u = -m_u w_u,  d_u = m_u w_u . w_u.
 
-The blocks are those at the beginning of a time step and stay constant within it. Vertices have a mass each.
+The blocks are computed at the beginning of a time step and stay constant within it. Each vertex has one mass.
 
-Masses of vertices and nodes from the masses of yarn segments (Casafranca et al. 2020, section 4.2).
+*Blending.* The masses of vertices and nodes come from the masses of yarn segments (Casafranca et al. 2020, section
+4.2). Each segment gives the part alpha of its mass to its two nodes, half of it to each, with alpha at the centroid of
+the segment. The part 1 - alpha goes to vertices, by barycentric coordinates: to the vertices of the triangle of each
+end whose alpha is between 0 and 1. Where a segment leaves the hybrid region for a triangle without yarns, its alpha is
+0; half of its mass goes to the vertices, and the density of that triangle contains the other half. Triangles without
+yarns, and hybrid triangles that hold no node, get their mass from the density of the cloth, times 1 - alpha, a third
+for each vertex.
 
-Each segment gives the part alpha of its mass to its two nodes, half of it to each, with alpha at the centroid of the
-segment. The part 1 - alpha goes to the vertices of the triangles of those ends whose alpha is between 0 and 1, by
-barycentric coordinates. This is all of it where a segment leaves the hybrid region. Triangles without yarns, and hybrid
-triangles that hold no node, get their mass from the density of the cloth, times 1 - alpha, a third for each vertex.
-
-Masses are lumped: the mass matrix then is diagonal but for the Eulerian coordinates, the preconditioner inverts it
-exactly, and a product with it reads no neighbours. The consistent matrix of a segment (Cirio et al. 2014) differs from
-it by terms of the order of the square of the spacing of crossings over the length of a wave.
+*Lumping.* The mass matrix is diagonal except for the Eulerian coordinates, the preconditioner inverts it exactly, and a
+product with it reads no neighbours. The consistent matrix of a segment (Cirio et al. 2014) differs from it by terms of
+the order of the square of the spacing of crossings over the length of a wave.
 """
 
 from __future__ import annotations
@@ -85,7 +86,7 @@ def blend_masses(
 
     Args:
         region: the region of interest.
-        segments: numbers in the layout of both nodes of each yarn segment, shape (E, 2).
+        segments: layout numbers of both nodes of each yarn segment, shape (E, 2).
         segment_mass: mass of each segment [g], shape (E,).
         segment_coordinate: 0 where the segment is part of the u yarn of the node, 1 for the v yarn, shape (E, 2).
         triangle_mass: mass of each triangle of the cloth [g], shape (T,).
@@ -108,9 +109,10 @@ def blend_masses(
     half = np.broadcast_to((mass * alpha / 2.0)[:, None], ends.shape)
     np.add.at(yarns, (region.node_number[ends[kept]], coordinate[kept]), half[kept])
     vertices = _cloth_masses(region, of_triangles)
-    # Nodes at alpha = 1 lie on the border of the yarns, and keep their mass.
+    # Nodes at alpha = 1 lie on the border of the region with yarns alone, and keep their mass.
     hybrid = (kind == HYBRID) & (region.node_alpha[ends] < FULL)
-    # A segment that leaves the hybrid region for a triangle without yarns has half of its mass there already.
+    # Half of the mass of a segment that leaves the hybrid region for a triangle without yarns is already in that
+    # triangle.
     inside = mass * (1.0 - alpha) * np.where((kind == TRIANGLES).any(axis=1), 0.5, 1.0)
     share = np.where(hybrid, (inside / np.maximum(hybrid.sum(axis=1), 1))[:, None], 0.0)
     node = ends[hybrid]
@@ -122,7 +124,7 @@ def blend_masses(
 
 
 def _cloth_masses(region: Region, triangle_mass: Numbers) -> Numbers:
-    """Masses of the vertices by triangles whose mass is not that of their yarns, shape (V,)."""
+    """Masses of the vertices from the density of the cloth, shape (V,); triangles with the mass of yarns add none."""
     empty = np.ones(len(region.triangles), dtype=bool)
     empty[region.node_triangle] = False
     by_density = (region.triangle_kind == TRIANGLES) | ((region.triangle_kind == HYBRID) & empty)
@@ -243,7 +245,7 @@ class ConstantNodeMasses:
         self.sliding_mass = wp.zeros(count, dtype=vector(2, scalar), device=device)
 
     def update_launches(self, state: MixedVector, launcher: Launcher) -> list[Any]:
-        """Nothing: the masses are constant."""
+        """No launch: the masses are constant."""
         return []
 
 
@@ -257,7 +259,7 @@ class MassMatrix:
             masses: masses of vertices and nodes.
             scalar: Warp's floating-point type.
             device: where the masses lie.
-            nodes: blocks of the nodes; by default their masses, without inertia of the Eulerian coordinates.
+            nodes: blocks of the nodes; by default only their masses, without inertia of the Eulerian coordinates.
         """
         self.total = masses.total
         self.vertices = wp.array(masses.vertices, dtype=scalar, device=device)
@@ -289,7 +291,7 @@ class MassMatrix:
         return [launcher(combine_products, count, inputs, outputs, tile=THREADS)]
 
     def combine_blocks(self, factors: wp.array[Any], blocks: MixedBlocks, launcher: Launcher) -> list[Any]:
-        """The launches that replace diagonal blocks of H by factor 1 times the block plus factor 0 times that of M."""
+        """The launches that replace each block of H by factor 1 times this block plus factor 0 times the block of M."""
         outputs = [blocks.vertices, blocks.nodes, blocks.sliding, blocks.coupling_u, blocks.coupling_v]
         return [launcher(combine_blocks, self._count, self._constants(factors), outputs)]
 

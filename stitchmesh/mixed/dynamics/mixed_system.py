@@ -3,14 +3,13 @@
 """The mixed system on a device: its terms, masses and unknowns, and the linear systems of Newton's method.
 
 The matrix of a linear system is factor 1 times the Hessian of all terms plus factor 0 times the mass matrix (Casafranca
-et al. 2020, equation 11, divided by h^2). Products are matrix-free, and the iterations of the solver are captured again
-only when the arrays of a term are replaced.
+et al. 2020, equation 11, divided by h^2). Products are matrix-free. The iterations of the solver are captured once, and
+again only when the arrays of a term are replaced.
 
-Launches that are captured when they first run with some vectors, and repeated after that.
-
-A launch from Python takes some ten microseconds, longer than most kernels of a small system run. Forces, energies and
-what a product needs are therefore captured like the iterations of the linear solver: one graph on a GPU, one table on a
-CPU.
+``RepeatedLaunches`` captures other launches when they first run with some vectors, and repeats them after that. A
+launch from Python takes about ten microseconds, longer than most kernels of a small system. Forces, energies and the
+preparation of products are therefore captured like the iterations of the linear solver: as one graph on a GPU, as one
+table on a CPU.
 """
 
 from __future__ import annotations
@@ -37,7 +36,7 @@ from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
 from stitchmesh.mixed.term import MixedTerm
 
 MOST = 64
-"""Largest number of sequences that are kept; the one that was captured first is forgotten first."""
+"""Largest number of sequences that are kept; the oldest capture is forgotten first."""
 
 
 class RepeatedLaunches:
@@ -59,10 +58,10 @@ class RepeatedLaunches:
         """Run a sequence of launches.
 
         Args:
-            name: what the sequence does; numbers that its launches contain are part of the name.
-            vectors: the vectors that it reads and writes.
-            make: from a launcher to the launches; called when the sequence has not run with these vectors yet. It may
-                add sums, which are found after the launches.
+            name: name of the work of the sequence; numbers that its launches contain are part of the name.
+            vectors: the vectors that the sequence reads and writes.
+            make: returns the launches for a launcher; called when the sequence has not run with these vectors yet. It
+                may add sums, which are computed after the launches.
 
         Returns:
             the sums, to be read.
@@ -80,7 +79,7 @@ class RepeatedLaunches:
     def read(
         self, name: Hashable, vectors: tuple[MixedVector, ...], make: Callable[[Launcher, ReadSums], list[Any]]
     ) -> NDArray[np.float64]:
-        """Run a sequence and read its sums; arguments as for ``run``."""
+        """Run a sequence and read its sums, with the arguments of ``run``."""
         return self.run(name, vectors, make).read()
 
     def _capture(
@@ -106,14 +105,14 @@ class MixedSystem:
         scalar: Any = wp.float64,
         device: wp.Device,
     ) -> None:
-        """Allocate what the linear systems need.
+        """Allocate the arrays of the linear systems.
 
         Args:
             embedding: how hybrid nodes move with the triangles.
             free: which coordinates are unknown.
             masses: masses of vertices and nodes.
             terms: energies, on the same device and in the same precision.
-            node_masses: blocks of the mass matrix at the nodes; by default the masses alone, without inertia of the
+            node_masses: blocks of the mass matrix at the nodes; by default only the masses, without inertia of the
                 Eulerian coordinates.
             scalar: Warp's floating-point type.
             device: where the kernels run.
@@ -149,7 +148,7 @@ class MixedSystem:
         self._set_projection(masses)
 
     def _set_projection(self, masses: BlendedMasses) -> None:
-        """The constant metric of the masses alone, with the mass of each yarn for its Eulerian coordinate."""
+        """Set the constant metric of the masses alone, with the mass of each yarn for its Eulerian coordinate."""
         mass = MassMatrix(masses, self.scalar, self.device)
         self._blocks.clear()
         self._blocks.sliding.assign(masses.yarns[:, :, None] * np.eye(2))
@@ -157,17 +156,17 @@ class MixedSystem:
         self._by_mass.set_metric(self._blocks)
 
     def update_masses(self, state: MixedVector) -> None:
-        """Find the blocks of the mass matrix at the nodes at the beginning of a step."""
+        """Compute the blocks of the mass matrix at the nodes, at the beginning of a step."""
         self.repeated.run("masses", (state,), lambda run, _: self.mass.nodes.update_launches(state, run))
 
     def step_limit(self, state: MixedVector, direction: MixedVector) -> float:
-        """Longest part of a direction, at most 1, that all terms allow a line search to try."""
+        """The longest part of a direction, at most 1, that all terms allow a line search to try."""
         vectors = state, direction
         limits = self.repeated.read("limits", vectors, lambda run, sums: self.limit_launches(*vectors, run, sums))
         return self.least_limit(limits, *vectors)
 
     def limit_launches(self, state: MixedVector, direction: MixedVector, run: Launcher, sums: ReadSums) -> list[Any]:
-        """The launches that find the limits of elements, whose minima are added to ``sums``."""
+        """The launches that find the limits of elements; their minima are added to ``sums``."""
         launches: list[Any] = []
         for term in self.terms:
             found = term.element_limits(state, direction, run)
@@ -177,7 +176,7 @@ class MixedSystem:
         return launches
 
     def least_limit(self, limits: Iterable[float], state: MixedVector, direction: MixedVector) -> float:
-        """The smallest of the limits of elements and of those that terms find by themselves, at most 1."""
+        """The smallest of the limits of elements and of the limits that terms compute on the host, at most 1."""
         by_themselves = (term for term in self.terms if type(term).step_limit is not MixedTerm.step_limit)
         return min([1.0, *map(float, limits), *(term.step_limit(state, direction) for term in by_themselves)])
 
@@ -191,12 +190,12 @@ class MixedSystem:
         return MixedVector.zeros(self.embedding.vertex_count, self.embedding.node_count, self.scalar, self.device)
 
     def energies(self, state: MixedVector) -> dict[str, float]:
-        """Energy of each term [erg] by name; terms of one name are added up."""
+        """Energy of each term [erg] by name; the energies of terms with the same name are added up."""
         found = self.repeated.read("energies", (state,), lambda run, sums: self.energy_launches(state, run, sums))
         return self.named_energies(found)
 
     def energy_launches(self, state: MixedVector, run: Launcher, sums: ReadSums) -> list[Any]:
-        """The launches that find the energies of all elements, whose sums are added to ``sums``, one for each term."""
+        """The launches that find the energies of all elements; their sums are added to ``sums``, one for each term."""
         launches: list[Any] = []
         for term in self.terms:
             own, energies = term.element_energies(state, run)
@@ -220,12 +219,12 @@ class MixedSystem:
         return [ZeroArray(force.values), *self._beside(lambda term: term.forces(state, force, run))]
 
     def linearize(self, state: MixedVector, exact: float, damped: float = 0.0) -> None:
-        """Store what the products of all terms need.
+        """Store the values that the products of all terms need.
 
         Args:
             state: where the Hessian is linearized.
-            exact: the part of the exact Hessian.
-            damped: the part of damping by stiffness.
+            exact: share of the exact Hessian in the stored matrix.
+            damped: share of the damping by stiffness in it.
         """
         name = "linearize", exact, damped
         self.repeated.run(name, (state,), lambda run, _: self.linear_launches(state, exact, run, damped))
@@ -250,7 +249,7 @@ class MixedSystem:
         return [ZeroArray(product.values), *self._beside(lambda term: term.products(direction, product, run))]
 
     def dot(self, first: MixedVector, second: MixedVector) -> float:
-        """Dot product of two vectors, in a fixed order and read back to the host."""
+        """Dot product of two vectors, computed in a fixed order and read back to the host."""
 
         def make(_run: Launcher, sums: ReadSums) -> list[Any]:
             sums.add_dot(first.values, second.values)
@@ -259,7 +258,7 @@ class MixedSystem:
         return float(self.repeated.read("dot", (first, second), make)[0])
 
     def make_motion(self, motion: MixedVector) -> None:
-        """Change a motion the least in the metric of the masses so that p = B v + F x; what is fixed stays."""
+        """Change a motion to the nearest p = B v + F x in the metric of the masses; fixed coordinates stay."""
         self.repeated.run("motion", (motion,), lambda run, _: self.motion_launches(motion, run))
 
     def motion_launches(self, motion: MixedVector, run: Launcher) -> list[Any]:
@@ -267,7 +266,7 @@ class MixedSystem:
         return self._by_mass.project_launches(motion, run)
 
     def set_filtered(self, force: MixedVector, filtered: MixedVector) -> None:
-        """Set ``filtered`` to the part of a force that moves something: zero at an equilibrium."""
+        """Set ``filtered`` to the part of a force that can move something, which is zero at an equilibrium."""
 
         def make(run: Launcher, _sums: ReadSums) -> list[Any]:
             copy = CopyArray(force.values, filtered.values)
@@ -277,7 +276,7 @@ class MixedSystem:
         choose(filtered, self.moves, filtered, self._motion)
 
     def velocity_rms(self, impulse: MixedVector) -> float:
-        """Root mean square velocity [cm/s] that an impulse [dyn s] gives the masses, without stiffness."""
+        """Root mean square velocity [cm/s] that an impulse [dyn s] gives to the masses, without stiffness."""
 
         def make(run: Launcher, sums: ReadSums) -> list[Any]:
             sums.add_dot(self._impulse.values, self._motion.values)
@@ -290,16 +289,16 @@ class MixedSystem:
     def set_factors(self, of_mass: float, of_hessian: float, at: MixedVector, *, stiffness_in_metric: bool) -> None:
         """Set the factors of the matrix, and the metric of the preconditioner.
 
-        The Eulerian coordinates have little inertia of their own, so that their blocks of the metric always contain the
-        diagonal of the never-negative Hessian.
+        The Eulerian coordinates have little inertia of their own. Their blocks of the metric therefore always contain
+        the diagonal of the Hessian that is never negative.
 
         Args:
             of_mass: factor 0 [1/s^2].
             of_hessian: factor 1.
             at: positions at which the Hessian of the metric is linearized.
             stiffness_in_metric: whether the metric of positions contains the diagonal of that Hessian too, and its
-                blocks between positions and Eulerian coordinates; otherwise it is the metric of the masses alone, as
-                Casafranca et al. have it.
+                blocks between positions and Eulerian coordinates. Otherwise it is the metric of the masses alone, as in
+                Casafranca et al.
         """
         self._stiff = stiffness_in_metric
         if (of_mass, of_hessian) != self._factors_now:
@@ -323,12 +322,12 @@ class MixedSystem:
 
     @property
     def preconditioner(self) -> Preconditioner:
-        """The preconditioner of ``set_factors``."""
+        """The preconditioner for the metric that ``set_factors`` set last."""
         return self._preconditioners[self._stiff]
 
     @property
     def solver(self) -> ConjugateGradients:
-        """The solver of the matrix of ``set_factors`` and the last ``linearize``; one for each kind of metric."""
+        """The solver for the matrix of the last ``set_factors`` and ``linearize``; each kind of metric has one."""
         self._check_generations()
         if self._stiff not in self._solvers:
             solver = ConjugateGradients(self.zeros(), self._products, self.preconditioner)
@@ -337,19 +336,19 @@ class MixedSystem:
 
     @property
     def repeated(self) -> RepeatedLaunches:
-        """Launches that are captured once; forgotten where they are stale."""
+        """Launches that are captured once, and forgotten when they are stale."""
         self._check_generations()
         return self._repeated
 
     def _check_generations(self) -> None:
-        """Forget what was captured before an array of a term was replaced."""
+        """Forget all captures if an array of a term has been replaced since."""
         generations = tuple(term.generation for term in self.terms)
         if generations != self._captured:
             self._forget_launches()
             self._captured = generations
 
     def _beside(self, launches_of: Callable[[MixedTerm], list[Any]]) -> list[Any]:
-        """The launches of all terms; those of terms that act on vertices alone beside those that act on nodes alone."""
+        """The launches of all terms. Terms that act on nodes alone run beside terms that act on vertices alone."""
         kinds: dict[str, list[list[Any]]] = {"nodes": [], "vertices": [], "all": []}
         for term in self.terms:
             kinds[term.acts_on].append(launches_of(term))
@@ -371,9 +370,9 @@ class MixedSystem:
 
 
 def _overlapped(of_terms: list[list[Any]]) -> list[Any]:
-    """The launches of terms that act on the same: the longest row beside the others, up to its last launch.
+    """The launches of terms that act on the same part: the longest row runs beside the others, up to its last launch.
 
-    All launches of a term but the last one write memory of the term alone.
+    All launches of a term but the last one write only memory of that term.
     """
     longest = max(of_terms, key=len, default=[])
     others = [launch for row in of_terms if row is not longest for launch in row]

@@ -8,13 +8,13 @@ The function to minimize over the unknowns is
 
     gradient    -f(x) + M w + c K_n d,            matrix    K(x) + c K_n + m M,
 
-with the energy V of all terms and its forces f and Hessian K, the displacement d since the beginning of the step, the
-vector w = m d + constant of inertia and damping by mass, and c times the never-negative Hessian K_n at the beginning of
-the step, which is damping by stiffness. Terms store one Hessian, which is multiplied by 1 + c: its exact part is
-1 / (1 + c), and its part of damping c / (1 + c). Most terms use K_n(x) for K_n, friction has that of the beginning of
-the step. Inertia and damping are quadratic, so that their change along a direction is
-known exactly from two dot products. Where the change of V is lost in the rounding of its terms, the line search looks
-at the slope instead.
+with the energy V of all terms and its forces f and Hessian K, the displacement d since the beginning of the step, and
+the vector w = m d + constant of inertia and damping by mass. K_n is the never-negative Hessian at the beginning of the
+step; c times K_n is the damping by stiffness. Terms store one Hessian, which is multiplied by 1 + c: its share of the
+exact Hessian is 1 / (1 + c), and its share of damping is c / (1 + c). Most terms use K_n(x) for K_n; friction uses its
+value at the beginning of the step. Inertia and damping are quadratic, so their change along a direction follows exactly
+from two dot products. Where the change of V is lost in the rounding of its terms, the line search looks at the slope
+instead.
 """
 
 from __future__ import annotations
@@ -33,15 +33,16 @@ from stitchmesh.mixed.dynamics.vector_sums import ReadSums, move_launch, remaini
 from stitchmesh.mixed.mixed_vector import MixedVector
 
 DECREASE = 1e-4
-"""Part of the decrease of the linear model that a step must reach (Nocedal and Wright, equation 3.4)."""
+"""Part of the decrease that the linear model predicts and a step must reach (Nocedal and Wright, equation 3.4)."""
 MOST_HALVINGS = 24
 """Largest number of times that a step is halved."""
 RISE = 0.5
-"""Part of the slope up to which Phi may rise again at the end of a step whose change is lost in rounding (approximate
-Wolfe conditions of Hager and Zhang 2005). Larger parts let a contact that opens and closes alternate for ever."""
+"""For a step whose change is lost in rounding: the part of the slope up to which Phi may rise again at its end
+(approximate Wolfe conditions of Hager and Zhang 2005). With larger parts, a contact that opens and closes may alternate
+for ever."""
 NOISE = 1e4
-"""Rounding of a sum of energies over its largest term, in units in the last place: elements that are hardly strained
-subtract nearly equal lengths."""
+"""Rounding of a sum of energies over its largest term, in units in the last place. It is large because elements that
+are hardly strained subtract nearly equal lengths."""
 
 
 @dataclass(frozen=True)
@@ -56,18 +57,18 @@ class Quadratic:
 
 @dataclass(frozen=True)
 class IterationReport:
-    """What an iteration did."""
+    """The report of an iteration."""
 
     solve: SolveReport
     """How the linear solve ended."""
     step: float
-    """Part of the direction that was taken; 0 where no part decreased Phi."""
+    """Part of the direction by which the state moved; 0 where no part decreased Phi."""
     change: float
     """Change of Phi [erg]."""
     whole: bool
-    """Whether the longest step that the terms allow was taken."""
+    """Whether the step was the longest one that the terms allow."""
     energies: Mapping[str, float] | None = None
-    """Energies of all terms at the position in the end [erg], where they are known."""
+    """Energies of all terms at the final position [erg], if they are known."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,12 +134,12 @@ class SystemNewton:
         """Move ``state`` along the solution of a linear system, after ``set_downhill_force`` and ``linearize``.
 
         Args:
-            state: positions and what follows from them; changed.
+            state: positions, and the vectors that follow from them; changed.
             start: positions at the beginning of the step, for damping by stiffness.
             quadratic: factors of the quadratic part.
             tolerance: relative tolerance of the linear solve.
-            most_iterations: largest number of its iterations.
-            energies: energies of all terms at the position, where they are known, as the report of the iteration before
+            most_iterations: largest number of iterations of the linear solve.
+            energies: energies of all terms at the position, if they are known, as the report of the previous iteration
                 gives them.
         """
         solver = self.system.solver
@@ -168,10 +169,11 @@ class SystemNewton:
     def _look_along(
         self, state: NewtonState, start: MixedVector, quadratic: Quadratic, direction: MixedVector
     ) -> tuple[tuple[float, float, float], list[float]]:
-        """What a line search needs along a direction, read together.
+        """Compute the values of a line search along a direction, and read them together.
 
-        The first result is the slope of Phi and the linear and quadratic coefficients of inertia and damping, the
-        second one the limits of steps. ``_product`` becomes the product of the direction with the Hessian of damping.
+        The first result holds the slope of Phi and the linear and quadratic coefficients of inertia and damping; the
+        second result holds the limits of steps. ``_product`` becomes the product of the direction with the Hessian of
+        damping.
         """
         damped, vectors = bool(quadratic.stiffness), (*state.vectors, start, direction)
 
@@ -204,8 +206,8 @@ class SystemNewton:
     ) -> tuple[float, float, Mapping[str, float]]:
         """The largest of the steps s, s/2, s/4, ... that decreases Phi enough, the change of Phi, and the energies.
 
-        ``slopes`` are the slope of Phi and the linear and quadratic coefficients of inertia and damping, ``before`` the
-        energies at the position.
+        ``slopes`` holds the slope of Phi and the linear and quadratic coefficients of inertia and damping. ``before``
+        holds the energies at the position.
         """
         slope, linear, square = slopes
         noise = self._noise * max((abs(value) for value in before.values()), default=0.0)
@@ -221,7 +223,7 @@ class SystemNewton:
         return 0.0, 0.0, before
 
     def _energies_along(self, position: MixedVector, step: float, direction: MixedVector) -> Mapping[str, float]:
-        """The energies after a part of a direction, at ``_trial``; those of whole steps are captured."""
+        """The energies after a part of a direction, at ``_trial``; the launches for whole steps are captured."""
         if step != 1.0:
             set_sum(self._trial, 1.0, position, step, direction)
             return self.system.energies(self._trial)

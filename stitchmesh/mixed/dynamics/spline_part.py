@@ -1,15 +1,15 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What B-spline yarns bring to a mixed system: the energy and the masses of the yarns in the region and beside it.
+"""The part of a mixed system that B-spline yarns add: energy and masses of the yarns in and beside the region.
 
-Segments have weights by alpha at their control points, as all elements of yarns (``term``). Control points beside
-the region have an alpha of zero, are carried by the triangles, and reach as far as yarns of the region touch them. Each
-weight is at least the smallest one of the region.
+As for all elements of yarns (``term``), the weight of a segment comes from alpha at its control points. The triangles
+carry the control points beside the region, whose alpha is zero, as far as yarns of the region touch them. Each weight
+is at least the smallest weight of the region.
 
 The mass m l of a segment goes to its four control points in the parts (1, 11, 11, 1) / 24, the row sums of its mass
-matrix (Leaf et al. 2018, appendix B). The three legs between them have the masses (2, 20, 2) / 24, half of which
-belongs to each end. With the weight of the segment, they blend with the masses of the triangles as the yarn between
-crossings does (``mass_matrix``). Carried control points have no mass of their own.
+matrix (Leaf et al. 2018, appendix B). In other words, the three legs between them have the masses (2, 20, 2) / 24, half
+of which belongs to each end. With the weight of the segment, they blend with the masses of the triangles like the yarn
+between crossings (``mass_matrix``). Carried control points have no mass of their own.
 """
 
 from __future__ import annotations
@@ -33,9 +33,9 @@ from stitchmesh.mixed.term import FULL, element_weight
 from stitchmesh.yarn import YarnSet
 
 REACH = 2
-"""Rings of triangles around the region in which yarns are carried: a loop reaches through one stitch to the next."""
+"""Rings of triangles around the region on which yarns are carried: a loop reaches through one stitch to the next."""
 OF_LEGS = np.array([2.0, 20.0, 2.0]) / 24.0
-"""Parts of the mass of a segment that its three legs have."""
+"""Parts of the mass of a segment that belong to its three legs."""
 Numbers = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
@@ -48,7 +48,7 @@ def spline_term(
     Args:
         cloth: the cloth, in the shape in which the yarns were laid out.
         yarns: the yarns, everywhere on it.
-        material: their material.
+        material: material of the yarns.
         region: the region of interest.
         scalar: Warp's floating-point type.
         device: where the term runs.
@@ -76,7 +76,7 @@ def spline_term(
 
 
 def weights_of(points: Integers, region: Region) -> Numbers:
-    """Return the weight of segments, at least the smallest one of the region, shape (S,).
+    """Return the weight of segments, at least the smallest weight of the region, shape (S,).
 
     Args:
         points: control points of the segments, shape (S, 4).
@@ -116,7 +116,7 @@ def spline_masses(curves: YarnSet, density: float, region: Region, triangle_mass
 
     Args:
         curves: all yarns; their control points are the nodes of the region's layout.
-        density: mass of a length of yarn [g/cm].
+        density: mass per length of yarn [g/cm].
         region: the region of interest.
         triangle_mass: mass of each triangle of the cloth [g], shape (T,).
 

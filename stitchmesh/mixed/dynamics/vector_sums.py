@@ -1,10 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Sums of whole vectors of the mixed system.
+"""Sums of whole vectors of the mixed system, and numbers that the host reads back together.
 
-Sums, dot products and minima that launches find in a fixed order, and that the host reads back together.
-
-On a GPU a reading costs as much time as some launches, so that what is needed together is read together.
+Launches compute sums, dot products and minima in a fixed order. On a GPU a reading costs as much time as some launches,
+so numbers that are needed together are read together.
 """
 
 from __future__ import annotations
@@ -134,12 +133,12 @@ def move_launch(
     """The launch that moves along a direction.
 
     Args:
-        moved: positions and displacements, to which ``step`` times the direction is added, the vector of inertia, to
-            which factor 0 times as much is added, and that of damping, to which ``step`` times ``of_damping`` is added.
+        moved: four vectors. ``step`` times the direction is added to the positions and the displacements, factor 0
+            times as much to the vector of inertia, and ``step`` times ``of_damping`` to the vector of damping.
         step: part of the direction.
         factors: both factors of the quadratic part, shape (2,).
         direction: the direction.
-        of_damping: its product with the Hessian of damping; not used where factor 1 is zero.
+        of_damping: product of the direction with the Hessian of damping; not used where factor 1 is zero.
         launcher: ``launch`` or ``prepare`` with the device bound.
     """
     inputs = [direction.scalar(step), factors, direction.values, of_damping.values]
@@ -147,12 +146,12 @@ def move_launch(
 
 
 def largest(vector: MixedVector) -> float:
-    """Largest absolute value of a vector; not a number where one of them is not."""
+    """Largest absolute value of a vector; not a number if one of its values is not a number."""
     return float(np.maximum(maximum(vector.values), -minimum(vector.values))) if len(vector.values) else 0.0
 
 
 class ReadSums:
-    """Sums and minima that are found by launches and read back together."""
+    """Sums and minima that launches compute and the host reads back together."""
 
     def __init__(self, device: wp.Device) -> None:
         """Begin without sums."""

@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Weight of the mixed system: a dead load on vertices and nodes, from the same lumped masses as its inertia.
+"""Weight of the mixed system: a dead load on vertices and nodes, from the same lumped masses as the inertia.
 
     E = - sum over vertices m_i g . v_i - sum over nodes m_j g . p_j        [erg]
 
-Masses are blended already (``mass_matrix``), so that a system in free fall has the acceleration g everywhere. The
-Eulerian coordinates have no weight here: that of yarn that slides up or down belongs to the yarn model.
+Masses are already blended (``mass_matrix``), so a system in free fall has the acceleration g everywhere. The Eulerian
+coordinates have no weight here: the yarn model adds the weight of yarn that slides up or down.
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ class Weight(MixedTerm):
         self._energy = wp.zeros(len(mass.vertices) + len(mass.nodes.mass), dtype=scalar, device=mass.vertices.device)
 
     def element_energies(self, state: MixedVector, launcher: Launcher) -> tuple[list[Any], wp.array[Any]]:
-        """The launch that finds the energy of each vertex and node, and where it is."""
+        """The launch that finds the energy of each vertex and node, and the array of the energies."""
         inputs = [*self._constants, state.vertices, state.nodes]
         return [launcher(weight_energies, len(self._energy), inputs, [self._energy])], self._energy
 
@@ -93,9 +93,9 @@ class Weight(MixedTerm):
         return [launcher(add_weights, len(self._energy), self._constants, [force.vertices, force.nodes])]
 
     def linearize(self, state: MixedVector, launcher: Launcher) -> list[Any]:
-        """Nothing: the force is constant."""
+        """No launch: the force is constant."""
         return []
 
     def products(self, direction: MixedVector, product: MixedVector, launcher: Launcher) -> list[Any]:
-        """Nothing: the Hessian is zero."""
+        """No launch: the Hessian is zero."""
         return []

@@ -2,25 +2,25 @@
 # SPDX-License-Identifier: Apache-2.0
 """Weights of the stretch of hybrid yarns and triangles with which uniform tension balances.
 
-Under uniform stretch all yarns of a family c, at distances h, have one tension. A segment of yarn with the weight w
-pulls with w times this tension, and a triangle of area A with the weight s resists with s A g, for the gradients g of
-its linear functions along the yarns. With r = w after less w before each node (r = D w), forces balance at the nodes
-and at the vertices if
+Under uniform stretch all yarns of a family c, at distances h, have the same tension. A segment of yarn with the weight
+w pulls with w times this tension. A triangle of area A with the weight s resists with s A g, where g are the gradients
+of its linear functions along the yarns. Let r at each node be the w after it less the w before it (r = D w). Forces
+balance at the nodes and at the vertices if
 
     F r = 0, that is r = B q for some q at the vertices,        h B' r = sum of s A g.
 
-With weights alpha and 1 - alpha neither holds: the gradient of a piecewise linear alpha jumps from triangle to
-triangle, and the yarns that cross a triangle are a sample of its area. The energy of stretch along each family
-therefore has weights of its own, w for each segment and s for each triangle and family, which differ from alpha and
-1 - alpha by some hundredths or tenths. They are those of least squares over both conditions, over the sum of the first
-one along each passage of a yarn through the hybrid region, because a yarn moves along itself easily, and over a small
-part of the differences from alpha, within bounds between those of yarns and triangles.
+With the weights alpha and 1 - alpha neither condition holds: the gradient of a piecewise linear alpha jumps from
+triangle to triangle, and the yarns that cross a triangle are a sample of its area. The energy of stretch along each
+family therefore has weights of its own, w for each segment and s for each triangle and family, which differ from alpha
+and 1 - alpha by some hundredths or tenths. They solve a least squares problem, within bounds between the weights of
+yarns and of triangles. Its sum contains both conditions, a small part of the differences from alpha, and the sum of the
+first condition along each passage of a yarn through the hybrid region, because a yarn moves along itself easily.
 
 A passage has one condition for its sum, and each vertex one number q. With one ring there are more passages than
-vertices, and the yarns of a triangle share what is left; with two rings and more the balance is nearly exact. Borders
-of panels and ends of yarns, where tension does not end in the cloth, have no condition. Weights are constants of a run:
-energy and momentum are kept. Forces of the blending alone are known as ghost forces where atoms and finite elements
-meet; no blend with the same weight for all energies is without them.
+vertices, and the yarns of a triangle share the remaining error; with two rings and more the balance is nearly exact.
+Borders of panels and ends of yarns have no condition, because tension does not end in the cloth there. Weights are
+constants of a run, so energy and momentum are kept. Unbalanced forces from blending alone are known as ghost forces
+where atoms and finite elements meet; every blend with the same weight for all energies has them.
 """
 
 from __future__ import annotations
@@ -38,17 +38,18 @@ from stitchmesh.mixed.enrichment.region import HYBRID, TRIANGLES, Integers, Numb
 from stitchmesh.mixed.term import FULL
 
 OF_PASSAGES = 3.0
-"""Weight of the sums along passages, over that of the balance at a node."""
+"""Weight of the sums along passages, relative to the weight of the balance at a node."""
 OF_SEGMENTS, OF_TRIANGLES = 1.0, 0.01
-"""Weights of the differences of w from alpha, over the mean number of segments of a passage, and of s from 1 - alpha. A
-difference that is spread over more segments leaves less at each node."""
+"""Weights of two kinds of differences: of w from alpha, over the mean number of segments of a passage, and of s from
+1 - alpha. A difference that is spread over more segments leaves less at each node."""
 OF_VERTICES = 1e-5
-"""Weight of the numbers q, which some vertices with few nodes leave open."""
+"""Weight of the numbers q, some of which are undetermined at vertices with few nodes."""
 MOST_CHANGE = 0.9
-"""Largest change of s over 1 - alpha and over alpha: no triangle loses its stiffness."""
+"""Largest change of s, over 1 - alpha and over alpha, so that no triangle loses its stiffness."""
 MOST_SEGMENTS = 1000
-"""Segments of a family in the hybrid region above which weights stay those of alpha: the matrix of the balance has
-dense blocks for all segments around a vertex, and takes minutes with some thousands."""
+"""Largest number of segments of a family in the hybrid region with balanced weights; beyond it the weights stay alpha
+and 1 - alpha. The matrix of the balance has dense blocks for all segments around a vertex, and some thousands take
+minutes."""
 MOST_ROUNDS = 50
 """Largest number of Newton steps within the bounds."""
 ROUNDING = 1e-9
@@ -57,17 +58,17 @@ ROUNDING = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class StretchedCloth:
-    """What the tension of a weave depends on."""
+    """The values on which the tension of a weave depends."""
 
     gradients: Numbers
-    """Gradients of the linear functions of the corners at rest [1/cm], shape (T, 3, 2); axis c is the direction of the
-    yarns of family c."""
+    """Gradients of the linear functions of the corners at rest [1/cm], shape (T, 3, 2); the yarns of family c run along
+    axis c."""
     area: Numbers
     """Area of the triangles at rest [cm^2], shape (T,)."""
     border: NDArray[np.bool_]
     """Whether vertices lie on the border of a panel, shape (V,)."""
     segments: Integers
-    """Numbers in the layout of the nodes before and after each segment, shape (E, 2)."""
+    """Layout numbers of the nodes before and after each segment, shape (E, 2)."""
     family: Integers
     """Family of each segment: 0, 1, or another number for a rod, shape (E,)."""
     spacing: Numbers
@@ -79,9 +80,9 @@ class StretchWeights:
     """Weights of the energies of stretch."""
 
     segments: Numbers
-    """Of each segment of yarn, w, shape (E,)."""
+    """Weight w of each segment of yarn, shape (E,)."""
     triangles: Numbers
-    """Of each triangle along both families, s, shape (T, 2)."""
+    """Weight s of each triangle along both families, shape (T, 2)."""
 
 
 def balanced_weights(region: Region, cloth: StretchedCloth) -> StretchWeights:
@@ -89,7 +90,7 @@ def balanced_weights(region: Region, cloth: StretchedCloth) -> StretchWeights:
 
     Args:
         region: the region of interest.
-        cloth: its triangles, and the segments of its yarns.
+        cloth: the triangles of the cloth, and the segments of its yarns.
     """
     segments = region.element_alpha(cloth.segments)
     triangles = np.repeat(1.0 - region.triangle_alpha[:, None], 2, axis=1)
@@ -185,7 +186,7 @@ def _within(matrix: csr_array, right: Numbers, low: Numbers, high: Numbers) -> N
 
 
 def _lowered(gram: csr_array, pull: Numbers, bounds: tuple[Numbers, Numbers], found: Numbers, step: Numbers) -> Numbers:
-    """The first point along a step, halved and moved into the bounds, with a smaller sum of squares."""
+    """The first point along a step, halved and clipped to the bounds, with a smaller sum of squares."""
     before, part = found @ (0.5 * (gram @ found) - pull), 1.0
     while part > ROUNDING:
         moved: Numbers = np.clip(found + part * step, *bounds)
@@ -196,7 +197,7 @@ def _lowered(gram: csr_array, pull: Numbers, bounds: tuple[Numbers, Numbers], fo
 
 
 def _differences(ends: Integers, count: int) -> csr_array:
-    """D: from the weights of segments to the one after less the one before each hybrid node, shape (H, E)."""
+    """D: from the weights of segments to the weight after less the weight before each hybrid node, shape (H, E)."""
     segment, side = np.nonzero(ends >= 0)
     sign = np.where(side == 0, 1.0, -1.0)
     return csr_array((sign, (ends[segment, side], segment)), shape=(count, len(ends)))

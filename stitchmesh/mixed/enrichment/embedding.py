@@ -2,20 +2,20 @@
 # SPDX-License-Identifier: Apache-2.0
 """The base motion of yarn nodes in hybrid triangles: p = B v + F x (Casafranca et al. 2020, equations 1 to 3).
 
-Each row of B holds the three barycentric coordinates of a node. F = I - B (B'B)^-1 B' removes from a displacement what
-the triangles can represent. Columns of B depend on others where triangles hold few nodes: B'B is then singular. With a
-maximal set C of independent columns,
+Each row of B holds the three barycentric coordinates of a node. F = I - B (B'B)^-1 B' removes from a displacement the
+part that the triangles can represent. Where triangles hold few nodes, columns of B depend on others and B'B is
+singular. With a maximal set C of independent columns,
 
     F = I - B_C (B_C' B_C)^-1 B_C',        B' F = 0,        F F = F,
 
 because the columns of C span the same space as all columns. Since B'F = 0, the displacement F x does not need to be
-stored: positions v and p are of the form p = B v + F x if and only if
+stored: positions v and p have the form p = B v + F x if and only if
 
     E (v, p) = B_C' p - G_C v = 0,         G_C = B_C' B,
 
-which is how ``constraint`` and the solver keep it.
+and ``constraint`` and the solver keep this equation.
 
-Which coordinates of the mixed system are unknown, and which have prescribed velocities.
+``FreeUnknowns`` says which coordinates of the mixed system are unknown, and which have prescribed velocities.
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ from scipy.sparse import csr_array
 from stitchmesh.mixed.enrichment.region import HYBRID, Integers, Numbers, Region, numbers_below
 
 DEPENDENT = 1e-10
-"""Square of the part of a column of unit length outside the other columns, below which it depends on them. Rounding of
-the barycentric coordinates makes 1e-16; columns above this bound keep five digits of B'B."""
+"""Bound below which a column of unit length depends on the other columns: the square of its part outside of them.
+Rounding of the barycentric coordinates gives 1e-16; columns above the bound keep five digits of B'B."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +47,7 @@ class Embedding:
     basis: csr_array
     """B, shape (H, V)."""
     columns: Integers
-    """Vertices whose columns are independent and span those of all vertices, ascending, shape (K,)."""
+    """Vertices whose columns are independent and span the columns of all vertices, ascending, shape (K,)."""
 
     @property
     def independent(self) -> csr_array:
@@ -80,7 +80,7 @@ class Embedding:
 
 
 def embed(region: Region) -> Embedding:
-    """The embedding of a region's hybrid nodes."""
+    """The embedding of the hybrid nodes of a region."""
     simulated = region.nodes
     hybrid = np.flatnonzero(region.node_kind[simulated] == HYBRID)
     corners = region.triangles[region.node_triangle[simulated[hybrid]]]
@@ -104,7 +104,7 @@ def basis_of(corners: Integers, weight: Numbers, vertex_count: int) -> csr_array
 def independent_columns(basis: csr_array) -> Integers:
     """A maximal set of independent columns, ascending, by Cholesky's factorisation of B'B with pivots.
 
-    Columns are scaled to unit length first: a vertex that holds its nodes at its far end counts like any other.
+    Columns are scaled to unit length first: a vertex far from the nodes of its triangles counts like any other.
     """
     gram = csr_array(basis.T @ basis)
     square = gram.diagonal()
@@ -119,24 +119,24 @@ def independent_columns(basis: csr_array) -> Integers:
 
 @dataclass(frozen=True, eq=False)
 class FreeUnknowns:
-    """Which coordinates move; what is fixed has a prescribed velocity instead."""
+    """Which coordinates move; fixed coordinates have a prescribed velocity instead."""
 
     vertices: NDArray[np.bool_]
     """Shape (V,); vertices without triangles of their own in the system are not free."""
     nodes: NDArray[np.bool_]
-    """Of the simulated nodes, shape (n,)."""
+    """Whether each simulated node is free, shape (n,)."""
     sliding: NDArray[np.bool_]
-    """Eulerian coordinates (u, v) of the simulated nodes, shape (n, 2)."""
+    """Whether each Eulerian coordinate (u, v) of the simulated nodes is free, shape (n, 2)."""
 
     @staticmethod
     def of(region: Region, *, fixed_vertices: ArrayLike = (), fixed_nodes: ArrayLike = ()) -> FreeUnknowns:
-        """The unknowns of a region without the fixed ones.
+        """The unknowns of a region, without fixed vertices and nodes.
 
         Args:
             region: the region of interest.
             fixed_vertices: numbers of vertices.
-            fixed_nodes: numbers of nodes in the layout; nodes that are not simulated are left out. Their Eulerian
-                coordinates are fixed too.
+            fixed_nodes: layout numbers of nodes; nodes that are not simulated are left out. Their Eulerian coordinates
+                are fixed too.
 
         Raises:
             ParameterError: a number does not exist.

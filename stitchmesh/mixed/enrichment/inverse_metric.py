@@ -2,12 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Inverse blocks of the metric D of a preconditioner.
 
-Vertices and nodes have blocks of 3 x 3. Free nodes with Eulerian coordinates have one of 5 x 5, kept as a block of
-3 x 3, columns, and the Schur complement of the coordinates. What does not move has a D^-1 of zero.
+Vertices and nodes have blocks of 3 x 3. Free nodes with Eulerian coordinates have a block of 5 x 5, kept as a block of
+3 x 3, columns, and the Schur complement of the coordinates. The D^-1 of fixed coordinates is zero.
 
-In the hybrid region D is of one of three forms (``BY_MASSES``, ``ONE_NUMBER``, ``BLOCKS``). Blocks of hybrid vertices
-and nodes are nearly singular where yarns resist bending by much less than stretch. ``SHARE`` of their mean is added to
-them, which keeps their condition number below 300 and costs no iterations.
+In the hybrid region D has one of three forms (``BY_MASSES``, ``ONE_NUMBER``, ``BLOCKS``). Blocks of hybrid vertices and
+nodes are nearly singular where yarns resist bending much less than stretch. ``SHARE`` of the mean of their diagonal is
+added to them, which keeps their condition number below 300 and costs no iterations.
 """
 
 from __future__ import annotations
@@ -20,14 +20,16 @@ from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.thread_block import Slots, sum_over_block
 
 FIXED, FREE, COUPLED = 0, 1, 2
-"""Kinds of vertices and nodes: with a prescribed velocity; outside the constraint E (v, p) = 0; within it."""
+"""Kinds of vertices and nodes: with a prescribed velocity; free, outside the constraint E (v, p) = 0; free, within
+it."""
 BY_MASSES, ONE_NUMBER, BLOCKS = 0, 1, 2
 """Forms of D in the hybrid region: the masses, the mean of the diagonal of each block, or whole blocks."""
 SHARE = 1e-2
-"""Part of its mean that is added to the diagonal of a block in the hybrid region."""
+"""Part of the mean of its diagonal that is added to the diagonal of a block in the hybrid region."""
 LEAST_NODE, LEAST_VERTEX = 1e-6, 1e-5
-"""Lower bounds of masses in D: of the mean mass of the nodes, and for a vertex of the mass that B'MpB has on it.
-Without mass a vertex moves with the nodes, by the constraint alone, and D^-1 would not be finite."""
+"""Lower bounds of masses in D. For a node: this part of the mean mass of the nodes. For a vertex: this part of its
+diagonal entry of B'MpB, the mass of the nodes on it. A vertex without mass moves with the nodes by the constraint
+alone, and its D^-1 would not be finite."""
 POSITIVE = wp.constant(1.0e-9)
 """Smallest minor of a block with a unit mean diagonal that is inverted as a block."""
 

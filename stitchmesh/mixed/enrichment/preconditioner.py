@@ -2,23 +2,25 @@
 # SPDX-License-Identifier: Apache-2.0
 """The preconditioner P = S M + I - S of enriched systems (Casafranca et al. 2020, section 5.2).
 
-For generalized coordinates q = (v, x), with x filtered, P z = r means on the filtered vectors S M z = r. With the world
-positions p = B v + F x and forces f = (f_v, f_p) of which r = (f_v + B' f_p, F f_p) is the filtered form, this is
+For generalized coordinates q = (v, x), with x filtered, P z = r means S M z = r on the filtered vectors. Let
+p = B v + F x be the world positions, and f = (f_v, f_p) forces with the filtered form r = (f_v + B' f_p, F f_p). Then
+this is
 
     minimize over all motions with E (v, p) = 0:    1/2 v' Mv v + 1/2 p' Mp p - f_v' v - f_p' p,
 
     (v, p) = M^-1 (f - E' mu),        mu = Sigma^-1 E M^-1 f,        Sigma = E M^-1 E',
 
-the projection of M^-1 f in the metric of the masses. This is the inverse of P by the Sherman-Morrison-Woodbury formula
-of equations 13 to 15, after the elimination of two of its three blocks: Casafranca et al. factor a matrix of three
-times the hybrid vertices that is not symmetric, here Sigma of one times these vertices is symmetric and positive.
+which is the projection of M^-1 f in the metric of the masses. It is the inverse of P by the Sherman-Morrison-Woodbury
+formula of equations 13 to 15, after two of its three blocks are eliminated. Casafranca et al. factor a matrix that has
+three times as many rows as there are hybrid vertices and is not symmetric; Sigma has one row for each hybrid vertex,
+and is symmetric and positive.
 
 The metric may contain stiffness too, D = M / h^2 + K with K from the diagonal of the Hessian. Vertices and nodes then
 have blocks of 3 x 3, and Sigma has three rows for each of its vertices. Free nodes with Eulerian coordinates have
-blocks of 5 x 5, in which both are coupled. Where the hybrid region has more than ``MOST_BLOCK_ROWS`` vertices D is one
-number there, the mean of the diagonal, and Sigma has one row for each vertex. What does not move has a D^-1 of zero.
+blocks of 5 x 5, which couple both. Where the hybrid region has more than ``MOST_BLOCK_ROWS`` vertices, D is one number
+there, the mean of the diagonal, and Sigma has one row for each vertex. The D^-1 of fixed coordinates is zero.
 
-The forces f are replaced by f - E' mu, so that the part of f that E balances does not grow during an iteration and does
+The forces f are replaced by f - E' mu. The part of f that E balances then does not grow during an iteration, and does
 not round the rest away. This is the filter of the search direction of Ascher and Boxerman (2003): every direction that
 is a sum of results satisfies E (v, p) = 0.
 """
@@ -58,8 +60,8 @@ from stitchmesh.mixed.enrichment.solve_record import Advance, next_direction, re
 from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
 
 MOST_BLOCK_ROWS = 400
-"""Largest number of independent vertices of the hybrid region with blocks of D; the inverse of Sigma then takes 0.2 s
-of one core."""
+"""Largest number of independent vertices of the hybrid region for which D has blocks; the inverse of Sigma then takes
+0.2 s of one core."""
 
 
 @wp.func
@@ -173,8 +175,8 @@ def least_masses(embedding: Embedding, node_mass: Numbers) -> Numbers:
 class Preconditioner:
     """The inverse of P for an embedding, on a device.
 
-    ``inverse`` holds the blocks of D^-1. The blocks of Eulerian coordinates are those of the inverse Schur complement,
-    and the columns of coupling are multiplied by the inverse block of their node.
+    ``inverse`` holds the blocks of D^-1. Its blocks of Eulerian coordinates are the inverse Schur complement, and its
+    columns of coupling are multiplied by the inverse block of their node.
     """
 
     def __init__(
@@ -192,12 +194,12 @@ class Preconditioner:
         Args:
             embedding: how hybrid nodes move with the triangles.
             free: which coordinates are unknown.
-            masses: masses of vertices and simulated nodes [g], shapes (V,) and (n,), for the metric of the masses and
-                for a lower bound of D where nothing has mass.
+            masses: masses of vertices and simulated nodes [g], shapes (V,) and (n,). They give the metric of the
+                masses, and a lower bound of D where nothing has mass.
             scalar: Warp's floating-point type.
             device: where the vectors lie.
-            by_masses: whether D in the hybrid region is the masses alone, instead of the blocks of ``set_metric``.
-                Sigma is then found once.
+            by_masses: whether D in the hybrid region consists of the masses alone, instead of the blocks of
+                ``set_metric``. Sigma is then computed once.
 
         Raises:
             ParameterError: the hybrid region has too many vertices.
@@ -233,7 +235,7 @@ class Preconditioner:
         if self._by_masses:
             self._projection.invert(inverses[0], inverses[1])
         self._on_device = device.is_cuda and not self._by_masses and self._projection.row_count > 0
-        # Sigma that is positive for the masses of what moves is positive for any metric
+        # if Sigma is positive for the masses of the moving coordinates, it is positive for any metric
         self._on_device = self._on_device and self._projection.is_regular(inverses[0], inverses[1])
 
     def _rows_of_squares(self) -> list[wp.array[Any]]:
@@ -263,7 +265,7 @@ class Preconditioner:
             self._projection.invert_present()
 
     def _metric_launches(self, metric: MixedBlocks, launcher: Launcher) -> list[Any]:
-        """The launches that invert the blocks of nodes, then those of vertices, and Sigma on a GPU."""
+        """The launches that invert the blocks of nodes, then the blocks of vertices, and Sigma on a GPU."""
         own, launches = self.inverse, []
         if metric.nodes.shape[0]:
             launches += [
@@ -295,8 +297,8 @@ class Preconditioner:
         """The launches that find the motion z of P z = r.
 
         Args:
-            force: forces f on vertices, nodes and Eulerian coordinates; replaced by f - E' mu, of the same filtered
-                form r.
+            force: forces f on vertices, nodes and Eulerian coordinates; replaced by f - E' mu, which has the same
+                filtered form r.
             motion: set to z as (v, p, s), with p = B v + F x.
             launcher: ``launch`` or ``prepare`` with the device bound.
         """
@@ -307,12 +309,12 @@ class Preconditioner:
     def advance_launches(
         self, advance: Advance, force: MixedVector, motion: MixedVector, launcher: Launcher
     ) -> list[Any]:
-        """The launches that advance a solution, find the motion of the force that is left, and the next direction.
+        """The launches that advance a solution, find the motion of the remaining force, and the next direction.
 
         Args:
             advance: the records, d and A d of the iteration; d becomes the next direction.
-            force: r, changed to r - a A d and then as in ``launches``.
-            motion: set to D^-1 r, which is z before its projection.
+            force: r; becomes r - a A d, and then changes as in ``launches``.
+            motion: set to D^-1 r, the value of z before its projection.
             launcher: ``launch`` or ``prepare`` with the device bound.
         """
         count, projection = force.vertex_count + force.node_count, self._projection
@@ -328,7 +330,7 @@ class Preconditioner:
         return [first, *found, launcher(next_direction, blocks, inputs, outputs, tile=THREADS)]
 
     def project_launches(self, motion: MixedVector, launcher: Launcher) -> list[Any]:
-        """The launches that change a motion the least in the metric D so that p = B v + F x; what is fixed stays."""
+        """The launches that change a motion to the nearest p = B v + F x in the metric D; fixed coordinates stay."""
         return self._projection.launches(motion, launcher)
 
     def _integers(self, values: NDArray[Any]) -> wp.array[wp.int32]:
@@ -336,5 +338,5 @@ class Preconditioner:
 
 
 def _form_of(embedding: Embedding) -> int:
-    """The form of D in the hybrid region, with stiffness."""
+    """The form of D in the hybrid region if D contains stiffness."""
     return BLOCKS if embedding.independent.shape[1] <= MOST_BLOCK_ROWS else ONE_NUMBER

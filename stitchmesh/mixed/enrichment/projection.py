@@ -2,28 +2,27 @@
 # SPDX-License-Identifier: Apache-2.0
 """Projections onto the motions p = B v + F x, for a metric of the vertices and nodes.
 
-The motions are those with E (v, p) = B_C' p - G_C v = 0 (``embedding``). For a metric D with one positive block of
-3 x 3 for each vertex and node, the nearest motion to u = (v, p) is
+The motions satisfy E (v, p) = B_C' p - G_C v = 0 (``embedding``). For a metric D with one positive block of 3 x 3 for
+each vertex and node, the nearest motion to u = (v, p) is
 
     u <- u - D^-1 E' mu,     mu = Sigma^-1 E u,     Sigma = E D^-1 E' = B_C' Dp^-1 B_C + G_C Dv^-1 G_C'.
 
-An element of Sigma is a block of 3 x 3 too. Where all blocks of D are multiples of the identity one number is enough.
+An element of Sigma is a block of 3 x 3 too. Where all blocks of D are multiples of the identity, one number is enough.
 
 The filter F of Casafranca et al. (2020, equation 3) is the projection of x = p alone in the metric of the identity, and
-their preconditioner is the projection in the metric of the masses (``filter``, ``preconditioner``).
+their preconditioner is the projection in the metric of the masses (``preconditioner``).
 
-Sigma has the size of C, the independent vertices of the hybrid region, some hundreds. Its inverse is stored as a dense
-matrix in float64 on the device, also on a CPU: a product with it then is one launch among the captured ones, without a
-copy to the host, and for 1,000 numbers a row costs less than the product with B of 100,000 nodes. E u is one sum for
-each row, by a block of threads in a fixed order. The inverse of a metric that changes is found by launches on a GPU
-(``sigma_on_device``), and by LAPACK on the host otherwise and where Sigma is singular.
+Sigma has one row for each independent vertex of the hybrid region (C), which are some hundreds. Its inverse is stored
+on the device as a dense matrix in float64, also on a CPU: a product with it is then one launch among the captured ones,
+without a copy to the host. A row of 1,000 numbers costs less than the product with B of 100,000 nodes. One block of
+threads computes each row of E u in a fixed order. On a GPU, launches invert Sigma for a metric that changes
+(``sigma_on_device``); otherwise, and where Sigma is singular, LAPACK inverts it on the host.
 
-Positions at the beginning that are of the form p = B v + F x, next to given ones.
-
-Nodes that stand out of their triangles are not of this form: the mean of their heights around a vertex is not zero. The
-change of vertices and hybrid nodes with the smallest sum of squares makes it so. Around a vertex lie several nodes, so
-that mainly the vertices move, to the middle of the yarns, and the yarns keep their shape. What is fixed stays. Since
-E (v, p) = 0 then is linear and homogeneous, it holds for a cloth that is turned too.
+``make_consistent`` changes positions at the beginning to the form p = B v + F x. Nodes that stand out of their
+triangles do not have this form: the mean of their heights around a vertex is not zero. The vertices and hybrid nodes
+change by the smallest sum of squares that gives them this form. Several nodes lie around a vertex, so mainly the
+vertices move, to the middle of the yarns, and the yarns keep their shape. Fixed coordinates stay. The equation
+E (v, p) = 0 is linear and homogeneous, so it then also holds for a cloth that is turned.
 """
 
 from __future__ import annotations
@@ -49,11 +48,11 @@ from stitchmesh.mixed.enrichment.sigma_on_device import BLOCK, SigmaOnDevice
 from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
 
 LONG = 512
-"""Threads of a block on a GPU that sums a row of E, which has hundreds to thousands of nodes."""
+"""Threads of a block on a GPU that sums a row of E; a row has hundreds to thousands of nodes."""
 MOST_COLUMNS = 16_384
-"""Largest number of independent vertices; their inverse takes 2 GiB as numbers."""
+"""Largest number of independent vertices; the inverse then takes 2 GiB if its elements are numbers."""
 SINGULAR = 1e-13
-"""Eigenvalue of Sigma with unit diagonal below which its motion is already fixed."""
+"""Eigenvalue of Sigma with unit diagonal below which the motion of its eigenvector is already fixed."""
 
 
 @wp.struct
@@ -194,9 +193,9 @@ class Projection:
 
         Args:
             embedding: how hybrid nodes move with the triangles.
-            inverse: the blocks of D^-1, read by the launches; only those that E contains count.
-            element: Warp's type of the elements of Sigma, ``wp.float64`` or ``wp.mat33d``; with numbers all blocks must
-                be multiples of the identity.
+            inverse: the blocks of D^-1, which the launches read; only blocks of vertices and nodes within E count.
+            element: Warp's type of the elements of Sigma, ``wp.float64`` or ``wp.mat33d``; with numbers, all blocks of
+                D must be multiples of the identity.
             device: where the launches run.
 
         Raises:
@@ -222,7 +221,7 @@ class Projection:
         self.residual = wp.zeros((self.row_count, WIDTH), dtype=wp.float64, device=device)
         """E u of the last ``multiplier_launches``, shape (C, 3), and unused columns."""
         self.multiplier = wp.zeros_like(self.residual)
-        """mu = Sigma^-1 E u, as ``residual``."""
+        """mu = Sigma^-1 E u, with the shape of ``residual``."""
 
     def invert(self, vertex_inverse: Numbers, node_inverse: Numbers) -> None:
         """Invert Sigma on the host.
@@ -246,7 +245,7 @@ class Projection:
         self.invert(vertices, nodes)
 
     def is_regular(self, vertex_inverse: Numbers, node_inverse: Numbers) -> bool:
-        """Whether Sigma of a metric is positive beyond rounding; arguments as for ``invert``."""
+        """Whether Sigma of a metric is positive beyond rounding, with the arguments of ``invert``."""
         return positive_inverse(self.sigma(vertex_inverse, node_inverse)) is not None
 
     def inverse_launches(self, launcher: Launcher) -> list[Any]:
@@ -257,13 +256,13 @@ class Projection:
         return on_device.launches(self.metric.vertices, self.metric.nodes, launcher)
 
     def set_scale(self, scale: float) -> None:
-        """State that the present blocks of D are the ones that were inverted times a number."""
+        """Declare that the present blocks of D are a multiple of the inverted ones, by this number."""
         if scale != self._scale_now:
             self._scale.fill_(scale)
             self._scale_now = scale
 
     def sigma(self, vertex_inverse: Numbers, node_inverse: Numbers) -> Numbers:
-        """Sigma = E D^-1 E', shape (C, C), or (3 C, 3 C) for blocks; arguments as for ``invert``."""
+        """Sigma = E D^-1 E', shape (C, C), or (3 C, 3 C) for blocks, with the arguments of ``invert``."""
         rows, shape = self.row_count, vertex_inverse.shape[1:]
         of_nodes, of_vertices = self._sigma_of
         size = int(np.prod(shape, dtype=int))
@@ -278,7 +277,7 @@ class Projection:
         """The launches that project a motion; none without hybrid nodes.
 
         Args:
-            motion: u, projected.
+            motion: u; becomes its projection.
             launcher: ``launch`` or ``prepare`` with the device bound.
             force: r, from which E' mu is subtracted.
         """
@@ -317,7 +316,7 @@ class Projection:
 
 
 def _pairs_of_rows(independent: csr_array) -> tuple[NDArray[np.int64], NDArray[np.int64], Numbers]:
-    """Each product of two entries of one node: its place in a matrix (C, C), the hybrid node, the product."""
+    """For each product of two entries of one node: its place in a matrix (C, C), the hybrid node, and the product."""
     matrix = independent.tocoo()
     count = np.bincount(matrix.row, minlength=independent.shape[0])
     start = np.concatenate([[0], np.cumsum(count)])
@@ -332,7 +331,7 @@ def _pairs_of_rows(independent: csr_array) -> tuple[NDArray[np.int64], NDArray[n
 def _sigma_maps(independent: csr_array, gram: csr_array) -> tuple[NDArray[np.int64], tuple[csr_array, csr_array]]:
     """The places of Sigma, as a matrix (C, C), that are not zero, and the matrices from D^-1 to the numbers there.
 
-    The matrices are those of the hybrid nodes and of the vertices.
+    One matrix belongs to the hybrid nodes, the other to the vertices.
     """
     tables = [_pairs_of_rows(independent), _pairs_of_rows(csr_array(gram.T))]
     places = np.unique(np.concatenate([place for place, _row, _weight in tables]))
@@ -366,24 +365,24 @@ def positive_inverse(matrix: Numbers) -> Numbers | None:
 
 
 def _unit_diagonal(matrix: Numbers) -> tuple[Numbers, Numbers]:
-    """A matrix with rows and columns scaled to a unit diagonal, because masses differ by many orders; the scale."""
+    """Scale rows and columns of a matrix to a unit diagonal, as masses differ by many orders; return also the scale."""
     diagonal = matrix.diagonal()
     scale = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
     return matrix * np.outer(scale, scale), scale
 
 
 def _scaled_back(inverse: Numbers, scale: Numbers) -> Numbers:
-    """The inverse of a matrix from that of the scaled one, made symmetric."""
+    """The inverse of a matrix from the inverse of the scaled matrix, made symmetric."""
     result: Numbers = (inverse + inverse.T) * 0.5 * np.outer(scale, scale)
     return result
 
 
 def make_consistent(embedding: Embedding, free: FreeUnknowns, positions: MixedVector) -> None:
-    """Change positions the least so that p = B v + F x.
+    """Change positions to the nearest ones with p = B v + F x.
 
     Args:
         embedding: the base motion of the hybrid nodes.
-        free: what moves.
+        free: which coordinates move.
         positions: positions at the beginning; changed.
     """
     numbers = free.vertices.astype(np.float64), free.nodes.astype(np.float64)

@@ -3,13 +3,13 @@
 """The region of interest: which triangles have yarns, and the blending field alpha.
 
 A triangle is of one of three kinds (Casafranca et al. 2020, section 4.1). In YARNS (alpha = 1) only the yarns are
-simulated, in TRIANGLES (alpha = 0) only the triangle mesh. In HYBRID both are, and a yarn node moves with its triangle
-and has a filtered displacement of its own. The hybrid triangles are the rings around the full-yarn triangles: alpha of
-a vertex falls linearly with the number of rings between the vertex and the yarns, and alpha within a triangle is the
-linear interpolation of its vertices.
+simulated, in TRIANGLES (alpha = 0) only the triangle mesh. In HYBRID both are simulated: a yarn node moves with its
+triangle, and also has a filtered displacement of its own. The hybrid triangles are the rings around the full-yarn
+triangles. Alpha of a vertex falls linearly with the number of rings between the vertex and the yarns, and alpha within
+a triangle is interpolated linearly between its vertices.
 
 Small weights would make masses and stiffnesses that differ by many orders of magnitude. A yarn element of the hybrid
-region therefore weighs at least ``SMALLEST_ALPHA``: alpha of its nodes has this lower bound.
+region therefore has at least the weight ``SMALLEST_ALPHA``, which is the lower bound of alpha at its nodes.
 """
 
 from __future__ import annotations
@@ -73,12 +73,12 @@ class Region:
 
     @property
     def nodes(self) -> Integers:
-        """Numbers in the layout of the yarn nodes that are simulated, ascending, shape (n,)."""
+        """Layout numbers of the simulated yarn nodes, ascending, shape (n,)."""
         return np.flatnonzero(self.node_kind != TRIANGLES)
 
     @property
     def node_number(self) -> Integers:
-        """Number of each node of the layout among the simulated ones, -1 where it is not simulated, shape (N,)."""
+        """Number of each node of the layout among the simulated nodes, -1 where it is not simulated, shape (N,)."""
         number = np.full(len(self.node_triangle), -1)
         number[self.nodes] = np.arange(len(self.nodes))
         return number
@@ -96,12 +96,12 @@ class Region:
         return self.node_alpha[self.nodes] >= FULL
 
     def element_alpha(self, nodes: ArrayLike) -> Numbers:
-        """Weight of each yarn element by alpha at its nodes (``term``), shape (E,).
+        """Weight of each yarn element, from alpha at its nodes (``term``), shape (E,).
 
-        The result is 0 for an element with a node that is not simulated: it does not exist in the mixed system.
+        The result is 0 for an element with a node that is not simulated, because it does not exist in the mixed system.
 
         Args:
-            nodes: numbers in the layout of the nodes of each element, shape (E, K); -1 for no node.
+            nodes: layout numbers of the nodes of each element, shape (E, K); -1 for no node.
         """
         index = np.asarray(nodes, dtype=np.int64)
         given = index >= 0
@@ -123,14 +123,15 @@ def region_around(
 ) -> Region:
     """The region of full-yarn triangles and the hybrid rings around them.
 
-    Alpha is 1 in the given triangles and in triangles whose three vertices belong to them.
+    Alpha is 1 in the given triangles, and in triangles whose three vertices all belong to given triangles.
 
     Args:
         triangles: vertices of each triangle, shape (T, 3).
         vertex_count: number V of vertices.
         node_triangle: triangle of each yarn node of the layout, shape (N,).
         node_weight: barycentric coordinates of the nodes, shape (N, 3).
-        yarn_triangles: numbers of the triangles with yarns alone; none for no region, all for yarns everywhere.
+        yarn_triangles: numbers of the triangles with yarns alone; empty for no region, all triangles for yarns
+            everywhere.
         rings: width of the hybrid region in rings of triangles, at least 1.
         smallest_alpha: smallest weight of a yarn element, in (0, 1].
 
@@ -175,7 +176,7 @@ def numbers_below(name: str, values: ArrayLike, count: int) -> Integers:
 
 
 def _ring_of_vertices(triangles: Integers, vertex_count: int, chosen: Integers, rings: int) -> Integers:
-    """Rings of triangles between each vertex and the chosen triangles, at most ``rings``, shape (V,)."""
+    """Number of rings of triangles between each vertex and the chosen triangles, at most ``rings``, shape (V,)."""
     distance = np.full(vertex_count, rings)
     distance[triangles[chosen]] = 0
     for ring in range(1, rings):

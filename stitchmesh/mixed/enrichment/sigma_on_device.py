@@ -2,18 +2,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """Sigma = E D^-1 E' and its inverse by launches, for metrics that change from step to step on a GPU.
 
-The elements of Sigma that are not zero are sums over hybrid nodes and vertices, with weights that are constant. One
-block of threads finds each of them in a fixed order. An element is a block of 3 x 3, or one number where D is a number
-for each vertex and node.
+The elements of Sigma that are not zero are sums over hybrid nodes and vertices, with constant weights. One block of
+threads computes each of them in a fixed order. An element is a block of 3 x 3, or one number where D is a number for
+each vertex and node.
 
 The inverse follows from sweeps of one row after the other (Goodnight 1979). A sweep of row k of a symmetric matrix is
 
     B_kk = -1 / A_kk,    B_ik = A_ik / A_kk,    B_kj = A_kj / A_kk,    B_ij = A_ij - A_ik A_kj / A_kk,
 
-and after the sweeps of all rows the matrix is -A^-1; rows of blocks are swept in the same way, with the inverse of
-A_kk in the middle of the products. For a positive matrix they are as stable as a factorization by Cholesky. A sweep
-reads one matrix and writes another one, so that each is one launch without barriers. A matrix of 100 numbers a row
-takes 0.3 ms on a GPU, a tenth of the time of a copy to the host and back with an inverse there.
+and after the sweeps of all rows the matrix is -A^-1. Rows of blocks are swept in the same way, with the inverse of A_kk
+in the middle of the products. For a positive matrix the sweeps are as stable as a Cholesky factorization. A sweep reads
+one matrix and writes another, so each sweep is one launch without barriers. A matrix with 100 numbers a row takes
+0.3 ms on a GPU, a tenth of the time for a copy to the host, an inversion there, and a copy back.
 """
 
 # ruff: noqa: F811
@@ -141,9 +141,9 @@ class SigmaOnDevice:
         """Send the weights to the device.
 
         Args:
-            places: places in the flat matrix (C, C) of the elements that are not zero.
-            of_nodes: from D^-1 of all simulated nodes to these elements.
-            of_vertices: from D^-1 of the vertices to these elements.
+            places: places of the elements that are not zero in the flat matrix (C, C).
+            of_nodes: matrix from D^-1 of all simulated nodes to these elements.
+            of_vertices: matrix from D^-1 of the vertices to these elements.
             inverse: where the inverse is written, shape (C, C), numbers or blocks.
             device: where the launches run.
         """
@@ -153,7 +153,7 @@ class SigmaOnDevice:
         self._matrices = [inverse, wp.zeros_like(inverse)]
 
     def launches(self, vertex_inverse: wp.array[Any], node_inverse: wp.array[Any], launcher: Launcher) -> list[Any]:
-        """The launches that set the inverse for the blocks of D^-1 of vertices and nodes; Sigma must be positive."""
+        """The launches that set the inverse from the blocks of D^-1 of vertices and nodes; Sigma must be positive."""
         count = len(self._matrices[0])
         first = self._matrices[count % 2]  # so that the last sweep writes the inverse
         inputs = [self._place, *self._tables, node_inverse, vertex_inverse]

@@ -2,18 +2,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """The record of an iteration of conjugate gradients on a device, and the coefficients that follow from it.
 
-There are two records. One kernel reads the first one and writes the second one with a, and another kernel reads the
-second one and writes the first one with b. All blocks of threads of a kernel can therefore find the coefficient by
-themselves, and one of them writes it.
+There are two records. One kernel reads the first record and writes the second one with a. Another kernel reads the
+second record and writes the first one with b. All blocks of threads of a kernel can therefore compute the coefficient
+by themselves, and one of them writes it.
 
-The end of an iteration of conjugate gradients: the projection of z and the next direction in one launch.
-
-With z = D^-1 r before the projection and z - D^-1 E' mu, r - E' mu after it, E (z - D^-1 E' mu) = 0 leaves
+The end of an iteration projects z and finds the next direction in one launch. Let z = D^-1 r before the projection, and
+z - D^-1 E' mu, r - E' mu after it. Then E (z - D^-1 E' mu) = 0 leaves
 
     (r - E' mu) . (z - D^-1 E' mu) = r . z - mu . E z,
 
-so that b = new r . z / old r . z is known before the projection is made. All that is subtracted belongs to the product
-A d of this iteration, because r of the iteration before satisfies E D^-1 r = 0: the rounding falls with r.
+so b = new r . z / old r . z is known before the projection is made. The r of the previous iteration satisfies
+E D^-1 r = 0. All that is subtracted therefore belongs to the product A d of this iteration, and the rounding falls with
+r.
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ from stitchmesh.mixed.mixed_vector import MixedVector
 
 (RZ, FIRST_RZ, ALPHA, BETA, DONE, NEGATIVE, ITERATIONS, RATIO, MOST) = range(9)
 RECORD = 9
-"""Entries of the record: r . z, and the first one; a; b; whether the iteration has ended, and whether at a negative
-curvature; iterations so far; square of the tolerance; largest number of iterations."""
+"""Number of entries of the record: r . z and the first r . z; a; b; whether the iteration has ended, and whether at a
+negative curvature; iterations so far; square of the tolerance; largest number of iterations."""
 
 
 @wp.func
@@ -86,10 +86,10 @@ def record_beta(rz: wp.float64, record: wp.array[wp.float64], writes: bool, afte
 
 @dataclass(frozen=True, eq=False)
 class Advance:
-    """What an iteration needs to move the solution along its direction, and to find the next one."""
+    """The vectors and records with which an iteration moves the solution along its direction and finds the next one."""
 
     record: wp.array[Any]
-    """The record before, and in the end that with b."""
+    """The record before the iteration; at its end, the record with b."""
     after: wp.array[Any]
     """The record with a."""
     curvature: wp.array[Any]

@@ -2,15 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Yarns with a node at each crossing, laid out on the panels of a cloth (Cirio et al. 2014 and 2017).
 
-Two yarns cross in a node. One is the node's u yarn, coordinate 0, the other its v yarn, coordinate 1. In a weave u is
-the weft and v is the warp. In a knit u belongs to the loop that is drawn through and v to the loop that it is drawn
-through, which may be parts of one yarn. On a rod, the yarn along a seam, u is the yarn that reaches the seam and v is
-the rod.
+Two yarns cross in a node. One is the u yarn of the node, coordinate 0, the other its v yarn, coordinate 1. In a weave u
+is the weft and v is the warp. In a knit u belongs to the new loop and v to the loop through which it is drawn; both may
+be parts of one yarn. On a rod, the yarn along a seam, u is the yarn that reaches the seam and v is the rod.
 
-A yarn passes through its nodes in order; each passage names the node and the coordinate as which the yarn passes. The
-passages are stored yarn by yarn. All yarns are open: knitted rounds are joined to a spiral.
+A yarn passes through its nodes in order. Each passage names the node, and the coordinate of the node along this yarn.
+The passages are stored yarn by yarn. All yarns are open: knitted rounds are joined to a spiral.
 
-The two yarns at a node have a rest shape of their own, because the panels at both sides of a seam, or the rows of a
+Each node stores its own rest shape of its two yarns, because the panels at both sides of a seam, or the rows of a
 stitch mesh, have different coordinates: the rest lengths between nodes (``rest_sliding``), the angle by which a yarn
 turns at a node (``rest_turn``), and the angle between the two yarns (``rest_shear``).
 """
@@ -52,8 +51,8 @@ class CrossingYarns:
     """Y yarns with N nodes and M passages.
 
     Raises:
-        ParameterError: an array has the wrong shape, a number does not exist, a node is not passed once as u and at
-            most once as v, a yarn has fewer than two nodes, or coordinates do not increase along a yarn.
+        ParameterError: an array has the wrong shape, a number does not exist, a node is not passed exactly once as u
+            and at most once as v, a yarn has fewer than two nodes, or coordinates do not increase along a yarn.
     """
 
     kind: Literal["weave", "knit"]
@@ -63,12 +62,12 @@ class CrossingYarns:
     position: FloatArray
     """Position of each node in its panel [cm], shape (N, 2)."""
     triangle: IntArray
-    """Triangle of the cloth that each node lies in, shape (N,)."""
+    """Triangle of the cloth in which each node lies, shape (N,)."""
     barycentric: FloatArray
     """Barycentric coordinates of each node in its triangle, shape (N, 3)."""
     side: IntArray
-    """1 where the u yarn lies above the v yarn, towards the outside of the cloth; -1 where it lies below; 0 on a rod,
-    where both are joined. Shape (N,)."""
+    """Side of the u yarn at each node, shape (N,): 1 where it lies above the v yarn, towards the outside of the cloth,
+    -1 where it lies below, and 0 on a rod, where both are joined."""
     yarn_start: IntArray
     """First passage of each yarn, and M at the end, shape (Y + 1,)."""
     yarn_node: IntArray
@@ -78,22 +77,22 @@ class CrossingYarns:
     yarn_family: IntArray
     """``WEFT``, ``WARP`` or ``ROD`` for each yarn, shape (Y,)."""
     rest_sliding: FloatArray
-    """Length of yarn from its beginning to the node along the u yarn and along the v yarn at rest [cm], (N, 2)."""
+    """Rest length of yarn from its beginning to the node, along the u yarn and along the v yarn [cm], (N, 2)."""
     rest_turn: FloatArray
     """Angle by which the u yarn and the v yarn turn at the node at rest, in the plane of the panel [rad], (N, 2)."""
     rest_shear: FloatArray
     """Angle between the directions of the u yarn and of the v yarn at rest, in [0, pi], shape (N,)."""
     stitch_contacts: IntArray = field(default_factory=_no_pairs)
-    """The two nodes of each stitch contact, shape (C, 2): P, where the new loop enters beside the leg of the old one,
-    and Q, where it leaves over the head of the old one (``knit`` describes the loop). Both yarns run directly from one
-    to the other. The stitch length energy of a knit acts on their distance."""
+    """The two nodes of each stitch contact, shape (C, 2): P, where the new loop enters beside the leg of the old loop,
+    and Q, where it leaves over the head of the old loop (``knit`` describes the loop). Both yarns run directly from P
+    to Q. The stitch length energy of a knit acts on the distance of P and Q."""
     stitch_left: NDArray[np.bool_] = field(default_factory=_no_flags)
     """Whether each stitch contact is at the left foot of its new loop, seen from outside, shape (C,). The neighbours
-    outside of the contact lie to the left of the line from P to Q there, and to the right of it at a right foot. The
-    positions do not tell, because P and Q may lie in different panels."""
+    outside of the contact lie to the left of the line from P to Q at a left foot, and to the right of it at a right
+    foot. The positions do not tell this, because P and Q may lie in different panels."""
     wrapping: IntArray = field(default_factory=_no_triples)
-    """Wrapping elements of a knit, shape (W, 3): a node of a stitch contact, and the neighbours along its u yarn and
-    along its v yarn that do not belong to the contact. The angle of wrapping is the angle between the two."""
+    """Wrapping elements of a knit, shape (W, 3): a node of a stitch contact, and its neighbours along its u yarn and
+    along its v yarn outside of the contact. The angle between these two neighbours is the angle of wrapping."""
 
     def __post_init__(self) -> None:
         for name in ("position", "barycentric", "rest_sliding", "rest_turn", "rest_shear"):
@@ -143,9 +142,9 @@ class CrossingYarns:
 
     @cached_property
     def links(self) -> IntArray:
-        """Neighbour after and before each node along its u yarn, after and before along its v yarn, shape (N, 4).
+        """Neighbours after and before each node along its u yarn, then after and before along its v yarn, shape (N, 4).
 
-        A neighbour is 2 j + c for node j that the yarn passes with coordinate c, ``NO_NODE`` at the end of a yarn.
+        A neighbour is 2 j + c, if the yarn passes node j with coordinate c, or ``NO_NODE`` at the end of a yarn.
         """
         code = 2 * self.yarn_node + self.yarn_coordinate
         after, before = np.full((2, len(code)), NO_NODE)
@@ -158,7 +157,7 @@ class CrossingYarns:
 
     @cached_property
     def neighbours(self) -> IntArray:
-        """Node after and before each node along its u yarn, after and before along its v yarn, shape (N, 4)."""
+        """Nodes after and before each node along its u yarn, then after and before along its v yarn, shape (N, 4)."""
         return np.where(self.links < 0, NO_NODE, self.links // 2)
 
     def world(self, cloth: Cloth, vertices: FloatArray | None = None) -> FloatArray:
@@ -166,7 +165,7 @@ class CrossingYarns:
 
         Args:
             cloth: the cloth on which the yarns are laid out.
-            vertices: positions of the vertices [cm], shape (V, 3); those of the cloth by default.
+            vertices: positions of the vertices [cm], shape (V, 3); by default the positions of the cloth.
         """
         return world_positions(cloth, self.triangle, self.barycentric, vertices)
 

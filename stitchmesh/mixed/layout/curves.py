@@ -2,11 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Yarn curves for display, from the nodes of crossing yarns (Cirio et al. 2014: procedural splines).
 
-At a crossing both yarns have the place of the node. For display the upper one is displaced along the normal of the
+At a crossing both yarns have the place of the node. For display the upper yarn is displaced along the normal of the
 cloth and the lower one against it, each by half the sum of their radii, so that they touch. Between the two nodes of a
-stitch contact the yarns of a knit run side by side: there each has one more point, displaced along the cloth by the
-same distance, that of the new loop to the right as seen along the yarn and that of the old loop to the left. At a rod
-no yarn is displaced. A cubic B-spline passes through all these points; at the ends of a yarn it is straight.
+stitch contact the yarns of a knit run side by side. Each has one more point there, displaced along the cloth by the
+same distance: the point of the new loop to the right as seen along the yarn, the point of the old loop to the left. At
+a rod no yarn is displaced. A cubic B-spline passes through all these points; at the ends of a yarn it is straight.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ def yarn_curves(
     cloth: Cloth, yarns: CrossingYarns, *, radius: float | ArrayLike, nodes: ArrayLike | None = None,
     vertices: ArrayLike | None = None, measured: bool = True,
 ) -> YarnSet:  # fmt: skip
-    """Return the yarns as B-splines in space, with the numbers of the crossing yarns; the colour is the family.
+    """Return the yarns as B-splines in space, numbered as the crossing yarns; the colour is the family.
 
     Args:
         cloth: the cloth on which the yarns are laid out.
         yarns: the yarns.
         radius: radius of all yarns [cm], or of each yarn, shape (Y,).
         nodes: places of the nodes in space [cm], shape (N, 3); on the triangles by default.
-        vertices: positions of the vertices [cm], shape (V, 3), which give the normals; those of the cloth by default.
+        vertices: positions of the vertices [cm], shape (V, 3), which give the normals; by default those of the cloth.
         measured: whether rest lengths are the lengths of the curves; a picture needs none, and measuring them takes
             four fifths of the time.
 
@@ -78,7 +78,7 @@ def unit_vectors(vectors: FloatArray) -> FloatArray:
 def _curve_points(
     yarns: CrossingYarns, place: FloatArray, normal: FloatArray, radius: FloatArray
 ) -> tuple[FloatArray, IntArray]:
-    """The points that each yarn passes, and the first one of each yarn with their number at the end."""
+    """The points that each yarn passes, and the number of the first point of each yarn with the total at the end."""
     node, is_v = yarns.yarn_node, yarns.yarn_coordinate == 1
     apart = _half_distance(yarns, radius)
     sign = np.where(is_v, -1.0, 1.0)

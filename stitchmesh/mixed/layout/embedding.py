@@ -1,9 +1,10 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The triangle of each point of the panels, and the point's barycentric coordinates in it (Casafranca 2020, 3.1).
+"""The triangle that holds each point of the panels, and the point's barycentric coordinates (Casafranca 2020, 3.1).
 
-The triangles of a panel are entered in the cells of a grid that their bounding boxes touch. The candidates of a point
-are the triangles of its cell; they are tried one after the other, all points at a time, until the point lies in one.
+Each triangle of a panel is entered in the cells of a grid that its bounding box touches. The candidates of a point are
+the triangles of its cell. They are tried one after the other, for all points at a time, until a candidate holds the
+point.
 """
 
 from __future__ import annotations
@@ -18,13 +19,13 @@ from stitchmesh.mixed.cloth.cloth import Cloth
 NO_TRIANGLE = -1
 """Triangle of a point outside its panel."""
 ROUNDING = 1e-9
-"""Barycentric coordinate below zero that still counts as inside: a point on a border, but for rounding."""
+"""Barycentric coordinate below zero that still counts as inside, for a point that lies on a border up to rounding."""
 CELLS_PER_EDGE = 2.0
 """Cells of the grid along the side of a mean bounding box of a triangle."""
 MOST_CELLS_PER_TRIANGLE = 16
-"""Bound of the number of cells, for panels with few large and many small triangles."""
+"""Bound of the number of cells for each triangle, for panels with few large and many small triangles."""
 POINTS = 1_000_000
-"""Points that are located at a time, for bounded memory."""
+"""Points that are located at a time, to bound the memory."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,9 +49,9 @@ class _Grid:
     start: IntArray
     """Where each cell begins in ``entry``, and the number of entries at the end."""
     entry: IntArray
-    """Triangles of the panel, counted from 0, cell by cell."""
+    """Triangles in the cells, cell by cell, as numbers within the panel from 0."""
     triangle: IntArray
-    """Triangle of the cloth of each triangle of the panel."""
+    """Number in the cloth of each triangle of the panel."""
     affine: FloatArray
     """Barycentric coordinates of (x, y, 1) in each triangle of the panel, shape (n, 3, 3)."""
 
@@ -77,7 +78,7 @@ def embed_points(cloth: Cloth, panel: IntArray, position: FloatArray) -> Barycen
 
 
 def embed_among(cloth: Cloth, position: FloatArray, first: IntArray, end: IntArray) -> BarycentricPoints:
-    """Find the triangle of each point among given ones; a point outside of all of them gets the nearest of them.
+    """Find the triangle of each point among given ones; a point outside of all of them gets the nearest one.
 
     Args:
         cloth: the cloth.
@@ -130,7 +131,7 @@ def _locate(grid: _Grid, points: FloatArray) -> tuple[IntArray, FloatArray]:
 def _first_holding(
     affine: FloatArray, listed: IntArray, candidate: IntArray, end: IntArray, points: FloatArray, outside: float
 ) -> tuple[IntArray, FloatArray]:
-    """Triangle and barycentric coordinates of points, each with a range of candidates.
+    """Triangle and barycentric coordinates of points, each of which has a range of candidates.
 
     Args:
         affine: barycentric coordinates of (x, y, 1), shape (T, 3, 3).
@@ -138,7 +139,7 @@ def _first_holding(
         candidate: first entry of ``listed`` for each point, shape (n,); it is changed.
         end: number after the last entry for each point, shape (n,).
         points: points in the plane, shape (n, 2).
-        outside: least coordinate of a triangle that is taken if none holds the point.
+        outside: if no candidate holds a point, the least coordinate with which a triangle is still taken.
     """
     triangle, barycentric = np.full(len(points), NO_TRIANGLE), np.zeros((len(points), 3))
     best = np.full(len(points), outside)
@@ -175,7 +176,7 @@ def world_positions(
         cloth: the cloth.
         triangle: triangle of each point, shape (n,).
         barycentric: barycentric coordinates of each point, shape (n, 3).
-        vertices: positions of the vertices [cm], shape (V, 3); those of the cloth by default.
+        vertices: positions of the vertices [cm], shape (V, 3); by default the positions of the cloth.
     """
     corners = (cloth.vertices if vertices is None else np.asarray(vertices))[cloth.triangles]
     positions: FloatArray = np.einsum("nk,nkd->nd", barycentric, corners[triangle])

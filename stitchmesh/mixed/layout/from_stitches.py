@@ -1,19 +1,18 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The yarns of a stitch mesh on its cloth: the loops are its stitches.
+"""The yarns of a stitch mesh on its cloth: each stitch becomes a loop.
 
-Each bottom side of a stitch through which a loop of the row below comes is two stitch contacts with four nodes, as
-``knit`` describes: P lies in the stitch below the side and Q in the stitch above it. Along the yarn of a row a stitch
-passes the contacts at its left foot, those of the loops on its top sides from left to right, and those at its right
-foot. A decrease passes the left sides of all loops that it is drawn through, and then their right sides. A slipped loop
-has its contact with the row that works it at the side where that row begins; a yarn-over and a cast-on stitch have no
-feet. Loops that a cable moves are taken where they lie in the mesh before the cable.
+If a loop of the row below comes through a bottom side of a stitch, this side is two stitch contacts with four nodes, as
+``knit`` describes: P lies in the stitch below the side and Q in the stitch above it. Along the yarn of a row, a stitch
+passes the contacts at its left foot, then the contacts of the loops on its top sides from left to right, and then the
+contacts at its right foot. A decrease passes the left sides of all loops through which it is drawn, and then their
+right sides. A slipped loop has its contact with the row that works it, at the side where that row begins. A yarn-over
+and a cast-on stitch have no feet. Loops that a cable moves are taken at their place in the mesh before the cable.
 
-A course that is a ring is continued in the ring above its first stitch, so that a tube is knitted in one spiral; this
+A course that is a ring continues in the ring above its first stitch, so that a tube is knitted in one spiral; this
 changes nothing but the ends of the rings. Every other course is a yarn of its own.
 
-Rest lengths are those of the loops of ``knit`` with the width and the height of the stitches, not those of the mesh in
-space.
+Rest lengths belong to the loops of ``knit`` with the width and the height of the stitches, not to the mesh in space.
 """
 
 from __future__ import annotations
@@ -45,9 +44,9 @@ class _Links:
     side: IntArray
     """The bottom side, shape (n,)."""
     below: IntArray
-    """The top side of the face below on the same edge, shape (n,)."""
+    """The top side of the face below that lies on the same edge, shape (n,)."""
     maker: IntArray
-    """The top side on which the loop was made, below slipped stitches, shape (n,)."""
+    """The top side on which the loop was made, below any slipped stitches, shape (n,)."""
     slipped: IntArray
     """Number of rows over which the loop was slipped, shape (n,)."""
     is_knit: np.ndarray
@@ -64,11 +63,11 @@ def lay_stitches(
         fabric: the stitch mesh.
         stitch_width: wale spacing with which the cloth was made [cm].
         course_height: course spacing with which the cloth was made [cm].
-        divisions: number k of loops along each side of a stitch, each of which then stands for k x k smaller ones.
+        divisions: number k of loops along each side of a stitch; each stitch then stands for k x k smaller ones.
 
     Raises:
-        ParameterError: the cloth is not that of the fabric, no loop is drawn through another one, or a stitch cannot
-            be divided (``divide_stitches``).
+        ParameterError: the cloth does not belong to the fabric, no loop is drawn through another one, or a stitch
+            cannot be divided (``divide_stitches``).
     """
     check_kind("lay_stitches", cloth, Cloth, "cloth_from_stitches(fabric)")
     check_kind("lay_stitches: fabric", fabric, StitchMesh)
@@ -102,7 +101,7 @@ def _links(fabric: StitchMesh) -> _Links:
 
 
 def _makers(fabric: StitchMesh, sides: IntArray) -> tuple[IntArray, IntArray]:
-    """Top side on which each loop was made, ``BORDER`` if that is outside, and the rows over which it was slipped."""
+    """Top side on which each loop was made, ``BORDER`` if it is outside; number of rows over which it was slipped."""
     slipped_from = np.full(fabric.side_count, BORDER)
     for stitch, making in VOCABULARY.items():
         for loop, made in enumerate(making.made):
@@ -121,7 +120,7 @@ def _makers(fabric: StitchMesh, sides: IntArray) -> tuple[IntArray, IntArray]:
 
 
 def _nodes(cloth: Cloth, fabric: StitchMesh, corners: IntArray, divided: DividedStitches, links: _Links) -> LaidNodes:
-    """The four nodes of each link, on the triangles of the face that they lie in."""
+    """The four nodes of each link, on the triangles of the face in which they lie."""
     side = np.repeat(links.side, 4)
     is_upper = np.tile(NODES[:, 1] > 0, len(links.side))
     along = np.tile(NODES[:, 0], len(links.side)) + 0.5
@@ -140,7 +139,7 @@ def _nodes(cloth: Cloth, fabric: StitchMesh, corners: IntArray, divided: Divided
 
 
 def _place_in_parent(divided: DividedStitches, side: IntArray, along: FloatArray, height: FloatArray) -> FloatArray:
-    """Place in the undivided face of points of the faces of sides.
+    """Places in the undivided faces of points in the divided faces.
 
     Args:
         divided: the divided stitches.
@@ -162,7 +161,7 @@ def _place_in_parent(divided: DividedStitches, side: IntArray, along: FloatArray
 
 
 def _corner_places_of(fabric: StitchMesh, side: IntArray, along: FloatArray) -> FloatArray:
-    """Part of the width of the face from the left at points of course sides, shape (n,)."""
+    """Places of points of course sides as a part of the width of their face, from the left, shape (n,)."""
     face = fabric.side_face[side]
     at_top = fabric.role_of(side) == TOP
     step = fabric.side_place[side] + along
@@ -183,7 +182,7 @@ def _position_in_face(fabric: StitchMesh, rest: FloatArray, face: IntArray, plac
 
 
 def _passages(fabric: StitchMesh, links: _Links, size: FloatArray) -> tuple[Passages, int]:
-    """Each node as u along the yarn of the stitch above its side, and as v along that of the stitch that made the loop.
+    """Each node as u along the yarn of the stitch above its side, and as v along the yarn that made the loop.
 
     Returns:
         The passages, and the number of yarns.
@@ -230,7 +229,7 @@ def _frame(origin: FloatArray, x: FloatArray, level: FloatArray, size: FloatArra
 
 
 def _yarns(fabric: StitchMesh, size: FloatArray) -> tuple[IntArray, IntArray, FloatArray, int]:
-    """Yarn of each face, its rank along the yarn, the place of its bottom in the frame of the yarn; number of yarns."""
+    """Yarn of each face, rank along the yarn, place of the bottom in the frame of the yarn; and number of yarns."""
     yarn, rank = np.empty((2, fabric.face_count), dtype=np.int64)
     origin = np.empty((fabric.face_count, 2))
     width = size[0] * (fabric.n_bottom + fabric.n_top) / 2
@@ -244,7 +243,7 @@ def _yarns(fabric: StitchMesh, size: FloatArray) -> tuple[IntArray, IntArray, Fl
 
 
 def _spirals(fabric: StitchMesh, courses: list[Course]) -> list[list[IntArray]]:
-    """The courses of each yarn: rings that continue in one another, from below, and each other course alone."""
+    """The courses of each yarn: the rings that continue in one another, from below, or one other course alone."""
     number = course_of_faces(fabric, courses)
     above = _face_above(fabric)
     order, cyclic = knitting_order(courses_below(fabric, courses))
@@ -264,7 +263,7 @@ def _spirals(fabric: StitchMesh, courses: list[Course]) -> list[list[IntArray]]:
 
 
 def _from_face(course: Course, face: int) -> IntArray:
-    """The faces of a course, those of a ring beginning with a given one."""
+    """The faces of a course; a ring begins with the given face."""
     faces = np.array(course.faces)
     return np.roll(faces, -int(np.flatnonzero(faces == face)[0])) if course.closed else faces
 

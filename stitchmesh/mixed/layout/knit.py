@@ -2,13 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """A knit laid out on the panels of a cloth, with four nodes for each loop.
 
-The loop. Cirio et al. 2017 give a knit two nodes for each stitch contact and about four nodes for each loop; a loop has
-four stitch contacts, two with the loop that it is drawn through and two with the loop drawn through it. Which points
-the two nodes are was chosen here: the two crossings of the yarns as seen from the front, at the left and at the right
-of the loop. On each side of a knit stitch
+The loop. Cirio et al. 2017 give a knit two nodes for each stitch contact and about four nodes for each loop. A loop has
+four stitch contacts: two with the loop through which it is drawn, and two with the loop that is drawn through it. We
+chose the places of the two nodes of a contact: they are the two crossings of the yarns as seen from the front, at the
+left and at the right of the loop. On each side of a knit stitch
 
-* at P the new loop, coming from the link to its neighbour, passes behind the leg of the old loop, and
-* at Q the new loop, now its leg, passes in front of the head of the old loop.
+* at P the new loop comes from the link to its neighbour and passes behind the leg of the old loop, and
+* at Q the leg of the new loop passes in front of the head of the old loop.
 
 A purl stitch is the same with front and back exchanged. Both yarns run directly from P to Q, up on the left side and
 down on the right side. Along its yarn a loop has the nodes
@@ -20,17 +20,17 @@ plain loop,
 
     x = t + 3/2 sin 2t,  y = 4 cos t  [wale spacing 2 pi, course spacing 9/2]
 
-which crosses its copy one course higher at ``P`` and ``Q`` below, as parts of the wale and the course spacing. The four
-nodes are then nearly evenly spaced along the yarn. Rest lengths are those of the polygon through the nodes, so that a
-knit is laid out without tension.
+This curve crosses its copy one course higher at the points ``P`` and ``Q`` below, which are given in wale and course
+spacings. The four nodes are then nearly evenly spaced along the yarn. Rest lengths are the lengths of the polygon
+through the nodes, so a knit is laid out without tension.
 
 The panels. Loop (i, j) of a panel lies in the cell from (j, i) to (j + 1, i + 1), in units of wale and course spacing.
-The line through the middle of a course is clipped at the border of the panel, and each of its pieces is one yarn with
-the loops of which it passes at least half of the cell. The lines through the nodes P and Q are clipped too, and the
-outermost cells end at the border there: they are narrower or wider than the others, from half a wale spacing to less
-than two, so that the loops leave no opening beside it. A stitch contact exists where both of its loops do. On a seam
-the yarn of a course is joined to the rod where it ends, at the head of each loop that no loop is drawn through, and
-between the feet of two loops that are drawn through none.
+The line through the middle of a course is clipped at the border of the panel. Each piece of it is one yarn, with the
+loops of which it passes at least half of the cell. The lines through the nodes P and Q are clipped too, and the
+outermost cells end at the border there. These cells are narrower or wider than the others, from half a wale spacing to
+less than two, so that the loops leave no opening beside the border. A stitch contact exists where both of its loops
+exist. On a seam, the yarn of a course is joined to the rod where it ends, at the head of each loop through which no
+loop is drawn, and between the feet of two loops that are drawn through no loop.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ P = (0.3047882717353637, -0.3428759934355383)
 """Distance of the node P from the middle of the loop, in wale spacings, and its height above the border between the new
 and the old loop, in course spacings."""
 Q = (0.1952117282646363, 0.3428759934355383)
-"""The same of the node Q."""
+"""The same numbers for the node Q."""
 NODES = np.array([[-P[0], P[1]], [-Q[0], Q[1]], [Q[0], Q[1]], [P[0], P[1]]])
 """The four nodes of the contacts of a new loop with its old loop: P and Q at the left, Q and P at the right."""
 SLOTS = 8
@@ -68,11 +68,11 @@ HEAD, FOOT = 3.5, -0.5
 NARROWEST = 0.5
 """Smallest width of a loop beside a border, in wale spacings."""
 FAR = 1e15
-"""Order before all loops, if negative, or after all loops of a yarn."""
+"""Order of a passage at the end of a yarn: after all its loops, or before them if it is negative."""
 REACH = 1.5
 """Largest distance of a loop to the seam to which its head or foot is joined, in course spacings."""
 MARGIN = 0.25
-"""Smallest distance of two nodes of a rod, in wale or course spacings, whichever are smaller."""
+"""Smallest distance of two nodes of a rod, as a part of the smaller of wale and course spacing."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +82,7 @@ class _Loops:
     course: IntArray
     wale: IntArray
     yarn: IntArray
-    """Piece of a course that each loop belongs to."""
+    """Piece of a course to which each loop belongs."""
     below: IntArray
     """The loop below each loop, -1 if there is none."""
 
@@ -117,7 +117,7 @@ def _panel_yarns(cloth: Cloth, panel: int, spacing: FloatArray, chart: NDArray[n
 
 
 def contacts_of_links(node_count: int) -> IntArray:
-    """Return the nodes of the stitch contacts of nodes in the order of ``NODES``, left and right in turn, (C, 2)."""
+    """Return the nodes of stitch contacts, from nodes in the order of ``NODES``; left and right in turn, (C, 2)."""
     return np.arange(node_count).reshape(-1, 4)[:, [[0, 1], [3, 2]]].reshape(-1, 2)
 
 
@@ -137,7 +137,7 @@ def _checked_spacing(name: str, spacing: float) -> float:
 
 
 def _loops(courses: ClippedLines, width: float) -> _Loops:
-    """The loops of which half of the cell or more lies within the pieces of the courses."""
+    """The loops that have at least half of their cell within the pieces of the courses."""
     ends = courses.ends / width
     first = np.ceil(ends[:, 0] - 0.5 - 1e-9).astype(np.int64)
     last = np.floor(ends[:, 1] + 0.5 + 1e-9).astype(np.int64)
@@ -161,7 +161,7 @@ def _loop_at(course: IntArray, wale: IntArray, wanted_course: IntArray, wanted_w
 def _nodes(
     cloth: Cloth, panel: int, loops: _Loops, spacing: FloatArray, chart: NDArray[np.bool_]
 ) -> tuple[LaidNodes, IntArray]:
-    """The nodes of all stitch contacts of a panel, four for each loop that is drawn through another; these loops."""
+    """The nodes of all stitch contacts of a panel, four for each loop drawn through another one; and these loops."""
     linked = np.flatnonzero(loops.below >= 0)
     cells = {height: _cells(cloth, panel, loops, linked, spacing, height) for height in (P[1], Q[1])}
     low, high = (np.stack([cells[height][end] for height in NODES[:, 1]], axis=1) for end in (0, 1))
@@ -203,7 +203,7 @@ def _cells(
 
 
 def _passages(loops: _Loops, linked: IntArray, laid: LaidNodes) -> Passages:
-    """Each node as u along the yarn of its new loop, and as v along that of its old loop."""
+    """Each node as u along the yarn of its new loop, and as v along the yarn of its old loop."""
     place = SLOTS * loops.wale
     order = np.concatenate(
         [(place[linked, None] + AS_NEW).ravel(), (place[loops.below[linked], None] + AS_OLD).ravel()]
@@ -222,7 +222,7 @@ def _passages(loops: _Loops, linked: IntArray, laid: LaidNodes) -> Passages:
 def _joints(
     cloth: Cloth, panel: int, courses: ClippedLines, loops: _Loops, linked: IntArray, spacing: FloatArray
 ) -> list[Joints]:
-    """Where the yarns of a panel reach its border: at both ends, at open heads, and between open feet."""
+    """Places where the yarns of a panel reach its border: at both ends, at open heads, and between open feet."""
     piece = np.repeat(np.arange(len(courses.line)), 2)
     ends = Joints(piece, np.tile([-FAR, FAR], len(courses.line)),
                   courses.border.ravel(), courses.part.ravel())  # fmt: skip
@@ -238,7 +238,7 @@ def _joints(
 
 
 def _reached(lines: ClippedLines, loops: _Loops, some: IntArray, spacing: FloatArray, slot: float) -> Joints:
-    """Where lines up from the middle of loops, or down from their left feet, reach the border, if that is near."""
+    """Places where lines up from the middle of loops, or down from their left feet, reach a border that is near."""
     end = 1 if slot == HEAD else 0
     level = (loops.course[some] + 0.5) * spacing[1]
     piece = lines.piece_at(loops.wale[some], level)

@@ -2,10 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The yarns of single panels, and their union on a cloth with the rods of its seams.
 
-Parallel lines at equal distances, clipped at the border of a panel.
-
-Line k has the level (k + phase) d across its direction. The border sides that a line crosses, in order along the line,
-are in turn where it enters the panel and where it leaves it. This holds for panels with bays, and with holes too.
+Wefts, warps and courses are parallel lines at equal distances, clipped at the border of a panel. Line k has the level
+(k + phase) d across its direction. A line crosses sides of the border; in order along the line, it enters the panel at
+the first, leaves it at the second, and so on in turn. This holds for panels with bays, and with holes too.
 """
 
 from __future__ import annotations
@@ -34,7 +33,7 @@ class ClippedLines:
     border: IntArray
     """Side of the cloth that the line crosses at both ends, shape (n, 2)."""
     part: FloatArray
-    """Where on this side, from 0 at its start to 1 at its end, shape (n, 2)."""
+    """Place of the crossing on this side, from 0 at its start to 1 at its end, shape (n, 2)."""
 
     def piece_at(self, line: IntArray, along: FloatArray) -> IntArray:
         """Return the piece that holds each point, -1 if there is none, shape (m,).
@@ -91,9 +90,9 @@ class PanelYarns:
     family: IntArray
     """Family of each yarn, shape (yarns,)."""
     joints: Joints
-    """Where yarns reach the border of the panel; those of yarns without nodes are left out later."""
+    """Where yarns reach the border of the panel; joints of yarns without nodes are left out later."""
     contacts: IntArray = field(default_factory=_no_contacts)
-    """The two nodes of each stitch contact, shape (C, 2), in turn at the left and at the right foot of a loop."""
+    """The two nodes of each stitch contact, shape (C, 2), in turn for the left and for the right foot of a loop."""
 
 
 def yarns_on_cloth(
@@ -122,7 +121,7 @@ def yarns_on_cloth(
 
 
 def _numbered(part: PanelYarns, first_node: int, first_yarn: int) -> PanelYarns:
-    """The yarns of a panel, numbered after those of the panels before it."""
+    """The yarns of a panel, with nodes and yarns numbered after those of the panels before it."""
     passages, joints = part.passages, part.joints
     return replace(
         part,

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""From nodes and the passages of yarns through them, in any order, to ``CrossingYarns``."""
+"""Makes ``CrossingYarns`` from nodes and the passages of yarns through them, in any order."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Joined = TypeVar("Joined", "LaidNodes", "Passages")
 
 @dataclass(frozen=True, eq=False)
 class LaidNodes:
-    """Nodes on a cloth; the fields that ``CrossingYarns`` has too mean the same."""
+    """Nodes on a cloth; fields that ``CrossingYarns`` has too have the same meaning."""
 
     panel: IntArray
     position: FloatArray
@@ -51,10 +51,10 @@ class Passages:
     node: IntArray
     """Node of each passage, shape (M,)."""
     coordinate: IntArray
-    """0 where the yarn is the node's u yarn and 1 where it is its v yarn, shape (M,)."""
+    """0 where the yarn is the u yarn of the node and 1 where it is its v yarn, shape (M,)."""
     place: FloatArray
     """Flat place of each passage in a frame of its yarn [cm], shape (M, 2); distances along a yarn are rest lengths.
-    The frames of the two yarns of a node differ by a shift only."""
+    The frames of the two yarns of a node differ only by a shift."""
 
     def taken(self, passages: IntArray | NDArray[np.bool_]) -> Passages:
         """Return some of the passages, in the given order."""
@@ -80,7 +80,7 @@ def assembled(
         nodes: the nodes.
         passages: the passages, in any order.
         family: family of each yarn that a passage names, shape (yarns,).
-        contacts: the two nodes of each stitch contact of a knit, shape (C, 2), in turn at the left and at the right
+        contacts: the two nodes of each stitch contact of a knit, shape (C, 2), in turn for the left and for the right
             foot of a loop.
 
     Raises:
@@ -128,7 +128,7 @@ def wrapping_elements(neighbours: IntArray, contacts: IntArray) -> IntArray:
     """Return each node of a stitch contact with its neighbours outside of the contact along u and v, shape (W, 3).
 
     Args:
-        neighbours: as in ``CrossingYarns``, shape (N, 4).
+        neighbours: as ``CrossingYarns.neighbours``, shape (N, 4).
         contacts: the two nodes of each stitch contact, shape (C, 2).
     """
     node, other = np.concatenate([contacts, contacts[:, ::-1]]).T
@@ -141,7 +141,7 @@ def wrapping_elements(neighbours: IntArray, contacts: IntArray) -> IntArray:
 
 
 def _kept_nodes(passages: Passages, count: int) -> NDArray[np.bool_]:
-    """Whether each node lies on yarns with two nodes or more only."""
+    """Whether each node lies only on yarns with at least two nodes."""
     kept = np.ones(count, dtype=np.bool_)
     while True:
         nodes = np.bincount(passages.yarn[kept[passages.node]], minlength=int(passages.yarn.max(initial=-1)) + 1)

@@ -3,10 +3,10 @@
 """Rods along seams, and the yarns that are joined to them (Casafranca et al. 2020, section 6.1).
 
 A rod is a yarn that runs along a seam. Each yarn that reaches the seam from either panel has a node in common with the
-rod; the rod is the node's v yarn. The rest length of the rod between two nodes is the mean of the lengths of both
-borders. Nodes of yarns from both panels may lie at nearly the same place, and their distance would be a segment of
-nearly no length and of a stiffness without bound. They are therefore moved along the rod until all distances are at
-least a given one, by the least sum of squares (isotonic regression).
+rod; the rod is the v yarn of the node. The rest length of the rod between two nodes is the mean of the lengths of both
+borders. Nodes of yarns from both panels may lie at nearly the same place; their distance would be a segment of nearly
+no length, whose stiffness has no bound. The nodes are therefore moved along the rod until all distances are at least a
+given distance, with the least sum of squares of the moves (isotonic regression).
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from stitchmesh.mixed.layout.embedding import rest_positions
 from stitchmesh.mixed.layout.passages import LaidNodes, Passages, joined
 
 FULLEST = 0.9
-"""Largest part of the length of a seam that the smallest distances of all its nodes take up."""
+"""Largest part of the length of a seam that the smallest distances of all its nodes may take."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +37,7 @@ class Joints:
     border: IntArray
     """Side of the cloth that the yarn reaches, shape (n,)."""
     part: FloatArray
-    """Where on this side, from 0 to 1, shape (n,)."""
+    """Place on this side, from 0 to 1, shape (n,)."""
 
     def taken(self, joints: IntArray | np.ndarray) -> Joints:
         """Return some of the joints, in the given order."""
@@ -59,11 +59,11 @@ def with_rods(
         nodes: the nodes of the yarns.
         passages: the passages of the yarns.
         family: family of each yarn.
-        joints: where yarns reach borders; those on no seam are left out.
+        joints: where yarns reach borders; joints that lie on no seam are left out.
         smallest: smallest distance of two nodes of a rod [cm].
 
     Returns:
-        Nodes, passages and families with those of the rods after the given ones.
+        Nodes, passages and families; those of the rods follow the given ones.
     """
     edge_of_side = np.full(len(cloth.twin), -1)
     edge_of_side[cloth.seam_sides] = np.arange(len(cloth.seam_edges))[:, None]

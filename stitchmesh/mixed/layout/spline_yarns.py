@@ -7,16 +7,15 @@ and a height h along the interpolated normal n of the cloth,
 
     q = B v + h n(b),
 
-so that B holds the barycentric coordinates alone, as for nodes within the triangles. Outside the enriched region this
-formula places the yarn. In the hybrid region the height is no part of B: there it belongs to F x, which turns with the
-yarn (``enrichment.embedding``). If B had the normals, the motions p = B v + F x would not be linear in v, and if E
-(v, p) kept the heights as constants, a cloth that turns would be strained.
+so that B holds only the barycentric coordinates, as for nodes within the triangles. Outside the enriched region this
+formula places the yarn. In the hybrid region the height does not belong to B: there it belongs to F x, which turns with
+the yarn (``enrichment.embedding``). If B contained the normals, the motions p = B v + F x would not be linear in v. If
+E (v, p) kept the heights as constants, a cloth that turns would be strained.
 
-Yarns of either model, laid out on a cloth: nodes at crossings, or control points of B-splines.
-
-Both have ``node_count`` nodes with a ``panel``, a ``position`` in it, a ``triangle`` and ``barycentric`` coordinates, a
-place in the ``world``, and Eulerian coordinates ``rest_sliding``; ``yarn_start`` and ``yarn_node`` list the nodes of
-each yarn.
+``LaidYarns`` are yarns of either model, laid out on a cloth: with nodes at crossings, or with control points of
+B-splines. Both have ``node_count`` nodes with a ``panel``, a ``position`` in it, a ``triangle`` and ``barycentric``
+coordinates, a place in the ``world``, and Eulerian coordinates ``rest_sliding``; ``yarn_start`` and ``yarn_node`` list
+the nodes of each yarn.
 """
 
 from __future__ import annotations
@@ -104,7 +103,7 @@ class SplineYarns:
 
         Args:
             cloth: the cloth on which the yarns are laid out.
-            vertices: positions of the vertices [cm], shape (V, 3); those of the cloth by default.
+            vertices: positions of the vertices [cm], shape (V, 3); by default the positions of the cloth.
         """
         corners = cloth.vertices if vertices is None else np.asarray(vertices)
         foot = world_positions(cloth, self.triangle, self.barycentric, corners)
@@ -120,7 +119,7 @@ LaidYarns = CrossingYarns | SplineYarns
 def spline_yarns(
     cloth: Cloth, curves: YarnSet, triangle: IntArray, barycentric: FloatArray, height: FloatArray
 ) -> SplineYarns:
-    """Return yarns whose control points have given feet on a cloth; arguments as the fields of ``SplineYarns``."""
+    """Return yarns whose control points have given feet on a cloth; the arguments are fields of ``SplineYarns``."""
     return SplineYarns(
         curves=curves,
         panel=cloth.panel[triangle],

@@ -2,15 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """The B-spline yarns of a stitch mesh on its cloth: the foot of each control point, and its height.
 
-Each control point knows the stitch that made it, so that the triangles of this stitch and of those around it are the
-candidates for its foot; layers of a garment that lie on one another do not mix. Among them the point takes the triangle
-whose prism along its normal holds it, or comes nearest. The foot then follows from the interpolated normal n by a few
+Each control point knows the stitch that made it. The triangles of this stitch and of the stitches around it are the
+candidates for its foot, so layers of a garment that lie on one another do not mix. The point takes the candidate whose
+prism along its normal holds it, or comes nearest to it. The foot then follows from the interpolated normal n by a few
 rounds of
 
     h = n(b) . (q - B v),    b = barycentric coordinates of q - h n(b).
 
-Control points that no stitch made, such as tails, have the candidates of the nearest point of their yarn that a stitch
-made.
+A control point that no stitch made, such as in a tail, has the candidates of the nearest point of its yarn that a
+stitch made.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ from stitchmesh.mixed.layout.spline_yarns import SplineYarns, spline_yarns
 from stitchmesh.yarn import YarnSet
 
 ROUNDS = 8
-"""Rounds in which the foot of a control point is found; each one reduces the error by the height over the radius of
-curvature of the cloth."""
+"""Rounds in which the foot of a control point is found. Each round multiplies the error by the height over the radius
+of curvature of the cloth."""
 
 
 def lay_splines(cloth: Cloth, fabric: StitchMesh, curves: YarnSet) -> SplineYarns:
@@ -37,10 +37,10 @@ def lay_splines(cloth: Cloth, fabric: StitchMesh, curves: YarnSet) -> SplineYarn
     Args:
         cloth: the cloth that ``cloth_from_stitches`` made of the fabric.
         fabric: the stitch mesh.
-        curves: its yarns, as generated or as relaxed.
+        curves: the yarns of the stitch mesh, as generated or as relaxed.
 
     Raises:
-        ParameterError: the cloth or the yarns are not those of the fabric.
+        ParameterError: the cloth or the yarns do not belong to the fabric.
     """
     faces = _faces_of_points(fabric, curves)
     start = triangle_start(fabric)
@@ -54,7 +54,7 @@ def lay_splines(cloth: Cloth, fabric: StitchMesh, curves: YarnSet) -> SplineYarn
 
 
 def _faces_of_points(fabric: StitchMesh, curves: YarnSet) -> IntArray:
-    """The stitch of each control point, or that of the nearest point of its yarn that has one, shape (N,)."""
+    """The stitch of each control point, or the stitch of the nearest point of its yarn that has one, shape (N,)."""
     if curves.face.max() >= fabric.face_count:
         found = f"got yarns of stitch {curves.face.max()}"
         raise ParameterError(f"spline yarns: {found}; expected 0 to {fabric.face_count - 1}")
@@ -80,7 +80,7 @@ def _candidates(fabric: StitchMesh, start: IntArray, faces: IntArray) -> tuple[I
 
 
 def _ranges(first: IntArray, end: IntArray) -> IntArray:
-    """The numbers from each first one to its end, one range after the other."""
+    """The numbers from each start to its end, one range after the other."""
     count = end - first
     offset = np.repeat(first - (np.cumsum(count) - count), count)
     numbers: IntArray = offset + np.arange(count.sum())
@@ -88,7 +88,7 @@ def _ranges(first: IntArray, end: IntArray) -> IntArray:
 
 
 def _nearest_prism(cloth: Cloth, places: FloatArray, point: IntArray, triangle: IntArray) -> IntArray:
-    """The candidate whose prism is nearest to each point, the lowest one of those that hold it, shape (N,)."""
+    """The candidate whose prism is nearest to each point, shape (N,); of several that hold it, the lowest one."""
     corners = cloth.vertices[cloth.triangles[triangle]]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     area = np.linalg.norm(normal, axis=1)

@@ -3,10 +3,10 @@
 """Division of each stitch of a stitch mesh into k x k smaller ones.
 
 The triangles of a cloth should be much larger than its stitches (Casafranca et al. 2020: hundreds of nodes on each),
-and a stitch mesh has two triangles for each stitch. A coarse stitch mesh can therefore serve as the cloth, and the
-yarns are laid out by its division: every edge is divided into k edges, and a stitch with one bottom and one top side
-into k rows of k stitches. Where a stitch has more top than bottom sides, the k stitches of its last row make the loops;
-where it has more bottom sides, the k stitches of its first row work them together.
+but a stitch mesh has only two triangles for each stitch. A coarse stitch mesh can therefore serve as the cloth, and its
+division lays out the yarns. Every edge is divided into k edges, and a stitch with one bottom and one top side into k
+rows of k stitches. Where a stitch has more top than bottom sides, the k stitches of its last row make the loops; where
+it has more bottom sides, the k stitches of its first row work them together.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ from stitchmesh.mesh.stitch import Stitch
 
 @dataclass(frozen=True, eq=False)
 class DividedStitches:
-    """A stitch mesh whose faces are parts of the faces of another one."""
+    """A stitch mesh whose faces are parts of the faces of another mesh."""
 
     fabric: StitchMesh
     """The smaller stitches."""
     parent: IntArray
-    """Face of the other mesh that each face is a part of, shape (F,)."""
+    """Face of the other mesh to which each face belongs, shape (F,)."""
     corner_place: FloatArray
     """Place of each corner in that face, shape (C, 2): from 0 at the left to 1 at the right wale side, and from 0 at
     the bottom to 1 at the top."""
@@ -52,7 +52,7 @@ class _Division:
     places: tuple[tuple[float, float], ...]
     """Place of each point in the face."""
     sources: tuple[tuple[int, int], ...]
-    """Side of the face that each point lies on and its place along the side from 0 to k - 1; (-1, n) inside."""
+    """Side of the face on which each point lies, and its place along the side from 0 to k - 1; (-1, n) inside."""
     parts: tuple[_Part, ...]
 
 
@@ -77,7 +77,7 @@ def divide_stitches(fabric: StitchMesh, k: int) -> DividedStitches:
         raise ParameterError(f"face {first_few(bad)}: got {found}; expected one of one kind, to divide the stitch")
     kinds, kind = np.unique(np.stack([fabric.n_bottom, fabric.n_top], axis=1), axis=0, return_inverse=True)
     first_inside = len(fabric.vertices) + len(fabric.edge_side) * (k - 1)
-    inside = (k - 1) ** 2  # a row between two rows has as many loops as the side with one edge
+    inside = (k - 1) ** 2  # a row between two other rows has as many loops as the side with one edge
     groups = []
     positions = np.zeros((first_inside + inside * fabric.face_count, 3))
     for number, (bottom, top) in enumerate(kinds.tolist()):
@@ -115,7 +115,7 @@ def _corner_weights(places: FloatArray, bottom: int, top: int) -> FloatArray:
 
 @cache
 def _division(bottom: int, top: int, k: int) -> _Division:
-    """The division of a face; rows of points go from the left to the right, from the bottom to the top."""
+    """The division of a face; rows of points go from left to right, and follow one another from bottom to top."""
     places: list[tuple[float, float]] = []
     sources: list[tuple[int, int]] = []
     rows: list[list[int]] = []
@@ -201,7 +201,7 @@ def _divided(
 
 
 def _half_turns(fabric: StitchMesh, divided: StitchMesh, owner: IntArray) -> IntArray:
-    """Half turns of the loops of the parts that are increases, as in their faces, shape (C,)."""
+    """Half turns of the loops of increases among the parts, copied from their faces, shape (C,)."""
     twist = np.zeros(divided.side_count, dtype=np.int64)
     for part in np.flatnonzero(divided.n_top > 1):
         loops = 1 + np.arange(divided.n_top[part])
@@ -210,7 +210,7 @@ def _half_turns(fabric: StitchMesh, divided: StitchMesh, owner: IntArray) -> Int
 
 
 def _stitches(fabric: StitchMesh, faces: IntArray, part: _Part, k: int) -> IntArray:
-    """Stitch of one part of each face: that of the face where it has its sides, else plain knit or purl."""
+    """Stitch of one part of each face: the stitch of the face where the part has its sides, else plain knit or purl."""
     own = fabric.stitch[faces]
     is_first, is_last = part.row == 0, part.row == k - 1
     plain = np.where(own == Stitch.PURL, Stitch.PURL, Stitch.KNIT)

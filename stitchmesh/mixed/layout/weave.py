@@ -3,11 +3,11 @@
 """A weave laid out on the panels of a cloth (Cirio et al. 2014, section 3).
 
 Warps run along y and wefts along x of each panel, at equal distances. Warp k of a panel lies at x = (k + 1/2) / ends
-and weft k at y = (k + 1/2) / picks, for all integers k, so that the matrix repeats in the coordinates of the panel. The
-yarns are clipped at the border, and each crossing within it is a node.
+and weft k at y = (k + 1/2) / picks, for all integers k, so the matrix of the weave repeats in the coordinates of the
+panel. The yarns are clipped at the border, and each crossing inside is a node.
 
-A crossing is left out if it is nearer to the border, along one of its yarns, than ``MARGIN`` of the distance of two
-crossings: on a seam the rest of the yarn would be a segment of nearly no length.
+A crossing that is too near to the border along one of its yarns is left out: nearer than ``MARGIN`` times the distance
+of two crossings. On a seam the rest of the yarn would be a segment of nearly no length.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from stitchmesh.mixed.layout.passages import LaidNodes, Passages, joined
 from stitchmesh.mixed.layout.rods import Joints, joined_joints
 
 MARGIN = 0.25
-"""Smallest distance of a crossing to the border along its yarns, and of two nodes of a rod, in distances of yarns."""
+"""Smallest distance of a crossing from the border along its yarns, and of two nodes of a rod, in distances of yarns."""
 
 
 def lay_weave(cloth: Cloth, over: ArrayLike, *, ends: float, picks: float) -> CrossingYarns:
@@ -35,8 +35,8 @@ def lay_weave(cloth: Cloth, over: ArrayLike, *, ends: float, picks: float) -> Cr
 
     Args:
         cloth: the cloth.
-        over: whether each weft passes over each warp in one repeat, seen from outside, wefts from the top and warps
-            from the left, shape (wefts, warps); as the matrix of a weave file.
+        over: whether each weft passes over each warp in one repeat, seen from outside, shape (wefts, warps). Wefts are
+            listed from the top and warps from the left, as in the matrix of a weave file.
         ends: warps per cm.
         picks: wefts per cm.
 
@@ -50,7 +50,7 @@ def lay_weave(cloth: Cloth, over: ArrayLike, *, ends: float, picks: float) -> Cr
 
 
 def _panel_yarns(cloth: Cloth, panel: int, spacing: tuple[float, float], matrix: NDArray[np.bool_]) -> PanelYarns:
-    """The wefts of a panel, and then its warps."""
+    """The wefts of a panel, followed by its warps."""
     wefts, warps = clipped_lines(cloth, panel, 0, spacing[1]), clipped_lines(cloth, panel, 1, spacing[0])
     crossings = _crossings(wefts, warps, spacing)
     nodes = _nodes(cloth, panel, crossings, spacing, matrix)
@@ -81,7 +81,7 @@ def _checked_spacing(name: str, density: float) -> float:
 def _crossings(wefts: ClippedLines, warps: ClippedLines, spacing: tuple[float, float]) -> IntArray:
     """Numbers of warp line, weft line, piece of the weft and piece of the warp of each crossing, shape (n, 4).
 
-    They ascend along each weft, weft by weft.
+    Crossings ascend along each weft, weft by weft.
     """
     if not len(warps.line):
         return np.zeros((0, 4), dtype=np.int64)
@@ -110,7 +110,7 @@ def _nodes(
 
 
 def _passages(crossings: IntArray, position: FloatArray, first_warp: int) -> Passages:
-    """Passages of the wefts, and then of the warps, both in order."""
+    """Passages of the wefts, followed by passages of the warps, both in order."""
     node = np.arange(len(crossings))
     up = np.argsort(crossings[:, 3], kind="stable")  # wefts ascend, and so does the place along each warp
     wefts = Passages(crossings[:, 2], position[:, 0], node, np.zeros_like(node), position)

@@ -2,22 +2,23 @@
 # SPDX-License-Identifier: Apache-2.0
 """Equilibrium of a periodic cell of yarns at a given strain and curvature.
 
-Unknown are the displacement w and the two sliding coordinates of each node of the repeat, and those parameters of the
-shape that are free, such as the width of a strip that is pulled along its length. The mean of w is
-zero, so that the curvature is that of the middle of the yarns. The energy has its minimum at the equilibrium, found by
-Newton's method with a dense matrix: differences of the gradient, whose eigenvalues are replaced by their absolute
-values, so that every step goes downhill (Dauphin et al. 2014). At an equilibrium the derivatives of the energy by the
-parameters of the shape are exact tensions and moments: unknowns contribute nothing, because the energy does not change
-with them to first order.
+The unknowns are the displacement w and the two sliding coordinates of each node of the repeat, and the free parameters
+of the shape, such as the width of a strip that is pulled along its length. The mean of w is zero, so that the curvature
+belongs to the middle of the yarns. The energy has its minimum at the equilibrium. Newton's method finds it with a dense
+matrix from differences of the gradient; the eigenvalues of the matrix are replaced by their absolute values, so that
+every step goes downhill (Dauphin et al. 2014). At an equilibrium the derivatives of the energy by the parameters of the
+shape are exact tensions and moments: the unknowns contribute nothing, because the energy does not change with them to
+first order.
 
-Yarns slide without friction, or are held by it where they are laid out. The loops of a knit without friction open at
-nearly no tension until they are tight; with friction they are stiff from the beginning.
+Yarns slide without friction, or friction holds them where they are laid out. The loops of a knit without friction open
+at nearly no tension until they are tight; with friction they are stiff from the beginning.
 
 A flat fabric of flat yarns is an equilibrium by symmetry, also under compression, where it is not stable. Such a state
 is kept, because the triangles that are fitted to it are flat too: buckling belongs to their positions, not to their
 law.
 
-The shape of a fabric of uniform strain and curvature, on which a periodic cell of yarns lies (Sperl et al. 2020).
+``CellShape`` is the shape of a fabric of uniform strain and curvature, on which a periodic cell of yarns lies (Sperl et
+al. 2020).
 
 A point X of the flat fabric is first stretched in its plane, Y = U X, and then rolled on a cylinder of curvature kappa
 whose axis is across a direction d: with s = d . Y, e the coordinate of Y across d, and theta = kappa s,
@@ -25,7 +26,7 @@ whose axis is across a direction d: with s = d . Y, e the coordinate of Y across
     c(X) = (s sinc theta) d + e d' + (kappa s^2 / 2 sinc^2(theta / 2)) n
 
 A node of the cell that has moved by w in the flat fabric lies at c(X) + R(theta) w, where R turns the plane of d and
-the normal n by theta. All copies of a node have the same w: forces and energy are those of an endless fabric. Without
+the normal n by theta. All copies of a node have the same w, so forces and energy belong to an endless fabric. Without
 curvature the fabric is flat and x = U X + w.
 
 ``shape_derivatives`` differentiates by steps of imaginary numbers, which has no error of cancellation: for real x,
@@ -61,17 +62,17 @@ TOLERANCE = 1e-8
 """Largest unbalanced force, over the stretch stiffness of a yarn."""
 MOST_ITERATIONS = 150
 STEP = 1e-6
-"""Step of the differences of the gradient, in sizes of the repeat."""
+"""Step of the differences of the gradient, over the size of the repeat."""
 SMALLEST_EIGENVALUE = 1e-9
-"""Smallest eigenvalue of the matrix, over the largest one, for motions that cost nothing, such as yarns that slide as a
-whole."""
+"""Smallest eigenvalue of the matrix, over the largest one. It matters for motions that cost no energy, such as yarns
+that slide as a whole."""
 MOST_HALVINGS = 40
 DECREASE = 1e-4
-"""Part of the decrease of the linear model that a step must reach."""
+"""Part of the decrease that the linear model predicts and a step must reach."""
 ROUNDING = 1e-14
-"""Rounding of the energy, relative."""
+"""Rounding of the energy, over its size."""
 LARGEST_MOVE = 0.1
-"""Largest change of an unknown in one iteration, in sizes of the repeat."""
+"""Largest change of an unknown in one iteration, over the size of the repeat."""
 
 
 @dataclass(frozen=True)
@@ -145,15 +146,15 @@ class CellState:
     energy: float
     """Energy for each area of the flat fabric [erg/cm^2]."""
     slopes: Numbers
-    """Derivatives of ``energy`` by the ``PARAMETERS``: tension along courses and along wales [dyn/cm], the same of the
-    skew, and moment [dyn]; shape (4,)."""
+    """Derivatives of ``energy`` by the ``PARAMETERS``: tension along courses and along wales [dyn/cm], derivative by
+    the skew [dyn/cm], and moment [dyn]; shape (4,)."""
 
 
 class CellSolver:
     """Equilibria of one cell."""
 
     def __init__(self, cell: YarnCell, *, sliding: bool = True) -> None:
-        """Put the energies of the cell on the CPU: a cell has few nodes.
+        """Put the energies of the cell on the CPU, because a cell has few nodes.
 
         Args:
             cell: the repeat.
@@ -182,13 +183,14 @@ class CellSolver:
 
         Args:
             shape: strain and curvature.
-            start: ``CellState.moved`` of a state nearby, shape (n, 5); the layout if it is None.
+            start: ``CellState.moved`` of a nearby state, shape (n, 5); the layout if it is None.
             free: names of the parameters of the shape that are unknown; the search begins at their values in ``shape``.
-            load: tension along courses, along wales and of the skew that acts on the fabric [dyn/cm], shape (3,).
+            load: tension along courses, tension along wales, and load on the skew, which act on the fabric [dyn/cm],
+                shape (3,).
             held: whether the nodes keep their places ``start`` in the fabric.
 
         Raises:
-            ParameterError: a name is not that of a parameter.
+            ParameterError: a name is not a parameter of the shape.
             SolverError: forces do not balance after many iterations.
         """
         wrong = [name for name in free if name not in PARAMETERS]
@@ -216,7 +218,7 @@ class CellSolver:
         return sum(term.energy(state) for term in self.terms), -nodes, -slides
 
     def of_repeat(self, shape: CellShape, by_positions: Numbers, by_sliding: Numbers) -> Numbers:
-        """Derivatives by the movements of the repeat from those by the nodes of the patch, shape (n, 5)."""
+        """Derivatives by the movements of the repeat, shape (n, 5), from the derivatives by the nodes of the patch."""
         result = np.zeros((self.cell.node_count, 5))
         back = turned_back(shape, self.cell.flat, by_positions)
         np.add.at(result, self.cell.copy_of[self._known], np.concatenate([back, by_sliding], axis=1)[self._known])
@@ -237,7 +239,7 @@ class CellSolver:
 
 @dataclass(frozen=True, eq=False)
 class _Search:
-    """The search for one equilibrium; unknown are movements of nodes, and free parameters in units of 1 / size."""
+    """The search for one equilibrium; unknowns are movements of nodes, and free parameters times ``solver.size``."""
 
     solver: CellSolver
     shape: CellShape
@@ -310,7 +312,7 @@ class _Search:
         return energy, np.concatenate(parts)
 
     def _allowed(self, moved: Numbers) -> Numbers:
-        """Movements without their mean displacement, and without sliding where friction holds."""
+        """Movements without their mean displacement, and without sliding where friction holds the yarns."""
         mean = moved.mean(axis=0)
         mean[3:] = 0.0
         result: Numbers = (moved - mean) * self.solver.kept

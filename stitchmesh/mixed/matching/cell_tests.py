@@ -2,12 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """The tests of ``loading_curve`` on a cell of crossing yarns.
 
-Stretched and sheared cells are in equilibrium. A bent cell keeps the places of its nodes in the fabric, and its sizes
-adapt to the tension with which it is laid out, so that the chords of yarn between nodes keep their strain. For straight
-yarns this is the equilibrium too. The loops of a knit could turn towards their curl under nearly no moment; the
-resistance is then that of a knit which its neighbourhood keeps flat.
+Stretched and sheared cells are in equilibrium. A bent cell keeps the places of its nodes in the fabric. Its sizes adapt
+so that its tension stays as laid out, and the chords of yarn between nodes keep their strain. For straight yarns this
+is the equilibrium too. The loops of a knit could turn towards their curl under nearly no moment; the test therefore
+gives the resistance of a knit whose neighbourhood keeps it flat.
 
-Tests of a fabric: what it resists at prescribed strains, shears and curvatures.
+The tests measure the resistance of a fabric at prescribed strains, shears and curvatures:
 
 - ``course``, ``wale``: stretched along one axis to (1 + strain) times its size, while the other size keeps its value.
 - ``both``: stretched along both axes.
@@ -15,10 +15,10 @@ Tests of a fabric: what it resists at prescribed strains, shears and curvatures.
 - ``bend course``, ``bend wale``, ``bend across``: rolled on a cylinder of curvature ``strain`` [1/cm], which is curved
   along the courses, along the wales, or at 45 degrees; sizes in the plane are free.
 
-The tension is the derivative of the energy for each area of the flat fabric by the strain: dyn per cm of flat fabric
-for a stretch, dyn/cm for shear, dyn for the moment for each cm of width. Under ``both`` it is the derivative by the
-stretch along the courses. Values are plain arrays, so that any source can give them: the cells of crossing yarns here,
-stretch tests of B-spline yarns (``sm.stretch_test`` with the other size held), or measurements.
+The tension is the derivative of the energy per area of the flat fabric by the strain: dyn per cm of flat fabric for a
+stretch, dyn/cm for shear, and for bending the moment per cm of width, in dyn. Under ``both`` it is the derivative by
+the stretch along the courses. Values are plain arrays, so they can come from any source: the cells of crossing yarns
+here, stretch tests of B-spline yarns (``sm.stretch_test`` with the other size held), or measurements.
 """
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ class LoadingCurve:
 
     @staticmethod
     def of(test: str, strain: ArrayLike, tension: ArrayLike, side: ArrayLike | None = None) -> LoadingCurve:
-        """The curve of lists of numbers; arguments as the fields, ``side`` zero if it is None."""
+        """The curve of lists of numbers; the arguments are the fields, and ``side`` is zero if it is None."""
         strains = np.array(strain, dtype=np.float64)
         sides = np.zeros(strains.shape) if side is None else np.array(side, dtype=np.float64)
         return LoadingCurve(test, strains, np.array(tension, dtype=np.float64), sides)  # type: ignore[arg-type]
@@ -89,7 +89,7 @@ class LoadingCurve:
 
     @property
     def at_rest(self) -> tuple[float, float]:
-        """Tension and side tension at strain 0: the tension that the fabric is laid out with."""
+        """Tension and side tension at strain 0, with which the fabric is laid out."""
         first = int(np.flatnonzero(self.strain == 0.0)[0])
         return float(self.tension[first]), float(self.side[first])
 
@@ -100,7 +100,7 @@ class LoadingCurve:
 
     @property
     def rise(self) -> tuple[Numbers, Numbers]:
-        """Tension and side tension beyond those at rest."""
+        """Tension and side tension beyond their values at rest."""
         tension, side = self.at_rest
         return self.tension - tension, self.side - side
 
@@ -144,7 +144,7 @@ def _with_zero(name: str, values: Iterable[float]) -> Numbers:
 
 
 def _run(solver: CellSolver, test: str, strains: Numbers) -> LoadingCurve:
-    """One test; each state begins at the one nearer to strain 0."""
+    """One test; the search for each state begins at the neighbouring state that is nearer to strain 0."""
     zero = int(np.flatnonzero(strains == 0.0)[0])
     flat = solver.equilibrium(CellShape(direction=DIRECTION.get(test, 0.0)))
     states = {zero: flat}

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Triangles that match yarns: the fitted materials, and how far they are from the yarns over a range of strains.
+"""Triangles that match yarns: the fitted materials, and their difference from the yarns over a range of strains.
 
 Casafranca et al. 2020 (section 7) estimate the parameters of the triangles so that energies agree under uniform stretch
-and bending. Here a law with constant moduli and one with tables of tension are fitted (``fitted_material``), and the
-tables are kept where they decrease the mismatch enough.
+and bending. Here two laws are fitted, one with constant moduli and one with tables of tension (``fitted_material``).
+The tables are kept if they decrease the mismatch enough.
 """
 
 from __future__ import annotations
@@ -32,9 +32,9 @@ STRAINS = (-0.05, -0.02, 0.02, 0.05, 0.1, 0.15, 0.2)
 CURVATURES = (-1.0, -0.5, 0.5, 1.0)
 """Curvatures of the tests [1/cm]."""
 WORTH = 0.8
-"""Largest mismatch of stretch with tables over that of the linear law with which tables are kept."""
+"""The tables are kept if their mismatch of stretch is at most this part of the mismatch of the linear law."""
 NOTHING = 1e-6
-"""Tension at rest over the largest tension below which it counts as none."""
+"""Tension at rest, over the largest tension, below which it counts as no tension."""
 CLOSE = 0.01
 """Mismatch of the linear law up to which tables are not needed."""
 
@@ -52,14 +52,15 @@ class ClothMatch:
 
     @property
     def material(self) -> ClothMaterial:
-        """The one to use: with tables if these decrease the mismatch of stretch by a fifth or more, from above 1 %."""
+        """The material to use: with tables if they decrease the mismatch of stretch by over a fifth, from above 1 %."""
         linear, tables = self.stretch_mismatch(self.linear), self.stretch_mismatch(self.tables)
         return self.tables if linear > CLOSE and tables < WORTH * linear else self.linear
 
     def mismatch(self, material: ClothMaterial) -> dict[str, float]:
         """Relative difference of a material in each test: sqrt(sum (|dT| / strain)^2 / sum (|T| / strain)^2).
 
-        T is the pair of tension and side tension of the yarns beyond those at rest, and the sums are over the strains.
+        T is the pair of tension and side tension of the yarns beyond their values at rest, and the sums are over the
+        strains.
         """
         return {curve.test: _mismatch(material, curve) for curve in self.curves}
 
@@ -124,7 +125,7 @@ def match_cloth(
 
 
 def match_curves(curves: Iterable[LoadingCurve], *, name: str, density: float, source: str = "") -> ClothMatch:
-    """Fit the stiffnesses of triangles to tests of a fabric, whatever they come from.
+    """Fit the stiffnesses of triangles to tests of a fabric from any source.
 
     Args:
         curves: ``course``, ``wale``, ``shear`` and the three tests of bending, and ``both`` if there is one.
@@ -159,7 +160,7 @@ def _damped(material: ClothMaterial, cell: YarnCell) -> ClothMaterial:
 
 
 def _differences(material: ClothMaterial, curve: LoadingCurve) -> tuple[Numbers, Numbers]:
-    """Difference of the tensions of triangles from those of yarns, and size of the latter, at strains other than 0."""
+    """Difference of the tensions of triangles and yarns, and size of the tensions of yarns, at strains other than 0."""
     (tension, side), (own, own_side) = curve.rise, respond(material, curve)
     loaded = curve.loaded
     return np.hypot(own - tension, own_side - side)[loaded], np.hypot(tension, side)[loaded]
@@ -172,7 +173,7 @@ def _mismatch(material: ClothMaterial, curve: LoadingCurve) -> float:
 
 
 def _at_rest(curves: tuple[LoadingCurve, ...]) -> list[str]:
-    """The tensions and moments that the fabric is laid out with, and that triangles do not have."""
+    """The tensions and moments with which the fabric is laid out, and which triangles do not have."""
     kinds = ("course", "dyn/cm"), ("wale", "dyn/cm"), ("bend course", "dyn"), ("bend wale", "dyn")
     stiffness = {curve.test: float(np.abs(curve.rise[0]).max()) for curve in curves}
     at_rest = {curve.test: curve.at_rest[0] for curve in curves}

@@ -2,20 +2,20 @@
 # SPDX-License-Identifier: Apache-2.0
 """The material of triangles that is nearest to the tests of a fabric of yarns.
 
-The tensions of the linear law are linear in its moduli C_11, C_22, C_12 and C_33. They are the
-ones with the least sum of squares of
+The tensions of the linear law are linear in its moduli C_11, C_22, C_12 and C_33. The fitted moduli have the least sum
+of squares of
 
     (tension of triangles - tension of yarns) / strain,
 
 the differences of secant stiffness, over all strains of all stretch and shear tests, with the side tensions. Tension
-that the fabric has at strain 0 is left out: triangles have none. The rigidities are the least squares of the moments in
-the same manner. At 45 degrees a cylinder costs B = (B_1 + B_2) / 4 + twist, with the Poisson ratio of bending zero: a
-cylinder does not show this ratio.
+that the fabric has at strain 0 is left out, because triangles have none. The rigidities are fitted to the moments by
+least squares in the same manner. At 45 degrees a cylinder costs B = (B_1 + B_2) / 4 + twist. The Poisson ratio of
+bending is zero here, because a cylinder does not show it.
 
-The law with tables takes the tensions of the yarns along both axes, and the stress of shear, as they are, and fits C_12
-alone.
+The law with tables takes the tensions of the yarns along both axes, and the stress of shear, as they are, and fits only
+C_12.
 
-What a material of triangles resists in the tests of ``cell_tests``, in closed form.
+``respond`` returns in closed form the resistance of a material of triangles in the tests of ``cell_tests``.
 
 With the stresses S_1(E_11), S_2(E_22), S_3(2 E_12) and S_4(E_11 + E_22) of a material, its coupling C_12 and its
 rigidities B (``cloth_material``), with l = 1 + strain and E = (l^2 - 1) / 2,
@@ -48,13 +48,13 @@ SMALLEST_TWIST = 1e-2
 """Smallest twist over the mean of both rigidities. Straight yarns that cross do not resist twist, and triangles without
 resistance would have no definite shape."""
 LARGEST_POISSON = 0.9
-"""Largest Poisson ratio of a fitted material, which keeps it stable."""
+"""Largest Poisson ratio of a fitted material, a bound that keeps the material stable."""
 SMALLEST_SLOPE = 1e-2
-"""Smallest slope of a table of tensions over the largest one: a stress of triangles rises with the strain."""
+"""Smallest slope of a table of tensions over its largest slope: the stress of triangles must rise with the strain."""
 LARGEST_ANGLE = 1.5
-"""Largest change of angle of a table of shear [rad]."""
+"""Change of angle from which on there is no table of shear [rad]."""
 SAFE_COUPLING = 0.9
-"""Largest coupling of both axes over their smallest stiffness, in a law with tables."""
+"""Largest coupling of both axes over their smallest stiffness, for a law with tables."""
 
 
 def respond(material: ClothMaterial, curve: LoadingCurve) -> tuple[Numbers, Numbers]:
@@ -106,7 +106,7 @@ def fit_linear(curves: Mapping[str, LoadingCurve], name: str, density: float, so
     """The material of constant moduli that is nearest to tests.
 
     Args:
-        curves: tests by name; all those of bending, ``shear``, ``course`` and ``wale`` are needed.
+        curves: tests by name; all bending tests, ``shear``, ``course`` and ``wale`` are needed.
         name: name of the material.
         density: mass per area [g/cm^2].
         source: where the tests come from.
@@ -141,10 +141,10 @@ def fit_linear(curves: Mapping[str, LoadingCurve], name: str, density: float, so
 
 
 def fit_tables(curves: Mapping[str, LoadingCurve], linear: ClothMaterial) -> ClothMaterial:
-    """The linear material with tensions and stresses of the yarns as tables, and with coupling fitted to these.
+    """The linear material with tensions and stresses of the yarns as tables, and with a coupling fitted to them.
 
     Args:
-        curves: the tests that ``linear`` is fitted to.
+        curves: the tests to which ``linear`` is fitted.
         linear: the linear material.
     """
     along, beside = _table(curves["course"]), _table(curves["wale"])
@@ -161,7 +161,7 @@ def fit_tables(curves: Mapping[str, LoadingCurve], linear: ClothMaterial) -> Clo
 
 
 def _moduli(curves: Mapping[str, LoadingCurve]) -> tuple[float, float, float, float]:
-    """C_11, C_22, C_12 and C_33 of the least squares."""
+    """C_11, C_22, C_12 and C_33 by least squares."""
     rows, values = [], []
     for test in (*STRETCHES, "shear"):
         if test in curves:
@@ -210,7 +210,7 @@ def _slope(curve: LoadingCurve) -> float:
 
 
 def _table(curve: LoadingCurve) -> Table:
-    """Strain and tension beyond that at rest, with tensions that rise; none where they do not rise at all."""
+    """Strain and tension beyond its value at rest, with tensions that rise; empty where they do not rise at all."""
     stretch, tension = 1.0 + curve.strain, curve.rise[0]
     stress = _risen((stretch**2 - 1.0) / 2.0, tension / stretch, int(np.flatnonzero(curve.strain == 0.0)[0]))
     if stress is None:
@@ -219,7 +219,7 @@ def _table(curve: LoadingCurve) -> Table:
 
 
 def _shear_table(curve: LoadingCurve) -> Table:
-    """Strain 2 E_12 and stress, the mean of both signs where both are tested; none for angles of a quarter turn."""
+    """Strain 2 E_12 and stress, the mean of both signs where both are tested; empty for angles of a quarter turn."""
     angle = np.unique(np.abs(curve.strain))
     if angle[-1] >= LARGEST_ANGLE:
         return ()
@@ -232,7 +232,7 @@ def _shear_table(curve: LoadingCurve) -> Table:
 
 
 def _risen(strain: Numbers, stress: Numbers, zero: int) -> Numbers | None:
-    """Stresses that rise with the strain, with zero at the place ``zero``; None where the fabric gives way only."""
+    """Stresses that rise with the strain, with zero at the place ``zero``; None where the fabric only gives way."""
     risen = np.array(stress)
     least = SMALLEST_SLOPE * float((np.diff(stress) / np.diff(strain)).max())
     if not least > 0.0:
@@ -245,7 +245,7 @@ def _risen(strain: Numbers, stress: Numbers, zero: int) -> Numbers | None:
 
 
 def _coupling(curves: Mapping[str, LoadingCurve], material: ClothMaterial) -> float:
-    """C_12 of the least squares, with the tensions of a material without coupling along both axes."""
+    """C_12 by least squares, with the tensions along both axes of a material without coupling."""
     rows, values = [], []
     for test in STRETCHES:
         if test in curves:

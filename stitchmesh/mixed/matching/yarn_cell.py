@@ -2,10 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """One repeat of a fabric of crossing yarns, with its neighbourhood.
 
-The repeat is cut out of a patch that is laid out in the same manner as a fabric. Nodes of the patch that are copies of
-one node of the repeat move in the same manner (``cell_equilibrium``). Only nodes of the repeat have weight 1, the
-others weight 0, and an element weighs the mean of its nodes. The copies of an element therefore weigh 1 together, so
-that the energy of the patch is the energy of one repeat of an endless fabric, and the patch has no border that counts.
+The repeat is cut out of a patch that is laid out in the same manner as a fabric. All copies of a node of the repeat in
+the patch move in the same manner (``cell_equilibrium``). Nodes of the repeat have the weight 1, all other nodes
+the weight 0, and the weight of an element is the mean over its nodes. The copies of an element therefore have the
+weight 1 together. The energy of the patch is then the energy of one repeat of an endless fabric, and the border of the
+patch does not count.
 """
 
 from __future__ import annotations
@@ -27,11 +28,11 @@ from stitchmesh.mixed.layout.weave import lay_weave
 Numbers = NDArray[np.float64]
 Integers = NDArray[np.int64]
 MARGIN = 4
-"""Width of the patch around the repeat, in yarns or loops; elements reach two nodes far."""
+"""Width of the patch around the repeat, in yarns or loops; an element reaches over two nodes."""
 OUTSIDE = -1
 """Copy number of a node near the border of the patch that is no copy of a node of the repeat."""
 SAME_PLACE = 1e-6
-"""Distance within which two nodes of the repeat are the same, in sizes of the repeat."""
+"""Distance below which two nodes of the repeat are the same, over the size of the repeat."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -49,7 +50,7 @@ class YarnCell:
     sliding: Numbers
     """Rest Eulerian coordinates of the nodes [cm], shape (P, 2)."""
     copy_of: Integers
-    """Node of the repeat, 0 to n - 1, that each node of the patch is a copy of, or ``OUTSIDE``; shape (P,)."""
+    """Node of the repeat, 0 to n - 1, of which each node of the patch is a copy, or ``OUTSIDE``; shape (P,)."""
     elements: CrossingElements
     """Elements of the patch, with the weights of the repeat."""
     stitches: StitchElements
@@ -75,7 +76,7 @@ class YarnCell:
 
     @property
     def density(self) -> float:
-        """Mass of yarn for each area [g/cm^2]."""
+        """Mass of yarn per area [g/cm^2]."""
         return float((self.elements.density * self.elements.rest_length).sum()) / self.area
 
     @property
@@ -88,10 +89,10 @@ def weave_cell(over: ArrayLike, *, ends: float, picks: float, materials: FabricM
     """The repeat of a weave.
 
     Args:
-        over: whether each weft passes over each warp in one repeat, shape (wefts, warps); as for ``lay_weave``.
+        over: whether each weft passes over each warp in one repeat, shape (wefts, warps), as in ``lay_weave``.
         ends: warps per cm.
         picks: wefts per cm.
-        materials: of wefts and warps.
+        materials: materials of wefts and warps.
 
     Raises:
         ParameterError: the matrix is empty or a density is not positive.
@@ -111,11 +112,11 @@ def knit_cell(knit: ArrayLike, *, wale_spacing: float, course_spacing: float, ma
     """The repeat of a knit.
 
     Args:
-        knit: whether each stitch of the chart is a knit stitch, not a purl stitch, shape (rows, columns); as for
+        knit: whether each stitch of the chart is a knit stitch, not a purl stitch, shape (rows, columns), as in
             ``lay_knit``.
         wale_spacing: distance of two wales [cm].
         course_spacing: distance of two courses [cm].
-        materials: of the yarn, as ``weft``.
+        materials: material of the yarn, as ``weft``.
 
     Raises:
         ParameterError: the chart is empty or a spacing is not positive.
@@ -137,7 +138,7 @@ def cell_of(yarns: CrossingYarns, period: Numbers, materials: FabricMaterials) -
     Args:
         yarns: the patch, one panel.
         period: width and height of the repeat [cm], shape (2,).
-        materials: of the yarns.
+        materials: materials of the yarns.
 
     Raises:
         ParameterError: the patch is too small.
@@ -173,7 +174,7 @@ def _patch(low: Numbers, high: Numbers) -> Cloth:
 
 
 def _copies(position: Numbers, period: Numbers) -> Integers:
-    """The node of the repeat that each node is a copy of."""
+    """The node of the repeat of which each node is a copy."""
     tile = np.floor(position / period)
     place = np.round((position / period - tile) / SAME_PLACE).astype(np.int64)
     inside = (tile == 0.0).all(axis=1)
@@ -185,7 +186,7 @@ def _copies(position: Numbers, period: Numbers) -> Integers:
 
 
 def _check_neighbours(yarns: CrossingYarns, inside: NDArray[np.bool_], copy_of: Integers) -> None:
-    """Refuse a patch in which a node that shares an element with the repeat is no copy of one of its nodes."""
+    """Refuse a patch in which a node that shares an element with the repeat is not a copy of a node of the repeat."""
     reached = inside.copy()
     for _ in range(2):
         beside = yarns.neighbours[reached]

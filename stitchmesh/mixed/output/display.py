@@ -1,30 +1,28 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Positions of everything for display: smooth triangles outside the region, and yarns everywhere.
+"""Positions for display: smooth triangles outside the region, and yarns everywhere.
 
 Outside the full-yarn region the triangles are subdivided (``loop_subdivision``), and the yarn nodes that are not
-simulated lie on the subdivided surface (Casafranca et al. 2020, section 6.1). Loop's rules need two corrections. They
-leave the vertices on the inner side of a curved surface: L is their matrix times 2 - L_v, with the rows L_v of the
-vertices, which undoes most of this. And they move points of a flat but irregular mesh within its plane, and straight
-yarns with them: points are moved along the interpolated normal n of the surface only,
+simulated lie on the subdivided surface (Casafranca et al. 2020, section 6.1). Loop's rules need two corrections. First,
+they leave the vertices on the inner side of a curved surface. L is therefore their matrix times 2 - L_v, with the rows
+L_v of the vertices, which undoes most of this. Second, they move points of a flat but irregular mesh within its plane,
+and straight yarns with them. Points are therefore moved only along the interpolated normal n of the surface,
 
     x = B v + n (n . (L v - B v))        with the place B v on the triangles.
 
 Control points of B-spline yarns stand above these places by their heights, along n.
 
-In the hybrid region, alpha times the simulated place of a node and 1 - alpha times its place on the surface are shown,
-so that nothing jumps where the full-yarn region (alpha = 1) or the triangles (alpha = 0) begin.
+In the hybrid region, the display shows alpha times the simulated place of a node plus 1 - alpha times its place on the
+surface, so that nothing jumps where the full-yarn region (alpha = 1) or the triangles (alpha = 0) begin.
 
-Positions of the vertices in the full-yarn region, where only yarns are simulated.
-
-A vertex all of whose triangles are full-yarn triangles has no position of its own. For display, for normals and for a
-run that goes on with another region, it is placed so that the triangles follow the yarn nodes: the positions v of these
-vertices minimize
+A vertex whose triangles are all full-yarn triangles has no position of its own, because only yarns are simulated there.
+For display, for normals and for a run that goes on with another region, ``CoveredVertices`` places it so that the
+triangles follow the yarn nodes. The positions v of these vertices minimize
 
     sum over the nodes in their triangles of |p_i - (B v)_i|^2 + e sum over their triangles of |D v - D r|^2
 
-where D v are the differences between the corners of a triangle and D r those of the initial shape, by which vertices
-are placed where triangles hold too few nodes.
+where D v are the differences between the corners of a triangle and D r the same differences in the initial shape. The
+second sum places vertices whose triangles hold too few nodes.
 """
 
 from __future__ import annotations
@@ -46,7 +44,7 @@ from stitchmesh.mixed.output.loop_subdivision import Subdivision, loop_subdivisi
 from stitchmesh.yarn import YarnSet
 
 SOFTNESS = 1e-4
-"""The number e: small, so that it decides only what the nodes leave open."""
+"""The number e: it is small, so it decides only what the nodes leave undetermined."""
 ROUNDS = 2
 """Default number of rounds of subdivision."""
 
@@ -58,7 +56,7 @@ class CoveredVertices:
         """Factor the matrix.
 
         Args:
-            cloth: the cloth, whose initial shape decides what the nodes leave open.
+            cloth: the cloth; its initial shape decides what the nodes leave undetermined.
             region: the region of interest.
         """
         self.covered: IntArray = np.flatnonzero(~region.unknown_vertices)
@@ -74,7 +72,7 @@ class CoveredVertices:
         self._solve = self._factored()
 
     def placed(self, vertices: FloatArray, nodes: FloatArray) -> FloatArray:
-        """Return the positions of all vertices, with those of the covered ones from the nodes, shape (V, 3).
+        """Return the positions of all vertices; the nodes determine the covered ones; shape (V, 3).
 
         Args:
             vertices: positions of the vertices [cm], shape (V, 3).
@@ -110,7 +108,7 @@ class Shown:
     """A state for display."""
 
     vertices: FloatArray
-    """Vertices of the cloth, those of the full-yarn region placed by its nodes [cm], shape (V, 3)."""
+    """Vertices of the cloth [cm], shape (V, 3); the nodes place the vertices of the full-yarn region."""
     nodes: FloatArray
     """Yarn nodes [cm], shape (N, 3)."""
     surface: FloatArray
@@ -118,7 +116,7 @@ class Shown:
 
 
 class Display:
-    """The maps from a state to what is shown, for one cloth and one region."""
+    """The maps from a state to its display, for one cloth and one region."""
 
     def __init__(self, cloth: Cloth, yarns: LaidYarns, region: Region, rounds: int = ROUNDS) -> None:
         """Make the maps.
@@ -151,7 +149,7 @@ class Display:
         return alpha
 
     def at_surface(self, values: FloatArray) -> FloatArray:
-        """Return values of the triangles of the cloth, shape (T,), at the vertices of the surface, shape (W,)."""
+        """Return values of the cloth triangles, shape (T,), averaged at the vertices of the surface, shape (W,)."""
         corners, repeated = self.triangles.ravel(), np.repeat(values[self.parent], 3)
         count = np.maximum(np.bincount(corners, minlength=self._linear.shape[0]), 1)
         means: FloatArray = np.bincount(corners, repeated, self._linear.shape[0]) / count
@@ -183,7 +181,7 @@ class Display:
         Args:
             shown: the state.
             radius: radius of all yarns, or of each yarn [cm], shape (Y,).
-            measured: as for ``yarn_curves``.
+            measured: as in ``yarn_curves``.
         """
         if isinstance(self.yarns, SplineYarns):
             return replace(self.yarns.curves, points=shown.nodes)
@@ -225,17 +223,17 @@ def _along_normals(normals: FloatArray, change: FloatArray) -> FloatArray:
 
 
 class Displays:
-    """The displays of a run whose region may change. The one made last serves all frames of the same region."""
+    """The displays of a run whose region may change; the last one is kept and serves all frames of the same region."""
 
     def __init__(self, cloth: Cloth, yarns: LaidYarns, region: Region, rounds: int = ROUNDS) -> None:
-        """Begin with the region at the start; arguments are those of ``Display``."""
+        """Begin with the region at the start; the arguments are the same as for ``Display``."""
         self.cloth, self.yarns, self.rounds = cloth, yarns, rounds
         self._region = region
-        self._made: Display | None = None  # Runs that nobody looks at need none, and large ones take seconds.
+        self._made: Display | None = None  # made at the first use: it takes seconds for large runs, and some need none
 
     def of(self, frame: DrapeFrame) -> Display:
         """Return the display of a frame."""
-        made = self._made  # Another thread may ask for another frame meanwhile.
+        made = self._made  # another thread may ask for another frame in the meantime
         region = self._region if made is None else made.region
         same = np.array_equal(region.triangle_kind, frame.triangle_kind)
         if not (same and np.array_equal(region.vertex_alpha, frame.vertex_alpha)):

@@ -2,10 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The files of a run: yarns, surface, maps and animation. Each is written beside its target and then renamed.
 
-Triangles whose parts meet in single vertices, as a surface of which each vertex has one fan of triangles.
-
-The triangles outside a region of yarns may touch one another in a vertex alone. Mesh files of manifold surfaces need a
-vertex of its own for each fan.
+The triangles outside a region of yarns may touch one another in a single vertex. Mesh files of manifold surfaces need a
+separate vertex for each fan of triangles (``one_vertex_for_each_fan``).
 """
 
 from __future__ import annotations
@@ -26,19 +24,19 @@ from stitchmesh.mixed.output.maps import StateMaps, spline_tension, triangle_ten
 from stitchmesh.mixed.splines.spline_material import SplineMaterial
 
 YARNS, SURFACE, MAPS, ANIMATION = "yarns", "cloth.obj", "maps.h5", "animation.usdc"
-"""Names of files in the output folder; that of the yarns without its suffix."""
+"""Names of files in the output folder; the name of the yarns has no suffix here."""
 FORMAT = "stitchmesh mixed maps"
-"""Attribute ``format`` of the file of maps."""
+"""Attribute ``format`` of the maps file."""
 
 
 def one_vertex_for_each_fan(triangles: IntArray) -> tuple[IntArray, IntArray]:
-    """Return triangles whose vertices have one fan each, and the vertex that each new vertex was.
+    """Return triangles whose vertices have one fan each, and the original vertex of each new vertex.
 
     Args:
         triangles: vertices of each triangle, shape (T, 3); each edge belongs to at most two of them.
 
     Returns:
-        Vertices of each triangle, shape (T, 3), and the given vertex of each of them, shape (n,).
+        Vertices of each triangle, shape (T, 3), and the given vertex for each new vertex, shape (n,).
     """
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
@@ -64,7 +62,7 @@ class RunFiles:
     """Writes the files of one run."""
 
     def __init__(self, folder: Path, fabric: MixedFabric, displays: Displays) -> None:
-        """Write into a folder, which is made if it is missing."""
+        """Write into a folder, which is created if it is missing."""
         self.folder, self.fabric, self.displays = folder, fabric, displays
 
     def write_state(self, frame: DrapeFrame, formats: Sequence[str]) -> None:
@@ -138,6 +136,6 @@ def read_maps(path: Path) -> StateMaps:
     """Read the maps of a run.
 
     Raises:
-        FileError: the file cannot be read, or is something else.
+        FileError: the file cannot be read, or is not a file of maps.
     """
     return read_dataclass(path, StateMaps, FORMAT)

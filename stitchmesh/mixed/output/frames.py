@@ -20,7 +20,7 @@ from stitchmesh.mesh import FloatArray, IntArray
 FOLDER, SUFFIX = "frames", ".smc"
 """Folder of the files in the output folder, and their suffix."""
 STATE, PLACE = ("vertices", "nodes", "sliding"), ("triangle_kind", "vertex_alpha")
-"""Names of the arrays of a frame: what moves, and the region."""
+"""Names of the arrays of a frame: the moving positions, and the region."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +41,7 @@ class DrapeFrame:
     """The blending field at the vertices, shape (V,)."""
 
     def between(self, later: DrapeFrame, time: float) -> DrapeFrame:
-        """Return the state at a time between this one and a later one of the same region, on the straight line."""
+        """Return the state on the straight line to a later state of the same region, at a time between both."""
         if time == later.time:
             return later
         part = (time - self.time) / (later.time - self.time)
@@ -60,7 +60,7 @@ def read_frame(path: Path) -> DrapeFrame:
     """Read the file of a frame.
 
     Raises:
-        FileError: the file is missing, damaged, or not of a frame.
+        FileError: the file is missing, damaged, or not the file of a frame.
     """
     content = read_checkpoint(path)
     time = checked_header(path, content, _Header)["time"]
@@ -118,7 +118,7 @@ class Frames:
         self.count += 1
 
     def begin(self, count: int = 0) -> None:
-        """Keep the first frames, and remove files of later ones, which an earlier run has left.
+        """Keep the first frames, and remove files of later frames that an earlier run has left.
 
         Raises:
             FileError: the folder of the frames is a link, or holds files that StitchMesh did not write.

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Subdivision of triangles by Loop's rules, as a matrix from the vertices of a mesh to those of a finer one.
+"""Subdivision of triangles by Loop's rules, as a matrix from the vertices of a mesh to the vertices of a finer mesh.
 
 Each round divides a triangle into four. With n neighbours of a vertex v (Loop 1987)
 
@@ -8,9 +8,9 @@ Each round divides a triangle into four. With n neighbours of a vertex v (Loop 1
     vertex inside:          (1 - n b) v + b sum of its neighbours,  b = (5/8 - (3/8 + cos(2 pi / n) / 4)^2) / n
     edge on the border:     the middle;   vertex on the border: 3/4 v and 1/8 of both neighbours along the border
 
-A vertex at which more than two sides of the border meet, or none of whose triangles is subdivided, stays. The matrix is
-made once for a cloth and applied to each frame. The function of trimesh finds positions only, for each frame again, and
-takes wrong neighbours where an edge inside joins two vertices of the border.
+A vertex stays if more than two sides of the border meet at it, or if none of its triangles is subdivided. The matrix is
+made once for a cloth and applied to each frame. The function of trimesh finds only positions, for each frame again, and
+takes wrong neighbours where an inner edge joins two vertices of the border.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ from scipy.sparse import csr_array, eye_array
 from stitchmesh.mesh import FloatArray, IntArray
 
 CHILDREN = 4
-"""Number of triangles that a triangle becomes in a round; child 4 t + k of triangle t has its corner k, child 4 t + 3
-lies in the middle."""
+"""Number of triangles into which a round divides a triangle. Child 4 t + k of triangle t has its corner k; child 4 t +
+3 lies in the middle."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +35,7 @@ class Subdivision:
     matrix: csr_array
     """Weights by Loop's rules, shape (W, V)."""
     linear: csr_array
-    """Weights by which the finer vertices lie on the triangles, shape (W, V)."""
+    """Weights with which the finer vertices lie on the given triangles, shape (W, V)."""
     triangles: IntArray
     """Vertices of the finer triangles, in the order of their parents, shape (4^rounds T, 3)."""
     rounds: int
@@ -45,7 +45,7 @@ class Subdivision:
         """Return the finer triangle of each point, shape (n,), and its barycentric coordinates there, shape (n, 3).
 
         Args:
-            triangle: number of the triangle of each point among those that were divided, shape (n,).
+            triangle: number of the triangle of each point among the divided triangles, shape (n,).
             barycentric: barycentric coordinates, shape (n, 3).
         """
         number, weight = np.asarray(triangle, dtype=np.int64), np.asarray(barycentric, dtype=np.float64)
@@ -63,7 +63,7 @@ def loop_subdivision(triangles: ArrayLike, vertex_count: int, rounds: int) -> Su
 
     Args:
         triangles: vertices of each triangle, shape (T, 3).
-        vertex_count: number V of vertices; those without a triangle stay.
+        vertex_count: number V of vertices; vertices without a triangle stay.
         rounds: number of rounds, at least 0.
     """
     matrix = linear = csr_array(eye_array(vertex_count, format="csr"))
@@ -81,7 +81,7 @@ def _round(triangles: IntArray, count: int) -> tuple[csr_array, csr_array, IntAr
     number = number.reshape(-1)
     border = times == 1
     halved = _stacked(count, np.repeat(np.arange(len(edges)), 2), edges.ravel(), np.full(2 * len(edges), 0.5))
-    opposite = np.roll(triangles, 1, axis=1).ravel()  # of the side from each corner to the next one
+    opposite = np.roll(triangles, 1, axis=1).ravel()  # the vertex opposite to the side from each corner to the next
     ends = np.where(border, 0.5, 0.375)
     inner = np.flatnonzero(~border[number])
     rows = np.concatenate([np.repeat(np.arange(len(edges)), 2), number[inner]])
@@ -99,7 +99,7 @@ def _round(triangles: IntArray, count: int) -> tuple[csr_array, csr_array, IntAr
 
 
 def _vertex_weights(edges: IntArray, border: np.ndarray, count: int) -> csr_array:
-    """Weights of the vertices that stay vertices, shape (V, V)."""
+    """Weights of the vertices that the mesh has already, shape (V, V)."""
     along = np.bincount(edges[border].ravel(), minlength=count)
     degree = np.bincount(edges.ravel(), minlength=count)
     of_ring = (0.625 - (0.375 + 0.25 * np.cos(2.0 * np.pi / np.maximum(degree, 1))) ** 2) / np.maximum(degree, 1)

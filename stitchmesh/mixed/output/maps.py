@@ -4,12 +4,13 @@
 
 The tension of a triangle is the larger principal value of the Cauchy stress times thickness [dyn/cm] of its membrane,
 sigma = F S F^T / det F with the deformation gradient F and the second Piola-Kirchhoff stress S. In the full-yarn region
-it is that of triangles that follow the yarns, with the stiffness of the cloth. The tension of the yarns themselves is
+it is computed for triangles that follow the yarns and have the stiffness of the cloth. The tension of the yarns
+themselves is
 
-    k_s (|w| - 1) [dyn],    w = dx / du on each segment (Cirio et al. 2014),
+    k_s (|w| - 1) [dyn],    w = dx / du on each segment (Cirio et al. 2014).
 
-and that of B-spline yarns, with the length L and the rest length l of a segment, the derivative of stretch and length
-penalty by L where the parameter speed is uniform (``yarnrelax.energies.stretch``),
+For B-spline yarns, with the length L and the rest length l of a segment, it is the derivative of the stretch energy and
+the length penalty by L, for a uniform parameter speed (``yarnrelax.energies.stretch``),
 
     2 (k_len + k_length) (L / l - 1) / l [dyn].
 """
@@ -35,7 +36,7 @@ def triangle_tension(cloth: Cloth, material: ClothMaterial, vertices: FloatArray
 
     Args:
         cloth: the cloth.
-        material: its material.
+        material: material of the cloth.
         vertices: positions of the vertices [cm], shape (V, 3).
     """
     gradient = deformation_gradients(cloth, vertices)
@@ -52,7 +53,7 @@ def triangle_tension(cloth: Cloth, material: ClothMaterial, vertices: FloatArray
 
 
 def _stress(curve: TensionCurve, strain: FloatArray) -> FloatArray:
-    """Stress of a curve at some strains; beyond its ends the curve is straight."""
+    """Stress of a curve at the given strains; beyond its ends the curve is straight."""
     if len(curve.strain) == 1:
         linear: FloatArray = curve.stress[0] + curve.slope[0] * (strain - curve.strain[0])
         return linear
@@ -108,7 +109,7 @@ def spline_tension(curves: YarnSet, material: SplineMaterial) -> FloatArray:
 
     Args:
         curves: the yarns.
-        material: their material.
+        material: material of the yarns.
     """
     stiffness = 2.0 * (material.yarn.k_len + material.yarn.k_length)
     tension = np.zeros(len(curves.points))

@@ -18,7 +18,7 @@ from stitchmesh.mixed.layout.spline_yarns import LaidYarns
 
 @dataclass
 class RunTotals:
-    """What the steps of a run add up to."""
+    """The sums over the steps of a run."""
 
     steps: int = 0
     """Steps in time, or equilibria."""
@@ -37,7 +37,7 @@ class RunTotals:
 
 
 def region_counts(cloth: Cloth, yarns: LaidYarns, region: Region) -> dict[str, int]:
-    """Return the sizes of a mixed system as Casafranca et al. 2020 list them in table 1."""
+    """Return the sizes of a mixed system, as table 1 of Casafranca et al. 2020 lists them."""
     corners = [np.unique(region.triangles[region.triangle_kind == kind]) for kind in (TRIANGLES, HYBRID)]
     hybrid = len(corners[1])
     return {
@@ -82,5 +82,5 @@ def work_of(totals: RunTotals) -> dict[str, float]:
 
 
 def peak_memory() -> int:
-    """Return the largest memory of this process so far [bytes]."""
+    """Return the largest memory that this process has had so far [bytes]."""
     return 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss

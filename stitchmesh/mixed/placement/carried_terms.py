@@ -1,14 +1,14 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What terms remember, after the region of a run has changed.
+"""The memory of terms when the region of a run changes.
 
-Rest angles of bending and anchors of friction between yarns belong to nodes, anchors on bodies to contact points. Nodes
-and points that stay keep theirs. New nodes have what they remembered when they were simulated last,
-or begin as they are laid out; new contact points find their anchors where they are.
+Rest angles of bending and anchors of friction between yarns belong to nodes; anchors on bodies belong to contact
+points. Nodes and points that stay keep their values. A new node gets the values that it had when it was simulated last,
+or begins as laid out. A new contact point finds its anchor at its present place.
 
-Nodes of the layout remember something while they are not simulated. Eulerian coordinates of yarns that slid, rest
-angles of bends that yielded and anchors of friction are the marks of a run. A node that a region drops keeps its marks
-in a memory, and has them again where the region grows back over it.
+Nodes of the layout keep values also while they are not simulated. Eulerian coordinates of yarns that slid, rest angles
+of bends that yielded and anchors of friction are the marks of a run. A node that leaves the region keeps its marks in a
+memory, and gets them back where the region grows over it again.
 """
 
 from __future__ import annotations
@@ -33,7 +33,8 @@ SLIDING = "sliding"
 PREFIX = "node memory "
 """How the names of the arrays of a checkpoint begin."""
 PARTS = 1 << 20
-"""Shares of contact points are compared as multiples of one over this number; they are multiples of a power of 1/2."""
+"""Shares of contact points are compared as multiples of one over this number; all shares are multiples of a power of
+1/2."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +42,7 @@ class NodeMemory:
     """Values of all N nodes of the layout, by name."""
 
     values: Mapping[str, Numbers] = field(default_factory=dict)
-    """Arrays of shape (N, ...), not a number where a node has never been simulated."""
+    """Arrays of shape (N, ...); their values are not numbers where a node has never been simulated."""
 
     def kept(self, name: str, region: Region, values: NDArray[Any]) -> NodeMemory:
         """Return the memory with the present values of the simulated nodes of a region, shape (n, ...)."""
@@ -51,7 +52,7 @@ class NodeMemory:
         return NodeMemory({**self.values, name: everywhere})
 
     def recalled(self, name: str, at_rest: NDArray[Any]) -> Numbers:
-        """Return the values of all nodes, those at rest for nodes that have never been simulated, shape (N, ...)."""
+        """Return the values of all nodes, shape (N, ...); nodes that were never simulated have their values at rest."""
         known = self.values.get(name)
         result: Numbers = np.array(at_rest) if known is None else np.where(np.isnan(known), at_rest, known)
         return result
@@ -73,17 +74,17 @@ class RegionChange:
     old: Region
     new: Region
     memory: NodeMemory
-    """What nodes remember, with the last values of the old region (``remember``)."""
+    """The memory of nodes, with the last values of the old region (``remember``)."""
     old_points: ContactPoints | None = None
     """Contact points of the old region; none without contact."""
     new_points: ContactPoints | None = None
 
 
 def remember(memory: NodeMemory, terms: Sequence[MixedTerm], region: Region) -> NodeMemory:
-    """Return a memory with what the terms of a region remember of its nodes.
+    """Return a memory that includes the values of the terms of a region at its nodes.
 
     Raises:
-        ParameterError: a term remembers what belongs neither to nodes nor to contact points.
+        ParameterError: a term has values that belong neither to nodes nor to contact points.
     """
     for key, term in _keyed(terms):
         for name, array in () if isinstance(term, BodyFriction) else term.carried_arrays().items():
@@ -101,12 +102,12 @@ def _named(key: tuple[str, int], name: str) -> str:
 
 
 def carry_terms(old: Sequence[MixedTerm], new: Sequence[MixedTerm], change: RegionChange) -> None:
-    """Give terms of a new region what those of the old one remember.
+    """Give to the terms of a new region the remembered values of the terms of the old region.
 
     Args:
         old: the terms of the old region.
-        new: the terms of the new one, as they begin; changed.
-        change: both regions, and what nodes remember.
+        new: the terms of the new region, as they begin; changed.
+        change: both regions, and the memory of nodes.
     """
     remembered = dict(_keyed(old))
     for key, term in _keyed(new):
@@ -127,14 +128,14 @@ def _keyed(terms: Sequence[MixedTerm]) -> list[tuple[tuple[str, int], MixedTerm]
 
 
 def _at_nodes(name: str, start: NDArray[Any], change: RegionChange) -> NDArray[Any]:
-    """One array of a term of the new region: what its nodes remember, or as they start."""
+    """One array of a term of the new region: the remembered values of its nodes, or their values at the start."""
     at_rest = np.zeros((len(change.new.node_triangle), *start.shape[1:]))
     at_rest[change.new.nodes] = start
     return change.memory.recalled(name, at_rest)[change.new.nodes]
 
 
 def _at_points(before: NDArray[Any], start: NDArray[Any], change: RegionChange) -> NDArray[Any]:
-    """One array of the friction on bodies: the old values where points stay, those of the start elsewhere."""
+    """One array of the friction on bodies: the old values at points that stay, the values at the start elsewhere."""
     result = np.array(start)
     if change.old_points is not None and change.new_points is not None:
         there, here = _same_points(change)
@@ -154,7 +155,7 @@ def _same_points(change: RegionChange) -> tuple[IntArray, IntArray]:
 
 
 def _point_keys(points: ContactPoints, region: Region) -> list[bytes]:
-    """What identifies each contact point in all regions: its vertices or its node of the layout, and its shares."""
+    """A key for each contact point that is the same in all regions: its vertices or its layout node, and its shares."""
     numbered = np.concatenate([np.arange(points.vertex_count), points.vertex_count + region.nodes])
     shares = np.rint(points.share * PARTS).astype(np.int64)
     rows = np.concatenate([numbered[points.index], shares], axis=1)

@@ -2,26 +2,26 @@
 # SPDX-License-Identifier: Apache-2.0
 """The triangles on which a budget of yarn nodes removes the most error.
 
-A triangle needs the nodes in itself and in the hybrid rings around it, and neighbours share most of them. With a price
-for each node, the region with the most error less its price is a closure of largest weight, which a minimum cut finds
-exactly (Picard 1976). The price is lowered as far as the budget allows (``best_closure``).
+A triangle with yarns needs the nodes in itself and in the hybrid rings around it, and neighbours share most of these
+nodes. With a price for each node, the region with the largest error less its price is a closure of largest weight,
+which a minimum cut finds exactly (Picard 1976). The price is lowered as far as the budget allows (``best_closure``).
 
-Nodes that are left, which suffice for no closure, are filled triangle by triangle, always with the one that has the
-most error for each node that it adds. Where growth of this kind alone removes more error, its region is taken.
+The remaining nodes of the budget, which do not suffice for another closure, are used triangle by triangle: the next
+triangle is the one with the most error for each node that it adds. Where growth of this kind alone removes more error,
+its region is taken.
 
-The order does not depend on rounding of sums: equal triangles are taken by their numbers.
+The order does not depend on the rounding of sums: equal triangles are taken by their numbers.
 
-Regions that remove the most error for a price of each node (closures of largest weight; Picard 1976).
-
-Each triangle t is a project with the profit e_t, its error, which needs tools: all triangles s that are simulated if t
-is full of yarns. A tool costs the price times its nodes n_s, once for all projects that need it. In the network
+*Closures of largest weight* (Picard 1976). Each triangle t is a project with the profit e_t, its error. The project
+needs tools: all triangles s that are simulated if t is full of yarns. A tool costs the price times its nodes n_s, once
+for all projects that need it. In the network
 
     source -> t: e_t,    t -> s: unlimited,    s -> sink: price n_s
 
-the projects on the side of the source of a minimum cut are those with the largest profit less costs. The nodes of this
-region fall with the price, so that a bisection finds the largest region of this kind within a budget.
+the projects on the side of the source of a minimum cut have the largest profit less costs. The number of nodes of this
+region falls as the price rises, so a bisection finds the largest region of this kind within a budget.
 
-Triangles chosen by hand: those of panels, or of faces of a stitch mesh.
+``triangles_of_panels`` and ``triangles_of_faces`` choose triangles by hand.
 
 All functions return numbers of triangles, ascending and without repeats, as a region takes them (``region_around``).
 """
@@ -44,19 +44,19 @@ from stitchmesh.mixed.cloth.from_stitches import triangle_start
 Integers = NDArray[np.int64]
 Numbers = NDArray[np.float64]
 PRICES = 24
-"""Prices that are tried, each in the middle of the interval that is left."""
+"""Number of prices that are tried, each in the middle of the remaining interval."""
 UNLIMITED = 2**31 - 1
 WHOLE = 2**29
-"""Capacities are whole numbers: the sum of all errors is this one."""
+"""Sum of all errors in the network, whose capacities are whole numbers."""
 LEAST_ERROR = 1e-5
 """Indicated error, over the largest one, below which a triangle is not chosen."""
 
 
 def best_closure(reach: csr_array, nodes: Integers, error: Numbers, budget: int) -> Integers:
-    """Return the triangles of the largest region within a budget that is the best one for some price, ascending.
+    """Return the triangles of the largest region within a budget that is the best region for some price, ascending.
 
     Args:
-        reach: which triangles are simulated if one is full of yarns, shape (T, T).
+        reach: which triangles are simulated if a triangle is full of yarns, shape (T, T).
         nodes: nodes of each triangle, shape (T,).
         error: error of each triangle, shape (T,); zero where no yarns are wanted.
         budget: largest number of nodes.
@@ -84,7 +84,7 @@ def _needed(reach: csr_array, nodes: Integers, chosen: Integers) -> int:
 
 
 def _closure(reach: csr_array, nodes: Integers, error: Numbers, price: float) -> Integers:
-    """The triangles with the largest error less price; errors add up to 1."""
+    """The triangles with the largest error less price; the errors add up to 1."""
     count = len(nodes)
     source, sink = 2 * count, 2 * count + 1
     profit = np.rint(WHOLE * error).astype(np.int64)
@@ -120,7 +120,7 @@ def triangles_of_faces(fabric: StitchMesh, faces: ArrayLike) -> Integers:
         faces: numbers of faces, as ``sm.select`` returns them for a selection such as ``hem 6``.
 
     Raises:
-        ParameterError: a number is not that of a face.
+        ParameterError: a number does not belong to a face.
     """
     start = triangle_start(fabric)
     chosen = np.unique(np.asarray(faces, dtype=np.int64))
@@ -140,7 +140,7 @@ def _panel_number(cloth: Cloth, panel: str) -> int:
 
 @dataclass(frozen=True, kw_only=True)
 class NodeBudget:
-    """The largest number of yarn nodes that are simulated, with those of the hybrid rings.
+    """The largest number of yarn nodes that are simulated, including the nodes of the hybrid rings.
 
     Raises:
         ParameterError: the number is negative.
@@ -155,7 +155,7 @@ class NodeBudget:
 
     @staticmethod
     def of_seconds(seconds: float, *, base: float, per_node: float) -> NodeBudget:
-        """The nodes that a time for each step pays for.
+        """The number of nodes that a time for each step pays for.
 
         Args:
             seconds: time of a step [s].
@@ -190,7 +190,7 @@ def choose_triangles(
         rings: width of the hybrid region in rings of triangles, at least 1.
 
     Raises:
-        ParameterError: errors are negative, not finite or of another shape, or there are no rings.
+        ParameterError: errors are negative, not finite or of the wrong shape, or there are no rings.
     """
     corners, values = np.asarray(triangles, dtype=np.int64), np.asarray(error, dtype=np.float64)
     if values.shape != (len(corners),) or not (np.isfinite(values) & (values >= 0.0)).all():
@@ -224,7 +224,7 @@ def reach_of(triangles: Integers, rings: int) -> csr_array:
 
 
 def simulated_nodes(triangles: ArrayLike, node_triangle: ArrayLike, chosen: ArrayLike, *, rings: int = 1) -> int:
-    """Number of yarn nodes that a region simulates, with those of its rings; arguments as for ``choose_triangles``."""
+    """Number of yarn nodes that a region and its rings simulate, with the arguments of ``choose_triangles``."""
     corners = np.asarray(triangles, dtype=np.int64)
     mask = np.zeros(len(corners), dtype=bool)
     mask[np.asarray(chosen, dtype=np.int64)] = True
@@ -243,12 +243,12 @@ class _Growth:
         self.chosen = np.zeros(len(nodes), dtype=bool)
 
     def begin(self, chosen: Integers) -> None:
-        """Take triangles whose nodes are within the budget."""
+        """Take the given triangles, whose nodes are within the budget."""
         for t in chosen.tolist():
             self._add(t)
 
     def run(self, least: float) -> Integers:
-        """Add triangles as long as one that is worth it fits."""
+        """Add triangles as long as a triangle with enough error fits."""
         wanted = (self.error > 0.0) & (self.error >= least)
         queue = [(self._rank(t), t) for t in np.flatnonzero(wanted).tolist()]
         heapq.heapify(queue)
@@ -266,7 +266,7 @@ class _Growth:
         return -float(self.error[t]) / float(max(self.added[t], 1e-9))
 
     def _add(self, t: int) -> list[int]:
-        """Add a triangle; return those that now add fewer nodes."""
+        """Add a triangle; return the triangles that now add fewer nodes than before."""
         self.chosen[t] = True
         self.left -= int(self.added[t])
         new = self._reached(t)

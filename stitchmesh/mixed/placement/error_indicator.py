@@ -1,40 +1,39 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How much energy triangles alone are wrong by, for each triangle of a cloth: where yarns are worth their time.
+"""The error of energy of each triangle in a cloth of triangles alone, which shows where yarns are worth their time.
 
 Yarns and triangles of one fabric store different energies in three cases. The indicator is the area of a triangle times
 the sum of these differences of energy density [erg/cm^2].
 
-*Wrinkles are missing.* Triangles of size h have no waves of half length h or less. A strip of the fabric of that length
-buckles at the compression (Euler)
+*Wrinkles are missing.* Triangles of size h have no waves of half length h or less. A strip of the fabric with the
+length h buckles at the compression (Euler)
 
     e_c = B (pi / h)^2 / Y
 
 and carries the tension Y e_c from there on, while the triangle goes on to 1/2 Y e^2. The difference is
 1/2 Y (e - e_c)^2 for a compression e > e_c. Y, B and h are taken along the direction of the smallest principal strain.
 
-*Curves are polygons.* Along a curvature kappa, an arc of length h is replaced by its chord, which is shorter by
-(kappa h)^2 / 24 of it, and chords turn more than arcs: 2 asin(kappa h / 2) = kappa h (1 + (kappa h)^2 / 24). Yarns on
-the triangles therefore store too much by
+*Curves are polygons.* Along a curvature kappa, a chord replaces each arc of length h. The chord is shorter
+by (kappa h)^2 / 24 of the arc, and chords turn more than arcs: 2 asin(kappa h / 2) = kappa h (1 + (kappa h)^2 / 24).
+Yarns on the triangles therefore store an excess of
 
     1/2 Y ((kappa h)^2 / 24)^2 + 1/2 B kappa^2 (kappa h)^2 / 12,
 
 along the direction of the largest principal curvature.
 
-*Strains are constant.* A triangle has one strain E, where the strain of a fabric varies. A better one is linear: at
-each corner the mean of the triangles of the panel around it, by area (Zienkiewicz and Zhu 1987). With the differences
-D_k at the corners, the moduli C and D_0 = D_1 + D_2 + D_3, the mean energy density of the difference is
+*Strains are constant.* A triangle has one strain E, where the strain of a fabric varies. A better strain is linear: at
+each corner it is the mean, by area, of the triangles of the panel around this corner (Zienkiewicz and Zhu 1987). With
+the differences D_k at the corners, the moduli C and D_0 = D_1 + D_2 + D_3, the mean energy density of the difference is
 
     1/24 (D_0 : C : D_0 + D_1 : C : D_1 + D_2 : C : D_2 + D_3 : C : D_3).
 
-Strain and curvature of each triangle of a cloth, in the axes of its panel.
-
-The strain is that of the membrane, E = (F^T F - 1) / 2. The curvature is that of the bending energy: with the angle of
-a hinge divided among both of its triangles (``triangles.curvature``), sigma_s the part at side s,
+``deformation_of`` computes strain and curvature of each triangle in the axes of its panel. The strain is the membrane
+strain E = (F^T F - 1) / 2. The curvature is the one in the bending energy: the angle of a hinge is divided among both
+of its triangles (``triangles.curvature``), and with sigma_s the part at side s
 
     kappa = sum over the sides of (l_s / A) sigma_s n_s n_s^T.
 
-Border sides have no angle. Theirs is the one with which the curvature is smallest.
+Border sides have no angle of their own; they get the angle with which the curvature is smallest.
 """
 
 from __future__ import annotations
@@ -61,7 +60,7 @@ class TriangleDeformation:
     strain: Numbers
     """Green strain, shape (T, 2, 2)."""
     curvature: Numbers
-    """Curvature beyond that at rest [1/cm], shape (T, 2, 2); positive where a ridge is seen from outside."""
+    """Curvature beyond the curvature at rest [1/cm], shape (T, 2, 2); positive where a ridge is seen from outside."""
 
     def __post_init__(self) -> None:
         self.strain.flags.writeable = False
@@ -74,7 +73,7 @@ def deformation_of(cloth: Cloth, vertices: Numbers, shares: SlopeShares | None =
     Args:
         cloth: the cloth, with its rest shape.
         vertices: positions of the vertices [cm], shape (V, 3).
-        shares: ``shares_of(cloth)``, which are the same for all positions; computed if it is None.
+        shares: ``shares_of(cloth)``, which is the same for all positions; computed if it is None.
     """
     corners = np.asarray(vertices, dtype=np.float64)[cloth.triangles]
     edges = np.swapaxes(corners[:, 1:] - corners[:, :1], 1, 2)
@@ -85,13 +84,13 @@ def deformation_of(cloth: Cloth, vertices: Numbers, shares: SlopeShares | None =
 
 
 def shares_of(cloth: Cloth) -> SlopeShares:
-    """How the slopes across the sides of all triangles follow from the angles of hinges."""
+    """The shares with which the slopes across the sides of all triangles follow from the angles of hinges."""
     return slope_shares(SideFrames(cloth), np.ones(len(cloth.triangles), dtype=bool))
 
 
 def _curvatures(cloth: Cloth, corners: Numbers, shares: SlopeShares) -> Numbers:
     """Curvature of each triangle, shape (T, 2, 2)."""
-    angle = np.append(_hinge_angles(cloth, corners) - cloth.hinge_angle, 0.0)  # BORDER reads the zero at the end
+    angle = np.append(_hinge_angles(cloth, corners) - cloth.hinge_angle, 0.0)  # the zero at the end is for BORDER
     hinge = np.where(shares.hinge == BORDER, len(angle) - 1, shares.hinge)
     slope = (shares.share * angle[hinge]).sum(axis=1).reshape(-1, 3)
     ends = cloth.side_rest
@@ -126,14 +125,14 @@ def _hinge_angles(cloth: Cloth, corners: Numbers) -> Numbers:
 
 @dataclass(frozen=True, eq=False)
 class ErrorIndicator:
-    """Energies by which T triangles alone are wrong [erg]; arrays are read-only and of shape (T,)."""
+    """Errors of energy of T triangles alone [erg]; arrays are read-only and of shape (T,)."""
 
     wrinkles: Numbers
-    """Because triangles cannot wrinkle."""
+    """Error because triangles cannot wrinkle."""
     curves: Numbers
-    """Because triangles are flat."""
+    """Error because triangles are flat."""
     strains: Numbers
-    """Because the strain of a triangle is constant."""
+    """Error because the strain of a triangle is constant."""
 
     def __post_init__(self) -> None:
         for array in (self.wrinkles, self.curves, self.strains):
@@ -141,7 +140,7 @@ class ErrorIndicator:
 
     @property
     def total(self) -> Numbers:
-        """The sum."""
+        """The sum of the three errors."""
         return self.wrinkles + self.curves + self.strains
 
 
@@ -158,10 +157,10 @@ def indicate_errors(
         cloth: the cloth.
         vertices: positions of the vertices [cm], shape (V, 3).
         materials: one material for all panels, or one for each panel.
-        shares: ``shares_of(cloth)``, which are the same for all positions; computed if it is None.
+        shares: ``shares_of(cloth)``, which is the same for all positions; computed if it is None.
 
     Raises:
-        ParameterError: positions are not finite or of another shape, or the number of materials is wrong.
+        ParameterError: positions are not finite or of the wrong shape, or the number of materials is wrong.
     """
     places = np.asarray(vertices, dtype=np.float64)
     if places.shape != cloth.vertices.shape or not np.isfinite(places).all():
@@ -191,7 +190,7 @@ def _of_wrinkles(cloth: Cloth, deformation: TriangleDeformation, moduli: Numbers
 
 
 def _of_curves(cloth: Cloth, deformation: TriangleDeformation, moduli: Numbers, rigidities: Numbers) -> Numbers:
-    """Energy density of chords in the place of arcs [erg/cm^2]."""
+    """Energy density of chords that replace arcs [erg/cm^2]."""
     values, vectors = np.linalg.eigh(deformation.curvature)
     most = np.abs(values).argmax(axis=1)
     row = np.arange(len(values))

@@ -3,15 +3,16 @@
 """The state of a run after its region has changed.
 
 Nodes that were simulated keep their positions and their Eulerian coordinates. New nodes start on the triangles, with
-the Eulerian coordinates of the layout. Vertices that only full-yarn triangles had, which the run did not move, are
-placed by the nodes around them: the least squares of |p - B v|^2 over the nodes of their triangles, where the other
-vertices stay, with a small part of a spring between neighbours that keeps their differences, for vertices with few
-nodes. Hybrid nodes then lose what the triangles can represent, x = F (p - B v), so that p = B v + F x holds.
+the Eulerian coordinates of the layout. Vertices that belonged only to full-yarn triangles did not move in the run; the
+nodes around them now place them. Their positions are the least squares of |p - B v|^2 over the nodes of their
+triangles, where the other vertices stay. For vertices with few nodes, the sum contains a small part of a spring between
+neighbours that keeps their differences. Hybrid nodes then lose the part that the triangles can represent,
+x = F (p - B v), so that p = B v + F x holds. Velocities move in the same manner, with Eulerian velocities of zero for
+new nodes.
 
-Velocities move in the same manner, with Eulerian velocities of zero for new nodes.
-
-Control points of B-splines stand out of their triangles. New ones begin at their heights above them, and vertices and
-hybrid nodes are changed the least so that p = B v + F x, as at the start of a run (``enrichment.projection``).
+Control points of B-splines stand out of their triangles. New control points begin at their heights above the triangles,
+and vertices and hybrid nodes change to the nearest positions with p = B v + F x, as at the start of a run
+(``enrichment.projection``).
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ from stitchmesh.mixed.enrichment.region import YARNS, Region
 
 Numbers = NDArray[np.float64]
 SPRING = 1e-6
-"""Stiffness of the springs between neighbouring vertices, over that of one node."""
+"""Stiffness of the springs between neighbouring vertices, over the stiffness of one node."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,20 +59,20 @@ def move_state(
     rest_sliding: Numbers,
     above: Callable[[Numbers], Numbers] | None = None,
 ) -> MovedState:
-    """Positions for a new region; also velocities, with zeros as ``rest_sliding``.
+    """Positions for a new region; also velocities, if ``rest_sliding`` is zero.
 
     Args:
-        old: the region that the state belongs to.
+        old: the region of the given state.
         new: the region of the result, on the same cloth and layout.
         vertices: vertices, shape (V, 3).
         nodes: simulated nodes of the old region, shape (n, 3).
         sliding: their Eulerian coordinates, shape (n, 2).
         rest_sliding: Eulerian coordinates of all nodes of the layout, shape (N, 2).
-        above: positions of all nodes of the layout above given vertices, where they stand out of the triangles. The
-            result is then not yet of the form p = B v + F x.
+        above: positions of all layout nodes above given vertices, for nodes that stand out of the triangles. The result
+            then does not have the form p = B v + F x yet.
 
     Raises:
-        ParameterError: the regions belong to different layouts, or an array has another shape.
+        ParameterError: the regions belong to different layouts, or an array has the wrong shape.
     """
     _check(old, new, vertices, nodes, sliding, rest_sliding)
     placed = place_hidden_vertices(old, vertices, nodes)
@@ -84,10 +85,10 @@ def move_state(
 
 
 def moved_values(old: Region, new: Region, values: NDArray[np.float64], at_rest: NDArray[np.float64]) -> Numbers:
-    """Values of the simulated nodes of a new region: those of the old region, and values at rest for new nodes.
+    """Values of the simulated nodes of a new region: the values of the old region, and values at rest for new nodes.
 
     Args:
-        old: the region that the values belong to.
+        old: the region of the given values.
         new: the region of the result.
         values: one row for each simulated node of the old region, shape (n, ...).
         at_rest: one row for each node of the layout, shape (N, ...).
@@ -98,7 +99,7 @@ def moved_values(old: Region, new: Region, values: NDArray[np.float64], at_rest:
 
 
 def place_hidden_vertices(region: Region, vertices: Numbers, nodes: Numbers) -> Numbers:
-    """Positions of all vertices [cm], those without triangles of their own placed by the yarns around them, (V, 3).
+    """Positions of all vertices [cm], (V, 3); the yarns place the vertices without triangles of their own.
 
     Args:
         region: the region of the state.
@@ -151,7 +152,7 @@ def _filtered(region: Region, vertices: Numbers, nodes: Numbers) -> Numbers:
 
 
 def _check(old: Region, new: Region, *arrays: Numbers) -> None:
-    """Refuse regions of different layouts and arrays of other shapes."""
+    """Refuse regions of different layouts and arrays of wrong shapes."""
     same = np.array_equal(old.triangles, new.triangles) and np.array_equal(old.node_triangle, new.node_triangle)
     if not same:
         raise ParameterError("region: got regions of different cloths or layouts; expected the same")

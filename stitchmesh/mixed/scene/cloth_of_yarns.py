@@ -1,21 +1,20 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A material of cloth that follows from a weave of straight yarns, for scenes that name none.
+"""A material of cloth for scenes that name none: it follows from a weave of straight yarns.
 
-With e warps and p wefts for each cm, and for each family the stiffnesses of stretch k_s and of bending k_b, the shear
-stiffness k_x of a quadrant, and the linear density rho of its yarns (Cirio et al. 2014):
+With e warps and p wefts per cm, and for each family of yarns the stiffnesses of stretch k_s and of bending k_b, the
+shear stiffness k_x of a quadrant, and the linear density rho (Cirio et al. 2014):
 
     stretch p k_s, e k_s    [dyn/cm],     bending p k_b, e k_b    [dyn cm],     density p rho + e rho    [g/cm^2],
     shear 4 k_x L e p       [dyn/cm],     because each crossing has four quadrants, and L is the mean of their legs.
 
-Crossings turn freely about the normal, so that nothing but shear of quadrants resists twist; a tenth of the geometric
-mean of both rigidities is chosen. Sliding, crimp and contact of yarns are left out: a material that is fitted to the
-yarns (``matching``) agrees better.
+Crossings turn freely about the normal, so only the shear of quadrants resists twist; the twist rigidity is set to a
+tenth of the geometric mean of both rigidities. Sliding, crimp and contact of yarns are left out: a material that is
+fitted to the yarns (``matching``) agrees better.
 
-The material of triangles that is matched to the yarns of a scene (``matching``), kept beside the output.
-
-The file holds the material and a checksum of the repeat of the fabric, so that a scene with other yarns is matched
-again. Stitches of a stitch mesh count as plain knit.
+``matched_cloth`` returns the material of triangles that is matched to the yarns of a scene (``matching``). A file
+beside the output keeps the material and a checksum of the repeat of the fabric, so that a scene with other yarns is
+matched again. Stitches of a stitch mesh count as plain knit.
 """
 
 from __future__ import annotations
@@ -38,15 +37,15 @@ from stitchmesh.yarnrelax.fingerprint import fingerprint
 TWIST_SHARE = 0.1
 """Rigidity against twist over the geometric mean of the rigidities of bending."""
 KNIT = "interlock"
-"""Name of the measured cloth whose stiffness stands for knits."""
+"""Name of the measured cloth whose stiffness is used for knits."""
 MATCHED = "matched"
-"""The material of a scene's cloth that is matched to its yarns."""
+"""Name of the cloth material that is matched to the yarns of the scene."""
 NAME = "matched-cloth.toml"
 """Name of the file in the output folder."""
 CHECKSUM = "checksum"
-"""Word before the checksum in the source of the material."""
+"""Word that precedes the checksum in the source of the material."""
 PLAIN_KNIT = ((1,),)
-"""Chart of the stitches of a stitch mesh."""
+"""Chart that stands for the stitches of a stitch mesh."""
 _known: dict[str, ClothMatch] = {}
 """Matches of this process, by the checksums of their cells."""
 
@@ -55,7 +54,7 @@ def cloth_of_weave(materials: FabricMaterials, ends: float, picks: float) -> Clo
     """Return the material of a weave.
 
     Args:
-        materials: materials of its yarns.
+        materials: materials of the yarns of the weave.
         ends: warps for each cm.
         picks: wefts for each cm.
     """
@@ -91,7 +90,7 @@ def matched_cloth(cell: YarnCell, folder: Path | None, progress: Progress) -> Cl
 
     Args:
         cell: the repeat.
-        folder: where the material is kept and found again; None keeps it in memory alone.
+        folder: where the material is kept and found again; None keeps it only in memory.
         progress: called with the completed part and the name of the test.
 
     Raises:
@@ -114,7 +113,7 @@ def cell_of_scene(section: YarnsSection, stitch: tuple[float, float] | None, mat
 
     Args:
         section: the yarns.
-        stitch: wale and course spacing [cm] where they are the stitches of the cloth.
+        stitch: wale and course spacing [cm], if the yarns are the stitches of the cloth.
         materials: materials of the yarns.
 
     Raises:
@@ -130,7 +129,7 @@ def cell_of_scene(section: YarnsSection, stitch: tuple[float, float] | None, mat
 
 
 def _matched(cell: YarnCell, inputs: str, progress: Progress) -> ClothMatch:
-    """Run the tests of the yarns and fit the material, whose source names the checksum."""
+    """Run the tests of the yarns and fit the material; its source names the checksum."""
     match = match_cloth(cell, progress=progress)
     linear, tables = (
         replace(each, source=f"{each.source}; {CHECKSUM} {inputs}") for each in (match.linear, match.tables)
@@ -139,7 +138,7 @@ def _matched(cell: YarnCell, inputs: str, progress: Progress) -> ClothMatch:
 
 
 def _kept(path: Path, inputs: str) -> ClothMaterial | None:
-    """The material of a file, if it is that of the same repeat."""
+    """The material of a file, if it belongs to the same repeat."""
     if not is_there(path):
         return None
     try:

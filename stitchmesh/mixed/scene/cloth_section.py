@@ -41,10 +41,10 @@ class ClothSection:
     seams: tuple[PanelSeam, ...] = ()
     """Seams between them: ``first`` and ``second`` (``panel``, ``start``, ``end``), ``angle``, ``edges``."""
     seam_rods: bool = False
-    """Whether the rods along the seams, yarns to which others are joined, go on where triangles are simulated."""
+    """Whether the rods along the seams, to which other yarns are joined, go on where triangles are simulated."""
     file: str | None = None
     """A file of panels and seams (``.toml``), a polygon mesh whose texture coordinates are its rest shape (``.obj``),
-    or a stitch mesh (``.h5``, ``.smobj``), whose yarns are those of its stitches with ``knit = "stitches"``."""
+    or a stitch mesh (``.h5``, ``.smobj``); with ``knit = "stitches"`` its stitches are the yarns."""
     stitch_width: float | None = None
     """Wale spacing of a stitch mesh at rest [cm]; the median of its sides by default."""
     course_height: float | None = None
@@ -52,12 +52,12 @@ class ClothSection:
     unit: str = DEFAULT_UNIT
     """Unit of the coordinates in an OBJ file."""
     edge_length: float | None = None
-    """Length of the edges of triangles [cm], 1 by default; that of the file of panels; an OBJ file has its own
-    triangles."""
+    """Length of the edges of triangles [cm], by default 1, or the length that the file of panels gives; an OBJ file has
+    its own triangles."""
     material: str | None = None
     """Name of a measured cloth, a file (``.toml``), or ``matched``: fitted to the yarns by tests of one repeat, which
     takes seconds and is kept in the output folder. By default, a weave has the stiffness of straight yarns, and a knit
-    that of a measured one."""
+    the stiffness of a measured knit."""
 
     def __post_init__(self) -> None:
         given = [name for name in ("rectangle", "panels", "file") if getattr(self, name)]
@@ -107,7 +107,7 @@ class ClothSection:
 
         Raises:
             FileError: the file cannot be read.
-            ParameterError: the file is none of stitches.
+            ParameterError: the file does not hold stitches.
         """
         from stitchmesh.io import read_stitches
 

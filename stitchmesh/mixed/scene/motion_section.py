@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a scene moves: attachments of the cloth, and bodies. Both move rigidly between keyframes."""
+"""The moving parts of a scene: attachments of the cloth, and bodies. Both move rigidly between keyframes."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 Triple = tuple[float, float, float]
 STILL: Triple = (0.0, 0.0, 0.0)
 BEND_STEP = 2.0
-"""Largest bend of an elbow between two shapes of an arm, between which its vertices move along straight lines
-[degrees]."""
+"""Largest difference in the bend of an elbow between two neighbouring shapes of an arm [degrees]. Its vertices move
+along straight lines between these shapes."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,8 +55,8 @@ class AttachmentSection:
     vertices: tuple[int, ...] = ()
     """Numbers of vertices."""
     faces: tuple[int, ...] = ()
-    """Numbers of triangles: their vertices and the yarn nodes in them, as far as no attachment before holds them, so
-    that parts which touch can be painted."""
+    """Numbers of triangles. Their vertices and the yarn nodes in them are attached, unless an attachment listed before
+    holds them; parts that touch can therefore be painted."""
     keyframes: tuple[Keyframe, ...] = ()
     """Motion; without it the part is held where it is."""
     centre: Triple = STILL
@@ -101,8 +101,8 @@ class BodySection:
     centre: Triple = STILL
     """Centre of the shape, the elbow of an arm, and of the rotations [cm]."""
     size: tuple[float, ...] = ()
-    """Radius of a ball; the three side lengths of a box; radius of an arm, and lengths of its upper part, along y from
-    the elbow, and of its forearm, along -y [cm]."""
+    """Radius of a ball; the three side lengths of a box; for an arm, its radius, the length of its upper part along y
+    from the elbow, and the length of its forearm along -y [cm]."""
     friction: float = 0.3
     """Coefficient of friction with the cloth."""
     thickness: float = 0.0
@@ -124,7 +124,7 @@ class BodySection:
             raise ParameterError(f"body {self.name!r}: thickness: got {self.thickness}; expected at least 0 cm")
         if self.shape != "arm" and any(key.bend for key in self.keyframes):
             raise ParameterError(f"body {self.name!r}: keyframes: got a bend; expected one of an arm alone")
-        self._motion(bend_step=math.inf)  # All places between the keyframes would take long to find for many arms.
+        self._motion(bend_step=math.inf)  # a check; all places between the keyframes would take long for many arms
 
     def motion(self) -> RigidMotion | VertexMotion:
         """Return the motion.
@@ -139,7 +139,7 @@ class BodySection:
         return self._bending(rigid, bend_step) if self.shape == "arm" else rigid
 
     def _bending(self, rigid: RigidMotion, bend_step: float) -> VertexMotion:
-        """Places of the vertices of an arm, at times between which its elbow bends by a step at most."""
+        """Places of the vertices of an arm, at times between which its elbow bends by at most one step."""
         keys = self.keyframes or (Keyframe(time=0.0),)
         bends = [key.bend for key in keys]
         for each in bends:
@@ -182,7 +182,7 @@ class BodySection:
 
 
 def rigid_motion(place: str, keyframes: tuple[Keyframe, ...], centre: Triple) -> RigidMotion:
-    """Return the motion of keyframes; without any, that of what does not move.
+    """Return the motion of keyframes; without keyframes, the motion of a body at rest.
 
     Raises:
         ParameterError: the times do not increase, or a number is not finite.

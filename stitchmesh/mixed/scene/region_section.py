@@ -2,10 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Where a scene has yarns: nowhere, everywhere, or in boxes and faces of the cloth.
 
-Triangles that are added to the region of a scene, or taken out of it, as a brush does.
-
-Boxes stay boxes as long as they keep all their triangles, so that a scene stays readable; a box that loses a triangle
-becomes the numbers of the others.
+``with_triangles`` and ``without_triangles`` add triangles to the region of a scene or take them out, as a brush does.
+Boxes stay boxes as long as they keep all their triangles, so that a scene stays readable. A box that loses a triangle
+is replaced by the numbers of its other triangles.
 """
 
 from __future__ import annotations
@@ -40,7 +39,7 @@ class BoxSection:
     high: tuple[float, ...]
     """Largest coordinates [cm]."""
     panel: str | None = None
-    """Name of the panel in whose coordinates the box lies; in space by default."""
+    """Name of the panel in whose coordinates the box lies; by default it lies in space."""
 
     def __post_init__(self) -> None:
         expected = 3 if self.panel is None else 2
@@ -79,16 +78,18 @@ class RegionSection:
     """The region of interest: all boxes and faces together.
 
     Raises:
-        ParameterError: a number is not positive, or ``automatic`` has not exactly one of ``nodes`` and ``seconds``.
+        ParameterError: a number is not positive, or ``automatic`` does not have exactly one of ``nodes`` and
+            ``seconds``.
     """
 
     yarns: Literal["none", "chosen", "all", "automatic"] = "chosen"
     """Whether yarns are simulated nowhere, in the boxes and faces, everywhere, or where a run with triangles alone has
-    the largest errors; in the last case only in the boxes and faces, if there are any."""
+    the largest errors. In the last case, boxes and faces limit where yarns may be, if there are any."""
     nodes: int | None = None
-    """Largest number of yarn nodes that are simulated, with those of the hybrid region; for ``automatic``."""
+    """Largest number of simulated yarn nodes, including the hybrid region; for ``automatic``."""
     seconds: float | None = None
-    """Time of a step, or of an equilibrium, in the place of ``nodes`` [s]; how many nodes it pays for is measured."""
+    """Time of a step, or of an equilibrium, instead of ``nodes`` [s]; the number of nodes that it pays for is
+    measured."""
     adapt_every: int | None = None
     """For ``automatic``: number of steps, or equilibria of a static scene, after which the region may grow, shrink or
     move, where this pays. The run then begins with triangles alone. By default the region stays."""
@@ -100,7 +101,7 @@ class RegionSection:
     """Width of the hybrid region around the chosen triangles, in rings of triangles."""
     start: Literal["layout", "triangles"] = "layout"
     """Where the yarns of a static scene begin: as they are laid out, or on the equilibrium of the triangles alone at
-    the end of all load steps, from which one equilibrium is left to find."""
+    the end of all load steps. From there only one equilibrium remains to be found."""
 
     def __post_init__(self) -> None:
         if self.rings < 1:
@@ -127,11 +128,11 @@ class RegionSection:
 
     @property
     def starts_on_triangles(self) -> bool:
-        """Whether there are yarns, and they begin on the result of the triangles."""
+        """Whether there are yarns that begin on the equilibrium of the triangles."""
         return self.start == "triangles" and self.yarns != "none"
 
     def triangles(self, cloth: Cloth) -> IntArray:
-        """Return the numbers of the triangles that have yarns alone, ascending; none yet for ``automatic``.
+        """Return the numbers of the triangles with yarns alone, ascending; none yet for ``automatic``.
 
         Raises:
             ParameterError: a box holds no triangle, or a triangle does not exist.
@@ -141,7 +142,7 @@ class RegionSection:
         return self.named_triangles(cloth)
 
     def named_triangles(self, cloth: Cloth) -> IntArray:
-        """Return the numbers of the triangles in the boxes, and of the faces, ascending.
+        """Return the numbers of the triangles in the boxes and of the faces, ascending.
 
         Raises:
             ParameterError: a box holds no triangle, or a triangle does not exist.
@@ -164,16 +165,16 @@ class RegionSection:
         return np.unique(np.concatenate(parts))
 
     def placing_errors(self, cloth: Cloth, error: FloatArray) -> FloatArray:
-        """Return the errors by which an automatic region is chosen, shape (T,).
+        """Return the errors that choose an automatic region, shape (T,).
 
-        Errors are left out where no yarns may be: outside the boxes and faces, if there are any.
+        Errors are zero where no yarns may be: outside the boxes and faces, if there are any.
 
         Args:
             cloth: the cloth.
             error: indicated error of each triangle, shape (T,).
 
         Raises:
-            ParameterError: as for ``named_triangles``.
+            ParameterError: as ``named_triangles`` raises it.
         """
         if not self.boxes and not self.faces:
             return error
@@ -183,7 +184,7 @@ class RegionSection:
         """Return the region.
 
         Raises:
-            ParameterError: as for ``triangles``.
+            ParameterError: as ``triangles`` raises it.
         """
         chosen = self.triangles(cloth)
         layout = cloth.triangles, len(cloth.vertices), yarns.triangle, yarns.barycentric
@@ -201,10 +202,10 @@ def _between(points: FloatArray, low: tuple[float, ...], high: tuple[float, ...]
 
 
 def marked_triangles(section: RegionSection, cloth: Cloth) -> IntArray:
-    """Return the triangles that a section marks, ascending: those of yarns, or where an automatic region may be.
+    """Return the marked triangles, ascending: the triangles with yarns, or where an automatic region may be.
 
     Raises:
-        ParameterError: as for ``RegionSection.triangles``.
+        ParameterError: as ``RegionSection.triangles`` raises it.
     """
     return section.named_triangles(cloth) if section.yarns == "automatic" else section.triangles(cloth)
 
@@ -212,8 +213,8 @@ def marked_triangles(section: RegionSection, cloth: Cloth) -> IntArray:
 def with_triangles(section: RegionSection, cloth: Cloth, triangles: ArrayLike) -> RegionSection:
     """Return a section that marks more triangles.
 
-    A region of yarns nowhere or everywhere becomes a chosen one first; an automatic region stays automatic, and the
-    triangles are those where it may have yarns.
+    A region of yarns nowhere or everywhere becomes a chosen region first. An automatic region stays automatic, and may
+    then have yarns in the added triangles too.
 
     Args:
         section: the section.
@@ -229,7 +230,7 @@ def with_triangles(section: RegionSection, cloth: Cloth, triangles: ArrayLike) -
 
 
 def without_triangles(section: RegionSection, cloth: Cloth, triangles: ArrayLike) -> RegionSection:
-    """Return a section that does not mark some triangles; arguments as for ``with_triangles``.
+    """Return a section that does not mark some triangles, with the arguments of ``with_triangles``.
 
     Raises:
         ParameterError: a box holds no triangle.
@@ -247,7 +248,7 @@ def without_triangles(section: RegionSection, cloth: Cloth, triangles: ArrayLike
 
 
 def _as_chosen(section: RegionSection, cloth: Cloth) -> RegionSection:
-    """The section as one whose boxes and faces count."""
+    """Return the section as one whose boxes and faces count."""
     if section.yarns == "none":
         return replace(section, yarns="chosen", boxes=(), faces=())
     if section.yarns == "all":

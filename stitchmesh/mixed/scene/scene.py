@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A scene of mixed yarns and triangles, as numbers, texts and lists. The names of the fields are the keys of the file.
+"""A scene of mixed yarns and triangles as numbers, texts and lists; the names of the fields are the keys of the file.
 
 Lengths are in cm, times in s, masses in g; y points up.
 """
@@ -36,9 +36,9 @@ class ContactSection:
     self_collision: bool = False
     """Whether the cloth collides with itself."""
     thickness: float | None = None
-    """Thickness of the cloth in contact [cm]; four yarn radii, the two layers of a crossing, by default."""
+    """Thickness of the cloth in contact [cm]; by default four yarn radii, which is two layers at a crossing."""
     pressure: float | None = None
-    """Scale of the pressure of contact [dyn/cm^2]; a default that suits cloth."""
+    """Scale of the pressure of contact [dyn/cm^2]; the default suits cloth."""
     friction: float = 0.0
     """Coefficient of friction between the layers of a cloth that moves and collides with itself."""
     start_outside: bool = False
@@ -74,8 +74,8 @@ class SolverSection:
     most_iterations: int = 500
     """Largest number of Newton iterations of one search for an equilibrium."""
     friction_updates: int = 20
-    """Largest number of times that a search for an equilibrium lets go what friction no longer holds; with 0 yarns stay
-    where they cross as they are laid out, which is faster."""
+    """Largest number of times that a search for an equilibrium releases yarns that friction no longer holds. With 0,
+    yarns stay where they cross in the layout, which is faster."""
 
     def __post_init__(self) -> None:
         for name in ("velocity_tolerance", "force_tolerance", "solve_tolerance", "most_iterations"):
@@ -86,7 +86,7 @@ class SolverSection:
 
 @dataclass(frozen=True, kw_only=True)
 class OutputSection:
-    """What is written.
+    """The files and pictures that a run writes.
 
     Raises:
         ParameterError: a number is out of range, or a format is unknown.
@@ -95,7 +95,7 @@ class OutputSection:
     frames_per_second: float = 30.0
     """States of a dynamic run that are kept for each second."""
     yarns: tuple[str, ...] = ("bcc",)
-    """Formats of the yarns at the end: of ``YARN_FORMATS``."""
+    """Formats of the yarns at the end, from ``YARN_FORMATS``."""
     animation: bool = True
     """Whether all frames are written as USD with time samples."""
     picture: bool = True
@@ -103,7 +103,7 @@ class OutputSection:
     colour: Literal["yarn", "alpha", "tension"] = "yarn"
     """What decides the colours of the picture."""
     view: tuple[float, float] = (0.0, 0.0)
-    """Direction of the camera [degrees]: azimuth, 0 from the side of z and 90 from the side of x, and elevation."""
+    """Direction of the camera [degrees]: azimuth (0 is the side of z, 90 the side of x) and elevation."""
     size: tuple[int, int] = (1200, 900)
     """Width and height of the picture [pixels]."""
     subdivisions: int = ROUNDS
@@ -135,7 +135,7 @@ class Scene:
     mode: Literal["static", "dynamic"] = "static"
     """Whether the cloth comes to an equilibrium, or moves in time."""
     duration: float = 1.0
-    """Time of a dynamic run [s]; of a static run, the time of the keyframes at which it ends."""
+    """Time of a dynamic run [s]; for a static run, the time of the keyframes at its end."""
     largest_step: float = 2e-3
     """Largest time step [s]."""
     load_steps: int = 1
@@ -143,8 +143,8 @@ class Scene:
     gravity: Triple = (0.0, -981.0, 0.0)
     """Acceleration [cm/s^2]."""
     disturbance: float = 0.0
-    """Size of random displacements across the cloth at the start [cm], so that a flat cloth can buckle; always the same
-    ones."""
+    """Size of random displacements across the cloth at the start [cm], so that a flat cloth can buckle; they are the
+    same in each run."""
     attachments: tuple[AttachmentSection, ...] = ()
     """Parts of the cloth that are held or moved."""
     bodies: tuple[BodySection, ...] = ()
@@ -182,7 +182,7 @@ def check_positive(name: str, value: float) -> None:
     """Check that a value is a positive number.
 
     Raises:
-        ParameterError: it is not, or it is larger than ``LARGEST_NUMBER``.
+        ParameterError: it is not positive, or larger than ``LARGEST_NUMBER``.
     """
     if not 0 < value <= LARGEST_NUMBER:
         raise ParameterError(f"{name}: got {value}; expected a positive number of at most {LARGEST_NUMBER:g}")

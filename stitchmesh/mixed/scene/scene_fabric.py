@@ -1,11 +1,10 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""From a scene to what is simulated: the fabric, its region, its loads and where everything begins.
+"""Makes the parts of a simulation from a scene: the fabric, its region, its loads and all positions at the start.
 
-The B-spline yarns of a scene: generated from the stitches of its cloth, relaxed, and laid out on the cloth.
-
-The relaxation keeps the borders and the shape of the stitch mesh, so that the yarns lie where their stitches are. It
-gives all yarns the shape of loops at rest, also where triangles are simulated and yarns are only shown.
+The B-spline yarns of a scene are generated from the stitches of its cloth, relaxed, and laid out on the cloth. The
+relaxation keeps the borders and the shape of the stitch mesh, so the yarns lie where their stitches are. It gives all
+yarns the shape of loops at rest, also where triangles are simulated and yarns are only shown.
 """
 
 from __future__ import annotations
@@ -51,10 +50,10 @@ from stitchmesh.yarnrelax import relax_yarns
 from stitchmesh.yarnrelax.model.material import DEFAULT_MATERIAL
 
 QUALITY = replace(quality_named("draft"), contact_samples=SplineMaterial.contact_samples)
-"""Quality of the yarns: 12 control points of a stitch. The loops of a swatch then are 1 % larger than at quality
+"""Quality of the yarns: 12 control points for each stitch. The loops of a swatch are then 1 % larger than at quality
 ``reference``."""
 POINTS_OF_STITCH = 16.0
-"""About the number of control points of a stitch with its row end, for an estimate of the memory."""
+"""Approximate number of control points of a stitch, including its row end, for an estimate of the memory."""
 
 
 def lay_scene_splines(section: YarnsSection, fabric: StitchMesh, cloth: Cloth, device: str | None) -> SplineYarns:
@@ -62,9 +61,9 @@ def lay_scene_splines(section: YarnsSection, fabric: StitchMesh, cloth: Cloth, d
 
     Args:
         section: the yarns of the scene.
-        fabric: the stitch mesh of its cloth.
+        fabric: the stitch mesh of the cloth of the scene.
         cloth: the cloth of the stitch mesh.
-        device: name of the device that relaxes the yarns; by default a GPU where there is one.
+        device: name of the device that relaxes the yarns; by default a GPU if there is one.
 
     Raises:
         ParameterError: a radius or a loop length does not fit the stitches.
@@ -78,7 +77,7 @@ def lay_scene_splines(section: YarnsSection, fabric: StitchMesh, cloth: Cloth, d
 
 
 def drawn_splines(section: YarnsSection, fabric: StitchMesh) -> YarnSet:
-    """Return the B-spline yarns of a scene as generated, with their rest lengths; arguments and errors as above."""
+    """Return the B-spline yarns as generated, with rest lengths; arguments and errors as in ``lay_scene_splines``."""
     drawn = generate_yarns(fabric, yarn_radius=section.radius, quality=QUALITY)
     return apply_rest_lengths(drawn, RestLengths(loop_length=section.loop_length), fabric=fabric)
 
@@ -94,7 +93,7 @@ def spline_material(section: YarnsSection, radius: float) -> SplineMaterial:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class PreparedScene:
-    """What a scene simulates."""
+    """The parts of the simulation of a scene."""
 
     scene: Scene
     fabric: MixedFabric
@@ -102,10 +101,10 @@ class PreparedScene:
     vertices: FloatArray
     """Positions of the vertices at the start [cm], shape (V, 3)."""
     held: tuple[Attachment, ...]
-    """The attachments of the scene; nodes are numbered as in the layout."""
+    """The attachments of the scene; nodes have their layout numbers."""
     bodies: tuple[LoadedBody, ...]
     triangle_equilibrium: FloatArray | None = None
-    """Vertices at an equilibrium of the triangles alone on which the yarns of a static run begin [cm], shape (V, 3)."""
+    """Vertices at an equilibrium of the triangles alone, where the yarns of a static run begin [cm], shape (V, 3)."""
 
     @property
     def without_yarns(self) -> Region:
@@ -123,7 +122,7 @@ class PreparedScene:
         return self.fabric.yarns.rest_sliding[self.region.nodes]
 
     def loads(self, time: float) -> Loads:
-        """Return what acts at a time [s]: attachments are held until they are released."""
+        """Return the loads at a time [s]; attachments are held until they are released."""
         sections = zip(self.scene.attachments, self.held, strict=True)
         contact = self.scene.contact
         radius = float(self.fabric.yarn_radius.max())
@@ -147,19 +146,19 @@ def prepare(
     scene: Scene, *, cloth: Cloth | None = None, yarns: LaidYarns | None = None,
     folder: Path | None = None, progress: Progress = no_progress,
 ) -> PreparedScene:  # fmt: skip
-    """Make what a scene simulates.
+    """Make the parts of the simulation of a scene.
 
     Args:
         scene: the scene.
-        cloth: a cloth in the place of that of the scene.
-        yarns: yarns laid out on it in the place of those of the scene.
-        folder: where a material that is matched to the yarns is kept, and found again.
+        cloth: a cloth that replaces the cloth of the scene.
+        yarns: yarns laid out on this cloth, which replace the yarns of the scene.
+        folder: where a material that is matched to the yarns is kept and found again.
         progress: called with the completed part of the matching and a line of text.
 
     Raises:
-        ParameterError: a name is unknown, a box holds nothing, or something is not possible.
+        ParameterError: a name is unknown, a box holds nothing, or a setting is not possible.
         FileError: a file cannot be read.
-        MeshError: panels or a body are not a surface as expected.
+        MeshError: the panels or a body do not form a surface as expected.
     """
     surface = scene.cloth.cloth() if cloth is None else cloth
     laid = _layout(scene, surface) if yarns is None else yarns
@@ -183,7 +182,7 @@ def prepare(
 def with_loads(prepared: PreparedScene, scene: Scene) -> PreparedScene:
     """Return a scene on the same cloth and yarns with other attachments, bodies and contact; the region stays.
 
-    Errors are those of ``prepare``.
+    The errors are the same as for ``prepare``.
     """
     cloth, laid = prepared.fabric.cloth, prepared.fabric.yarns
     held, bodies = _held(scene, cloth, laid), _bodies(scene)
@@ -198,7 +197,7 @@ def with_region(prepared: PreparedScene, chosen: IntArray) -> PreparedScene:
 
     Args:
         prepared: the scene.
-        chosen: numbers of the triangles that have yarns alone.
+        chosen: numbers of the triangles with yarns alone.
     """
     fabric, section = prepared.fabric, prepared.scene.region
     layout = len(fabric.cloth.vertices), fabric.yarns.triangle, fabric.yarns.barycentric
@@ -207,7 +206,7 @@ def with_region(prepared: PreparedScene, chosen: IntArray) -> PreparedScene:
 
 
 def _outside(prepared: PreparedScene) -> FloatArray:
-    """The vertices at the start, moved out of the bodies by the distance that contact keeps.
+    """The vertices at the start, moved out of the bodies to the distance that contact keeps.
 
     Raises:
         ParameterError: a part of the cloth finds no way out.
@@ -235,7 +234,7 @@ def _layout(scene: Scene, cloth: Cloth) -> LaidYarns:
 
 
 def _materials(section: YarnsSection, yarns: LaidYarns) -> FabricMaterials | SplineMaterial:
-    """The material of the yarns for their model."""
+    """The material of the yarns; its kind belongs to their model."""
     if isinstance(yarns, SplineYarns):
         return spline_material(section, float(yarns.curves.radius.mean()))
     return yarn_materials(section)
@@ -293,7 +292,7 @@ def _cloth_material(
 
 
 def _seam_material(yarns: LaidYarns, materials: FabricMaterials | SplineMaterial) -> SeamMaterial | None:
-    """The rods of triangles, like the yarns that are rods; None without such yarns."""
+    """Material of the rods where triangles are simulated, equal to the yarns that are rods; None without such yarns."""
     if isinstance(yarns, SplineYarns) or isinstance(materials, SplineMaterial) or ROD not in yarns.yarn_family:
         return None
     rod = materials.rod
@@ -314,7 +313,7 @@ def _bodies(scene: Scene) -> tuple[LoadedBody, ...]:
 def _attachment(
     number: int, section: AttachmentSection, cloth: Cloth, yarns: LaidYarns, before: tuple[Attachment, ...]
 ) -> Attachment:
-    """The vertices and the nodes of the layout in the boxes of an attachment, and in its triangles if they are free."""
+    """The vertices and layout nodes in the boxes of an attachment, and the free ones in its triangles."""
     name = f"attachments[{number}]"
     wrong = [vertex for vertex in section.vertices if not 0 <= vertex < len(cloth.vertices)]
     if wrong:
@@ -337,10 +336,10 @@ def _attachment(
 
 
 def check_simulated(held: tuple[Attachment, ...], region: Region) -> None:
-    """Check that all attachments hold something where yarns or triangles are simulated.
+    """Check that each attachment holds a part where yarns or triangles are simulated.
 
     Raises:
-        ParameterError: one does not.
+        ParameterError: an attachment holds no such part.
     """
     for each in held:
         if not region.unknown_vertices[each.vertices].any() and (region.node_number[each.nodes] < 0).all():
@@ -351,7 +350,7 @@ def check_simulated(held: tuple[Attachment, ...], region: Region) -> None:
 
 
 def _in_boxes(section: AttachmentSection, cloth: Cloth, yarns: LaidYarns) -> tuple[IntArray, IntArray]:
-    """Vertices and nodes in any of the boxes; a vertex lies wherever one of its triangles has it."""
+    """Vertices and nodes in any of the boxes; a vertex counts with its place in each of its triangles."""
     corners, panel = cloth.triangles.ravel(), np.repeat(cloth.panel, 3)
     of_vertices, of_nodes = np.zeros(len(corners), dtype=bool), np.zeros(yarns.node_count, dtype=bool)
     for box in section.boxes:
@@ -362,7 +361,7 @@ def _in_boxes(section: AttachmentSection, cloth: Cloth, yarns: LaidYarns) -> tup
 
 
 def _disturbed(cloth: Cloth, size: float) -> FloatArray:
-    """The vertices, moved along the normals of their triangles by random parts of a size."""
+    """The vertices, moved along the normals of their triangles by random parts of the given size."""
     if size == 0.0:
         return cloth.vertices
     normals = vertex_normals(cloth.triangles, cloth.vertices)

@@ -29,7 +29,7 @@ def read_scene(path: FilePath) -> Scene:
     """Read a scene from a TOML file.
 
     Raises:
-        FileError: the file cannot be read, is not TOML, or has a key or a value that no scene has; the message names
+        FileError: the file cannot be read, is not TOML, or has an unknown key or an impossible value; the message names
             the key and, for an unknown key, the nearest known one.
     """
     scene = read_dataclass(path, Scene)

@@ -1,16 +1,15 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Balls and boxes as closed meshes.
+"""Balls, boxes and bending arms as closed meshes.
 
-An arm that bends at its elbow: a tube with round ends around a line that is straight, then an arc, then straight.
-
-At rest the elbow is the origin, the upper arm points along y, and the forearm along -y; a bend turns the forearm
-towards z. With the length L of the elbow and the angle phi of the bend, the tangent of the line at the distance s from
-the middle of the elbow, towards the hand, is
+An arm that bends at its elbow is a tube with round ends around a line that is straight, then an arc, then straight. At
+rest the elbow is the origin, the upper arm points along y, and the forearm along -y; a bend turns the forearm towards
+z. With the length L of the elbow and the angle phi of the bend, the tangent of the line at the distance s from the
+middle of the elbow, towards the hand, is
 
     (0, -cos psi, sin psi),     psi = phi (s / L + 1/2), between 0 and phi
 
-The arc is as long as the straight elbow was, so that the skin on its outside is stretched and that on its inside is
+The arc is as long as the straight elbow was: the skin on its outside is stretched and the skin on its inside is
 compressed, without a fold up to the angle L / R of a tube of radius R.
 """
 
@@ -37,11 +36,11 @@ QUADS = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [
 SIDES = 24
 """Number of sides of the tube; its rings are as far apart as its edges are long."""
 ELBOW = 2.6
-"""Length of the elbow over the radius."""
+"""Length of the elbow, over the radius."""
 LONGEST = 300.0
-"""Largest length of a part over the radius."""
+"""Largest length of a part, over the radius."""
 LARGEST_BEND = 140.0
-"""Largest bend [degrees], somewhat below ``ELBOW``."""
+"""Largest bend [degrees]; as an angle in radians it is somewhat below ``ELBOW``."""
 
 
 def ball(radius: float, centre: ArrayLike) -> Mesh:

@@ -24,7 +24,7 @@ Matrix = NDArray[np.int64]
 STITCHES = "stitches"
 """Name of the knit whose loops are the stitches of the cloth."""
 DEFAULT_DENSITY = 5.0
-"""Yarns, wales or courses for each cm."""
+"""Default number of yarns, wales or courses per cm."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,7 +39,7 @@ class YarnsSection:
     """Name or file of a weave, or its matrix as rows from the top, such as ``["10", "01"]``: 1 where the weft lies
     above."""
     model: Literal["crossings", "splines"] = "crossings"
-    """How yarns are simulated: as nodes at their crossings, or as B-splines in contact with loops that stand out of the
+    """How yarns are simulated: as nodes at their crossings, or as B-splines in contact, whose loops stand out of the
     cloth. B-splines are for static scenes of a stitch mesh, with ``knit = "stitches"``."""
     knit: str | tuple[str, ...] | None = None
     """Name or file of a pattern of knit and purl stitches, or its chart as rows from the top, such as
@@ -47,26 +47,27 @@ class YarnsSection:
     divisions: int = 1
     """Number of loops along each side of a stitch of the cloth, with ``stitches``."""
     ends: float = DEFAULT_DENSITY
-    """Warps for each cm."""
+    """Warps per cm."""
     picks: float = DEFAULT_DENSITY
-    """Wefts for each cm."""
+    """Wefts per cm."""
     wales: float = DEFAULT_DENSITY
-    """Wales for each cm."""
+    """Wales per cm."""
     courses: float = DEFAULT_DENSITY
-    """Courses for each cm."""
+    """Courses per cm."""
     density: float = 1.0
-    """Number of yarns in the place of each one: it multiplies ends, picks, wales and courses, and makes the yarns
-    finer, so that the cloth stays as heavy and as stiff; not for ``stitches``, which have ``divisions``."""
+    """Number of yarns that replace each yarn. It multiplies ends, picks, wales and courses, and makes the yarns finer,
+    so that the cloth stays as heavy and as stiff; not for ``stitches``, which have ``divisions``."""
     loop_length: float | None = None
-    """Length of yarn in each plain stitch [cm], with ``model = "splines"``; that of the loops as drawn by default."""
+    """Length of yarn in each plain stitch [cm], with ``model = "splines"``; by default the length of the drawn
+    loops."""
     material: str | None = None
-    """Name of the yarns' material, of the named ones or in ``material_file``."""
+    """Name of the material of the yarns, in ``material_file`` or among the named materials."""
     warp_material: str | None = None
-    """Name of the material of warps; that of the wefts by default."""
+    """Name of the material of warps; by default the material of wefts."""
     material_file: str | None = None
     """A file of materials (``.toml``)."""
     radius: float | None = None
-    """Radius of the yarns [cm]; that of the material by default, and an eighth of a stitch for B-splines."""
+    """Radius of the yarns [cm]; by default the radius of the material, and an eighth of a stitch for B-splines."""
 
     def __post_init__(self) -> None:
         if (self.weave is None) == (self.knit is None):
@@ -93,7 +94,7 @@ class YarnsSection:
             raise ParameterError(f"yarns.divisions: got {self.divisions} with B-splines; expected 1")
 
     def crossings_on(self, cloth: Cloth) -> float:
-        """Return about how many crossings the yarns have on a cloth; each loop of a knit has four."""
+        """Return the approximate number of crossings of the yarns on a cloth; each loop of a knit has four."""
         if self.weave is not None:
             return float(cloth.rest_area.sum()) * self.ends * self.picks * self.density**2
         return 4.0 * float(cloth.rest_area.sum()) * self.wales * self.courses * self.density**2
@@ -117,7 +118,7 @@ def weave_matrix(weave: str | tuple[str, ...]) -> Matrix:
     """Return the matrix of a weave: 1 where the weft of a row passes over the warp of a column.
 
     Names: ``plain``, ``basket-NxN`` (groups of N yarns), ``twill-AxB`` (over A and under B, one yarn further in each
-    row), and those of the library of weaves, such as ``satin-2x3``.
+    row), and names in the library of weaves, such as ``satin-2x3``.
 
     Raises:
         ParameterError: the name is unknown, rows are of different lengths or contain other characters, or the weave has
@@ -180,7 +181,7 @@ def knit_chart(knit: str | tuple[str, ...]) -> Matrix:
 
 
 def _rows(name: str, rows: tuple[str, ...], letters: str) -> Matrix:
-    """The matrix of rows of two letters; the second one is 1."""
+    """The matrix of rows of two letters; the second letter stands for 1."""
     wrong = [row for row in rows if not row or set(row) - set(letters)]
     if wrong or not rows:
         found = repr(wrong[0]) if wrong else "no row"
@@ -191,5 +192,5 @@ def _rows(name: str, rows: tuple[str, ...], letters: str) -> Matrix:
 
 
 def is_file(name: str) -> bool:
-    """Return whether a text names a file rather than something of a library."""
+    """Return whether a text names a file rather than an entry of a library."""
     return bool(Path(name).suffix) or Path(name).name != name

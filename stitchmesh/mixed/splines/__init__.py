@@ -2,6 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Yarns as B-splines in contact, with loops that stand out of the cloth (Kaldor et al. 2008, Leaf et al. 2018).
 
-The energies, their second derivatives and the contact are those of ``yarnrelax``. Control points are the yarn nodes of
+``yarnrelax`` provides the energies, their second derivatives and the contact. Control points are the yarn nodes of
 the mixed system; they have no Eulerian coordinates.
 """

@@ -2,17 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """Control points beside the region, which triangles carry.
 
-Loops at the border of the region need the yarn beyond: without it they would lose what they hold and what holds them,
-and open. The control points beside the region therefore belong to the model without unknowns of their own,
+Loops at the border of the region need the yarn beyond it: without this yarn they would lose the loops that they hold
+and that hold them, and open. The control points beside the region therefore belong to the model, without unknowns of
+their own,
 
     q = B v + o,
 
 where the offset o turns with the triangle of the point and is constant within an iteration of the solver. A force f on
-such a point acts on the vertices as B' f, and a motion of the vertices moves it by B dv.
+such a point acts on the vertices as B' f, and a motion of the vertices moves the point by B dv.
 
-Vectors that turn with triangles: they are constant in the frame of a triangle.
-
-The frame is the direction of its first side, what is perpendicular to it in the plane, and the normal.
+``TurnedVectors`` holds vectors that are constant in the frame of a triangle and turn with it. The axes of the frame are
+the direction of the first side, the direction perpendicular to it in the plane, and the normal.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ class TurnedVectors:
 
         Args:
             corners: vertices of the triangle with which each vector turns, shape (n, 3).
-            vectors: the vectors, shape (n, 3), where the vertices are at ``vertices``.
+            vectors: the vectors while the vertices are at ``vertices``, shape (n, 3).
             vertices: positions of the vertices [cm], shape (V, 3).
             scalar: Warp's floating-point type.
             device: where the vectors lie.
@@ -140,16 +140,16 @@ def add_to_vertices(
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class CarriedSplinePoints:
-    """Control points that are carried."""
+    """Control points that triangles carry."""
 
     point: Integers
     """Numbers of the control points in the yarn model, shape (m,)."""
     corners: Integers
-    """Vertices of the triangle of each, shape (m, 3)."""
+    """Vertices of the triangle of each control point, shape (m, 3)."""
     weight: Numbers
-    """Barycentric coordinates of each, shape (m, 3)."""
+    """Barycentric coordinates of each control point, shape (m, 3)."""
     place: Numbers
-    """Position of each at the layout [cm], shape (m, 3)."""
+    """Position of each control point in the layout [cm], shape (m, 3)."""
 
 
 class Carrier:
@@ -177,7 +177,7 @@ class Carrier:
         self._offset.turn(vertices)
 
     def place(self, vertices: wp.array[Any], points: wp.array[Any], origin: Any, unit: Any, launcher: Launcher) -> Any:
-        """The launch that places the points; ``unit`` is that of the yarn model over cm."""
+        """The launch that places the points; ``unit`` is the unit of the yarn model over cm."""
         return self._placed(vertices, points, origin, unit, launcher, with_offset=1)
 
     def move(self, vertices: wp.array[Any], motion: wp.array[Any], unit: Any, launcher: Launcher) -> Any:

@@ -1,28 +1,27 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Between the nodes of the mixed system and the control points of the yarn model, which has units of its own.
+"""Maps between the nodes of the mixed system and the control points of the yarn model, which has units of its own.
 
-The yarn model has lengths in yarn radii r from an origin o: q = (p - o) / r (``yarnrelax.model``). Forces on p are
-those on q over r, and second derivatives those by q over r^2. The blocks on the diagonal of the Hessian at a control
-point are the sums over its four segments, with its place k among their control points:
+The yarn model measures lengths in yarn radii r from an origin o: q = (p - o) / r (``yarnrelax.model``). Forces on p are
+forces on q over r, and second derivatives by p are second derivatives by q over r^2. The blocks on the diagonal of the
+Hessian at a control point are sums over its four segments, where k is its place among the control points of a segment:
 
     sum of  (D_k - D_(k-1))' H (D_k - D_(k-1))        H by the three legs, D_j the part of leg j
     sum of  B_k(s_i)^2 (a a^T - b I)                  over the samples s_i and the pairs that touch them
 
-Pairs whose two samples both depend on the control point are left out of the second sum; they are rare, and the blocks
-serve as a metric alone.
+The second sum leaves out pairs whose two samples both depend on the control point. They are rare, and the blocks serve
+only as a metric.
 
-The longest move along a direction on which each control point stays within its budget.
-
-With the displacement d since the lists were made, the motion u and the budget R of a control point, the move t u leaves
-the ball |d + t u| <= R at
+``longest_move`` finds the longest move along a direction on which each control point stays within its step budget. With
+the displacement d since the lists were made, the motion u and the budget R of a control point, the move t u leaves the
+ball |d + t u| <= R at
 
     t = (R^2 - d^2) / (d.u + ((d.u)^2 + u^2 (R^2 - d^2))^(1/2))
 
-for the form of the root without cancellation where d.u > 0.
+in the form of the root without cancellation where d.u > 0.
 
-Distances of yarns do not change when all of them move alike. Displacements and motions are therefore relative to their
-means over all control points.
+Distances between yarns do not change when all yarns move alike. Displacements and motions are therefore relative to
+their means over all control points.
 """
 
 from __future__ import annotations
@@ -153,12 +152,12 @@ def moves_within_budgets(
 
 
 def longest_move(model: Model, state: State, motion: wp.array[Any]) -> float:
-    """The part of a motion, in [0, 1], that keeps the budgets of all control points.
+    """The part of a motion, in [0, 1], on which all control points stay within their budgets.
 
     Args:
         model: the yarns.
-        state: where they are, where their contacts were listed, and their budgets.
-        motion: what a part of 1 adds to the control points [units], shape (N, 3).
+        state: the yarns' control points, the points for which contacts were listed, and the budgets.
+        motion: displacement of the control points for a part of 1 [units], shape (N, 3).
     """
     limit = model.empty(model.point_count)
     points, listed = (_mean(places) for places in (state.points, state.listed_points))

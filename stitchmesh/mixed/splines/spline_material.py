@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The material of B-spline yarns in the mixed system: stiffnesses for their radius, and how finely they are sampled."""
+"""The material of B-spline yarns in the mixed system: stiffnesses for their radius, and the density of samples."""
 
 from __future__ import annotations
 
@@ -19,11 +19,12 @@ class SplineMaterial:
     """
 
     yarn: YarnMaterial
-    """Stiffness and mass of yarn of the radius at hand."""
+    """Stiffness and mass of the yarn, for its radius."""
     quadrature_points: int = 3
-    """Gauss points of a segment."""
+    """Gauss points for each segment."""
     contact_samples: int = 4
-    """Contact samples of a segment; long segments have more. A segment may become 2.6 radii long for each."""
+    """Contact samples for each segment; long segments have more. A segment may become 2.6 radii long for each
+    sample."""
 
     def __post_init__(self) -> None:
         if not self.yarn.mass_per_length > 0.0:
@@ -43,5 +44,5 @@ class SplineMaterial:
 
     @property
     def density(self) -> float:
-        """Mass of a length of yarn [g/cm]."""
+        """Mass per length of yarn [g/cm]."""
         return self.yarn.mass_per_length

@@ -3,11 +3,11 @@
 """The pieces of B-spline yarns whose control points are simulated.
 
 A segment of a yarn exists in the mixed system if its four control points are simulated. A piece is a run of consecutive
-segments that exist: an open yarn of its own, or the whole yarn. Where a yarn leaves the region its pieces end freely;
-there alpha is small, and the ends are held by F x alone. The weight of a segment is alpha at its centroid (Casafranca
-et al. 2020, section 4.1).
+existing segments: an open yarn of its own, or the whole yarn. Where a yarn leaves the region its pieces end freely;
+alpha is small there, and only F x holds the ends. The weight of a segment is alpha at its centroid (Casafranca et al.
+2020, section 4.1).
 
-Control points that belong to no segment have neither mass nor energy, as crossings without neighbours have.
+Control points that belong to no segment have neither mass nor energy, like crossings without neighbours.
 """
 
 from __future__ import annotations
@@ -43,12 +43,12 @@ def spline_pieces(curves: YarnSet, *, nodes: ArrayLike | None = None, alpha: Arr
 
     Args:
         curves: all yarns, laid out everywhere.
-        nodes: numbers of the control points that are simulated, ascending; all by default.
+        nodes: numbers of the simulated control points, ascending; all by default.
         alpha: weight of each segment of the curves, 0 where it does not exist (``Region.element_alpha``), shape (S,);
             1 by default.
 
     Raises:
-        ParameterError: alpha has another shape, or a segment that exists has a control point that is not simulated.
+        ParameterError: alpha has the wrong shape, or an existing segment has a control point that is not simulated.
     """
     chosen = np.arange(len(curves.points)) if nodes is None else np.asarray(nodes, dtype=np.int64)
     count = len(curves.rest_length)
@@ -71,13 +71,13 @@ def spline_pieces(curves: YarnSet, *, nodes: ArrayLike | None = None, alpha: Arr
 
 
 def _runs(curves: YarnSet, yarn: int, exists: NDArray[np.bool_]) -> list[tuple[int, IntArray, bool]]:
-    """Runs of segments of one yarn that exist, in its order; whether each is the whole of a closed yarn."""
+    """Runs of existing segments of one yarn, in its order, and whether each run is a whole closed yarn."""
     first, last = curves.segment_start[yarn], curves.segment_start[yarn + 1]
     own = exists[first:last]
     closed = bool(curves.closed[yarn])
     if own.all():
         return [(yarn, np.arange(first, last), closed)] if len(own) else []
-    # a closed yarn begins after a segment that does not exist, so that no run passes its last segment
+    # a closed yarn begins after a missing segment, so that no run passes from the last segment to the first one
     turn = int(np.argmin(own)) if closed else 0
     order = first + np.roll(np.arange(len(own)), -turn)
     present = np.flatnonzero(exists[order])
@@ -92,7 +92,7 @@ def _points_of_run(curves: YarnSet, segments: IntArray, closed: bool) -> IntArra
 
 
 def _cut(curves: YarnSet, yarns: list[int], points: list[IntArray], segments: IntArray, closed: list[bool]) -> YarnSet:
-    """The yarns of the runs; ``row`` and ``face`` are those of the whole yarns."""
+    """The yarns of the runs; ``row`` and ``face`` are taken from the whole yarns."""
     point, of = np.concatenate(points), np.array(yarns)
     return YarnSet(
         points=curves.points[point],

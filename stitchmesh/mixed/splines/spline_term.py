@@ -5,15 +5,16 @@
     E = sum over segments s of  alpha_s (stretch + length + bending)_s
       + sum over pairs of contact samples p, q of  (alpha_p alpha_q)^(1/2) contact_pq        [erg]
 
-alpha_s is the weight of a segment (``spline_pieces``), and that of its samples. A pair weighs the geometric mean of its
-two samples, which differs from alpha at the centroid by the square of their difference, and lets both samples carry
-their part of the weight. Control points are nodes, or lie beside the region and are carried (``carried_points``).
+alpha_s is the weight of a segment (``spline_pieces``) and of its samples. The weight of a pair is the geometric mean of
+the weights of its two samples. It differs from alpha at the centroid by the square of their difference, and each sample
+carries its own part of it. Control points are nodes, or they lie beside the region and triangles carry them
+(``carried_points``).
 
-No move lets a yarn pass through another one. Each control point has a budget around the place where the candidate lists
-were made, less than half the clearance of the yarn that it shapes (``yarnrelax.collision.step_limit``). A move of the
-mixed system is one direction for all nodes: it is shortened until every control point keeps its budget, relative to the
-mean motion of all of them, which changes no distance (``spline_kernels``). Where a direction leads beyond the budgets
-that are left, the lists are made again first.
+No move lets a yarn pass through another one. Each control point has a step budget around the place where the candidate
+lists were made. The budget is less than half the clearance of the yarn that the point shapes
+(``yarnrelax.collision.step_limit``). A move of the mixed system is one direction for all nodes. It is shortened until
+every control point keeps its budget, relative to the mean motion of all points, which changes no distance
+(``spline_kernels``). Where a direction leads beyond the remaining budgets, the lists are made again first.
 """
 
 from __future__ import annotations
@@ -60,14 +61,14 @@ class SplineTerm(MixedTerm):
         self, pieces: SplinePieces, material: SplineMaterial, scalar: Any, device: wp.Device, *,
         carrier: Carrier | None = None,
     ) -> None:  # fmt: skip
-        """Send the pieces to the device, and list their contacts where they are.
+        """Send the pieces to the device, and list their contacts at their present places.
 
         Args:
-            pieces: the yarns of the model, with their weights; at least one segment.
+            pieces: the yarns of the model, with their weights; they must have at least one segment.
             material: stiffnesses and sampling.
             scalar: Warp's floating-point type.
             device: where the kernels run.
-            carrier: the control points that are no nodes.
+            carrier: the control points that are not nodes, which triangles carry.
 
         Raises:
             ParameterError: there is no segment.
@@ -99,9 +100,9 @@ class SplineTerm(MixedTerm):
         return self._generation
 
     def element_energies(self, state: MixedVector, launcher: Launcher) -> tuple[list[Any], wp.array[Any]]:
-        """The launches that find the weighted energy of each element, and where it is.
+        """The launches that find the weighted energy of each element, and the array of the energies.
 
-        The candidate lists hold all pairs up to ``step_limit``.
+        The candidate lists are complete within the limit of ``step_limit``.
         """
         model, points = self.model, self.state.points
         made = self._place(state, launcher)
@@ -139,7 +140,7 @@ class SplineTerm(MixedTerm):
         return [launcher(add_point_blocks, model.point_count, inputs, [blocks.nodes])]
 
     def begin_step(self, state: MixedVector, time: float, time_step: float) -> None:
-        """Turn what triangles carry, and list the contacts."""
+        """Turn the offsets of carried points with their triangles, and list the contacts."""
         if self._carrier is not None:
             self._carrier.turn(state.vertices)
         self._list_contacts_at(state)
@@ -154,13 +155,13 @@ class SplineTerm(MixedTerm):
 
     @property
     def _whole_hessian(self) -> Hessian:
-        """The matrices of the Hessian, with room for all pairs that are listed."""
+        """The matrices of the Hessian, with room for all listed pairs."""
         if self._hessian is None:
             self._hessian = Hessian(self.model, self.state, self._candidates)
         return self._hessian
 
     def _place(self, state: MixedVector, launcher: Launcher) -> list[Any]:
-        """The launches that set the control points to the positions of their nodes, or carry them."""
+        """The launches that set control points to the positions of their nodes, or where triangles carry them."""
         model, points = self.model, self.state.points
         origin, per_unit = vector(3, model.scalar)(*model.cells[0].origin.tolist()), self._per_unit
         made = [launcher(place_points, model.point_count, [self._node, origin, per_unit, state.nodes], [points])]
@@ -207,7 +208,7 @@ class SplineTerm(MixedTerm):
             raise SolverError(f"spline yarns: {too_close[0]}")
 
     def _reallocated(self) -> None:
-        """Forget the arrays that are as large as the lists, and tell the solver that its launches are stale."""
+        """Forget the arrays that have the size of the lists, and tell the solver that its launches are stale."""
         self._hessian = None
         self._generation += 1
 

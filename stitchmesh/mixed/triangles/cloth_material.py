@@ -2,27 +2,29 @@
 # SPDX-License-Identifier: Apache-2.0
 """Materials of cloth: orthotropic moduli along courses and wales (wefts and warps).
 
-Axis 1 runs along the courses of a knit or the wefts of a weave, axis 2 along the wales or the warps. A material gives
-the moduli of a strip that is pulled along an axis with free sides. With the Green strains e = (E_11, E_22, 2 E_12) and
-the Poisson ratio nu, the geometric mean of the ratios of both directions,
+Axis 1 runs along the courses of a knit or the wefts of a weave, axis 2 along the wales or the warps. The moduli of a
+material belong to a strip that is pulled along an axis with free sides. With the Green strains e = (E_11, E_22, 2 E_12)
+and the Poisson ratio nu, the geometric mean of the ratios of both directions,
 
     C_11 = Y_1 / (1 - nu^2),   C_22 = Y_2 / (1 - nu^2),   C_12 = nu sqrt(Y_1 Y_2) / (1 - nu^2),   C_33 = shear
 
 A strip that is pulled along axis 1 contracts by nu sqrt(Y_1 / Y_2) times its strain. The matrix is positive definite
-exactly if the moduli are positive and |nu| < 1. Bending has the same form in the curvatures (kappa_11, kappa_22,
-2 kappa_12), with the rigidities of a strip and a stiffness against twist. An isotropic plate of flexural rigidity D and
-ratio nu has rigidities D (1 - nu^2), twist D (1 - nu) / 2, and a membrane has shear Y / (2 + 2 nu).
+exactly if the moduli are positive and |nu| < 1. Bending has the same form in the curvatures
+(kappa_11, kappa_22, 2 kappa_12), with the rigidities of a strip and a stiffness against twist. An isotropic plate of
+flexural rigidity D and ratio nu has the rigidities D (1 - nu^2) and the twist D (1 - nu) / 2; an isotropic membrane has
+the shear Y / (2 + 2 nu).
 
-Moments with which the flat cloth curls, as a knit does at its borders, give bending a state of rest that is not flat:
-the moments are the rigidities times the curvatures of that state.
+Moments with which the flat cloth curls, as a knit does at its borders, give bending a rest state that is not flat: the
+moments are the rigidities times the curvatures of this state.
 
-A table of tensions replaces the linear law along an axis, C_11 E_11 or C_22 E_22: the tension [dyn per cm of cloth at
-rest] over the strain (length over rest length - 1) of a strip that keeps its width. A table of coupling replaces C_12
-by a stress over E_11 + E_22 that acts along both axes, and is therefore the tension across a strip that keeps its
-width. The coupling of a knit that stiffens may then exceed what C_12 may be at rest. ``material_file`` holds named
-materials.
+A table of tensions replaces the linear law along an axis, C_11 E_11 or C_22 E_22. It gives the tension [dyn per cm of
+cloth at rest] over the strain (length over rest length - 1) of a strip that keeps its width. A table of coupling
+replaces C_12 by a stress over E_11 + E_22 that acts along both axes; this stress is therefore the tension across a
+strip that keeps its width. The coupling of a knit that stiffens may then exceed the bound of C_12 at rest.
+``material_file`` holds named materials.
 
-What users give for each triangle or panel when an energy is made: blending weights and materials.
+``checked_weights`` and ``materials_of_panels`` check blending weights and materials that users give for each triangle
+or panel.
 """
 
 from __future__ import annotations
@@ -47,7 +49,7 @@ class ClothMaterial:
     """A material of cloth.
 
     Raises:
-        ParameterError: a modulus, a rigidity or the density is not positive, a Poisson ratio is not inside -1 to 1, a
+        ParameterError: a modulus, a rigidity or the density is not positive, a Poisson ratio is not between -1 and 1, a
             damping is negative, or a table of tensions does not rise or is too flat for the coupling of both axes.
     """
 
@@ -70,12 +72,12 @@ class ClothMaterial:
     bending_poisson: float = 0.0
     """Geometric mean of the Poisson ratios of bending."""
     twist: float | None = None
-    """Rigidity against twist [dyn cm], the energy per area over half the square of 2 kappa_12; by default that of an
-    isotropic plate, (B_1 B_2)^(1/2) / (2 + 2 nu) with the ratio nu of bending."""
+    """Rigidity against twist [dyn cm], the energy per area over half the square of 2 kappa_12; by default the twist of
+    an isotropic plate, (B_1 B_2)^(1/2) / (2 + 2 nu) with the Poisson ratio nu of bending."""
     moment_course: float = 0.0
     """Moment with which the flat cloth curls its courses or wefts towards the side of the normals [dyn]."""
     moment_wale: float = 0.0
-    """The same for the wales or warps [dyn]."""
+    """The same moment for the wales or warps [dyn]."""
     damping: float = 0.0
     """Rayleigh damping proportional to stiffness [s]."""
     mass_damping: float = 0.0
@@ -86,7 +88,7 @@ class ClothMaterial:
     """Strain and tension [dyn / cm] along the wales or warps; none for the linear law."""
     shear_table: Table = ()
     """Strain 2 E_12 and shear stress S_12 [dyn / cm] from (0, 0) upwards, the same for both signs; none for the linear
-    law. A strain of 2 E_12 between yarns of constant length turns them towards each other by its arc sine."""
+    law. Yarns of constant length that have the strain 2 E_12 between them turn towards each other by its arc sine."""
     coupling_table: Table = ()
     """Sum of strains E_11 + E_22 and the stress that it adds along both axes [dyn / cm]; none for the linear law."""
     source: str = ""
@@ -114,7 +116,7 @@ class ClothMaterial:
         """An isotropic cloth.
 
         Args:
-            name: its name.
+            name: name of the material.
             stretch: Young's modulus times thickness [dyn / cm].
             poisson: Poisson ratio of stretch and of bending.
             rigidity: flexural rigidity D of a plate [dyn cm].
@@ -158,9 +160,9 @@ class ClothMaterial:
         return 0.0 if self.coupling_table else float(self.moduli()[0, 1])
 
     def energies(self) -> tuple[TensionCurve, TensionCurve, TensionCurve, TensionCurve]:
-        """The laws of E_11, E_22, 2 E_12 and E_11 + E_22 whose energies, with C_12 E_11 E_22, add up to the whole.
+        """The laws of E_11, E_22, 2 E_12 and E_11 + E_22; the total energy is their energies plus C_12 E_11 E_22.
 
-        With a table of coupling the first two are what the tensions of strips that keep their width leave.
+        With a table of coupling, the first two laws are the tensions of strips that keep their width less the coupling.
         """
         course, wale, shear = self.curves()
         if not self.coupling_table:
@@ -181,7 +183,7 @@ class ClothMaterial:
 
 
 def _orthotropic(first: float, second: float, poisson: float, shear: float) -> NDArray[np.float64]:
-    """The matrix of a law with moduli of strips along two axes."""
+    """The matrix of a law from the moduli of strips along two axes."""
     scale = 1.0 / (1.0 - poisson**2)
     coupling = poisson * (first * second) ** 0.5 * scale
     return np.array([[first * scale, coupling, 0.0], [coupling, second * scale, 0.0], [0.0, 0.0, shear]])
@@ -195,7 +197,7 @@ def _points(table: Table, place: str) -> NDArray[np.float64]:
 
 
 def _shear_curve(table: Table, place: str) -> TensionCurve:
-    """The law of a table of shear strains and stresses, and of the same with the other sign."""
+    """The law of a table of shear strains and stresses, and of the same table with the other sign."""
     points = _points(table, place)
     if points[0].any():
         raise ParameterError(f"{place}: begins with {tuple(map(float, points[0]))}; expected (0, 0)")
@@ -211,7 +213,7 @@ def _tension_curve(table: Table, place: str) -> TensionCurve:
 
 
 def checked_weights(weight: ArrayLike | None, count: int) -> NDArray[np.float64]:
-    """The blending weight 1 - alpha of each triangle or rod (C 4.1), shape (count,); 1 where none is given.
+    """The blending weight 1 - alpha of each triangle or rod (C 4.1), shape (count,); 1 if none are given.
 
     Raises:
         ParameterError: the shape is not (count,), or a weight is not in [0, 1].
@@ -228,10 +230,10 @@ def checked_weights(weight: ArrayLike | None, count: int) -> NDArray[np.float64]
 
 
 def materials_of_panels(materials: ClothMaterial | Sequence[ClothMaterial], panels: int) -> list[ClothMaterial]:
-    """The material of each panel; one material alone is that of all panels.
+    """The material of each panel; a single material is used for all panels.
 
     Raises:
-        ParameterError: the number of materials is not that of the panels.
+        ParameterError: the number of materials differs from the number of panels.
     """
     chosen = [materials] if isinstance(materials, ClothMaterial) else list(materials)
     if len(chosen) not in (1, panels):

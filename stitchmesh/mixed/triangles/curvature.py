@@ -2,37 +2,36 @@
 # SPDX-License-Identifier: Apache-2.0
 """The bending energy of a triangulated cloth as a quadratic form in the angles of its hinges.
 
-Discrete shells (Grinspun et al. 2003) give each hinge an energy of its own, a multiple of l^2 theta^2 / A. On one and
-the same grid of right triangles a cylinder then costs from 0.75 to 3 times the energy per area D kappa^2 / 2, as the
-direction of its axis changes, and refinement does not help. We take the angles of discrete shells, and couple the
-neighbouring ones so that the energy is that of the Morley element (Morley 1968), a plate element that converges on all
-meshes and whose unknowns are the heights of the vertices and the slopes across the middles of the edges.
+Discrete shells (Grinspun et al. 2003) give each hinge an energy of its own, a multiple of l^2 theta^2 / A. On the same
+grid of right triangles, a cylinder then costs from 0.75 to 3 times the energy per area D kappa^2 / 2, depending on the
+direction of its axis, and refinement does not help. We take the angles of discrete shells and couple neighbouring
+angles so that the energy is the energy of the Morley element (Morley 1968). This plate element converges on all meshes;
+its unknowns are the heights of the vertices and the slopes across the middles of the edges.
 
 A triangle of rest area A whose sides have the lengths l_s and the inward normals n_s has the constant curvature
 
     kappa = sum over its sides of  (l_s / A) sigma_s n_s n_s^T
 
-where sigma_s is the difference between the slope of the flat triangle and that of the surface at the middle of side s,
-both along n_s. At each hinge, sigma_1 + sigma_2 = theta. How an angle is divided is not an unknown here: we write
-sigma_1 as that combination of the five angles of the two triangles (the hinge and its four neighbours) that is exact
-for every surface of constant curvature, and among those the one nearest to the division by the heights h of both
+where sigma_s is the difference between the slopes of the flat triangle and of the surface at the middle of side s, both
+along n_s. At each hinge, sigma_1 + sigma_2 = theta. The division of an angle is not an unknown here. We write sigma_1
+as a combination of the five angles of the two triangles (the hinge and its four neighbours) that is exact for every
+surface of constant curvature. Among these combinations we take the nearest to the division by the heights h of both
 triangles, sigma_1 = theta h_1 / (h_1 + h_2). For a surface of curvature k in the frame (t, n) of a side with the third
 vertex at (x, h) from the middle of the side
 
     sigma = k_tt (x^2 - l^2 / 4) / (2 h) + k_nn h / 2 + k_tn x
 
-A cylinder therefore costs D kappa^2 / 2 per area on every mesh, and plates converge, because the element is that of
-Morley on a part of its functions that still contains all quadratic ones. There is no moment at a border: the energy is
-the smallest one over the slopes of the border sides. ``slope_shares`` also finds the slopes where the triangles end and
-the cloth goes on as yarns alone.
+A cylinder therefore costs D kappa^2 / 2 per area on every mesh. Plates converge, because the element is the Morley
+element on a part of its functions that still contains all quadratic functions. There is no moment at a border: the
+energy is the smallest energy over the slopes of the border sides. ``slope_shares`` also finds the slopes where the
+triangles end and the cloth goes on as yarns alone.
 
-How the slopes across the sides of triangles follow from the angles of hinges; ``curvature`` explains the use.
-
-The slope difference sigma of a side is a combination of the angles of nearby hinges that is exact for every surface of
-constant curvature. Of all such combinations we take the one nearest to a first guess. At a hinge they are the five
-angles of its two triangles, and the guess is its own angle times h_1 / (h_1 + h_2). A side behind which the cloth goes
-on in a model of yarns alone has no angle, because the vertices behind it are not unknowns. Its slope follows from the
-six angles of the two other sides of its triangle and of the triangles behind them, and the guess is 0.
+``slope_shares`` expresses the slope difference sigma of a side by the angles of nearby hinges, with a combination that
+is exact for every surface of constant curvature. Of all such combinations it takes the one nearest to a first guess. At
+a hinge they contain the five angles of its two triangles, and the guess is its own angle times h_1 / (h_1 + h_2). A
+side behind which the cloth goes on as yarns alone has no angle, because the vertices behind it are not unknowns. Its
+slope follows from six angles, of the two other sides of its triangle and of the triangles behind them, and the guess is
+0.
 """
 
 from __future__ import annotations
@@ -50,9 +49,9 @@ from stitchmesh.mixed.cloth.cloth import Cloth
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 LEAST_SINGULAR = 1e-2
-"""Part of the largest singular value below which a direction of curvature counts as one that the angles do not show, as
-where eight vertices lie on one conic section. With a tenth of it some shares of irregular meshes are above 5, and a
-hinge a hundred times stiffer than the others; with ten times as much cylinders are off by a thousandth."""
+"""Part of the largest singular value below which the angles do not count as showing a direction of curvature, as where
+eight vertices lie on one conic section. With a tenth of this value, some shares of irregular meshes are above 5, and a
+hinge is a hundred times stiffer than the others; with ten times the value, cylinders are off by a thousandth."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,7 +90,7 @@ class SideFrames:
         return np.column_stack([(x**2 - self.length**2 / 4.0) / (2.0 * h), h / 2.0, x])
 
     def turned(self, row: FloatArray, base: IntArray, side: IntArray) -> FloatArray:
-        """Coefficients of k_tt, k_nn and k_tn in the frames of sides as those in the frames of the sides ``base``.
+        """Convert coefficients of k_tt, k_nn and k_tn from the frames of sides to the frames of the sides ``base``.
 
         Both sides belong to the same triangle; all arrays have the shape (n, 3) or (n,).
         """
@@ -112,9 +111,9 @@ class SlopeShares:
     """The slope difference of each side: the sum over six hinges of a share times the angle of the hinge."""
 
     hinge: IntArray
-    """Six hinges of each side, ``BORDER`` for none, shape (3 T, 6)."""
+    """Six hinges of each side, ``BORDER`` where there is none, shape (3 T, 6)."""
     share: FloatArray
-    """Their shares, shape (3 T, 6)."""
+    """Shares of these hinges, shape (3 T, 6)."""
 
 
 def slope_shares(frames: SideFrames, active: NDArray[np.bool_]) -> SlopeShares:
@@ -175,7 +174,7 @@ class _Patch:
         return self.hinge_of[side], self.frames.turned(self.angle[side], base, side)
 
     def _behind(self, side: IntArray) -> list[tuple[IntArray, FloatArray]]:
-        """The two other hinges of the triangle behind sides, none where there is none, in the frames of the sides."""
+        """The two other hinges of the triangle behind each side, none on a border, in the frames of the sides."""
         twin = self.twin[side]
         found = []
         for other in (_next(twin), _next(_next(twin))):
@@ -187,7 +186,7 @@ class _Patch:
     def _nearest(
         self, side: IntArray, columns: list[tuple[IntArray, FloatArray]], guess: FloatArray
     ) -> tuple[IntArray, FloatArray]:
-        """Hinges, and the shares nearest to a guess that give the slope differences of all curvatures."""
+        """Hinges, and the shares nearest to a guess that give the right slope differences for all curvatures."""
         hinge, angles = np.full((len(side), 6), BORDER), np.zeros((len(side), 6, 3))
         for k, (number, angle) in enumerate(columns):
             hinge[:, k], angles[:, k] = number, angle / self.frames.length[side, None]
@@ -198,7 +197,7 @@ class _Patch:
 def _least_change(angles: FloatArray, wanted: FloatArray) -> FloatArray:
     """The smallest change of six shares that gives the wanted combination of curvatures, (n, 6, 3), (n, 3) to (n, 6).
 
-    The sum over j of change_j angles_jk is to be wanted_k; directions that the angles hardly show are left out softly.
+    The sum over j of change_j angles_jk must be wanted_k; directions that the angles hardly show are damped.
     """
     square = np.swapaxes(angles, 1, 2) @ angles
     softness = LEAST_SINGULAR**2 * np.trace(square, axis1=1, axis2=2) + np.finfo(np.float64).tiny
@@ -219,8 +218,8 @@ def hinge_stiffness(cloth: Cloth, rigidities: FloatArray, weight: FloatArray) ->
         cloth: the cloth, with H hinges.
         rigidities: matrix of bending of each triangle in the axes of its panel [dyn cm], for kappa_11, kappa_22 and
             2 kappa_12, shape (T, 3, 3).
-        weight: blending weight of each triangle, shape (T,). Triangles of weight 0 do not exist: the vertices that only
-            they have are not read.
+        weight: blending weight of each triangle, shape (T,). Triangles of weight 0 do not exist: vertices that belong
+            only to such triangles are not read.
 
     Returns:
         K [erg], a sparse matrix in compressed rows, shape (H, H).

@@ -2,20 +2,19 @@
 # SPDX-License-Identifier: Apache-2.0
 """Materials of cloth as files: TOML with the fields of ``ClothMaterial`` as keys.
 
-Materials of measured cloths by name.
-
-The numbers are those of the database of Wang, O'Brien and Ramamoorthi 2011 (Data-driven elastic models for cloth), in
-the form in which the program ARCSim (Narain, Samii and O'Brien 2012) distributes and reads it. The database gives, for
-a stretch of 1/6 along five directions, the coefficients a, b, c, d [N/m], and for three directions and five curvatures
-a bending coefficient k [N m]. ARCSim's forces follow from them as
+``named_material`` returns materials of measured cloths. Their numbers come from the database of Wang, O'Brien and
+Ramamoorthi 2011 (Data-driven elastic models for cloth), in the form in which the program ARCSim (Narain, Samii and
+O'Brien 2012) distributes and reads it. For a stretch of 1/6 along five directions, the database gives the coefficients
+a, b, c, d [N/m], and for three directions and five curvatures a bending coefficient k [N m]. The forces of ARCSim
+follow from them as
 
     S_11 = 2 a E_11 + 2 b E_22,    S_22 = 2 b E_11 + 2 c E_22,    S_12 = 2 d E_12
     energy of a hinge  k l^2 theta^2 / (8 A),  with the area A of both triangles
 
-We take a from the row of the courses (wefts), c from that of the wales (warps), the mean of b of these two rows, d from
-the row of 45 degrees, and k at the smallest curvature. A hinge of energy D l^2 theta^2 / (2 A) bends like a plate of
-rigidity D on equilateral triangles, so that D = k / 4. A roll at 45 degrees costs (B_1 + B_2) / 4 + twist, from which
-twist follows. These are secant moduli at a large stretch: knits resist less at first. No damping was measured.
+We take a from the row of the courses (wefts), c from the row of the wales (warps), the mean of b of these two rows, d
+from the row of 45 degrees, and k at the smallest curvature. A hinge of energy D l^2 theta^2 / (2 A) bends like a plate
+of rigidity D on equilateral triangles, so D = k / 4. A roll at 45 degrees costs (B_1 + B_2) / 4 + twist, from which
+twist follows. These are secant moduli at a large stretch; knits resist less at small stretch. No damping was measured.
 """
 
 from __future__ import annotations
@@ -65,7 +64,7 @@ class _Measured:
     """One cloth of the database."""
 
     names: tuple[str, ...]
-    """Names of the material; the first one is its own."""
+    """Names of the material; the first is its main name."""
     density: float
     """Mass per area [kg / m^2]."""
     stretching: tuple[float, float, float, float, float]
@@ -117,7 +116,7 @@ _NAMED = {name: row.material() for row in _TABLE for name in row.names}
 
 
 def material_names() -> tuple[str, ...]:
-    """Return the names of the measured materials, without their other names."""
+    """Return the main names of the measured materials."""
     return tuple(row.names[0] for row in _TABLE)
 
 
@@ -140,7 +139,7 @@ def material_of(name_or_path: FilePath) -> ClothMaterial:
 
     Raises:
         ParameterError: there is no material of that name; the message states the nearest name.
-        FileError: the file cannot be read, or is not a material.
+        FileError: the file cannot be read, or is not a material file.
     """
     text = fspath(name_or_path)
     return read_material(text) if Path(text).suffix == SUFFIX else named_material(text)
@@ -150,7 +149,7 @@ def read_material(path: FilePath) -> ClothMaterial:
     """Read a material from a TOML file.
 
     Raises:
-        FileError: the file cannot be read, is not TOML, or has a key or a value that no material has; the message names
+        FileError: the file cannot be read, is not TOML, or has an unknown key or an impossible value; the message names
             the key and, for an unknown key, the nearest known one.
     """
     return read_dataclass(path, ClothMaterial)
@@ -162,7 +161,7 @@ def write_material(path: FilePath, material: ClothMaterial, notes: Sequence[str]
     Args:
         path: name of the file.
         material: the material.
-        notes: lines that stand at the end of the file as comments, for example how well the material fits.
+        notes: comment lines for the end of the file, for example about the fit of the material.
 
     Raises:
         FileError: the file cannot be written, or its suffix is not ``.toml``.

@@ -12,11 +12,11 @@ blending weight w is
 
     w A (s_1 W_1(e_1) + s_2 W_2(e_2) + W_3(e_3) + s (W_4(e_1 + e_2) + C_12 e_1 e_2)),    s = min(s_1, s_2)
 
-where the shares s_1 and s_2 are 1 but for hybrid triangles of a weave (``enrichment.balanced_weights``); with s the
-material stays as definite as it is without shares. For the orthotropic material of constant moduli
-W_k = C_kk e_k^2 / 2 and W_4 = 0; ``TensionCurve`` holds other laws, whose stiffness depends on the strain. With the
-stresses S of the energy density, the force on corner i is -w A F S g_i, and with the derivative dF along a direction
-the product of the Hessian is, without shares,
+where the shares s_1 and s_2 are 1 except for hybrid triangles of a weave (``enrichment.balanced_weights``). With s as
+their minimum, the material stays as definite as without shares. For the orthotropic material of constant moduli
+W_k = C_kk e_k^2 / 2 and W_4 = 0; ``TensionCurve`` holds other laws, whose stiffness depends on the strain. Let S be the
+stresses of the energy density. The force on corner i is -w A F S g_i. With the derivative dF along a direction, the
+product of the Hessian is, without shares,
 
     w A (F dS + dF S) g_i,    dS = C dE,    C = (W_1'' + W_4'', C_12 + W_4'', 0; ., W_2'' + W_4'', 0; 0, 0, W_3'')
 
@@ -304,14 +304,14 @@ class Membrane(MixedTerm):
             shares: factors of the energies along course and wale, shape (T, 2); by default 1.
 
         Raises:
-            ParameterError: the number of materials is not that of the panels, or a weight is not in [0, 1].
+            ParameterError: the number of materials differs from the number of panels, or a weight is not in [0, 1].
         """
         self.device, self.scalar, count = device, scalar, len(cloth.triangles)
         chosen = materials_of_panels(materials, len(cloth.panel_names))
         edges = cloth.rest[:, 1:] - cloth.rest[:, :1]
         three = vector(3, scalar)
         self._corner = self._integers(cloth.triangles, wp.vec3i)
-        # the rows of the inverse of the matrix of edges are the gradients of the functions of corners 2 and 3
+        # the rows of the inverse of the edge matrix are the gradients of the linear functions of corners 2 and 3
         gradient = np.linalg.inv(np.swapaxes(edges, 1, 2))
         self._gradient = wp.array(gradient, dtype=matrix(2, scalar), device=device)
         amount = cloth.rest_area * checked_weights(weight, count)
@@ -341,7 +341,7 @@ class Membrane(MixedTerm):
         return [self._material, self._curve_start, self._curve_nodes, self._coupling, self._share]
 
     def element_energies(self, state: MixedVector, launcher: Launcher) -> tuple[list[Any], wp.array[Any]]:
-        """The launch that finds the energy of each triangle, and where it is."""
+        """The launch that finds the energy of each triangle, and the array of the energies."""
         inputs = [self._corner, self._gradient, self._amount, *self._laws, state.vertices]
         return [launcher(find_triangle_energies, len(self._corner), inputs, [self._energy])], self._energy
 

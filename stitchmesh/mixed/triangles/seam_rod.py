@@ -8,12 +8,12 @@ stiffness B and the mean length m of both edges at rest
 
     E = B (theta - theta_0)^2 / (2 m)
 
-which for an arc is B / 2 times the square of the curvature per length (Cirio et al. 2014, bending). The rest angle
-theta_0 is the mean of the two angles that both panels have there in their plane. The direction of an angle that
-vanishes is not defined; for theta_0 > 0 we replace theta by (theta^2 + c^2 theta_0^2)^(1/2) and theta_0 by its value at
+which for an arc is B / 2 times the square of the curvature, per length (Cirio et al. 2014, bending). The rest angle
+theta_0 is the mean of the two angles of the seam in the planes of both panels. An angle that vanishes has no direction.
+For theta_0 > 0 we therefore replace theta by (theta^2 + c^2 theta_0^2)^(1/2) and theta_0 by the value of this root at
 theta_0, with c = 0.1, and scale by 1 + c^2, which keeps the place of the minimum and the stiffness there. The energy is
 a smooth function f of q = |t_2 - t_1|^2 = 4 sin^2(theta / 2) up to theta = pi, where the sine is bounded below. The
-first and second derivatives are those of f(q):
+first and second derivatives of f(q) are
 
     dE = 2 f' rho . d rho,    rho = t_2 - t_1,    d t = (1 - t t^T) d r / l
     d^2 E = 2 f' |d rho|^2 + 4 f'' (rho . d rho)^2 + 2 f' rho . d^2 rho
@@ -21,9 +21,8 @@ first and second derivatives are those of f(q):
 The Hessian that is never negative leaves out the last part, negative values of f' and f'', and the part of a compressed
 edge across its direction. The angle between the triangles across a seam belongs to ``shell_bending``.
 
-The material of the rods along the seams: seam allowances and sewing thread (C 6.1).
-
-The rest shape of the rods along seams, between that of the two panels that meet there.
+``SeamMaterial`` is the material of the rods: seam allowances and sewing thread (C 6.1). The rest shape of a rod lies
+between the rest shapes of the two panels that meet at the seam.
 """
 
 from __future__ import annotations
@@ -46,7 +45,7 @@ from stitchmesh.mixed.term import MixedTerm
 from stitchmesh.mixed.triangles.cloth_material import checked_weights
 
 SMOOTHING = wp.constant(0.1)
-"""The number c of the module docstring."""
+"""The number c in the docstring of this module."""
 LEAST_SINE = wp.constant(0.01)
 """Lower bound of the sine of an angle near pi."""
 NEARLY_STRAIGHT = wp.constant(0.1)
@@ -80,14 +79,14 @@ class SeamMaterial:
 
 
 def rest_lengths(cloth: Cloth) -> NDArray[np.float64]:
-    """Rest length of each edge of a seam [cm], the mean of those of both panels; shape (S,)."""
+    """Rest length of each edge of a seam [cm], the mean of its lengths in both panels; shape (S,)."""
     edges = np.diff(cloth.side_rest, axis=1)[:, 0][cloth.seam_sides]
     lengths: NDArray[np.float64] = np.linalg.norm(edges, axis=2).mean(axis=1)
     return lengths
 
 
 def following_edges(cloth: Cloth) -> NDArray[np.int64]:
-    """The edge that follows each edge on its seam, the first one at the end of a closed seam, -1 for none; (S,)."""
+    """The edge after each edge on its seam, shape (S,): the first one at the end of a closed seam, -1 for none."""
     following = np.arange(1, len(cloth.seam_edges) + 1)
     first, last = cloth.seam_start[:-1], cloth.seam_start[1:] - 1
     closed = cloth.seam_edges[last, 1] == cloth.seam_edges[first, 0]
@@ -324,8 +323,8 @@ class SeamRod(MixedTerm):
             material: stiffness of the rods.
             scalar: Warp's floating-point type.
             device: where the kernels run.
-            weight: blending weight of each edge, shape (S,); by default 1. An angle has the smaller weight of its two
-                edges; the far vertex of an edge without weight is not read.
+            weight: blending weight of each edge, shape (S,); by default 1. The weight of an angle is the smaller weight
+                of its two edges; the far vertex of an edge without weight is not read.
 
         Raises:
             ParameterError: a weight is not in [0, 1].
@@ -342,7 +341,7 @@ class SeamRod(MixedTerm):
         self._blocks = wp.zeros(3 * self._count, dtype=matrix(3, scalar), device=device)
 
     def element_energies(self, state: MixedVector, launcher: Launcher) -> tuple[list[Any], wp.array[Any]]:
-        """The launch that finds the energy of each rod element, and where it is."""
+        """The launch that finds the energy of each rod element, and the array of the energies."""
         if self._count == 0:
             return [], self._energy
         inputs = [self._corner, self._constants, state.vertices]
@@ -382,7 +381,7 @@ class SeamRod(MixedTerm):
 def _elements(
     cloth: Cloth, material: SeamMaterial, weight: NDArray[np.float64]
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """Vertices of each element, -1 for none, shape (S, 3), and its constants, shape (S, 5)."""
+    """Vertices of each element, -1 for a missing third one, shape (S, 3), and its constants, shape (S, 5)."""
     following = following_edges(cloth)
     of_angle = np.minimum(weight, weight[following])
     some, length = (following >= 0) & (of_angle > 0.0), rest_lengths(cloth)

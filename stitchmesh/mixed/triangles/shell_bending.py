@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Bending of the cloth at the hinges between its triangles (C 4.1), with rest angles at seams.
 
-With the angles theta of all hinges (``hinge_angle``), their rest angles theta_0, those of seams and of the curvature at
-which the moments of the material are used up, and the matrix K of ``curvature``
+Let theta be the angles of all hinges (``hinge_angle``), and theta_0 their rest angles, which come from the seams and
+from the curvature at which the moments of the material vanish. With the matrix K of ``curvature``
 
     E = (theta - theta_0)^T K (theta - theta_0) / 2,    moments m = K (theta - theta_0)
 
@@ -11,10 +11,10 @@ The force is -sum over the hinges of m_h grad theta_h, and the product of the He
 
     sum over the hinges of  (K J d)_h grad theta_h + m_h (Hess theta_h) d,    J d = the derivatives of the angles
 
-The first part is never negative, because K is not. The second part has no sign; the Hessian that is never negative
-leaves it out.
+The first part is never negative, because K is not. The second part has no definite sign; the Hessian that is never
+negative leaves it out.
 
-The angle of a hinge, two triangles that share an edge, with its first two derivatives (Tamstorf and Grinspun 2013).
+A hinge is two triangles that share an edge. Its angle and the first two derivatives follow Tamstorf and Grinspun 2013.
 
 A hinge has the vertices x_0 and x_1 of its edge and the third vertices x_2 and x_3 of its first and second triangle
 (``Cloth.hinges``). With e = x_1 - x_0, r_k = x_k - x_0, L = |e| and the normals n_2 = e x r_2 and n_3 = r_3 x e
@@ -26,8 +26,8 @@ A hinge has the vertices x_0 and x_1 of its edge and the third vertices x_2 and 
 with a_k = e . r_k / L^2.
 
 The product of the Hessian with a direction is the derivative of these gradients along the direction, which needs no
-matrix. A triangle that has lost its area in space has no angle; L and |n_k| are therefore bounded below by the
-ten-thousandth part of their rest values, with which gradients and products stay finite.
+matrix. A triangle that has lost its area in space has no angle. L and |n_k| are therefore bounded below by one
+ten-thousandth of their rest values, with which gradients and products stay finite.
 """
 
 from __future__ import annotations
@@ -326,7 +326,7 @@ class ShellBending(MixedTerm):
             weight: blending weight 1 - alpha of each triangle, shape (T,); by default 1.
 
         Raises:
-            ParameterError: the number of materials is not that of the panels, or a weight is not in [0, 1].
+            ParameterError: the number of materials differs from the number of panels, or a weight is not in [0, 1].
         """
         self.device, self.scalar, hinges = device, scalar, cloth.hinges
         self._count, three = len(hinges), vector(3, scalar)
@@ -359,7 +359,7 @@ class ShellBending(MixedTerm):
         return launcher(find_deflections, self._count, inputs, [self._deflection])
 
     def element_energies(self, state: MixedVector, launcher: Launcher) -> tuple[list[Any], wp.array[Any]]:
-        """The launch that finds the energy of each hinge, and where it is."""
+        """The launch that finds the energy of each hinge, and the array of the energies."""
         if self._count == 0:
             return [], self._energy
         deflections = self._find_deflections(state, launcher)

@@ -2,11 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Stress over strain along one axis of a cloth: a curve through given points whose slope is continuous.
 
-Between the points, the stress S is a cubic function of the Green strain E that never falls (Fritsch and Butland 1984):
-at an inner point its slope is the harmonic mean of the slopes of the two chords that meet there, weighted by their
-lengths, and at the ends it is that of the chord. Beyond the ends the curve continues as a straight line. The energy
-density is the integral of the stress from strain 0, so that strain-dependent stiffness still follows from an energy,
-and its second derivative is continuous. One point with a slope is a linear law.
+Between the points, the stress S is a cubic function of the Green strain E that never falls (Fritsch and Butland 1984).
+At an inner point its slope is the harmonic mean of the slopes of the two chords that meet there, weighted by their
+lengths; at an end it is the slope of the chord. Beyond the ends the curve continues as a straight line. The energy
+density is the integral of the stress from strain 0. A stiffness that depends on the strain therefore still follows from
+an energy, and the second derivative of this energy is continuous. One point with a slope is a linear law.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ class TensionCurve:
         return TensionCurve(strain, stress, _slopes(strain, stress))
 
     def at(self, strain: FloatArray) -> FloatArray:
-        """Stress at strains [dyn / cm], of the same shape."""
+        """Stress at the given strains [dyn / cm], of the same shape."""
         k = np.clip(np.searchsorted(self.strain, strain, side="right") - 1, 0, len(self.strain) - 1)
         d = strain - self.strain[k]
         line: FloatArray = self.stress[k] + d * self.slope[k]
@@ -118,7 +118,7 @@ class TensionCurve:
 
 
 def _slopes(strain: FloatArray, stress: FloatArray) -> FloatArray:
-    """Slopes at the nodes with which a cubic curve rises everywhere."""
+    """Slopes at the nodes with which the cubic curve rises everywhere."""
     step = np.diff(strain)
     chord = np.diff(stress) / step
     before, after = 2.0 * step[1:] + step[:-1], step[1:] + 2.0 * step[:-1]

@@ -9,14 +9,14 @@ With unit vectors p = a / |a| and q = b / |b|, the angle t, the unit normal z of
           - 2 (z . da) (z . db) / (|a| |b| sin t)
 
 An energy E(t, D) has the Hessian E_ab grad a grad b^T + E_t d2t. Its second part is not positive in general. The matrix
-that is never negative keeps of it, where E_t > 0,
+that is never negative keeps only this part of it, where E_t > 0:
 
     (E_t / sin t) r r^T,    r = z . da / |a| - z . db / |b|
 
-which is the stiffness of a straight yarn across its plane: for E = k t^2 it is the other half of the Gauss-Newton
-matrix of the vector t z. Where a and b are parallel, z is any unit normal of a: the sum of both parts is the same for
-all of them. Below ``LEAST_SINE`` the sine in E_t / sin t does not decrease further, which keeps the stiffness of
-folded angles finite.
+It is the stiffness of a straight yarn across its plane: for E = k t^2 it is the other half of the Gauss-Newton matrix
+of the vector t z. Where a and b are parallel, z is any unit normal of a; the sum of both parts is the same for every
+such z. In E_t / sin t, a sine below ``LEAST_SINE`` counts as ``LEAST_SINE``, which keeps the stiffness of folded angles
+finite.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ import warp as wp
 NO_SINE = wp.constant(1.0e-6)
 """Sine below which two vectors count as parallel."""
 LEAST_SINE = wp.constant(1.0e-3)
-"""Smallest sine by which an Hessian is divided."""
+"""Smallest sine by which a Hessian is divided."""
 NO_LENGTH = wp.constant(1.0e-12)
 """Length [cm] at or below which a vector has no direction."""
 

@@ -2,28 +2,27 @@
 # SPDX-License-Identifier: Apache-2.0
 """The energies of yarns that cross: stretch, contact of parallel yarns, bending and shear.
 
-The guard against nodes that merge: finite energies where two nodes of a yarn come close along it.
+A guard keeps the energies finite where two nodes of a yarn come close along it and merge. The energies of a segment
+contain 1 / D, where D is the rest length of yarn between two nodes. When sliding makes D small, the stiffness grows
+without bound, and at D = 0 the energy has no value. Two measures keep it finite.
 
-The energies of a segment hold 1 / D, where D is the rest length of yarn between two nodes. When sliding makes D small,
-stiffness grows without bound, and at D = 0 the energy has no value. Two measures keep it finite.
-
-*The inverse.* Below the merging distance e, 1 / D is replaced by its Taylor polynomial of second order at e, which has
-a value for every D and no stiffness beyond that at e:
+*The inverse.* Below the merging distance e, 1 / D is replaced by its Taylor polynomial of second order at e. The
+polynomial has a value for every D, and is nowhere stiffer than at e:
 
     i(D) = 1 / D  for D >= e,   else  (1 + t + t^2) / e  with  t = (e - D) / e
 
 *The spring.* A segment whose nodes have merged in space (length 0) has the stretch energy k_s D / 2, which shortens D
-with the force k_s / 2, and the published contact of parallel yarns is far weaker than that. A spring therefore opens
+with the force k_s / 2. The published contact of parallel yarns is far weaker than this force. A spring therefore opens
 D below twice the merging distance, g = 2 e:
 
     E = 1/2 (STRENGTH k_s / g) (g - D)^2  for D < g, else 0
 
-At length 0 it balances the stretch at D = g (1 - 1 / (2 STRENGTH)) = 1.9 e. Only a strain of the segment beside it
-above sqrt(STRENGTH) - 1 = 2.2 presses D below e. The merging distance is
-``MERGING_SHARE`` of the rest length or of the contact distance, whichever is smaller, so that both measures are
-without effect in any state that yarns of their thickness can reach.
+At length 0 it balances the stretch at D = g (1 - 1 / (2 STRENGTH)) = 1.9 e. Only a strain above
+sqrt(STRENGTH) - 1 = 2.2 in the neighbouring segment presses D below e. The merging distance is ``MERGING_SHARE`` of the
+rest length or of the contact distance, whichever is smaller. Both measures therefore have no effect in any state that
+yarns of their thickness can reach.
 
-Stretch of a segment of yarn between two crossing nodes (Cirio et al. 2014, section 4.2).
+*Stretch* of a segment of yarn between two crossing nodes (Cirio et al. 2014, section 4.2).
 
 With the length l = |x1 - x0| in space and the rest length D = u1 - u0 of the yarn between the nodes, |w| = l / D and
 
@@ -35,15 +34,15 @@ distance 1 / D is replaced by i(D), where D i(D) - 1 = -t^3.
 The functions subtract l and D before anything else, because strains of 1e-4 are common and single precision has seven
 digits: l^2 i(D) - 2 l + D = (l - D)^2 i(D) - t^3 (2 l - D).
 
-Contact of neighbouring parallel yarns, along the yarn that both cross (Cirio et al. 2014, section 4.5).
+*Contact* of neighbouring parallel yarns, along the yarn that both cross (Cirio et al. 2014, section 4.5).
 
     E = 1/2 k_c L (D - d)^2  for D < d, else 0
 
-D is the rest length of yarn between the two crossings, L its value in the layout, and d the contact distance. Between
-two crossings of which the yarn passes one above and one below, d = 4 R; on the same side, d = 2 R. Where the layout is
-denser, d = L, so that a fabric as laid out has no contact energy.
+D is the rest length of yarn between the two crossings, L its value in the layout, and d the contact distance. If the
+yarn passes above at one crossing and below at the other, d = 4 R; if it passes on the same side, d = 2 R. Where the
+layout is denser, d = L, so a fabric as laid out has no contact energy.
 
-Bending of a yarn at a crossing node (Cirio et al. 2014, section 4.3).
+*Bending* of a yarn at a crossing node (Cirio et al. 2014, section 4.3).
 
     E = k_b (t - r)^2 / D
 
@@ -51,20 +50,20 @@ t is the angle by which the yarn turns at the node, r the same angle at rest, an
 from the node before to the node after. The node stands for the length D / 2, over which the curvature is 2 t / D, and
 1/2 EI (2 t / D)^2 D / 2 = EI t^2 / D: the flexural rigidity is EI = k_b = B pi R^2.
 
-Rest angles are those of the centre lines in the plane in which a fabric is laid out: zero for the straight yarns of a
-weave, whose crimp the planar nodes do not show, and the turns of the loops in a knit. Yield changes them
-(``crossing_term``). The angle has no sign: where r is not zero, a yarn may fold to either side, over a straight state
-of energy k_b r^2 / D.
+Rest angles are the angles of the centre lines in the plane in which a fabric is laid out: zero for the straight yarns
+of a weave, whose crimp the planar nodes do not show, and the turns of the loops in a knit. Yield changes them
+(``crossing_term``). The angle has no sign: where r is not zero, a yarn may fold to either side, through a straight
+state with the energy k_b r^2 / D.
 
 The energy is convex in (t, D). Below the merging distance of the two segments 1 / D is replaced by i(D).
 
-Shear of a weave at a crossing node (Cirio et al. 2014, section 4.4).
+*Shear* of a weave at a crossing node (Cirio et al. 2014, section 4.4).
 
     E = 1/2 k_x L (f - r)^2,    k_x = S R^2
 
 f is the angle between a segment of the warp and a segment of the weft that meet in the node, r the same angle in the
-layout (pi / 2 as a rule), and L the rest length between crossings. An inner node has four such pairs of segments, one
-for each quadrant, each with this energy; a node at a border has those whose segments exist.
+layout (usually pi / 2), and L the rest length between crossings. An inner node has four such pairs of segments, one for
+each quadrant, each with this energy; a node at a border has only the pairs whose segments exist.
 """
 
 from __future__ import annotations

@@ -2,17 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """The energies of a stitch: its length, and the angle by which yarns wrap round each other.
 
-The length of a stitch contact of a knit (Cirio et al. 2017, section 4).
+*Length* of a stitch contact of a knit (Cirio et al. 2017, section 4).
 
     E = 1/2 k_l L (l / L - 1)^2
 
-l is the distance of the two nodes of the contact and L its value in the layout. The energy is not one of sliding: yarn
-can run through a contact, but what lies in it keeps its length.
+l is the distance of the two nodes of the contact, and L is its value in the layout. The energy does not depend on
+sliding: yarn can run through a contact, but the yarn inside the contact keeps its length.
 
-The angle between two half planes that share an axis, its gradient, and products with its Hessian.
+*Angle* between two half planes that share an axis, its gradient, and products with its Hessian.
 
-The axis has the vector e, and from its first end the vectors a and b reach one point of each half plane. With the
-normals n = a x e and m = e x b the angle is
+The axis is the vector e. The vectors a and b lead from its first end to one point of each half plane. With the normals
+n = a x e and m = e x b the angle is
 
     t = atan2((n x m) . e / |e|, n . m),    t = 0 where the half planes lie on opposite sides, flat
 
@@ -23,22 +23,22 @@ in (-pi, pi], and with A = (a . e) / |e|^2, B = (b . e) / |e|^2
 The Hessian is the derivative of these. A vector f(n) = n / |n|^2 has the derivative (I - 2 n n^T / |n|^2) / |n|^2.
 Where a or b lies on the axis the angle has no value; gradient and Hessian are zero there.
 
-Wrapping of two yarns around one another in a stitch contact of a knit (Cirio et al. 2017, section 4).
+*Wrapping* of two yarns around one another in a stitch contact of a knit (Cirio et al. 2017, section 4).
 
     E = 1/2 k_w L (t - r)^2 f(x_a) f(x_b)
 
 The axis of a stitch contact joins its two nodes; L is its length in the layout. A leg of one yarn and a leg of the
-other one span two half planes with it, and t is their angle: 0 in the flat layout, in which the legs
-lie on opposite sides. The angle at rest is a quarter turn: r = +pi/2 or -pi/2. Seen with the axis upwards and the
-first leg on its left, a positive angle turns both legs away from the viewer.
+other yarn each span a half plane with the axis, and t is the angle between these half planes: 0 in the flat layout, in
+which the legs lie on opposite sides. The angle at rest is a quarter turn: r = +pi/2 or -pi/2. Seen with the axis
+upwards and the first leg on its left, a positive angle turns both legs away from the viewer.
 
 A leg that lies along the axis spans no half plane, and the gradient of t has no bound near there. The factors f let
 the energy fade out: x is the square of the sine of the angle between the leg and the axis, and
 
     f(x) = 1  for x >= FADE,   else  s (2 - s)  with  s = x / FADE
 
-so that gradients are continuous and bounded. Legs of an unloaded knit are at more than 30 degrees, where f = 1 and the
-energy is the published one. The matrix that is never negative keeps k_w L f f grad t grad t^T.
+so that gradients are continuous and bounded. In an unloaded knit the legs make more than 30 degrees with the axis.
+There f = 1, and the energy is the published one. The matrix that is never negative keeps k_w L f f grad t grad t^T.
 """
 
 from __future__ import annotations

@@ -2,27 +2,27 @@
 # SPDX-License-Identifier: Apache-2.0
 """The force that presses the two yarns of a crossing together, from the equilibrium of each yarn (Cirio et al. 2014).
 
-A node has one position for both yarns, so that the model has no force between them. It follows from the forces F_u and
-F_v with which stretch and bending of the u yarn and of the v yarn act on the node.
+A node has one position for both yarns, so the model has no force between them. The force follows from F_u and F_v, the
+forces of stretch and bending with which the u yarn and the v yarn act on the node.
 
-*Weave.* The centre lines of the two yarns pass the node at the distance of their radii above and below, along the
-normal n of the fabric: at x + h n, where h = +R_u or -R_u for the u yarn and opposite for the v yarn (``side``). F_u
-and F_v are found on these offset centre lines: tension pulls along the offset segments, and bending turns at the
-crimp. A crossing force s N n, with the side s of the u yarn, balances both yarns as well as one number can (least
-squares of n . F_u + s N and n . F_v - s N), where neither of them pulls the other one away:
+*Weave.* The centre lines of the two yarns pass above and below the node at the distance of their radii, along the
+normal n of the fabric. They are at x + h n, where h = +R_u or -R_u for the u yarn, with the opposite sign for the v
+yarn (``side``). F_u and F_v are computed on these offset centre lines: tension pulls along the offset segments, and
+bending turns at the crimp. A crossing force s N n, with the side s of the u yarn, balances both yarns as well as one
+number can (least squares of n . F_u + s N and n . F_v - s N), where neither yarn pulls the other one away:
 
     N = (max(0, -s n . F_u) + max(0, s n . F_v)) / 2
 
-A yarn that is pressed along its axis bows out at the crimp before it would pull; planar nodes do not bow, so that its
-part is zero, and the bending of the other yarn still presses.
+A yarn that is compressed along its axis bows out at the crimp before it would pull. Planar nodes do not bow, so the
+part of this yarn is zero, and the bending of the other yarn still presses.
 
 In a plain weave of spacing L, with tension T in one family of yarns and none in the other, each crossing has
 N = 1/2 T (4 R / L') with L'^2 = L^2 + (2 R)^2. Bending of straight yarns into the crimp presses without any tension
-(16 EI R / L^3 for each yarn, for a small crimp), which holds a fabric together when its load is gone. It carries the
-weight rho g L of a yarn between two crossings where L^4 < 16 mu EI R / (rho g); a wider weave needs tension.
+(16 EI R / L^3 for each yarn, for a small crimp); it holds a fabric together that carries no load. It carries the weight
+rho g L of a yarn between two crossings if L^4 < 16 mu EI R / (rho g); a wider weave needs tension.
 
-*Knit.* In a stitch contact both yarns run along the axis between the two nodes of the contact, and one pulls the other
-one across this axis e:
+*Knit.* In a stitch contact both yarns run along the axis between the two nodes of the contact, and each pulls the other
+across this axis e:
 
     N = |(I - e e^T)(F_v - F_u)| / 2
 
@@ -166,7 +166,7 @@ def find_normal_forces(
 
 @dataclass(frozen=True, eq=False)
 class NormalForces:
-    """What the normal forces of N crossings need on a device, and the forces."""
+    """The normal forces of N crossings on a device, and the values from which they are computed."""
 
     height: wp.array[Any]
     """Height of the centre lines of u yarn and v yarn over each node [cm], two-vectors; zero in a knit. Shape (N,)."""
@@ -179,7 +179,7 @@ class NormalForces:
 
     @staticmethod
     def of(elements: CrossingElements, scalar: Any, device: wp.Device) -> NormalForces:
-        """The normal forces of elements, before they are found."""
+        """The normal forces of elements, not yet computed."""
         axis = contact_axes(elements.link)
         height = elements.radius * np.stack([elements.side, -elements.side], axis=-1) * (axis < 0)[:, None]
         return NormalForces(

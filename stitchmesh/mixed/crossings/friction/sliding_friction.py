@@ -8,24 +8,25 @@ the stiffness k of the spring and the slip length e, the force at the distance s
     F = m (s / e) (2 - s / e)  for s < e,   else  m,       e = max(2 m / k, SLIP_SHARE R)
 
 A yarn sticks at distances below e and slips beyond. The published law is k s, cut off at m. Newton's method does not
-settle at its corner, nor where a step moves yarns by many slip lengths; the corner is therefore rounded here, with the
+settle at its corner, nor where a step moves yarns by many slip lengths. The corner is therefore rounded here, with the
 slope k at s = 0, and weakly pressed crossings have softer springs, so that e is never below a share of the radius R.
 Within a time step anchor, limit and slip length are constant, and the force has the energy
 
     E = m e (s / e)^2 (1 - s / (3 e))  for s < e,   else  m (s - e / 3)
 
-which is convex. The solver therefore finds the force at the end of the step, which is never above the limit. After the
-step a yarn that slipped drags its anchor to the distance e; where it stuck the anchor stays, so that a load below the
-limit never makes a yarn creep. Work against friction is lost in this move alone, and a yarn that was pulled beyond its
-limits does not return: a snag stays, an elastic mark does not.
+which is convex. The solver therefore finds the force at the end of the step, and this force is never above the limit.
+After the step a yarn that slipped drags its anchor along to the distance e. Where the yarn stuck, the anchor stays, so
+a load below the limit never makes a yarn creep. Only the move of the anchor loses work to friction. A yarn that was
+pulled beyond its limits does not return: a snag stays, an elastic mark does not.
 
-The second derivative falls from 2 m / e to zero at s = e. With damping by stiffness Newton's matrix contains the one at
-the beginning of the step, many times the present one in short steps. With the present one in its place a yarn that
-begins to slip is overshot again and again.
+The second derivative falls from 2 m / e to zero at s = e. With damping by stiffness, Newton's matrix contains the
+second derivative at the beginning of the step, which in short steps weighs many times more than the present one. With
+the present one in its place, the iteration overshoots again and again where a yarn begins to slip.
 
-Anchors last from step to step. Limits follow from the state at the beginning of a step. Where N changes, so do m and e,
-and with them the force at a distance from the anchor: a yarn that a spring holds would be let go in part, slide, and
-change N again. The anchor therefore moves to where the force stays as it was, or is the new limit if that is lower,
+Anchors last from step to step. Limits follow from the state at the beginning of a step. Where N changes, m and e change
+too, and with them the force at a distance from the anchor: a yarn that a spring holds would be partly released, slide,
+and change N again. The anchor therefore moves to the place where the force stays as it was, or is the new limit if that
+is lower,
 
     a -> u + sign(F) e x    with  x (2 - x) = min(|F| / m, 1),
 
@@ -52,7 +53,7 @@ from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
 from stitchmesh.mixed.term import MixedTerm
 
 SLIP_SHARE = 0.05
-"""Smallest slip length as a share of the radius of the yarn. A smaller one costs Newton's method more iterations."""
+"""Smallest slip length as a share of the radius of the yarn. A smaller share costs Newton's method more iterations."""
 
 
 @wp.func
@@ -238,7 +239,7 @@ class SlidingFriction(MixedTerm):
 
         Args:
             elements: the yarns.
-            yarns: the term of their elasticity, whose rest angles enter the normal forces.
+            yarns: the term of the elasticity of the yarns; its rest angles enter the normal forces.
         """
         scalar, device = yarns.turn.dtype, yarns.device
         self.count, self.device, self._yarns = elements.count, device, yarns
@@ -261,15 +262,15 @@ class SlidingFriction(MixedTerm):
     def begin_step(self, state: MixedVector, time: float, time_step: float) -> None:
         """Find the limits of friction and the Hessian at the beginning of the step.
 
-        In a search for an equilibrium, which begins again with each of its iterations, limits stay until ``end_step``:
-        with other limits each time, iterations would not settle.
+        A search for an equilibrium calls this in each of its iterations. Limits then stay until ``end_step``: with
+        other limits each time, the iterations would not settle.
         """
         if self.count and (time_step > 0.0 or self._outdated):
             self._outdated = False
             self._limits_at(state).launch()
 
     def _limits_at(self, state: MixedVector) -> CapturedLaunches:
-        """The launches that find the limits at a state, captured for the state that was given last."""
+        """The launches that find the limits at a state, captured for the last given state."""
         if self._limits is None or self._limits[0] is not state:
             launcher = partial(prepare, device=self.device)
             model = [self._coefficient, self._stiffness, self._shortest]
@@ -289,7 +290,7 @@ class SlidingFriction(MixedTerm):
         launch(drag_anchors, self.count, [self.slip_length, state.sliding], [self.anchor], self.device)
 
     def element_energies(self, state: MixedVector, launcher: Launcher) -> tuple[list[Any], wp.array[Any]]:
-        """The launch that finds the energy of each crossing's two springs, and where it is."""
+        """The launch that finds the energy of the two springs of each crossing, and the array of the energies."""
         if self.count == 0:
             return [], self._energy
         return [launcher(find_friction_energies, self.count, self._inputs(state), [self._energy])], self._energy
@@ -323,7 +324,7 @@ class SlidingFriction(MixedTerm):
         return [launcher(add_friction_blocks, self.count, [self._sticking], [blocks.sliding])]
 
     def arrays(self) -> dict[str, Any]:
-        """The anchors, the limits, which last as long as a search for an equilibrium, and whether they are outdated."""
+        """Anchors, limits (which last as long as a search for an equilibrium), and whether these are outdated."""
         outdated = wp.array([int(self._outdated)], dtype=wp.int32, device="cpu")
         limits = {"friction limits": self.limit, "slip lengths": self.slip_length}
         return {"friction anchors": self.anchor, **limits, "friction outdated": outdated}
@@ -334,7 +335,7 @@ class SlidingFriction(MixedTerm):
         self._outdated = bool(arrays["friction outdated"][0])
 
     def carried_arrays(self) -> dict[str, Any]:
-        """The anchors, and the limits, with which they stand for the forces."""
+        """The anchors with the limits and slip lengths, which together define the forces."""
         return {"friction anchors": self.anchor, "friction limits": self.limit, "slip lengths": self.slip_length}
 
     def _inputs(self, state: MixedVector) -> list[Any]:

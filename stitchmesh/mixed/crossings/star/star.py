@@ -2,11 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """The star of a crossing node: its four neighbours, and all energies that have their middle in the node.
 
-A star has four legs k: to the node after (0) and before (1) along the node's u yarn, and after (2) and before (3)
-along its v yarn. A leg is a vector of four components: from the node to the neighbour in space, and the difference of
-their coordinates along the yarn, positive after and negative before. All energies of a star depend on its legs alone,
-so that a rigid motion costs nothing and forces add up to zero: what acts on a leg acts on the neighbour, and its
-opposite on the node.
+A star has four legs k: to the node after (0) and before (1) along the u yarn of the node, and after (2) and before (3)
+along its v yarn. A leg is a vector of four components: the vector from the node to the neighbour in space, and the
+difference of their coordinates along the yarn, positive after and negative before. All energies of a star depend on its
+legs alone. A rigid motion therefore costs nothing and forces add up to zero: the force on a leg acts on the neighbour,
+and its opposite on the node.
 
 A star has
 

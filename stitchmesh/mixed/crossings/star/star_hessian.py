@@ -2,10 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """The Hessian of the star of each crossing node: blocks of 4 x 4 for each pair of legs, and their products.
 
-A star has ten blocks, in this order: of the pairs of legs 00, 11, 22, 33, 10, 32, 02, 03, 12 and 13. The others are
-their transposes. Blocks are found once for a state and stored, which takes 160 scalars for each node
-(``star_memory``). They may have less precision than the state: they are found in the precision of the state and
-rounded, and so are the changes of legs that they multiply, so that a direction that moves nothing has no product.
+A star has ten blocks, for these pairs of legs in this order: 00, 11, 22, 33, 10, 32, 02, 03, 12 and 13. The other
+blocks are their transposes. Blocks are computed once for a state and stored, which takes 160 scalars for each node
+(``star_memory``). They may have less precision than the state: they are computed in the precision of the state and then
+rounded. The changes of legs that they multiply are rounded in the same way, so a direction that moves nothing has no
+product.
 """
 
 from __future__ import annotations

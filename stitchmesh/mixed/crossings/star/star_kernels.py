@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Kernels over the stars of all crossing nodes: energies, forces, and their sums at the nodes.
 
-A node writes the forces on its legs to four slots of its own, 4 i + k (``star_memory`` says where they lie). The slot
-in which a neighbour keeps the force of the same segment follows from the link, so that a second pass adds up the slots
-of each node in a fixed order.
+A node writes the forces on its legs to four slots of its own, 4 i + k (``star_memory`` says where they lie). The link
+tells in which slot a neighbour keeps the force of the same segment, so a second pass adds up the slots of each node in
+a fixed order.
 """
 
 from __future__ import annotations

@@ -2,9 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Where the numbers of each star lie in memory, and how kernels read and write them.
 
-On a GPU nodes form groups of 32, and a group has one number of all its nodes, then the next number of all its nodes.
-The 32 threads that work together read and write each number of their nodes in one transaction; with one structure for
-each node a product takes three times as long. On a CPU the numbers of a node follow one another, and are read at once.
+On a GPU nodes form groups of 32. A group stores the first number of all its nodes, then the second number of all its
+nodes, and so on. The 32 threads that work together then read and write each number of their nodes in one transaction;
+with one structure for each node a product takes three times as long. On a CPU the numbers of a node follow one another
+and are read at once.
 """
 
 # no postponed annotations: Warp evaluates the types of native functions directly
@@ -16,7 +17,7 @@ import warp as wp
 GROUP = 32
 """Nodes of a group on a GPU."""
 LEG_NUMBERS, BLOCK_NUMBERS = 16, 160
-"""Numbers of a node: vectors of four legs, and ten blocks of 4 x 4."""
+"""Count of numbers of a node: 16 for the vectors of four legs, and 160 for ten blocks of 4 x 4."""
 
 
 def numbers_of(count: int, each: int) -> int:
@@ -25,7 +26,7 @@ def numbers_of(count: int, each: int) -> int:
 
 
 def _place(node: str, each: int) -> str:
-    """Declare the place ``first`` of the first number of a node, and the distance ``next`` between its numbers."""
+    """Declare in C++ the place ``first`` of the first number of a node and the distance ``next`` of its numbers."""
     return f"""
 #if defined(__CUDA_ARCH__)
     const size_t first = size_t({node} / {GROUP}) * {each * GROUP} + {node} % {GROUP}, next = {GROUP};
