@@ -25,6 +25,7 @@ TILE = 256
 VALUES_PER_STRAND = 32
 """An array gets more than the fewest strands if it has more than this number of values for each of them."""
 
+
 def strands_for(count: int) -> int:
     """Number of strands for an array of ``count`` values, a power of two."""
     wanted = max(count // VALUES_PER_STRAND, 1)
