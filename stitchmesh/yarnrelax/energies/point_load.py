@@ -79,7 +79,7 @@ class PointLoad(TermChoice):
             raise ParameterError(f"point load: got force {self.force}; expected three finite numbers [dyn]")
 
     def on(self, model: Model) -> Term:
-        """The load on a model's yarns.
+        """Return the load on a model's yarns.
 
         Raises:
             ParameterError: a control point or a stitch face does not exist, or nothing is selected.
@@ -100,7 +100,7 @@ class _PointLoad(Term):
         self.share = vector(3, model.scalar)(*(float(f) * model.unit / len(points) for f in force))
 
     def forces(self, state: State, candidates: Candidates, launcher: Launcher) -> list[Any]:
-        """The launch that adds the shares to ``state.external_force``."""
+        """Return the launch that adds the shares to ``state.external_force``."""
         return [launcher(add_point_load, len(self.loaded), [self.loaded, self.share], [state.external_force])]
 
     def energy(self, state: State, candidates: Candidates) -> float:
@@ -110,5 +110,5 @@ class _PointLoad(Term):
         return ordered_sum(energy)
 
     def stiffness(self) -> NDArray[np.float64]:
-        """Zero: the force does not depend on the position."""
+        """Zero, because the force does not depend on the position."""
         return np.zeros(self.model.point_count)
