@@ -69,7 +69,7 @@ from stitchmesh.yarnrelax.model.state import State
 FINER = "take quality reference, which has more contact samples"
 """Advice for yarns whose contact is sampled too coarsely."""
 SMALLEST_CLEARANCE = 1e-3
-"""Clearance over the mean yarn radius at which a relaxation ends."""
+"""A relaxation ends if a clearance, over the mean yarn radius, is below this."""
 
 
 @wp.func

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Directions along which symmetric matrices are negative, from solutions of their linear systems.
 
-If the eigenvalues of a matrix A are negative and small, the inverse of A has its lowest eigenvalues there. Lanczos'
-method therefore finds them first. It makes an orthonormal basis Q of the vectors A^-k y, to which each solution
+The lowest eigenvalues of the inverse of a matrix A belong to the small negative eigenvalues of A. Lanczos' method
+therefore finds these first. It makes an orthonormal basis Q of the vectors A^-k y, to which each solution
 Y_j = A^-1 Q_j adds the next one. A negative Ritz value r with the vector s, (Q^T Y) s = r s, gives the direction
 w = Y s. Along it the matrix is negative even if Q has not converged, since
 

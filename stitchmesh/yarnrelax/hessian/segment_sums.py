@@ -6,12 +6,12 @@ A sample p of a segment lies at the sum of w_a q_a over its control points. A pa
 (``PairStiffness``) therefore adds
 
     w_a(p) w_b(p) K  between the points a and b of the segment of p,
-        - w_a(p) w_b(q) K  between a point a of the segment of p and a point b of the segment of q.
+    - w_a(p) w_b(q) K  between a point a of the segment of p and a point b of the segment of q.
 
-    If the cell relaxes, with the basis vectors E_m of strains, the vector g between the samples changes by E_m g. The
-    pair then adds w_a(p) K E_m g between a point and a strain, and half of (E_m g)^T K (E_n g) between two strains.
-    The other half comes with the pair in the list of q. With g1 = g . e1 and g2 = g . e2, these are products of e1 and
-    e2 with the sums of K g1, K g2, K g1^2, K g1 g2 and K g2^2. Legs add their products in the same way.
+If the cell relaxes, with the basis vectors E_m of strains, the vector g between the samples changes by E_m g. The pair
+then adds w_a(p) K E_m g between a point and a strain, and half of (E_m g)^T K (E_n g) between two strains. The other
+half comes with the pair in the list of q. With g1 = g . e1 and g2 = g . e2, these are products of e1 and e2 with the
+sums of K g1, K g2, K g1^2, K g1 g2 and K g2^2. Legs add their products in the same way.
 
 One thread computes each sum, and adds its parts in the order of the lists.
 """
