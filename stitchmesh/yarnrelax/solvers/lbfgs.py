@@ -352,7 +352,7 @@ class LBFGS(Solver):
         return Progress(record[:, ITERATION].copy(), behind & (record[:, WAITING] > 0.0), behind & used_up)
 
     def gradients(self) -> tuple[list[int | None], list[float]]:
-        """For each cell, without strains: iterations to a tenth of the first gradient; the last gradient over the first."""
+        """For each cell, without strains: iterations to a tenth of the first gradient; last gradient over the first."""
         record = self.memory.record.numpy()
         first, last, tenth = (record[:, column] for column in (FIRST_GRADIENT, LAST_GRADIENT, TENTH))
         part = np.divide(last, first, out=np.zeros_like(last), where=first > 0.0)

@@ -122,8 +122,8 @@ def relax_batch(
         progress: called after each assessment.
         others_follow: whether the last cells may be left, to continue in a batch with others.
 
-        Returns:
-            The cells in their order, and the iterations of the cell that did the most.
+    Returns:
+        The cells in their order, and the iterations of the cell that did the most.
     """
     found: dict[int, RelaxedCell | BegunCell] = {}
     numbers = np.arange(len(batch.given))
