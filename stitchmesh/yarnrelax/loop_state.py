@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The state of the loop of one piece between two assessment intervals; from it the loop continues with the same bits.
 
-Candidate lists and step budgets follow from the place of the last search and from the margin. They are made again, so
-that they are no part of the state. Everything else follows from the inputs of the relaxation.
+Candidate lists and step budgets follow from the place of the last search and from the margin. They are made again,
+and are no part of the state. Everything else follows from the inputs of the relaxation.
 """
 
 from __future__ import annotations

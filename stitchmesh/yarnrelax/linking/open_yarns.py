@@ -8,8 +8,7 @@ yarns, which continue outwards beyond it. All lines start from the same middle, 
 crossings of a line with yarns are found by angles around the middle. The order of the ends around the middle says
 which arcs pass above which lines. As everywhere in the projection, signs of products are exact, and an infinitesimal
 displacement of whole yarns breaks ties, so that closed-up yarns also cross an even number of times. Heights of the
-lines are computed in
-float64: an error in a height changes the linking number of a closed-up yarn to another valid one.
+lines are computed in float64: an error in a height changes the linking number of a closed-up yarn to another valid one.
 """
 
 from __future__ import annotations
@@ -145,7 +144,7 @@ class OpenEnds:
 
     @property
     def direction(self) -> FloatArray:
-        """Direction away from the middle in the projection, or along x for an end at the middle, shape (2 n, 3)."""
+        """Direction away from the middle in the projection, or along x for an end seen at it, shape (2 n, 3)."""
         outwards = self.place * [1.0, 1.0, 0.0]
         outwards[~outwards.any(axis=1)] = [1.0, 0.0, 0.0]
         return outwards

@@ -152,8 +152,8 @@ class CellTables:
         """Corners of all segments without repetition, cell after cell.
 
         Returns:
-            The first corner of each cell, shape (C + 1,); and the control point, shape (K,), and the image, shape (K,
-            2), of each corner.
+            The first corner of each cell, shape (C + 1,); and the control point, shape (K,), and the image,
+            shape (K, 2), of each corner.
         """
         segment, slot, image = self.wrapped
         point = np.concatenate([np.arange(self.point_count), self.yarns.segment_points[segment, slot]])
@@ -168,7 +168,7 @@ class CellTables:
         return np.array([cell.unit for cell in self.cells])
 
     def to_device(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return positions [cm] in units from the origin of the cell; with several cells, of all control points."""
+        """Return positions [cm] in units from the cell's origin: of all control points, or of any points of the only cell."""
         origin, unit = self._frames if self.cell_count > 1 else (self.cells[0].origin, self.unit)
         return (points - origin) / unit
 

@@ -22,7 +22,7 @@ from stitchmesh.yarnrelax.model.self_contact import UNENDING, neighbour_reach
 from stitchmesh.yarnrelax.model.spline import LARGEST_REACH
 
 ROOM = 1e-4
-"""Largest stiffness over the root of the largest number; the room is for sums of forces and for strains above 1."""
+"""Largest stiffness over the root of the largest number; the room is for sums of forces and for strains."""
 MOST_SAMPLES = 10_000
 """Largest number of contact samples of a segment; the table of their places grows with its square."""
 
