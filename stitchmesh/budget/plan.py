@@ -188,7 +188,7 @@ def make_plan(
 
     Args:
         budget: the budget; the limit of the block around the call says how much time is left.
-        scene: what is to be relaxed.
+        scene: the scene to relax.
         quality: the default preset lets the tables choose; any other quality is kept.
         device: Warp's name of the device; None for the preferred device.
         measure: function that measures how fast a device is.

@@ -3,8 +3,8 @@
 """The decorator of kernels: each kernel is a module of its own, without derivatives, and can run in parts on a CPU.
 
 A kernel in a module of its own is compiled again only if the kernel itself changes. By default Warp also compiles the
-derivative of each kernel; StitchMesh does not use derivatives, and their compilation takes longer than that of the
-kernel.
+derivative of each kernel. StitchMesh does not use derivatives, and compiling them takes longer than compiling the
+kernel itself.
 
 On a CPU, Warp runs a launch as one loop over all elements. Several threads can share a launch only if the loop can run
 over a part of the elements. This module therefore changes one line of the C++ text from which Warp makes the loop: a

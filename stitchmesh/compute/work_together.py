@@ -178,7 +178,7 @@ class _Running(Worker):
         return [one.result for one in running]
 
     def _wait(self) -> None:
-        """Let the thread continue that has started this one, and wait until this thread has its turn again."""
+        """Let the thread continue that gave this one its turn, and wait until this one has its turn again."""
         self._refuse_given_up()
         self.pause.release()
         self.turn.acquire()

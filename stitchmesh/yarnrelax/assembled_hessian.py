@@ -121,7 +121,7 @@ class HessianAssembly:
             exact: share of the exact Hessian in each segment (``matrix``).
             owners: the coordinates of the cells.
             couplings: couplings of many coordinates; only a piece of its own has them.
-            forces_are_found: whether the samples and forces are those of the current state (``matrix``).
+            forces_are_found: whether the simulation already has the samples and forces of the current state.
         """
         device = self._simulation.model.device
         if not self._coupled.are_of(couplings):

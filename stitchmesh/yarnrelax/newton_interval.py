@@ -61,7 +61,7 @@ class Ending(Protocol):
 
 
 def judge_and_move(loop: Ending, cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Judge the states of some cells, and move those that are not at rest along their Newton steps.
+    """Judge the states of some cells, and move the cells that are not at rest along their Newton steps.
 
     Returns:
         Whether the step of each cell was shortened, shape (C,).

@@ -24,7 +24,7 @@ def relax_partly(
     yarns: YarnSet, *, material: YarnMaterial, quality: Quality, iterations: int, device: str | None = None,
     cell: RelaxCell | None = None, terms: Sequence[TermChoice] = (),
 ) -> YarnSet:  # fmt: skip
-    """Relax yarns for some iterations only, for changes in small steps; the arguments are those of ``relax_yarns``.
+    """Relax yarns for some iterations only, for changes in small steps; the arguments are as in ``relax_yarns``.
 
     The solver does all iterations; Newton's method does not end this relaxation.
 

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Point load: a constant force on some control points, for example from a hand or a suspended weight.
 
-The control points share the force F evenly, and its energy is that of a dead load:
+The control points share the force F evenly. It is a dead load with the energy
 
     f_i = F / n,    E = - sum over the n control points of  f_i . q_i        [erg]
 

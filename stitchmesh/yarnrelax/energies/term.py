@@ -119,7 +119,7 @@ class Term(ABC):
         raise NotImplementedError(self.name)
 
     def renew(self, state: State, candidates: Candidates, cells: NDArray[np.bool_] | None = None) -> bool:
-        """Renew a lagging term in some cells, shape (C,), or in all; return whether arrays of launches were replaced."""
+        """Renew a lagging term in some cells, shape (C,), or in all; return whether launched arrays were replaced."""
         return False
 
     def arrays(self) -> dict[str, wp.array[Any]]:

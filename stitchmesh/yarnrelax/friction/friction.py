@@ -290,7 +290,7 @@ class FrictionTerm(Term):
         return {field.name: getattr(self.contacts, field.name) for field in fields(Contacts)}
 
     def resume(self, arrays: Mapping[str, NDArray[Any]]) -> None:
-        """Restore contacts; their number may differ from that of the current contacts."""
+        """Restore contacts; their number may differ from the number of the current contacts."""
         kinds = {name: array.dtype for name, array in self.arrays().items()}
         device = self.model.device
         self.contacts = Contacts(

@@ -9,10 +9,10 @@ others. An order of elimination is not used again for another pattern, because e
 separates would fill the factors.
 
 The analysed part of a group (``PartOnGpu``) holds the cells whose factors are asked for, and the cells whose factors
-were asked for lately, because cells take turns. While only some of them are asked for, the rows and columns of the
-others are those of the identity. The signs of the pivots of each cell count its negative eigenvalues. Couplings of many
-coordinates of a piece are further rows and columns behind its own (``couplings``); all of its coordinates are then one
-part.
+were asked for lately, because cells take turns. While the factors of only some cells are asked for, the rows and
+columns of the other cells are replaced by rows and columns of the identity. The signs of the pivots of each cell count
+its negative eigenvalues. Couplings of many coordinates of a piece are further rows and columns behind its own
+(``couplings``); all of its coordinates are then one part.
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@ w = Y s. Along it the matrix is negative even if Q has not converged, since
 and two of these directions are conjugate: w_j^T A w_k = 0. Each new vector is orthogonalised against all vectors of its
 basis, because rounding would bring back the converged ones.
 
-Several matrices take their steps together: one solution of a matrix of blocks takes as long as that of one block.
+Several matrices take their steps together: one solution for a matrix of blocks takes as long as one for a single block.
 """
 
 from __future__ import annotations

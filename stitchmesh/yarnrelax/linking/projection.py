@@ -55,7 +55,7 @@ class Grid:
     """Rectangular cells of the projection, which repeat with the period."""
 
     cell: wp.vec2d
-    """Width and height of a cell, at least those of the longest edge [units]."""
+    """Width and height of a cell, at least the extents of the longest edge [units]."""
     period: wp.vec2d
     """Periods of the projection [units]; without a lattice they are wider than the yarns."""
     columns: wp.int64

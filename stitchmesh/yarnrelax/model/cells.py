@@ -168,7 +168,7 @@ class CellTables:
         return np.array([cell.unit for cell in self.cells])
 
     def to_device(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return positions [cm] in units from the cell's origin: of all control points, or of any points of the only cell."""
+        """Return positions [cm] of all control points, or any points of the only cell, in units from its origin."""
         origin, unit = self._frames if self.cell_count > 1 else (self.cells[0].origin, self.unit)
         return (points - origin) / unit
 

@@ -18,7 +18,7 @@ from stitchmesh.yarnrelax.model.constants import Model
 
 @contextmanager
 def only_in(model: Model, cells: NDArray[np.bool_] | None) -> Iterator[None]:
-    """In this block, leave out all cells but ``cells``, shape (C,), and cells that launches mark; None changes nothing."""
+    """In this block, leave out all but ``cells``, shape (C,), and cells that launches mark; None changes nothing."""
     if cells is None:
         yield
         return
