@@ -194,7 +194,7 @@ def make_plan(
         measure: function that measures how fast a device is.
 
     Raises:
-        ParameterError: the budget has an error, and the quality is not the default.
+        ParameterError: the budget has an error, and the quality is kept.
     """
     given = quality_named(quality)
     kept = not budget.chooses or given != quality_named(DEFAULT_QUALITY)

@@ -41,7 +41,7 @@ MAX_ITERATIONS = 300
 sewing patterns take at most 130 iterations. Stitches with twice or half the height with which they were made take at
 most 230."""
 SUITABLE_ASPECT = 2.0
-"""Stitches still come to rest if their rest aspect and the aspect with which they were made differ by this factor."""
+"""Stitches still come to rest if the aspects at rest and as made differ by at most this factor."""
 SURFACE_SPACING = 0.5
 """Edge length of the fine surface, divided by the size of a stitch."""
 REACH = 0.2
