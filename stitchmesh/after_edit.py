@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Relaxation of the yarns of an edited fabric: from the relaxed yarns before the edit, or anew where that fails.
+"""Relaxes the yarns of an edited fabric: from the relaxed yarns before the edit, or anew where that fails.
 
 The following starts are tried in this order, until one leads to a state of rest:
 
@@ -36,7 +36,7 @@ from stitchmesh.yarnrelax import Relaxation
 logger = logging.getLogger(__name__)
 
 ANEW = "relaxed all yarns anew"
-"""Beginning of a note."""
+"""The beginning of the note that says why all yarns were relaxed anew."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,8 +48,8 @@ class RelaxedAgain:
     yarns: YarnSet
     """Its relaxed yarns."""
     report: dict[str, Any]
-    """As for ``relax_yarns``; and ``warm``, the part of the control points that started from relaxed positions, and
-    ``notes``, a line for each start that failed."""
+    """The report of ``relax_yarns``, with two more entries: ``warm``, the part of the control points that started from
+    relaxed positions, and ``notes``, a line for each start that failed."""
     history: Sequence[HistoryEntry]
     """Assessments of the relaxation, in order."""
 
@@ -90,7 +90,7 @@ def relax_edited(
 
 @dataclass(frozen=True, eq=False)
 class _Edit:
-    """An edit with the arguments of its stages, and the notes made so far."""
+    """An edit with the arguments of its stages, and the lines that the report shall have as notes."""
 
     relaxed: YarnSet
     before: StitchMesh

@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How another interpreter of Python is started: it finds the same packages, and no code in the present folder.
+"""Starts another interpreter of Python, which finds the same packages and runs no code of the present folder.
 
-Users run the program in folders with data of others. Python would look there for modules first: ``python -m`` and
+Users run the program in folders with other people's data. Python would look for modules there first: ``python -m`` and
 ``python -c`` put the present folder in front of the path, and so does an empty entry of ``PYTHONPATH``.
 """
 
@@ -15,9 +15,9 @@ from contextlib import contextmanager
 from pathlib import Path
 
 PACKAGES = str(Path(__file__).resolve().parents[1])
-"""The folder that this package lies in."""
+"""The folder in which this package lies."""
 SAFE_PATH = "PYTHONSAFEPATH"
-"""The option ``-P`` as a variable, which also holds for interpreters that a library starts."""
+"""The variable that does the same as the option ``-P``; interpreters that a library starts obey it too."""
 SEARCH_PATH = "PYTHONPATH"
 
 
@@ -39,7 +39,7 @@ def clean_environment() -> dict[str, str]:
 
 @contextmanager
 def clean_children() -> Iterator[None]:
-    """Let the interpreters that libraries start within the block, by ``multiprocessing`` too, have that environment."""
+    """Give ``clean_environment`` to interpreters that libraries, such as ``multiprocessing``, start in the block."""
     before = os.environ.copy()
     os.environ.update(clean_environment())
     try:
@@ -60,5 +60,5 @@ def search_path() -> list[str]:
     present = os.path.realpath(os.curdir)
     places = [PACKAGES if os.path.realpath(entry) == PACKAGES else entry for entry in sys.path]
     kept = [place for place in places if place == PACKAGES or os.path.realpath(place) != present]
-    # A relative entry names another place in another folder, and a separator cuts an entry into two of `PYTHONPATH`.
+    # A relative entry names another place in another folder, and `PYTHONPATH` would cut an entry at a separator.
     return [place for place in dict.fromkeys([*kept, PACKAGES]) if os.path.isabs(place) and os.pathsep not in place]

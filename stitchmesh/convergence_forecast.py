@@ -2,15 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """How many iterations a relaxation still needs, forecast from the course of its residual.
 
-Motions of every softness come to rest one after another, so that the residual r falls about by a power of the number of
-iterations n. Through the last assessments goes the line
+The soft motions of a fabric come to rest after the stiff ones, so that the residual r falls about by a power of the
+number of iterations n. A line is laid through the last assessments:
 
     ln r = ln R - POWER ln(n / N),        left = N ((R / goal)^(1 / POWER) - 1)
 
-where N are the iterations so far and R, the level of the line there, is the one with as many assessments above it as
-below, so that single bad assessments do not change it. The slope is a constant: one that is found from the last
-assessments follows their noise, and forecasts worse. POWER and the bounds of what is left were chosen for the courses
-of ``tests/courses``, where the tests say how well the forecast meets them.
+Here N is the number of iterations so far. R is the level of the line at N, chosen so that as many assessments lie above
+the line as below it; single bad assessments therefore do not change it. The slope is a constant, because a slope that
+is fitted to the last assessments follows their noise and forecasts worse. POWER and the bounds of the remaining
+iterations were chosen for the courses of ``tests/courses``, where the tests say how well the forecast meets them.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ import math
 import numpy as np
 
 POWER = 0.8
-"""Power of the iterations by which the residual falls."""
+"""The residual falls with this power of the number of iterations."""
 LEFT = (0.7, 2.7)
-"""Least and most that is left, over what is done. A residual below its goal does not end a relaxation
-(``yarnrelax.convergence``), and one far above it says little about more than a few times the way so far."""
+"""Least and most remaining iterations, over the iterations so far. A residual below its goal does not end a relaxation
+(``yarnrelax.convergence``), and one far above its goal says little beyond a few times the iterations so far."""
 RECENT = 4.0
-"""Iterations so far over the iterations at the beginning of the line."""
+"""The line begins at the number of iterations so far divided by this."""
 FEWEST = 3
 """Number of assessments that a line needs."""
 
@@ -40,14 +40,14 @@ class ResidualCourse:
         self._assessments: list[tuple[int, float]] = []
 
     def add(self, iteration: int, residual: float) -> None:
-        """Add an assessment; with an iteration that is not after the last one, another relaxation begins."""
+        """Add an assessment; if its iteration is not after the last one, another relaxation has begun."""
         if self._assessments and iteration <= self._assessments[-1][0]:
             self._before += self._assessments[-1][0]
             self._assessments = []
         self._assessments.append((iteration, residual))
 
     def completed_part(self, goal: float, most: float = math.inf) -> float:
-        """Return the part of the iterations that is done by the forecast; 0 while there is none.
+        """Return the forecast part of the iterations that is done; 0 while there is no forecast.
 
         Args:
             goal: residual near which the relaxation ends.

@@ -2,10 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Edits of a stitch mesh as functions, such as ``sm.edits.stripe(fabric, yarn=1, rows=[3])``.
 
-Each function takes a tessellated stitch mesh and the arguments of the edit by name, and returns an ``Edited``: the new
-stitch mesh, the changes that made it and those that undo them. The argument ``on`` takes a selection, such as
-``hem 6``, in the place of a face, of faces or of a side; the edit is then made wherever the selection says. Errors are
-those of ``apply_edit``. A log, a recipe and a job hold an edit as its name and its arguments (``Edit``).
+Each function takes a tessellated stitch mesh and the arguments of the edit by name. It returns an ``Edited``: the new
+stitch mesh, the changes that made it, and the changes that undo them. The argument ``on`` takes a selection, such as
+``hem 6``, instead of a face, faces or a side; the edit is then made at each place that the selection names. The
+functions raise the errors of ``apply_edit``. Logs, recipes and jobs hold an edit as its name and its arguments
+(``Edit``).
 """
 
 from __future__ import annotations

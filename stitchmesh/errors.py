@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 T = TypeVar("T")
 
 LEAST_NUMBER, LARGEST_NUMBER = 1e-6, 1e6
-"""Bounds of a length [cm] or a ratio that a user gives: from 10 nm to 10 km. No yarn, stitch or tool is near them, and
-fourth powers and their quotients stay far within the range of numbers in single precision."""
+"""Bounds of a length [cm] or a ratio that a user gives: from 10 nm to 10 km. Every yarn, stitch and tool is far within
+them, and fourth powers and their quotients stay far within the range of numbers in single precision."""
 
 MAKERS = {
     "Mesh": "sm.read_mesh(path)",
@@ -33,9 +33,9 @@ MAKERS = {
 }
 """Call that makes a value of each class, for the messages of ``check_kind``."""
 LONGEST_MESSAGE = 2000
-"""Number of characters beyond which the middle of a message is left out."""
+"""A longer message loses its middle."""
 REPLACEMENT = "\N{REPLACEMENT CHARACTER}"
-"""Character in the place of one that cannot be printed."""
+"""This character replaces each one that cannot be printed."""
 MAX_CHARACTERS = 40
 """Number of characters of a text that a message shows."""
 
@@ -44,7 +44,7 @@ class StitchMeshError(Exception):
     """Base class of all errors below; a handler of this class catches all of them."""
 
     def __init__(self, message: str = "") -> None:
-        """Make an error; what a message quotes from a damaged file does not make it long or break its line."""
+        """Make an error; text that the message quotes from a damaged file cannot make it long or break its line."""
         super().__init__(_one_line(message))
 
 
@@ -97,7 +97,7 @@ class YarnError(StitchMeshError):
     """A set of yarns is malformed, or yarns cannot be generated from a stitch mesh."""
 
     def __init__(self, message: str, *, face: int | None = None, remedy: str = "") -> None:
-        """Make an error; ``face`` is the stitch at fault, if one is, ``found`` the message without the remedy."""
+        """Make an error; ``face`` is the stitch at fault, if one is; ``found`` holds the message without the remedy."""
         super().__init__(f"{message}; {remedy}" if remedy else message)
         self.face = face
         self.found = message
@@ -118,7 +118,7 @@ class DisplayError(StitchMeshError):
 def is_interrupt(error: BaseException) -> bool:
     """Return whether an interrupt from the keyboard is the cause of an exception.
 
-    An interrupt while a module is imported may come out as an ``ImportError`` or a ``SystemError``.
+    If an interrupt comes while a module is imported, Python may raise an ``ImportError`` or a ``SystemError``.
     """
     links: list[BaseException] = []
     found: BaseException | None = error
@@ -134,7 +134,7 @@ def first_few(items: Sequence[object] | NDArray, limit: int = 3) -> str:
     """List the first items and count the others: ``4, 7, 9 (+12 more)``.
 
     Args:
-        items: what to list, for example the indices of all faces that failed a check.
+        items: the items, for example the indices of all faces that failed a check.
         limit: number of items to list.
     """
     shown = ", ".join(str(item) for item in items[:limit])
@@ -143,13 +143,13 @@ def first_few(items: Sequence[object] | NDArray, limit: int = 3) -> str:
 
 
 def check_kind(place: str, value: object, kind: type[T], made_by: str | None = None) -> T:
-    """Return a value that a user has given, if it is of the kind that the operation works on.
+    """Return a value that a user has given, if its class is the one that the operation works on.
 
     Args:
         place: name of the operation, and of the argument if the argument is not the first one.
         value: the value.
         kind: class of the values that the operation works on.
-        made_by: call that makes such a value; by default that of ``MAKERS``.
+        made_by: call that makes such a value; by default the call in ``MAKERS``.
 
     Raises:
         ParameterError: the value is of another class. If the value has a field of the right class, the message names
@@ -171,7 +171,7 @@ def check_positive(name: str, value: float, unit: str = "") -> None:
         unit: unit of the number, for the message.
 
     Raises:
-        ParameterError: the number is not positive, or not from ``LEAST_NUMBER`` to ``LARGEST_NUMBER``.
+        ParameterError: the number is not positive, or is outside the range from ``LEAST_NUMBER`` to ``LARGEST_NUMBER``.
     """
     unit = unit and f" {unit}"
     if not (math.isfinite(value) and value > 0.0):
@@ -192,7 +192,7 @@ def described(value: object) -> str:
 
 
 def _one_line(text: str) -> str:
-    """Return a text of printable characters in one line; the middle of a very long text is left out."""
+    """Return a text in one line of printable characters, without the middle of a very long text."""
     line = " ".join(text.splitlines())
     if not line.isprintable():
         line = "".join(character if character.isprintable() else REPLACEMENT for character in line)

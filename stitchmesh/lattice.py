@@ -17,10 +17,10 @@ from numpy.typing import ArrayLike, NDArray
 from stitchmesh.errors import MeshError, SolverError
 
 LARGEST_LENGTH = 1e60
-"""Largest length or coordinate [cm]; areas and their squares are then finite numbers too."""
+"""Largest length or coordinate [cm]; with it, areas and their squares are still finite numbers."""
 MOST_IMAGES = 1_000_000
-"""Images of a cell that are searched at most. A weave with a spacing of 1/12 of the yarn radius has 150,000; a cell
-that yarns can fill has some hundreds."""
+"""Largest number of images of a cell that is searched. A weave with a spacing of 1/12 of the yarn radius has 150,000;
+a cell that its yarns fit into has some hundreds."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,16 +62,16 @@ class Lattice:
         return image
 
     def near_images(self, points: ArrayLike, reach: float) -> NDArray[np.int64]:
-        """Images whose copies of the points may be near the points themselves, (0, 0) included, shape (m, 2).
+        """Images whose copies of the points may be near the points themselves, with (0, 0), shape (m, 2).
 
-        An image is left out if the shifted bounding box of the points is farther than ``reach`` from the box itself.
+        An image is left out if its copy of the points' bounding box is farther than ``reach`` from the box itself.
 
         Args:
             points: positions [cm], shape (n, 3).
             reach: distance up to which two points are near each other [cm].
 
         Raises:
-            SolverError: as for ``images_up_to``.
+            SolverError: there are too many images (``images_up_to``).
         """
         places = np.asarray(points, dtype=np.float64)
         span = np.ptp(places @ self._dual.T, axis=0) + reach * np.linalg.norm(self._dual, axis=1)
@@ -86,10 +86,10 @@ class Lattice:
 
 
 def images_up_to(most: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Return the images (a, b) with a and b from minus a whole number up to it, shape (n, 2).
+    """Return the images (a, b) with ``-most <= (a, b) <= most``, shape (n, 2).
 
     Raises:
-        SolverError: they are more than ``MOST_IMAGES``: the cell is far smaller than its yarns.
+        SolverError: there are more than ``MOST_IMAGES``, because the cell is far smaller than its yarns.
     """
     if (count := float(np.prod(2.0 * most + 1.0))) > MOST_IMAGES:
         raise SolverError(

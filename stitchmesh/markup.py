@@ -3,8 +3,8 @@
 """The one place in which text becomes HTML.
 
 Names in files, and messages about them, may hold HTML that would run as a script in the page. Controls of the
-application therefore show nothing but ``Markup``. Only templates of the program become that, and each text that is put
-into one is escaped.
+application therefore show only ``Markup``. It is made only from templates of the program, and each text that is put
+into a template is escaped.
 """
 
 from __future__ import annotations
@@ -14,32 +14,32 @@ from html import escape
 
 
 class Markup(str):
-    """HTML that is safe to show; ``Markup()`` is nothing.
+    """HTML that is safe to show; ``Markup()`` is empty.
 
-    The sum of two of them is one too. All else that is made from it, such as an f-string, is a plain text again.
+    The sum of two values is ``Markup`` too. All other results, such as an f-string, are plain text again.
     """
 
     def __add__(self, other: Markup) -> Markup:  # type: ignore[override]
-        """Return this and what follows.
+        """Return this HTML with other HTML after it.
 
         Raises:
-            TypeError: what follows is a plain text.
+            TypeError: the other value is a plain text.
         """
         return Markup(str.__add__(self, checked(other)))
 
 
 def markup(template: str, *parts: object) -> Markup:
-    """Return HTML from a template that the program holds, with a part in the place of each ``{}``.
+    """Return HTML from a template of the program, with one of the parts in the place of each ``{}``.
 
-    A part that is ``Markup`` is put in as it is. All others are put in as texts, which also stay within the quotes of
-    an attribute. A template without parts is taken as it is, with its braces.
+    A part that is ``Markup`` is put in unchanged. All others are put in as escaped texts, which are safe within the
+    quotes of an attribute too. A template without parts is taken unchanged, with its braces.
     """
     escaped = [part if isinstance(part, Markup) else escape(_text(part)) for part in parts]
     return Markup(template.format(*escaped) if parts else template)
 
 
 def _text(part: object) -> str:
-    """Return a part as a text that UTF-8 can hold, which the name of a file need not be."""
+    """Return a part as a text that UTF-8 can hold, because the name of a file may hold what UTF-8 cannot."""
     return str(part).encode("utf-8", "replace").decode("utf-8")
 
 
@@ -53,7 +53,7 @@ def joined(parts: Iterable[Markup]) -> Markup:
 
 
 def checked(content: str) -> Markup:
-    """Return what is to be shown.
+    """Return HTML that is to be shown.
 
     Raises:
         TypeError: it is a plain text.
@@ -64,5 +64,5 @@ def checked(content: str) -> Markup:
 
 
 def css_text(text: str) -> Markup:
-    """Return a text for a string of a style sheet: all but letters and digits of ASCII as their numbers."""
+    """Return a text for a string of a style sheet; all characters but ASCII letters and digits become their numbers."""
     return Markup("".join(sign if sign.isascii() and sign.isalnum() else f"\\{ord(sign):x} " for sign in text))

@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Memory that a work takes, estimated from its numbers before anything of it is made, and compared with what is free.
+"""Estimates the memory that a computation needs, before it allocates any, and compares it with the free memory.
 
-All figures are of float32 unless they say otherwise. ``benchmarks/run.py garments estimates`` and ``benchmarks/run.py
+All figures hold for float32 unless they say otherwise. ``benchmarks/run.py garments estimates`` and ``benchmarks/run.py
 job-memory`` compare them with the largest resident memory of processes, or with the largest use of the memory of a GPU.
 """
 
@@ -17,22 +17,22 @@ GIGABYTE = 1e9
 BASE_MEMORY = 275e6
 """Memory of the program with its libraries [bytes]."""
 BYTES_PER_STITCH = {"tessellate": 2_000.0, "meshrelax": 12_000.0}
-"""Memory of the stages before the yarns [bytes]."""
+"""Memory of the stages before the yarns, for each stitch [bytes]."""
 BYTES_PER_FOUND_STITCH = 2_500.0
-"""Memory of the search for stitches on any mesh, measured on a tube of 100,000 stitches [bytes]."""
+"""Memory of the search for stitches on any mesh, for each stitch [bytes], measured on a tube of 100,000 stitches."""
 BYTES_PER_STITCH_OF_GARMENT = 40_000.0
-"""Memory of all stages of a garment for each of its stitches [bytes]; ``benchmarks/run.py garments stages`` has it."""
+"""Memory of all stages of a garment, for each stitch [bytes]; ``benchmarks/run.py garments stages`` measures it."""
 BYTES_PER_KEPT_POINT = 300.0
-"""Memory of each control point of a state of rest that is kept beside others [bytes]."""
+"""Memory of a state of rest that is kept beside others, for each control point [bytes]."""
 BYTES_PER_POINT = {"yarngen": 1_500.0, "yarnrelax": 1_430.0}
-"""Memory of the stages of yarns for each control point [bytes]; twice as much in float64 for the relaxation."""
+"""Memory of the stages of yarns for each control point [bytes]; the relaxation takes twice as much in float64."""
 BYTES_PER_SAMPLE = 490.0
 """Additional memory of the relaxation for each contact sample of a control point [bytes]."""
 ON_GPU, ON_GPU_PER_SAMPLE = 1_315.0, 22.0
-"""Memory of a relaxation on a GPU for each control point, and additional memory for each of its contact samples times
-the control points of a stitch, with which candidate lists become longer [bytes]."""
+"""Memory of a relaxation on a GPU [bytes]: for each control point, and in addition for each contact sample times the
+number of control points of a stitch, because candidate lists grow with that number."""
 RENDERER, BYTES_PER_PIXEL, BYTES_PER_DRAWN_POINT = 680e6, 500.0, 3_100.0
-"""Memory of a picture without a GPU: with the renderer, for each pixel, and for each control point [bytes]."""
+"""Memory of a picture without a GPU [bytes]: of the renderer, for each pixel, and for each control point."""
 BYTES_PER_TILED_POINT = 1_300.0
 """Memory for each control point of yarns that are tiled and written [bytes], measured with 540,000 of them as OBJ."""
 BYTES_PER_TEXTURE_SAMPLE = 80.0
@@ -64,7 +64,7 @@ def check_relaxation_memory(asked: str, points: float, quality: Quality, device:
     """Refuse a relaxation of control points that does not fit into the memory of its device, before it begins.
 
     Raises:
-        ParameterError: as for ``check_memory``.
+        ParameterError: there is not enough memory (``check_memory``).
     """
     from stitchmesh.compute.device import device_named
 
@@ -74,24 +74,24 @@ def check_relaxation_memory(asked: str, points: float, quality: Quality, device:
 
 
 def picture_memory(points: float, pixels: float) -> float:
-    """Return the memory of the program while it draws a picture of yarns without a GPU [bytes]; 0 without pixels."""
+    """Return the memory of the program while it draws yarns without a GPU [bytes]; 0 if there are no pixels."""
     return RENDERER + BYTES_PER_PIXEL * pixels + BYTES_PER_DRAWN_POINT * points if pixels else 0.0
 
 
 def check_memory(
     asked: str, needed: float, remedy: str, *, where: str = "this machine", free: float | None = None
 ) -> None:
-    """Refuse a work that does not fit into the memory, before it is made.
+    """Refuse a computation that does not fit into the memory, before it begins.
 
     Args:
-        asked: what was asked for, with its numbers, for the message.
-        needed: memory that it takes [bytes].
+        asked: what the user asked for, with its numbers, for the message.
+        needed: memory that the computation needs [bytes].
         remedy: what to ask for instead.
         where: name of the device.
-        free: memory that is free there [bytes]; by default that beside the processor.
+        free: free memory of the device [bytes]; by default the free memory of the host.
 
     Raises:
-        ParameterError: it does not fit; the message has all of these.
+        ParameterError: the computation does not fit; the message holds all of these.
     """
     free = host_memory() if free is None else free
     if not needed <= free:

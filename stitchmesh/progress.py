@@ -24,7 +24,7 @@ from typing import Literal, TextIO, TypeVar
 from stitchmesh.convergence_forecast import ResidualCourse
 
 Progress = Callable[[str, float, str], None]
-"""Function that reports progress: called with the stage, its completed part as it is estimated now (0 to 1), and one or
+"""Function that reports progress. Its arguments are the stage, the estimate of its completed part (0 to 1), and one or
 two lines of text."""
 T = TypeVar("T", bound=Callable[..., None])
 STAGE_TEXTS = {
@@ -47,18 +47,19 @@ STAGE_TEXTS = {
 }
 """Text for each stage."""
 SMALLEST_PART = 0.05
-"""Completed part from which on the remaining time is estimated."""
+"""The remaining time is estimated from this completed part on."""
 SPREADS = (1.25, 2.0)
-"""Least and largest factor between the estimate of the remaining time and an end of its range; estimates that agree can
-be wrong together, and a first estimate has the largest factor."""
+"""Least and largest factor between the estimate of the remaining time and an end of its range. The least is above 1,
+because estimates that agree can be wrong together. A first estimate has the largest factor."""
 CREEP = 0.2
-"""Power with which the rest shrinks where the forecast moves away."""
+"""The power with which the rest shrinks while the reported part does not grow."""
 SAMPLE = 1.01
-"""Ratio of the times of two estimates that are compared."""
+"""Least ratio of the times of two estimates that are compared."""
 TIME_STEPS = (
     (10.0, 1.0, "s", 1.0), (120.0, 5.0, "s", 1.0), (7200.0, 60.0, "min", 60.0), (math.inf, 1800.0, "h", 3600.0),
 )  # fmt: skip
-"""Up to which remaining time [s] it is rounded to which step [s], and shown in which unit of how many seconds."""
+"""Each row: a remaining time below the first number [s] is rounded to the step [s], and shown in the unit, which has
+the last number of seconds."""
 LINE_SECONDS = 0.2
 """Shortest time between two changes of the line [s]; a computation that ends within this time shows no line."""
 NOTEBOOK_SHELL = "ZMQInteractiveShell"
@@ -71,7 +72,7 @@ def no_progress(stage: str, done: float, note: str) -> None:
 
 @dataclass(frozen=True)
 class Outlook:
-    """What a reader is told of a stage."""
+    """What a reader is told about a stage."""
 
     part: float
     """Completed part, from 0 to 1. It never falls, and it grows as long as the stage goes on."""
@@ -95,22 +96,23 @@ class Outlook:
 
 
 class StageClock:
-    """The outlook of one stage, from the parts that it reports as completed and the times at which it does so.
+    """Makes the outlook of one stage from the parts that it reports as completed, and from the times of these reports.
 
-    A part is an estimate too: that of a relaxation may fall when its forecast changes. The estimate of the whole time
-    is the time so far over the part. The range of the remaining time is as wide as the estimates of the second half of
-    the time differ. Where the reported part has not grown, the shown one creeps: with t the time that has passed,
+    A reported part is an estimate too: the part of a relaxation may fall when its forecast changes. The estimate of the
+    whole time is the time so far over the part. The estimates of the second half of the time so far differ, and their
+    spread gives the width of the range of the remaining time. While the reported part does not grow, the shown part
+    creeps. With the time t that has passed since the last report,
 
         1 - part  ->  (1 - part) (left / (left + t))^CREEP
 
-    A power of 1 would be right for a forecast that is right, and shows 99 % long before the end of one that is not.
+    A power of 1 would suit a correct forecast, but a wrong one would show 99 % long before the end.
     """
 
     def __init__(self) -> None:
         """Begin the stage."""
         self._part, self._spent = 0.0, 0.0
         self._totals: list[tuple[float, float]] = []
-        """Time so far and estimate of the whole time [s], of the second half of the time."""
+        """The reports in the second half of the time so far: the time, and the estimate of the whole time [s]."""
 
     def outlook(self, spent: float, done: float) -> Outlook:
         """Return the outlook after a report.
@@ -136,7 +138,7 @@ class StageClock:
 
 
 def _rounded(seconds: float) -> tuple[str, str]:
-    """Return a time of as many digits as an estimate deserves, and its unit."""
+    """Return the number and the unit of a remaining time, rounded as ``TIME_STEPS`` says."""
     step, unit, size = next((step, unit, size) for most, step, unit, size in TIME_STEPS if seconds < most)
     return f"{max(round(seconds / step), 1) * step / size:g}", unit
 
@@ -144,10 +146,10 @@ def _rounded(seconds: float) -> tuple[str, str]:
 def relaxing_progress(
     stage: str, goal: float, progress: Progress, *, max_iterations: float = math.inf
 ) -> Callable[..., None]:
-    """Return a function that converts the assessments of a solver into the completed part of a stage.
+    """Return a function that turns the assessments of a solver into the completed part of a stage.
 
-    The returned function is called with the iteration and the residual. The completed part is that of the iterations,
-    by the forecast of ``convergence_forecast``.
+    The returned function takes the iteration and the residual. The completed part is the part of the iterations that is
+    done, by the forecast of ``convergence_forecast``.
 
     Args:
         stage: name of the stage.
@@ -167,10 +169,10 @@ def relaxing_progress(
 
 
 def with_work_after(progress: Progress, seconds: float) -> Progress:
-    """Return a progress function that counts the work after a stage, for example a picture, as a part of the stage.
+    """Return a progress function that counts later work, for example a picture, as a part of the stage.
 
     Args:
-        progress: called with the time so far over the estimated time until the end of that work.
+        progress: called with the time so far over the estimated time until that work ends.
         seconds: estimated time of the work [s].
     """
     began = time.monotonic()
@@ -230,7 +232,7 @@ def shown_stages(given: Progress | Literal[False] | None) -> Iterator[Progress]:
 
 
 def output_stream() -> TextIO | None:
-    """Return the stream that shows progress: that of a notebook or of a terminal; None if there is neither."""
+    """Return the stream of a notebook or of a terminal, which shows progress; None if there is neither."""
     if threading.current_thread() is not threading.main_thread():
         return None
     shell = getattr(builtins, "get_ipython", None)  # IPython adds this function to the built-in ones.

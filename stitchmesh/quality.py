@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Presets of accuracy: how finely yarns are sampled and to what residual they are relaxed."""
+"""Presets of accuracy: how finely yarns are sampled, and the residual to which they are relaxed."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Precision = Literal["float32", "float64"]
 Solver = Literal["quasistatic", "dynamics"]
 
 SLIDE = 10.0 / 3.0
-"""Least relative change of the spacing that is left over the residual (``yarnrelax.settling``); ``largest_change``
+"""The least remaining relative change of the spacing, over the residual (``yarnrelax.settling``); ``largest_change``
 leaves room for its spread."""
 
 
@@ -38,14 +38,14 @@ class Quality:
     solver: Solver = "quasistatic"
     """Method of the relaxation: "quasistatic", or "dynamics" (Leaf et al. 2018, Algorithm 1)."""
     largest_change: float = 0.004
-    """Largest estimate of the relative change of the spacing that is left at rest; a part of what the preset promises,
-    because coarse sampling changes the spacing too."""
+    """Largest estimate of the remaining relative change of the spacing at rest. It is only a part of the error that the
+    preset promises, because coarse sampling changes the spacing too."""
     refinement: float = 1.0
-    """Factor of the control points of a plain stitch in a swatch whose size relaxes (``periodic.sampling``)."""
+    """Factor by which a swatch whose size relaxes has more control points in a plain stitch (``periodic.sampling``)."""
 
     @property
     def resting_residual(self) -> float:
-        """Residual near which yarns come to rest: of the tolerance, and small enough for the largest change."""
+        """The residual near which yarns come to rest: the tolerance, or less where the largest change asks for less."""
         return min(self.tolerance, self.largest_change / SLIDE)
 
 
@@ -58,7 +58,7 @@ PRESETS: dict[str, Quality] = {
 DEFAULT_QUALITY = "standard"
 """Name of the preset that applies if no quality is given."""
 MORE_DIGITS = "take quality reference (float64), or smaller stiffnesses"
-"""Advice where the digits of the precision do not suffice."""
+"""Advice for a precision whose digits do not suffice."""
 
 
 def quality_named(name: str | Quality) -> Quality:

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """How a relaxation begins, shows its progress, hands out and keeps its states, and is paused, stopped and continued.
 
-A function with an argument ``run`` leaves all of this to one value, which its callers pass on as they got it.
+One value holds all of this. A function takes it as its argument ``run`` and passes it on unchanged.
 """
 
 from __future__ import annotations
@@ -57,25 +57,25 @@ class Run(Generic[S]):
     on_state: Callable[[S], None] | None = None
     """Called every few seconds, and when a relaxation of yarns ends early, with the last accepted state."""
     checkpoints: Checkpoints | None = None
-    """Where and how often to write what is needed to resume; also written at the start and at any end."""
+    """Where and how often to write checkpoints; the relaxation also writes one at its start and at its end."""
     resume: FilePath | None = None
     """A checkpoint to continue from; all other inputs must be the same as when it was written."""
     start: S | None = None
     """The same piece at other positions to start from, for example as it was relaxed before an edit."""
     load_steps: bool = True
-    """Whether a load that yarns cannot take at once, because it presses them through one another, is applied in steps
-    (``yarnrelax.load_path``), as the report then says; else it is an error. Terms begin anew in each step."""
+    """Whether a load is applied in steps (``yarnrelax.load_path``) if it would press yarns through one another at once.
+    The report then says so. Without load steps such a load is an error. Terms begin anew in each step."""
     control: RunControl[S] | None = None
     """Watches, pauses, steps and stops the relaxation from another thread. A pause writes a checkpoint, and a stopped
     relaxation returns its last accepted state."""
 
     @property
     def only_shows(self) -> bool:
-        """Whether nothing is asked for but the progress."""
+        """Whether the run asks for nothing but the progress."""
         return not self._asks_for()
 
     def refuse_all_but(self, place: str, *obeyed: str) -> None:
-        """Refuse what a computation does not obey; all of them show their progress.
+        """Refuse the fields that a computation does not obey; all computations obey ``progress``.
 
         Args:
             place: name of the function, for the message.
@@ -89,7 +89,7 @@ class Run(Generic[S]):
                 raise ParameterError(f"{place}, run: got {name}, which it does not obey; leave it out")
 
     def _asks_for(self) -> list[str]:
-        """Return the names of the fields beside ``progress`` that are given."""
+        """Return the names of the given fields, without ``progress``."""
         return [
             own.name for own in fields(self)
             if own.name != "progress" and getattr(self, own.name) is not own.default
@@ -113,4 +113,4 @@ class Run(Generic[S]):
 SHOWN: Run[Any] = Run()
 """A run that shows a line of progress."""
 QUIET: Run[Any] = Run(progress=False)
-"""A run that shows nothing, for relaxations that are parts of another work."""
+"""A run that shows nothing, for relaxations that are a part of other work."""

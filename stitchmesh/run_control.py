@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Control of a running relaxation from other threads: watch it, pause it, make single steps, stop it.
 
-A relaxation runs in one thread. It calls ``RunControl.after_step`` after every step: an iteration of a mesh relaxation;
-the iterations up to the next assessment, or a Newton step, of a relaxation of yarns. All other methods may be called
-from any thread, before or during the relaxation. A relaxation that is paused and continued ends with the same bits as
-one that was never paused.
+A relaxation runs in one thread. It calls ``RunControl.after_step`` after every step. A step of a mesh relaxation is an
+iteration; a step of a relaxation of yarns is a Newton step, or the iterations up to the next assessment. All other
+methods may be called from any thread, before or during the relaxation. A relaxation that is paused and continued ends
+with the same bits as one that was never paused.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ S = TypeVar("S")
 WATCH_SECONDS = 0.1
 """Shortest time between two calls of ``watch`` [s]."""
 LARGEST_SHARE = 0.05
-"""Largest part of the time of a relaxation that is spent on ``watch``: calls that take long are made less often."""
+"""Largest part of the time of a relaxation that ``watch`` may take; long calls are therefore made less often."""
 
 
 class RunStopped(Exception):
@@ -45,7 +45,7 @@ class Snapshot(Generic[S]):
     seconds: float
     """Time since the start, without pauses [s]."""
     energies: Mapping[str, float] = field(default_factory=dict)
-    """Energy of each term [erg]; empty for a mesh relaxation."""
+    """Energy of each term [erg]; empty in a mesh relaxation."""
 
 
 class RunControl(Generic[S]):
@@ -61,9 +61,9 @@ class RunControl(Generic[S]):
         """Make the control of a relaxation that has not begun.
 
         Args:
-            watch: called with a ``Snapshot`` in the thread of the relaxation, which waits meanwhile.
+            watch: called with a ``Snapshot`` in the thread of the relaxation, which waits for the call to end.
             seconds: shortest time between two calls of ``watch`` [s]; it grows if the calls take long
-                (``LARGEST_SHARE``). A pause shows its state in any case.
+                (``LARGEST_SHARE``). A relaxation that pauses calls ``watch`` in any case.
             paused: whether the relaxation waits before its first step.
 
         Raises:
@@ -99,9 +99,9 @@ class RunControl(Generic[S]):
         self._change(paused=False)
 
     def step(self, count: int = 1) -> None:
-        """Pause the relaxation after some more steps; returns at once.
+        """Pause the relaxation after ``count`` more steps; returns at once.
 
-        Steps that a paused relaxation has not made yet are added up.
+        If a paused relaxation has not made all steps of the last call, the new steps are added to them.
 
         Raises:
             ParameterError: the count is less than 1.
@@ -126,10 +126,10 @@ class RunControl(Generic[S]):
         before_wait: Callable[[], None] = lambda: None,
         aside: Callable[[], AbstractContextManager[None]] = nullcontext,
     ) -> None:
-        """Show the state if it is due, and wait while the relaxation is paused; a relaxation calls this.
+        """Show the state if it is due, and wait while the relaxation is paused; the relaxation calls this function.
 
         Args:
-            snapshot: function that makes the snapshot; it is not called if nobody watches or if none is due.
+            snapshot: function that makes the snapshot; it is called only if there is a ``watch`` and a snapshot is due.
             before_wait: called before the relaxation waits, for example to write a checkpoint.
             aside: context manager that is entered between two steps and while the relaxation is paused, for example one
                 that lets other threads launch kernels.

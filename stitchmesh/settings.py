@@ -4,9 +4,9 @@
 
     course_height: float | None = setting(None, "course spacing", unit="cm", unset="0.77 stitch widths")
 
-The field has the type, the default, the unit, the bounds and the help text. The keys of recipes, jobs and sweeps are
-the names of such fields, ``stitchmesh.cli.setting_flags`` makes the flags of the command line from them, and the tables
-of the documentation are checked against them. ``check_settings`` checks the bounds, in one line for all of these.
+The field holds the type, the default, the unit, the bounds and the help text. Recipes, jobs and sweeps use the names
+of such fields as their keys. ``stitchmesh.cli.setting_flags`` makes the flags of the command line from them, and a test
+compares the tables of the documentation with them. ``check_settings`` checks the bounds of all settings of a dataclass.
 """
 
 from __future__ import annotations
@@ -43,13 +43,13 @@ class SettingDeclaration:
     expected: str = ""
     """What the bounds allow, in words, for the message."""
     choices: tuple[str, ...] = ()
-    """Texts of which the value is one."""
+    """The texts that the value may be."""
     flag: str | None = ""
-    """Name of the option, if it is not that of the field; None for a setting that other words of a command set."""
+    """Name of the option, if it differs from the name of the field; None for a setting without an option of its own."""
     former_flag: str | None = None
     """Former name of the option, which is still accepted."""
     form: str | None = None
-    """Placeholder of the value in the help, which also says how the words of the option become a value."""
+    """Placeholder of the value in the help; it also says how the words of the option become a value."""
 
     def check(self, name: str, value: Any) -> None:
         """Check a value.
@@ -88,7 +88,7 @@ def setting(default: Any, help: str, **declared: Any) -> Any:
 
 
 def declared_in(kind: type[Any], name: str) -> Any:
-    """Return a field that is declared as the setting of another dataclass, with the same default."""
+    """Return a field with the declaration and the default of a setting of another dataclass."""
     part = kind.__dataclass_fields__[name]
     return field(default=part.default, metadata=part.metadata)
 
@@ -105,7 +105,7 @@ def setting_named(kind: type[Any], name: str) -> SettingDeclaration:
 
 
 def settings_of(value: Any) -> Iterator[tuple[str, Field[Any], Any]]:
-    """Yield the settings of a dataclass and of the sections in it, each with its path of keys, its field and its value.
+    """Yield the path of keys, the field and the value of each setting of a dataclass and of the sections in it.
 
     Args:
         value: an instance, whose sections are instances too.
@@ -120,12 +120,12 @@ def settings_of(value: Any) -> Iterator[tuple[str, Field[Any], Any]]:
 
 
 def changed_settings(value: Any) -> list[str]:
-    """Return the paths of the settings that do not have their defaults."""
+    """Return the paths of the settings whose values are not the defaults."""
     return [path for path, part, found in settings_of(value) if found != part.default]
 
 
 def setting_comments(value: Any) -> dict[str, str]:
-    """Return the comment of each setting in a file that is written for users, by its path of keys."""
+    """Return the comment of each setting, by its path of keys, for a file that is written for users."""
     comments = {}
     for path, part, _found in settings_of(value):
         declared: SettingDeclaration = part.metadata[SETTING]
@@ -137,7 +137,7 @@ def check_settings(value: Any) -> None:
     """Check the bounds of all settings of a dataclass; ``__post_init__`` calls it.
 
     Raises:
-        ParameterError: as for ``SettingDeclaration.check``.
+        ParameterError: a value is out of bounds, or is none of the choices.
     """
     for part in fields(value):
         declared = declared_setting(part)

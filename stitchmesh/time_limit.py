@@ -2,13 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """A limit on the time of everything that runs inside a block.
 
-A relaxation inside the block asks between its launches whether time is left (``check_time``), and if not returns its
-last accepted state. An interval between two assessments that the limit cuts short leaves no trace: the result has the
-bits of a relaxation that is limited to the number of iterations in its report. Without a limit the question costs less
-than a microsecond.
+A relaxation inside the block asks between its launches whether time is left (``check_time``). If none is left, it
+returns its last accepted state. If the limit cuts an interval between two assessments short, this leaves no trace: the
+result has the bits of a relaxation with the limit of iterations that the report names. Without a limit the question
+costs less than a microsecond.
 
-Blocks may be nested. An inner block can only shorten the time, or keep its work from being cut short
-(``without_limit``), because its result is needed whole.
+Blocks may be nested. An inner block can shorten the time. It can also protect work whose result is needed whole from
+being cut short (``without_limit``).
 """
 
 from __future__ import annotations
@@ -23,25 +23,25 @@ from dataclasses import dataclass
 from stitchmesh.run_control import RunStopped
 
 Clock = Callable[[], float]
-"""Function that returns a time [s] that only grows."""
+"""Function that returns a time [s], which never decreases."""
 
 
 class OutOfTime(RunStopped):
-    """The time of the block is over; a relaxation returns its last accepted state."""
+    """The time of the block has run out; a relaxation returns its last accepted state."""
 
 
 @dataclass(eq=False)
 class TimeLimit:
-    """A number of seconds, counted from the moment at which the limit is made, or from an earlier one."""
+    """A number of seconds, counted from the moment at which the limit is made, or from an earlier moment."""
 
     seconds: float
     """Time for everything [s]."""
     clock: Clock = time.perf_counter
-    """The clock; tests give one of their own."""
+    """The clock; tests give their own."""
     reserved: float = 0.0
     """Part of the time that is kept for work after the relaxations [s]."""
     began: float = math.nan
-    """Reading of the clock from which the time counts [s]; by default the one when the limit is made."""
+    """Reading of the clock from which the time counts [s]; by default the reading when the limit is made."""
 
     def __post_init__(self) -> None:
         if math.isnan(self.began):
@@ -63,17 +63,17 @@ _asked: ContextVar[Callable[[], bool] | None] = ContextVar("asked for something 
 
 
 class Interrupted(Exception):
-    """Something else is to be done first; the work of the block is given up."""
+    """The caller asked for something else first, and the work of the block is given up."""
 
 
 @contextmanager
 def given_up_when(asked: Callable[[], bool]) -> Iterator[None]:
-    """Give up the work of a block as soon as something else is asked for.
+    """Give up the work of a block as soon as ``asked`` returns True.
 
-    Relaxations look between their launches, also those that no limit on the time cuts short.
+    Relaxations call it between their launches, also in a block without a limit.
 
     Raises:
-        Interrupted: something else was asked for.
+        Interrupted: ``asked`` returned True.
     """
     token = _asked.set(asked)
     try:
@@ -94,7 +94,7 @@ def limited_to(limit: TimeLimit | None) -> Iterator[None]:
 
 @contextmanager
 def limited_to_share(share: float) -> Iterator[None]:
-    """Limit the time of a block to a share of what is left, so that the rest stays for what follows."""
+    """Limit the time of a block to a share of the remaining time, so that later work has the rest."""
     limit = _limit.get()
     part = None if limit is None else TimeLimit(max(share * limit.left, 0.0), limit.clock)
     with limited_to(part):
@@ -103,7 +103,7 @@ def limited_to_share(share: float) -> Iterator[None]:
 
 @contextmanager
 def without_limit() -> Iterator[None]:
-    """Do not cut the work of a block short, because what follows needs it whole."""
+    """Do not cut the work of a block short, because later work needs its whole result."""
     token = _limit.set(None)
     try:
         yield
@@ -113,7 +113,7 @@ def without_limit() -> Iterator[None]:
 
 @contextmanager
 def done_twice() -> Iterator[None]:
-    """Reserve the time of a block once more, because the same work is done again after the relaxation."""
+    """Reserve the time that a block takes once more, because the same work follows after the relaxation."""
     limit = _limit.get()
     began = 0.0 if limit is None else limit.clock()
     yield
@@ -128,10 +128,10 @@ def seconds_left() -> float:
 
 
 def check_time() -> None:
-    """Return if time is left in this block, and nothing else is asked for.
+    """Return if time is left in this block and no caller asks for something else (``given_up_when``).
 
     Raises:
-        Interrupted: something else is asked for.
+        Interrupted: a caller asks for something else.
         OutOfTime: no time is left.
     """
     limit, asked = _limit.get(), _asked.get()

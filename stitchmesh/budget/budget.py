@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A budget: how long a relaxation may take, and how wrong its spacing may be. Amounts are read from texts here."""
+"""A budget: how long a relaxation may take, and how wrong its spacing may be. Texts are parsed into amounts here."""
 
 from __future__ import annotations
 
@@ -13,13 +13,12 @@ from stitchmesh.errors import ParameterError, described
 UNITS = {"ms": 1e-3, "s": 1.0, "sec": 1.0, "min": 60.0, "h": 3600.0}
 """Seconds in each unit of time."""
 SHORTEST = 0.1
-"""Shortest time that can be kept: generating the smallest swatch and assessing it once takes about as long [s]."""
+"""Shortest time that can be kept [s]; to generate the smallest swatch and assess it once takes about as long."""
 SMALLEST_ERROR, LARGEST_ERROR = 1e-5, 0.5
-"""Smallest and largest relative error of the spacing. The states of rest with which the tables compare are themselves
-known to the smallest one only."""
+"""Smallest and largest relative error of the spacing. The tables compare with states of rest that are known to the
+smallest error only."""
 FILES = 1.5
-"""Time after the relaxations to write the files and to plot the convergence, on a machine that has nothing else to do
-[s]."""
+"""Time to write the files and to plot the convergence after the relaxations, on a machine without other load [s]."""
 START_OF_RENDERER, POINT_OF_PICTURE = 2.0, 6e-5
 """Time to start the renderer, and to draw one control point without a GPU [s]."""
 AMOUNT = re.compile(r"\s*([-+]?(?:[\d.]+(?:e[-+]?\d+)?|nan|inf\w*))\s*([a-z%]*)\s*", re.IGNORECASE)
@@ -39,11 +38,11 @@ class Budget:
     error: float | None = None
     """Largest relative error of the spacing of stitches."""
     chooses: bool = True
-    """Whether tables choose the quality, if it is the default; otherwise it is kept, and there is no error."""
+    """Whether tables choose the quality, if it is the default; otherwise it is kept, and no error is allowed."""
     after: float = 0.0
     """Part of the time that the caller needs after the result, for example to draw it [s]."""
     began: float = math.nan
-    """Reading of ``time.perf_counter`` from which the time counts [s]; by default the one at the call."""
+    """Reading of ``time.perf_counter`` from which the time counts [s]; by default the reading at the call."""
 
     def __post_init__(self) -> None:
         if self.within is None and self.error is None:
@@ -55,21 +54,21 @@ class Budget:
             self.refuse_kept_quality(kept=not self.chooses)
 
     def refuse_kept_quality(self, *, kept: bool) -> None:
-        """Return unless there is an error, which chooses the quality, and the quality is kept.
+        """Refuse an error together with a kept quality, because the error chooses the quality.
 
         Raises:
-            ParameterError: both.
+            ParameterError: an error is given, and the quality is kept.
         """
         if kept and self.error is not None:
             raise ParameterError("error: got a quality, a solver or a limit of iterations beside it; leave one out")
 
     @classmethod
     def of(cls, within: str | float | None = None, error: str | float | None = None) -> Budget | None:
-        """Return the budget of two amounts; None if neither is given.
+        """Return the budget of a time and an error; None if neither is given.
 
         Args:
             within: seconds, or a text such as ``60s``, ``2min`` or ``0.5 h``.
-            error: a part, or a text such as ``1%`` or ``0.01``.
+            error: a fraction, or a text such as ``1%`` or ``0.01``.
 
         Raises:
             ParameterError: an amount is malformed or out of bounds.
@@ -108,7 +107,7 @@ def parse_error(amount: str | float) -> float:
 
 
 def _number_and_unit(amount: str | float) -> tuple[float | None, str]:
-    """Return a number and the unit after it; None where the text is something else."""
+    """Return a number and the unit after it; the number is None if the text is something else."""
     if isinstance(amount, int | float) and not isinstance(amount, bool):
         return float(amount), ""
     found = AMOUNT.fullmatch(amount) if isinstance(amount, str) else None
@@ -140,5 +139,5 @@ def _check_error(error: float) -> float:
 
 
 def percent(part: float) -> str:
-    """Return a part as a percentage, without a space as on the command line."""
+    """Return a fraction as a percentage, without a space as on the command line."""
     return f"{100.0 * part:.3g}%"

@@ -1,10 +1,11 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How fast a device is: the times of a few iterations on two known scenes.
+"""Measures how fast a device is: the times of a few iterations on two known scenes.
 
-A small scene takes the time of the launches, a large one the time of the arithmetic and of the memory. The scenes are
-cells of stockinette by a formula (Crane 2023: a loop is (t + 1.5 sin 2t, 4 cos t, cos 2t), courses are 4.5 apart), so
-that no other stage takes part. A device that has no table is compared with one that has by these times.
+The time of a small scene is the time of the launches; the time of a large one is the time of the arithmetic and of the
+memory. The scenes are cells of stockinette by a formula (Crane 2023: a loop is (t + 1.5 sin 2t, 4 cos t, cos 2t),
+courses are 4.5 apart), so that no other stage takes part. By these times, a device without a table is compared with a
+device that has one.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ RADIUS = 0.125
 POINTS = 12
 """Control points of a stitch."""
 SMALL, LARGE = 2, {"cpu": 16, "cuda": 96}
-"""Rows, and stitches of a row, of the scenes."""
+"""Number of rows of each scene, and of stitches in each row."""
 ITERATIONS = 100, 20
 """Iterations of the small and of the large scene."""
 CPU_INFO = Path("/proc/cpuinfo")
@@ -46,8 +47,7 @@ def calibrate(
 
     Args:
         device: Warp's name of the device; None for the preferred device.
-        processor: the kind of device, ``cpu`` or ``cuda``, with whose large scene the device is compared; its own kind
-            if None.
+        processor: kind of device, ``cpu`` or ``cuda``, whose large scene is measured; the kind of ``device`` if None.
         clock: the clock.
     """
     sizes = SMALL, LARGE[processor or ("cuda" if device_named(device).is_cuda else "cpu")]
@@ -81,7 +81,7 @@ def stockinette_cell(size: int) -> YarnSet:
 
 
 def device_title(device: str | None) -> str:
-    """Return the name of a device for the tables; that of a CPU has its number of threads."""
+    """Return the name of a device for the tables; for a CPU with its number of threads."""
     found = device_named(device)
     if found.is_cuda:
         return str(found.name)

@@ -1,17 +1,15 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The plan of a relaxation with a budget: quality, limits, and one line that says what was chosen and what to expect.
+"""Plans a relaxation with a budget: the quality, the limits, and one line that says what was chosen and what to expect.
 
-The table is that of the device. A device without a table is compared by ``calibration`` with a device of the same kind
-that has one, or with any that has one; the line then says how fast it is.
+The expectations come from the table of the device. If the device has no table, ``calibration`` compares it with a
+device that has one, of the same kind if there is one. The line then says how fast the device is in comparison.
 
-The settings between which a budget chooses: qualities with their solvers, and the stopping rule for an error.
+A budget chooses between settings: qualities with their solvers. For an error it also chooses the stopping rule.
 
-The choice of a setting for a budget.
-
-With a time, the setting with the smallest expected error whose time fits; with an error only, the cheapest setting
-whose expected error is small enough. More time therefore never gives a larger expected error, and a smaller error never
-a cheaper setting. Where nothing fits, the nearest setting is taken and the choice says so.
+With a time, the choice is the setting with the smallest expected error whose time fits. With an error only, it is the
+cheapest setting whose expected error is small enough. More time therefore never gives a larger expected error, and a
+larger error never needs a more expensive setting. If no setting fits, the nearest one is taken, and the choice says so.
 """
 
 from __future__ import annotations
@@ -33,23 +31,23 @@ from stitchmesh.time_limit import TimeLimit, seconds_left
 SETTINGS: Mapping[str, Quality] = PRESETS | {"standard by dynamics": replace(PRESETS["standard"], solver="dynamics")}
 """The settings by name."""
 LEFT = 0.5
-"""Part of an error that may be left when a relaxation stops; the other part is for the sampling."""
+"""Part of the error that may remain when a relaxation stops; the rest of the error is for the sampling."""
 SMALLEST_CHANGE = {"float32": 1e-4, "float64": 1e-6}
-"""Smallest estimate of the change that is left which each precision resolves."""
+"""Smallest estimate of the remaining change that each precision resolves."""
 MORE_ITERATIONS = 50
-"""Factor of the limit of iterations where a budget ends the relaxation instead."""
+"""The limit of iterations is raised by this factor if a budget ends the relaxation instead."""
 LOAD = 0.8
-"""Part of the time for which a setting is chosen; a machine is not always equally fast."""
+"""Part of the time for which a setting is chosen, because a machine is not always equally fast."""
 MEASURING, LONGEST_MEASURING = 0.15, 1.0
-"""Part of a time that is kept for the assessment and the measures of the result, and the longest such time [s]."""
+"""Part of the time that is kept for the assessment and the measures of the result, and the longest such time [s]."""
 LARGE_SCENE = 50
-"""Stitches from which the large scene of the calibration says how fast a device is."""
+"""From this number of stitches on, the large scene of the calibration says how fast a device is."""
 
 logger = logging.getLogger(__name__)
 
 
 def tightened(quality: Quality, error: float | None) -> Quality:
-    """Return a quality that stops no earlier than an error allows, and is not ended by its limit of iterations.
+    """Return a quality that stops no earlier than an error allows, with a limit of iterations that does not end it.
 
     Args:
         quality: the quality of a setting.
@@ -67,7 +65,7 @@ class Choice:
     """A setting for a budget."""
 
     expected: Expectation
-    """The setting, and what to expect of it."""
+    """The setting, and what to expect from it."""
     doubt: str = ""
     """Why the budget cannot be met, as a clause; empty if it is expected to be."""
 
@@ -76,9 +74,9 @@ def choose(options: Sequence[Expectation], budget: Budget, seconds: float) -> Ch
     """Return the setting for a budget.
 
     Args:
-        options: what to expect of each setting; not empty.
+        options: what to expect from each setting; not empty.
         budget: the budget.
-        seconds: time that is left for the relaxation [s]; infinite without a limit.
+        seconds: remaining time for the relaxation [s]; infinite without a limit.
     """
     in_time = [one for one in options if one.most_seconds <= LOAD * seconds]
     cheapest = min(options, key=lambda one: (one.most_seconds, one.error))
@@ -121,7 +119,7 @@ def _too_little_time(options: Sequence[Expectation], budget: Budget, best: Expec
 
 
 def duration(seconds: float) -> str:
-    """Return a time with two digits or more, in the unit of which it has a few."""
+    """Return a time with two digits or more, in a unit of which it has a few."""
     if seconds >= 7200.0:
         return f"{seconds / 3600.0:.2g} h"
     if seconds >= 120.0:
@@ -136,9 +134,9 @@ class Plan:
     quality: Quality
     """The quality, with the stopping rule and the limit of iterations of the budget."""
     choice: Choice | None
-    """The setting and what to expect; None if no table has the scene with a given quality."""
+    """The setting and what to expect; None if no table knows the scene with the given quality."""
     source: str
-    """Where the expectation is from."""
+    """Where the expectation comes from."""
     budget: Budget
     """The budget."""
 
@@ -166,7 +164,7 @@ class Plan:
 
 
 def limit_of(budget: Budget | None) -> TimeLimit | None:
-    """Return the limit of the time of a budget, without the time for what follows; None if there is none.
+    """Return the limit of a budget on the time, without the time for later work; None if the budget has no time.
 
     Raises:
         ParameterError: the time is already over.
@@ -189,14 +187,14 @@ def make_plan(
     """Choose the quality of a scene for a budget, and log what was chosen.
 
     Args:
-        budget: the budget; its time counts as it is limited in the block around the call.
-        scene: what is to be relaxed.
+        budget: the budget; the limit of the block around the call says how much time is left.
+        scene: the scene to relax.
         quality: the default preset lets the tables choose; any other quality is kept.
         device: Warp's name of the device; None for the preferred device.
         measure: function that measures how fast a device is.
 
     Raises:
-        ParameterError: a quality beside an error.
+        ParameterError: the budget has an error, and the quality is kept.
     """
     given = quality_named(quality)
     kept = not budget.chooses or given != quality_named(DEFAULT_QUALITY)
@@ -216,7 +214,7 @@ def make_plan(
 def _table_for(
     device: str | None, scene: BudgetScene, measure: Callable[[str | None, str], tuple[float, float]]
 ) -> tuple[Table, float, str]:
-    """Return the nearest table with measurements of a scene, the slowness of the device, and how the two compare."""
+    """Return the nearest table with measurements of a scene, the slowness of the device, and the source in words."""
     title, processor = device_title(device), "cuda" if device_named(device).is_cuda else "cpu"
     tables = [table for table in read_tables() if table.of(scene.kind)]
     for table in tables:

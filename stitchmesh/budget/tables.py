@@ -4,13 +4,13 @@
 
 ``benchmarks/run.py budget-tables`` writes ``tables.json`` beside this file, and says how each figure is measured.
 
-What a table lets one expect of a setting on a scene: time and error.
+The table says what time and what error to expect from a setting on a scene.
 
-A scene that the table has by name is expected to cost what it cost. Any other scene is compared with the measured ones
-of its kind that are nearest to its size, whose times are scaled by the numbers of stitches; the time that is expected
-is the median of these, and the time that is allowed for is the largest. The error is the largest one of the kind,
-because the error of an unknown pattern does not follow from its size. A setting that came to rest in few of the scenes
-(``IN_MOST``) is left out: its rows would be those of the easy scenes.
+If the table has the scene by name, its own measurements are expected again. Any other scene is compared with the
+measured scenes of its kind that are nearest to its size. Their times are scaled by the numbers of stitches. The
+expected time is the median of these times, and the allowed time is the largest of them. The expected error is the
+largest error of the kind, because the error of an unknown pattern does not follow from its size. A setting that came to
+rest in few of the scenes (``IN_MOST``) is left out, because these few would be the easy scenes.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ from typing import Any, Literal, get_args
 from stitchmesh.errors import FileError
 
 TABLES = Path(__file__).parent / "tables.json"
-"""The file of the package."""
+"""The file with the tables."""
 Kind = Literal["free cell", "given cell", "garment"]
 """What is relaxed: a swatch that finds its size, a swatch of a given size, or yarns that keep the shape of a fabric."""
 Processor = Literal["cpu", "cuda"]
 NEAREST = 8
-"""Measured scenes with which a new one is compared."""
+"""Number of measured scenes with which a new scene is compared."""
 IN_MOST = 0.75
-"""Part of the scenes in which a setting has to be at rest with a known error."""
+"""A setting must be at rest, with a known error, in this part of the scenes."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,9 +72,9 @@ class Table:
     date: str
     """Day of the measurements."""
     version: str
-    """Version of the program."""
+    """Version of the program that was measured."""
     command: str
-    """Command that measured."""
+    """Command that made the measurements."""
     pace: tuple[float, float]
     """Times of the small and of the large scene of ``calibration`` [s]."""
     measurements: tuple[MeasuredRelaxation, ...]
@@ -133,20 +133,20 @@ class Expectation:
     setting: str
     """Name of the setting."""
     seconds: float
-    """Time that is expected [s]."""
+    """Expected time [s]."""
     most_seconds: float
-    """Time that is allowed for [s]."""
+    """Allowed time [s]."""
     error: float
     """Relative error of the spacing."""
 
 
 def expectations(table: Table, scene: BudgetScene, slowness: float = 1.0) -> list[Expectation]:
-    """Return what a table lets one expect of each setting that came to rest in it, the cheapest first.
+    """Return what to expect from each setting that came to rest in a table, the cheapest setting first.
 
     Args:
         table: the table.
         scene: the scene.
-        slowness: time of this device over that of the table.
+        slowness: time of this device over the time of the table's device.
     """
     rows = [row for row in table.of(scene.kind) if row.converged]
     rows = [row for row in rows if row.scene == scene.name and row.error is not None] or rows

@@ -56,7 +56,7 @@ class ZeroArray:
         self.array.zero_()
 
     def as_kernel(self) -> wp.Launch:
-        """The same as the launch of a kernel, for a table."""
+        """Return the same as the launch of a kernel, which a table can hold."""
         return _of_words(clear_words, self.array)
 
 
@@ -72,19 +72,19 @@ class CopyArray:
         wp.copy(self.target, self.source)
 
     def as_kernel(self) -> wp.Launch:
-        """The same as the launch of a kernel, for a table."""
+        """Return the same as the launch of a kernel, which a table can hold."""
         return _of_words(copy_words, self.source, self.target)
 
 
 @dataclass(frozen=True, eq=False)
 class Branches:
-    """Two sequences of launches of which neither reads what the other one writes; a GPU runs them side by side."""
+    """Two independent sequences of launches: neither reads what the other writes. A GPU runs them side by side."""
 
     first: Sequence[Any]
     second: Sequence[Any]
 
     def launch_beside(self, streams: Iterator[wp.Stream]) -> None:
-        """Run the first sequence on the current stream of the device, and the second one on the next of ``streams``."""
+        """Run the first sequence on the present stream of the device, and the second one on the next of ``streams``."""
         beside = next(streams)
         with wp.ScopedStream(beside):
             _launch_all(self.second, streams)
@@ -93,7 +93,7 @@ class Branches:
 
 
 def _launch_all(launches: Sequence[Any], streams: Iterator[wp.Stream]) -> None:
-    """Run launches; each of the branches takes one of the streams."""
+    """Run launches; each pair of branches takes the next stream."""
     for launch in launches:
         if isinstance(launch, Branches):
             launch.launch_beside(streams)
@@ -102,7 +102,7 @@ def _launch_all(launches: Sequence[Any], streams: Iterator[wp.Stream]) -> None:
 
 
 def _streams_for(launches: Sequence[Any], device: wp.Device) -> Iterator[wp.Stream]:
-    """A stream for each of the branches, also those within branches."""
+    """Return a stream for each pair of branches, also for branches within branches."""
     within = [each for each in launches if isinstance(each, Branches)]
     own = [wp.Stream(device) for _ in within]
     inner = [_streams_for([*each.first, *each.second], device) for each in within]
@@ -110,7 +110,7 @@ def _streams_for(launches: Sequence[Any], device: wp.Device) -> Iterator[wp.Stre
 
 
 def _in_a_row(launches: Sequence[Any]) -> list[Any]:
-    """Launches without branches."""
+    """Return the launches in one sequence, without branches."""
     result: list[Any] = []
     for launch in launches:
         result += _in_a_row([*launch.first, *launch.second]) if isinstance(launch, Branches) else [launch]
@@ -142,10 +142,11 @@ class CapturedLaunches:
 
 
 class CapturedLoop:
-    """Launches that are repeated as long as a number on the device is not zero.
+    """Repeats launches until a number on the device is zero.
 
-    A GPU that can looks at the number itself, without the host: all repetitions are one graph. Others, and a CPU, run
-    batches of repetitions, after each of which the host looks; launches after the end must change nothing.
+    Some GPUs can test the number themselves, without the host, so that one graph holds all repetitions. Other GPUs and
+    CPUs run batches of repetitions, and the host tests the number after each batch. Repetitions must therefore change
+    nothing once the number is zero.
     """
 
     def __init__(
@@ -154,11 +155,11 @@ class CapturedLoop:
         """Capture the launches.
 
         Args:
-            first: what runs before, and sets the condition.
-            repeated: what is repeated, and sets the condition again.
-            condition: an array of one integer.
+            first: launches that run once, before the others, and set the condition.
+            repeated: launches that are repeated; they set the condition again.
+            condition: the number, an array of one integer.
             device: where the launches run.
-            batch: repetitions between two looks of the host.
+            batch: repetitions between two tests by the host.
         """
         self._condition = condition
         self._graph: Any = None
@@ -174,7 +175,7 @@ class CapturedLoop:
             self._batch = CapturedLaunches(repeated, device, times=batch)
 
     def launch(self) -> None:
-        """Run the first launches, and the others until the condition is zero."""
+        """Run the first launches once, and then the others until the condition is zero."""
         if self._graph is not None:
             wp.capture_launch(self._graph)
             return
@@ -184,7 +185,7 @@ class CapturedLoop:
 
 
 def _in_tables(launches: Sequence[Any]) -> list[Any]:
-    """The launches with neighbouring launches of kernels joined in tables; what is no kernel stays as it is."""
+    """Join neighbouring launches of kernels into tables, and keep all other launches as they are."""
     kernels = [each.as_kernel() if _is_of_words(each) else each for each in launches]
     result: list[Any] = []
     for of_kernels, group in groupby(kernels, key=lambda launch: isinstance(launch, wp.Launch)):
@@ -194,13 +195,13 @@ def _in_tables(launches: Sequence[Any]) -> list[Any]:
 
 
 def _is_of_words(launch: Any) -> bool:
-    """Whether a launch sets or copies the words of a whole array."""
+    """Whether a launch clears or copies one whole array, so that a kernel can do it word by word."""
     arrays = [array for array in vars(launch).values() if isinstance(launch, ZeroArray | CopyArray)]
     return bool(arrays) and all(array.is_contiguous and array.size for array in arrays)
 
 
 def _of_words(kernel: wp.Kernel, *arrays: wp.array[Any]) -> wp.Launch:
-    """A launch for arrays of the same size as words of four bytes."""
+    """Return the launch of a kernel that works on arrays of the same size as words of four bytes."""
     count = arrays[0].capacity // 4
     words = [wp.array(ptr=array.ptr, dtype=wp.int32, shape=count, device=array.device) for array in arrays]
     return prepare(kernel, -(-count // int(WORDS)), words, [], arrays[0].device, tile=1)

@@ -1,14 +1,14 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Factors L D L^T of sparse symmetric matrices on a GPU, by NVIDIA's library cuDSS where it is installed.
+"""Factors L D L^T of sparse symmetric matrices on a GPU, by NVIDIA's library cuDSS where that is installed.
 
-cuDSS is proprietary: the extra ``gpu`` asks for NVIDIA's own package, and nothing of it is part of StitchMesh. The
-calls are those of cuDSS 1 (https://docs.nvidia.com/cuda/cudss/). It needs cuBLAS and NVRTC, which must be loaded before
-it where they are in another folder.
+cuDSS is proprietary. StitchMesh contains no part of it; the extra ``gpu`` installs NVIDIA's own package. The calls are
+the calls of cuDSS 1 (https://docs.nvidia.com/cuda/cudss/). cuDSS needs cuBLAS and NVRTC. If they lie in another folder,
+they must be loaded before it.
 
-Rows are neither matched nor exchanged for their pivots, so that D is diagonal and its signs count the eigenvalues, also
-those of each block of a matrix of blocks. Sums are taken in a fixed order (``DETERMINISTIC``), so that a run is
-repeatable to the last bit; cuDSS 1.0.0 gives the same bits with 1, 4, 8 and 16 threads of the host.
+cuDSS is told neither to match rows nor to exchange them for better pivots. D is therefore diagonal, and its signs count
+the eigenvalues, also of each block of a block-diagonal matrix. cuDSS takes sums in a fixed order (``DETERMINISTIC``),
+so that a run is repeatable to the last bit; cuDSS 1.0.0 gives the same bits with 1, 4, 8 and 16 threads of the host.
 """
 
 from __future__ import annotations
@@ -30,9 +30,9 @@ from stitchmesh.errors import SolverError
 logger = logging.getLogger(__name__)
 
 LIBRARY, THREADING = "libcudss.so.1", "libcudss_mtlayer_gomp.so.1"
-"""The library, and its own layer for threads of the host, which shorten the analysis of large matrices."""
+"""The library, and its own layer for threads of the host, with which large matrices are analysed faster."""
 NEEDED = ("libnvJitLink.so", "libcublasLt.so", "libcublas.so", "libnvrtc.so")
-"""Libraries of CUDA that it needs, without the number of their version."""
+"""Libraries of CUDA that cuDSS needs, without their version numbers."""
 CUDA_VERSIONS = (13, 12)
 """Versions of CUDA for which NVIDIA makes packages of cuDSS."""
 
@@ -60,13 +60,13 @@ _ARGUMENTS: dict[str, tuple[Any, ...]] = {
 
 
 def factors_on(device: wp.Device) -> bool:
-    """Whether cuDSS factors matrices on a device: a GPU of a machine with cuDSS."""
+    """Whether cuDSS factors matrices on this device: the device is a GPU, and cuDSS is installed."""
     return device.is_cuda and library() is not None
 
 
 @cache
 def library() -> ctypes.CDLL | None:
-    """The library cuDSS 1, or None where it is not installed; a message for debugging says which."""
+    """The library cuDSS 1, or None if it is not installed; a message of the debug level says which."""
     for path in _candidates():
         try:
             found = ctypes.CDLL(path)
@@ -95,7 +95,7 @@ def _version_of(found: ctypes.CDLL) -> list[int]:
 
 
 def _candidates() -> Iterator[str]:
-    """Names under which cuDSS may be loaded; before each, what it needs is loaded."""
+    """Yield the names under which cuDSS may be loaded, each after the libraries that it needs are loaded."""
     folders = _package_folders()
     for version in CUDA_VERSIONS:
         found = [folder / LIBRARY for folder in folders if folder.parent.name == f"cu{version}"]
@@ -106,7 +106,7 @@ def _candidates() -> Iterator[str]:
 
 
 def _package_folders() -> list[Path]:
-    """The folders of the libraries in the packages of NVIDIA that are installed."""
+    """The folders with libraries in the installed packages of NVIDIA."""
     spec = find_spec("nvidia")
     roots = [] if spec is None else [Path(root) for root in spec.submodule_search_locations or ()]
     return [folder for root in roots for folder in sorted(root.glob("*/lib"))]
@@ -140,7 +140,7 @@ def _loaded() -> ctypes.CDLL:
 
 @cache
 def _handle(device: str) -> ctypes.c_void_p:
-    """The state of cuDSS on the device of a name, which lasts as long as the process."""
+    """The handle of cuDSS on a device, which lasts as long as the process."""
     found, handle = _loaded(), ctypes.c_void_p()
     _check(found.cudssCreate(ctypes.byref(handle)), "start")
     layer = next((folder / THREADING for folder in _package_folders() if (folder / THREADING).is_file()), None)
@@ -150,17 +150,17 @@ def _handle(device: str) -> ctypes.c_void_p:
 
 
 class SymmetricFactors:
-    """The factors of symmetric matrices of one pattern; ``values`` are set, and ``factor`` is called."""
+    """The factors of a symmetric matrix of fixed pattern; the caller sets ``values`` and calls ``factor``."""
 
     def __init__(self, row_start: wp.array[Any], columns: wp.array[Any]) -> None:
         """Allocate on the GPU of the pattern.
 
         Args:
-            row_start: where each row of the upper triangle starts, shape (n + 1,).
-            columns: the columns of its entries, ascending in each row and with the diagonal, shape (m,).
+            row_start: index at which each row of the upper triangle starts, shape (n + 1,).
+            columns: columns of the entries, ascending in each row and with the diagonal, shape (m,).
 
         Raises:
-            SolverError: cuDSS is not installed, or has no room.
+            SolverError: cuDSS is not installed, or the memory does not suffice.
         """
         count, device = len(row_start) - 1, row_start.device
         self.values = wp.zeros(len(columns), dtype=wp.float64, device=device)
@@ -168,7 +168,7 @@ class SymmetricFactors:
         self.right, self.solution, self.pivots = (wp.zeros(count, dtype=wp.float64, device=device) for _ in range(3))
         """A right-hand side, its solution, and the diagonal of D in the order of the rows, shape (n,)."""
         self.holder: object = None
-        """A mark of those whose factors are in memory, set by those who use it one after the other."""
+        """The user whose matrix is factored at present. Users that share this object set it and compare it."""
         self._library, self._device, self._is_analysed = _loaded(), device, False
         self._pattern = row_start, columns  # cuDSS keeps their addresses
         self._settings, self._data, *self._matrices = (ctypes.c_void_p() for _ in range(5))
@@ -196,7 +196,7 @@ class SymmetricFactors:
             _check(created, "vector")
 
     def factor(self) -> None:
-        """Find the factors of the matrix with the present ``values``, and the pivots."""
+        """Factor the matrix with the present ``values``, and find the pivots."""
         if not self._is_analysed:
             self._execute(ANALYSIS, "analysis")
         self._execute(REFACTORIZATION if self._is_analysed else FACTORIZATION, "factors")
@@ -207,7 +207,7 @@ class SymmetricFactors:
             _check(self._library.cudssDataGet(*arguments), "pivots")
 
     def solve(self) -> None:
-        """Find the ``solution`` of the linear system for ``right``."""
+        """Solve the linear system with the right-hand side ``right``, and write the ``solution``."""
         self._execute(SOLVE, "solution")
 
     def _execute(self, phase: int, what: str) -> None:

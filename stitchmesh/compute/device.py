@@ -24,7 +24,7 @@ CUDA_DRIVER = "nvcuda.dll" if sys.platform == "win32" else "libcuda.so.1"
 
 _turn = threading.Condition()
 _queue: deque[int] = deque()
-"""Identifiers of the threads that launch kernels or wait for it; the first thread launches kernels."""
+"""Identifiers of the threads that launch kernels or wait for access; the first one has the access."""
 
 
 @contextmanager
@@ -57,10 +57,10 @@ def alone() -> Iterator[None]:
 
 @contextmanager
 def others_may_launch() -> Iterator[None]:
-    """Let other threads launch kernels; a context manager for a function with ``alone()`` that waits or gives a turn.
+    """Let other threads launch kernels: a context manager for a function with ``alone()`` that waits or gives way.
 
-    The thread takes its exclusive access again at the end, after the threads that have asked for it meanwhile. No array
-    of the thread changes, because every function works on its own arrays. Without the access, nothing happens.
+    At its end the thread takes its exclusive access again, after all threads that have asked for it in between. No
+    array of the thread changes, because every function works on its own arrays. Without the access, nothing happens.
     """
     own = threading.get_ident()
     with _turn:
@@ -76,7 +76,7 @@ def others_may_launch() -> Iterator[None]:
 
 
 def _take_access_again(own: int) -> None:
-    """Wait for the access; an interrupt is raised after it, because the function around gives the access up."""
+    """Wait for the access; raise an interrupt only afterwards, because the caller's block then gives the access up."""
     interrupt: BaseException | None = None
     with _turn:
         _queue.append(own)
@@ -115,7 +115,7 @@ def device_names() -> list[str]:
 
 @functools.cache
 def _start_warp() -> None:
-    """Initialise Warp without its banner, and without its warning that a machine has no GPU."""
+    """Initialise Warp without its banner, and without its warning that the machine has no GPU."""
     wp.config.log_level = wp.LOG_WARNING
     with nullcontext() if _has_driver() else _silent_standard_error():
         wp.init()

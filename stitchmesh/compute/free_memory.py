@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Memory that is free on a device, for this process.
+"""The memory of a device that is free for this process.
 
-Beside the processor it is the least of three amounts: what the machine has free, what the control groups of the process
-leave (containers and schedulers of clusters limit the memory by them, in version 1 or 2), and what the limit on its
-address space leaves (``ulimit -v``). Control groups count files in memory as used; those that nobody has read lately
-make room at once, so they count as free here.
+The free memory of the host is the least of three amounts: the free memory of the machine, the memory that the control
+groups of the process still allow (containers and the schedulers of clusters limit the memory by them, in version 1 or
+2), and the rest of the limit on its address space (``ulimit -v``). Control groups count cached files as used memory.
+The system drops cached files that nobody has read lately as soon as memory is needed, so they count as free here.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ except ImportError:  # Windows has no such limits.
     resource = None  # type: ignore[assignment]
 
 PROC, CONTROL_GROUPS = Path("/proc"), Path("/sys/fs/cgroup")
-"""Where Linux shows the machine with its processes, and the control groups."""
+"""Where Linux shows the machine with its processes, and where it shows the control groups."""
 FILES_OF_VERSION = {1: ("memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file"),
                     2: ("memory.max", "memory.current", "inactive_file")}  # fmt: skip
-"""Names of the limit and of the use of a control group, and the entry of its ``memory.stat`` for unread files."""
+"""File of the limit and of the use of a control group, and the entry of ``memory.stat`` for files unread lately."""
 
 
 def available_memory(device: wp.Device) -> float:
@@ -37,7 +37,7 @@ def available_memory(device: wp.Device) -> float:
 
 
 def host_memory(proc: Path = PROC, control_groups: Path = CONTROL_GROUPS) -> float:
-    """Return the memory that is free for this process beside the processor [bytes].
+    """Return the memory of the host that is free for this process [bytes].
 
     Args:
         proc: folder in which the system shows the machine and its processes.
@@ -47,7 +47,7 @@ def host_memory(proc: Path = PROC, control_groups: Path = CONTROL_GROUPS) -> flo
 
 
 def _machine_memory(proc: Path) -> float:
-    """Return what the machine has free [bytes]."""
+    """Return the free memory of the machine [bytes]."""
     try:
         lines = dict(line.split(":", 1) for line in (proc / "meminfo").read_text("ascii").splitlines())
         return 1024.0 * float(lines["MemAvailable"].split()[0])
@@ -56,7 +56,7 @@ def _machine_memory(proc: Path) -> float:
 
 
 def _group_memory(proc: Path, control_groups: Path) -> float:
-    """Return the least memory that a control group of the process leaves [bytes]; infinite without a limit."""
+    """Return the least memory that a control group of the process still allows [bytes]; infinite without a limit."""
     try:
         lines = (proc / "self" / "cgroup").read_text("ascii").splitlines()
     except (OSError, ValueError):
@@ -72,13 +72,13 @@ def _group_memory(proc: Path, control_groups: Path) -> float:
 
 
 def _with_groups_around(root: Path, path: str) -> Iterator[Path]:
-    """Yield the folder of a control group and of those around it; in a container its path may not be there."""
+    """Yield the folder of a control group and the folders around it; in a container some of them may not exist."""
     own = root / path.strip("/")
     yield from (group for group in (own, *own.parents) if group == root or root in group.parents)
 
 
 def _left_in(group: Path, version: int) -> float:
-    """Return the memory that one control group leaves [bytes]; infinite if it has no limit."""
+    """Return the memory that one control group still allows [bytes]; infinite if it has no limit."""
     limit, used, unread = FILES_OF_VERSION[version]
     try:
         most, now = (group / limit).read_text("ascii").strip(), float((group / used).read_text("ascii"))
@@ -89,7 +89,7 @@ def _left_in(group: Path, version: int) -> float:
 
 
 def _address_space(proc: Path) -> float:
-    """Return what the limit on the address space of the process leaves [bytes]; infinite without a limit."""
+    """Return the rest of the limit on the address space of the process [bytes]; infinite without a limit."""
     most = -1 if resource is None else resource.getrlimit(resource.RLIMIT_AS)[0]
     if most == -1:
         return math.inf

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The decorator of kernels: each kernel is a module of its own, without derivatives, and runs in parts on a CPU.
+"""The decorator of kernels: each kernel is a module of its own, without derivatives, and can run in parts on a CPU.
 
 A kernel in a module of its own is compiled again only if the kernel itself changes. By default Warp also compiles the
-derivative of each kernel; StitchMesh does not use derivatives, and their compilation takes longer than that of the
-kernel.
+derivative of each kernel. StitchMesh does not use derivatives, and compiling them takes longer than compiling the
+kernel itself.
 
 On a CPU, Warp runs a launch as one loop over all elements. Several threads can share a launch only if the loop can run
 over a part of the elements. This module therefore changes one line of the C++ text from which Warp makes the loop: a
@@ -29,7 +29,7 @@ _LAST_ELEMENTS = """size_t tasks = dim->coord_mult;
 RUNS_IN_PARTS: bool = _ALL_ELEMENTS in codegen.cpu_module_template_forward
 """Whether this version of Warp makes the loop as expected; otherwise a launch runs on one thread."""
 _MARK = " -DSTITCHMESH_RUNS_IN_PARTS" if RUNS_IN_PARTS else ""
-"""Compiler flag without effect: kernels with the other loop, which Warp may have stored, have other flags."""
+"""Compiler flag without effect; it tells these kernels from kernels with Warp's own loop that Warp may have stored."""
 
 codegen.cpu_module_template_forward = codegen.cpu_module_template_forward.replace(_ALL_ELEMENTS, _LAST_ELEMENTS)
 

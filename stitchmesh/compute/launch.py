@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Launches of kernels, on a CPU on all cores."""
+"""Launches of kernels; a CPU uses all cores."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import warp as wp
 from stitchmesh.compute.launch_table import LaunchTable, useful_threads
 
 BLOCK = 64
-"""Threads of a block on a GPU; small blocks spread a swatch over all of it, and large scenes lose nothing."""
+"""Threads of a block on a GPU. Small blocks spread a swatch over the whole GPU; large scenes are not slower."""
 
 
 def prepare(
@@ -20,11 +20,11 @@ def prepare(
     """Prepare a launch that will be repeated.
 
     Args:
-        kernel: what to launch.
-        count: number of threads, or of blocks that share tiles.
+        kernel: the kernel.
+        count: number of threads, or number of blocks if threads share tiles.
         inputs: the first arguments of the kernel.
         outputs: its last arguments.
-        device: where it runs.
+        device: where the kernel runs.
         tile: threads of a block that shares tiles; 0 for a kernel without tiles.
     """
     arguments: dict[str, Any] = {"inputs": inputs, "outputs": outputs, "device": device, "record_cmd": True}
@@ -36,7 +36,7 @@ def prepare(
 def launch(
     kernel: wp.Kernel, count: int, inputs: list[Any], outputs: list[Any], device: wp.Device, *, tile: int = 0
 ) -> None:
-    """Run a kernel once; arguments as for ``prepare``."""
+    """Run a kernel once, with the arguments of ``prepare``."""
     if count == 0:
         return
     prepared = prepare(kernel, count, inputs, outputs, device, tile=tile)

@@ -1,26 +1,27 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Launches on a CPU as a table that native code works through, on one thread or on several.
+"""A table of launches on a CPU; native code works through it, on one thread or on several.
 
-A row of the table is a launch: the address of the compiled kernel, that of its arguments, the number of its elements,
-and how many of them form a part. Every thread goes through the rows from the first to the last. In each row it waits
-until all parts are done, also those of other threads. A launch therefore begins only after the launch before it has
-ended, as on one thread.
+A row of the table is a launch: the address of the compiled kernel, the address of its arguments, the number of its
+elements, and the number of elements in a part. Every thread goes through the rows from the first to the last. In each
+row it waits until all parts are done, also the parts of other threads. A launch therefore begins only after the launch
+before it has ended, as on one thread.
 
-Each thread has its range of the parts of a row, the same range of the elements in every row, so that what it reads is
-mostly in the cache of its core. It takes one part after the other, until none is left in its range, and then parts of
-the ranges of others, which may be late or interrupted.
+Each thread has its own range of the parts of a row. This is the same range of the elements in every row, so that the
+cache of its core holds most of what it reads. It takes one part after the other until its range is empty. Then it takes
+parts from the ranges of other threads, which may be late or interrupted.
 
-The calling thread opens the table and closes it at the end. Other threads may come late, even after the end: they take
-parts of an open table only. After it has closed the table the calling thread waits until no other thread is in it, and
+The calling thread opens the table, and closes it at the end. Other threads may come late, even after the end, but they
+take parts only while the table is open. The calling thread closes the table, waits until no other thread is in it, and
 sets its counters to zero for the next time.
 
-An element computes the same in whichever thread it runs. The parts depend on the number of elements only, not on the
-number of threads, so that vectorised loops treat each element in the same way too. Results therefore have the same bits
-for any number of threads. No element may read what another one writes, which a GPU demands as well.
+The result of an element does not depend on the thread that computes it. The parts depend only on the number of
+elements, not on the number of threads, so that vectorised loops treat each element in the same way too. Results
+therefore have the same bits for any number of threads. No element may read what another one writes; a GPU demands this
+as well.
 
-Two kinds of kernels form one part: those with tiles, because Warp keeps the tiles of all threads in one memory, and
-those with atomic additions, because Warp's additions on a CPU are not atomic.
+Two kinds of kernels run as one part: kernels with tiles, because Warp keeps the tiles of all threads in one memory, and
+kernels with atomic additions, because Warp's additions on a CPU are not atomic.
 """
 
 # no postponed annotations: Warp evaluates the types of native functions directly
@@ -41,15 +42,15 @@ from stitchmesh.compute.thread_team import share
 from stitchmesh.compute.threads import thread_count
 
 PART = 256
-"""Elements of a part, a multiple of all widths of vector instructions. Of a kernel with blocks a part is one block."""
+"""Elements of a part, a multiple of the width of all vector instructions. In a launch of blocks a part is one block."""
 PARTS_PER_THREAD = 8
-"""Parts for which it pays to wake one more thread; one block is enough."""
+"""A launch must have this many parts for each thread, so that waking the thread pays; one block is enough."""
 ONE_MEMORY = ("tile", "atomic")
-"""How the names of those functions of Warp begin whose kernels form one part."""
+"""A kernel runs as one part if it calls a function of Warp whose name begins with one of these words."""
 LINE = 16
 """Integers of a line of the cache; each counter has a line of its own."""
 CLOSED = 1
-"""The counter that is not zero while the table is closed."""
+"""Row of the counter that is not zero while the table is closed."""
 
 _WORK_THROUGH = """
     struct Bounds { unsigned int shape[2]; size_t size, coord_mult; };
@@ -129,10 +130,10 @@ def work_through(
 
 
 class LaunchTable:
-    """Prepared launches on a CPU, which run one after the other."""
+    """Prepared launches on a CPU, which run one after another."""
 
     def __init__(self, launches: Sequence[wp.Launch]) -> None:
-        """Make the table; the arrays and numbers that the launches name stay the same."""
+        """Make the table; the arrays and numbers that the launches name must stay the same."""
         self._launches = list(launches)
         self._arguments = [_arguments(launch) for launch in launches]
         rows = [
@@ -158,12 +159,12 @@ class LaunchTable:
                 self._work(0)
 
     def _work(self, thread: int) -> None:
-        """Do the work of a thread, without what ``wp.Launch.launch`` does again each time."""
+        """Do the work of a thread, without the preparations that ``wp.Launch.launch`` repeats at each call."""
         launch = self._work_through
         launch.hooks.forward(ctypes.byref(launch.bounds), ctypes.byref(self._of_threads[thread]))
 
     def _arguments_of(self, thread: int) -> ctypes.Structure:
-        """The arguments of the native code with the number of a thread."""
+        """The arguments of the native code for one thread."""
         self._work_through.set_param_by_name("thread", thread)
         return _arguments(self._work_through)
 
@@ -181,7 +182,7 @@ def _arguments_type(types: tuple[Any, ...]) -> Any:
 
 
 def _extents(launch: wp.Launch) -> tuple[int, int]:
-    """Number of elements or of blocks of a launch, and lanes of a block, which is 1 for elements."""
+    """Number of elements of a launch and 1, or its number of blocks and the threads of a block."""
     count = int(launch.bounds.shape[0])
     return count, launch.bounds.size // count
 
@@ -195,7 +196,7 @@ def _part_size(launch: wp.Launch) -> int:
 
 
 def useful_threads(launch: wp.Launch) -> int:
-    """Number of threads that a launch is enough for, of those that there are."""
+    """Number of threads that the launch keeps busy, at most ``thread_count()``."""
     parts = -(-_extents(launch)[0] // _part_size(launch))
     enough_for = parts // PARTS_PER_THREAD if len(launch.bounds.shape) == 1 else parts
     return max(1, min(enough_for, thread_count()))

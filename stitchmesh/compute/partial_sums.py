@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Sums of arrays and dot products in a fixed order: a part for each block of threads, then the sum of the parts.
+"""Sums of arrays and dot products in a fixed order: each block of threads finds a part, and the parts are added up.
 
-The number of parts depends on the length of the array only, and is small, so that each block of a following kernel can
-add them up again by itself, without a launch for the sum.
+The number of parts depends only on the length of the array, and is small. Each block of the next kernel can therefore
+add the parts up for itself, without a launch for the sum.
 """
 
 from __future__ import annotations
@@ -16,15 +16,15 @@ from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.thread_block import THREADS, Slots, smallest_over_block, sum_over_block
 
 CHUNK = {"cuda": THREADS, "cpu": 4096}
-"""Smallest number of elements whose part of a sum one block finds."""
+"""Smallest number of elements that one block sums."""
 MOST_PARTS = 1024
 """Largest number of parts of a sum; larger arrays have larger parts."""
 WIDTH = 7
-"""Sums of a block of threads, of which one is used."""
+"""Width of the sums of a block of threads (``sum_over_block``); only the first one is used."""
 
 
 def chunk_of(count: int, device: wp.Device) -> int:
-    """Number of elements whose part of a sum one block finds, for ``count`` elements."""
+    """Number of elements that one block sums, in a sum over ``count`` elements."""
     return max(CHUNK["cuda" if device.is_cuda else "cpu"], -(-count // MOST_PARTS))
 
 
@@ -123,5 +123,5 @@ def total_parts(
 
 
 def parts_for(count: int, device: wp.Device) -> wp.array[Any]:
-    """Memory of the parts of a sum over ``count`` elements."""
+    """Allocate the parts of a sum over ``count`` elements."""
     return wp.zeros((max(part_count(count, device), 1), WIDTH), dtype=wp.float64, device=device)

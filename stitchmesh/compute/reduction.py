@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Sums, minima and maxima in a fixed order, so that the same run gives the same bits.
 
-Each strand, a thread, goes through an array with a stride and keeps its own result. The results of the strands are then
-read back. The number of strands depends on the length of the array only.
+Each strand, which is a thread, goes through an array with a stride and keeps its own result. The host then reads the
+results of the strands. The number of strands depends only on the length of the array.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ FEWEST_STRANDS, MOST_STRANDS = 256, 32_768
 TILE = 256
 """Values that a block of threads sums together."""
 VALUES_PER_STRAND = 32
-"""Mean number of values per strand above which the number of strands increases."""
+"""An array gets more than the fewest strands if it has more than this number of values for each of them."""
 
 
 def strands_for(count: int) -> int:
@@ -129,7 +129,7 @@ def sums_over(values: wp.array[Any], start: wp.array[Any], longest: int) -> NDAr
 
 
 def minima_over(values: wp.array[Any], start: wp.array[Any], longest: int) -> NDArray[np.float64]:
-    """Smallest of an array of scalars in each range, read back to the host; not a number where one is not."""
+    """Smallest value of an array of scalars in each range, read back to the host; NaN if the range has a NaN."""
     smallest: NDArray[np.float64] = _of_strands(range_minima, values, start, longest).min(axis=1)
     return smallest
 
@@ -137,7 +137,7 @@ def minima_over(values: wp.array[Any], start: wp.array[Any], longest: int) -> ND
 def _of_strands(
     kernel: wp.Kernel, values: wp.array[Any], start: wp.array[Any], longest: int
 ) -> NDArray[np.float64]:  # fmt: skip
-    """The results of the strands of each range, a row each; no range is longer than ``longest``."""
+    """The results of the strands, a row for each range; no range is longer than ``longest``."""
     strands, ranges = strands_for(longest), len(start) - 1
     partial = wp.empty(ranges * strands, dtype=wp.float64, device=values.device)
     launch(kernel, len(partial), [strands, start, values], [partial], values.device)
@@ -145,7 +145,7 @@ def _of_strands(
 
 
 class Sums:
-    """Sums of several arrays over ranges, read back together: a synchronisation costs a GPU as much as an iteration."""
+    """Sums of several arrays over ranges, read back together, because each synchronisation takes a GPU long."""
 
     def __init__(self, count: int, longest: int, ranges: int, device: wp.Device) -> None:
         """Allocate ``count`` sums over ``ranges`` ranges of at most ``longest`` values."""
@@ -156,14 +156,14 @@ class Sums:
         self._names: list[str] = []
 
     def add(self, name: str, values: wp.array[Any], start: wp.array[Any], run: Callable[..., Any]) -> Any:
-        """The launch that sums an array of scalars over ranges; range k is from ``start[k]`` to ``start[k + 1]``."""
+        """Return the launch that sums an array over ranges; range k is from ``start[k]`` to ``start[k + 1]``."""
         first = len(self._names) * self._ranges
         part = self._parts[first : first + self._ranges].flatten()
         self._names.append(name)
         return run(range_sums, len(part), [self._strands, start, values], [part])
 
     def total_launch(self, run: Callable[..., Any]) -> Any:
-        """The launch that adds up the results of the strands."""
+        """Return the launch that adds up the results of the strands."""
         return run(row_totals, len(self._totals), [self._parts], [self._totals], tile=TILE)
 
     def totals(self) -> dict[str, NDArray[np.float64]]:
@@ -182,12 +182,12 @@ def ordered_sum(values: wp.array[Any]) -> float:
 
 
 def maximum(values: wp.array[Any]) -> float:
-    """Largest of an array of scalars, read back to the host; not a number where one of them is not."""
+    """Largest value of an array of scalars, read back to the host; NaN if one of them is NaN."""
     return float(np.max(_reduced(strand_maxima, [wp.float64(1.0), values], values)))
 
 
 def minimum(values: wp.array[Any]) -> float:
-    """Smallest of an array of scalars, read back to the host; not a number where one of them is not."""
+    """Smallest value of an array of scalars, read back to the host; NaN if one of them is NaN."""
     return -float(np.max(_reduced(strand_maxima, [wp.float64(-1.0), values], values)))
 
 

@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Functions whose work on a device another one may do for the caller.
+"""Shared functions: a worker may do the work of such a function for its caller.
 
-A shared function is called like any other. It does its work at once, unless the call stands in a block with a worker
-(``done_by``). The worker then gets the call, and its answer is the result. Thus a job keeps checkpoints of all
-relaxations of a swatch, and many swatches share launches (``work_together``), while the code of a swatch knows of
-neither.
+The caller calls a shared function like any other. The function does its work at once, unless the call is made in a
+block with a worker (``done_by``). In such a block the worker gets the call, and the worker's answer is the result. In
+this way a job keeps checkpoints of all relaxations of a swatch, and many swatches share launches (``work_together``),
+while the code of a swatch knows nothing about either.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ class Call:
     function: Callable[..., Any]
     """The shared function."""
     arguments: Mapping[str, Any]
-    """Those of its arguments that were given, by name."""
+    """The arguments that were given, by name."""
 
     @classmethod
     def of(cls, function: Callable[P, Any], *args: P.args, **kwargs: P.kwargs) -> Call:
@@ -46,7 +46,7 @@ class Call:
 
 
 class Worker:
-    """Does the shared work of a block: here at once, one piece after another."""
+    """Does the shared work of a block; this class does it at once, one call after another."""
 
     def do(self, call: Call) -> Any:
         """Do the work of a call, and return its result."""
@@ -58,7 +58,7 @@ class Worker:
 
 
 AT_ONCE = Worker()
-"""The worker of all that stands in no block."""
+"""The worker of all calls that are made in no block."""
 _worker: ContextVar[Worker] = ContextVar("worker", default=AT_ONCE)
 
 
@@ -73,7 +73,7 @@ def done_by(worker: Worker) -> Iterator[None]:
 
 
 def shared(function: Callable[P, T]) -> Callable[P, T]:
-    """Let the worker of the block do the work of a function (a decorator)."""
+    """Let the worker of the block do the work of a function; this is a decorator."""
 
     @wraps(function)
     def call(*args: P.args, **kwargs: P.kwargs) -> T:
@@ -87,9 +87,9 @@ def shared(function: Callable[P, T]) -> Callable[P, T]:
 
 
 def compute_each(computations: Sequence[Callable[[], T]]) -> list[T | StitchMeshError]:
-    """Return the results of computations that do not depend on each other, or their errors, in their order.
+    """Return the results or errors of computations that do not depend on each other, in the order of the computations.
 
-    The worker of the block decides whether one begins before the other has ended.
+    The worker of the block decides whether a computation begins before the one before it has ended.
     """
     return _worker.get().compute_each(computations)
 

@@ -12,7 +12,7 @@ On a CPU a block is one thread. A block of a GPU has a multiple of 32 threads, u
 import warp as wp
 
 THREADS = 256
-"""Threads of a block on a GPU that sums."""
+"""Threads of a block that sums on a GPU."""
 MOST_THREADS = 1024
 """Threads of the largest block."""
 
@@ -28,9 +28,9 @@ _BARRIER = """
 
 
 def _exchanges(room: int) -> str:
-    """Lanes of a warp exchange halves of their values until each lane has the sum of one value.
+    """Code in which the lanes of a warp exchange halves of their values until each lane has the sum of one value.
 
-    Loops have literal bounds: an array with an index that is unknown at compile time does not stay in registers.
+    Loops have literal bounds, because an array does not stay in registers if an index is unknown at compile time.
     """
     steps = [1 << k for k in reversed(range(room.bit_length() - 1))]
     halving = "".join(
@@ -50,7 +50,7 @@ def _exchanges(room: int) -> str:
 
 
 def _sum(count: int) -> str:
-    """Sums of ``count`` values: first within warps, then over the warps of a block."""
+    """Code that sums ``count`` values: first within warps, then over the warps of a block."""
     room = 1 << (count - 1).bit_length()
     return f"""
 #if defined(__CUDA_ARCH__)
@@ -76,7 +76,7 @@ def _sum(count: int) -> str:
 
 
 def _extreme(sign: str) -> str:
-    """The largest or smallest of one value of each thread: first within warps, then over the warps of a block."""
+    """Code that finds the extreme of one value of each thread: first within warps, then over the warps of a block."""
     return f"""
 #if defined(__CUDA_ARCH__)
     __shared__ double parts[32];

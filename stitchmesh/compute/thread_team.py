@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Threads that wait for work and share it with the thread that has it.
+"""Threads that wait for work, and share it with the thread that offers it.
 
-The threads exist once in a process, because to start a thread takes as long as a small launch. Without work they sleep.
-After a fork the child has no threads, so it starts its own at its first work.
+The threads are started once in a process, because starting a thread takes as long as a small launch. They sleep while
+there is no work. After a fork the child process has no threads, and starts its own when it first has work.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from queue import SimpleQueue
 from stitchmesh.compute.threads import thread_count
 
 Work = Callable[[int], object]
-"""Work that threads share; it is called with the number of the thread, 0 for the thread that has it."""
+"""Work that threads share. It is called with the number of the thread; the thread that offers the work has number 0."""
 
 
 class ThreadTeam:
@@ -35,13 +35,12 @@ class ThreadTeam:
         """Do work, and offer it to other threads; return when the calling thread is done.
 
         Args:
-            work: what each thread does. The calling thread does not wait for threads that have not begun, because on a
-                machine with other work they may sleep for long. Threads that come too late find nothing left.
-            threads: number of threads that the work is enough for.
+            work: what each thread does. The calling thread does not wait for threads that have not begun, because they
+                may sleep for long on a busy machine. Threads that come too late must find nothing left to do.
+            threads: number of threads that the work keeps busy.
 
         Raises:
-            BaseException: what the work raises here, or else what it raised in another thread, in this call or in one
-                before it.
+            BaseException: the work raised it here, or else in another thread, in this call or in an earlier one.
         """
         if threads > 1:
             self._offered = work, threads
@@ -53,7 +52,7 @@ class ThreadTeam:
             raise self._errors.get()
 
     def _help(self, thread: int) -> None:
-        """Do at each call the work that was offered last."""
+        """Do the work that was offered last, at each call."""
         calls = self._calls[thread - 1]
         while True:
             calls.get()
@@ -67,15 +66,15 @@ class ThreadTeam:
 
 
 def _nothing(_thread: int) -> None:
-    """Work before the first work."""
+    """Do nothing; it stands for the work before the first work is offered."""
 
 
 _team_of = functools.cache(ThreadTeam)
-"""The team of each size that was asked for."""
+"""Return the team of a size; each team is made once."""
 if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=_team_of.cache_clear)
 
 
 def share(work: Work, threads: int) -> None:
-    """Share work with as many threads as ``thread_count`` says; arguments and errors as for ``ThreadTeam.share``."""
+    """Share work among at most ``thread_count()`` threads; ``ThreadTeam.share`` says what the arguments are."""
     _team_of(thread_count()).share(work, threads)

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """How many threads share the launches of kernels on a CPU.
 
-Results do not depend on the number of threads. It is the one that ``set_threads`` was given, else that of the
+Results do not depend on the number of threads. The number is the argument of ``set_threads``, else the value of the
 environment variable ``STITCHMESH_THREADS``, else the number of cores that the process may use.
 """
 
@@ -26,7 +26,7 @@ logger = logging.getLogger(__name__)
 
 @dataclass
 class _Choice:
-    """The number of threads; None until it is asked for."""
+    """The chosen number of threads; None until it is first needed."""
 
     threads: int | None = None
 
@@ -49,7 +49,7 @@ def thread_count() -> int:
 def set_threads(threads: int | None) -> None:
     """Set how many threads share the launches on a CPU, for all later calls in this process.
 
-    A number above that of the cores is replaced by the number of cores, and a warning says so.
+    If the number is larger than the number of cores, the number of cores is taken and a warning says so.
 
     Args:
         threads: number of threads; None returns to the environment variable, or to all cores.
@@ -61,7 +61,7 @@ def set_threads(threads: int | None) -> None:
 
 
 def core_count() -> int:
-    """Number of cores that this process may use, without those that its affinity or its container withholds."""
+    """Number of cores that the affinity of this process and its container let it use."""
     if hasattr(os, "sched_getaffinity"):
         cores = len(os.sched_getaffinity(0))
     else:
@@ -73,7 +73,7 @@ def core_count() -> int:
 
 
 def _checked(threads: int | str, name: str) -> int:
-    """A number of threads, at most that of the cores."""
+    """Return a number of threads, or the number of cores if it is larger."""
     number = 0
     with suppress(ValueError):
         number = int(threads)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Many computations at once, whose shared work (``shared_work``) of the same kind is done together.
+"""Runs many computations at once, and does their shared work (``shared_work``) of the same kind together.
 
 Each computation has a thread of its own, but only one thread runs at a time, so that the order of all steps depends on
 the computations alone. A computation runs until it calls a shared function, and then waits. When all of them wait, the
@@ -24,15 +24,15 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, eq=False)
 class Begun(Call):
-    """A call whose work was begun together with other calls, and goes on when such work is done again."""
+    """A call whose work was begun together with other calls; the next work of the same kind continues it."""
 
     state: Any
-    """How far the work is, for the function that does it."""
+    """The state of the unfinished work, for the function that does it."""
 
 
 Together = Callable[[Sequence[Call]], Sequence[Any]]
-"""Does the work of several calls of one function. Returns for each call its result, its error, or ``Begun`` if the work
-is to go on with the next calls; the work of at least one call is completed."""
+"""Does the work of several calls of one function. It returns for each call the result, the error, or ``Begun`` if the
+work is to continue with the next calls. It completes the work of at least one call."""
 
 
 def done_together(
@@ -41,13 +41,13 @@ def done_together(
 ) -> list[T | StitchMeshError]:  # fmt: skip
     """Run computations at once; an error of the package ends only the computation that raises it.
 
-    Any other exception, such as an interrupt by the user, ends all of them, and is raised here.
+    Any other exception, such as an interrupt by the user, ends all computations, and is raised here.
 
     Args:
         computations: the computations.
-        ways: for each shared function, how calls of it are done together, the shortest work first. The work of other
-            shared functions is done where it is called.
-        on_done: called with the number of computations that have ended, each time that one has.
+        ways: for each shared function, the function that does its calls together; the shortest work comes first. Shared
+            functions that are not listed do their work where they are called.
+        on_done: called with the number of ended computations, each time that one has ended.
 
     Returns:
         The result of each computation, or its error.
@@ -69,7 +69,7 @@ class _GivenUp(BaseException):
 
 
 class _Scheduler:
-    """The computations that have begun, and those that wait for work."""
+    """Holds the computations that have begun, and the computations that wait for work."""
 
     def __init__(self, ways: Mapping[Callable[..., Any], Together], on_done: Callable[[int], None]) -> None:
         self.ways = ways
@@ -77,16 +77,16 @@ class _Scheduler:
         self.given: list[_Running] = []
         """The given computations that have begun."""
         self.ended = 0
-        """How many of them have ended."""
+        """How many of the given computations have ended."""
         self.reported = 0
-        """How many of these ``on_done`` knows."""
+        """The last number that ``on_done`` was called with."""
         self.running: set[_Running] = set()
-        """The computations that have begun and not ended, parts included."""
+        """The computations, and parts of computations, that have begun and not ended."""
         self.waiting: list[tuple[_Running, Call]] = []
         """The computations that wait for the work of a call, in the order in which they called."""
         self.is_given_up = False
         self.fault: BaseException | None = None
-        """The exception of a computation for which the whole work is given up."""
+        """The exception of a computation that ends the whole work."""
 
     def begin(self, computation: Callable[[], Any]) -> None:
         """Run a given computation until it waits or has ended."""
@@ -94,7 +94,7 @@ class _Scheduler:
         self._go_on(self.given[-1])
 
     def do_some(self) -> None:
-        """Do the first kind of work that a computation waits for, and let all go on that have waited for it."""
+        """Do the waiting work that stands first in ``ways``, and continue all computations that waited for it."""
         kinds = {call.function for _running, call in self.waiting}
         kind = next(way for way in self.ways if way in kinds)
         some = [each for each in self.waiting if each[1].function is kind]
@@ -136,18 +136,18 @@ class _Running(Worker):
         self.whole = whole
         """The computation of which this one is a part."""
         self.parts: list[_Running] = []
-        """The parts for whose end this computation waits."""
+        """The parts that this computation waits for."""
         self.answer: Any = None
-        """The result of the work for which it has waited, or the error."""
+        """The result, or the error, of the work that the computation waited for."""
         self.result: Any = None
-        """Its own result, or its error."""
+        """The result, or the error, of the computation itself."""
         self.has_ended = False
         self.turn = Semaphore(0)
         self.pause = Semaphore(0)
         self.thread = Thread(target=copy_context().run, args=(self._run,), daemon=True)
 
     def go_on(self) -> None:
-        """Let the thread run until it waits or has ended; the calling thread stands still meanwhile."""
+        """Let the thread run until it waits or has ended; the calling thread waits in the meantime."""
         if self.thread.ident is None:
             self.thread.start()
             self.scheduler.running.add(self)
@@ -178,7 +178,7 @@ class _Running(Worker):
         return [one.result for one in running]
 
     def _wait(self) -> None:
-        """Let the thread go on that has let this one run, until this one has its turn again."""
+        """Let the thread continue that gave this one its turn, and wait until this one has its turn again."""
         self._refuse_given_up()
         self.pause.release()
         self.turn.acquire()
@@ -189,7 +189,7 @@ class _Running(Worker):
             raise _GivenUp
 
     def _run(self) -> None:
-        """Run the computation in its thread, and after the last part the computation that has waited for it."""
+        """Run the computation in its thread; after the last part of a computation, continue that computation."""
         self.turn.acquire()
         try:
             self._refuse_given_up()
@@ -211,7 +211,7 @@ class _Running(Worker):
         self.pause.release()
 
     def part_ended(self, part: _Running) -> None:
-        """Go on if no other part is left."""
+        """Continue this computation if no other part is left."""
         if part in self.parts:
             self.parts.remove(part)
             if not self.parts:

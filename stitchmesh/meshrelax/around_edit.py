@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Mesh relaxation of the stitches around an edit, while all others stay exactly where they are.
 
-Stitches that stay in place keep their relaxed yarns, so that the yarns of an edited fabric can be relaxed from them.
+The stitches that do not move keep their relaxed yarns, from which the yarns of the edited fabric can be relaxed.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from stitchmesh.mesh import BORDER, FloatArray, IntArray, Mesh, StitchMesh
 from stitchmesh.meshrelax.relax import RelaxedMesh, relax_mesh
 
 RINGS = 6
-"""Rings of stitches around the changed ones that move with them. An inserted row then takes its height from 14 rows."""
+"""Rings of stitches around the changed ones that also move. An inserted row then takes its height from 14 rows."""
 SAME_PLACE = 1e-9
 """Distance of coinciding points, divided by the size of the fabric."""
 
@@ -27,20 +27,20 @@ def relax_mesh_around_edit(
 
     Args:
         before: relaxed stitch mesh before the edit.
-        after: the stitch mesh after it.
-        surface: the mesh of the garment; the surface of ``before`` if it is not given.
+        after: the stitch mesh after the edit.
+        surface: the mesh of the garment; the surface of ``before`` if None.
         device: Warp's name of the device that finds closest points; None for the preferred device.
 
     Raises:
-        MeshError: as for ``relax_mesh``.
-        SolverError: as for ``relax_mesh``.
+        MeshError: ``relax_mesh`` refuses the fabric or the surface.
+        SolverError: ``relax_mesh`` cannot continue.
     """
     moving = vertices_around(after, changed_faces(before, after), RINGS)
     return relax_mesh(after, surface=before if surface is None else surface, moving=moving, device=device)
 
 
 def changed_faces(before: StitchMesh, after: StitchMesh) -> IntArray:
-    """Return the faces after an edit that are at no place of a face before it or have other borders, ascending."""
+    """Return the faces after an edit that are new or differ in their sides or their border sides, ascending."""
     tree = cKDTree(_centres(before))
     within = SAME_PLACE * float(np.ptp(before.vertices, axis=0).max())
     distance, same = tree.query(_centres(after), distance_upper_bound=within)
@@ -52,7 +52,7 @@ def changed_faces(before: StitchMesh, after: StitchMesh) -> IntArray:
 
 
 def vertices_around(fabric: StitchMesh, faces: IntArray, rings: int) -> NDArray[np.bool_]:
-    """Return whether each vertex belongs to some faces or to one of some rings of faces around them, shape (V,)."""
+    """Return whether each vertex belongs to ``faces`` or to the ``rings`` rings of faces around them, shape (V,)."""
     chosen = np.zeros(len(fabric.vertices), dtype=bool)
     chosen[fabric.face_vertex[fabric.sides_of(faces)]] = True
     for _ in range(rings):

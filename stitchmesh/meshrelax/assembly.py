@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Assembly of element forces into vertex forces and a sparse Jacobian, whose sparsity pattern is found once.
+"""Assembles element forces into vertex forces and a sparse Jacobian, whose sparsity pattern is found once.
 
-Every element depends on the vertices through fixed weights w_i: its force is g(y) with y = sum_i w_i x_i, and vertex i
+Every element depends on the vertices through fixed weights w_i. Its force is g(y) with y = sum_i w_i x_i, and vertex i
 receives w_i g. With the sparse matrix W of the weights and the block diagonal matrix B of the element Jacobians,
 
     f = W^T g,    df/dx = W^T B W
@@ -31,7 +31,7 @@ class Assembly:
     blocks: csr_array
     """Matrix from the blocks of the elements to the blocks of the Jacobian, shape (blocks, elements)."""
     indptr: IntArray
-    """First block of the row of each vertex, and the number of blocks at the end, shape (V + 1,)."""
+    """Number of the first block in the row of each vertex, and at the end the number of all blocks, shape (V + 1,)."""
     indices: IntArray
     """Column (vertex) of each block, shape (blocks,)."""
     diagonal: IntArray
@@ -59,8 +59,8 @@ def assembly(vertex_count: int, groups: Sequence[tuple[IntArray, FloatArray | li
 
     Args:
         vertex_count: number of vertices V.
-        groups: for each kind of force, the vertices of its elements, shape (n, m), and their m weights, or those of
-            each element, shape (n, m).
+        groups: for each kind of force, the vertices of its elements, shape (n, m), and the weights of these vertices:
+            m numbers, or an array of shape (n, m).
     """
     offsets = np.cumsum([0] + [len(vertices) for vertices, _ in groups])
     vertex, element, weight, keys, owner, product = [], [], [], [], [], []

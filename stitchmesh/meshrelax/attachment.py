@@ -3,11 +3,11 @@
 """Attachment of a fabric to its surface.
 
 Inner vertices stay on the surface, border vertices stay on their border, and vertices at corners are fixed. A border of
-the fabric that lies on no border of the surface, for example between two rows that an edit has separated, may move
-anywhere on the surface. Vertices that are held stay where they are.
+the fabric may lie on no border of the surface, for example between two rows that an edit has separated; it may then
+move anywhere on the surface. Held vertices do not move.
 
-The first association of vertices and surface follows Yuksel et al. 2012, section 6.1: vertices are projected onto the
-input polygons, which are refined like the surface but not smoothed, and the resulting barycentric coordinates are
+The first placement on the surface follows Yuksel et al. 2012, section 6.1. Vertices are projected onto the input
+polygons, which are refined like the surface but not smoothed. The barycentric coordinates of the projections are then
 evaluated on the limit surface.
 """
 
@@ -27,13 +27,13 @@ from stitchmesh.meshrelax.surface.limit_surface import LimitSurface
 from stitchmesh.meshrelax.turning import turning_stiffness
 
 FREE_BORDER_REACHES = 5.0
-"""Distance from every border of the surface, divided by the reach of the search, from which a border of the fabric is
-free: it lies on the surface and not on a border of it. With the reach of ``relax`` this is the size of a stitch."""
+"""If a border of the fabric is farther than this from every border of the surface, it is free: it lies on the surface.
+The distance is divided by the reach of the search; with the reach of ``relax`` it is the size of a stitch."""
 TINY = np.finfo(np.float64).tiny
 ROUNDING = 1e-9
-"""Cosine of the angle between outwards and a direction along the end of the surface, as far as rounding goes."""
+"""Largest cosine between the outward direction and a direction along the end of the surface that is only rounding."""
 RIGHT_ANGLE = 1e-9
-"""Tolerance of the cosine of a right angle; a border that turns by a right angle, up to rounding, has no corner."""
+"""Tolerance of the cosine of a right angle: a border that turns by a right angle, up to rounding, has no corner."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,10 +47,10 @@ class SurfaceAttachment:
     border: IntArray
     """Number of the border of each vertex, -1 for inner vertices, shape (V,)."""
     fixed: NDArray[np.bool_]
-    """Whether each vertex is at a corner or is held, and does not move, shape (V,)."""
+    """Whether each vertex is fixed, because it is at a corner or is held, shape (V,)."""
 
     stops_at_end: bool = False
-    """Whether inner vertices that are pressed against the end of the surface may move only along it."""
+    """Whether an inner vertex that a force presses against the end of the surface may move only along it."""
 
     def projector(self, placement: SurfacePlacement, force: FloatArray) -> FloatArray:
         """Return the projector onto the allowed directions of each vertex, shape (V, 3, 3), under forces (V, 3)."""
@@ -64,7 +64,7 @@ class SurfaceAttachment:
         return np.where(self.fixed[:, None, None], 0.0, allowed)
 
     def within(self) -> SurfaceAttachment:
-        """Return the attachment under which no force presses an inner vertex against the end of the surface."""
+        """Return the same attachment with ``stops_at_end``."""
         return replace(self, stops_at_end=True)
 
     def turning_stiffness(self, placement: SurfacePlacement, force: FloatArray) -> FloatArray:
@@ -117,7 +117,7 @@ class SurfaceAttachment:
         return SurfacePlacement(position, normal, shape, arc, tangent, curvature, outward)
 
     def _leaning(self, placement: SurfacePlacement, part: FloatArray) -> FloatArray:
-        """Return what keeps vertices on a concave end of the surface [cm], along which they move, shape (V, 3)."""
+        """Return the displacement [cm] that keeps vertices on a concave end as they move along it, shape (V, 3)."""
         length = np.linalg.norm(part, axis=1)
         inwards = np.einsum("vi,vi->v", part, placement.outward) < -ROUNDING * length
         return np.where(inwards, 0.0, length)[:, None] * placement.outward
@@ -135,7 +135,7 @@ def attach(
         reach: distance within which a vertex usually finds its triangle [cm].
         device: Warp's name of the device.
         bobbles: the bobbles of the fabric, whose slits are no borders of the surface.
-        held: whether each vertex stays where it is, shape (V,); None if all vertices may move.
+        held: whether each vertex is held at its place, shape (V,); None if all vertices may move.
 
     Returns:
         The attachment, and the placement of the vertices on the limit surface.
@@ -157,7 +157,7 @@ def attach(
 
 
 def _normals_beside(fabric: StitchMesh, bobbles: Bobbles) -> FloatArray:
-    """Unit normals of the vertices without the faces of bobbles, which do not lie on the surface, shape (V, 3)."""
+    """Unit normal of each vertex, shape (V, 3), without the faces of bobbles, which do not lie on the surface."""
     if bobbles.count == 0:
         return fabric.vertex_normal
     area = fabric.face_vector_area.copy()
@@ -192,10 +192,10 @@ def border_corners(fabric: StitchMesh, position: FloatArray) -> NDArray[np.bool_
 def _locate_borders(
     fabric: StitchMesh, surface: LimitSurface, within: float, bobbles: Bobbles
 ) -> tuple[IntArray, FloatArray]:
-    """Border of the surface, or -1, and arc length [cm] of each vertex of the fabric.
+    """Return the border of the surface, or -1, and the arc length [cm] of each vertex of the fabric.
 
-    Each border loop of the fabric belongs to the border of the surface with the smallest mean square distance, and to
-    none if that distance is large.
+    Each border loop of the fabric belongs to the border of the surface with the smallest mean square distance. If that
+    distance is large, it belongs to none.
 
     Args:
         fabric: stitch mesh.

@@ -3,11 +3,11 @@
 """Bobbles in mesh relaxation: they stand off the surface, and each counts as one stitch.
 
 A bobble has five faces or more in the place of one stitch. The lower face makes several loops, a short row is worked
-back over them, and the upper face takes them together. The short row is joined to the two faces at its bottom and top
-sides only. Beside its ends there are two slits, each a border of two wale sides that no border of the surface matches.
-On the surface there is no room for these stitches. Therefore the vertices of the short row are left out of the
-relaxation, forces act on the four corners of the bobble as on those of a plain stitch, and afterwards the vertices
-follow the corners: each keeps its place in the width, the height and the normal direction of the bobble, in widths.
+back over them, and the upper face takes them together. Only the bottom and top sides of the short row are joined to
+these two faces. Beside each end of the short row there is a slit, a border of two wale sides that matches no border of
+the surface. The surface has no room for these stitches. Therefore the relaxation leaves out the vertices of the short
+row, and forces act on the four corners of the bobble as if it were a plain stitch. Afterwards the vertices follow the
+corners. Each vertex keeps its place in the width, the height and the normal direction of the bobble, in widths.
 """
 
 from __future__ import annotations
@@ -74,13 +74,13 @@ def find_bobbles(fabric: StitchMesh) -> Bobbles:
 def _bobble(
     fabric: StitchMesh, first: int, upper: int, slits: dict[int, IntArray]
 ) -> tuple[list[int], list[int]] | None:
-    """Return the faces and the corners of the bobble whose short row starts with a face, or None if there is none.
+    """Return the faces and the corners of the bobble whose short row starts with a face, or None if it is no bobble.
 
     Args:
         fabric: stitch mesh.
         first: the leftmost face of the short row.
         upper: the face at the other side of the left slit.
-        slits: the border to which each side of a slit belongs.
+        slits: the slit of each border side, as the sides of its border.
     """
     course = course_through(fabric, first)
     end = int(fabric.right_wale[course.faces[-1]])
@@ -104,7 +104,7 @@ def carried(bobbles: Bobbles, before: FloatArray, after: FloatArray) -> FloatArr
     Args:
         bobbles: the bobbles.
         before: positions of all vertices before the relaxation [cm], shape (V, 3).
-        after: positions of all vertices after it [cm], shape (V, 3); those of raised vertices are not read.
+        after: positions of all vertices after it [cm], shape (V, 3); the positions of raised vertices are not read.
     """
     if bobbles.count == 0:
         return np.zeros((0, 3))

@@ -32,9 +32,9 @@ def modified_conjugate_gradients(
         right: right-hand side, shape (3V,).
         filtered_preconditioner: symmetric preconditioner, positive definite in the allowed directions and zero in all
             others.
-        tolerance: convergence limit of the residual divided by the right-hand side, both in the norm of the
+        tolerance: residual over the right-hand side at which the solution has converged, both in the norm of the
             preconditioner.
-        max_iterations: largest number of iterations; the iterate is then still a descent direction.
+        max_iterations: largest number of iterations; also after these the solution is a descent direction.
 
     Returns:
         The solution, shape (3V,), and the number of iterations.

@@ -7,16 +7,16 @@ step is
 
     (I - h df/dx) dx = h f
 
-The time step h [cm] grows while the forces decrease and shrinks when they increase, so that the iteration approaches
-Newton's method at the end. The residual is the root mean square of f over the vertices and does not depend on h.
+The time step h [cm] grows while the forces decrease, and shrinks when they increase. At the end the iteration therefore
+becomes Newton's method. The residual is the root mean square of f over the vertices and does not depend on h.
 Forces are dimensionless; the force of an infinitely stretched edge is 2.
 
-Most fabrics converge so within 60 iterations. In others the forces must increase before they can decrease, for example
-where stitches turn over or rows slip past a fold; the time step then shrinks to nothing. After ``patience`` iterations
-such a fabric starts again, and its steps are judged by their work: with the displacement d, a step is too long if f . d
-after it is negative, because it has then gone beyond the place where the fabric comes to rest along d. The residual may
-rise. An inner vertex that is pressed against the end of the surface may also move only along it then. The first
-iterations do without both, so that fabrics that converge in them keep the same bits.
+Most fabrics converge in this way within 60 iterations. In others the forces must increase before they can decrease, for
+example where stitches turn over or rows slip past a fold; the time step then shrinks to nothing. After ``patience``
+iterations such a fabric starts again, and two rules change. First, steps are judged by their work, and the residual may
+rise: a step d is too long if f . d is negative after it, because it has then gone beyond the place where the fabric
+comes to rest along d. Second, an inner vertex that is pressed against the end of the surface may move only along the
+end. The first iterations use neither rule, so that fabrics that converge in them keep the same bits.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ from stitchmesh.run_control import RunStopped
 Progress = Callable[[int, float], None]
 """Called after each iteration with its number and the residual."""
 Note = Callable[[int, "MeshState[Any]"], None]
-"""Called before the first iteration and after each one with the number of iterations and the last accepted state; it
+"""Called before the first iteration and after each one, with the number of iterations and the last accepted state. It
 raises ``RunStopped`` if this state is to be the result."""
 
 LARGEST_STEP = 4.0
@@ -48,11 +48,11 @@ LARGEST_STEP = 4.0
 STRIDE = 1.0
 """Largest displacement between two projections, divided by the size of a stitch."""
 SHORTEST_TIME, LONGEST_TIME = 1e-3, 1e4
-"""Bounds of the time step divided by the size of a stitch. A step of the lower bound is always accepted in practice.
+"""Bounds of the time step divided by the size of a stitch. In practice a step of the lower bound is always accepted.
 Above the upper bound the identity matrix is too small to regularize motions without stiffness."""
 LINEAR_TOLERANCE, LINEAR_ITERATIONS = 0.01, 200
-"""Tolerance and largest number of iterations of the conjugate gradients. With a larger tolerance the solution keeps
-jumps between the patches of the preconditioner."""
+"""Tolerance and largest number of iterations of the conjugate gradients. A larger tolerance would leave jumps between
+the patches of the preconditioner in the solution."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,22 +102,22 @@ def works(before: MeshState[Any], after: MeshState[Any]) -> tuple[float, float]:
 
 @dataclass(frozen=True)
 class StepControl:
-    """How the time step follows the rise of what a step changes."""
+    """How the time step changes with the number by which steps are judged."""
 
     compared: Callable[[MeshState[Any], MeshState[Any]], tuple[float, float]]
-    """Returns what is compared of the states after and before a step: the new number and the old one."""
+    """Returns the number by which steps are judged, after and before a step."""
     growth: float
-    """Factor of the time step after a step with a rise below ``mild_rise``."""
+    """Factor of the time step after a step whose rise is below ``mild_rise``."""
     mild_cut: float
-    """Factor after a larger rise."""
+    """Factor of the time step after a step with a larger rise."""
     cut: float
-    """Factor after a rejected step."""
+    """Factor of the time step after a rejected step."""
     mild_rise: float
-    """Ratio of the new number to the old one from which the time step shrinks."""
+    """Ratio of the number after a step to the number before it, from which on the time step shrinks."""
     largest_rise: float
-    """Ratio from which a step is rejected."""
+    """Ratio from which on a step is rejected."""
     patience: int | None
-    """Iterations after which the work takes the place of the residual; None for never."""
+    """Number of iterations after which steps are judged by their work instead of the residual; None for never."""
 
 
 ON_SURFACE = StepControl(
@@ -125,10 +125,10 @@ ON_SURFACE = StepControl(
 )
 """Control of a relaxation on a surface."""
 FREE = StepControl(residuals, growth=3.0, mild_cut=0.7, cut=0.3, mild_rise=1.0, largest_rise=2.0, patience=None)
-"""Control of a relaxation without a surface. Its slow motions, of the whole fabric, need long steps, which make the
-residual rise for an iteration. With the control of a surface, large ribs take many times as many iterations."""
+"""Control of a relaxation without a surface. The slow motions of the whole fabric need long steps, which make the
+residual rise for an iteration. With the control of a surface, large ribs would take many times as many iterations."""
 BY_WORK = StepControl(works, growth=3.0, mild_cut=0.7, cut=0.3, mild_rise=0.1, largest_rise=0.5, patience=None)
-"""Control after the patience: a step is rejected that goes half as far again beyond the place of rest along it."""
+"""Control after the patience. It rejects a step that goes at least 1.5 times as far as the place of rest along it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,11 +140,11 @@ class MeshDynamics(Generic[P]):
     assembly: Assembly
     """Assembly of the forces and of their Jacobians."""
     attachment: MeshConstraint[P]
-    """What says where the vertices may move, for example on a surface."""
+    """The constraint, which says where the vertices may move, for example on a surface."""
     patches: Patches
     """Patches of the preconditioner."""
     moving_count: int
-    """Number of vertices that are not held, over which the residual is averaged."""
+    """Number of vertices that are not held; the residual is the root mean square over them."""
     control: StepControl = ON_SURFACE
     """How the time step follows the residual, or the work."""
 

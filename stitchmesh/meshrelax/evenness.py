@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Where the stitches of a relaxed fabric are too wide or too narrow, too high or too low.
+"""Finds the rows of a relaxed fabric whose stitches are too wide or too narrow, too high or too low.
 
-The stretch of course sides measures the width of stitches and that of wale sides their height. The unit is the
-geometric mean of both over the fabric, because the rest lengths follow from the area of the whole surface. A row whose
-mean differs from it by more than ``ALLOWED_RATIO`` has too few or too many stitches for its place; a row that is too
-high or too low stands where there are too few or too many rows.
+The stretch of course sides measures the width of stitches, and the stretch of wale sides their height. The unit is the
+geometric mean of both over the fabric, because the rest lengths follow from the area of the whole surface. If the mean
+width of a row differs from the unit by more than ``ALLOWED_RATIO``, the row has too few or too many stitches for its
+place. If its mean height differs, there are too few or too many rows at this place.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
 from stitchmesh.reporting.verdict import Finding, Kind, Verdict
 
 ALLOWED_RATIO = 1.2
-"""Mean size of the stitches of a row over the average size of the fabric, or its inverse, above which the row has too
-few or too many stitches."""
+"""Largest mean size of the stitches of a row over the average size of the fabric, and largest inverse, with which the
+row still has the right number of stitches."""
 Direction = Literal["width", "height"]
 _KINDS: dict[tuple[bool, bool], Kind] = {
     (True, True): "too few stitches", (False, True): "too many stitches",
     (True, False): "too few rows", (False, False): "too many rows",
 }  # fmt: skip
-"""Kind of a finding: whether there are too few, and whether the width is wrong."""
+"""Kind of a finding, by two facts: whether there are too few, and whether the width is wrong."""
 Measure = Literal["size", "width", "height"]
 """Which sides of a stitch are measured: all, the course sides, or the wale sides."""
 
@@ -50,7 +50,7 @@ class UnevenRows:
 
     @property
     def missing(self) -> int:
-        """Stitches in each row, or rows, whose addition would make the rows even; negative if there are too many."""
+        """Number of stitches to add to each row, or of rows to add, to make the rows even; negative to remove some."""
         count = self.stitches if self.direction == "width" else self.last - self.first + 1
         missing = round(count * (self.ratio - 1.0))
         return missing or (1 if self.ratio > 1.0 else -1)

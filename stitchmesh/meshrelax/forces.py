@@ -17,11 +17,11 @@ from stitchmesh.meshrelax.sub_quads import Springs
 STRETCH, SHEAR, WALE = 2.0, 0.2, 2.0
 """Dimensionless stiffnesses of Yuksel et al. 2012."""
 AREA = 1.0
-"""Dimensionless stiffness of areas; with a fifth of it, stitches of openwork on the instep of a sock keep moving."""
+"""Dimensionless stiffness of areas. With 0.2, stitches of openwork on the instep of a sock keep moving."""
 
 
 def force_groups(springs: Springs) -> list[tuple[IntArray, list[float]]]:
-    """Return the points of the elements of each kind of force, shape (n, m), and their m weights (``assembly``)."""
+    """Return for each kind of force the points of its elements, shape (n, m), and their m weights (``assembly``)."""
     groups = [
         (springs.stretch_ends, [1.0, -1.0]),
         (springs.corners, [-0.5, 1.0, -0.5]),
@@ -35,8 +35,8 @@ def force_groups(springs: Springs) -> list[tuple[IntArray, list[float]]]:
 def element_forces(springs: Springs, placement: PlacedPoints) -> tuple[FloatArray, FloatArray]:
     """Compute the force and the negative semidefinite Jacobian of each element.
 
-    The elements are springs, corners of sub-quads, struts and, if the area force acts, first diagonals and second
-    diagonals of sub-quads, in this order.
+    The elements are springs, corners of sub-quads and struts, in this order. If the area force acts, the first
+    diagonals and then the second diagonals of sub-quads follow.
 
     Args:
         springs: vertices and rest lengths of the elements.

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Output of a running mesh relaxation to its caller, who may watch, pause and stop it."""
+"""Hands the states of a running mesh relaxation to its caller, who may watch, pause and stop it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from stitchmesh.time_limit import check_time
 
 @dataclass(frozen=True, eq=False)
 class MeshObserver(Generic[P]):
-    """Output of a running relaxation."""
+    """Hands out the states of a running relaxation."""
 
     made: Callable[[P], StitchMesh]
     """Makes the fabric, with the stretch of its edges, from a placement."""
@@ -36,7 +36,7 @@ class MeshObserver(Generic[P]):
         """Report an iteration, and let the user watch, pause and stop.
 
         Raises:
-            RunStopped: the user has stopped the relaxation, or its time is over.
+            RunStopped: the user has stopped the relaxation, or its time has run out.
         """
         check_time()
         if self.progress is not None and iteration > 0:

@@ -11,13 +11,13 @@ from stitchmesh.settings import check_settings, setting
 ASPECT = 0.77
 """Course spacing divided by wale spacing of relaxed plain knit."""
 STITCH_WIDTH = 0.8
-"""Rest width of plain knit without a surface [cm], on which only the size of the fabric depends."""
+"""Rest width of plain knit without a surface [cm]; only the size of the fabric depends on it."""
 ALPHA = 0.9
-"""Part of the surface that unstressed stitches cover; with 1, rows in narrow places are compressed until they buckle
-sideways."""
+"""Part of the surface that unstressed stitches cover. With 1, rows in narrow places would be compressed until they
+buckle sideways."""
 
 LEAST_ALPHA = 1e-4
-"""Smallest part; unstressed stitches are then a hundredth as wide as their place."""
+"""Smallest part of the surface; unstressed stitches are then a hundredth as wide as their place."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Where the vertices of a fabric are, and what a relaxation needs to know of the constraint that keeps them there."""
+"""Positions of the vertices of a fabric, and the constraint that says where they may move."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from stitchmesh.mesh import FloatArray
 
 @dataclass(frozen=True, eq=False)
 class PlacedPoints:
-    """Positions and normals of the points that the forces act between."""
+    """Positions and normals of the points between which the forces act."""
 
     position: FloatArray
     """Positions of the points [cm], shape (P, 3); the points of a fabric without a lattice are its vertices."""
@@ -24,11 +24,12 @@ class PlacedPoints:
 class SurfacePlacement(PlacedPoints):
     """Positions of the vertices of a fabric on a surface, and the geometry of the surface at the vertices.
 
-    The normal of a vertex on a border is that of the surface next to the vertex.
+    The normal of a border vertex is the normal of the surface beside the vertex.
     """
 
     shape: FloatArray
-    """Shape operator: derivative of the normal along the surface [1/cm], zero at border vertices, shape (V, 3, 3)."""
+    """Shape operator, the derivative of the normal along the surface [1/cm], shape (V, 3, 3); zero at border
+    vertices."""
     arc: FloatArray
     """Arc length of each border vertex along its border [cm], zero at inner vertices, shape (V,)."""
     tangent: FloatArray
@@ -36,8 +37,8 @@ class SurfacePlacement(PlacedPoints):
     curvature: FloatArray
     """Curvature vector of the border: derivative of the tangent [1/cm], zero at inner vertices, shape (V, 3)."""
     outward: FloatArray
-    """Unit direction off the surface of each inner vertex at its end; zero elsewhere, and where it is not asked for,
-    shape (V, 3)."""
+    """Unit direction off the surface, for inner vertices at its end, shape (V, 3); zero at all others, and everywhere
+    if the constraint does not use it."""
 
 
 P = TypeVar("P", bound=PlacedPoints)
@@ -50,10 +51,10 @@ class MeshConstraint(Protocol[P]):
         """Return the projector onto the allowed directions of each unknown, (U, 3, 3); forces have shape (U, 3)."""
 
     def within(self) -> MeshConstraint[P]:
-        """Return the constraint under which no force presses an unknown against the end of what it lies on."""
+        """Return the constraint under which no force presses an unknown over the end of its surface."""
 
     def turning_stiffness(self, placement: P, force: FloatArray) -> FloatArray:
-        """Return the stiffness from allowed directions that turn [1/cm], shape (U, 3, 3); forces have shape (U, 3)."""
+        """Return the stiffness by the turning of the allowed directions [1/cm], (U, 3, 3); forces have shape (U, 3)."""
 
     def move(self, placement: P, step: FloatArray, stride: float) -> P:
         """Return the placement after a step of the unknowns [cm], shape (U, 3), in parts of at most ``stride`` [cm]."""

@@ -1,18 +1,18 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Two-level preconditioner of the linear system of a step: single vertices, and rigid motions of patches of the fabric.
+"""Two-level preconditioner of the linear system of a step: single vertices, and rigid motions of patches.
 
-The inverse of the diagonal block D of each vertex reduces errors between neighbours fast, but it transports a motion of
-the whole garment by only one stitch per iteration. A coarse space solves for such motions directly: the fabric is
-divided into patches of about thirty stitches, each of which may shift in its plane (additive Schwarz with a coarse
+The inverse of the diagonal block D of each vertex reduces errors between neighbours fast, but it carries a motion of
+the whole garment on by only one stitch per iteration. A coarse space solves for such motions directly. The fabric is
+divided into patches of about thirty stitches, and each patch may shift in its plane (additive Schwarz with a coarse
 space; Nicolaides 1987):
 
     M^-1 = P D^-1 P + Z (Z^T A Z)^-1 Z^T
 
 P is the projector onto the allowed directions, and the columns of Z are also allowed directions. The result of the
-preconditioner therefore contains only allowed directions, so that the filter of Baraff and Witkin is part of it. The
-matrix Z^T A Z of the patches is factored as a sparse matrix, because dense factorizations become very slow if their
-threads share few cores.
+preconditioner therefore contains only allowed directions: the filter of Baraff and Witkin is part of it. The matrix
+Z^T A Z of the patches is factored as a sparse matrix, because dense factorizations become very slow if their threads
+share few cores.
 """
 
 from __future__ import annotations
@@ -27,13 +27,13 @@ from scipy.sparse.linalg import splu
 from stitchmesh.mesh import FloatArray, IntArray
 
 PATCH_VERTICES = 30
-"""Approximate number of vertices per patch: larger patches need more iterations, smaller ones larger factorizations."""
+"""Approximate number of vertices per patch. Larger patches need more iterations; smaller ones need larger factors."""
 REGULARIZATION = 1e-6
-"""Fraction of its diagonal that is added to the matrix of the patches. The matrix is singular without it for a patch of
+"""This part of its diagonal is added to the matrix of the patches. Without it the matrix is singular for a patch of
 border vertices, because the two motions of such a patch are linearly dependent."""
 NO_MOTION = 1e-12
-"""Diagonal entry of a motion, divided by the largest entry, below which the entry is only rounding error, because the
-vertices of the patch are not allowed to make this motion."""
+"""If the diagonal entry of a motion, divided by the largest entry, is below this, it is only rounding error, because
+the vertices of the patch may not make this motion."""
 
 Preconditioner = Callable[[FloatArray], FloatArray]
 """Function from a residual to the preconditioned residual, shape (3V,) each."""

@@ -37,10 +37,11 @@ logger = logging.getLogger(__name__)
 TOLERANCE = 2e-3
 """Residual at which a relaxation has converged (``dynamics``)."""
 MAX_ITERATIONS = 300
-"""Iterations after which a relaxation stops without having converged. Garments, found rows and panels of sewing
-patterns take at most 130, and stitches that are to be half or twice as high as they were made at most 230."""
+"""Number of iterations after which a relaxation stops without having converged. Garments, found rows and panels of
+sewing patterns take at most 130 iterations. Stitches with twice or half the height with which they were made take at
+most 230."""
 SUITABLE_ASPECT = 2.0
-"""Factor by which stitches may be higher or lower at rest than they were made, so that they still come to rest."""
+"""Stitches still come to rest if the aspects at rest and as made differ by at most this factor."""
 SURFACE_SPACING = 0.5
 """Edge length of the fine surface, divided by the size of a stitch."""
 REACH = 0.2
@@ -73,14 +74,14 @@ def relax_mesh(
         fabric: stitch mesh whose vertices are on the polygons of ``surface``.
         surface: the mesh from which the fabric was tessellated [cm]; the fabric moves onto its Catmull-Clark surface.
         options: the shape of unstressed stitches, the part of the surface that they cover, and the forces.
-        moving: whether each vertex may move, shape (V,); None if all may. The others stay where they are.
+        moving: whether each vertex may move, shape (V,); None if all may move.
         tolerance: root mean square of the net force along the surface at which the relaxation has converged.
         max_iterations: iterations after which the relaxation stops without having converged.
         device: Warp's name of the device that finds closest points; None for the preferred device.
-        run: progress after each iteration, and control, of which a step is one iteration; nothing else.
+        run: progress after each iteration, and control, with one iteration as a step; all other fields are refused.
 
     Raises:
-        ParameterError: a number is out of range, or a run asks for what is not obeyed.
+        ParameterError: a number is out of range, or the run has a field that this function does not obey.
         MeshError: the fabric or the surface has a lattice.
         SolverError: the forces are not finite, or stitches were pressed to a line or a point.
     """
@@ -140,7 +141,7 @@ def _relaxed(
 
 
 def _pressed_together(fabric: StitchMesh, position: FloatArray) -> SolverError:
-    """Return the error of stitches without an area after mesh relaxation; the place of the smallest one was regular."""
+    """Return the error for stitches that lost their area; it names the former place of the smallest stitch."""
     corner = position[fabric.face_vertex]
     area = np.linalg.norm(np.add.reduceat(np.cross(corner, corner[fabric.side_next]), fabric.face_start[:-1]), axis=1)
     face = np.array([np.nan_to_num(area).argmin()])

@@ -3,9 +3,9 @@
 """Rest lengths of course and wale edges from the area of the surface (Yuksel et al. 2012, section 6.1).
 
 The rest lengths satisfy N r_wale r_course = alpha A and r_wale = a r_course, where A is the area of the surface and a
-the aspect. An unstressed face with b bottom and t top sides is a trapezoid of area (b + t) / 2 r_course r_wale. It
+is the aspect. An unstressed face with b bottom and t top sides is a trapezoid of area (b + t) / 2 r_course r_wale. It
 therefore counts as (b + t) / 2 stitches in N: a plain stitch as 1, a 1-to-3 increase as 2, and the triangle at the end
-of a short row as 1/2. A bobble counts as the one stitch in whose place it stands.
+of a short row as 1/2. A bobble counts as one stitch, because it stands in the place of one.
 """
 
 from __future__ import annotations
@@ -41,12 +41,12 @@ class RestRectangle:
 def rest_lengths(
     fabric: StitchMesh, area: float, *, aspect: float, alpha: float, bobbles: Bobbles = NO_BOBBLES
 ) -> RestRectangle:
-    """Compute the rest lengths with which the unstressed stitches cover the part ``alpha`` of an area.
+    """Compute the rest lengths with which unstressed stitches cover the part ``alpha`` of an area.
 
     Args:
         fabric: stitch mesh.
         area: area A of the surface [cm^2].
-        aspect: rest length of a wale edge divided by that of a course edge.
+        aspect: rest length of a wale edge divided by the rest length of a course edge.
         alpha: covered part of the area.
         bobbles: the bobbles of the fabric.
     """

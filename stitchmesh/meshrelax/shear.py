@@ -8,8 +8,8 @@ At a corner j with neighbours i and k, let a = x_i - x_j, b = x_k - x_j and m = 
 
 Lengths are measured in units of u = sqrt(r_course r_wale), so that kappa is dimensionless as in the other forces. With
 the weights c = (-1/2, 1, -1/2) of (i, j, k), m is the weighted sum of the positions, and the force on each vertex is
-its weight times f_j. The derivative of a . b consists of -2 c m . dx and a part along (a - b). The Jacobian of f_j with
-respect to m is taken as
+f_j times the weight of the vertex. The derivative of a . b consists of -2 c m . dx and a part along (a - b). The
+Jacobian of f_j with respect to m is taken as
 
     -kappa (max(a . b, 0) I + 2 m m^T) / u^3
 

@@ -21,7 +21,7 @@ import numpy as np
 from stitchmesh.mesh import FloatArray
 
 SHORTEST = 1e-2
-"""Smallest length divided by rest length that is used in the force, so that the force of a vanished edge is finite."""
+"""The force uses at least this length over the rest length, so that the force of a vanished edge is finite."""
 
 
 def stretch_force(span: FloatArray, rest: FloatArray, stiffness: float) -> tuple[FloatArray, FloatArray]:

@@ -7,13 +7,13 @@ For a wale edge from i to j and the next wale edge from j to k, with d = x_i - x
     f = -kappa (|d| / r - 1) d / |d|,    r = max(r_wale, |x_i - x_j| + |x_k - x_j|)
 
 and the force on k is the opposite. By the triangle inequality r is at least |d|, so that a strut only pushes. If r is
-the length of the two edges, r depends on the positions. When the ends of a symmetrically bent strut move apart by s
-along n = d / |d|, r grows by s |d| / r, and the force along n changes by
+the summed length of the two edges, it depends on the positions. When the ends of a symmetrically bent strut move apart
+by s along n = d / |d|, r grows by s |d| / r, and the force along n changes by
 
     -(kappa / r) (1 - (|d| / r)^2) s,    or by -(kappa / r) s if r = r_wale
 
-This change vanishes on a straight wale, as the force does. A Jacobian with constant r would make the iteration
-unstable. The derivative perpendicular to n, (1/|d| - 1/r) kappa, is never negative and is dropped, so that the Jacobian
+This change vanishes for a straight wale, and so does the force. A Jacobian with constant r would make the iteration
+unstable. The derivative perpendicular to n, (1/|d| - 1/r) kappa, is never negative. It is dropped, so that the Jacobian
 is negative semidefinite.
 """
 
@@ -35,7 +35,7 @@ def strut_force(
     Args:
         lower: vector from the middle vertex to the lower vertex, x_i - x_j [cm], shape (S, 3).
         upper: vector from the middle vertex to the upper vertex, x_k - x_j [cm], shape (S, 3).
-        wale: rest length of the wale edges of each strut, shape (S,), or of all [cm].
+        wale: rest length of the wale edges [cm] of each strut, shape (S,), or one for all struts.
         stiffness: kappa, dimensionless.
 
     Returns:

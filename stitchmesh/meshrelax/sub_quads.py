@@ -15,8 +15,8 @@ from stitchmesh.meshrelax.bobbles import NO_BOBBLES, Bobbles
 from stitchmesh.meshrelax.rest_lengths import RestRectangle
 
 TURN_HEIGHT = 0.2
-"""Rest length of a row end at a turn within the fabric, over that of a wale edge. The two rows meet in a point there,
-near which their tip is placed after the relaxation; at 0.05 the relaxation does not converge."""
+"""Rest length of the end of a row at a turn within the fabric, over the rest length of a wale edge. The two rows meet
+there in a point, near which their tip is placed after the relaxation. With 0.05 the relaxation does not converge."""
 
 
 @dataclass(frozen=True)
@@ -24,11 +24,11 @@ class Springs:
     """Vertices and rest lengths of all forces of a fabric."""
 
     stretch_ends: IntArray
-    """Ends of the springs: of the edges, and then of the diagonals of sub-quads, shape (S, 2)."""
+    """Ends of the springs, shape (S, 2): first along the edges, then along the diagonals of sub-quads."""
     stretch_rest: FloatArray
     """Rest length of each spring [cm], shape (S,)."""
     corners: IntArray
-    """Each corner of each sub-quad, between its two neighbours, shape (A, 3)."""
+    """Each corner of each sub-quad, between its two neighbours: three vertices, shape (A, 3)."""
     struts: IntArray
     """Three consecutive vertices along a wale, shape (W, 3)."""
     strut_rest: FloatArray
@@ -85,8 +85,8 @@ def edge_ends(fabric: StitchMesh) -> IntArray:
 def sub_quad_corners(fabric: StitchMesh) -> IntArray:
     """Return the lower left, lower right, upper right and upper left mesh corner of each sub-quad, shape (Q, 4).
 
-    A face with b bottom and t top sides has max(b, t) sub-quads, several of which may share one side on the narrower
-    side of the face. A face without a bottom or top side is a triangle and has no sub-quads.
+    A face with b bottom and t top sides has max(b, t) sub-quads; on the narrower side of the face several of them may
+    share one side. A face without a bottom or without a top side is a triangle and has no sub-quads.
     """
     bottom, top = fabric.n_bottom, fabric.n_top
     count = np.where(np.minimum(bottom, top) > 0, np.maximum(bottom, top), 0)
@@ -99,16 +99,16 @@ def sub_quad_corners(fabric: StitchMesh) -> IntArray:
 
 
 def wale_strut_corners(fabric: StitchMesh, raised: NDArray[np.bool_] | None = None) -> IntArray:
-    """Return the mesh corners at both ends of each two consecutive wale edges, shape (W, 4).
+    """Return the mesh corners at the ends of each pair of consecutive wale edges, shape (W, 4).
 
-    The corners are the far end of one edge, the ends of both edges at the vertex that they share, and the far end of
-    the other edge. A wale continues through a vertex if exactly two wale edges meet there. An exception are the two
-    wale sides of one face, which meet at the end of a short row. There is no strut where wales begin, end or merge.
+    The corners are the far end of the first edge, the ends of both edges at their common vertex, and the far end of the
+    second edge. A wale continues through a vertex if exactly two wale edges meet there and they are not the two wale
+    sides of one face, which meet at the end of a short row. There is no strut where wales begin, end or merge.
 
     Args:
         fabric: stitch mesh.
-        raised: whether each vertex stands off the surface, shape (V,); its edges have no struts. None if no vertex
-            does.
+        raised: whether each vertex stands off the surface, shape (V,); its edges have no struts. None if all vertices
+            lie on the surface.
     """
     sides = fabric.edge_side[fabric.is_wale[fabric.edge_side]]
     ends = np.stack([sides, fabric.side_next[sides]], axis=1)

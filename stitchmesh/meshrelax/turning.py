@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Turning stiffness: stiffness from the curvature of the surface and of its border.
+"""Turning stiffness: the stiffness that comes from the curvature of the surface and of its border.
 
 Only the part of the force f in the allowed directions of a vertex counts, and these directions turn when the vertex
 moves. On a border with tangent t this part is f . t, whose derivative with respect to the arc length s is f . dt/ds. On

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The exact Hessian of the energy as a sparse matrix, of the control points and of the strains of cells.
+"""The exact Hessian of the energy as a sparse matrix, for the control points and the strains of cells.
 
 The matrices of segments and of pairs of contact samples (``segment_hessian``, ``PairStiffness``) become blocks of 3 x 3
-between control points. The vector g between two places, a leg or the gap of a pair, changes by du + E g, with the
-motion du of the places and the strain E of the cell,
+between control points. Let g be a leg or the gap of a pair, that is, the vector between two places. It changes by
+du + E g, with the motion du of the places and the strain E of the cell,
 
     E g = e1 (a g1 + c g2) + e2 (b g2)
 
@@ -13,19 +13,20 @@ K of a leg or of a pair adds
 
     du^T K (E_m g)  and  (E_m g)^T K (E_n g)
 
-to the borders of the matrix. The place x of a control point changes by (I + E) (x + du) - x. Where its internal force f
-is not zero, the derivative of E du adds - f^T E_m du, which the matrix of Gauss and Newton leaves out. At rest f is the
-opposite of the push of the planes, which has no part along the periods.
+to the borders of the matrix. The place x of a control point changes by (I + E) (x + du) - x. If its internal force f is
+not zero, the derivative of E du adds - f^T E_m du, which the Gauss-Newton matrix leaves out. At rest f is the opposite
+of the push of the planes, which has no part along the periods.
 
-Pairs are those in contact and those of terms, such as friction, whose anchors are places in space that do not follow
-the strains. Their forces are internal ones. Samples alone are those beside bodies.
+The pairs are the pairs in contact and the pairs of terms, such as friction, whose anchors are places in space that do
+not follow the strains. The forces of pairs are internal forces. The samples without a partner are the samples beside
+bodies.
 
-The order of the coordinates is that of the solver: those of the control points, and then the strains of each cell times
-``STRAIN_UNIT``. Coordinates that are held have their rows and columns too.
+The coordinates have the order of the solver: the coordinates of the control points, and then the strains of each cell
+times ``STRAIN_UNIT``. Held coordinates have their rows and columns too.
 
-The work has three steps. The kernels of forces, of matrices and of the lists of segments that touch run first. If
-segments touch that have no places yet, the places of all entries are found (``touching_segments``, ``matrix_pattern``).
-The entries are summed last (``segment_sums``, ``matrix_entries``).
+The work has three steps. The kernels of forces, of matrices and of the lists of touching segments run first. If
+segments touch whose entries have no places yet, the places of all entries are found (``touching_segments``,
+``matrix_pattern``). The entries are summed last (``segment_sums``, ``matrix_entries``).
 """
 
 from __future__ import annotations
@@ -60,19 +61,19 @@ if TYPE_CHECKING:
     from stitchmesh.yarnrelax.simulation import YarnSimulation
 
 LARGEST_GROUP = 32_768
-"""Coordinates of the largest group of several cells that is factored at once on a GPU."""
+"""Largest number of coordinates of a group of several cells that a GPU factors at once."""
 
 
 class HessianAssembly:
     """The arrays from which the Hessians of the states of a simulation are assembled."""
 
     def __init__(self, simulation: YarnSimulation) -> None:
-        """Allocate; nothing is found yet.
+        """Allocate the arrays; the first matrix finds the pattern.
 
         Args:
-            simulation: the yarns, with candidate lists for their current state. Terms that are neither constant forces
-                nor give blocks of points, pairs or samples (``Term.point_blocks``, ``Term.pair_stiffness``,
-                ``Term.sample_stiffness``) are left out.
+            simulation: the yarns, with candidate lists for their current state. A term is left out if it is no constant
+                force and gives no blocks of points, pairs or samples (``Term.point_blocks``, ``Term.pair_stiffness``,
+                ``Term.sample_stiffness``).
         """
         model, strain = simulation.model, simulation.strain
         self._simulation = simulation
@@ -92,16 +93,16 @@ class HessianAssembly:
     ) -> csc_array:  # fmt: skip
         """Return the Hessian of the current state [erg / unit^2], shape (3 E, 3 E).
 
-        E is the number of control points, and with it the number of cells if their periods relax. While the same
-        segments touch, all matrices share ``indices`` and ``indptr``, which nobody may change.
-        Cells that rest (``Model.resting``) keep the matrices of their legs and contacts of the last time.
+        E is the number of control points, plus the number of cells if their periods relax. While the same segments
+        touch, all matrices share ``indices`` and ``indptr``, which nobody may change. Cells that rest
+        (``Model.resting``) keep their last matrices of legs and contacts.
 
         Args:
-            exact: share of the exact Hessian of each segment, shape (S,), the same of all segments of a cell whose
-                periods relax; the rest is the matrix of Gauss and Newton, which is never negative. By default all of
-                it is exact.
-            forces_are_found: whether the samples and the forces of the simulation are those of the current state, so
-                that their launches can be left out.
+            exact: share of the exact Hessian in each segment, shape (S,); the rest is the Gauss-Newton matrix, which is
+                positive semidefinite. All segments of a cell whose periods relax have the same share. None for 1
+                everywhere.
+            forces_are_found: whether the simulation already has the samples and forces of the current state, so that
+                their launches can be left out.
         """
         entries, pattern = self._entries(exact, forces_are_found)
         size = len(pattern.column_start) - 1
@@ -112,15 +113,15 @@ class HessianAssembly:
     def cell_matrices(
         self, exact: NDArray[np.float64], owners: Owners, couplings: Sequence[Coupling], *, forces_are_found: bool
     ) -> CellMatrices:  # fmt: skip
-        """Return the Hessians of the current states of some cells, to be factored where they are assembled.
+        """Return the Hessians of the current states of some cells, on the device that factors them.
 
-        A GPU without cuDSS leaves the factors to the processor.
+        Without cuDSS, the processor factors the matrices of a GPU.
 
         Args:
-            exact: as for ``matrix``.
+            exact: share of the exact Hessian in each segment (``matrix``).
             owners: the coordinates of the cells.
-            couplings: what joins many coordinates of the only piece.
-            forces_are_found: as for ``matrix``.
+            couplings: couplings of many coordinates; only a piece of its own has them.
+            forces_are_found: whether the simulation already has the samples and forces of the current state.
         """
         device = self._simulation.model.device
         if not self._coupled.are_of(couplings):
@@ -141,7 +142,7 @@ class HessianAssembly:
     def _entries(
         self, exact: NDArray[np.float64] | None, forces_are_found: bool
     ) -> tuple[wp.array[Any], MatrixPattern]:  # fmt: skip
-        """The entries of the matrix on the device, which the next ones overwrite, and their places."""
+        """Return the entries of the matrix on the device, which the next call overwrites, and their places."""
         self._exact.assign(np.ones(self._simulation.model.segment_count) if exact is None else exact)
         pattern = self._find(forces_are_found)
         simulation = self._simulation
@@ -152,7 +153,7 @@ class HessianAssembly:
         blocks = [own for term in simulation.terms if (own := term.point_blocks(state)) is not None]
 
         def launches() -> list[Any]:
-            """Those that sum all entries."""
+            """Return the launches that sum all entries."""
             launcher, (pairs, samples) = model.prepare, self._pairs()
             found = self._sums.launches(
                 state.points, state.samples, self._leg_hessian, pairs, samples, pattern, launcher
@@ -166,7 +167,7 @@ class HessianAssembly:
         return entries, pattern
 
     def _pairs(self) -> tuple[list[PairStiffness], list[SampleStiffness]]:
-        """The pairs in contact and those of terms, and the samples of terms."""
+        """Return the pairs in contact and the pairs of terms, and the samples of terms."""
         simulation = self._simulation
         model, state, launcher = simulation.model, simulation.state, simulation.model.prepare
         if self._pairs_in_contact.entries.shape != simulation.candidates.lists.shape:
@@ -184,7 +185,7 @@ class HessianAssembly:
             simulation.captured("balance", simulation.balance_launches).launch()
 
         def launches() -> list[Any]:
-            """Those that find the matrices, and the segments that touch."""
+            """Return the launches that find the matrices and the touching segments."""
             launcher, (given, alone) = model.prepare, self._pairs()
             legs = leg_hessian_launch(model, self._exact, state.points, self._leg_hessian, launcher)
             further = [own.launches for own in given] + [own.launches for own in alone]
@@ -200,11 +201,11 @@ class HessianAssembly:
 
 
 def _groups(coordinates: NDArray[np.int64], strains: int) -> NDArray[np.int64]:
-    """Return the group of each coordinate, in which it is factored on a GPU, first of the points and then of strains.
+    """Return the group in which a GPU factors each coordinate: first for the points, then for the strains.
 
     Args:
         coordinates: number of coordinates of the points of each cell, shape (C,).
-        strains: number of coordinates of the strains of each cell.
+        strains: number of coordinates of the strain of each cell.
     """
     group, filled = np.zeros(len(coordinates), dtype=np.int64), 0
     for cell, own in enumerate((coordinates + strains).tolist()):

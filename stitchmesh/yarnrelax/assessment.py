@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Residuals and energies of states, which ``convergence`` judges.
 
-A batch has thousands of cells, each of which is assessed every few iterations. Their assessments are therefore arrays
-over the cells (``Assessments``), and that of one cell (``Assessment``) is taken from them where it is asked for.
+A batch has thousands of cells, and each of them is assessed every few iterations. Their assessments are therefore
+arrays over the cells (``Assessments``), and the assessment of one cell (``Assessment``) is made from them when needed.
 """
 
 from __future__ import annotations
@@ -17,22 +17,23 @@ from numpy.typing import NDArray
 from stitchmesh.quality import MORE_DIGITS
 
 ABOVE_NOISE = 4.0
-"""Ratio to the noise above which forces are significant; the noise of one place varies by about that factor."""
+"""Forces are significant above this ratio to the noise, because the noise of one place varies by about this factor."""
 MORE_ITERATIONS = "raise max_iterations"
-"""Advice for yarns that further iterations would bring nearer to rest."""
+"""Advice for yarns that more iterations would bring nearer to rest."""
 
 
 @dataclass(frozen=True)
 class RemainingChange:
-    """Estimate of the change that is left between a state and rest."""
+    """Estimate of the remaining change between a state and rest."""
 
     spacing: float
-    """Largest relative change of the periods of the cell. Of a piece that Newton's method ends, the rms relative change
-    of distances between neighbouring stitches; of other pieces, that of their mean along the yarns or across them."""
+    """Largest relative change of the periods of a cell. For a piece that ends with Newton's method, the rms relative
+    change of the distances between neighbouring stitches; for other pieces, the change of the mean distance along the
+    yarns or across them."""
     energy: float
     """Relative change of the energy."""
     rms_radii: float
-    """The rms displacement of the control points in yarn radii; of the stitches where Newton's method does not end."""
+    """The rms displacement in yarn radii: of the control points, or of the stitches if Newton's method does not end."""
 
 
 @dataclass(frozen=True)
@@ -44,9 +45,9 @@ class Assessment:
     energies: dict[str, float]
     """Energy of each term [erg]."""
     rounding: float = 0.0
-    """Residual that the rounding of coordinates alone causes; 0 where it is certainly less than ``residual``."""
+    """Residual that the rounding of coordinates alone causes; 0 if it is certainly less than ``residual``."""
     hidden: bool = False
-    """Whether all forces are noise while yarns are loaded, so that nothing can say whether they are at rest."""
+    """Whether all forces of loaded yarns are noise, so that nothing can say whether the yarns are at rest."""
 
     @property
     def energy(self) -> float:
@@ -77,7 +78,7 @@ class Assessment:
 
 @dataclass(frozen=True, eq=False)
 class Assessments:
-    """Residuals and energies of the states of C cells; ``len``, indices and loops give those of each cell."""
+    """Residuals and energies of the states of C cells; indices and loops give the assessment of each cell."""
 
     residual: NDArray[np.float64]
     """Relative force residuals, shape (C,)."""
@@ -128,7 +129,7 @@ class Assessments:
         return self.residual <= ABOVE_NOISE * self.rounding
 
     def hides_rest(self, tolerance: float) -> NDArray[np.bool_]:
-        """Whether rounding alone leaves each cell more than the tolerance, or all its forces are noise, shape (C,)."""
+        """Whether rounding alone leaves a cell above the tolerance, or all its forces are noise, shape (C,)."""
         return self.hidden | (self.is_noise & (self.rounding > tolerance))
 
     @property
@@ -137,7 +138,7 @@ class Assessments:
         return np.isfinite(self.residual) & np.isfinite(self.energy)
 
     def replaced(self, cells: NDArray[np.bool_], others: Assessments) -> Assessments:
-        """Return these assessments, and those of others for some cells, shape (C,)."""
+        """Return these assessments, with the assessments of ``others`` for the chosen ``cells``, shape (C,)."""
         energies = {name: np.where(cells, others.energies[name], own) for name, own in self.energies.items()}
         residual, rounding = (np.where(cells, getattr(others, name), getattr(self, name))
                               for name in ("residual", "rounding"))  # fmt: skip

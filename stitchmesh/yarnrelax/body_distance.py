@@ -38,18 +38,18 @@ def surface_distances(
 
 @alone()
 def body_distance(yarns: YarnSet, body: Mesh, *, contact_samples: int = 3, device: str | None = None) -> FloatArray:
-    """Return the distance from the surface of a body to the surface of the yarn [cm], the least of each segment, (S,).
+    """Return the least distance [cm] from the surface of a body to the surface of the yarn in each segment, shape (S,).
 
-    It is negative where the yarn is in the body.
+    The distance is negative where the yarn is inside the body.
 
     Args:
         yarns: the yarns.
         body: the surface, with its faces outwards.
-        contact_samples: places along each segment at which the distance is measured.
-        device: "cpu", "cuda:0" ...; the first GPU, else the CPU, where not given.
+        contact_samples: number of places along each segment at which the distance is measured.
+        device: "cpu", "cuda:0" ...; None for the first GPU, or the CPU if there is no GPU.
 
     Raises:
-        ParameterError: an unknown device, or a count below 1.
+        ParameterError: the device is unknown, or the count is below 1.
     """
     model = put_model(
         yarns, YarnMaterial.named(), quadrature_points=1, contact_samples=contact_samples,

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The simulation of yarns that follow a moving body, from one frame of the body to the next.
 
-In a time step the surface moves by no more than ``LARGEST_MOTION`` of the reach of a contact sample, so it cannot pass
-a sample between two evaluations of forces. Candidate lists and budgets are those of a relaxation
+In a time step the surface moves by at most ``LARGEST_MOTION`` of the reach of a contact sample. It therefore cannot
+pass a sample between two evaluations of the forces. Candidate lists and step budgets are the same as in a relaxation
 (``relaxation_loop``), so no yarn passes through another one.
 """
 
@@ -34,12 +34,12 @@ from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.dynamics import YarnDynamics
 
 LARGEST_MOTION = 0.2
-"""Largest motion of the surface in a time step, in reaches of the contact samples."""
+"""Largest motion of the surface in a time step, over the reach of the contact samples."""
 
 
 @dataclass(frozen=True, eq=False)
 class FollowInputs:
-    """What decides a run."""
+    """The inputs that decide a run."""
 
     yarns: YarnSet
     body: MovingBody
@@ -57,7 +57,7 @@ class FollowState:
     frame: int
     """Frame of the body."""
     steps: int
-    """Steps in time so far."""
+    """Number of time steps so far."""
     margin: float
     """Margin of the candidate lists [units]."""
     lists_age: int
@@ -70,7 +70,7 @@ class BodyFollower:
     """Yarns and a moving body on a device."""
 
     def __init__(self, inputs: FollowInputs) -> None:
-        """Yarns at rest where they were given, and the body at its first time.
+        """Place the yarns at rest where they were given, and the body at its first time.
 
         Raises:
             ParameterError: a choice does not fit the yarns.
@@ -115,7 +115,7 @@ class BodyFollower:
         return replace(self.inputs.yarns, points=model.from_device(self.simulation.state.points))
 
     def report(self) -> dict[str, Any]:
-        """Plain numbers of the present frame."""
+        """Return figures of the present frame as plain numbers."""
         simulation = self.simulation
         self.loop.search_contacts()
         nearest = smallest_distances(simulation.model, simulation.state, simulation.candidates)
@@ -129,7 +129,7 @@ class BodyFollower:
         }
 
     def state(self) -> FollowState:
-        """Everything that decides how the run continues after the present frame."""
+        """Return everything that decides how the run continues after the present frame."""
         arrays = {name: array.numpy() for name, array in carried_arrays(self.simulation).items()}
         margin = self.simulation.candidates.margin
         return FollowState(self.frame, self.steps, margin, self.loop.lists_age, arrays)
@@ -153,10 +153,10 @@ class BodyFollower:
         return LARGEST_MOTION * reach / speed if speed > 0.0 else np.inf
 
     def _checked_gap(self) -> float:
-        """Smallest signed distance of a sample from the body over its reach.
+        """Return the smallest signed distance of a sample from the body, over the reach of the sample.
 
         Raises:
-            SolverError: it is not finite, or so small that the body cannot push the yarn out any more.
+            SolverError: the distance is not finite, or so small that the body cannot push the yarn out any more.
         """
         simulation, model = self.simulation, self.simulation.model
         place_contact_samples(model, simulation.state, model.launch)

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Stress and bending moment of a periodic cell in its current state.
 
-With the frame and the strains of ``cell_strain`` and W the forces on them, the tension of the fabric is -W over the
-area of the cell [dyn/cm]: positive where the cell would shrink. When the fabric is bent to a curvature k along e1,
-places move by
+Take the frame and the strains of ``cell_strain``, and let W be the forces on the strains. The tension of the fabric is
+-W over the area of the cell [dyn/cm]; it is positive where the cell would shrink. When the fabric is bent to a
+curvature k along e1, places move by
 
     u = -k x z e1 + k x^2 / 2 n,    x along e1, z along the normal n
 
@@ -12,11 +12,12 @@ and the energy falls by Q k to first order, where Q sums over the legs of the ya
 
     Q = sum of  -z f_1 d_1 + x (f_3 d_1 - f_1 d_3)
 
-with d the leg from control point to control point, or the gap between two samples, f the force on its end, z and x its
-middle. x is relative to the middle of the leg's segment, which makes no difference because no segment exerts a torque.
-Pairs push along their gap and add to the first term only. Yarns at rest deform to first order without energy, so the
-moment Q over the area [dyn] is that of the fabric: where it is positive, a free edge across e1 curls towards the
-normal, the right side. Under tension it depends on the plane in which z is zero, here the middle of the yarn.
+where d is the leg from control point to control point, or the gap between two samples, f is the force on its end, and z
+and x belong to its middle. x is relative to the middle of the leg's segment; this makes no difference, because no
+segment exerts a torque. Pairs push along their gap, and add to the first term only. Yarns at rest deform to first order
+without a change of energy, so the moment of the fabric is Q over the area [dyn]. Where it is positive, a free edge
+across e1 curls towards the normal, the right side. Under tension the moment depends on the plane in which z is zero;
+here this plane goes through the middle of the yarn.
 """
 
 from __future__ import annotations
@@ -145,7 +146,7 @@ def cell_stress(
 ) -> CellStress:
     """Stress and bending moment of yarns on a lattice in their current state, in double precision.
 
-    Arguments as for ``yarn_energies``; use the sampling with which the yarns were relaxed.
+    The arguments are the same as for ``yarn_energies``; use the sampling with which the yarns were relaxed.
 
     Raises:
         ParameterError: the yarns have no lattice.
@@ -158,7 +159,7 @@ def cell_stresses(
     given: Sequence[tuple[YarnSet, YarnMaterial]], quadrature_points: int, contact_samples: int | Sequence[int],
     device: str | None,
 ) -> list[CellStress]:  # fmt: skip
-    """The stress and bending moment of many cells in the same launches; errors as for ``cell_stress``."""
+    """Return the stress and bending moment of many cells, in the same launches; errors as in ``cell_stress``."""
     if any(yarns.lattice is None for yarns, _material in given):
         raise ParameterError("cell stress: the yarns repeat on no lattice")
     model, state, candidates = put_evaluations(given, "float64", quadrature_points, contact_samples, device)
@@ -184,6 +185,6 @@ def _stress(cell: PeriodicCell, normal: NDArray[np.float64], sums: NDArray[np.fl
     w11, w22, w12, first, second = sums.tolist()
     middle = np.concatenate(cell.yarns.sampled(4)).mean(axis=0)
     shift, area = float((middle - cell.origin) / cell.unit @ normal), cell.yarns.lattice.area
-    # forces are in erg per unit: the moment's lever is in units too
+    # forces are in erg per unit, so the lever of the moment is in units too
     moments = (first + shift * w11) * cell.unit / area, (second + shift * w22) * cell.unit / area
     return CellStress(-w11 / area, -w22 / area, -w12 / area, *moments)

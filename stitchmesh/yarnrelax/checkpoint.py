@@ -5,17 +5,17 @@
 A checkpoint is written between two iterations or two Newton steps, right after an assessment. From there on everything
 depends on
 
-    the control points and the periods, the same at the last search for contacts and in the last accepted state, and
-    what the solver, Newton's method and the terms carry; the margin and the age of the candidate lists, the scale of
-    steps, whether Newton's method ends the relaxation, the estimate of the change that is left, the marks from which it
-    is made (``settling``), the last assessment, the step of the load with its start, and the load steps that have ended
-    (``load_steps``).
+    the control points and the periods: now, at the last search for contacts, and in the last accepted state, and
+    the values that the solver, Newton's method and the terms keep; the margin and the age of the candidate lists, the
+    scale of steps, whether Newton's method ends the relaxation, the estimate of the remaining change, the marks from
+    which the estimate is made (``settling``), the last assessment, the step of the load with its start, and the load
+    steps that have ended (``load_steps``).
 
-Candidate lists and budgets follow from the place of the last search and the margin, so they are made again and not
-stored. Everything else follows from the inputs of the relaxation, so a checkpoint contains a fingerprint of the inputs:
-yarns, material, quality, kind of device, terms and constraints have to be the same. Only tolerance, largest_change and
-max_iterations may differ. They decide where a relaxation ends and not how it proceeds, so a relaxation that stopped at
-its limit can continue.
+Candidate lists and step budgets follow from the place of the last search and from the margin, so a checkpoint does not
+store them; they are made again. Everything else follows from the inputs of the relaxation, so a checkpoint contains a
+fingerprint of the inputs: yarns, material, quality, kind of device, terms and constraints have to be the same. Only
+tolerance, largest_change and max_iterations may differ. They decide where a relaxation ends and not how it proceeds, so
+a relaxation that stopped at its limit can continue.
 """
 
 from __future__ import annotations
@@ -38,19 +38,19 @@ from stitchmesh.yarnrelax.loop_state import LoopState
 from stitchmesh.yarnrelax.relaxation_inputs import MASSES
 
 LOAD, START = "load.", ("points", "periods")
-"""Beginning of the names of arrays at which a step of the load starts, and their names in ``LoadPosition``."""
+"""Beginning of the names of the arrays at the start of a load step, and their names in ``LoadPosition``."""
 
 
 @dataclass(frozen=True, eq=False)
 class CheckpointState:
-    """A relaxation between two iterations: everything that decides how it continues, and what was reported of it."""
+    """A relaxation between two iterations: everything that decides how it continues, and its history for the report."""
 
     loop: LoopState
     """The state of the loop."""
     seconds: float
     """Time spent [s]."""
     history: Sequence[HistoryEntry]
-    """The result of each assessment."""
+    """The figures of each assessment."""
     position: LoadPosition = AT_ONCE
     """The step of the load."""
     ended: Sequence[EndedStep] = ()
@@ -92,7 +92,7 @@ class _Header(TypedDict):
 
 
 def write_state(path: FilePath, inputs: Mapping[str, str], state: CheckpointState) -> None:
-    """Write a checkpoint; the one before it is kept.
+    """Write a checkpoint, and keep the one before it.
 
     Raises:
         FileError: the file cannot be written.
@@ -117,11 +117,11 @@ def write_state(path: FilePath, inputs: Mapping[str, str], state: CheckpointStat
 
 
 def read_state(path: FilePath, inputs: Mapping[str, str]) -> CheckpointState:
-    """The state that a checkpoint contains.
+    """Return the state that a checkpoint contains.
 
     Raises:
-        FileError: the checkpoint is missing or damaged; the message names the one before it if that file is undamaged.
-        ParameterError: the checkpoint is of a relaxation with other inputs; the message says which.
+        FileError: the checkpoint is missing or damaged; the message names the one before it if that is undamaged.
+        ParameterError: the checkpoint belongs to a relaxation with other inputs; the message names them.
     """
     content = read_checkpoint(path)
     header = checked_header(path, content, _Header)
@@ -155,6 +155,6 @@ def seconds_of(path: FilePath) -> float:
     """Return the time that a relaxation had taken until it wrote a checkpoint [s].
 
     Raises:
-        FileError: as for ``read_state``.
+        FileError: the checkpoint is missing or damaged.
     """
     return checked_header(path, read_checkpoint(path), _Header)["seconds"]

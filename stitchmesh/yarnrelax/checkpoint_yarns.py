@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The yarns of a checkpoint, for a look at a relaxation that runs or was stopped."""
+"""The yarns of a checkpoint, which show a relaxation that runs or was stopped."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ from stitchmesh.yarn import YarnSet
 def checkpoint_yarns(path: FilePath, yarns: YarnSet) -> YarnSet:
     """Return yarns at the last good positions of a checkpoint.
 
-    A checkpoint holds positions in mean yarn radii from the middle of the yarns that were given to the relaxation. Its
-    yarns are placed with their middle at that of ``yarns``.
+    A checkpoint holds positions in mean yarn radii, from the middle of the yarns that were given to the relaxation. The
+    returned yarns have the same middle as ``yarns``.
 
     Args:
         path: a checkpoint (``.smc``).
         yarns: the yarns of the relaxation, at any positions.
 
     Raises:
-        FileError: the checkpoint cannot be read, or is of other yarns.
+        FileError: the checkpoint cannot be read, or belongs to other yarns.
     """
     content = read_checkpoint(path)
     points = from_float32(content.arrays.get("good_points", np.zeros((0, 3))))

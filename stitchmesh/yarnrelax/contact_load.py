@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Contact force per length of yarn: how hard the yarns press on each segment.
 
-The contact forces on a yarn that is held between others cancel, so that their sum does not show how hard it is pressed.
-The contact load therefore sums the magnitudes of the forces between pairs of contact samples (``energies/contact``),
-and divides the sum of a segment by its rest length.
+The contact forces on a yarn between others cancel, so their sum does not show how hard the yarn is pressed. The contact
+load therefore sums the magnitudes of the forces between pairs of contact samples (``energies/contact``), and divides
+the sum of each segment by its rest length.
 """
 
 from __future__ import annotations
@@ -65,10 +65,10 @@ def contact_load(
         material: stiffnesses, used without change (``YarnMaterial.scaled`` adapts them to another radius).
         precision: "float32" or "float64".
         contact_samples: contact samples for each segment.
-        device: "cpu", "cuda:0" ...; the first GPU, else the CPU, where not given.
+        device: "cpu", "cuda:0" ...; None for the first GPU, or the CPU if there is no GPU.
 
     Raises:
-        ParameterError: an unknown device or precision, or a count below 1.
+        ParameterError: the device or the precision is unknown, or a count is below 1.
     """
     model, state, candidates = put_evaluation(yarns, material, precision, 1, contact_samples, device)
     magnitude = model.empty(model.sample_count)

@@ -7,41 +7,46 @@ The residual compares the remaining force with the forces that balance one anoth
     residual = rms over control points of |F| / rms over control points of sum over terms of |F_term|
 
 where F is the net force less the reactions of constraints, and the terms are stretch, length, bending, contact and the
-requested terms. The residual is 0 at balance and at most 1, has no unit and does not depend on the start. Where a cell
-relaxes, the residual is at least ``STRAINS_COUNT`` times that of the forces on its strains (``cell_strain``): the
-magnitude of their sum over the sum of the magnitudes for the terms.
+requested terms. The residual is 0 at balance and at most 1; it has no unit and does not depend on the start. If a cell
+relaxes, the residual is at least ``STRAINS_COUNT`` times the residual of its strains (``cell_strain``), which is the
+magnitude of the sum of the forces on them over the sum of the magnitudes for the terms.
 
 Yarns are at rest if the residual is below ``Quality.tolerance`` and a second condition holds. Fabrics are softer than
-yarns, so that a small force can leave a large change of the spacing. Where Newton's method ends the relaxation, the
-yarns must be at a minimum of the energy, and the change of the spacing that is left, which a step of it finds
-(``newton``), must be below ``Quality.largest_change``. For pieces that it does not end, and for garments that may stop
-before it begins, that change is estimated from the changes so far (``settling``). Where yarns move by ``Dynamics``, or
-where friction moves the state of rest of a piece without a lattice, nothing is known of it, and the energy must fall by
-less than ``LARGEST_ENERGY_FALL`` times the tolerance, relative to itself, between two assessments. Yarns with a
-residual of 0 are at rest in any case, and so are those of which the residual is noise below the tolerance if no step
+yarns, so that a small force can leave a large change of the spacing. The second condition depends on the relaxation:
+
+- If Newton's method ends the relaxation, the yarns must be at a minimum of the energy, and the remaining change of the
+  spacing, which a step of it finds (``newton``), must be below ``Quality.largest_change``.
+- If Newton's method does not end the relaxation of a piece, or if a garment may stop before the method begins, the
+  remaining change is estimated from the changes so far (``settling``).
+- If yarns move by ``Dynamics``, or if friction moves the state of rest of a piece without a lattice, the remaining
+  change is unknown. Between two assessments the energy must then fall by less than ``LARGEST_ENERGY_FALL`` times the
+  tolerance, relative to itself.
+
+Yarns with a residual of 0 are at rest in any case. So are yarns whose residual is noise below the tolerance, if no step
 lowers their energy.
 
-Coordinates are rounded, and a yarn is stiff: the forces of yarns at rest are not zero, and no solver can make them
-zero. The effect of rounding is measured: all coordinates are changed by their last digit, up or down at random, and
+Coordinates are rounded, and a yarn is stiff. The forces of yarns at rest are therefore not zero, and no solver can make
+them zero. To measure the effect of rounding, all coordinates are changed by their last digit, up or down at random, and
 
     noise = rms over control points of |F changed - F| / sqrt(12)
 
-because a change by one digit is sqrt(12) times the rms of a rounding error. The noise is at least that of a coordinate
-of one radius, because products are rounded too. Where the noise alone exceeds the tolerance, only a higher precision
-helps, and the relaxation ends once the residual is noise and the energy is level. The noise is measured where a bound,
-the row sums of stiffness times the size of the coordinates and the precision, cannot exclude it.
+because a change by one digit is sqrt(12) times the rms of a rounding error. The noise is at least the noise of a
+coordinate of one radius, because products are rounded too. If the noise alone exceeds the tolerance, only a higher
+precision helps, and the relaxation ends once the residual is noise and the energy is level. The row sums of stiffness
+times the size of the coordinates and the precision bound the noise; it is measured only if the bound cannot exclude it.
 
-Where the forces of the terms are at most a few times the noise, they cannot be distinguished from zero. Unloaded yarns,
-straight and apart, are then at rest, and the residual is 0. They are unloaded if bending and contact have at most the
-energies of a sag and of an overlap of w = ``UNLOADED`` radii, or of the rounding of coordinates if that is more,
+If the forces of the terms are at most a few times the noise, they cannot be distinguished from zero. Unloaded yarns,
+straight and apart, are then at rest, and the residual is 0. Yarns are unloaded if their energies of bending and contact
+are at most the energies of a sag and of an overlap of w = ``UNLOADED`` radii, or of the rounding of coordinates if that
+is more,
 
     sum over segments of  k_bend l (8 w / L^2)^2,    1/2 sum over control points of  D_i w^2
 
-with L the length of the longest yarn and D_i the row sums of contact. Where there is more energy, the yarns are loaded,
-and the noise hides their forces: yarn with a ``k_length`` of 1e10 erg carries the forces of bending with strains of
-1e-9, which float32 does not represent, and an arc of 200 radii bends back with less force than the rounding of its
-coordinates. Nothing can then tell whether the yarns are at rest, and they are not called so. The residual is at least
-that of the noise, and the relaxation ends once the energy is level.
+with L the length of the longest yarn and D_i the row sums of contact. If there is more energy, the yarns are loaded,
+and the noise hides their forces. Two examples: yarn with a ``k_length`` of 1e10 erg carries the forces of bending with
+strains of 1e-9, which float32 does not represent; and an arc of 200 radii bends back with less force than the rounding
+of its coordinates. Nothing can then tell whether the yarns are at rest, and they are not called so. The residual is at
+least the residual of the noise, and the relaxation ends once the energy is level.
 """
 
 from __future__ import annotations
@@ -69,7 +74,7 @@ from stitchmesh.yarnrelax.solvers.cell_strain import CellStrain
 from stitchmesh.yarnrelax.solvers.stiffness_bounds import bend_stiffness
 
 UNLOADED = 0.05
-"""Sag and overlap in mean radii up to which yarns count as straight and apart where rounding hides their forces."""
+"""Largest sag and overlap, in mean radii, of yarns that count as straight and apart if rounding hides their forces."""
 STRAINS_COUNT = 5.0
 """Weight of the residual of a cell's strains."""
 
@@ -149,18 +154,18 @@ LARGEST_ENERGY_FALL = 0.1
 
 
 def is_level(energy_fall: NDArray[np.float64], tolerance: float) -> NDArray[np.bool_]:
-    """Whether each energy hardly falls any more; arguments as for ``has_converged``, shape (C,)."""
+    """Whether each energy hardly falls any more, shape (C,); the arguments are the same as in ``has_converged``."""
     return np.abs(energy_fall) < LARGEST_ENERGY_FALL * tolerance
 
 
 def has_converged(
     residual: NDArray[np.float64], energy_fall: NDArray[np.float64], tolerance: float
 ) -> NDArray[np.bool_]:
-    """Whether yarns are at rest as far as residual and energy can say, shape (C,).
+    """Whether residual and energy say that yarns are at rest, shape (C,).
 
     Args:
         residual: relative force residuals, shape (C,).
-        energy_fall: part of itself by which each energy fell since the assessment before, shape (C,).
+        energy_fall: decrease of each energy since the last assessment, relative to the energy, shape (C,).
         tolerance: ``Quality.tolerance``.
     """
     return (residual == 0.0) | ((residual < tolerance) & is_level(energy_fall, tolerance))
@@ -173,7 +178,7 @@ def is_at_rest(
 
     Args:
         residual: relative force residuals, shape (C,).
-        spacing: estimates of the relative change of the spacing that is left; infinite if unknown, shape (C,).
+        spacing: estimates of the remaining relative change of the spacing, infinite if unknown, shape (C,).
         tolerance: ``Quality.tolerance``.
         largest_change: ``Quality.largest_change``.
     """
@@ -195,7 +200,7 @@ def hidden_by_rounding(
 
 
 def rounding_force(model: Model, stiffness: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Bound of the rms force that the rounding of coordinates causes without contacts [erg / unit], shape (C,)."""
+    """Bound of the rms force from the rounding of coordinates, without contacts [erg / unit], shape (C,)."""
     counts = np.diff(model.point_start)
     mean = np.add.reduceat(stiffness**2, model.point_start[:-1]) / counts
     return np.sqrt(mean) * model.size * precision_of(model)
@@ -220,7 +225,7 @@ def unloaded_energies(model: Model, contact: NDArray[np.float64]) -> tuple[NDArr
 
 
 class Assessor:
-    """The captured launches of an assessment, about thirty, whose result is read in two transfers."""
+    """The captured launches of an assessment, about thirty; two transfers read their result."""
 
     def __init__(
         self,
@@ -234,7 +239,7 @@ class Assessor:
         rounding: NDArray[np.float64],
         strain: CellStrain | None = None,
     ) -> None:
-        """Prepare the launches for the current arrays; ``rounding`` is ``rounding_force``."""
+        """Prepare the launches for the current arrays; ``rounding`` is the result of ``rounding_force``."""
         n = model.point_count
         self.model, self.state, self.candidates, self.terms = model, state, candidates, terms
         self.constraints, self.point_stiffness, self.strain = constraints, point_stiffness, strain
@@ -246,9 +251,9 @@ class Assessor:
         self.perturbing: CapturedLaunches | None = None
 
     def assess(self, cells: NDArray[np.bool_] | None = None) -> Assessments:
-        """Residual and energies of each cell in its current state; forces are overwritten.
+        """Return residual and energies of each cell in its current state; forces are overwritten.
 
-        With ``cells``, only the assessments of these are of the current state.
+        With ``cells``, only the assessments of these cells belong to the current state.
         """
         with only_in(self.model, cells):
             self.launches.launch()
@@ -291,7 +296,7 @@ class Assessor:
         return np.asarray((straight & (energies["bend"] > bent)) | (energies["contact"] > pressed))
 
     def _launches(self, launcher: Launcher) -> list[Any]:
-        """Forces term by term, their sums and magnitudes, and energies."""
+        """Return the launches for forces term by term, their sums and magnitudes, and energies."""
         model, state = self.model, self.state
         sums = [self.net, self.effort, self.contact_noise]
         launches: list[Any] = [ZeroArray(array) for array in sums]
@@ -315,14 +320,14 @@ class Assessor:
         return [*launches, self.sums.total_launch(launcher)]
 
     def _noise(self) -> NDArray[np.float64]:
-        """Force that the rounding of coordinates causes [erg / unit], root mean square, shape (C,)."""
+        """Return the rms force that the rounding of coordinates causes [erg / unit], shape (C,)."""
         if self.perturbing is None:
             self.perturbing = CapturedLaunches(self._noise_launches(self.model.prepare), self.model.device)
         self.perturbing.launch()
         return np.sqrt(self.noise.totals()["noise"] / (12.0 * np.diff(self.model.point_start)))
 
     def _noise_launches(self, launcher: Launcher) -> list[Any]:
-        """The change of forces when coordinates change by their last digit; the coordinates are restored."""
+        """Return the launches for the change of forces by the last digit of coordinates, which are then restored."""
         model, state = self.model, self.state
         n = model.point_count
         kept, change2 = wp.clone(state.points), model.empty(n)

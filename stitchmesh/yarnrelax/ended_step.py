@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A load step that has ended (``load_steps``), as a checkpoint of one of the steps after it holds it."""
+"""A load step that has ended (``load_steps``), as the checkpoints of later steps hold it."""
 
 from __future__ import annotations
 
@@ -43,9 +43,9 @@ class EndedStep:
     wale: float
     """Force on the borders along the wales [dyn]."""
     seconds: float
-    """Time of the steps up to the end of this one [s]."""
+    """Time from the start of the load steps to the end of this one [s]."""
     remaining: RemainingChange | None = None
-    """Estimate of the change that is left; None where it is unknown."""
+    """Estimate of the remaining change; None if it is unknown."""
 
 
 class StepFigures(TypedDict):

@@ -35,22 +35,22 @@ def yarn_energies(
     contact_samples: int = 11,
     device: str | None = None,
 ) -> dict[str, float]:
-    """Energies of yarns in their current positions [erg].
+    """Return the energies of yarns in their current positions [erg].
 
     Args:
-        yarns: the yarns, on a lattice or not (energies are then those of one cell).
+        yarns: the yarns; on a lattice the energies are the energies of one cell.
         material: stiffnesses, used without change (``YarnMaterial.scaled`` adapts them to another radius).
         precision: "float32" or "float64".
         quadrature_points: Gauss points for each segment for stretch, length and bending; three are as accurate as
             eleven equidistant points.
         contact_samples: contact samples for each segment; choose a number that places them closer than half a radius.
-        device: "cpu", "cuda:0" ...; the first GPU, else the CPU, where not given.
+        device: "cpu", "cuda:0" ...; None for the first GPU, or the CPU if there is no GPU.
 
     Returns:
         Energies under "stretch", "length", "bend" and "contact".
 
     Raises:
-        ParameterError: an unknown device or precision, or a count below 1.
+        ParameterError: the device or the precision is unknown, or a count is below 1.
     """
     model, state, candidates = put_evaluation(yarns, material, precision, quadrature_points, contact_samples, device)
     return by_term.energies(model, state, candidates, ())
@@ -66,9 +66,9 @@ def yarn_forces(
     contact_samples: int = 11,
     device: str | None = None,
 ) -> NDArray[np.float64]:
-    """Minus the gradient of the sum of ``yarn_energies`` by the control points [dyn], shape (N, 3).
+    """Return minus the gradient of the sum of ``yarn_energies`` by the control points [dyn], shape (N, 3).
 
-    Arguments and errors are those of ``yarn_energies``.
+    The arguments and errors are the same as in ``yarn_energies``.
     """
     model, state, candidates = put_evaluation(yarns, material, precision, quadrature_points, contact_samples, device)
     no_stiffness = model.empty(model.point_count)
@@ -84,7 +84,7 @@ def put_evaluation(
     contact_samples: int,
     device: str | None,
 ) -> tuple[Model, State, Candidates]:
-    """A model, and a state with samples placed and candidates listed, for an evaluation."""
+    """Return a model, and a state with placed samples and listed candidates, for an evaluation."""
     return put_evaluations([(yarns, material)], precision, quadrature_points, contact_samples, device)
 
 
@@ -95,7 +95,7 @@ def put_evaluations(
     contact_samples: int | Sequence[int],
     device: str | None,
 ) -> tuple[Model, State, Candidates]:
-    """The same for several cells on lattices, or for one piece."""
+    """Return the same as ``put_evaluation``, for several cells on lattices or for one piece."""
     for yarns, material in given:
         check_kind("yarn_energies", yarns, YarnSet)
         check_kind("yarn_energies, material", material, YarnMaterial)

@@ -15,11 +15,11 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.yarn import YarnSet
 
 DIGITS = 16
-"""Hexadecimal digits of a checksum that are kept: two different values have the same digits once in 2^64 cases."""
+"""Number of hexadecimal digits of a checksum; two different values have the same digits once in 2^64 cases."""
 
 
 def fingerprint(name: str, value: Any, *, without: tuple[str, ...] = ()) -> dict[str, str]:
-    """The fields of a dataclass by ``name.field``: plain values as they print, others as a checksum.
+    """Return the fields of a dataclass by ``name.field``: plain values as text, others as a checksum.
 
     Args:
         name: name of the value.
@@ -27,23 +27,23 @@ def fingerprint(name: str, value: Any, *, without: tuple[str, ...] = ()) -> dict
         without: fields to leave out.
 
     Raises:
-        ParameterError: a field has a value without bytes to compare, such as a function.
+        ParameterError: a field has a value whose bytes cannot be compared, such as a function.
     """
     names = [field.name for field in fields(value) if field.name not in without]
     return {f"{name}.{field}": _text_of(f"{name}.{field}", getattr(value, field)) for field in names}
 
 
 def yarn_fingerprint(yarns: YarnSet) -> dict[str, str]:
-    """The fields of yarns that decide a run; a mass that no yarn states is left out, as if the field did not exist."""
+    """Return the fields of yarns that decide a run; a mass that no yarn states is left out, like a missing field."""
     unstated = ("mass_per_length",) if np.isnan(yarns.mass_per_length).all() else ()
     return fingerprint("yarns", yarns, without=("palette", "drawn_radius", *unstated))
 
 
 def refuse_other_inputs(name: str, written: Mapping[str, str], inputs: Mapping[str, str]) -> None:
-    """Check that the inputs of a checkpoint are those of the present run; ``name`` is that of the file.
+    """Check that a checkpoint has the inputs of the present run; ``name`` is the name of its file.
 
     Raises:
-        ParameterError: an input differs; the message says which.
+        ParameterError: an input differs; the message names it.
     """
     differing = [key for key in {**written, **inputs} if written.get(key) != inputs.get(key)]
     if differing:
@@ -59,14 +59,14 @@ def _text_of(name: str, value: Any) -> str:
 
 
 def checksum(name: str, value: Any) -> str:
-    """The checksum of a value, in hexadecimal digits; different values have different ones (``DIGITS``).
+    """Return the checksum of a value, in hexadecimal digits; different values have different ones (``DIGITS``).
 
     Args:
         name: name of the value.
         value: a plain value, an array, a dataclass, or a mapping, list or tuple of these.
 
     Raises:
-        ParameterError: as for ``fingerprint``.
+        ParameterError: the value has no bytes to compare (``fingerprint``).
     """
     digest = hashlib.sha256()
     for part in _parts(name, value):
@@ -75,7 +75,7 @@ def checksum(name: str, value: Any) -> str:
 
 
 def _parts(name: str, value: Any) -> Iterator[bytes]:
-    """Bytes of a value; different values have different bytes."""
+    """Yield the bytes of a value; different values have different bytes."""
     if value is None or isinstance(value, str | bool | int | float | np.generic):
         yield f"{value!s};".encode()
     elif isinstance(value, np.ndarray):

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Yarns that follow a moving body in time: the order of operations."""
+"""Simulates yarns that follow a moving body in time: the order of operations."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class YarnFrame:
     yarns: YarnSet
     """The yarns."""
     report: dict[str, Any]
-    """Plain numbers."""
+    """Figures of the frame as plain numbers."""
 
 
 class _Header(TypedDict):
@@ -78,23 +78,24 @@ def follow_body(
     The yarns begin at rest, and move by the solver ``dynamics``. All arguments are checked before the first frame.
 
     Args:
-        yarns: the yarns at the first frame, outside of the body, for example relaxed around it.
+        yarns: the yarns at the first frame, outside the body, for example relaxed around it.
         body: the body, its friction and the control points that it carries.
-        material: stiffnesses; the material ``stitchmesh`` scaled to the radius of the yarns where not given. ``drag``
+        material: stiffnesses; None for the material ``stitchmesh``, scaled to the radius of the yarns. ``drag``
             replaces its global damping.
         quality: a preset or a ``Quality``; its solver is not used.
-        device: "cpu", "cuda:0" ...; the first GPU, else the CPU, where not given.
+        device: "cpu", "cuda:0" ...; None for the first GPU, or the CPU if there is no GPU.
         terms: further energies, such as gravity.
         drag: rate at which the air slows motion down [1 / s].
-        run: progress, checkpoints, counted in frames, and the one to resume; where that one is not there yet, the run
-            begins at the first frame. The frames after it have the bits of a run that never stopped.
+        run: progress, checkpoints, whose interval is counted in frames, and the checkpoint to resume. If that file does
+            not exist yet, the run begins at the first frame. The frames of a resumed run have the bits of a run that
+            never stopped.
 
     Yields:
-        The yarns at the first frame and at all others; a resumed run yields those after its checkpoint.
+        The yarns at each frame; a resumed run yields only the frames after its checkpoint.
 
     Raises:
-        ParameterError: a choice does not fit, a frame of the body cuts through itself, or a checkpoint is of a run with
-            other inputs.
+        ParameterError: a choice does not fit, the body cuts through itself in a frame, or the checkpoint belongs to a
+            run with other inputs.
         FileError: a checkpoint cannot be written or read.
         SolverError: yarns are too close to each other or too deep in the body; the message names the frame.
     """
@@ -116,7 +117,7 @@ def follow_body(
 
 
 def _with_drag(yarns: YarnSet, material: YarnMaterial | None, drag: float) -> YarnMaterial:
-    """The material with the global damping that slows a uniform motion down at the rate of the drag."""
+    """Return the material with the global damping that slows a uniform motion down at the rate of the drag."""
     check_kind("follow_body", yarns, YarnSet)
     chosen = material or YarnMaterial.named().of_radius(float(yarns.radius.mean()))
     mass = yarns.masses_per_length(chosen.mass_per_length)[yarns.segment_yarn] * yarns.rest_length
@@ -126,7 +127,7 @@ def _with_drag(yarns: YarnSet, material: YarnMaterial | None, drag: float) -> Ya
 def _frames(
     follower: BodyFollower, run: Run[YarnSet], written: dict[str, str], *, resumed: bool
 ) -> Iterator[YarnFrame]:  # fmt: skip
-    """Yield the frames; a checkpoint is written after the caller has dealt with a frame."""
+    """Yield the frames; write a checkpoint after the caller has dealt with a frame."""
     given, last = follower.inputs.yarns, len(follower.times) - 1
     with shown_stages(run.progress) as report:
         if not resumed:

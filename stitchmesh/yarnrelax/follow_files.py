@@ -3,9 +3,9 @@
 """The files of a run in which yarns follow a body: two for each frame, and at the end an animation and a report.
 
 frames/0000.bcc   the yarns of a frame, for other programs
-frames/0000.smc   their control points without loss, and the numbers of the frame
+frames/0000.smc   their control points without loss, and the figures of the frame
 animation.usdc    yarns and body with time samples
-report.json       the numbers of all frames
+report.json       the figures of all frames
 """
 
 from __future__ import annotations

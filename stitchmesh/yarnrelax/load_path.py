@@ -1,22 +1,22 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The path of loads to the inputs of a relaxation whose yarns cannot take the whole load at once.
+"""The path of loads for yarns that cannot take the whole load at once: the inputs of each step of a relaxation.
 
-A relaxation starts where the yarns are, with the whole load. Where rest lengths, stiffnesses or the radius are far from
-those that suit the start, the forces press yarns together before the fabric can follow, and nothing can move any more
-(``step_limit``). The load is then applied in steps. At the share s of the load
+A relaxation starts where the yarns are, with the whole load. If rest lengths, stiffnesses or the radius are far from
+the values that suit the start, the forces press yarns together before the fabric can follow, and nothing can move any
+more (``step_limit``). The load is then applied in steps. At the share s of the load
 
     L(s) = L0^(1-s) L^s          rest length of each segment; L0 is its length at the start
     k(s) = k0^(1-s) k^s          bending and contact; at the start, bending is at most as stiff, and contact at least as
                                  stiff, as in yarn of the default material with the same resistance to stretching
-    r(s) = r t^(1-s)             radius; t is 1, or less where the yarns start too close to each other; the stiffnesses
+    r(s) = r t^(1-s)             radius; t is 1, or less if the yarns start too close to each other; the stiffnesses
                                  are scaled with it
     P(s) = s P                   loads on the borders of a cell
 
 Yarn that is thin for the length of its segments moves a part of its radius at a time, and takes long. A piece of such
 yarn that is not near rest after ``TRIAL_ITERATIONS`` is relaxed with thicker yarn (t > 1) first.
 
-The steps are those of ``LoadPosition``. Where none is left, the message says how much of the load the yarns took.
+``LoadPosition`` says which steps follow. If no step is left, the message says how much of the load the yarns took.
 """
 
 from __future__ import annotations
@@ -36,23 +36,23 @@ from stitchmesh.yarnrelax.relaxation_inputs import RelaxationInputs
 from stitchmesh.yarnrelax.solvers.cell_strain import RelaxCell
 
 MOST_STRAIN = 100.0
-"""Largest ratio of a segment's length at the start and its rest length that the path begins with."""
+"""Largest ratio, up or down, of a segment's length at the start to its rest length with which the path begins."""
 TORN = 0.3
-"""Strain above which a refusal names the strain as its reason; yarn of wool breaks at 25 to 35 %."""
+"""Above this strain, a refusal names the strain as its reason; wool yarn breaks at 25 to 35 %."""
 SLENDER, USUAL = 20.0, 3.0
-"""Length of segments over the radius: above the first, yarn is thin; the second is that of the thicker yarn."""
+"""Lengths of segments over the radius: yarn is thin above the first; thicker yarn is made to have the second."""
 SAME = 0.02
-"""Relative change of an input below which it is not named."""
+"""An input whose relative change is below this is not named."""
 
 
 @dataclass(frozen=True, eq=False)
 class LoadPath:
-    """The inputs that were asked for, and the way to them."""
+    """The inputs that the caller asked for, and the way to them."""
 
     asked: RelaxationInputs
 
     def inputs_at(self, position: LoadPosition) -> RelaxationInputs:
-        """The inputs of a step, with its start."""
+        """Return the inputs of a step, with its start."""
         asked, share = self.asked, position.share
         quality = asked.quality
         if position.finer > 1:
@@ -79,22 +79,23 @@ class LoadPath:
     def is_slender(self) -> bool:
         """Whether the yarn is so thin that thicker yarn comes to rest in fewer iterations.
 
-        That holds for pieces. A cell that relaxes takes other strains with thicker yarn, and nothing is gained.
+        This holds for pieces. Thicker yarn would lead a relaxing cell to other strains, so that nothing would be
+        gained.
         """
         return self.asked.cell is None and self.slenderness > SLENDER
 
     def thick_start(self, iterations: int) -> LoadPosition:
-        """Share 0 with yarn as thick as its segments ask for, after a trial of that many iterations."""
+        """Return the position at share 0, with yarn thick enough for its segments, after a trial of ``iterations``."""
         reason = f"the yarn is thin, its segments are {self.slenderness:.3g} radii long"
         return LoadPosition(share=0.0, thin=self.slenderness / USUAL, reason=reason, iterations=iterations)
 
     def with_asked_inputs(self, yarns: YarnSet) -> YarnSet:
-        """The yarns of a step with the rest lengths and radii that were asked for."""
+        """Return the yarns of a step with the rest lengths and radii that the caller asked for."""
         asked = self.asked.yarns
         return replace(asked, points=yarns.points, lattice=yarns.lattice)
 
     def refusal(self, error: OverloadError, position: LoadPosition) -> OverloadError:
-        """The error where no step is left: why, at which share of which load, and what would help."""
+        """Return the error if no step is left: the reason, the reached share of the load, and what would help."""
         if position.reached is None or position.points is None:
             return OverloadError(position.reason or str(error))
         head, stretched = str(error).split(";")[0], self._strain_at(position)
@@ -111,14 +112,14 @@ class LoadPath:
         return cell is not None and bool(cell.course or cell.wale)
 
     def _first_lengths(self) -> FloatArray:
-        """Rest lengths at share 0 [cm], shape (S,)."""
+        """Return the rest lengths at share 0 [cm], shape (S,)."""
         asked = self.asked
         start = asked.yarns if asked.points is None else replace(asked.yarns, points=asked.points)
         rest = asked.yarns.rest_length
         return np.clip(start.lengths, rest / MOST_STRAIN, rest * MOST_STRAIN)
 
     def _first_material(self) -> YarnMaterial:
-        """Stiffnesses at share 0."""
+        """Return the stiffnesses at share 0."""
         own = self.asked.material
         usual = YarnMaterial.named().of_radius(float(self.asked.yarns.radius.mean()))
         level = own.k_length / usual.k_length if own.k_length > 0.0 else own.k_len / usual.k_len
@@ -131,14 +132,14 @@ class LoadPath:
         return replace(last, **found).scaled(thin ** (1.0 - share))
 
     def _strain_at(self, position: LoadPosition) -> float:
-        """Largest magnitude of the strain at the share that was reached."""
+        """Return the largest magnitude of the strain at the share that was reached."""
         at = replace(position, share=position.reached if position.reached is not None else 1.0)
         inputs = self.inputs_at(at)
         assert inputs.points is not None
         return float(np.abs(replace(inputs.yarns, points=inputs.points).strain).max())
 
     def _changes(self, position: LoadPosition) -> str:
-        """The inputs that differ between the two ends of the path."""
+        """Return, in words, the inputs that differ between the two ends of the path."""
         rest_length = float(np.median(self.asked.yarns.rest_length / self._first_lengths()))
         first, last = self._first_material(), self.asked.material
         factors = {"rest lengths": rest_length, "radius": 1.0 / position.thin}
@@ -150,7 +151,7 @@ class LoadPath:
 
 
 def _between(first: Any, last: Any, share: float) -> Any:
-    """The geometric mean of two positive numbers, or of the entries of two arrays, weighted by the share."""
+    """Return the geometric mean of two positive numbers, or of two arrays entry by entry, weighted by the share."""
     if np.all(first == last):
         return last
     return first ** (1.0 - share) * last**share
@@ -161,7 +162,7 @@ def _ratio(last: float, first: float) -> float:
 
 
 def _loaded(cell: RelaxCell | None, share: float) -> RelaxCell | None:
-    """The cell with a share of its loads."""
+    """Return the cell with a share of its loads."""
     if cell is None:
         return None
     course, wale = (None if load is None else share * load for load in (cell.course, cell.wale))

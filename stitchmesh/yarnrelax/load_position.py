@@ -3,11 +3,11 @@
 """The place of a relaxation on the path of loads (``load_path``), and which step comes next.
 
 The whole load is tried first. Yarns that start too close to each other are tried again with twice as many contact
-samples, because samples that are far apart leave a wide bound on the distance of two yarns. If the load is still too
-large, it is applied in steps. The step to share 0 begins where the yarns are; if they are too close to each other even
-there, it begins with thinner yarn. Each later step starts where the step before it ended, and is relaxed for at most
-``STEP_ITERATIONS``. A step that is refused is halved. Where steps below ``SMALLEST_STEP`` are refused, the contact
-samples are doubled, up to ``MOST_FINER`` times as many.
+samples, because samples that are far apart give only a weak bound on the distance of two yarns. If the load is still
+too large, it is applied in steps. The step to share 0 begins where the yarns are. If they are too close to each other
+even there, it begins with thinner yarn. Each later step starts where the step before it ended, and has at most
+``STEP_ITERATIONS``. A refused step is halved. If steps below ``SMALLEST_STEP`` are refused, the contact samples are
+doubled, up to ``MOST_FINER`` times as many.
 """
 
 from __future__ import annotations
@@ -20,20 +20,20 @@ from stitchmesh.quality import Quality
 from stitchmesh.yarn import YarnSet
 
 STEP_ITERATIONS = 300
-"""Iterations of a step before the whole load acts."""
+"""Largest number of iterations of a step before the whole load acts."""
 TRIAL_ITERATIONS, THICK_ITERATIONS = 2000, 10_000
-"""Iterations of thin yarn under the whole load before it is relaxed from thicker yarn, and of the thicker yarn."""
+"""Iterations of thin yarn under the whole load before it is relaxed from thicker yarn; and iterations of that yarn."""
 FIRST_STEP, LARGEST_STEP, SMALLEST_STEP = 0.25, 0.25, 1.0 / 128.0
 """First, largest and smallest share of the load that is added in one step."""
 LONGER_STEP = 1.5
-"""Factor from one step to the next."""
+"""Factor by which each step is larger than the one before."""
 MOST_FINER = 8
 """Largest factor of the contact samples."""
 THICK = 2.0
-"""Factor of the radius below which thicker yarn does not help."""
+"""Thicker yarn does not help below this factor of the radius."""
 THIN, THINNEST = 0.6, 0.1
-"""Factors of the radius of yarns that start too close to each other: ``THIN``, its square, the square of that, and so
-on, down to ``THINNEST``."""
+"""Factors of the radius of yarns that start too close to each other. The first is ``THIN``, and each next one is the
+square of the one before it, down to ``THINNEST``."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,25 +41,25 @@ class LoadPosition:
     """A place on the path of loads: the step that is tried, and where it starts."""
 
     share: float = 1.0
-    """Share of the load that is tried."""
+    """Share of the load of the present step."""
     reached: float | None = None
-    """Largest share that the yarns took; None before the first one."""
+    """Largest share that the yarns took; None before they took one."""
     thin: float = 1.0
     """Factor of the radius at share 0."""
     finer: int = 1
     """Factor of the contact samples."""
     steps: int = 0
-    """Steps that were taken."""
+    """Number of steps that the yarns took."""
     refusals: int = 0
-    """Steps that were refused."""
+    """Number of steps that were refused."""
     reason: str = ""
-    """Why the first one was refused."""
+    """Why the first refused step was refused; empty before."""
     iterations: int = 0
     """Iterations before this step."""
     points: FloatArray | None = None
     """Control points at the share that was reached [cm], shape (N, 3)."""
     periods: FloatArray | None = None
-    """Periods of a cell that relaxes at that share [cm], shape (2, 3)."""
+    """Periods of a relaxing cell at the share that was reached [cm], shape (2, 3)."""
 
     @property
     def is_whole(self) -> bool:
@@ -68,16 +68,16 @@ class LoadPosition:
 
     @property
     def is_first(self) -> bool:
-        """Whether nothing was tried before."""
+        """Whether no step came before this one."""
         return self.is_whole and not self.reason
 
     @property
     def most_iterations(self) -> int:
-        """Iterations of this step, if it is not the last one."""
+        """Largest number of iterations of this step, if the whole load does not act yet."""
         return THICK_ITERATIONS if self.thin > 1.0 and self.share == 0.0 else STEP_ITERATIONS
 
     def after_step(self, yarns: YarnSet, iterations: int) -> LoadPosition:
-        """The next step after one that ended with these yarns, and with that many iterations since the start."""
+        """Return the next step after one that ended with ``yarns``, and with ``iterations`` since the start."""
         step = FIRST_STEP if self.reached is None else self.share - self.reached
         step = FIRST_STEP if self.share == 0.0 else min(LONGER_STEP * step, LARGEST_STEP)
         periods = None if yarns.lattice is None else yarns.lattice.periods
@@ -88,7 +88,7 @@ class LoadPosition:
         )  # fmt: skip
 
     def after_refusal(self, reason: str, iterations: int, *, began: bool) -> LoadPosition | None:
-        """The next step after a refusal; None where nothing is left to be tried.
+        """Return the next step after a refusal; None if nothing is left to try.
 
         Args:
             reason: why the step was refused.
@@ -108,7 +108,7 @@ class LoadPosition:
         return replace(at, finer=2 * self.finer, share=min(self.reached + 8.0 * step, 1.0))
 
     def _with_another_radius(self) -> LoadPosition | None:
-        """Another start at share 0: less thick, or thinner."""
+        """Return another start at share 0: less thick, or thinner."""
         if self.thin > THICK:
             return replace(self, thin=self.thin**0.5)
         if self.thin > 1.0:
@@ -122,7 +122,7 @@ class LoadPosition:
         return self.reason.split(";")[0]
 
     def report(self, quality: Quality) -> dict[str, Any] | None:
-        """What the report of a relaxation says; None where the whole load was applied at once."""
+        """Return the entry of the report of a relaxation; None if the whole load was applied at once."""
         if self.is_first:
             return None
         return {

@@ -2,14 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Relaxation of a free cell through load steps, with friction whose anchors last from one step to the next.
 
-With friction a state of rest depends on the path that leads to it: what held the fabric, and in which order it was let
-go (Crassous, Poincloux and Steinberger 2024: a relaxed knit has a line of states of rest, of which friction sets the
-end). A path is a sequence of loads on the borders of the cell, of changes of its size and of coefficients of friction.
-Each step starts from the state of rest of the step before it, with its contacts; normal forces are renewed until the
-state at rest no longer changes. The steps must be small enough for the normal forces of one step to hold in the next.
+With friction a state of rest depends on the path that leads to it: how the fabric was held, and in which order it was
+released (Crassous, Poincloux and Steinberger 2024: a relaxed knit has a line of states of rest, and friction decides
+where this line ends). A path is a sequence of loads on the borders of the cell, of changes of its size, and of
+coefficients of friction. Each step starts from the state of rest of the step before it, with the contacts of that
+state. Normal forces are renewed until the state at rest no longer changes. The steps must be so small that the normal
+forces of one step hold in the next.
 
-A held size that is drawn needs a force on the borders. It is -W over that size, with the forces W on the strains of the
-cell (``cell_strain``), in which friction has its part.
+A size that is drawn and held needs a force on the borders. It is -W over that size, with the forces W on the strains of
+the cell (``cell_strain``), to which friction contributes.
 """
 
 from __future__ import annotations
@@ -49,7 +50,7 @@ from stitchmesh.yarnrelax.solvers.cell_strain import CellStrain, RelaxCell
 
 @dataclass(frozen=True)
 class LoadStep:
-    """Loads on the borders of the whole cell, how far it is drawn, and the friction that is left."""
+    """Loads on the borders of the whole cell, how far the cell is drawn, and the share of friction."""
 
     course: float = 0.0
     """Load along the courses [dyn]."""
@@ -74,25 +75,25 @@ class StepAtRest:
     converged: bool
     """Whether the yarns are at rest."""
     iterations: int
-    """Iterations of this step."""
+    """Number of iterations of this step."""
     nearest: float
     """Smallest distance of yarns over their radius, at most 2."""
     border_forces: tuple[float, float]
     """Forces on the borders that hold the cell, along the courses and along the wales [dyn]."""
     device: str
-    """Where the kernels ran."""
+    """Device on which the kernels ran."""
     seconds: float
-    """Time of the steps up to the end of this one, also before a stop [s]."""
+    """Time from the start of the path to the end of this step [s], also the time before a stop."""
     history: Sequence[HistoryEntry]
     """Entries of this step, one for each assessment."""
     remaining: RemainingChange | None = None
-    """Estimate of the change that is left; None where it is unknown."""
+    """Estimate of the remaining change; None if it is unknown."""
     out_of_time: bool = False
     """Whether a limit on the time ended this step before rest, and with it the path."""
 
     @property
     def elastic(self) -> float:
-        """Energy of the yarns without that of friction and of the loads [erg]."""
+        """Energy of the yarns without the energies of friction and of the loads [erg]."""
         return sum(energy for name, energy in self.energies.items() if name not in ("friction", "tension"))
 
 
@@ -112,24 +113,24 @@ def relax_through_steps(
 ) -> list[StepAtRest]:
     """Relax yarns on a lattice through load steps, and return the state of rest of each.
 
-    A path that a limit on the time ends (``time_limit``) has fewer steps than were asked for. A resumed one has the
-    bits of one that never stopped.
+    If a limit on the time ends the path (``time_limit``), the result has fewer steps than were asked for. A resumed
+    path has the bits of one that never stopped.
 
     Args:
         yarns: the yarns, without slip.
-        steps: loads, drawing and friction, one after the other.
-        friction: friction of the whole coefficient.
+        steps: loads, drawing and friction of each step, in order.
+        friction: friction with its whole coefficient.
         material: stiffnesses.
         quality: sampling and tolerance of each step; ``max_iterations`` holds for each step.
-        cell: which changes the periods are free to make; its loads are those of the steps.
-        device: as for ``relax_yarns``.
-        terms: further energies, such as what the fabric lies on.
+        cell: the changes that the periods are free to make; the steps replace its loads.
+        device: "cpu", "cuda:0" ...; None for the first GPU, or the CPU if there is no GPU.
+        terms: further energies, such as a support on which the fabric lies.
         run: progress, states and checkpoints; a control is refused.
 
     Raises:
-        FileError: a checkpoint cannot be written, or the one to resume is missing or damaged.
-        ParameterError: the yarns have no lattice, a term does not act in free cells, or a checkpoint is that of another
-            path.
+        FileError: a checkpoint cannot be written, or the checkpoint to resume is missing or damaged.
+        ParameterError: the yarns have no lattice, a term does not act in free cells, or the checkpoint belongs to
+            another path.
         SolverError: the yarns are too close to each other, or a yarn passed through another one.
     """
     refuse_in_free_cells(terms, ())
@@ -150,20 +151,20 @@ def relax_through_steps(
 
 
 def _path_fingerprint(inputs: RelaxationInputs, steps: Sequence[LoadStep]) -> dict[str, str]:
-    """The inputs as short strings; the end of each step decides how the next one begins, so all of the quality does."""
+    """Return the inputs as short strings, with all of the quality, because each step's end decides the next start."""
     found = inputs.fingerprint()
     ends = {name: str(value) for name, value in asdict(inputs.quality).items()}
     return found | {"ends of steps": checksum("quality", ends), "steps": checksum("steps", list(steps))}
 
 
 class LoadedCells:
-    """Cells that are loaded together, one step after the other, with friction as their first term."""
+    """Cells that are loaded together through steps, with friction as their first term."""
 
     def __init__(self, simulation: YarnSimulation, quality: Quality) -> None:
-        """Cells before their first step."""
+        """Begin with cells before their first step."""
         self.loop = RelaxationLoop(simulation, quality.tolerance, quality.largest_change)
         self.most_iterations = quality.max_iterations
-        """Iterations of each step after which it ends."""
+        """Largest number of iterations of each step."""
 
     def load(self, loads: NDArray[np.float64], friction: float, stretch: tuple[float, float]) -> None:
         """Set the loads on the borders of each cell [dyn], shape (C, 2), and the share of friction; draw the cells."""
@@ -192,7 +193,7 @@ class LoadedCells:
         self.loop.search_contacts()
 
     def begin(self, cells: NDArray[np.bool_]) -> None:
-        """Begin a step of some cells, shape (C,), from the states of rest of the step before it."""
+        """Begin a step of some cells, shape (C,), from their states of rest in the step before it."""
         loop = self.loop
         loop.simulation.solver.restart(loop.step_scale, cells)
         loop.energy_fall[cells], loop.stalled[cells] = np.inf, False
@@ -204,13 +205,13 @@ class LoadedCells:
             loop.newton.forget(cells)
 
     def set_limits(self, cells: NDArray[np.bool_], before: NDArray[np.int64]) -> None:
-        """End the present step of some cells some iterations after those of each cell before, shape (C,)."""
+        """Let the present step of some cells end ``max_iterations`` after the iterations ``before``, shape (C,)."""
         self.loop.most[cells] = (before + self.most_iterations)[cells]
 
     def unfinished(self, cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Which of some cells have not ended their steps, shape (C,).
+        """Return which of some cells have not ended their steps, shape (C,).
 
-        Those at rest get new normal forces, until that no longer moves them.
+        Cells at rest get new normal forces, until these no longer move them.
         """
         loop = self.loop
         renew_at_rest(loop, cells)
@@ -218,7 +219,7 @@ class LoadedCells:
         return cells & ~ended
 
     def relax(self, before: NDArray[np.int64], note: Callable[[], None]) -> None:
-        """Relax until all cells have ended their steps, some iterations after those of each cell before, shape (C,).
+        """Relax until all cells have ended their steps; ``before`` is their iterations before these steps, shape (C,).
 
         Raises:
             SolverError: the only cell cannot continue.
@@ -230,7 +231,7 @@ class LoadedCells:
             note()
 
     def border_forces(self) -> NDArray[np.float64]:
-        """Forces on the borders that hold the last accepted states, along courses and wales [dyn], shape (C, 2)."""
+        """Return the forces on the borders in the last accepted states, along courses and wales [dyn], shape (C, 2)."""
         simulation = self.loop.simulation
         model, state, strain = simulation.model, simulation.state, simulation.strain
         assert strain is not None
@@ -251,18 +252,18 @@ class _LoadedInSteps:
     def __init__(
         self, simulation: YarnSimulation, steps: Sequence[LoadStep], quality: Quality, ended: Sequence[EndedStep]
     ) -> None:
-        """A path before its first step, or after some steps that have ended."""
+        """Begin a path before its first step, or after some steps that have ended."""
         self.steps, self.cells = steps, LoadedCells(simulation, quality)
         self.loop = self.cells.loop
         self.ended = list(ended)
         self.out_of_time = False
 
     def good_yarns(self) -> YarnSet:
-        """The last accepted state."""
+        """Return the last accepted state."""
         return self.loop.simulation.good_yarns()
 
     def run(self, observer: Observer, saved: CheckpointState | None) -> None:
-        """Relax through the steps that have not ended, of which the first one continues from a checkpoint if given."""
+        """Relax through the steps that have not ended; the first one continues from a checkpoint, if one is given."""
         for step in self.steps[len(self.ended) :]:
             self.cells.load(np.array([[step.course, step.wale]]), step.friction, step.stretch)
             if saved is None:
@@ -291,7 +292,7 @@ class _LoadedInSteps:
         )  # fmt: skip
 
     def results(self, yarns: YarnSet, history: Sequence[HistoryEntry]) -> list[StepAtRest]:
-        """The steps that have ended, given the yarns at their start and the history of all steps."""
+        """Return the steps that have ended, given the yarns at their start and the history of all steps."""
         device, found, before = str(self.loop.simulation.model.device), list[StepAtRest](), 0
         for number, step in enumerate(self.ended, start=1):
             after = before + step.iterations

@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The relaxation of yarns under their load: at once, or where they cannot take it, in steps (``load_position``).
+"""The relaxation of yarns under their load: at once, or in steps if they cannot take it (``load_position``).
 
-Each step is a relaxation of its own, with inputs of its own (``load_path``). Iterations are counted through all steps.
-An interval in which a step is refused counts as a whole one, so that each state has a count of its own.
+Each step is a relaxation of its own, with its own inputs (``load_path``). Iterations are counted through all steps. An
+interval in which a step is refused counts as a whole one, so that no two states have the same count.
 """
 
 from __future__ import annotations
@@ -30,11 +30,11 @@ class Loading:
     """A relaxation along a path of loads."""
 
     def __init__(self, path: LoadPath, position: LoadPosition = AT_ONCE, *, in_steps: bool = True) -> None:
-        """Start the first step, or the next one that the yarns can start.
+        """Start the step ``position``, or the next step that the yarns can start.
 
         Args:
             path: the inputs of all steps.
-            position: the step that is tried first.
+            position: the step to try first.
             in_steps: whether a load that is too large is applied in steps.
 
         Raises:
@@ -45,7 +45,7 @@ class Loading:
 
     @property
     def quality(self) -> Quality:
-        """The quality that was asked for."""
+        """The quality that the caller asked for."""
         return self.path.asked.quality
 
     @property
@@ -54,7 +54,7 @@ class Loading:
         return self.position.is_whole and bool(self.loop.at_rest[0])
 
     def good_yarns(self) -> YarnSet:
-        """The last accepted state of the yarns that were asked for."""
+        """Return the last accepted state of the yarns, with the rest lengths and radii that the caller asked for."""
         yarns = self.loop.simulation.good_yarns()
         return yarns if self.position.is_whole else self.path.with_asked_inputs(yarns)
 
@@ -78,12 +78,12 @@ class Loading:
 
     @property
     def _is_trial(self) -> bool:
-        """Whether the whole load acts on yarn that is relaxed from thicker yarn if it is slow."""
+        """Whether the whole load acts on thin yarn as a trial; if that is slow, thicker yarn is relaxed first."""
         return self.in_steps and self.position.is_first and self.path.is_slender
 
     @property
     def _step_end(self) -> float:
-        """Iterations after which the present step ends, and another one follows."""
+        """Number of iterations after which another step follows the present one."""
         if self._is_trial and not self.loop.ending[0]:
             return TRIAL_ITERATIONS
         return np.inf if self.position.is_whole else self.position.iterations + self.position.most_iterations
@@ -96,11 +96,11 @@ class Loading:
 
     @property
     def _limit(self) -> int:
-        """Iterations after which the present step ends."""
+        """Number of iterations after which the present step ends."""
         return int(min(self.quality.max_iterations, self._step_end))
 
     def _following(self) -> LoadPosition:
-        """The step that follows the present one."""
+        """Return the step that follows the present one."""
         if self.position.is_whole:
             return self.path.thick_start(self.loop.iteration)
         return self.position.after_step(self.loop.simulation.good_yarns(), self.loop.iteration)
@@ -123,7 +123,7 @@ class Loading:
         )  # fmt: skip
 
     def _say_steps(self) -> None:
-        """Say in one line that there were steps, and why."""
+        """Log in one line that there were steps, and why."""
         position = self.position
         if not position.is_first:
             logger.debug("the load was applied in %d steps, because at once: %s", position.steps, position.why)
@@ -132,7 +132,7 @@ class Loading:
         """Go on to the next step after a refusal.
 
         Raises:
-            SolverError: there is none.
+            SolverError: no step is left.
         """
         following = self.position.after_refusal(str(error), iterations, began=began) if self.in_steps else None
         if following is None:
@@ -141,7 +141,7 @@ class Loading:
 
 
 def _run_to_rest(loop: RelaxationLoop, most: int, note: Callable[[], None]) -> None:
-    """Iterate until the yarns are at rest, and stay at rest after the lagged quantities of terms were renewed."""
+    """Iterate until the yarns are at rest, and still are so after the renewal of terms that lag."""
     loop.run(most, note)
     while renew_at_rest(loop).any() and not loop.at_rest[0]:
         loop.run(most, note)

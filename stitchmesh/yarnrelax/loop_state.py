@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The state of the loop of one piece between two assessment intervals, with which it goes on to the same bits.
+"""The state of the loop of one piece between two assessment intervals; from it the loop continues with the same bits.
 
-Candidate lists and budgets follow from the place of the last search and the margin, so they are made again and are not
-part of the state. Everything else follows from the inputs of the relaxation.
+Candidate lists and step budgets follow from the place of the last search and from the margin. They are made again,
+and are no part of the state. Everything else follows from the inputs of the relaxation.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ class LoopState:
     """Everything that decides how the loop of one piece continues (``RelaxationLoop.state``)."""
 
     iteration: int
-    """Iterations done."""
+    """Number of iterations done."""
     last: Assessment
     """Assessment of the last accepted state."""
     margin: float
@@ -37,22 +37,23 @@ class LoopState:
     energy_fall: float
     """Relative decrease of the energy over the last assessment interval."""
     arrays: Mapping[str, Any]
-    """``carried_arrays``, what Newton's method has learned and the marks of ``settling``, by name: copies on the
-    device, or as read from a file."""
+    """``carried_arrays``, the memory of Newton's method and the marks of ``settling``, by name: copies on the device,
+    or arrays read from a file."""
     ending: bool = False
     """Whether Newton's method ends the relaxation."""
     descent: int = 0
-    """Iterations of the solver before the next Newton step."""
+    """Number of iterations of the solver before the next Newton step."""
     newton_fall: float = 0.0
-    """Relative decrease of the energy in the last shortened Newton step, for each of the iterations it counts as."""
+    """Relative decrease of the energy in the last shortened Newton step, over the iterations that the step counts
+    as."""
     stalled: bool = False
     """Whether no Newton step lowers the energy any more."""
     remaining: RemainingChange | None = None
-    """Estimate of the change that is left; None where it is unknown."""
+    """Estimate of the remaining change; None if it is unknown."""
 
 
 def carried_arrays(simulation: YarnSimulation) -> dict[str, wp.array[Any]]:
-    """All arrays that decide how the iterations continue, by name; candidate lists follow from them."""
+    """Return all arrays that decide how the iterations continue, by name; candidate lists follow from them."""
     state = simulation.state
     own = {"points": state.points, "listed_points": state.listed_points, "good_points": simulation.good_points}
     if simulation.good_periods is not None:
@@ -66,7 +67,7 @@ def carried_arrays(simulation: YarnSimulation) -> dict[str, wp.array[Any]]:
 
 
 def resume_from_arrays(simulation: YarnSimulation, arrays: Mapping[str, NDArray[Any]], margin: float) -> None:
-    """Continue from the arrays of a simulation with the same input, with lists of the same margin [units].
+    """Continue from the arrays of a simulation with the same inputs, with lists of the same margin [units].
 
     Raises:
         ParameterError: an array is missing or has another shape.
@@ -83,7 +84,7 @@ def resume_from_arrays(simulation: YarnSimulation, arrays: Mapping[str, NDArray[
 
 
 def _check_arrays(expected: Mapping[str, wp.array[Any]], arrays: Mapping[str, NDArray[Any]]) -> None:
-    """Check that there are all arrays; those of terms may have any shape, because numbers of contacts change."""
+    """Check that all arrays are there; arrays of terms may have any shape, because the numbers of contacts change."""
     for name, array in expected.items():
         shape = array.numpy().shape if "." not in name or name.startswith("solver.") else None
         if name not in arrays or (shape is not None and arrays[name].shape != shape):
@@ -92,5 +93,5 @@ def _check_arrays(expected: Mapping[str, wp.array[Any]], arrays: Mapping[str, ND
 
 
 def _part_of(arrays: Mapping[str, NDArray[Any]], start: str) -> dict[str, NDArray[Any]]:
-    """The arrays whose names begin with ``start``, by the rest of their names."""
+    """Return the arrays whose names begin with ``start``, by the rest of their names."""
     return {name.removeprefix(start): array for name, array in arrays.items() if name.startswith(start)}

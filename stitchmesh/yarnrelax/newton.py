@@ -4,24 +4,25 @@
 
 L-BFGS brings yarns near to rest in cheap iterations, and then creeps along the soft directions of a fabric. The Hessian
 H of control points and free strains (``assembled_hessian``) knows these directions. With the forces F, the step is
-H^-1 F, from the factors of H (``newton_system``). Where H has no negative eigenvalue, the yarns are near a minimum, and
-the step is the motion that is left to it, up to its square: the judge of ``convergence`` reads the change of the
-spacing from it.
+H^-1 F, from the factors of H (``newton_system``). If H has no negative eigenvalue, the yarns are near a minimum. The
+step is then the remaining motion to this minimum, up to its square, and ``convergence`` reads the remaining change of
+the spacing from it.
 
-Where H has negative eigenvalues, it is replaced by its mixture with the matrix of Gauss and Newton, in all of a cell or
-in parts of a garment (``mixture_shares``). A mixture in at most ``FEW`` of the segments counts as exact: what a garment
-has there hardly changes the mean of its spacing.
+If H has negative eigenvalues, its mixture with the Gauss-Newton matrix replaces it, in all of a cell or in parts of a
+garment (``mixture_shares``). A mixture in at most the part ``FEW`` of the segments counts as exact, because so few
+segments hardly change the mean of a garment's spacing.
 
-A symmetric fabric can balance at a saddle, from which no force leads away. Where a step of the mixture moves no control
-point by more than ``BALANCED``, the yarns move along negative directions v_k of H instead (``negative_directions``), by
-the part of a random vector y that lies in them, sum over k of v_k (v_k . y), scaled to ``MOVE`` at the point that moves
-farthest. Moves become shorter, by ``SHORTER`` where one does not lower the energy, and below ``SMALLEST_MOVE`` the
-balance counts as a minimum: those of sampled contacts along yarn that slides through itself have no other effect.
+A symmetric fabric can balance at a saddle, from which no force leads away. If a step of the mixture moves no control
+point by more than ``BALANCED``, the yarns move along negative directions v_k of H instead (``negative_directions``).
+They move by the part of a random vector y that lies in these directions, sum over k of v_k (v_k . y), scaled to
+``MOVE`` at the point that moves farthest. If a move does not lower the energy, the next one is shorter, by
+``SHORTER``. Below ``SMALLEST_MOVE`` the balance counts as a minimum: the sampled contacts along yarn that slides
+through itself cause negative directions without any other effect.
 
-The factors of a step serve for the next ones too, as long as they hold (``newton_moves``): the forces at its end give
-a step that costs no factors. Where a term lags (``Term.lags``), a state of rest is renewed and judged again, and the
-factors of a whole exact step say well enough whether its end is such a state: those of the end would differ by a part
-as small as the step.
+The factors of a step serve for the next ones too, as long as they hold (``newton_moves``): with the forces at its end
+they give a step that costs no factorization. If a term lags (``Term.lags``), a state of rest is renewed and judged
+again. The factors of a whole exact step then say well enough whether its end is such a state, because the factors at
+its end would differ by a part as small as the step.
 """
 
 from __future__ import annotations
@@ -48,47 +49,47 @@ from stitchmesh.yarnrelax.solvers.newton_system import NewtonStep, NewtonSystems
 from stitchmesh.yarnrelax.solvers.spacing_change import SpacingChange
 
 BALANCED = 0.01
-"""Largest move of a control point by forces at a balance [radii]."""
+"""Largest move of a control point by forces at which the cell counts as balanced [radii]."""
 MOVE, SMALLEST_MOVE = 0.05, 1e-3
 """First and smallest length of a move away from a balance, at the control point that moves farthest [radii]."""
 SHORTER, AGAIN = 0.25, 0.8
 """Factors of that length after a move that has not lowered the energy, and after one that has."""
 FEW = 0.01
-"""Part of the segments in which a mixture counts as the exact Hessian."""
+"""A mixture in at most this part of the segments counts as the exact Hessian."""
 NEWTON_RISE = 32.0
-"""Rise of the energy in a step that rounding explains, over the precision and the size of the energy."""
+"""Rounding explains a rise of the energy in a step up to this, over the precision and the size of the energy."""
 SMALLEST_NEWTON_SCALE, MOST_IDLE = 1e-6, 3
-"""Scale of steps below which nothing lowers the energy any more, and number of steps in a row that may gain nothing."""
+"""Below this scale of steps nothing lowers the energy any more; and this number of steps in a row may gain nothing."""
 LARGE = 1024
-"""Control points of a piece without a lattice above which it is large."""
+"""A piece without a lattice is large if it has more control points."""
 DESCENT, LATE = 0.01, 5e-5
-"""Residuals below which Newton's method ends a relaxation: in general, and of large pieces. Before, dozens of stitches
-of these slide (docs/accuracy.md, Garments at rest), and the solver moves them in less time."""
+"""Newton's method ends a relaxation below these residuals: in general, and for large pieces. Above the second, dozens
+of stitches of a large piece slide (docs/accuracy.md, Garments at rest), and the solver moves them in less time."""
 LARGEST_ON_HOST, LARGEST_ON_GPU = 20_000, 1_000_000
-"""Control points of the largest pieces whose matrices are factored beside the processor and on a GPU."""
+"""Control points of the largest pieces whose matrices are factored on the host, and on a GPU."""
 
 
 class Newton:
     """Newton's method for the cells of a model, or for the only piece."""
 
     def __init__(self, simulation: YarnSimulation) -> None:
-        """Nothing is known of any cell."""
+        """Begin without a step or a memory of any cell."""
         self.simulation, model = simulation, simulation.model
         self.model = model
         self.steps: list[NewtonStep | None] = [None] * model.cell_count
-        """The step of each cell from its current state; None where it is not known."""
+        """The step of each cell from its current state; None if it is not known."""
         self.is_late = not model.on_lattice and model.point_count > LARGE
-        """Whether the only piece is large, so that it begins late."""
+        """Whether the only piece is large, so that the method begins late."""
         self.shares = MixtureShares(model, local=self.is_late)
-        """Shares of the matrix of Gauss and Newton in the next step."""
+        """Shares of the Gauss-Newton matrix in the next step."""
         self.away = np.full(model.cell_count, MOVE)
         """Length of the next move away from a balance of each cell [units], shape (C,)."""
         self.leaving = np.zeros(model.cell_count, dtype=bool)
         """Whether the present step of each cell leaves a balance, shape (C,)."""
         self.idle = np.zeros(model.cell_count)
-        """How many steps that gained nothing each cell has made, one after the other, shape (C,)."""
+        """Number of steps in a row that gained nothing, for each cell, shape (C,)."""
         self.gains_nothing = np.zeros(model.cell_count, dtype=bool)
-        """Whether the present step of each cell is exact and tiny, and its work less than rounding, shape (C,)."""
+        """Whether the present step of each cell is exact and tiny, and its work is less than rounding, shape (C,)."""
         self._assembly = HessianAssembly(simulation)
         self._spacing: dict[int, SpacingChange] = {}
         self.judges_twice = any(term.lags for term in simulation.terms)
@@ -100,12 +101,12 @@ class Newton:
 
     @property
     def descent(self) -> float:
-        """Residual below which it ends a relaxation."""
+        """The residual below which the method ends a relaxation."""
         return LATE if self.is_late else DESCENT
 
     @property
     def memory(self) -> NDArray[np.float64]:
-        """What persists of each cell from one step to the next: its shares, ``away`` and ``idle``, shape (C, 4)."""
+        """The values of each cell that persist between steps: its shares, ``away`` and ``idle``, shape (C, 4)."""
         return np.column_stack([self.shares.largest, self.shares.sufficient, self.away, self.idle])
 
     @memory.setter
@@ -114,11 +115,11 @@ class Newton:
         self.shares.set_largest(largest)
 
     def find_steps(self, cells: NDArray[np.bool_], balanced: NDArray[np.bool_], size: NDArray[np.float64]) -> None:
-        """Find the steps of some cells; their candidate lists are up to date.
+        """Find the steps of some cells; their candidate lists must be up to date.
 
         Args:
             cells: the cells, shape (C,).
-            balanced: whether the forces on each cell balance as far as they must at rest, shape (C,).
+            balanced: whether the forces on each cell balance as well as they must at rest, shape (C,).
             size: sum of the magnitudes of the energies of each cell [erg], shape (C,).
         """
         if not cells.any():
@@ -146,7 +147,7 @@ class Newton:
             systems = self._systems(left)
 
     def _grow_shares(self, systems: NewtonSystems, cell: int) -> None:
-        """Take more of the matrix of Gauss and Newton in a cell whose matrix has negative eigenvalues."""
+        """Take a larger share of the Gauss-Newton matrix in a cell whose matrix has negative eigenvalues."""
         points = self.simulation.state.points.numpy()[: self.model.point_count].astype(np.float64)
         self.shares.grow(cell, systems.factors.negative_pivots, points)
 
@@ -155,7 +156,7 @@ class Newton:
         simulation, strain = self.simulation, self.simulation.strain
 
         def launches() -> list[Any]:
-            """Those of the forces on the points, and then on the strains."""
+            """Return the launches of the forces on the points, and then on the strains."""
             further = [] if strain is None else strain.force_launches(
                 simulation.state, simulation.candidates, self.model.prepare
             )  # fmt: skip
@@ -167,7 +168,7 @@ class Newton:
     def _steps(
         self, systems: NewtonSystems, cells: NDArray[np.bool_], exact: NewtonSystems, saddles: NDArray[np.bool_]
     ) -> dict[int, NewtonStep | None]:
-        """The steps of some cells with their present shares, None where the matrix has negative eigenvalues.
+        """Return the steps of some cells with their present shares; None if the matrix has negative eigenvalues.
 
         Args:
             systems: the systems with the present shares.
@@ -190,7 +191,7 @@ class Newton:
     def _steps_at_balance(
         self, exact: NewtonSystems, cells: NDArray[np.bool_], steps: Mapping[int, NewtonStep | None]
     ) -> dict[int, NewtonStep]:
-        """The steps of cells that balance at a saddle, from the exact Hessians and the steps by forces."""
+        """Return the steps of cells that balance at a saddle, from the exact Hessians and the steps by forces."""
         is_minimum, found = cells & (self.away < SMALLEST_MOVE), dict[int, NewtonStep]()
         leaving = np.flatnonzero(cells & ~is_minimum).tolist()
         for cell, motion in exact.ways_down({cell: float(self.away[cell]) for cell in leaving}).items():
@@ -204,7 +205,7 @@ class Newton:
         return found
 
     def _systems(self, cells: NDArray[np.bool_]) -> NewtonSystems:
-        """The systems of some cells with their present shares."""
+        """Return the systems of some cells with their present shares."""
         with only_in(self.model, cells):
             matrices = self._assembly.cell_matrices(
                 1.0 - self.shares.of_segments, self._owners(cells), self._couplings(), forces_are_found=True
@@ -212,17 +213,17 @@ class Newton:
         return NewtonSystems(matrices, self._forces(matrices.owners))
 
     def _forces(self, owners: Owners) -> FloatArray:
-        """The forces on the coordinates of some cells [erg / unit], zero at others, shape (n,)."""
+        """Return the forces on the coordinates of some cells [erg / unit], zero at all others, shape (n,)."""
         force = self.simulation.state.force.numpy().astype(np.float64).ravel()[: len(owners.cell)]
         return np.where(owners.cell >= 0, force, 0.0)
 
     def forget(self, cells: NDArray[np.bool_]) -> None:
-        """Begin anew with some cells, shape (C,): their loads have changed."""
+        """Begin anew with some cells, shape (C,), because their loads have changed."""
         self.shares.set_largest(np.where(cells, 0.0, self.shares.largest))
         self.away[cells], self.idle[cells] = MOVE, 0
 
     def count_idle(self, cells: NDArray[np.bool_], at_rest: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Count the present steps of some cells that are not at rest and gain nothing; return whose are too many."""
+        """Count the steps that gain nothing in some cells not at rest; return which cells have made too many."""
         self.idle[cells] = np.where(self.gains_nothing & ~at_rest, self.idle + 1, 0)[cells]
         return cells & (self.idle >= MOST_IDLE)
 
@@ -232,25 +233,25 @@ class Newton:
         self.leaving[:], self.gains_nothing[:] = False, False
 
     def allowed_rise(self, size: NDArray[np.float64]) -> NDArray[np.float64]:
-        """By how much the energy of each cell may rise in its step [erg], shape (C,).
+        """Return how much the energy of each cell may rise in its step [erg], shape (C,).
 
-        A move away from a balance has to lower the energy. ``size`` is the sum of the magnitudes of the energies [erg].
+        A move away from a balance must lower the energy. ``size`` is the sum of the magnitudes of the energies [erg].
         """
         return np.where(self.leaving, 0.0, self._rounding(size))
 
     def _rounding(self, size: Any) -> Any:
-        """Rounding of energies whose magnitudes have a sum ``size`` [erg]."""
+        """Return the rounding of energies whose magnitudes have the sum ``size`` [erg]."""
         return NEWTON_RISE * self.simulation.precision * size
 
     def distrust(self, cells: NDArray[np.bool_]) -> None:
-        """Take more of the matrix of Gauss and Newton in the next steps of some cells: the last ones were refused."""
+        """Take a larger share of the Gauss-Newton matrix next in some cells, because their last steps were refused."""
         self.shares.distrust(cells & ~self.leaving)
 
     def move(self, cells: NDArray[np.bool_], step_scale: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Move some cells along their steps, no further than the limits of moves times a scale, shape (C,).
 
         Returns:
-            Whether the step of each cell was shortened, or is that of a mixture in a large piece, shape (C,).
+            Whether the step of each cell was shortened, or is the step of a mixture in a large piece, shape (C,).
         """
         shortened, budget = np.zeros(len(cells), dtype=bool), self.simulation.state.budget.numpy().astype(np.float64)
         for cell in np.flatnonzero(cells).tolist():
@@ -262,7 +263,7 @@ class Newton:
         return shortened
 
     def find_steps_by_kept_factors(self, cells: NDArray[np.bool_]) -> None:
-        """Find the next steps of some cells by the factors of their last ones; none where these led from a balance."""
+        """Find the next steps of some cells by their last factors; there are none after a step away from a balance."""
         self._find_forces(cells)
         left = cells & np.array([kept is not None for kept in self._kept])
         while left.any():
@@ -281,7 +282,7 @@ class Newton:
         return np.array([move is not None and move.part == 1.0 for move in self.moves.of])
 
     def forget_steps(self) -> None:
-        """Forget the steps that were found and not taken, and the factors of the last ones."""
+        """Forget the steps that were found but not taken, and the factors of the last ones."""
         count = self.model.cell_count
         self.steps, self._kept = [None] * count, [None] * count
 
@@ -289,8 +290,8 @@ class Newton:
         """Whether the factors of the last steps of some cells serve for the next ones, shape (C,).
 
         Args:
-            cells: the cells, whose next steps are those by these factors.
-            fall: fall of their energies in the last moves [erg], shape (C,).
+            cells: the cells, whose next steps were found by these factors.
+            fall: decrease of their energies in the last moves [erg], shape (C,).
         """
         found = cells.copy()
         for cell in np.flatnonzero(cells).tolist():
@@ -299,7 +300,7 @@ class Newton:
         return found
 
     def remaining_change(self, cell: int, size: float) -> RemainingChange | None:
-        """Estimate of the change that is left of a cell, None where its last step was not exact.
+        """Return the estimate of the remaining change of a cell; None if its last step was not exact.
 
         Args:
             cell: the cell.
@@ -323,12 +324,12 @@ class Newton:
         return RemainingChange(spacing, energy, rms)
 
     def _couplings(self) -> list[Coupling]:
-        """What joins many coordinates of the only piece."""
+        """Return the couplings of many coordinates of the only piece."""
         found = [term.coupling(self.simulation.state) for term in self.simulation.terms]
         return [own for own in found if own is not None] + [each.coupling() for each in self.simulation.constraints]
 
     def _owners(self, cells: NDArray[np.bool_]) -> Owners:
-        """The coordinates of some cells: those that may change of their control points, and then of their strains."""
+        """Return the coordinates of some cells that may change: of their control points, and then of their strains."""
         numbers = np.where(cells, np.arange(len(cells)), -1).astype(np.int32)
         owner = np.repeat(numbers, 3 * np.diff(self.model.point_start))
         if self.simulation.strain is not None:
@@ -338,11 +339,11 @@ class Newton:
 
 
 def newton_of(simulation: YarnSimulation) -> Newton | None:
-    """Newton's method where it ends the relaxation of these yarns: all terms give their Hessians.
+    """Return Newton's method if it can end the relaxation of these yarns; all terms must give their Hessians.
 
-    It does not for open yarns whose stitches no term keeps in their places: nothing but friction holds their ends, and
-    at rest such a piece has unravelled. It does not for large pieces where friction moves the state of rest, nor for
-    those that are too large.
+    It cannot end the relaxation of open yarns if no term keeps the stitches in their places: only friction holds their
+    ends, and at rest such a piece has unravelled. It also cannot end it for a large piece in which friction moves the
+    state of rest, or for a piece that is too large to be factored.
     """
     model, terms = simulation.model, simulation.terms
     if not simulation.is_quasistatic or not all(term.gives_hessian for term in terms):

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What some cells do in an interval of Newton's method: judge their states, move, move less, follow the step.
+"""The work of some cells in an interval of Newton's method: judge their states, move, move less, follow the step.
 
-Factors cost several times as much as forces and energies. A step in which the energy rises is therefore tried again at
-a part of its length before other factors are found, and the factors of a step serve for the next ones as long as they
-hold (``newton_moves``).
+Factors cost several times as much as forces and energies. If the energy rises in a step, a part of the step is
+therefore tried before other factors are found. The factors of a step serve for the next ones as long as they hold
+(``newton_moves``).
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ from stitchmesh.yarnrelax.newton import Newton
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 
 TRIES = 3
-"""How many times a cell moves less along a step before another step is found."""
+"""A cell moves less along its step at most this many times, before another step is found."""
 NEAR = 1e-3
-"""Residual below which each step has factors of its own, unless states of rest are judged twice: near rest its error
-is a square then, also along the softest motions, which no residual shows."""
+"""Below this residual, each step has its own factors, unless states of rest are judged twice. Near rest the error of a
+step is then a square, also along the softest motions, which no residual shows."""
 KEPT = 0.25
-"""Part of the largest change that may be left where the factors of an earlier step say so."""
+"""By the factors of an earlier step, at most this part of the largest change may remain."""
 
 
 class Ending(Protocol):
@@ -61,7 +61,7 @@ class Ending(Protocol):
 
 
 def judge_and_move(loop: Ending, cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Judge the states of some cells, and move those that are not at rest along their Newton steps.
+    """Judge the states of some cells, and move the cells that are not at rest along their Newton steps.
 
     Returns:
         Whether the step of each cell was shortened, shape (C,).
@@ -82,13 +82,13 @@ def judge_and_move(loop: Ending, cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
 def move_less(
     loop: Ending, cells: NDArray[np.bool_], found: Assessments, allowed: NDArray[np.float64]
 ) -> Assessments:  # fmt: skip
-    """Let those of some cells whose energy does not fall enough in their moves move less along their steps.
+    """Let cells whose energy does not fall enough in their moves move less along their steps.
 
     Args:
         loop: the relaxation.
         cells: the cells, shape (C,).
         found: the assessments at the ends of the moves.
-        allowed: rise of the energy of each cell that is no reason to [erg], shape (C,).
+        allowed: rise of the energy of each cell that is accepted [erg], shape (C,).
 
     Returns:
         The assessments at the ends of the last moves.
@@ -111,15 +111,15 @@ def move_less(
 
 
 def follow_steps(loop: Ending, cells: NDArray[np.bool_], energy: NDArray[np.float64]) -> None:
-    """Take further steps of some cells by the factors of their last ones, as long as these hold, and judge by them.
+    """Take further steps of some cells by the factors of their last ones as long as these hold, and judge by them.
 
-    Where a term lags, a balanced state from which little is left to go by the factors of a whole exact step is at
-    rest: it is renewed and judged again.
+    If a term lags, a balanced state is at rest if, by the factors of a whole exact step, only little change remains. It
+    is then renewed and judged again.
 
     Args:
         loop: the relaxation, which has accepted the ends of the last steps.
         cells: the cells, shape (C,).
-        energy: their energies before these [erg], shape (C,).
+        energy: energies of the cells before the last steps [erg], shape (C,).
     """
     newton = loop.newton
     assert newton is not None
@@ -148,7 +148,7 @@ def follow_steps(loop: Ending, cells: NDArray[np.bool_], energy: NDArray[np.floa
 
 
 def _move(loop: Ending, newton: Newton, cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Move some cells along their steps; return whose were shortened, shape (C,)."""
+    """Move some cells along their steps; return which steps were shortened, shape (C,)."""
     if not cells.any():
         return np.zeros_like(cells)
     shortened = newton.move(cells, loop.step_scale)

@@ -42,7 +42,7 @@ class Loaded(Protocol):
         """The place on the path of loads (``load_path``)."""
 
     def good_yarns(self) -> YarnSet:
-        """The last accepted state of the yarns that were asked for."""
+        """Return the last accepted state of the yarns, with the inputs that the caller asked for."""
 
 
 @dataclass(eq=False)
@@ -82,7 +82,7 @@ class Observer:
             iteration=loop.iteration, seconds=self.seconds(), residual=last.residual, energies=last.energies
         )
         self.history.append(entry)
-        # A relaxation that continues with a larger limit repeats what the limit has cut short, for the same bits.
+        # To keep the bits, a relaxation that continues with a larger limit repeats the interval that was cut short.
         if self.run.checkpoints is not None and not loop.cut_short:
             self.unwritten = CheckpointState(
                 loop.state(), self.seconds(), tuple(self.history), self.loading.position, tuple(self.ended)
@@ -102,13 +102,13 @@ class Observer:
             self.run.control.after_step(make, before_wait=self.write_checkpoint, aside=others_may_launch)
 
     def seconds(self) -> float:
-        """Time since the start, without the time for which the relaxation has waited [s]."""
+        """Return the time since the start, without the time for which the relaxation has waited [s]."""
         waited = 0.0 if self.run.control is None else self.run.control.seconds_waited
         return time.perf_counter() - self.began - waited
 
     @contextmanager
     def last_state_kept(self) -> Iterator[None]:
-        """Write a checkpoint of the last assessment at any end of the block, and hand out the state of an early one."""
+        """Write a checkpoint of the last assessment whenever the block ends; hand out the state if it ends early."""
         try:
             yield
         except FileError:  # Checkpoints cannot be written.
@@ -121,7 +121,7 @@ class Observer:
         self.write_checkpoint()
 
     def write_checkpoint(self) -> None:
-        """Write a checkpoint of the last assessment, unless that has been done."""
+        """Write a checkpoint of the last assessment, unless it was written already."""
         if self.run.checkpoints is not None and self.unwritten is not None:
             write_state(self.run.checkpoints.path, self.inputs, self.unwritten)
             self.unwritten = None
@@ -134,7 +134,7 @@ class Observer:
         self.began -= saved.seconds
 
     def _snapshot(self, entry: HistoryEntry) -> Snapshot[YarnSet]:
-        """The last accepted state with its assessment."""
+        """Return the last accepted state with its assessment."""
         yarns, tolerance = self.loading.good_yarns(), self.loop.tolerance
         figures = entry["residual"], tolerance, entry["seconds"], entry["energies"]
         return Snapshot(yarns, entry["iteration"], *figures)

@@ -47,28 +47,29 @@ def relax_yarns(
 ) -> Relaxation:
     """Relax yarns to a state of rest; no yarn passes through another.
 
-    The yarns are at rest when the residual is below ``Quality.tolerance`` and the spacing is to change by less than
-    ``Quality.largest_change``, as far as that is known (``yarnrelax.convergence``). A relaxation that ends before, at
-    ``Quality.max_iterations`` or a limit on the time, logs a warning, and its report is not converged. A resumed
-    relaxation, and one that a limit on the time ends, have the bits of one that never stopped.
+    The yarns are at rest when the residual is below ``Quality.tolerance`` and the remaining change of the spacing, if
+    it is known, is below ``Quality.largest_change`` (``yarnrelax.convergence``). If a relaxation ends earlier, at
+    ``Quality.max_iterations`` or at a limit on the time, it logs a warning and its report is not converged. A
+    relaxation that was resumed, or that a limit on the time ended, has the bits of one that never stopped.
 
     Args:
         yarns: the yarns, on a lattice or not; no two of them overlap by more than half their thickness.
-        material: stiffnesses; the material ``stitchmesh`` scaled to the radius of the yarns where not given.
+        material: stiffnesses; None for the material ``stitchmesh``, scaled to the radius of the yarns.
         quality: a preset or a ``Quality``.
-        device: "cpu", "cuda:0" ...; the first GPU, else the CPU, where not given.
-        keep_shape: the fabric from which the yarns were generated, whose borders and shape are kept as in ``yarns``.
+        device: "cpu", "cuda:0" ...; None for the first GPU, or the CPU if there is no GPU.
+        keep_shape: the fabric from which the yarns were generated; its borders and its shape stay as they are in
+            ``yarns``.
         terms: further energies, such as ``Gravity``, and constraints, such as ``Pins``.
-        cell: which changes the periods of the lattice are free to make; they are kept where not given. It excludes
+        cell: the changes that the periods of the lattice are free to make; None keeps the periods. It excludes
             constraints, and terms that do not act on a cell that deforms.
-        run: where to start, progress, states, checkpoints and control. A step of its control is an assessment interval
+        run: where to start, progress, states, checkpoints and control. A step of the control is an assessment interval
             of 20 iterations, or near rest a Newton step.
 
     Raises:
-        FileError: a checkpoint cannot be written, or the one to resume is missing or damaged.
-        ParameterError: an unknown device or quality, or a fabric, a start, a term or a constraint that does not fit the
-            yarns, or a checkpoint of another relaxation.
-        SolverError: the relaxation cannot go on, or a yarn passed through another; it names yarn and stitch face.
+        FileError: a checkpoint cannot be written, or the checkpoint to resume is missing or damaged.
+        ParameterError: the device or quality is unknown; a fabric, a start, a term or a constraint does not fit the
+            yarns; or the checkpoint belongs to another relaxation.
+        SolverError: the relaxation cannot continue, or a yarn passed through another; the message names yarn and face.
     """
     check_kind("relax_yarns", yarns, YarnSet)
     began = time.perf_counter()

@@ -24,12 +24,12 @@ def relax_partly(
     yarns: YarnSet, *, material: YarnMaterial, quality: Quality, iterations: int, device: str | None = None,
     cell: RelaxCell | None = None, terms: Sequence[TermChoice] = (),
 ) -> YarnSet:  # fmt: skip
-    """Yarns after some iterations towards rest, for changes in small steps; arguments as for ``relax_yarns``.
+    """Relax yarns for some iterations only, for changes in small steps; the arguments are as in ``relax_yarns``.
 
-    All iterations are those of the solver; Newton's method does not end this relaxation.
+    The solver does all iterations; Newton's method does not end this relaxation.
 
     Raises:
-        SolverError: the relaxation cannot go on.
+        SolverError: the relaxation cannot continue.
     """
     simulation = YarnSimulation.start(yarns, material, quality, device_named(device), terms, cell=cell)
     with without_limit():  # the next change of size needs all of these iterations

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The inputs of a relaxation: checked, with defaults, and as a fingerprint by which a checkpoint knows them."""
+"""The inputs of a relaxation: checked, with defaults, and as a fingerprint for checkpoints."""
 
 from __future__ import annotations
 
@@ -32,12 +32,12 @@ from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.cell_strain import RelaxCell
 
 MASSES = ("yarns.mass_per_length", "material.mass_per_length")
-"""Inputs that older checkpoints hold even where nothing reads the mass."""
+"""Inputs that older checkpoints hold even if nothing reads the mass."""
 
 
 @dataclass(frozen=True, eq=False)
 class RelaxationInputs:
-    """Everything from which a relaxation follows, as for ``relax_yarns``."""
+    """Everything from which a relaxation follows; the arguments of ``relax_yarns``."""
 
     yarns: YarnSet
     material: YarnMaterial
@@ -46,11 +46,11 @@ class RelaxationInputs:
     terms: Sequence[TermChoice] = ()
     constraints: Sequence[ConstraintChoice] = ()
     points: FloatArray | None = None
-    """Control points to start from [cm], shape (N, 3); those of the yarns if None."""
+    """Control points to start from [cm], shape (N, 3); None for the points of the yarns."""
     cell: RelaxCell | None = None
 
     def start(self) -> YarnSimulation:
-        """A simulation with these inputs.
+        """Return a simulation with these inputs.
 
         Raises:
             OverloadError: the yarns are too close to each other.
@@ -61,7 +61,7 @@ class RelaxationInputs:
         )  # fmt: skip
 
     def fingerprint(self) -> dict[str, str]:
-        """The inputs of a relaxation as short strings, without the start and without masses that nothing reads.
+        """Return the inputs of a relaxation as short strings, without the start and without masses that nothing reads.
 
         Raises:
             ParameterError: a term or a constraint has a value that cannot be compared.
@@ -93,7 +93,7 @@ def checked_inputs(
     """Check the arguments of ``relax_yarns``, and return them with their defaults.
 
     Raises:
-        ParameterError: one of them does not fit the yarns, or they do not fit the memory.
+        ParameterError: an argument does not fit the yarns, or the relaxation does not fit the memory.
     """
     chosen = quality_named(quality)
     on_device = device_named(device)
@@ -117,7 +117,7 @@ def _start_points(start: YarnSet, yarns: YarnSet) -> FloatArray:
     """Return control points of the same yarns to start from [cm], shape (N, 3).
 
     Raises:
-        ParameterError: they are not those of the same yarns.
+        ParameterError: ``start`` holds other yarns.
     """
     if not (np.array_equal(start.start, yarns.start) and np.array_equal(start.closed, yarns.closed)):
         found = f"{start.yarn_count} yarns of {len(start.points)} control points"

@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The loop of a relaxation: iterate, renew the candidate lists, assess, accept or step back, stop.
 
-The loop serves one piece, and many cells of which each comes to rest by itself (``convergence``). A cell descends with
-the solver, in intervals of ``ASSESSMENT_INTERVAL`` iterations. At a small residual, Newton steps end the relaxation
-where all terms give their Hessians (``newton``), and judge whether it has ended. A step counts as some iterations
-(``alternation``). The last interval ends at the limit; a step that has begun is completed.
+The loop serves one piece, or many cells, each of which comes to rest by itself (``convergence``). A cell descends with
+the solver, in intervals of ``ASSESSMENT_INTERVAL`` iterations. If all terms give their Hessians, Newton steps end the
+relaxation from a small residual on, and judge whether it has ended (``newton``). A Newton step counts as some
+iterations (``alternation``). The last interval ends at the limit of iterations; a step that has begun is completed.
 """
 
 from __future__ import annotations
@@ -31,36 +31,36 @@ from stitchmesh.yarnrelax.solvers.alternation import alternation_of
 from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL, UNLIMITED
 
 SMALLEST_STEP_SCALE = 5e-5
-"""Scale of steps below which the loop does not step back again."""
+"""The loop does not step back again below this scale of steps."""
 RECOVERY, NEWTON_RECOVERY = 1.2, 2.0
 """Growth of the scale of steps after each accepted assessment."""
 REMEDY = "move the yarns apart, or control points that lie in one place"
-"""Advice for an energy that is too steep to be relaxed."""
+"""Advice for yarns whose energy is too steep."""
 
 
 class RelaxationLoop:
-    """Cells, or one piece, on their way to rest."""
+    """One piece, or many cells, on their way to rest."""
 
     def __init__(
         self, simulation: YarnSimulation, tolerance: float, largest_change: float = 0.004, before: int = 0,
         most: int | NDArray[np.int64] = UNLIMITED, *, by_newton: bool = True,
     ) -> None:  # fmt: skip
-        """A loop before its first assessment (``start``).
+        """Make a loop before its first assessment (``start``).
 
         Args:
             simulation: the cells, or the piece.
-            tolerance: as in ``Quality``.
-            largest_change: as in ``Quality``.
-            before: iterations that were done before with another load, and that count too.
-            most: iterations after which no cell goes on, or those of each cell, shape (C,).
-            by_newton: whether Newton's method ends the relaxation where it can.
+            tolerance: ``Quality.tolerance``.
+            largest_change: ``Quality.largest_change``.
+            before: iterations that were done before, with another load; they count too.
+            most: largest number of iterations of all cells, or of each cell, shape (C,).
+            by_newton: whether Newton's method ends the relaxation if it can.
         """
         self.simulation, self.tolerance, self.largest_change = simulation, tolerance, largest_change
         cells = simulation.model.cell_count
         self.before, self.iterations = before, np.full(cells, before, dtype=np.int64)
-        """Iterations of each cell, with those that its Newton steps count as, shape (C,)."""
+        """Iterations of each cell, with the iterations that its Newton steps count as, shape (C,)."""
         self.most = np.full(cells, most, dtype=np.int64)
-        """Iterations after which each cell begins nothing more, shape (C,)."""
+        """Number of iterations after which each cell begins nothing more, shape (C,)."""
         self.cut_short = False
         """Whether the last interval of a cell was shorter because of its limit of iterations."""
         self.lists_age = 0
@@ -68,10 +68,10 @@ class RelaxationLoop:
         self.step_scale = np.ones(cells)
         """Scale of the steps of each cell, shape (C,)."""
         self.last = Assessments.of([])
-        """Assessments of the last accepted state of each cell; none before the first."""
+        """Assessments of the last accepted state of each cell; none before the first assessment."""
         self.energy_fall = np.full(cells, np.inf)
-        """Part of itself by which the energy of each cell fell over the last assessment interval; infinite before the
-        first interval and after a step back, shape (C,)."""
+        """Decrease of the energy of each cell over the last assessment interval, relative to the energy, shape (C,);
+        infinite before the first interval and after a step back."""
         self.ending = np.zeros(cells, dtype=bool)
         """Whether each cell takes Newton steps, shape (C,)."""
         self.alternation = alternation_of(simulation.model)
@@ -79,18 +79,18 @@ class RelaxationLoop:
         self.stalled = np.zeros(cells, dtype=bool)
         """Whether no step lowers the energy of a cell that is not at rest, shape (C,)."""
         self.remaining: list[RemainingChange | None] = [None] * cells
-        """Estimate of the change that is left of each cell; None where it is unknown."""
+        """Estimate of the remaining change of each cell; None if it is unknown."""
         self.newton = newton_of(simulation) if by_newton else None
-        """Newton's method, where it ends the relaxation."""
+        """Newton's method, if it ends the relaxation."""
         self.settling = settling_of(simulation, self.newton, tolerance, largest_change)
-        """How the only piece settles, where Newton's method does not end its relaxation, or begins too late."""
+        """How the only piece settles, if Newton's method does not end its relaxation or begins too late."""
         self.kinetic_energy = 0.0
         """Kinetic energy at the last assessment [erg]."""
         self.errors: dict[int, str] = dict(simulation.too_close)
         """Error messages of the cells that cannot continue."""
 
     def start(self) -> None:
-        """Assess the yarns as they were given.
+        """Assess the given yarns.
 
         Raises:
             SolverError: the energy of the only piece is not finite.
@@ -145,7 +145,7 @@ class RelaxationLoop:
                 self.simulation.solver.restart(self.step_scale, stepping & good)
 
     def _descend(self, cells: NDArray[np.bool_]) -> NDArray[np.int64]:
-        """Iterate some cells with the solver for one assessment interval; return the iterations of each, shape (C,)."""
+        """Iterate some cells with the solver for one assessment interval; return each cell's iterations, shape (C,)."""
         wanted = cells * np.minimum(np.int64(ASSESSMENT_INTERVAL), self.most - self.iterations)
         if cells.any():
             self.cut_short |= bool((wanted[cells] < int(ASSESSMENT_INTERVAL)).any())
@@ -154,7 +154,7 @@ class RelaxationLoop:
         return wanted
 
     def iterate(self, count: int | NDArray[np.int64]) -> None:
-        """Do ``count`` iterations of all cells, or of each cell, with new candidate lists where they are too old."""
+        """Do ``count`` iterations of all cells, or of each cell, and make new candidate lists when they are too old."""
         wanted = np.full(self.simulation.model.cell_count, count)
         self.simulation.solver.begin(wanted)
         done, since_search = np.zeros(len(wanted)), 0
@@ -170,7 +170,7 @@ class RelaxationLoop:
                 since_search = 0 if needs_lists else since_search
 
     def search_contacts(self, margin: float | None = None) -> None:
-        """Make new candidate lists, with a new margin where one is given [units].
+        """Make new candidate lists, with a new margin if one is given [units].
 
         Raises:
             SolverError: the yarns of the only piece are too close to each other.
@@ -187,7 +187,7 @@ class RelaxationLoop:
             self.simulation.solver.set_step_scale(self.step_scale)
 
     def step_back(self, cells: NDArray[np.bool_]) -> None:
-        """Return some cells to their last accepted state, at rest and with steps half as long.
+        """Return some cells to their last accepted state; they begin again with shorter steps and without velocity.
 
         Raises:
             SolverError: the steps of the only piece are as short as they may be.
@@ -212,7 +212,7 @@ class RelaxationLoop:
 
     @property
     def iteration(self) -> int:
-        """Iterations of the cell that did most."""
+        """Number of iterations of the cell that did the most."""
         return int(self.iterations.max())
 
     @property
@@ -237,7 +237,7 @@ class RelaxationLoop:
         return fitting_margin(self.simulation.candidates.margin, self.lists_age)
 
     def _allowed_rise(self, stepping: NDArray[np.bool_]) -> NDArray[np.float64]:
-        """By how much the energy of each cell may rise [erg], in a Newton step of some or in iterations, shape (C,)."""
+        """Return how much each cell's energy may rise [erg], in a Newton step or in iterations, shape (C,)."""
         size, simulation = self.last.size, self.simulation
         iterated = simulation.solver.allowed_rise * (size + self.kinetic_energy) + simulation.noise
         return iterated if self.newton is None else np.where(stepping, self.newton.allowed_rise(size), iterated)
@@ -245,7 +245,7 @@ class RelaxationLoop:
     def is_acceptable(
         self, now: Assessments, allowed: NDArray[np.float64], kinetic_energy: float = 0.0
     ) -> NDArray[np.bool_]:  # fmt: skip
-        """Whether the energy of each cell is finite and has not risen too far, shape (C,)."""
+        """Return whether the energy of each cell is finite and has not risen too far, shape (C,)."""
         before = self.last.energy + self.kinetic_energy
         return now.finite & (now.energy + kinetic_energy <= before + allowed)
 

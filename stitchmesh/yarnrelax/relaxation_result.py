@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The result of a relaxation: the yarns, the report, and what is said of yarns that are not at rest."""
+"""The result of a relaxation: the yarns, the report, and messages about yarns that are not at rest."""
 
 from __future__ import annotations
 
@@ -23,17 +23,17 @@ class Relaxation:
     """Relaxed yarns, with a report and a history of the relaxation."""
 
     yarns: YarnSet
-    """The yarns at rest."""
+    """The yarns at rest, or in their last accepted state."""
     report: dict[str, Any]
     """seconds, iterations, converged, stopped (by the user), out_of_time (a limit on the time ended it), residual,
     hidden_by_rounding (the precision does not suffice to say whether the yarns are at rest, or to bring them there),
-    remaining_change (the estimated change that is left: spacing and energy, both relative, and rms_radii; None where it
-    is not known), energy [erg], energies [erg], max_strain, min_distance_over_radius (2 where no yarns touch),
-    pull_throughs, certificate, load_steps (None where the whole load was applied at once; else the share of the load
-    that acts, the steps that were taken and refused, the factor of the radius at their start, the contact_samples of a
+    remaining_change (estimate of the remaining change: spacing and energy, both relative, and rms_radii; None if it is
+    not known), energy [erg], energies [erg], max_strain, min_distance_over_radius (2 if no yarns touch), pull_throughs,
+    certificate, load_steps (None if the whole load was applied at once; else the share of the load that acts, the
+    numbers of steps that were taken and refused, the factor of the radius at their start, the contact_samples of a
     segment, and the reason), solver, device."""
     history: list[HistoryEntry]
-    """The result of each assessment."""
+    """The figures of each assessment."""
 
     def __repr__(self) -> str:
         """Return one line: whether the yarns are at rest, and the yarns."""
@@ -57,7 +57,7 @@ def continued(relaxed: Relaxation, before: Relaxation) -> Relaxation:
 def relaxation_report(
     loading: Loading, relaxed: YarnSet, seconds: float, *, stopped: bool, out_of_time: bool
 ) -> dict[str, Any]:
-    """The report of a relaxation, as in ``Relaxation``."""
+    """Return the report of a relaxation (``Relaxation.report``)."""
     loop = loading.loop
     left = loop.remaining[0]
     return {
@@ -97,7 +97,7 @@ def unrest_text(loading: Loading, *, out_of_time: bool = False) -> str:
 
 
 def _change_text(loop: RelaxationLoop) -> str:
-    """What is known of the change that is left, and what was expected."""
+    """Say what is known of the remaining change, and what was expected."""
     left, fall = loop.remaining[0], float(loop.energy_fall[0])
     if left is not None:
         return f"spacing to change by about {left.spacing:.2g} of itself (expected {loop.largest_change:g})"

@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Renewal of what lags: normal forces of friction, which stay the same while yarns come to rest (``Term.lags``).
+"""Renewal of terms that lag: friction keeps its normal forces while yarns come to rest (``Term.lags``).
 
-A state of rest is renewed, and is at rest only if it still is so with what was renewed.
+A state of rest is renewed; it is at rest only if it still is so after the renewal.
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ from stitchmesh.yarnrelax.simulation import YarnSimulation
 
 
 def renew_at_rest(loop: RelaxationLoop, cells: NDArray[np.bool_] | None = None) -> NDArray[np.bool_]:
-    """Renew what lags in those of some cells, or of all, that are at rest and whose yarns have moved since.
+    """Renew the terms that lag in those cells, of some or all, that are at rest and have moved since the last renewal.
 
     Returns:
-        Which cells these are, shape (C,); Newton's method judges them again.
+        Which cells were renewed, shape (C,); Newton's method judges them again.
     """
     simulation, resting = loop.simulation, loop.at_rest & ~loop.failed
     if cells is not None:
@@ -37,9 +37,9 @@ def renew_at_rest(loop: RelaxationLoop, cells: NDArray[np.bool_] | None = None) 
 
 
 def renew_lagging(simulation: YarnSimulation, cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Renew what lags in those of some cells whose yarns have moved since, and return these, shape (C,).
+    """Renew the terms that lag in those of some cells that have moved since the last renewal; return these, shape (C,).
 
-    The samples and the candidate lists are up to date.
+    Samples and candidate lists must be up to date.
     """
     renewed = np.zeros_like(cells)
     for term in simulation.terms:

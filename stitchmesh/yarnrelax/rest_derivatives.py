@@ -3,8 +3,8 @@
 """Derivatives of a state of rest by the inputs of the relaxation, and the stiffness of the cell as a membrane.
 
 At rest the forces F on the control points u and on the strains E of a cell vanish. If an input p changes, the state
-follows so that they vanish again. With the exact Hessian, of the blocks K (points), B (between points and strains) and
-C (strains),
+follows so that they vanish again. The exact Hessian has the blocks K (points), B (between points and strains) and C
+(strains), so that
 
     K du/dp + B dE/dp = dF_u/dp        B^T du/dp + C dE/dp = dF_E/dp
 
@@ -12,16 +12,16 @@ The points follow the strains with du = - K^-1 B dE, so that the energy of the c
 
     S = C - B^T K^-1 B                 [erg]
 
-by the strains, with which S dE/dp = dF_E/dp - B^T K^-1 dF_u/dp for those that are free.
+by the strains, with which S dE/dp = dF_E/dp - B^T K^-1 dF_u/dp for the free strains.
 
-K has a null space: the translations of the fabric, of which planes hold the one along the normal. All right-hand sides
-are orthogonal to it. A spring at one control point for each such translation makes K regular and changes no solution
-but by that translation. Unlike in the steps of Newton's method (``newton_system``) there is no other shift: where yarns
-slide along themselves, the roughness of their sampled contacts is all that holds them, and it counts. The last steps to
-rest are made with the same system, because those of Newton's method leave such slides out.
+K has a null space, the translations of the fabric; planes hold the translation along the normal. All right-hand sides
+are orthogonal to the null space. A spring at one control point for each free translation makes K regular, and changes
+solutions only by that translation. Unlike in the steps of Newton's method (``newton_system``) there is no other shift:
+where yarns slide along themselves, only the roughness of their sampled contacts holds them, and it counts. The last
+steps to rest use the same system, because the steps of Newton's method leave such slides out.
 
 The derivatives of the forces are central differences at the state of rest, two evaluations of the forces for each
-input. They are exact up to rounding for the stiffnesses, in which forces are linear.
+input. For the stiffnesses they are exact up to rounding, because the forces are linear in them.
 """
 
 from __future__ import annotations
@@ -48,21 +48,21 @@ from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.newton_system import NewtonStep, NewtonSystems
 
 NEAR = 1e-6
-"""Residual, and estimated change of the spacing that is left, to which Newton's method brings a state."""
+"""Newton's method brings a state to this residual, and to this estimate of the remaining change of the spacing."""
 RESIDUAL, LARGEST_RESIDUAL = 1e-10, 1e-7
-"""Residual to which a state is brought before it is differentiated, and the largest one with which it still is. Errors
-of the derivatives are about the residual over the softness of the fabric, 1e-3."""
+"""A state is brought to the first residual before it is differentiated, and refused above the second. Errors of the
+derivatives are about the residual over the softness of the fabric, 1e-3."""
 MOST_ITERATIONS, LAST_STEPS = 20_000, 8
-"""Most iterations of the relaxation, and most steps with the exact Hessian after it."""
+"""Largest number of iterations of the relaxation, and of steps with the exact Hessian after it."""
 WORTH = 0.5
-"""Factor of the residual above which further steps of Newton's method do not help."""
+"""If a step leaves more than this part of the residual, further steps of Newton's method do not help."""
 STEP = 1e-6
-"""Relative change of an input in a central difference of forces: rounding leaves 1e-10 of a term's force, and pairs of
-samples that begin to touch within the step hardly count."""
+"""Relative change of an input in a central difference of forces. Rounding then leaves 1e-10 of a term's force, and
+pairs of samples that begin to touch within the step hardly count."""
 REFINEMENTS = 2
-"""Refinements of the solution by its residual."""
+"""Number of times that the residual of a solution is used to refine it."""
 UNOPPOSED = 1e-9
-"""Stiffness against a translation of the whole fabric over the median of the diagonal below which nothing holds it."""
+"""Nothing holds a translation of the whole fabric if its stiffness, over the median of the diagonal, is below this."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,16 +70,16 @@ class RestDerivatives:
     """Derivatives of a cell at rest."""
 
     strains: Mapping[str, FloatArray]
-    """Strains (course, wale, shear) of the cell over the relative change of each of ``INPUTS``, shape (3,); 0 where
-    they are held."""
+    """Strains (course, wale, shear) of the cell over the relative change of each of ``INPUTS``, shape (3,); 0 for
+    strains that are held."""
     stiffness: FloatArray
     """Second derivatives of the energy by the three strains while the points follow [erg], shape (3, 3)."""
     negative_eigenvalues: int
-    """Number of significant negative eigenvalues of the Hessian of what is free; 0 at a minimum."""
+    """Number of significant negative eigenvalues of the Hessian of the free coordinates; 0 at a minimum."""
 
 
 class ForcesByInput:
-    """The forces on the control points and the strains of a cell in its state, for factors of single inputs."""
+    """The forces on the control points and the strains of a cell in its state, with a factor of one input."""
 
     def __init__(self, simulation: YarnSimulation) -> None:
         """Capture the launches.
@@ -96,7 +96,7 @@ class ForcesByInput:
         self._kept = [own.constants.numpy().copy() for own in self._powers]
 
     def at(self, name: str, factor: float) -> FloatArray:
-        """Return the forces [erg / unit] where one input is multiplied by a factor near 1, shape (3 N + 3,)."""
+        """Return the forces [erg / unit] with one input multiplied by a factor near 1, shape (3 N + 3,)."""
         self._multiply(name, factor)
         self._launches.launch()
         found = self._state.force.numpy().astype(np.float64).ravel()
@@ -104,7 +104,7 @@ class ForcesByInput:
         return found
 
     def now(self) -> FloatArray:
-        """Return the forces with the inputs as they are."""
+        """Return the forces with all inputs as they are."""
         return self.at(INPUTS[0], 1.0)
 
     def slope(self, name: str) -> FloatArray:
@@ -123,7 +123,7 @@ class RestSystem:
         """Factor the Hessian of the current state.
 
         Raises:
-            SolverError: it has no factors.
+            SolverError: the Hessian has no factors.
         """
         assert simulation.strain is not None
         self.free: NDArray[np.bool_] = simulation.strain.host_free[0] > 0.0
@@ -146,14 +146,14 @@ class RestSystem:
 
     @property
     def negative_eigenvalues(self) -> int:
-        """Number of significant negative eigenvalues of what is free, as Newton's method counts them."""
+        """Number of significant negative eigenvalues of the free coordinates, as Newton's method counts them."""
         owner = np.zeros(self.matrix.shape[0], dtype=np.int32)
         owner[-3:] = np.where(self.free, 0, -1)
         own = MatricesOnHost(self.matrix, Owners(owner, 1))
         return int(NewtonSystems(own, np.zeros(len(owner))).negative_count[0])
 
     def _solved(self, right: FloatArray) -> FloatArray:
-        """Return the motions of the control points at held strains, none of which moves the fabric as a whole."""
+        """Return the motions of the control points at held strains, without a motion of the fabric as a whole."""
         found = self._factors.solve(right)
         for _ in range(REFINEMENTS):
             found = found + self._factors.solve(right - self._points @ found)
@@ -195,10 +195,10 @@ def polished(inputs: RelaxationInputs) -> RelaxationLoop:
 
 
 def _end(loop: RelaxationLoop) -> None:
-    """Make the last steps to rest: those of Newton's method while they help, then those with the exact Hessian.
+    """Make the last steps to rest: by Newton's method while they help, and then with the exact Hessian.
 
-    The latter may raise the residual at first, because yarn that slides along itself leaves its curve. The state with
-    the least residual is kept.
+    Steps with the exact Hessian may raise the residual at first, because yarn that slides along itself leaves its
+    curve. The state with the least residual is kept.
     """
     simulation, newton, everyone = loop.simulation, loop.newton, np.ones(1, dtype=bool)
     assert newton is not None
@@ -228,7 +228,7 @@ def rest_derivatives(simulation: YarnSimulation) -> RestDerivatives:
     """Return the derivatives of a state of rest.
 
     Args:
-        simulation: one cell that relaxes, at rest, in float64, with candidate lists for its state.
+        simulation: one relaxing cell, at rest, in float64, with candidate lists for its state.
 
     Raises:
         ParameterError: a term has no derivatives.

@@ -1,28 +1,28 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How a piece settles: the change that is left, estimated from the changes so far.
+"""How a piece settles: the remaining change, estimated from the changes so far.
 
-Large pieces may stop before Newton's method begins, and it does not end the relaxation of free open yarns (``newton``).
-Their stitches slide along the fabric in motions of every softness, and an iteration of a quasi-Newton method finds the
-stiff ones first. The softest ones are found after thousands of iterations, so that a small change from one iteration to
-the next says nothing. The changes are therefore compared over spans that grow: with x the energy, or the mean distance
-of neighbouring stitches along the yarns or across them, after n iterations,
+Large pieces may stop before Newton's method begins, and the method does not end the relaxation of free open yarns
+(``newton``). Their stitches slide along the fabric in motions of every softness. An iteration of a quasi-Newton method
+finds the stiff motions first, and the softest ones only after thousands of iterations, so that a small change from one
+iteration to the next says nothing. The changes are therefore compared over spans that grow. Let x be the energy, or the
+mean distance of neighbouring stitches along the yarns or across them. After n iterations,
 
     c = |x(n) - x(n / s)|,    c' = |x(n / s) - x(n / s^2)|,    r = c / c' within FASTEST and SLOWEST,    s^2 = 2
     left = max(c, c' FASTEST^2) r / (1 - r)
 
-is the sum of the changes over all further spans, each s times as long as the one before it. A decay by a power of n, as
-of motions of every softness, has a constant r. Longer spans would see the end of a decay later, shorter ones would see
-little besides noise.
+is the sum of the changes over all further spans, each s times as long as the one before it. If x decays by a power of
+n, as it does with motions of every softness, r is constant. Longer spans would see the end of a decay later; shorter
+ones would see little besides noise.
 
-The spacing can stand still before the softest motions are found. The forces that are left then say more than the
-changes: the spacing has to change by at least
+The spacing can stand still before the softest motions are found. The remaining forces then say more than the changes:
+the spacing has to change by at least
 
     SLIDE residual
 
 with the residual of ``convergence``. SLIDE (``quality``) is measured (docs/accuracy.md, Garments at rest): between 240
-and 3,600 iterations, the spacings of a skirt, a hat and a sweater were 1 to 8 residuals from those after 29,000, most
-of them 4.
+and 3,600 iterations, the spacings of a skirt, a hat and a sweater differed by 1 to 8 residuals from the spacings after
+29,000, and most of them by 4.
 """
 
 from __future__ import annotations
@@ -41,27 +41,27 @@ from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.spacing_change import SpacingChange
 
 EXACT = 3e-4
-"""Residual below which large pieces are so near to a minimum that an exact step says more than the changes so far."""
+"""Below this residual large pieces are so near to a minimum that an exact step says more than the changes so far."""
 SPAN = 2.0**0.5
 """Ratio of the iterations at the end and at the beginning of a span."""
 FASTEST, SLOWEST = (1.0 / 3.0) ** 0.5, 0.75**0.5
-"""Ratio of the changes over two successive spans: the smallest and the largest that an estimate is made with."""
+"""Smallest and largest ratio of the changes over two successive spans with which an estimate is made."""
 MARK = 2.0**0.25
-"""Ratio of the iterations of two marks."""
+"""Ratio of the iterations of two successive marks."""
 OLDEST = SPAN**2 * MARK**2
-"""Ratio of the iterations of the last mark and of the oldest one that an estimate needs."""
+"""Ratio of the iterations of the last mark to the iterations of the oldest mark that an estimate needs."""
 
 
 @dataclass(frozen=True, eq=False)
 class Milestone:
-    """What a piece was after some iterations."""
+    """The figures of a piece after some iterations."""
 
     iteration: int
-    """Iterations of the solver with the present load."""
+    """Number of iterations of the solver with the present load."""
     energy: float
     """Energy [erg]."""
     size: float
-    """Sum of the magnitudes of its parts [erg]."""
+    """Sum of the magnitudes of the energy's parts [erg]."""
     residual: float
     """Residual of ``convergence``."""
     spacing: NDArray[np.float64]
@@ -74,13 +74,13 @@ class Settling:
     """The marks of one piece."""
 
     def __init__(self, yarns: YarnSet) -> None:
-        """Find the stitches and their neighbours, in the yarns as they were given."""
+        """Find the stitches and their neighbours in the given yarns."""
         self.stitches = SpacingChange(yarns)
         self.marks: list[Milestone] = []
         """Marks in the order of their iterations; those older than an estimate needs are dropped."""
 
     def is_due(self, iteration: int) -> bool:
-        """Whether a mark is to be made after so many iterations."""
+        """Return whether a mark is to be made after ``iteration`` iterations."""
         return not self.marks or iteration >= self.marks[-1].iteration * MARK
 
     def note_state(self, simulation: YarnSimulation, iteration: int, now: Assessment) -> RemainingChange | None:
@@ -88,11 +88,11 @@ class Settling:
         return self.note(iteration, now, simulation.state.points.numpy()[: len(self.stitches.group)].astype(np.float64))
 
     def note(self, iteration: int, now: Assessment, points: NDArray[np.float64]) -> RemainingChange | None:
-        """Make a mark, and estimate the change that is left.
+        """Make a mark, and estimate the remaining change.
 
         Args:
-            iteration: iterations of the solver with the present load.
-            now: its assessment.
+            iteration: number of iterations of the solver with the present load.
+            now: assessment of the present state.
             points: control points [mean radii], shape (N, 3).
 
         Returns:
@@ -106,7 +106,7 @@ class Settling:
         return self.remaining_change()
 
     def remaining_change(self) -> RemainingChange | None:
-        """The estimate at the last mark; None while the marks span too few iterations."""
+        """Return the estimate at the last mark; None while the marks span too few iterations."""
         now = self.marks[-1]
         middle = self._span_before(now)
         first = None if middle is None else self._span_before(middle)
@@ -120,12 +120,12 @@ class Settling:
         return RemainingChange(spacing, energy, rms)
 
     def _span_before(self, end: Milestone) -> Milestone | None:
-        """The mark at the beginning of the span that ends with a mark; spans are as equal as the marks allow."""
+        """Return the mark at the beginning of the span that ends with a mark; spans are as equal as the marks allow."""
         latest = end.iteration / SPAN * MARK**0.5
         return next((mark for mark in reversed(self.marks) if mark.iteration <= latest), None)
 
     def arrays(self) -> dict[str, NDArray[np.float64]]:
-        """The marks, for a checkpoint: their numbers, in the order of ``Milestone``, (M, 6), and middles, (M, G, 3)."""
+        """Return the marks for a checkpoint: figures in the order of ``Milestone``, (M, 6), and middles, (M, G, 3)."""
         rows = [[mark.iteration, mark.energy, mark.size, mark.residual, *mark.spacing] for mark in self.marks]
         table = np.array(rows, dtype=np.float64).reshape(-1, 6)
         middles = np.array([mark.middles for mark in self.marks]).reshape(-1, self.stitches.group_count, 3)
@@ -140,10 +140,10 @@ class Settling:
 def settling_of(
     simulation: YarnSimulation, newton: Newton | None, tolerance: float, largest_change: float
 ) -> Settling | None:
-    """The marks of the only piece, None where rest is judged in another way.
+    """Return the marks of the only piece; None if rest is judged in another way.
 
-    Iterations of ``Dynamics`` are no measure of time, and terms that lag move the state of rest. Newton's method judges
-    small pieces, and large ones in double precision where the tolerances ask for a residual below ``EXACT``.
+    Iterations of ``Dynamics`` do not measure time, and terms that lag move the state of rest. Newton's method judges
+    small pieces; in double precision it also judges large pieces if the tolerances ask for a residual below ``EXACT``.
     """
     model, lags = simulation.model, any(term.lags for term in simulation.terms)
     loose = min(tolerance, largest_change / SLIDE) > EXACT or model.scalar is wp.float32
@@ -153,7 +153,7 @@ def settling_of(
 
 
 def _left(change: NDArray[np.float64] | float, before: NDArray[np.float64] | float) -> NDArray[np.float64]:
-    """The sum of the changes over all further spans, from those over the last two."""
+    """Return the sum of the changes over all further spans, from the changes over the last two spans."""
     now, earlier = np.asarray(change), np.asarray(before)
     ratio = np.divide(now, earlier, out=np.full(now.shape, FASTEST), where=earlier > 0.0)
     ratio = np.clip(ratio, FASTEST, SLOWEST)

@@ -3,8 +3,8 @@
 """Yarns on a device: the arrays of a relaxation and its captured launches.
 
 ``YarnSimulation`` decides nothing. ``RelaxationLoop`` decides when there are new candidate lists, and whether a state
-is accepted. Captured launches name arrays. Whoever replaces an array that they name calls
-``YarnSimulation.discard_launches``, and the launches are captured again at their next use.
+is accepted. Captured launches refer to arrays. Code that replaces such an array must call
+``YarnSimulation.discard_launches``; the launches are then captured again at their next use.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL, SolverInput
 from stitchmesh.yarnrelax.solvers.stiffness_bounds import stiffness_row_sums
 
 GRAPH_ITERATIONS = {"cpu": 1, "cuda": 5}
-"""Iterations of a graph. The host reads the progress after each graph, which costs a GPU as much as an iteration."""
+"""Iterations of a graph. The host reads the progress after each graph, which takes a GPU as long as an iteration."""
 
 
 @kernel
@@ -75,7 +75,7 @@ class YarnSimulation:
         points: FloatArray | None = None,
         cell: RelaxCell | None = None,
     ) -> YarnSimulation:
-        """A simulation of one piece or one cell, starting at ``points`` [cm] or at the yarns' own control points."""
+        """Return a simulation of one piece or one cell, which starts at ``points`` [cm] or at the yarns' own points."""
         cells = None if cell is None else [cell]
         return cls([(yarns, material)], quality, device, terms, constraints, points, cells)
 
@@ -92,7 +92,8 @@ class YarnSimulation:
     ) -> None:
         """Send the yarns of one piece, or of independent cells, to the device, and make candidate lists.
 
-        Each cell may have contact samples of its own, ``samples``; where not given, all have those of the quality.
+        ``samples`` gives each cell its own number of contact samples; by default all cells have the number of the
+        quality.
 
         Raises:
             OverloadError: the yarns of the only piece are too close to each other.
@@ -117,7 +118,7 @@ class YarnSimulation:
         self.point_stiffness = model.upload(np.maximum(stiffness, np.finfo(np.float32).tiny))
         """Constant row sums of stiffness, shape (N,)."""
         self.good_points = wp.clone(self.state.points)
-        """Control points of the last state that was accepted, shape (N, 3)."""
+        """Control points of the last accepted state, shape (N, 3)."""
         self.step_fraction = quality.step_fraction
         self.rounding = rounding_force(model, stiffness)
         """Force that the rounding of coordinates causes [erg / unit], shape (C,)."""
@@ -127,13 +128,13 @@ class YarnSimulation:
         self.search = ContactSearch(model, self.state, self.candidates, reallocated=self.discard_launches)
         self.discard_launches()
         self.too_close = self.search_contacts()
-        """For each cell whose yarns are too close at the start, the message that names the place."""
+        """A message for each cell whose yarns are too close at the start; it names the place."""
         for term in self.terms:
             term.renew(self.state, self.candidates)
 
     @property
     def inputs(self) -> SolverInputs:
-        """What the solver works on."""
+        """The inputs of the solver."""
         return SolverInputs(self.model, self.state, self.candidates, self.constraints, self.step_fraction, self.strain,
                             self.terms)  # fmt: skip
 
@@ -148,13 +149,13 @@ class YarnSimulation:
         return self.rounding * np.diff(self.model.point_start)
 
     def discard_launches(self) -> None:
-        """Forget all captured launches: an array that they name was replaced."""
+        """Forget all captured launches, because an array to which they refer was replaced."""
         self._iterations: CapturedLaunches | None = None
         self._assessor: Assessor | None = None
         self._captured: dict[str, tuple[object, CapturedLaunches]] = {}
 
     def captured(self, name: str, launches: Callable[[], list[Any]], of: object = None) -> CapturedLaunches:
-        """Launches that are captured once under a name, and again where they are those of another object."""
+        """Return the launches captured under a name; capture them again if ``of`` is another object than before."""
         own = self._captured.get(name)
         if own is None or own[0] is not of:
             own = self._captured[name] = of, CapturedLaunches(launches(), self.model.device)
@@ -174,11 +175,11 @@ class YarnSimulation:
         return self._iterations
 
     def iteration_launches(self) -> list[Any]:
-        """The prepared launches of one iteration, in their order: forces, constraints, solver."""
+        """Return the prepared launches of one iteration, in their order: forces, constraints, solver."""
         return self.balance_launches() + self.solver.launches(self.inputs, self.model.prepare)
 
     def balance_launches(self) -> list[Any]:
-        """The prepared launches that find the forces less the reactions of constraints."""
+        """Return the prepared launches that find the forces less the reactions of constraints."""
         model, state, launcher = self.model, self.state, self.model.prepare
         launches = force_launches(model, state, self.candidates, self.terms, self.point_stiffness, launcher)
         for constraint in self.constraints:
@@ -186,7 +187,7 @@ class YarnSimulation:
         return launches
 
     def iterate(self, most: int | None = None) -> int:
-        """Launch some iterations; return their number, which is at most ``most`` unless the solver stops by itself."""
+        """Launch iterations; return their number, which is at most ``most`` unless the solver stops by itself."""
         launches, count = self.iterations, self.graph_iterations
         if most is not None and most < count and not self.solver.stops_by_itself:
             launches, count = CapturedLaunches(self.iteration_launches(), self.model.device, times=most), most
@@ -194,13 +195,13 @@ class YarnSimulation:
         return count
 
     def search_contacts(self, margin: float | None = None) -> dict[int, str]:
-        """Make candidate lists and budgets for the current state, with a new margin where one is given [units].
+        """Make candidate lists and step budgets for the current state, with a new margin if one is given [units].
 
         Returns:
-            For each cell whose yarns are too close to go on, what is wrong.
+            A message for each cell whose yarns are too close to continue.
 
         Raises:
-            OverloadError: the same of the only piece.
+            OverloadError: the yarns of the only piece are too close.
             SolverError: the lists do not fit the memory.
         """
         if margin is not None:
@@ -222,7 +223,7 @@ class YarnSimulation:
         return self._assessor
 
     def assess_cells(self, cells: NDArray[np.bool_] | None = None) -> Assessments:
-        """Residual and energies of each cell; the effect of rounding is measured in ``cells``, by default in all."""
+        """Return residual and energies of each cell; only those of ``cells``, if given, are of the current state."""
         return self.assessor.assess(cells)
 
     def accept(self, cells: NDArray[np.bool_]) -> None:
@@ -232,7 +233,7 @@ class YarnSimulation:
             self._copy_where(np.repeat(cells, 2), self.model.constants.images.periods, self.good_periods)
 
     def restore(self, cells: NDArray[np.bool_] | None = None) -> None:
-        """Return some cells, or all, to their last accepted state; candidate lists and budgets become out of date."""
+        """Return some cells, or all, to their last accepted state; candidate lists and budgets are then out of date."""
         chosen = np.ones(self.model.cell_count, dtype=bool) if cells is None else cells
         self._copy(chosen, self.good_points, self.state.points)
         if self.good_periods is not None:
@@ -240,11 +241,11 @@ class YarnSimulation:
             self.candidates.near.invalidate()
 
     def good_yarns(self, cell: int = 0) -> YarnSet:
-        """The yarns of a cell, or of the only piece, in the last accepted state."""
+        """Return the yarns of a cell, or of the only piece, in the last accepted state."""
         return self.good_cells()[cell]
 
     def good_cells(self) -> list[YarnSet]:
-        """The yarns of each cell in the last accepted state."""
+        """Return the yarns of each cell in the last accepted state."""
         start, places, cells = self.model.point_start, self.model.from_device(self.good_points), self.model.cells
         moved = [replace(cell.yarns, points=places[start[k] : start[k + 1]]) for k, cell in enumerate(cells)]
         if self.strain is None or self.good_periods is None:
@@ -254,13 +255,13 @@ class YarnSimulation:
         return [replace(yarns, lattice=lattice) for yarns, lattice in zip(moved, lattices, strict=True)]
 
     def smallest_distances(self) -> NDArray[np.float64]:
-        """Smallest distance of yarns over their radius in the last accepted state, at most 2, shape (C,)."""
+        """Return the smallest distance of yarns over their radius in the last accepted state, at most 2, shape (C,)."""
         self.restore()
         self.search_contacts()
         return smallest_distances(self.model, self.state, self.candidates)
 
     def largest_force(self, cell: int = 0) -> str:
-        """The energy with the largest force in a cell, or in the only piece, and where the force acts."""
+        """Return the energy with the largest force in a cell, or in the only piece, and the place of the force."""
         place_contact_samples(self.model, self.state, self.model.launch)
         return largest_force(self.model, self.state, self.candidates, self.terms, self.point_stiffness, cell)
 

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """A relaxation loop that can pause within an assessment interval, for a user who makes single steps.
 
-A launch does several iterations, and old candidate lists are renewed after a launch (``RelaxationLoop.iterate``). Parts
-of an interval therefore count the iterations that a launch would still do, and renew lists after the same iterations as
-a whole interval. The state at the end of an interval has the same bits for any division into parts.
+A launch does several iterations, and old candidate lists are renewed after a launch (``RelaxationLoop.iterate``). A
+part of an interval therefore counts the iterations that a launch of the whole interval would still do, and renews
+lists after the same iterations. The state at the end of an interval has the same bits for any division into parts.
 """
 
 from __future__ import annotations
@@ -22,19 +22,20 @@ from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL, Progress
 
 INTERVAL = int(ASSESSMENT_INTERVAL)
-"""Iterations between two assessments."""
+"""Number of iterations between two assessments."""
 
 
 class StepwiseLoop(RelaxationLoop):
     """The relaxation of one cell of a lattice in parts of assessment intervals."""
 
     def __init__(self, simulation: YarnSimulation, tolerance: float, largest_change: float) -> None:
-        """Arguments as for ``RelaxationLoop``."""
+        """Make a loop with the arguments of ``RelaxationLoop``."""
         super().__init__(simulation, tolerance, largest_change)
         self.done = 0
-        """Iterations of the present interval; ``iteration`` counts those of whole intervals."""
+        """Number of iterations of the present interval; ``iteration`` counts only the iterations of whole intervals."""
         self.left_of_launch = 0
-        """Iterations that the present launch of a whole interval would still do; 0 if the next one starts."""
+        """Number of iterations that the present launch of a whole interval would still do; 0 if the next launch
+        starts."""
 
     @property
     def is_between_intervals(self) -> bool:
@@ -42,7 +43,7 @@ class StepwiseLoop(RelaxationLoop):
         return self.done == 0
 
     def current_yarns(self) -> YarnSet:
-        """The yarns in the current state, which is not assessed yet within an interval."""
+        """Return the yarns in the current state, which is not assessed yet within an interval."""
         model, state = self.simulation.model, self.simulation.state
         yarns, unit = model.cells[0].yarns, model.cells[0].unit
         points = model.from_device(state.points)[: len(yarns.points)]
@@ -95,7 +96,7 @@ class StepwiseLoop(RelaxationLoop):
             self._note_launch(left or launched, solver.progress(simulation.inputs, launched))
 
     def _note_launch(self, left: int, progress: Progress) -> None:
-        """Count what was done, and renew candidate lists where a whole interval would renew them.
+        """Count the iterations done, and renew candidate lists where a whole interval would renew them.
 
         Args:
             left: iterations that the launch of a whole interval would still have done.

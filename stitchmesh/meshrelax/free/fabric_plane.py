@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The plane in which a free fabric moves, as on a table without friction."""
+"""The plane in which a fabric without a surface moves, as on a table without friction."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from stitchmesh.meshrelax.placement import PlacedPoints
 from stitchmesh.meshrelax.preconditioner import PATCH_VERTICES, Patches
 
 FLAT = 1e-9
-"""Part of the area of a flat fabric that may be lost in its projection onto its plane; it covers rounding."""
+"""A flat fabric may lose this part of its area in the projection onto its plane; it covers rounding."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +49,7 @@ class FabricPlane:
         return PlacedPoints(position, np.broadcast_to(self.normal, position.shape))
 
     def patches(self, position: FloatArray, size: float) -> Patches:
-        """Divide the unknowns into patches for the preconditioner: vertices by place, and each period for itself.
+        """Divide the unknowns into patches for the preconditioner: vertices by place, and a patch for each period.
 
         Args:
             position: positions of the points [cm], shape (P, 3).

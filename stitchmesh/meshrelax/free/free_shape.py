@@ -28,7 +28,7 @@ class FreeShape:
 
     @cached_property
     def outline(self) -> tuple[FloatArray, ...]:
-        """Each border as a closed polygon [cm], shape (n, 3); for a fabric on a lattice, the cell, shape (4, 3)."""
+        """Each border as a closed polygon [cm], shape (n, 3); the cell of a fabric on a lattice, shape (4, 3)."""
         fabric = self.fabric
         if fabric.lattice is not None:
             first, second = fabric.lattice.periods
@@ -37,21 +37,21 @@ class FreeShape:
 
     @property
     def width(self) -> float:
-        """Distance of the middles of both side borders [cm], half of the girth of a tube, or the first period."""
+        """Distance between the middles of both side borders [cm]; half the girth of a tube; or the first period."""
         if self.is_tube:
             return float(np.pi * np.hypot(self.fabric.vertices[:, 0], self.fabric.vertices[:, 2]).mean())
         return float(np.linalg.norm(self._across))
 
     @property
     def height(self) -> float:
-        """Distance of the middles of the first and the last row, at right angles to the rows of a flat fabric [cm]."""
+        """Distance between the middles of first and last row [cm]; in a flat fabric at right angles to the rows."""
         if self.is_tube:
             return float(np.linalg.norm(self._along))
         return float(np.linalg.norm(np.cross(self._across, self._along)) / np.linalg.norm(self._across))
 
     @property
     def slant(self) -> float:
-        """Angle by which the wales lean to the right of the right angle with the rows [degrees]; 0 for a tube."""
+        """Angle by which the wales lean to the right from the right angle to the rows [degrees]; 0 for a tube."""
         if self.is_tube:
             return 0.0
         across, along = self._across, self._along
@@ -69,10 +69,11 @@ class FreeShape:
         return self.fabric.lattice is None and not self.is_flat_piece
 
     def wave(self, role: int) -> float:
-        """Return the depth of the waves of a border [cm]: what remains of it beside its straight line.
+        """Return the depth of the waves of a border [cm]: how far it deviates from its straight line.
 
         Args:
-            role: role of its sides, such as ``BOTTOM`` for the border of the first row; a tube and a lattice have 0.
+            role: role of the border sides, such as ``BOTTOM`` for the border of the first row; 0 for a tube or a
+                lattice.
         """
         sides = self._border(role)
         if not self.is_flat_piece or len(sides) == 0:
@@ -102,7 +103,7 @@ class FreeShape:
 
     @cached_property
     def _borders(self) -> list[IntArray]:
-        """Border sides of each border without the slits of bobbles."""
+        """The border sides of each border, without the slits of bobbles."""
         return [loop for loop in self.fabric.boundary_loops if len(loop) > SLIT_SIDES]
 
     def _border(self, role: int) -> IntArray:

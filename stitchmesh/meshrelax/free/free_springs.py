@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The forces of a free fabric, whose stitches have rest sizes of their own."""
+"""The forces of a fabric without a surface, whose stitches have rest sizes of their own."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class FreeSprings:
     """The forces, their points, and the rest lengths of the edges."""
 
     springs: Springs
-    """The vertices of the forces are points of ``corners``."""
+    """The forces, whose vertices are the points of ``corners``."""
     corners: CornerPoints
     """The points."""
     edge_rest: FloatArray

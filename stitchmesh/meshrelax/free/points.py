@@ -1,16 +1,16 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The points that the forces of a free fabric act between, and the unknowns that move them.
+"""The points between which the forces of a free fabric act, and the unknowns that move the points.
 
 A point is a vertex in one image of the lattice. Without a lattice the points are the vertices. With a lattice the
-periods u and v move too. Let (s, t) be the place of a vertex in the cell as parts of the periods at the start, and
-(a, b) the image of the point. A change of the unknowns moves the point by
+periods u and v move too. Let (s, t) be the place of a vertex in the cell at the start, in parts of the periods, and let
+(a, b) be the image of the point. A change of the unknowns moves the point by
 
     dx + (s + a) du + (t + b) dv
 
-A period that no stitch crosses, that along the wales of a tube, is no unknown. A change of the periods alone deforms
-the whole fabric evenly, so that one period is moved by the tension of all stitches and not by that of a few stitches at
-its border.
+A period that no stitch crosses is no unknown, for example the period along the wales of a tube. A change of the periods
+alone deforms the whole fabric evenly. The tension of all stitches therefore moves a period, and not the tension of a
+few stitches at its border.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class Points:
     vertex: IntArray
     """Vertex of each point, shape (P,)."""
     share: FloatArray
-    """What a change of each period adds to each point, shape (P, periods); no periods without a lattice."""
+    """Part of the change of each period by which each point moves, shape (P, periods); no periods without a lattice."""
     vertex_count: int
     """Number of vertices V."""
 
@@ -49,7 +49,7 @@ class Points:
         return moved
 
     def on_unknowns(self, points: IntArray, weights: list[float]) -> tuple[IntArray, FloatArray]:
-        """Return the unknowns of some elements and the weight of each unknown, shapes (n, m + periods).
+        """Return the unknowns on which some elements act, and the weight of each unknown, shapes (n, m + periods).
 
         Args:
             points: points of each element, shape (n, m).
@@ -81,8 +81,8 @@ def corner_points(fabric: StitchMesh, strut_corners: IntArray) -> CornerPoints:
 
     Args:
         fabric: stitch mesh.
-        strut_corners: corners of its struts (``wale_strut_corners``), shape (W, 4). Struts cross borders of the cell;
-            they have points of their own around the vertex in the cell.
+        strut_corners: corners of its struts (``wale_strut_corners``), shape (W, 4). Struts cross borders of the cell,
+            so that they have their own points around the vertex in the cell.
     """
     count = len(fabric.vertices)
     if fabric.lattice is None or fabric.corner_image is None:

@@ -2,9 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Mesh relaxation of a fabric that no surface holds (Yuksel et al. 2012, section 7 and figure 14c).
 
-The forces are those of the relaxation on a surface, and every stitch has the rest size of its neighbourhood
-(``stitch_sizes``). The fabric stays in its plane, as on a table. Springs have no bending stiffness: in space, a fabric
-would buckle wherever its stitches are compressed. The periods of a fabric on a lattice relax too.
+The forces are the same as in the relaxation on a surface, and every stitch has the rest size that follows from its
+neighbourhood (``stitch_sizes``). The fabric stays in its plane, as on a table. Springs have no bending stiffness, so
+that in space a fabric would buckle wherever its stitches are compressed. The periods of a fabric on a lattice relax
+too.
 """
 
 from __future__ import annotations
@@ -54,10 +55,10 @@ def relax_mesh_freely(
     run: Run[StitchMesh] = SHOWN,
     shown_as: Callable[[StitchMesh], StitchMesh] | None = None,
 ) -> FreeShape:
-    """Relax a fabric without a surface, so that it shows the outline that its stitches give it.
+    """Relax a fabric without a surface, so that it takes the outline that its stitches give it.
 
     The fabric stays in its plane. The periods of a fabric on a lattice relax too; afterwards the first one lies along
-    x. A tube is such a fabric: a strip that is joined around only (``unroll_tube``).
+    x. A tube is also relaxed as such a fabric: as a strip on a lattice with one period around it (``unroll_tube``).
 
     Args:
         fabric: stitch mesh, for example from ``pattern_mesh``.
@@ -65,9 +66,10 @@ def relax_mesh_freely(
         aspect: rest height of plain knit divided by its rest width.
         tolerance: root mean square of the net force at which the relaxation has converged, dimensionless.
         max_iterations: iterations after which the relaxation stops without having converged; it then logs a warning.
-        run: progress after each iteration, and control, of which a step is one iteration. Its snapshots hold the
-            positions and the stretch of each edge. Nothing else is obeyed.
-        shown_as: makes the fabric of the snapshots and of the result from the relaxed one, for example a round tube.
+        run: progress after each iteration, and control, with one iteration as a step. Its snapshots hold the positions
+            and the stretch of each edge. The function refuses all other fields of the run.
+        shown_as: makes the fabric of the snapshots and of the result, for example a round tube, from the relaxed
+            fabric.
 
     Returns:
         The same stitches with new vertices [cm] and the ``stretch`` of each edge, with their size and outline.
@@ -155,7 +157,7 @@ def _relaxed(fabric: StitchMesh, forces: FreeSprings, bobbles: Bobbles, placemen
 
 
 def _periods(before: Lattice, forces: FreeSprings, position: FloatArray) -> FloatArray:
-    """Return the periods of points [cm], shape (2, 3); a period that no stitch crosses stays at right angles."""
+    """Return the periods after a motion of the points [cm], shape (2, 3); one that no stitch crosses stays upright."""
     points = forces.corners.points
     apart = position - position[points.vertex]
     images = points.share - points.share[points.vertex]
@@ -169,7 +171,7 @@ def _periods(before: Lattice, forces: FreeSprings, position: FloatArray) -> Floa
 
 
 def _along_x(periods: FloatArray) -> FloatArray:
-    """Return the matrix that turns row vectors so that the first period lies along x and both in the plane z = 0."""
+    """Return the matrix that turns row vectors so that the first period lies along x, and both in the plane z = 0."""
     first = periods[0] / np.linalg.norm(periods[0])
     upward: FloatArray = np.cross(periods[0], periods[1])
     normal = upward / np.linalg.norm(upward)

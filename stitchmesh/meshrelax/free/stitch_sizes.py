@@ -2,11 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Rest width and height of each stitch of a free fabric, from the knit and purl stitches around it.
 
-A stitch with the rest size of plain knit everywhere, as on the surface of a garment, would make rib as wide as
-stockinette and garter stitch as high. Yarns make them different: at a change between knit and purl that continues along
-a wale the fabric folds and draws in, and at one that continues along a course it draws together in height. Let f be 1
-for a stitch whose loops are knit and -1 for one whose loops are purled, and let R and C be the means of f over the
-stitches at most ``REACH`` away in the course and in the wale. Then
+If every stitch had the rest size of plain knit, as on the surface of a garment, rib would be as wide as stockinette and
+garter stitch as high. Yarns make them different. Where knit and purl change from one wale to the next, the fabric folds
+and draws in; where they change from one course to the next, it draws together in height. Let f be 1 for a stitch whose
+loops are knit and -1 for one whose loops are purled. Let R and C be the means of f over the stitches that are at most
+``REACH`` away in the course and in the wale. Then
 
     stockinette R C = 1, rib (1 - R) C = 1, garter stitch R (1 - C) = 1, seed stitch (1 - R) (1 - C) = 1
 
@@ -14,8 +14,8 @@ with R^2 and C^2 in the place of R and C, and every other fabric of knit and pur
 slipped stitch has no row of its own, so that fabrics with slips are lower. The logarithms of width and height, relative
 to plain knit, are taken as linear in the last three products and in the share of slips in the course.
 ``python benchmarks/run.py stitch-sizes`` relaxes swatches of the library and fits the factors ``WIDTH`` and ``HEIGHT``
-to the sizes of the pure fabrics. Yarn-overs and decreases have the rest size of their neighbours: they shape a fabric
-by their places.
+to the sizes of the pure fabrics. Yarn-overs and decreases have the rest size of their neighbours, because they shape a
+fabric by their places.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.stitch import VOCABULARY, Stitch
 
 REACH = 2
-"""Stitches to each side that decide about a stitch: 2 x 2 and 3 x 3 rib then draw in as 1 x 1 rib does."""
+"""Number of stitches to each side that decide the size of a stitch; 2 x 2 and 3 x 3 rib then draw in like 1 x 1 rib."""
 WIDTH = np.array([-0.567, 0.117, -0.028, 0.212])
 """Change of the logarithm of the width of a stitch per share of rib, garter stitch, seed stitch and slips."""
 HEIGHT = np.array([0.052, -0.299, -0.288, -0.506])
-"""The same of the height."""
+"""The same for the logarithm of the height."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +76,7 @@ def fabric_shares(fabric: StitchMesh) -> FloatArray:
 
 
 def _signs(fabric: StitchMesh) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Return the mean of 1 for each knit and -1 for each purled loop of each stitch, and whether there is one."""
+    """Return the mean over the loops of each stitch, knit 1 and purled -1, and whether it has such loops."""
     knit, purled = (_loops(fabric, kind) for kind in "kp")
     known = knit + purled > 0
     return (knit - purled) / np.maximum(knit + purled, 1), known

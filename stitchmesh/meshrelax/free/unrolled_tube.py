@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A round tube as a flat strip that is joined around, and back.
+"""Turns a round tube into a flat strip whose ends are joined, and the strip into a tube again.
 
-Rows of the strip have one girth, so that the tube stays a cylinder. A pattern is the same in all its repeats, and a
-cylinder can be unrolled without any stretch.
+All rows of the strip have the same girth, so that the tube stays a cylinder. A pattern is the same in all its repeats,
+and a cylinder can be unrolled without any stretch.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ TURN = 2.0 * np.pi
 
 
 def unroll_tube(tube: StitchMesh) -> StitchMesh:
-    """Return a round tube around the y axis as a strip in the plane z = 0, joined around on a lattice.
+    """Return a round tube around the y axis as a strip in the plane z = 0, whose ends a lattice joins.
 
     Args:
-        tube: stitch mesh whose faces each take less than half of a turn.
+        tube: stitch mesh in which each face takes less than half a turn.
 
     Raises:
         MeshError: the tube is on a lattice already.
@@ -45,7 +45,7 @@ def unroll_tube(tube: StitchMesh) -> StitchMesh:
 
 
 def roll_up(strip: StitchMesh) -> StitchMesh:
-    """Return a strip of ``unroll_tube``, whose first period lies along x, as a round tube around the y axis."""
+    """Return the round tube around the y axis of a strip (``unroll_tube``) whose first period lies along x."""
     assert strip.lattice is not None
     radius = float(strip.lattice.periods[0, 0]) / TURN
     angle = strip.vertices[:, 0] / radius

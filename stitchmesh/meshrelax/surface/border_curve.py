@@ -13,7 +13,7 @@ from scipy.spatial import cKDTree
 from stitchmesh.mesh import FloatArray
 
 CANDIDATES = 4
-"""Number of nearest vertices of the polyline around which the closest segment is searched."""
+"""The closest segment is searched at this number of nearest vertices of the polyline."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +36,7 @@ class BorderCurve:
         return np.concatenate([[0.0], np.cumsum(np.linalg.norm(self.spans, axis=1))])
 
     def locate(self, targets: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Find the arc lengths of points on the border of the input polygons, and their distances from the border.
+        """Find the arc lengths of points near the border of the input polygons, and their distances from that border.
 
         Args:
             targets: points on or near the border of the input polygons [cm], shape (M, 3).
@@ -77,8 +77,8 @@ class BorderCurve:
     def at(self, arc: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Evaluate the border at arc lengths; arc lengths beyond the ends wrap around.
 
-        Tangents are interpolated between vertices. The directions of the segments would jump at vertices, so that there
-        could be no place where the forces on a vertex along the border balance.
+        Tangents are interpolated between vertices. The directions of the segments would jump at the vertices, and then
+        there might be no place where the forces on a vertex along the border balance.
 
         Args:
             arc: arc lengths [cm], shape (M,).

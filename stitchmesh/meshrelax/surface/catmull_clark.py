@@ -9,8 +9,8 @@ One step makes a quad of every corner of the mesh. F denotes face points and S t
     vertex point  (mean F + 2 mean midpoints + (n - 3) S) / n for n faces; on a border 1/8, 6/8, 1/8 along the border
 
 A border is the cubic B-spline curve of its own vertices. A vertex of only one face is a sharp corner of the border, so
-that a flat swatch keeps its corners. Connectivity is derived from the twins and never from vertex numbers, so that the
-rules also hold for meshes with two sides between the same two vertices. Sources: Catmull and Clark 1978; borders as in
+that a flat swatch keeps its corners. Connectivity follows from the twins and never from vertex numbers, so that the
+rules also hold for meshes with two sides between the same two vertices. Sources: Catmull and Clark 1978; for borders,
 Biermann et al. 2000.
 """
 
@@ -65,7 +65,7 @@ def refine(mesh: Mesh, vertices: FloatArray) -> Mesh:
 
 
 def linear_rule(mesh: Mesh) -> csr_array:
-    """Return the weights of one step without smoothing, so that the mesh stays on the input polygons, (V + E + F, V).
+    """Return the weights of one step without smoothing, (V + E + F, V), which keeps the mesh on the input polygons.
 
     Old vertices keep their positions, and the edge points are midpoints.
     """
@@ -109,7 +109,7 @@ def border_vertices(mesh: Mesh) -> NDArray[np.bool_]:
 
 
 def corner_vertices(mesh: Mesh) -> NDArray[np.bool_]:
-    """Return whether each vertex is a border vertex of only one face, as the corners of a swatch, shape (V,)."""
+    """Return whether each vertex is a border vertex of only one face, like the corner of a swatch, shape (V,)."""
     return border_vertices(mesh) & (_valence(mesh) == 1)
 
 

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Closest points on the triangles whose orientation agrees with a given normal, on the CPU or on a GPU.
+"""Closest points on those triangles whose orientation agrees with a given normal, on a CPU or on a GPU.
 
-In some places of a garment two sheets of fabric are close to each other: fingers of a glove, a slit, a sleeve along the
-body. Each query therefore contains the normal of the sheet that the vertex belongs to, and only triangles with a normal
-on the same side are candidates. Search boxes are in single precision, distances in double precision.
+In some places of a garment two sheets of fabric are close to each other, for example the fingers of a glove, the sides
+of a slit, or a sleeve and the body. Each query therefore contains the normal of its vertex's sheet, and only triangles
+with a normal on the same side are candidates. Search boxes are in single precision, distances in double precision.
 """
 
 from __future__ import annotations
@@ -105,7 +105,7 @@ class ClosestPoint:
         Args:
             vertices: positions of the vertices [cm], shape (V, 3).
             triangles: vertices of each triangle, shape (T, 3).
-            reach: half size of the first search box [cm]; most points should find their triangle within it.
+            reach: half the size of the first search box [cm]; most points should find their triangle within it.
             device: Warp's name of the device; None for the first GPU, or the CPU if there is no GPU.
 
         Raises:

@@ -51,7 +51,7 @@ class LimitSurface:
 
     @cached_property
     def outward(self) -> FloatArray:
-        """Direction off the surface at each vertex of a border, zero at inner vertices, shape (V, 3)."""
+        """Direction off the surface at each border vertex, zero at inner vertices, shape (V, 3)."""
         start, end = self.triangles.ravel(), self.triangles[:, [1, 2, 0]].ravel()
         count = len(self.vertices)
         side = np.flatnonzero(~np.isin(start * count + end, end * count + start))
@@ -64,10 +64,10 @@ class LimitSurface:
         return total
 
     def outward_at(self, triangle: IntArray, weights: FloatArray, normal: FloatArray) -> FloatArray:
-        """Return the unit direction along the surface and off its end at points on a border, zero at others, (N, 3).
+        """Return the unit direction along the surface and off its end for points on a border, zero for others, (N, 3).
 
-        A point is on a border if all corners of its triangle with a weight are; the search for closest points gives
-        the other corners no weight at all.
+        A point is on a border if all corners of its triangle with a nonzero weight are on a border. The search for
+        closest points gives the other corners a weight of exactly zero.
 
         Args:
             triangle: triangle of each point, shape (N,).
@@ -94,7 +94,7 @@ class LimitSurface:
         return np.einsum("nc,nci->ni", weights, self.vertices[corners]), normal / np.where(length > 0.0, length, 1.0)
 
     def shape_operator(self, triangle: IntArray, normal: FloatArray) -> FloatArray:
-        """Return the symmetric shape operator (derivative of the normal) in some triangles [1/cm], shape (N, 3, 3).
+        """Return the symmetric shape operator (derivative of the normal) in triangles [1/cm], shape (N, 3, 3).
 
         Args:
             triangle: triangles, shape (N,).

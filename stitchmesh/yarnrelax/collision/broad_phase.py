@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Broad phase of the contact search: the segments near each segment.
 
-Each segment lies in a ball around the yarn at its samples. A hash grid of the balls finds, for each ball, the balls
-that come nearer to it than a reach. The lists are kept as long as they contain all pairs within the margin that is
-needed: if no ball has moved and grown by more than d since the lists were made with a reach R, they contain all pairs
-within R - 2 d. The lists are ascending, so what is selected from them does not depend on when they were made.
+Each segment lies in a ball around the yarn at its samples. A hash grid finds, for each ball, the balls that are nearer
+to it than a reach. The lists are kept as long as they contain all pairs within the margin that is needed: if no ball
+has moved and grown by more than d since the lists were made with a reach R, they contain all pairs within R - 2 d. The
+lists are ascending, so what is selected from them does not depend on when they were made.
 """
 
 from __future__ import annotations
@@ -31,18 +31,18 @@ from stitchmesh.yarnrelax.model.lattice_images import (
 )
 
 FIRST_CAPACITY = 16
-"""Capacity of a list before its first growth."""
+"""First capacity of a list."""
 SPARE_REACH = 1.0
-"""How much farther than the margin the near lists reach, in mean radii, so that they last for several searches."""
+"""The near lists reach farther than the margin by this, in mean radii, so that they last for several searches."""
 NOTHING_LISTED = -1.0
-"""``NearSegments.complete_within`` of lists that are out of date."""
+"""``NearSegments.complete_within`` for lists that are out of date."""
 CELL = 2.0
 """Width of a cell of the hash grid over the radius of a search."""
 APART = 6.0
 """Distance between the cells of several fabrics in the hash grid, over the width of a cell of the grid."""
 SMALL_GRID, LARGE_GRID, MANY_SEGMENTS = 64, 192, 200_000
-"""Cells along each axis of the hash grid for up to ``MANY_SEGMENTS`` segments and for more; the grid is periodic, so
-its size limits memory and not space."""
+"""Cells along each axis of the hash grid, for up to ``MANY_SEGMENTS`` segments and for more. The grid is periodic, so
+its size limits the memory but not the space."""
 MOST_ENTRIES = 2**31
 """Largest number of entries of all lists, 8 GB."""
 
@@ -216,12 +216,12 @@ class NearSegments:
     """Distance within which the lists contain all pairs now [units]; negative if they must be made again."""
 
     def invalidate(self) -> None:
-        """Declare the lists out of date: segments were placed elsewhere, or the lists have no capacity."""
+        """Declare the lists out of date, because segments were moved elsewhere or the capacity is too small."""
         self.complete_within = NOTHING_LISTED
 
 
 def make_near_segments(model: Model) -> NearSegments:
-    """Empty lists."""
+    """Return empty lists."""
     cells, count = SMALL_GRID if model.segment_count <= MANY_SEGMENTS else LARGE_GRID, model.segment_count
     grid = wp.HashGrid(cells, cells, cells, device=model.device, dtype=model.scalar)
     grid.reserve(count)  # a capture must not allocate
@@ -238,7 +238,7 @@ def make_near_segments(model: Model) -> NearSegments:
 
 
 def grid_launches(model: Model, near: NearSegments, reach: float, longest: float) -> list[Any]:
-    """The launches that sort the balls, of radii up to ``longest``, into the hash grid, and store their places."""
+    """Return the launches that sort the balls, of radii up to ``longest``, into the grid and store their places."""
     count, launcher = model.segment_count, model.prepare
     radius = reach + 2.0 * longest
     launches: list[Any] = [CopyArray(near.centre, near.listed_centre), CopyArray(near.extent, near.listed_extent)]
@@ -251,9 +251,9 @@ def grid_launches(model: Model, near: NearSegments, reach: float, longest: float
 
 
 def near_launches(model: Model, near: NearSegments, reach: float, longest: float) -> list[Any]:
-    """The launch that lists the balls that are nearer than a reach."""
+    """Return the launch that lists the balls that are nearer than a reach."""
     radius = reach + 2.0 * longest
-    # places in the grid are rounded: a thousandth of a radius covers the farthest cell
+    # places in the grid are rounded; a thousandth of a radius covers the rounding in the farthest cell
     numbers = [model.number(value) for value in (reach, radius + 1e-3, _pitch(radius))]
     inputs = [model.constants, *numbers, wp.uint64(near.grid.id), near.centre, near.extent]
     return [model.prepare(list_segments, model.segment_count, inputs, [near.count, near.lists])]
@@ -277,7 +277,7 @@ class _GridBuild:
 
 
 def checked_length(model: Model, count: wp.array[Any], needed: int) -> int:
-    """The length ``needed`` of the longest list, if the memory is sufficient."""
+    """Return ``needed``, the length of the longest list, if the memory is sufficient."""
     if needed * len(count) > MOST_ENTRIES:
         worst = int(count.numpy().argmax())
         whole = len(count) == model.segment_count

@@ -1,12 +1,12 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""New candidate lists and budgets: samples, broad phase, narrow phase and step limit in captured launches.
+"""A search for contacts as captured launches: samples, broad phase, narrow phase and step limit.
 
-A search is one graph on a GPU, because the host reads no intermediate results. The launches assume that the lists have
-capacity, that no segment is longer than the search expects, that the near lists of the broad phase are still complete,
-and that the table of images contains every image that can touch. The last launch collects the values that show whether
-these assumptions hold, and the host reads them once. If an assumption fails, the host enlarges the arrays or makes new
-lists and tables, and repeats the launches.
+On a GPU a search is one graph, because the host reads no intermediate results. The launches make four assumptions: the
+lists have enough capacity, no segment is longer than the search expects, the near lists of the broad phase are still
+complete, and the table of images contains every image that can touch. The last launch collects the values that show
+whether the assumptions hold, and the host reads them once. If an assumption fails, the host enlarges the arrays or
+makes new lists and tables, and repeats the launches.
 """
 
 from __future__ import annotations
@@ -46,13 +46,13 @@ from stitchmesh.yarnrelax.model.spline import place_contact_samples
 from stitchmesh.yarnrelax.model.state import State
 
 ROOM_TO_GROW = 1.1
-"""Factor by which segments may become longer before the search is widened."""
+"""Segments may grow by this factor before the search is widened."""
 BLOCKS = 128
 """Thread blocks that collect the results of a search."""
 SAMPLES_PER_PART = 4096
-"""Contact samples of a part of a cell on a CPU, whose cores share a cell; on a GPU a block takes the whole cell."""
+"""Contact samples in a part of a cell on a CPU, whose cores share a cell; on a GPU a block takes the whole cell."""
 LARGEST_STRAIN = 0.2
-"""Largest strain of a cell since its table of images was made, for which ``SHRINKAGE`` leaves room."""
+"""Largest strain of a cell since its table of images was made; ``SHRINKAGE`` leaves room for it."""
 
 
 @wp.func
@@ -153,7 +153,7 @@ class SearchResults:
     longest: float
     """Largest extent of a segment [units]."""
     drift: float
-    """By how much a segment may have approached others since the broad phase [units]."""
+    """Largest distance by which a segment may have approached others since the broad phase [units]."""
     periods: NDArray[np.float64]
     """Periods of each cell [units], shape (C, 2, 3)."""
     box: NDArray[np.float64]
@@ -172,9 +172,9 @@ class ContactSearch:
 
         Args:
             model: constants of the yarns.
-            state: the state whose contacts are searched for.
+            state: the state whose contacts the search finds.
             candidates: the lists to fill.
-            reallocated: called where an array that kernels read is replaced, so that prepared launches are discarded.
+            reallocated: called when an array that kernels read is replaced, so that prepared launches are discarded.
         """
         self.model, self.state, self.candidates, self.reallocated = model, state, candidates, reallocated
         self.drift = model.empty(model.segment_count)
@@ -193,15 +193,16 @@ class ContactSearch:
         if model.on_lattice:
             renew_images(model, state.points)
         self.points = wp.clone(state.points) if state.cell_relaxes else state.listed_points
-        """Control points at the last search; the strains of a cell carry listed points along, and not these."""
+        """Control points at the last search; unlike the listed points, they do not follow the strains of a cell."""
         self.periods = wp.clone(model.constants.images.periods) if state.cell_relaxes else None
-        """Periods of cells that relax at the last search."""
+        """Periods at the last search, of cells that relax."""
 
     def run(self) -> None:
         """Make lists and budgets for the current state.
 
         Raises:
-            SolverError: yarns lie so dense that the lists would take more than ``MOST_ENTRIES``; it names the place.
+            SolverError: yarns lie so dense that the lists would have more than ``MOST_ENTRIES``; the message names the
+                place.
         """
         if self._margin != self.candidates.margin:
             self._margin = self.candidates.margin
@@ -215,9 +216,9 @@ class ContactSearch:
             complete = self._has_capacity(found) and self._has_images(found)
 
     def run_again(self, points: NDArray[Any], periods: NDArray[Any] | None) -> None:
-        """Make the lists and the budgets of a search that was made before at some points and periods [units].
+        """Make the lists and budgets of an earlier search again, from its points and periods [units].
 
-        The next search begins anew, because the near lists do not follow the cell from there to its present state.
+        The next search starts with the broad phase, because the near lists do not follow the cell to its present state.
         """
         self.state.points.assign(points)
         if periods is not None:
@@ -228,14 +229,14 @@ class ContactSearch:
             self.candidates.near.invalidate()
 
     def too_close(self) -> dict[int, str]:
-        """For each cell in which the clearance of an arc is used up, a message that names yarn and stitch face."""
+        """Return a message for each cell in which the clearance of an arc is used up; it names yarn and stitch face."""
         assert self.results is not None
         if (self.results.least >= SMALLEST_CLEARANCE).all():
             return {}
         return too_close_cells(self.model, self.state, self.candidates, self.clearance, self.results.least)
 
     def _search(self, *, broad: bool) -> SearchResults:
-        """Launch a search, with the broad phase or with the near lists of the last one."""
+        """Launch a search, with the broad phase or with the last near lists."""
         near = self.candidates.near
         if broad not in self._launches:
             self._launches[broad] = CapturedLaunches(self._prepared(broad=broad), self.model.device)
@@ -251,7 +252,7 @@ class ContactSearch:
         return found
 
     def _prepared(self, *, broad: bool) -> list[Any]:
-        """The launches of a search, from the samples to the budgets."""
+        """Return the launches of a search, from the samples to the budgets."""
         model, state, candidates, launcher = self.model, self.state, self.candidates, self.model.prepare
         near = candidates.near
         sample = place_contact_samples(model, state, launcher)
@@ -290,14 +291,14 @@ class ContactSearch:
         ]
 
     def _place_launches(self) -> list[Any]:
-        """The launches that store where a search was made, if that does not remain in the state."""
+        """Return the launches that store the place of a search, if the state does not keep it."""
         if self.periods is None:
             return []
         images = self.model.constants.images
         return [CopyArray(self.state.points, self.points), CopyArray(images.periods, self.periods)]
 
     def _least_launches(self) -> list[Any]:
-        """The launch that finds the smallest clearance of each cell from those of its parts."""
+        """Return the launch that finds the smallest clearance of each cell from the clearances of its parts."""
         if self.parts.shape[1] == 1:  # one array
             return []
         return [self.model.prepare(smallest_of_parts, self.model.cell_count, [self.parts], [self.least])]
@@ -309,7 +310,7 @@ class ContactSearch:
         return SearchResults(int(near), int(listed), longest, drift, periods, box, collected[BLOCKS + 4 * cells :, 0])
 
     def _reach_left(self, found: SearchResults) -> float:
-        """Distance within which the near lists are still complete after the motion of segments and cells."""
+        """Return the distance within which the near lists are still complete after the motion of segments and cells."""
         near, along = self.candidates.near, 0.0
         if self.model.on_lattice:
             assert self._searched is not None
@@ -318,7 +319,7 @@ class ContactSearch:
         return near.reach - 2.0 * found.drift - along
 
     def _has_capacity(self, found: SearchResults) -> bool:
-        """Whether the lists had enough capacity and no segment is too long; otherwise the arrays are enlarged."""
+        """Return whether the lists had enough capacity and no segment is too long; otherwise enlarge the arrays."""
         model, candidates, near = self.model, self.candidates, self.candidates.near
         if found.near > near.lists.shape[1]:
             near.lists = allocate_lists(model, model.segment_count, checked_length(model, near.count, found.near))
@@ -337,9 +338,10 @@ class ContactSearch:
         return False
 
     def _has_images(self, found: SearchResults) -> bool:
-        """Whether the table of images is still complete; otherwise it is made again.
+        """Return whether the table of images is still complete; otherwise make it again.
 
-        Of many cells some often outgrow the table, whose images other cells needed already: then nothing changes.
+        In a batch of many cells some cells often outgrow the table, but other cells already needed the images that they
+        then need. In this case nothing changes.
         """
         if not self.model.on_lattice:
             return True
@@ -360,12 +362,12 @@ class ContactSearch:
         return False
 
     def _outgrown(self, found: SearchResults) -> NDArray[np.bool_]:
-        """Whether each cell has grown or been strained so far that an image may be missing, shape (C,).
+        """Return whether each cell has grown or been strained so far that an image may be missing, shape (C,).
 
         The table omits an image if, with shrunk periods, its distance along one axis exceeds the contact range by
-        2 * SPREAD radii. Growth of the cells reduces this distance. A shear c reduces the distance by c times the
-        extent along the other axis, which is at most that of the box plus the same range. No table suits a cell whose
-        points are not finite, which ``too_close`` refuses.
+        2 * SPREAD radii. Growth of the cells reduces this distance. A shear c reduces it by c times the extent along
+        the other axis; this extent is at most the extent of the box plus the same range. No table suits a cell whose
+        points are not finite; ``too_close`` refuses such a cell.
         """
         assert self._table is not None
         box, periods, radius = self._table.box, self._table.periods, float(self.model.radius.max())
@@ -373,7 +375,7 @@ class ContactSearch:
         size = extent.max(axis=1)
         growth = (found.box[:, 1] - found.box[:, 0] - extent).max(axis=1)
         strain = _relative_change(now, periods)
-        # part of the second period's change that is along the first one
+        # the part of the change of the second period that is along the first period
         along = np.einsum("cd,cd->c", now[:, 1] - periods[:, 1], periods[:, 0])
         shear = np.abs(along) / np.linalg.norm(np.cross(periods[:, 0], periods[:, 1]), axis=1)
         taken = growth + shear * (size + (3 + 2 * SPREAD) * radius) / SHRINKAGE

@@ -5,9 +5,9 @@
 The candidate list of a sample contains every sample of a segment that may collide with its own segment, up to the
 contact distance plus a margin, in ascending order. On a lattice an entry is the sample plus the number of samples times
 its image (``lattice_images``). Each pair is listed from both sides. A list stays complete while no control point has
-moved by more than half the margin since the list was made, because the weights of the spline sum to one and samples
-move no farther than control points. The step limit keeps control points from moving farther. The force does not depend
-on the margin: samples beyond the contact distance add nothing.
+moved by more than half the margin since the list was made: the weights of the spline sum to one, so samples move no
+farther than control points. The step limit keeps control points from moving farther. The force does not depend on the
+margin, because samples beyond the contact distance add nothing.
 
 The broad phase gives each segment a list of the segments near it, which lasts longer (``broad_phase``). The narrow
 phase compares the samples of these segments. Lists of both phases have a fixed capacity. A list that does not fit is
@@ -39,9 +39,9 @@ NARROWEST_MARGIN = 0.3
 MARGIN_CHANGE = 1.5
 """Factor by which the margin becomes narrower or wider."""
 SHORT_LIFE, LONG_LIFE = 10, 40
-"""Iterations: lists that last no longer get a wider margin, lists that last longer get a narrower margin."""
+"""Lists that last at most the first number of iterations get a wider margin; above the second, a narrower one."""
 WIDEST_MARGIN = 0.6
-"""Margin of candidate lists at the start of a relaxation, the widest one, in mean radii."""
+"""Margin of the candidate lists at the start of a relaxation, in mean radii; it is the widest one."""
 
 
 @kernel
@@ -102,14 +102,14 @@ class Candidates:
 
 
 def make_candidates(model: Model, margin: float) -> Candidates:
-    """Empty lists for the samples of a model."""
+    """Return empty lists for the samples of a model."""
     count = wp.zeros(model.sample_count, dtype=wp.int32, device=model.device)
     lists = allocate_lists(model, model.sample_count, FIRST_CAPACITY)
     return Candidates(margin, count, lists, make_near_segments(model))
 
 
 def narrow_launch(model: Model, samples: wp.array[Any], candidates: Candidates, launcher: Launcher) -> Any:
-    """The launch that fills the candidate lists from the near lists of the broad phase."""
+    """Return the launch that fills the candidate lists from the near lists of the broad phase."""
     near = candidates.near
     inputs = [model.constants, model.number(candidates.margin), model.segment_count, samples, near.centre, near.extent,
               near.count, near.lists]  # fmt: skip
@@ -117,11 +117,11 @@ def narrow_launch(model: Model, samples: wp.array[Any], candidates: Candidates, 
 
 
 def fitting_margin(margin: float, age: int) -> float:
-    """The margin that follows one of candidate lists [units]: wider where lists do not last, narrower where they do.
+    """Return the margin of the next candidate lists [units]: wider if lists do not last, narrower if they do.
 
     Args:
-        margin: the margin of the lists.
-        age: iterations that they have lasted.
+        margin: the margin of the present lists.
+        age: number of iterations that they have lasted.
     """
     if age <= SHORT_LIFE:
         return min(margin * MARGIN_CHANGE, WIDEST_MARGIN)

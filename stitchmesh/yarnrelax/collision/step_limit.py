@@ -6,7 +6,7 @@ Divide each segment of a yarn into one arc for each contact sample. An arc stays
 
     e = longest leg / (2 samples)
 
-of its sample, because |y'| is at most the longest leg between control points. A sharper bound is that the arc stays
+of its sample, because |y'| is at most the longest leg between control points. A sharper bound says that the arc stays
 within its *sag*
 
     g = (half a sample's parameter range)^2 / 2 * largest difference of legs
@@ -16,28 +16,28 @@ are not neighbours along a yarn are therefore at least their *clearance* apart:
 
     c = |y_p - y_q| - e_p - e_q        or        c = distance of the tangent pieces - g_p - g_q
 
-The second form costs more and is used where the first is too small to be useful.
+The second form costs more. It is used where the first is too small to be useful.
 
 Let every control point stay within a ball around its place x0 at the time when the candidate lists were made. The
 weights of the spline are not negative and sum to one, so every point of a curve is displaced by at most the largest
-displacement of its four control points. If each control point stays closer to x0 than half the clearance of every arc
-that it takes part in, two arcs approach by less than their clearance and cannot touch, at any moment and after any
+displacement of its four control points. Let each control point stay closer to x0 than half the clearance of every arc
+that contains it. Then two arcs approach by less than their clearance and cannot touch, at any moment and after any
 number of iterations. No yarn passes through another. The radius of the ball is the point's *budget* (``budget``),
 
     min(margin / 2,  0.45 * smallest clearance of its arcs)
 
-and new lists give a new budget. Where the cell deforms too (``cell_strain``), displacements are measured from places
-that follow the deformation, and two arcs D apart approach by at most the strain times D. The clearance is then divided
-between the control points and the strain,
+and new lists give a new budget. If the cell deforms too (``cell_strain``), displacements are measured from places that
+follow the deformation, and two arcs at the distance D approach by at most the strain times D. The control points and
+the strain then share the clearance,
 
     0.7 * 0.45    and    0.35 * smallest clearance / D,    D the range of the lists and both arcs,
 
-because arcs beyond that range gain more by their distance than they lose. The margin is divided in the same way. A
+because arcs beyond that range gain more by their distance than they lose. They share the margin in the same way. A
 straight move within the ball never leaves the ball, because a ball is convex.
 
 Only pairs in the candidate lists are examined. The lists contain all pairs up to the contact distance plus a margin.
-Samples that are not listed are farther apart, and their arcs at least (r_p - e_p) + (r_q - e_q) + margin. Therefore
-2 (r - e) + margin is the clearance of an arc towards all of them.
+Samples that are not listed are farther apart, and the clearance of their arcs is at least
+(r_p - e_p) + (r_q - e_q) + margin. Therefore 2 (r - e) + margin is the clearance of an arc towards all of them.
 """
 
 from __future__ import annotations
@@ -67,9 +67,9 @@ from stitchmesh.yarnrelax.model.spline import LARGEST_REACH, from_entry, segment
 from stitchmesh.yarnrelax.model.state import State
 
 FINER = "take quality reference, which has more contact samples"
-"""Advice where contact is sampled too coarsely."""
+"""Advice for yarns whose contact is sampled too coarsely."""
 SMALLEST_CLEARANCE = 1e-3
-"""Clearance over the mean yarn radius below which a relaxation ends."""
+"""A relaxation ends if a clearance, over the mean yarn radius, is below this."""
 
 
 @wp.func
@@ -248,7 +248,7 @@ def nearest_entry(
 
 
 def clearance_launches(model: Model, state: State, candidates: Candidates, clearance: wp.array[Any]) -> list[Any]:
-    """The launches that find the clearance of each arc where it limits a budget; samples and lists are up to date."""
+    """Return the launches that find each arc's clearance where it limits a budget; samples and lists are up to date."""
     half_tangent, slack = model.empty(model.sample_count, 3), model.empty(model.sample_count, 2)
     inputs = [model.constants, model.number(candidates.margin), state.samples, half_tangent, slack,
               candidates.count, candidates.lists]  # fmt: skip
@@ -259,14 +259,14 @@ def clearance_launches(model: Model, state: State, candidates: Candidates, clear
 
 
 def budget_launch(model: Model, state: State, candidates: Candidates, clearance: wp.array[Any]) -> Any:
-    """The launch that sets the budgets of all control points."""
+    """Return the launch that sets the budgets of all control points."""
     beside = PART_BESIDE_STRAIN if state.cell_relaxes else 1.0
     numbers = [model.number(beside * candidates.margin / 2.0), model.number(beside * SAFETY)]
     return model.prepare(set_budgets, model.point_count, [model.constants, *numbers, clearance], [state.budget])
 
 
 def strain_budget_launches(model: Model, state: State, candidates: Candidates, least: wp.array[Any]) -> list[Any]:
-    """The launch that sets the budgets of the strains of relaxing cells, for the smallest clearance of each cell."""
+    """Return the launch that sets the budgets of the strains of relaxing cells, from each cell's smallest clearance."""
     if not state.cell_relaxes:
         return []
     apart = 2.0 * (float(model.radius.max()) + LARGEST_REACH) + candidates.margin
@@ -277,7 +277,7 @@ def strain_budget_launches(model: Model, state: State, candidates: Candidates, l
 def too_close_cells(
     model: Model, state: State, candidates: Candidates, clearance: wp.array[Any], least: NDArray[np.float64]
 ) -> dict[int, str]:
-    """For each cell in which the clearance of an arc is used up, a message that names yarn and stitch face."""
+    """Return a message for each cell in which the clearance of an arc is used up; it names yarn and stitch face."""
     failed = {}
     for cell in np.flatnonzero(~(least >= SMALLEST_CLEARANCE)).tolist():
         first, last = model.sample_start[model.segment_start[cell : cell + 2]]
@@ -287,7 +287,7 @@ def too_close_cells(
 
 
 def smallest_distances(model: Model, state: State, candidates: Candidates) -> NDArray[np.float64]:
-    """Smallest distance of each cell's yarns over their radius, 2 where none touch, shape (C,).
+    """Return the smallest distance of each cell's yarns over their radius, 2 if none touch, shape (C,).
 
     The error is at most the sag of the arcs.
     """

@@ -6,9 +6,9 @@ For each loop S_j of the border, a hard constraint:
 
     C_j = sum over i in S_j of q_i  -  sum over i in S_j of q0_i  =  0
 
-The constraint acts on every control point of the loop with the same force, so the steps lose that force times the
-mobility of the point. The drift that is removed is measured from the start, so that rounding errors do not accumulate.
-The steps are then shortened to the step limits by one common factor, which does not change their mean.
+The constraint acts on every control point of the loop with the same force, so each step loses that force times the
+mobility of its point. The drift that the constraint removes is measured from the start, so that rounding errors do not
+accumulate. The steps are then shortened to the step limits by one common factor, which keeps their mean at zero.
 """
 
 from __future__ import annotations
@@ -93,7 +93,7 @@ class KeepBorders(ConstraintChoice):
     """The fabric from which the yarns were generated."""
 
     def on(self, model: Model) -> Borders:
-        """Send the loops to the device.
+        """Send the loops to the device of a model.
 
         Raises:
             ParameterError: the yarns were not generated from this fabric.
@@ -112,7 +112,7 @@ class Borders(Constraint):
     """Loops with a constant mean position, on the device."""
 
     held: wp.array[Any]
-    """The loops."""
+    """Numbers of the loops whose mean position is constant."""
     loop_start: wp.array[Any]
     """Where each loop's control points start, shape (L + 1,)."""
     loop_points: wp.array[Any]
@@ -121,11 +121,11 @@ class Borders(Constraint):
     """Control points at the start, shape (N, 3)."""
 
     def filter_forces(self, force: wp.array[Any], launcher: Launcher) -> list[Any]:
-        """The launch that subtracts the reactions of the border from forces."""
+        """Return the launch that subtracts the reactions of the border from the forces."""
         return [launcher(centre_forces, len(self.held), [self.held, self.loop_start, self.loop_points], [force])]
 
     def coupling(self) -> Coupling:
-        """The rows that sum the coordinates of each loop."""
+        """Return the rows that sum the coordinates of each loop."""
         return self._coupling
 
     @cached_property
@@ -136,6 +136,6 @@ class Borders(Constraint):
         return Coupling(csr_array(kron(loops[self.held.numpy()], np.eye(3))))
 
     def filter_steps(self, state: State, step: wp.array[Any], limit: wp.array[Any], launcher: Launcher) -> list[Any]:
-        """The launch that removes the motion of the mean from the steps of each border loop."""
+        """Return the launch that removes the motion of the mean from the steps of each border loop."""
         inputs = [self.held, self.loop_start, self.loop_points, self.home, state.points, state.stiffness, limit]
         return [launcher(hold_loops, len(self.held), inputs, [step])]

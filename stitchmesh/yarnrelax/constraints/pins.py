@@ -6,7 +6,7 @@ A pin carries the whole force on its control point and allows no step:
 
     F_i <- 0,    step_i <- 0        for every pinned i
 
-Pins on four consecutive control points keep the segment between them and its direction.
+Pins on four consecutive control points fix the segment between them, and its direction.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ class Pins(ConstraintChoice):
     """Stitch faces, all of whose control points are pinned (``YarnSet.face``)."""
 
     def on(self, model: Model) -> Constraint:
-        """The pins on a model's device.
+        """Return the pins on a model's device.
 
         Raises:
             ParameterError: a control point or a stitch face does not exist, or nothing is pinned.
@@ -60,7 +60,7 @@ class Pins(ConstraintChoice):
 
 
 def pinned_points(yarns: YarnSet, pins: Pins) -> NDArray[np.int64]:
-    """Numbers of the pinned control points, ascending, shape (n,).
+    """Return the numbers of the pinned control points, ascending, shape (n,).
 
     Raises:
         ParameterError: a control point or a stitch face does not exist, or nothing is pinned.
@@ -69,7 +69,7 @@ def pinned_points(yarns: YarnSet, pins: Pins) -> NDArray[np.int64]:
 
 
 def held_coordinates(points: wp.array[Any], count: int) -> Coupling:
-    """A row for each coordinate of some of ``count`` control points."""
+    """Return a row for each coordinate of the chosen ones among ``count`` control points."""
     held = points.numpy()
     rows = csr_array((np.ones(len(held)), held, np.arange(len(held) + 1)), shape=(len(held), count))
     return Coupling(csr_array(kron(rows, np.eye(3))))
@@ -83,13 +83,13 @@ class _Held(Constraint):
         self._coupling = held_coordinates(self.pinned, model.point_count)
 
     def filter_forces(self, force: wp.array[Any], launcher: Launcher) -> list[Any]:
-        """The launch that sets forces on pinned control points to zero."""
+        """Return the launch that sets the forces on pinned control points to zero."""
         return [launcher(hold, len(self.pinned), [self.pinned], [force])]
 
     def coupling(self) -> Coupling:
-        """A row for each coordinate of the pinned control points."""
+        """Return a row for each coordinate of the pinned control points."""
         return self._coupling
 
     def filter_steps(self, state: State, step: wp.array[Any], limit: wp.array[Any], launcher: Launcher) -> list[Any]:
-        """The launch that sets steps of pinned control points to zero."""
+        """Return the launch that sets the steps of pinned control points to zero."""
         return [launcher(hold, len(self.pinned), [self.pinned], [step])]

@@ -8,13 +8,13 @@ Energy of one segment of rest length l:
 
 A ring of radius R has the energy 2 pi R k_bend (1 / R - k)^2; the flexural rigidity EI is 2 k_bend. The yarn can rotate
 about its own axis without energy. Its natural curvature therefore points in the direction of its curvature, because
-this rotation has the least energy of all rotations about the axis. Gradients are those of a straight yarn, with t = y'
+this rotation has the least energy of all. The gradients are the gradients of a straight yarn, with t = y'
 and a = y'', times 1 - k / kappa:
 
     d kappa^2 / dt = 2 (a x c) / |t|^6 - 6 |c|^2 t / |t|^8,    d kappa^2 / da = 2 (c x t) / |t|^6
 
-This energy has a kink at kappa = 0. Below q k, with q = 1/4, it is therefore continued by the parabola in kappa that
-has the same value and slope at q k, (1 - q) k^2 - (1/q - 1) kappa^2. A straight segment has 3/4 of the exact energy.
+This energy has a kink at kappa = 0. Below q k, with q = 1/4, it continues as the parabola in kappa that has the same
+value and slope at q k, (1 - q) k^2 - (1/q - 1) kappa^2. A straight segment has 3/4 of the exact energy.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from typing import Any
 import warp as wp
 
 NEARLY_STRAIGHT = wp.constant(0.25)
-"""Part of the natural curvature below which the energy is continued by a parabola."""
+"""Below this part of the natural curvature the energy continues as a parabola."""
 
 
 @wp.func

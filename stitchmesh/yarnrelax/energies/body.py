@@ -10,16 +10,16 @@ body. The energy is
 with e the penalty of ``body_penalty``; over a flat body e = 1/x^2 + x^2 - 2 with x the distance over R. A yarn under a
 load of q per length is at rest on it where q = k_body (2/x^3 - 2x) / R.
 
-k_body = 2 r k_contact stiffness. Contact of a sample with a piece of parallel yarn one thickness long has the energy
+k_body = 2 r k_contact stiffness. A sample in contact with a parallel piece of yarn one thickness long has the energy
 k_contact w 2r (1/x^2 + x^2 - 2), so a body of stiffness 1 pushes as hard as a yarn at the same distance. A whole
 parallel yarn, whose parts are at different distances, is softer, by a factor below three while x < 0.9.
 
 Each sample stores a measured distance and a list of near triangles. Both are updated only after the sample has moved
-out of their range, which changes no bit of the result: a distance changes by no more than the motion of the sample, the
+out of their range. This changes no bit of the result: a distance changes by no more than the motion of the sample, the
 lists contain all triangles within reach, and other triangles add nothing.
 
-A sample deeper than ``DEPTH`` reaches is not found and feels no force. Forces do not move a sample there, because the
-penalty would be about a thousand. A sample that starts there in a closed body is an error.
+A sample deeper than ``DEPTH`` reaches is not found and feels no force. Forces do not move a sample that deep, because
+the penalty would be about a thousand. A sample that starts there in a closed body is an error.
 """
 
 from __future__ import annotations
@@ -50,13 +50,13 @@ from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.state import State
 
 DEPTH = wp.constant(4.0)
-"""Depth below the surface, in reaches, down to which a sample is found."""
+"""Largest depth below the surface, in reaches, at which a sample is found."""
 MARGIN = wp.constant(0.25)
-"""Motion of a sample, in reaches, after which its list is made again."""
+"""A list is made again after the sample has moved by this, in reaches."""
 LIST = 12
-"""Capacity of a list; where more triangles are near, they are searched in each iteration."""
+"""Capacity of a list; if more triangles are near, they are searched in each iteration."""
 NOWHERE = 1e15
-"""A coordinate and a distance that no sample has [units]."""
+"""A coordinate, and a distance, that no sample ever has [units]."""
 
 
 @wp.func
@@ -195,7 +195,7 @@ class Body(TermChoice):
     thickness: float = 0.0
     """Distance from the body at which the surface of a yarn begins to feel a force [cm]."""
     stiffness: float = 1.0
-    """Stiffness over that of a yarn."""
+    """Stiffness over the stiffness of a yarn."""
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.thickness <= LARGEST_NUMBER:
@@ -213,7 +213,7 @@ class Body(TermChoice):
         return not (self.mesh.twin == BORDER).any()
 
     def on(self, model: Model) -> Term:
-        """The body on a model's device.
+        """Return the body on a model's device.
 
         Raises:
             ParameterError: the yarns are on a lattice, or do not resist contact.
@@ -258,7 +258,7 @@ class _Collision(Term):
         return [launcher(body_forces, self.model.sample_count, [*self.inputs, state.samples], outputs)]
 
     def sample_stiffness(self, state: State, exact: wp.array[Any], launcher: Launcher) -> SampleStiffness:
-        """The second derivatives of the penalty of each sample (``body_stiffness``)."""
+        """Return the second derivatives of the penalty of each sample (``body_stiffness``)."""
         inputs = [*self.inputs, exact, state.samples]
         launch = launcher(body_stiffness, self.model.sample_count, inputs, [self.found_stiffness])
         return SampleStiffness(self.found_stiffness, [launch])
@@ -270,14 +270,14 @@ class _Collision(Term):
         return ordered_sum(energy)
 
     def stiffness(self) -> NDArray[np.float64]:
-        """Zero: the stiffness comes with ``forces``."""
+        """Zero, because ``forces`` adds the stiffness itself."""
         return np.zeros(self.model.point_count)
 
     def renew(self, state: State, candidates: Candidates, cells: NDArray[np.bool_] | None = None) -> bool:
         """Check that no sample is too deep in a closed body to be found; no array is replaced.
 
         Raises:
-            SolverError: a sample is too deep; it names the yarn and the stitch face.
+            SolverError: a sample is too deep; the message names the yarn and the stitch face.
         """
         if not self.closed:
             return False

@@ -8,14 +8,14 @@ Outside, every feature of the surface (``mesh_features``) within reach contribut
     f(x) = 1/x^2 + x^2 - 2                                       for 1/2 <= x < 1, else 0 above
     f(x) = f(1/2) + f'(1/2) (x - 1/2) + f''(1/2) (x - 1/2)^2 / 2 for x < 1/2:  2.25, -15, 98
 
-Over a flat or convex part this is f of the distance, whatever its division into triangles. In a concave part both sides
-push, and the force is continuous where the nearest triangle changes. The force of the nearest triangle alone would jump
-there, and yarns in a concave part would never come to rest. (A sharp ridge, below 90 degrees, pushes slightly more than
-f.) Inside, where forces do not move a sample, the nearest feature pushes it out: e = f(d / R) with the signed
-distance.
+Over a flat or convex part, e is f of the distance, however the part is divided into triangles. In a concave part both
+sides push, and the force is continuous where the nearest triangle changes. The force of the nearest triangle alone
+would jump there, and yarns in a concave part would never come to rest. (A sharp ridge, below 90 degrees, pushes
+slightly more than f.) Inside the body, where forces do not move a sample, the nearest feature pushes the sample out:
+e = f(d / R) with the signed distance.
 
-f grows like the contact energy (L eqs 9, 10) while the overlap is small, and is continued with constant curvature so
-that it is finite at the surface: twice continuously differentiable at 1/2, once at 1.
+f grows like the contact energy (L eqs 9, 10) while the overlap is small. It continues with constant curvature, so that
+it is finite at the surface. It is twice continuously differentiable at 1/2, and once at 1.
 """
 
 from __future__ import annotations

@@ -7,8 +7,8 @@ d of a face, an edge or a corner and the unit vector n from it. With the unit ta
 
     H = sum of  share (f'' / R^2 n n^T + f' / (R d) Q),    Q = 0 (face), 1 - n n^T - t t^T (edge), 1 - n n^T (corner)
 
-Inside the body only the nearest feature counts, with a signed distance, so d is negative in this formula. The matrix
-that is never negative is H with its negative eigenvalues set to zero; between both, H is mixed with the part ``exact``.
+Inside the body only the nearest feature counts, with a signed distance, so d is negative in this formula. The positive
+semidefinite matrix is H with its negative eigenvalues set to zero. The result mixes both, with the part ``exact`` of H.
 """
 
 from __future__ import annotations

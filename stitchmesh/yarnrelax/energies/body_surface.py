@@ -2,11 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Signed distance from a triangle mesh, on the device.
 
-A search through Warp's tree of boxes, in single precision, finds the nearest face, edge or corner. Distance and
-direction from this feature are then computed in the precision of the model. Only where two features have the same
-distance within single precision may the search find the farther one, and the error of the distance is then as small.
-
-The sign comes from the outward direction of the feature (``mesh_features``). Everything beyond a border is outside.
+A search through Warp's tree of boxes, in single precision, finds the nearest face, edge or corner. The distance and the
+direction from this feature are then computed in the precision of the model. The search may find the farther of two
+features only if their distances are equal in single precision; the error of the distance is then just as small. The
+sign comes from the outward direction of the feature (``mesh_features``). Everything beyond a border is outside.
 """
 
 from __future__ import annotations
@@ -116,14 +115,14 @@ class BodySurface:
     """A surface on the device, in units from the model's origin."""
 
     tree: wp.Mesh
-    """The tree that is searched; kernels receive its identifier."""
+    """The tree for searches; kernels receive its identifier."""
     constants: Any
     """The struct that kernels receive."""
 
 
 @functools.cache
 def _constants_type(scalar: Any) -> Any:
-    """The struct of a surface in one precision."""
+    """Return the struct of a surface in one precision."""
     vectors = wp.array(dtype=vector(3, scalar))
     annotations = {
         "tree": wp.uint64,

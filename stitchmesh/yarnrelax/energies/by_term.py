@@ -28,9 +28,9 @@ from stitchmesh.yarnrelax.model.spline import from_entry, segment_corners
 from stitchmesh.yarnrelax.model.state import State
 
 SEGMENT_TERMS = ("stretch", "length", "bend")
-"""Terms of single segments, in the order of the columns of ``Model.stiffness``."""
+"""Energies of single segments, in the order of the columns of ``Model.stiffness``."""
 BASE_TERMS = 4
-"""Stretch, length, bending and contact."""
+"""The number of energies of every relaxation: stretch, length, bending and contact."""
 
 
 @kernel
@@ -96,7 +96,7 @@ def contact_energies(
 def each_term(
     model: Model, state: State, candidates: Candidates, terms: Sequence[Term], point_stiffness: wp.array[Any]
 ) -> Iterator[str]:
-    """Leave the force of one term after the other in ``state.force``; the samples must be placed."""
+    """Leave the force of each term in ``state.force``, one after another; the samples must be placed."""
     launches = term_launches(model, state, candidates, terms, point_stiffness)
     for name, own in launches.items():
         for launch in own:
@@ -112,7 +112,7 @@ def largest_force(
     point_stiffness: wp.array[Any],
     cell: int,
 ) -> str:
-    """The energy with the largest force in a cell, and the place of the force; the samples must be placed."""
+    """Return the energy with the largest force in a cell, and the place of the force; the samples must be placed."""
     first, last = model.point_start[cell : cell + 2]
     largest, energy, point = -1.0, "", 0
     for term in each_term(model, state, candidates, terms, point_stiffness):
@@ -130,7 +130,7 @@ def term_launches(
     terms: Sequence[Term],
     point_stiffness: wp.array[Any],
 ) -> dict[str, list[Any]]:
-    """For each term the prepared launches that leave its force in ``state.force``; the samples must be placed."""
+    """Return, for each term, the prepared launches that leave its force in ``state.force``; samples must be placed."""
     result: dict[str, list[Any]] = {}
     launcher = model.prepare
     gather = gather_launch(model, state, point_stiffness, launcher)
@@ -150,7 +150,7 @@ def term_launches(
 
 
 def energies(model: Model, state: State, candidates: Candidates, terms: Sequence[Term]) -> dict[str, float]:
-    """Energy of each term [erg]; the samples must be placed."""
+    """Return the energy of each term [erg]; the samples must be placed."""
     sums = Sums(BASE_TERMS, model.largest_cell, model.cell_count, model.device)
     energy_launches(model, state, candidates, sums, model.launch)
     found = {name: float(parts.sum()) for name, parts in sums.read().items()}
@@ -158,7 +158,7 @@ def energies(model: Model, state: State, candidates: Candidates, terms: Sequence
 
 
 def energy_launches(model: Model, state: State, candidates: Candidates, sums: Sums, launcher: Launcher) -> list[Any]:
-    """The launches that sum the energies of the terms of every relaxation; the samples must be placed."""
+    """Return the launches that sum the energies of the base terms (``BASE_TERMS``); the samples must be placed."""
     segments, contact = [model.empty(model.segment_count) for _ in SEGMENT_TERMS], model.empty(model.sample_count)
     inputs = [model.constants, state.samples, candidates.count, candidates.lists]
     launches = [
@@ -171,5 +171,5 @@ def energy_launches(model: Model, state: State, candidates: Candidates, sums: Su
 
 
 def _cleared(arrays: Sequence[wp.array[Any]]) -> list[Any]:
-    """Launches that set arrays to zero."""
+    """Return the launches that set arrays to zero."""
     return [ZeroArray(array) for array in arrays if len(array)]

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Contributions of elements of a relaxing cell to the forces on its strains and to their stiffness (``cell_strain``).
 
-Nine sums: the forces W_11, W_22, W_12, and the block of stiffness (aa, bb, cc, ab, ac, bc) with the strains
+There are nine sums: the forces W_11, W_22, W_12, and the block of stiffness (aa, bb, cc, ab, ac, bc) with the strains
 m = (t1^2, t2^2, t1 t2) of an element along t. Friction acts across the gap g of its pair, with at most the stiffness k
-in each direction, so that its block is k times that of |dF g|^2: (g1^2, g2^2, g2^2, 0, g1 g2, 0).
+in each direction, so its block is k times the block of |dF g|^2: (g1^2, g2^2, g2^2, 0, g1 g2, 0).
 """
 
 from __future__ import annotations

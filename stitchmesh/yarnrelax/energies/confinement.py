@@ -1,19 +1,19 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Confinement: two frictionless planes, between which a periodic fabric lies; they give way elastically.
+"""Confinement: two frictionless, elastic planes, between which a periodic fabric lies.
 
-Let n be the normal of the lattice, z_j = n . q_j the height of a control point over the middle plane, h the height of
-the planes over it, and l_j the rest length of yarn that the control point carries. Yarn beyond a plane is pushed back:
+Let n be the normal of the lattice, z_j = n . q_j the height of a control point over the middle plane, h the distance of
+each plane from it, and l_j the rest length of yarn that the control point carries. Yarn beyond a plane is pushed back:
 
     E = sum over control points of  kappa l_j / 2  max(|z_j| - h, 0)^2        [erg]
     f_j = -kappa l_j max(|z_j| - h, 0) sign(z_j) n
     d2E / dq_j2 = kappa l_j n n^T where |z_j| > h, else 0
 
-A control point carries the share of its segments that their basis functions give, as for masses (``material``). The
-curve lies in the convex hull of the control points, so its heights are less than theirs.
+A control point carries a share of its segments, by their basis functions, as with masses (``material``). The curve lies
+in the convex hull of the control points, so its heights are at most the heights of the control points.
 
-The force is normal to the periods, and deformations of a cell (``cell_strain``) keep n and every z: the term adds
-nothing to the forces on the strains of a cell. The stiffness is
+The force is normal to the periods, and deformations of a cell (``cell_strain``) keep n and every z. The term therefore
+adds nothing to the forces on the strains of a cell. The stiffness is
 
     kappa = STIFFNESS k_bend / r^4        [erg / cm^3]
 
@@ -50,7 +50,7 @@ from stitchmesh.yarnrelax.model.state import State
 STIFFNESS = 0.1
 """Stiffness of the planes over k_bend / r^4."""
 NOWHERE = 1e30
-"""Half distance of the planes of a cell without planes [units]."""
+"""Half the distance between the planes for a cell without planes [units]."""
 
 
 @wp.func
@@ -165,7 +165,7 @@ def confinement_blocks(
 
 @dataclass(frozen=True)
 class Confinement(TermChoice):
-    """Two planes beside a periodic fabric, parallel to its lattice; the middle plane is that of the given yarns.
+    """Two planes beside a periodic fabric, parallel to its lattice; the middle plane is the middle of the given yarns.
 
     Raises:
         ParameterError: the half thickness is negative, or the stiffness is not positive.
@@ -184,7 +184,7 @@ class Confinement(TermChoice):
         check_positive("confinement: stiffness", self.stiffness)
 
     def on(self, model: Model) -> Term:
-        """The planes beside a model's yarns.
+        """Return the planes beside a model's yarns.
 
         Raises:
             ParameterError: the yarns have no lattice, or several cells are given.
@@ -199,13 +199,13 @@ class CellConfinements(TermChoice):
     """The planes beside each of several cells."""
 
     choices: tuple[Confinement | None, ...]
-    """The planes of each cell; None where there are none."""
+    """The planes of each cell; None for a cell without planes."""
     heights: tuple[float | None, ...]
-    """Height of each middle plane along the normal of the lattice [cm]; None for that of the yarns as given."""
+    """Height of each middle plane along the normal of the lattice [cm]; None for the middle of the given yarns."""
     in_free_cells = True
 
     def on(self, model: Model) -> Term:
-        """The planes beside the cells of a model."""
+        """Return the planes beside the cells of a model."""
         return _Planes(model, self.choices, self.heights)
 
 
@@ -218,7 +218,7 @@ def height_of_middle(cell: PeriodicCell) -> float:
 def plane_pressure(planes: Confinement, yarns: YarnSet, material: YarnMaterial) -> float:
     """Return the pressure of each plane on a fabric at rest between them [dyn/cm^2].
 
-    The middle plane is where both push with equal forces.
+    The middle plane lies where both planes push with equal forces.
 
     Args:
         planes: the planes.
@@ -249,7 +249,7 @@ class _Planes(Term):
     def __init__(self, model: Model, choices: Sequence[Confinement | None], heights: Sequence[float | None]) -> None:
         cells = model.cells
         periods = np.stack([cell.yarns.lattice.periods for cell in cells if cell.yarns.lattice])
-        # the material is that of yarns whose mean radius is one unit
+        # the material belongs to yarns whose mean radius is one unit
         stiffness = [choice.stiffness * cell.material.k_bend if choice else 0.0
                      for choice, cell in zip(choices, cells, strict=True)]  # fmt: skip
         half = [choice.half_thickness / cell.unit if choice else NOWHERE
@@ -266,12 +266,12 @@ class _Planes(Term):
         self._blocks = wp.zeros(model.point_count, dtype=wp.mat33d, device=model.device)
 
     def forces(self, state: State, candidates: Candidates, launcher: Launcher) -> list[Any]:
-        """The launch that adds the push of the planes to ``state.external_force``."""
+        """Return the launch that adds the push of the planes to ``state.external_force``."""
         inputs = [*self._constants, state.points]
         return [launcher(confinement_forces, self.model.point_count, inputs, [state.external_force])]
 
     def point_blocks(self, state: State) -> wp.array[Any]:
-        """The stiffness of the planes at the control points beyond them, matrices (N,)."""
+        """Return the stiffness of the planes at the control points beyond them, matrices (N,)."""
         self.model.launch(confinement_blocks, len(self._blocks), [*self._constants, state.points], [self._blocks])
         return self._blocks
 
@@ -284,7 +284,7 @@ class _Planes(Term):
         return sums_over(self._point_energies(state), self.model.cell_points, self.model.largest_cell)
 
     def stiffness(self) -> NDArray[np.float64]:
-        """The second derivative beyond the planes, shape (N,)."""
+        """The second derivative at a control point beyond a plane, shape (N,)."""
         return self.host_stiffness
 
     def input_powers(self) -> list[InputPowers]:

@@ -7,8 +7,8 @@ Energy of two segments of rest lengths l_i, l_j, each unordered pair counted onc
     E = k_contact l_i l_j int int f(|y_i(s) - y_j(s')| / 2r) ds ds'        [erg]
     f(d) = 1/d^2 + d^2 - 2  for d < 1, else 0
 
-with r_i + r_j in place of 2r where radii differ. The integrals are midpoint sums over the contact samples, which
-converge fast because the integrand is smooth along yarns with many samples. The force on a sample p is
+with r_i + r_j instead of 2r if the radii differ. The integrals are midpoint sums over the contact samples. They
+converge fast, because the integrand is smooth along yarns with many samples. The force on a sample p is
 
     F_p = sum over q of  2 k_contact w_p w_q (R^4 / d^4 - 1) / R^2 (y_p - y_q),   R = r_p + r_q,  d = |y_p - y_q|
 
@@ -58,10 +58,10 @@ def outer_product(apart: Any, size: Any, zero: Any) -> Any:
 
 @functools.cache
 def contact_force_function(scalar: Any, entries_at_once: int, cell_relaxes: bool) -> Any:
-    """The function of a sample's contact force in one precision, which reads ``entries_at_once`` entries of a list.
+    """Return the function of a sample's contact force in one precision; it reads ``entries_at_once`` entries of a list.
 
-    Where a cell relaxes, the function also finds the sample's part of the virial of the cell. On a GPU four entries
-    are loaded at the same time; a CPU is fastest with one. Entries beyond the end of a list are left out.
+    For cells that relax, the function also finds the sample's part of the virial of the cell. A GPU loads four entries
+    at the same time; a CPU is fastest with one. Entries beyond the end of a list are left out.
     """
     vectors, scalars = wp.types.matrix(shape=(entries_at_once, 4), dtype=scalar), vector(entries_at_once, scalar)
 
@@ -104,7 +104,7 @@ def contact_force_function(scalar: Any, entries_at_once: int, cell_relaxes: bool
 
 @functools.cache
 def contact_forces(scalar: Any, entries_at_once: int, cell_relaxes: bool) -> wp.Kernel:
-    """The kernel of ``contact_force_function`` for all samples."""
+    """Return the kernel of ``contact_force_function`` for all samples."""
     contact_force_at = contact_force_function(scalar, entries_at_once, cell_relaxes)
 
     @kernel

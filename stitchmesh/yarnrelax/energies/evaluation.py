@@ -106,7 +106,7 @@ def force_launches(
     point_stiffness: wp.array[Any],
     launcher: Launcher,
 ) -> list[Any]:
-    """The launches that place the samples and leave the sum of all forces in ``state.force``."""
+    """Return the launches that place the samples and leave the sum of all forces in ``state.force``."""
     launches = [segment_launch(model, state, (1.0, 1.0, 1.0), launcher)]
     launches.append(contact_launch(model, state, candidates, launcher))
     if terms:
@@ -116,14 +116,14 @@ def force_launches(
 
 
 def segment_launch(model: Model, state: State, terms: Iterable[float], launcher: Launcher) -> Any:
-    """The launch that places samples and finds leg forces; ``terms`` is 1 or 0 for stretch, length and bending."""
+    """Return the launch that places samples and finds leg forces; ``terms``: 1 or 0 for stretch, length and bending."""
     kernel = samples_and_segment_forces(model.quadrature_points, state.cell_relaxes)
     outputs = [state.samples, state.leg_force, state.segment_block, state.segment_virial]
     return launcher(kernel, model.segment_count, [model.constants, model.numbers(*terms), state.points], outputs)
 
 
 def contact_launch(model: Model, state: State, candidates: Candidates, launcher: Launcher) -> Any:
-    """The launch that finds the contact force on each sample."""
+    """Return the launch that finds the contact force on each sample."""
     kernel = contact_forces(model.scalar, model.entries_at_once, state.cell_relaxes)
     inputs = [model.constants, candidates.count, candidates.lists, state.samples]
     outputs = [state.sample_force, state.sample_block, state.sample_virial]
@@ -131,6 +131,6 @@ def contact_launch(model: Model, state: State, candidates: Candidates, launcher:
 
 
 def gather_launch(model: Model, state: State, point_stiffness: wp.array[Any], launcher: Launcher) -> Any:
-    """The launch that sums leg forces, contact forces and external forces at the control points."""
+    """Return the launch that sums leg forces, contact forces and external forces at the control points."""
     inputs = [model.constants, point_stiffness, state.leg_force, state.sample_force, state.external_force]
     return launcher(gather_forces, model.point_count, inputs, [state.force, state.stiffness])

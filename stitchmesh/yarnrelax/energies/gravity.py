@@ -32,7 +32,7 @@ from stitchmesh.yarnrelax.model.state import State
 STANDARD = (0.0, -981.0, 0.0)
 """Acceleration on Earth [cm / s^2]; y points up."""
 MOST_ACCELERATION = 1e6
-"""Largest acceleration along an axis [cm / s^2], a thousand times that on Earth; beyond, time steps become tiny."""
+"""Largest acceleration along an axis [cm / s^2], a thousand times the one on Earth; more makes time steps tiny."""
 
 
 @kernel
@@ -65,7 +65,7 @@ def weight_energies(
 
 @dataclass(frozen=True)
 class Gravity(TermChoice):
-    """The weight of the yarns, from ``point_masses``; on a lattice that of one cell.
+    """The weight of the yarns, from ``point_masses``; on a lattice the weight of one cell.
 
     Raises:
         ParameterError: the acceleration is not three numbers, or one is above ``MOST_ACCELERATION``.
@@ -82,7 +82,7 @@ class Gravity(TermChoice):
             raise ParameterError(f"{found}; expected three numbers of at most {MOST_ACCELERATION:g} cm/s^2")
 
     def on(self, model: Model) -> Term:
-        """The weight of a model's yarns.
+        """Return the weight of a model's yarns.
 
         Raises:
             ParameterError: a yarn has no mass.
@@ -99,11 +99,11 @@ class _Weight(Term):
     def __init__(self, model: Model, acceleration: tuple[float, float, float]) -> None:
         self.model = model
         self.mass = model.upload(point_masses(model))
-        # cm of height in units: mass times this is a force [erg / unit]
+        # the acceleration in cm of height becomes one in units: mass times this is a force [erg / unit]
         self.acceleration = vector(3, model.scalar)(*(float(a) * model.unit for a in acceleration))
 
     def forces(self, state: State, candidates: Candidates, launcher: Launcher) -> list[Any]:
-        """The launch that adds the weights to ``state.external_force``."""
+        """Return the launch that adds the weights to ``state.external_force``."""
         return [launcher(add_weights, self.model.point_count, [self.mass, self.acceleration], [state.external_force])]
 
     def energy(self, state: State, candidates: Candidates) -> float:
@@ -114,5 +114,5 @@ class _Weight(Term):
         return ordered_sum(energy)
 
     def stiffness(self) -> NDArray[np.float64]:
-        """Zero: the force does not depend on the position."""
+        """Zero, because the force does not depend on the position."""
         return np.zeros(self.model.point_count)

@@ -3,19 +3,19 @@
 """The features of a triangle mesh: the outward direction of each feature, and its weight in sums.
 
 A triangle has seven features: itself, its edges opposite to corners 0, 1, 2, and these corners. The outward direction
-of a face is its normal, that of an edge the sum of the normals of its two faces, and that of a corner the sum of the
-normals of the faces around it, each weighted by its angle at the corner. The sign of (place - nearest point) . outward
-then distinguishes inside from outside everywhere around a closed surface (Baerentzen and Aanaes 2005, "Signed distance
-computation using the angle weighted pseudonormal", theorem 1). A border has no inside: its edges and corners have no
-direction.
+of a face is its normal. The outward direction of an edge is the sum of the normals of its two faces. The outward
+direction of a corner is the sum of the normals of the faces around it, each weighted by its angle at the corner. The
+sign of (place - nearest point) . outward then distinguishes inside from outside everywhere around a closed surface
+(Baerentzen and Aanaes 2005, "Signed distance computation using the angle weighted pseudonormal", theorem 1). A border
+has no inside, so its edges and corners have no direction.
 
-A sum over triangles of a function of their distances counts a point on an edge twice, and one at a corner once for
+A sum over triangles of a function of their distances counts a point on an edge twice, and a point at a corner once for
 each triangle around it. If edges and corners are added with the shares
 
     edge:  1 - (its triangles),        corner:  1 - (its triangles) - (sum of the shares of its edges)
 
-every point counts once (inclusion and exclusion): -1 and 1, and 0 and 0 at a border. The share of each edge and corner
-is assigned to one of its triangles.
+every point counts once (inclusion and exclusion). The shares of an inner edge and its corners are -1 and 1; at a border
+they are 0 and 0. The share of each edge and corner is assigned to one of its triangles.
 
 Polygons are divided into triangles by their ears (``face_triangles``). Vertices at one place count as one.
 """
@@ -32,7 +32,7 @@ from stitchmesh.mesh.face_triangles import face_triangles
 
 @dataclass(frozen=True, eq=False)
 class MeshFeatures:
-    """Triangles and their features; the edge opposite to a corner comes before that corner."""
+    """Triangles and their features; in each list of three, the edge number k lies opposite to corner k."""
 
     corners: FloatArray
     """Corners of the triangles [cm], shape (T, 3, 3)."""
@@ -51,7 +51,7 @@ class FeatureTopology:
     face: IntArray
     """Face of the mesh that each triangle covers, shape (T,)."""
     place: IntArray
-    """Numbers of the corners, the same for vertices at one place, shape (T, 3)."""
+    """Numbers of the places of the corners, equal for vertices at one place, shape (T, 3)."""
     edge: IntArray
     """Edge opposite to each corner, shape (T, 3)."""
     ends: IntArray
@@ -59,7 +59,7 @@ class FeatureTopology:
 
 
 def feature_topology(mesh: Mesh) -> FeatureTopology:
-    """The triangles into which a mesh is divided, without degenerate ones with two corners at one place."""
+    """Return the triangles into which a mesh is divided, without degenerate ones with two corners at one place."""
     found = face_triangles(mesh)
     corner = mesh.face_vertex[found.corners]
     place = np.unique(mesh.vertices[corner].reshape(-1, 3), axis=0, return_inverse=True)[1].reshape(-1, 3)
@@ -77,14 +77,14 @@ def mesh_features(mesh: Mesh) -> MeshFeatures:
 
 
 def features_at(topology: FeatureTopology, vertices: FloatArray) -> MeshFeatures:
-    """The features of a mesh whose vertices are elsewhere [cm], shape (V, 3)."""
+    """Return the features of a mesh with its vertices at other places [cm], shape (V, 3)."""
     corners = vertices[topology.corner]
     shares = _shares(topology.place, topology.edge, topology.ends)
     return MeshFeatures(corners, _outward(corners, topology.place, topology.edge, topology.ends), shares)
 
 
 def enclosed_volume(mesh: Mesh) -> float:
-    """Volume inside a closed surface [cm^3]; negative where its faces look inwards."""
+    """Volume inside a closed surface [cm^3]; negative if its faces look inwards."""
     corner = mesh.face_vertex[face_triangles(mesh).corners]
     a, b, c = (mesh.vertices - mesh.vertices.mean(axis=0))[corner].transpose(1, 0, 2)
     return float(np.einsum("td,td->", a, np.cross(b, c)) / 6)

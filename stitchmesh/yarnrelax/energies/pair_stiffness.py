@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The stiffness of pairs of contact samples, and of samples alone, as energies hand it to the Hessian.
+"""The stiffness of pairs of contact samples, and of single samples, which energies hand to the Hessian.
 
 A pair has the energy E(g) of the vector g between its samples, and the symmetric matrix K of its second derivatives
-[erg / unit^2]. K is stored as six numbers (xx, yy, zz, xy, xz, yz), or by a vector a and a number b if K = a a^T - b I,
-as for contact (``contact_hessian``). The energy of a sample beside a body has such a matrix too, of the derivatives by
-its place. Sums are in double precision whatever the precision of the energies is.
+[erg / unit^2]. K is stored as six numbers (xx, yy, zz, xy, xz, yz). If K = a a^T - b I, as in contact
+(``contact_hessian``), it is stored as the vector a and the number b. The energy of a sample beside a body also has such
+a matrix, of the derivatives by its place. Sums are always in double precision, whatever the precision of the energies.
 """
 
 # overloads, which Warp distinguishes by the types of their arguments
@@ -26,7 +26,7 @@ Block32, Block64 = vector(6, wp.float32), vector(6, wp.float64)
 
 @dataclass(frozen=True, eq=False)
 class PairStiffness:
-    """Pairs of contact samples on a device, each listed from both of its samples, and the stiffness of each."""
+    """Pairs of contact samples on a device, with the stiffness of each pair; both samples of a pair list it."""
 
     images: Any
     """The images that the entries refer to, with the current periods."""
@@ -37,17 +37,17 @@ class PairStiffness:
     stiffness: wp.array[Any]
     """Stiffness of each pair, vectors of four or of six numbers, shape (P, capacity)."""
     launches: list[Any] = field(default_factory=list)
-    """The launches that find all of this for the current samples."""
+    """The launches that find the pairs and their stiffness for the current samples."""
 
 
 @dataclass(frozen=True, eq=False)
 class SampleStiffness:
-    """The stiffness of contact samples alone, on a device."""
+    """The stiffness of single contact samples, on a device."""
 
     stiffness: wp.array[Any]
     """Six numbers of each sample [erg / unit^2], shape (P,)."""
     launches: list[Any] = field(default_factory=list)
-    """The launches that find them for the current samples."""
+    """The launches that find the stiffness for the current samples."""
 
 
 @wp.func

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Point load: a constant force on some control points, for example from a hand or a suspended weight.
 
-The control points share the force F evenly, and its energy is that of a dead load:
+The control points share the force F evenly. It is a dead load with the energy
 
     f_i = F / n,    E = - sum over the n control points of  f_i . q_i        [erg]
 
@@ -79,7 +79,7 @@ class PointLoad(TermChoice):
             raise ParameterError(f"point load: got force {self.force}; expected three finite numbers [dyn]")
 
     def on(self, model: Model) -> Term:
-        """The load on a model's yarns.
+        """Return the load on a model's yarns.
 
         Raises:
             ParameterError: a control point or a stitch face does not exist, or nothing is selected.
@@ -100,7 +100,7 @@ class _PointLoad(Term):
         self.share = vector(3, model.scalar)(*(float(f) * model.unit / len(points) for f in force))
 
     def forces(self, state: State, candidates: Candidates, launcher: Launcher) -> list[Any]:
-        """The launch that adds the shares to ``state.external_force``."""
+        """Return the launch that adds the shares to ``state.external_force``."""
         return [launcher(add_point_load, len(self.loaded), [self.loaded, self.share], [state.external_force])]
 
     def energy(self, state: State, candidates: Candidates) -> float:
@@ -110,5 +110,5 @@ class _PointLoad(Term):
         return ordered_sum(energy)
 
     def stiffness(self) -> NDArray[np.float64]:
-        """Zero: the force does not depend on the position."""
+        """Zero, because the force does not depend on the position."""
         return np.zeros(self.model.point_count)

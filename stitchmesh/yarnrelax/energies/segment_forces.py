@@ -23,10 +23,10 @@ from stitchmesh.yarnrelax.model.spline import put_samples, segment_corners
 
 @functools.cache
 def leg_force_function(quadrature_points: int) -> Any:
-    """The function of a segment's leg forces for a number of quadrature points that is known at compile time.
+    """Return the function of a segment's leg forces, for a number of quadrature points that the compiler knows.
 
-    A loop of known length is unrolled, so that square roots and divisions of different points overlap: measured on a
-    GPU, small scenes run twice as fast.
+    The compiler unrolls a loop of known length, so that square roots and divisions of different points overlap. Small
+    scenes run twice as fast, measured on a GPU.
     """
 
     @wp.func
@@ -102,9 +102,9 @@ def simpson_part(tangent: Any, weight: Any, rest_length: Any, zero: Any) -> Any:
 
 @functools.cache
 def segment_force_function(quadrature_points: int, cell_relaxes: bool) -> Any:
-    """The function that finds the forces of a segment with given control points.
+    """Return the function that finds the forces of a segment with given control points.
 
-    Where a cell relaxes, the function also finds the segment's part of the virial of the cell.
+    For cells that relax, the function also finds the segment's part of the virial of the cell.
     """
     leg_forces = leg_force_function(quadrature_points)
 
@@ -140,7 +140,7 @@ def mean_direction_at(model: Any, s: int, q0: Any, q1: Any, q2: Any, q3: Any, se
 
 @functools.cache
 def samples_and_segment_forces(quadrature_points: int, cell_relaxes: bool) -> wp.Kernel:
-    """The kernel that places contact samples and finds leg forces: both read a segment's control points, once."""
+    """Return the kernel that places samples and finds leg forces; it reads each segment's control points once."""
     segment_forces_at = segment_force_function(quadrature_points, cell_relaxes)
 
     @kernel

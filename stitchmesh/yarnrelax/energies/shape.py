@@ -2,28 +2,29 @@
 # SPDX-License-Identifier: Apache-2.0
 """Shape preservation: a garment keeps its shape while its stitches settle (Y section 6.3, eqs 5 to 7).
 
-A loop S_j is all control points of one stitch face. Loops at the border of the fabric keep their mean position
-(``borders``, eq 5). Inside, patches of loops are held softly. With w_jk falling like a tent from the patch's centre,
+A loop S_j is the set of all control points of one stitch face. Loops at the border of the fabric keep their mean
+position (``borders``, eq 5). Inside, patches of loops are held softly. The weight w_jk is largest at the patch's centre
+and falls linearly. With
 
     v_k = sum over S_j in P_k, i in S_j of w_jk (q_i - q0_i),    W_k = the same sum of w_jk
 
-and a = v_k / W_k the mean displacement, of which a_n is the part along the fabric's normal n_k,
+and the mean displacement a = v_k / W_k, whose part along the fabric's normal n_k is a_n,
 
     E_k = W_k [ kappa_T |a - a_n n_k|^2 + kappa_N a_n^2 + (kappa_S - kappa_N) max(|a_n| - h, 0)^2 ]      [erg]
 
 which is eq 6 with a normal stiffness that increases linearly from kappa_N beyond h, one yarn radius.
 
-Patches: a face is a centre unless one within half of RINGS has become one before; a patch reaches RINGS sides far from
+Patches: a face becomes a centre unless there is already one within half of RINGS. A patch reaches RINGS sides far from
 its centre, and w = 1 - sides / (RINGS + 1).
 
 Stiffness: the force of one stitch at a strain of one hundredth, bent to a loop of four radii, is
 
     F = 0.02 k_len / l + 2 k_bend / (4 r)^2        [dyn]
 
-(l the mean rest length of a segment). The restoring force of the patches on a stitch that is displaced by one radius is
-TANGENTIAL F along the fabric and NORMAL F across it, and STIFFENED times NORMAL F per radius beyond one radius. The
-stitches thus move by a fraction of a radius under forces that would move the garment by many radii. F scales with the
-radius like all forces of the material, so the similarity of L section 6.2 stays exact.
+(l is the mean rest length of a segment). If a stitch is displaced by one radius, the patches pull it back with
+TANGENTIAL F along the fabric and NORMAL F across it, and with STIFFENED times NORMAL F per radius beyond one radius.
+The stitches thus move by a fraction of a radius under forces that would move the garment by many radii. F scales with
+the radius like all forces of the material, so the similarity of L section 6.2 stays exact.
 """
 
 from __future__ import annotations
@@ -53,7 +54,7 @@ TANGENTIAL = 0.25
 NORMAL = 1.0
 """Restoring force across the fabric at a displacement of one radius, over F."""
 STIFFENED = 10.0
-"""Normal stiffness beyond one radius over the one before."""
+"""Normal stiffness beyond a displacement of one radius, over the normal stiffness before it."""
 
 
 @wp.func
@@ -151,10 +152,10 @@ class KeepShape(TermChoice):
     """The fabric from which the yarns were generated."""
 
     def on(self, model: Model) -> Shape:
-        """Choose patches on the fabric and send them to the device.
+        """Choose patches on the fabric, and send them to the device of a model.
 
         Raises:
-            ParameterError: the yarns were not made from this fabric.
+            ParameterError: the yarns were not generated from this fabric.
         """
         return put_shape(model, self.fabric, loops_of(model.yarns, self.fabric))
 
@@ -214,7 +215,7 @@ class Shape(Term):
         return ordered_sum(self.patch_energy)
 
     def coupling(self, state: State) -> Coupling:
-        """The patches: rows sum the weighted coordinates of their control points."""
+        """Return the coupling of the patches, whose rows sum the weighted coordinates of their control points."""
         count = len(self.whole)
         whole, normal = (array.numpy().astype(np.float64) for array in (self.whole, self.normal))
         across = np.einsum("ki,ki->k", self._of_loops @ self.displacement.numpy().astype(np.float64), normal)
@@ -235,7 +236,7 @@ class Shape(Term):
 
     @cached_property
     def _rows(self) -> csr_array:
-        """Weights of the coordinates of all control points in those of the patches, shape (3 K, 3 N)."""
+        """Weights of the coordinates of all control points in the coordinates of the patches, shape (3 K, 3 N)."""
         points, shape = self.loop_points.numpy(), (len(self.loop_start) - 1, len(self.home))
         of_points = csr_array((np.ones(len(points)), points, self.loop_start.numpy()), shape)
         return csr_array(kron(self._of_loops @ of_points, np.eye(3)))
@@ -287,7 +288,7 @@ def put_shape(model: Model, fabric: StitchMesh, loops: Loops) -> Shape:
 
 
 def _stiffness(model: Model, loops: Loops, by_loop: WeightedRows) -> tuple[float, float, float]:
-    """kappa_T, kappa_N and kappa_S [erg / unit^2] from the pull of one stitch; the mean radius is the unit."""
+    """Return kappa_T, kappa_N and kappa_S [erg / unit^2] from the pull on one stitch; the unit is the mean radius."""
     length = float(model.rest_length.mean())
     pull = 0.02 * model.material.k_len / length + 2 * model.material.k_bend / 4**2
     # a displacement of one radius gives a stitch 2 kappa radius (its control points) (the weights on it)

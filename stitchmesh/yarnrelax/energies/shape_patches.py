@@ -32,7 +32,7 @@ class WeightedRows:
 
 @dataclass(frozen=True, eq=False)
 class Loops:
-    """The control points of each stitch face that has any."""
+    """The control points of each stitch face that has control points."""
 
     points: WeightedRows
     """Control points of each loop."""
@@ -46,7 +46,7 @@ def loops_of(yarns: YarnSet, fabric: StitchMesh) -> Loops:
     """Group control points by stitch face.
 
     Raises:
-        ParameterError: the yarns were not made from this fabric.
+        ParameterError: the yarns were not generated from this fabric.
     """
     known = np.flatnonzero(yarns.face >= 0)
     if len(known) == 0 or yarns.face.max() >= fabric.face_count:
@@ -61,7 +61,7 @@ def loops_of(yarns: YarnSet, fabric: StitchMesh) -> Loops:
 
 
 def choose_patches(fabric: StitchMesh, loops: Loops, rings: int = RINGS) -> tuple[WeightedRows, IntArray]:
-    """Overlapping patches of loops with tent weights, and the face at each patch's centre."""
+    """Return overlapping patches of loops with tent weights, and the face at each patch's centre."""
     steps = _steps_apart(fabric, rings)
     centres = _greedy_centres(steps, loops.face, rings // 2)
     number = np.full(fabric.face_count, -1)
@@ -79,7 +79,7 @@ def choose_patches(fabric: StitchMesh, loops: Loops, rings: int = RINGS) -> tupl
 
 
 def owners(patches: WeightedRows, loop_count: int) -> WeightedRows:
-    """The patches of each loop: the transpose of ``patches``."""
+    """Return the patches of each loop: the transpose of ``patches``."""
     patch = np.repeat(np.arange(len(patches.start) - 1), np.diff(patches.start))
     order = np.argsort(patches.entry, kind="stable")
     counts = np.bincount(patches.entry, minlength=loop_count)
@@ -87,7 +87,7 @@ def owners(patches: WeightedRows, loop_count: int) -> WeightedRows:
 
 
 def _steps_apart(fabric: StitchMesh, rings: int) -> csr_array:
-    """One more than the number of sides between faces, for all pairs at most ``rings`` apart."""
+    """Return the number of sides between faces plus one, for all pairs at most ``rings`` apart."""
     count = fabric.face_count
     inner = np.flatnonzero(fabric.twin != BORDER)
     ends = (fabric.side_face[inner], fabric.side_face[fabric.twin[inner]])
@@ -104,7 +104,7 @@ def _steps_apart(fabric: StitchMesh, rings: int) -> csr_array:
 
 
 def _greedy_centres(steps: csr_array, faces: IntArray, apart: int) -> IntArray:
-    """Faces of which none is within ``apart`` sides of one chosen before."""
+    """Return faces so that none is within ``apart`` sides of one before it."""
     covered: NDArray[np.bool_] = np.zeros(steps.shape[0], dtype=bool)
     chosen = []
     for face in faces:

@@ -1,13 +1,13 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Stretch: the resistance to a length, or a distribution of length, other than at rest (L eq 8; Kaldor 2008).
+"""Stretch: the resistance of a yarn to another length, or distribution of length, than at rest (L eq 8; Kaldor 2008).
 
-Energy of one segment of rest length l, y' the derivative by its parameter s in [0, 1]:
+Energy of one segment of rest length l, with y' the derivative by its parameter s in [0, 1]:
 
     E = k_len int (1 - |y'| / l)^2 ds        [erg]
 
 Under a uniform stretch by lambda every segment has the energy k_len (1 - lambda)^2. The length penalty depends on the
-length of the whole segment and replaces the constraint of inextensible segments (L eq 1):
+length of the whole segment. It replaces the constraint of inextensible segments (L eq 1):
 
     E = k_length (1 - (1 / l) int |y'| ds)^2        [erg]
 """

@@ -1,9 +1,10 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a relaxation may have beyond stretch, bending and contact: terms and constraints, each only on request.
+"""Terms and constraints: what a relaxation may have beyond stretch, bending and contact, only on request.
 
-A term is chosen by a value (``Gravity(...)``, ``Friction(...)``) that does not depend on a device; ``on`` creates the
-term on the device of one model. A term that is not chosen launches nothing, allocates nothing and compiles nothing.
+A caller chooses a term by a value (``Gravity(...)``, ``Friction(...)``) that does not depend on a device. ``on``
+creates the term on the device of a model. A term that is not chosen launches nothing, allocates nothing and compiles
+nothing.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ from stitchmesh.yarnrelax.model.state import State
 
 @dataclass(frozen=True, eq=False)
 class Coupling:
-    """A stiffness V^T C^-1 V that joins many coordinates."""
+    """A stiffness V^T C^-1 V that couples many coordinates."""
 
     rows: csr_array
     """V, shape (m, n)."""
@@ -43,18 +44,19 @@ class Term(ABC):
     name: str
     """Name of the term in reports."""
     gives_hessian: bool = False
-    """Whether the Hessian is known from the methods below, exactly, or one that is never negative and nearly it."""
+    """Whether the methods below give the Hessian of the term, either exactly or nearly, as one that is never
+    negative."""
     keeps_stitches: bool = False
-    """Whether the term keeps each stitch of a piece near its place, and with it the ends of open yarns."""
+    """Whether the term keeps each stitch of a piece, and with it the ends of open yarns, near its place."""
     lags: bool = False
-    """Whether the term is renewed each time the yarns have come to rest, until renewal changes nothing."""
+    """Whether the term is renewed each time the yarns have come to rest, until the renewal changes nothing."""
 
     @abstractmethod
     def forces(self, state: State, candidates: Candidates, launcher: Launcher) -> list[Any]:
         """Add the force of the term to ``state.sample_force``, ``state.external_force`` or ``state.leg_force``.
 
-        The fourth component of ``state.sample_force`` is the row sum of stiffness. A term that acts in cells that
-        relax also adds to ``state.sample_virial`` where it is not empty.
+        The fourth component of ``state.sample_force`` is the row sum of stiffness. A term that acts in relaxing cells
+        also adds to ``state.sample_virial`` if that is not empty.
         """
 
     @abstractmethod
@@ -62,25 +64,25 @@ class Term(ABC):
         """Energy [erg] for the current points and samples."""
 
     def cell_energies(self, state: State, candidates: Candidates) -> NDArray[np.float64]:
-        """Energy of each cell [erg], shape (C,); a term that several cells may have returns that of each."""
+        """Energy of each cell [erg], shape (C,); a term that several cells may have overrides this."""
         return np.array([self.energy(state, candidates)])
 
     @abstractmethod
     def stiffness(self) -> NDArray[np.float64]:
-        """Row sums of stiffness at the control points [erg / unit^2], shape (N,), except those of ``forces``."""
+        """Row sums of stiffness at the control points [erg / unit^2], shape (N,), without what ``forces`` adds."""
 
     def point_blocks(self, state: State) -> wp.array[Any] | None:
         """Second derivatives by the coordinates of each control point [erg / unit^2], matrices (N,); None for zero.
 
-        The array is the same one at each call, with the matrices of the present state.
-        The assembled Hessian has these blocks and those of pairs and samples, also without ``gives_hessian``.
+        Each call returns the same array, with the matrices of the present state. The assembled Hessian has these
+        blocks, and the blocks of pairs and samples, also without ``gives_hessian``.
         """
         return None
 
     def pair_stiffness(self, state: State, launcher: Launcher) -> PairStiffness | None:
         """Second derivatives of the energies of pairs of contact samples; None for none.
 
-        Forces on the strains of cells that relax must follow from those of the pairs, as for contact.
+        The forces on the strains of relaxing cells must follow from the forces of the pairs, as in contact.
         """
         return None
 
@@ -89,15 +91,15 @@ class Term(ABC):
 
         Args:
             state: the current state.
-            exact: share of the exact Hessian of each segment, shape (S,); what is left out may be what is negative.
+            exact: share of the exact Hessian in each segment, shape (S,); the rest may leave out what is negative.
             launcher: how launches are made.
         """
         return None
 
     def coupling(self, state: State) -> Coupling | None:
-        """A part of the Hessian that joins many control points, over their coordinates; None for zero.
+        """The part of the Hessian that couples many control points, over their coordinates; None for zero.
 
-        Called only where ``gives_hessian``, at the state of the last forces.
+        It is called only if ``gives_hessian``, in the state of the last forces.
         """
         return None
 
@@ -105,23 +107,23 @@ class Term(ABC):
         """How the constants of the term depend on the inputs of a relaxation, for the derivatives of a state of rest.
 
         Raises:
-            ParameterError: this is not known.
+            ParameterError: the dependence is not known.
         """
         raise ParameterError(f"derivatives at rest: got the term {self.name}, which has none; leave it out")
 
     def has_moved(self, state: State) -> NDArray[np.bool_]:
         """Whether the yarns of each cell have moved since a term that ``lags`` was renewed, shape (C,).
 
-        The samples of ``state`` are up to date.
+        The samples of ``state`` must be up to date.
         """
         raise NotImplementedError(self.name)
 
     def renew(self, state: State, candidates: Candidates, cells: NDArray[np.bool_] | None = None) -> bool:
-        """Update what lags in some cells, shape (C,), or in all; return whether arrays of launches were replaced."""
+        """Renew a lagging term in some cells, shape (C,), or in all; return whether launched arrays were replaced."""
         return False
 
     def arrays(self) -> dict[str, wp.array[Any]]:
-        """Arrays that persist between iterations and that the first ``renew`` does not compute, by name."""
+        """Return the arrays, by name, that persist between iterations and that the first ``renew`` does not compute."""
         return {}
 
     def resume(self, arrays: Mapping[str, NDArray[Any]]) -> None:
@@ -134,13 +136,13 @@ class TermChoice(ABC):
     """A term that a caller requests."""
 
     in_free_cells: bool = False
-    """Whether the term acts on the strains of a cell that relaxes, or has no force along the periods."""
+    """Whether the term acts on the strains of a relaxing cell, or has no force along the periods."""
     reads_mass: bool = False
-    """Whether the term depends on the mass of the yarns; a checkpoint then holds for this mass only."""
+    """Whether the term depends on the mass of the yarns; a checkpoint then belongs to this mass only."""
 
     @abstractmethod
     def on(self, model: Model) -> Term:
-        """The term on a model's device.
+        """Return the term on a model's device.
 
         Raises:
             ParameterError: the choice does not fit the yarns.
@@ -156,7 +158,7 @@ class Constraint(ABC):
 
     @abstractmethod
     def coupling(self) -> Coupling:
-        """The rows that sum the coordinates of control points whose sums the constraint holds."""
+        """Return the rows that sum the coordinates whose sums the constraint holds."""
 
     @abstractmethod
     def filter_steps(self, state: State, step: wp.array[Any], limit: wp.array[Any], launcher: Launcher) -> list[Any]:
@@ -168,7 +170,7 @@ class ConstraintChoice(ABC):
 
     @abstractmethod
     def on(self, model: Model) -> Constraint:
-        """The constraint on a model's device.
+        """Return the constraint on a model's device.
 
         Raises:
             ParameterError: the choice does not fit the yarns.
@@ -176,14 +178,14 @@ class ConstraintChoice(ABC):
 
 
 Choice = TermChoice | ConstraintChoice
-"""What acts on yarns beyond stretch, bending and contact."""
+"""A term or a constraint, which acts on yarns beyond stretch, bending and contact."""
 
 
 def terms_and_constraints(choices: Sequence[Choice]) -> tuple[list[TermChoice], list[ConstraintChoice]]:
-    """Return the terms and the constraints among what acts on yarns, each in their order.
+    """Return the terms and the constraints among choices, each in their order.
 
     Raises:
-        ParameterError: something else is among them.
+        ParameterError: a choice is neither.
     """
     terms = [choice for choice in choices if isinstance(choice, TermChoice)]
     constraints = [choice for choice in choices if isinstance(choice, ConstraintChoice)]
@@ -195,7 +197,7 @@ def terms_and_constraints(choices: Sequence[Choice]) -> tuple[list[TermChoice], 
 
 
 def refuse_in_free_cells(terms: Sequence[TermChoice], constraints: Sequence[ConstraintChoice]) -> None:
-    """Refuse what does not act on the strains of a cell that relaxes.
+    """Refuse choices that do not act on the strains of a relaxing cell.
 
     Raises:
         ParameterError: there is a constraint, or a term that does not act on strains.

@@ -2,13 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Twist: the resistance of a yarn to rotation about its own centreline (Bergou 2008, Discrete Elastic Rods).
 
-Twist spreads along a yarn faster than any other motion, so in a state of rest it is uniform along each yarn, and one
-angle describes it (Bergou 2008, section 5.1, quasistatic material frames of an isotropic rod):
+Twist spreads along a yarn faster than any other motion. In a state of rest it is therefore uniform along each yarn, and
+one angle describes it (Bergou 2008, section 5.1, quasistatic material frames of an isotropic rod):
 
     E = k_twist theta^2 / L        [erg],    theta = imposed - (psi - psi_0)
 
 with L the rest length. The torsional rigidity GJ is 2 k_twist, as the flexural rigidity EI is 2 k_bend. psi is the
-rotation of a frame that is transported along the centreline without twist (``twist_holonomy``), and psi_0 that of the
+rotation of a frame that is transported along the centreline without twist (``twist_holonomy``). psi_0 is the psi of the
 given yarns, whose twist is the imposed one. The ends of a closed yarn stay joined, so its twist changes with its
 writhe, d theta = -2 pi d writhe. The ends of an open yarn do not rotate about the given end tangents, which are
 clamped. The force on a chord between knots,
@@ -17,10 +17,10 @@ clamped. The force on a chord between knots,
 
 acts through the three legs of its segment with weights (1, 4, 1) / 6. The force on a straight yarn is zero.
 
-Row sums of stiffness, for yarns that bend to loops of two radii or larger: with the moment M = 2 k_twist times
-(|imposed| / L + 1 / (2 r)), chords of length l and turns of l / (2 r) between them, the stiffness at a chord is 2 M /
-l^2 from itself and its neighbours and, from theta alone, 2 k_twist / L |d psi / d chord| times the sum of the same
-along the yarn.
+The row sums of stiffness hold for yarns that bend to loops of two radii or larger. Take the moment M = 2 k_twist times
+(|imposed| / L + 1 / (2 r)), chords of length l, and turns of l / (2 r) between them. A chord then gets the stiffness
+2 M / l^2 from itself and its neighbours. From theta alone it gets 2 k_twist / L |d psi / d chord| times the sum of
+|d psi / d chord| along the yarn.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.state import State
 
 CHORD_SHARES = np.array([1.0, 3.0, 3.0, 1.0]) / 6.0
-"""Largest part of each control point of a segment in the displacement of its chord."""
+"""Largest part of each control point of a segment in the displacement of the segment's chord."""
 
 
 @kernel
@@ -92,14 +92,14 @@ def twist_energies(
 
 @dataclass(frozen=True, eq=False)
 class Twist(TermChoice):
-    """Torsional stiffness, and the twist of the given yarns.
+    """The resistance of the yarns to twist, and the twist of the given yarns.
 
     Raises:
         ParameterError: k_twist is not a positive number, or an angle is not finite.
     """
 
     k_twist: float
-    """Twisting [erg cm]; the torsional rigidity GJ is twice as large."""
+    """Twist stiffness [erg cm]; the torsional rigidity GJ is twice as large."""
     imposed: float | Sequence[float] | NDArray[np.float64] = 0.0
     """Twist of the given yarns, right-handed, from end to end [rad]: one angle, or one for each yarn."""
 
@@ -110,7 +110,7 @@ class Twist(TermChoice):
             raise ParameterError("twist: an imposed angle is not finite; expected radians from end to end")
 
     def on(self, model: Model) -> Term:
-        """The twist of a model's yarns.
+        """Return the twist of a model's yarns.
 
         Raises:
             ParameterError: the imposed angles are not one for each yarn, or the end of a yarn has no direction.

@@ -2,24 +2,24 @@
 # SPDX-License-Identifier: Apache-2.0
 """The rotation of a frame that is transported along a yarn without twist: the holonomy of the centreline.
 
-The yarn is represented by the polyline through its knots, whose chord over a segment with legs d0, d1, d2 is
-(d0 + 4 d1 + d2) / 6. From chord to chord a frame turns by the smallest rotation (Bergou 2008, section 4.2), for unit
-directions a, b the quaternion
+The yarn is represented by the polyline through its knots. The chord of this polyline over a segment with legs d0, d1,
+d2 is (d0 + 4 d1 + d2) / 6. From chord to chord a frame turns by the smallest rotation (Bergou 2008, section 4.2). For
+unit directions a, b this is the quaternion
 
     r = (1 + a . b, a x b) / |...|
 
 Along a closed yarn, the frame returns to the first chord, rotated about this chord by psi. An open yarn has one more
-chord at each end, in the direction of its clamp, and a fixed rotation from the last clamp to the first closes the loop.
-In both cases R = r_n ... r_2 r_1 is a rotation about the first chord and psi = 2 atan2(R_vector . chord, R_scalar). The
-formula gives psi up to multiples of 4 pi; the value that is nearest to the previous one is chosen.
+chord at each end, in the direction of its clamp; a fixed rotation from the last clamp to the first closes the loop. In
+both cases R = r_n ... r_2 r_1 is a rotation about the first chord, and psi = 2 atan2(R_vector . chord, R_scalar). The
+formula gives psi up to multiples of 4 pi; the value nearest to the previous one is chosen.
 
-When chords turn, psi changes by the curvature binormals k = 2 a x b / (1 + a . b) of the corners before and after each
-(Bergou 2008, eqs 9 and 10), which is exact also for large turns:
+When chords turn, psi changes by the curvature binormals k = 2 a x b / (1 + a . b) at the two corners of each chord
+(Bergou 2008, eqs 9 and 10). This is exact also for large turns:
 
     d psi / d chord = -(k_before + k_after) / (2 |chord|)
 
-The rotations of a long yarn are multiplied in strands of about the square root of their number, then strand by strand,
-always in the same order, in double precision.
+The rotations of a long yarn are multiplied within strands of about the square root of their number, and then strand by
+strand, always in the same order, in double precision.
 """
 
 from __future__ import annotations

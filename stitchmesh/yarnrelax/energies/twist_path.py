@@ -21,12 +21,12 @@ SHORTEST_STRAND = 32
 
 @dataclass(frozen=True, eq=False)
 class Path:
-    """The chords of all yarns on the device; after those of the segments come two clamps for each yarn."""
+    """The chords of all yarns on the device: one for each segment, and after these two clamps for each yarn."""
 
     before: wp.array[Any]
-    """Chord before that of each segment, shape (S,)."""
+    """Chord before the chord of each segment, shape (S,)."""
     after: wp.array[Any]
-    """Chord after that of each segment, shape (S,)."""
+    """Chord after the chord of each segment, shape (S,)."""
     strand_start: wp.array[Any]
     """Where each strand's segments start, shape (K + 1,)."""
     yarn_strand: wp.array[Any]
@@ -36,7 +36,7 @@ class Path:
     closing: wp.array[Any]
     """Rotation from the last clamp of each open yarn to the first, as quaternions, shape (Y, 4)."""
     chord: wp.array[Any]
-    """The chords [units], then the clamps, unit vectors, shape (S + 2 Y, 3)."""
+    """The chords [units], and then the clamps as unit vectors, shape (S + 2 Y, 3)."""
     strand_turn: wp.array[Any]
     """Product of each strand's rotations, as quaternions, shape (K, 4)."""
 
@@ -69,7 +69,7 @@ def put_path(model: Model) -> Path:
 
 
 def end_tangents(yarns: YarnSet) -> NDArray[np.float64]:
-    """Unit tangents at the two ends of each yarn as it lies, shape (Y, 2, 3); those of closed yarns mean nothing.
+    """Unit tangents at the two ends of each yarn as it lies, shape (Y, 2, 3); for closed yarns they mean nothing.
 
     Raises:
         ParameterError: the end of an open yarn has no direction.
@@ -84,10 +84,10 @@ def end_tangents(yarns: YarnSet) -> NDArray[np.float64]:
 
 
 def smallest_rotations(first: NDArray[np.float64], second: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Quaternions (x, y, z, w) that take unit vectors to others; half turns about some axis where they are opposite."""
+    """Quaternions (x, y, z, w) that take unit vectors to others; half turns about some axis if they are opposite."""
     scalar = 1.0 + (first * second).sum(axis=1, keepdims=True)
     axis = np.cross(first, second)
-    # across the first vector: its product with the coordinate axis that it is farthest from
+    # at right angles to the first vector: its product with the coordinate axis from which it is farthest
     aside = np.cross(first, np.eye(3)[np.abs(first).argmin(axis=1)])
     opposite = scalar < 1e-9
     turn = np.concatenate([np.where(opposite, aside, axis), np.where(opposite, 0.0, scalar)], axis=1)
@@ -95,7 +95,7 @@ def smallest_rotations(first: NDArray[np.float64], second: NDArray[np.float64]) 
 
 
 def _strands(segment_start: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Where the strands start among the segments, and the yarns among the strands."""
+    """Return the first segment of each strand, and the first strand of each yarn."""
     counts = np.diff(segment_start)
     size = np.maximum(np.ceil(np.sqrt(counts)).astype(np.int64), SHORTEST_STRAND)
     strands = -(-counts // size)

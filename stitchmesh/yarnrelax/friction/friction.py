@@ -6,25 +6,25 @@ Between two renewals (``friction_contacts``) a pair of contact samples has the e
 
     E = mu N phi(s),    s^2 = u . A u,    phi(s) = s^2 / e - s^3 / (3 e^2)  for s < e, else s - e / 3        [erg]
 
-(the mollifier f0 of Li et al. 2020, Incremental Potential Contact, less its constant: once differentiable, of slope 1
-beyond the slip length e). u is the relative displacement of the samples from their anchors, N the normal force at the
-beginning of the load step. N and everything except u are constants here, so that the force is a gradient:
+(the mollifier f0 of Li et al. 2020, Incremental Potential Contact, without its constant: once differentiable, of slope
+1 beyond the slip length e). u is the relative displacement of the samples from their anchors. N is the normal force at
+the beginning of the load step. N and everything except u are constants here, so that the force is a gradient:
 
     F_p = -mu N (phi'(s) / s) A u
 
-The normal n of the contact is the direction of the contact force without its components along the two yarns. Along a
-yarn these components cancel in the sum and do not press. N is the remaining contact force. With t_p, t_q the tangents
-of both yarns in the plane across n, and mu the larger coefficient,
+The normal n of the contact is the direction of the contact force without its components along the two yarns. These
+components cancel in the sum along a yarn, and do not press. N is the remaining contact force. With t_p, t_q the
+tangents of both yarns in the plane across n, and mu the larger coefficient,
 
     A = (mu_across / mu)^2 (1 - n n^T) + ((mu_along / mu)^2 - (mu_across / mu)^2) (t_p t_p^T + t_q t_q^T) / 2
 
-so s is |u_t| where both coefficients are the same. A and N belong to the pair, so the forces on its two samples are
-opposite; slip across one yarn is slip along another yarn that crosses it at a right angle.
+so s is |u_t| if both coefficients are the same. A and N belong to the pair, so the forces on its two samples are
+opposite. Slip across one yarn is slip along another yarn that crosses it at a right angle.
 
 On a lattice the other sample of a pair may lie in an image, and u contains the change of the periods. A relaxing cell
-therefore slips where its strains carry a yarn along another one, and the virial of friction, half of F_p (y_p - y_q)^T
-at both samples, adds to the forces on the strains (``cell_strain``). Anchors are places in space: they do not follow
-the strains.
+therefore slips where its strains carry a yarn along another one. The virial of friction, half of F_p (y_p - y_q)^T at
+both samples, adds to the forces on the strains (``cell_strain``). Anchors are places in space and do not follow the
+strains.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ def slip_of_pair(
 
 @functools.cache
 def friction_forces(cell_relaxes: bool) -> wp.Kernel:
-    """The kernel of the forces; where a cell relaxes, also of their virial."""
+    """Return the kernel of the forces; for relaxing cells it also finds their virial."""
 
     @kernel
     def friction_forces(
@@ -174,7 +174,7 @@ def friction_energies(
 
 
 LARGEST_COEFFICIENT = 2.0
-"""Coefficient that no yarn has; the largest of dry and wet fibres in Morton and Hearle is 0.9, of swollen wool."""
+"""No yarn has a larger coefficient; the largest of dry and wet fibres in Morton and Hearle is 0.9, of swollen wool."""
 
 
 @dataclass(frozen=True)
@@ -182,14 +182,14 @@ class Friction(TermChoice):
     """Dry friction where yarns touch.
 
     Raises:
-        ParameterError: a coefficient is negative or larger than that of any yarn, or the slip length is not a positive
+        ParameterError: a coefficient is negative or above ``LARGEST_COEFFICIENT``, or the slip length is not a positive
             number.
     """
 
     mu: float | tuple[float, float]
     """Coefficient of friction, or two: along the yarn and across it."""
     slip_length: float = 0.05
-    """Slip at which friction is full, in mean yarn radii."""
+    """Slip from which on friction is full, in mean yarn radii."""
     in_free_cells = True
 
     def __post_init__(self) -> None:
@@ -204,7 +204,7 @@ class Friction(TermChoice):
         return self.mu if isinstance(self.mu, tuple) else (self.mu, self.mu)
 
     def on(self, model: Model) -> Term:
-        """Friction between a model's yarns; normal forces are zero before the first ``renew``."""
+        """Return the friction between a model's yarns; normal forces are zero before the first ``renew``."""
         return FrictionTerm(model, self)
 
 
@@ -216,7 +216,7 @@ class FrictionTerm(Term):
     lags = True
 
     def __init__(self, model: Model, friction: Friction) -> None:
-        """Friction without contacts."""
+        """Make friction without contacts."""
         largest = max(friction.coefficients)
         along, across = ((value / largest) ** 2 if largest > 0.0 else 1.0 for value in friction.coefficients)
         self.model, self.friction = model, friction
@@ -225,10 +225,10 @@ class FrictionTerm(Term):
         self._stiffness = empty_lists(model, self.contacts, 6)
 
     def weaken(self, share: float) -> bool:
-        """Set the coefficients to a share of those that were chosen.
+        """Set the coefficients to a share of the chosen ones.
 
         Returns:
-            Whether this changes them, so that captured launches are stale.
+            Whether this changes the coefficients, so that captured launches are stale.
         """
         before, self.law = self.law, vector(4, self.model.scalar)(
             max(self.friction.coefficients) * share, self.law[1], self.law[2], self.law[3]
@@ -236,15 +236,15 @@ class FrictionTerm(Term):
         return bool(self.law != before)
 
     def forces(self, state: State, candidates: Candidates, launcher: Launcher) -> list[Any]:
-        """The launch that adds the friction to ``state.sample_force``, and its virial where a cell relaxes."""
+        """Return the launch that adds the friction to ``state.sample_force``, and its virial if a cell relaxes."""
         outputs = [state.sample_force, state.sample_block, state.sample_virial]
         return [launcher(friction_forces(state.cell_relaxes), self.model.sample_count, self._inputs(state), outputs)]
 
     def pair_stiffness(self, state: State, launcher: Launcher) -> PairStiffness:
-        """The pairs that press each other, and the Hessian of each.
+        """Return the pairs that press each other, and the Hessian of each.
 
-        It is that of the energy between two renewals: symmetric, without negative eigenvalues, and soft along a slip
-        (``friction_law``).
+        The Hessian belongs to the energy between two renewals: it is symmetric, without negative eigenvalues, and soft
+        along a slip (``friction_law``).
         """
         kept, inputs = self.contacts, self._inputs(state)
         if self._stiffness.shape != kept.entry.shape:
@@ -266,7 +266,7 @@ class FrictionTerm(Term):
         return energy
 
     def stiffness(self) -> NDArray[np.float64]:
-        """Zero: the stiffness comes with ``forces``."""
+        """Zero, because ``forces`` adds the stiffness itself."""
         return np.zeros(self.model.point_count)
 
     def has_moved(self, state: State) -> NDArray[np.bool_]:
@@ -274,10 +274,10 @@ class FrictionTerm(Term):
         return has_moved(self.model, state, self.contacts)
 
     def renew(self, state: State, candidates: Candidates, cells: NDArray[np.bool_] | None = None) -> bool:
-        """Find normal forces for the current samples and move anchors; arrays without room for the pairs are replaced.
+        """Find the normal forces for the current samples, and move the anchors.
 
         Returns:
-            Whether they were.
+            Whether arrays were replaced, because they had no room for the pairs.
         """
         found = renewed_contacts(self.model, self.law, state, candidates, self.contacts, cells)
         if found.put_into(self.contacts):
@@ -290,7 +290,7 @@ class FrictionTerm(Term):
         return {field.name: getattr(self.contacts, field.name) for field in fields(Contacts)}
 
     def resume(self, arrays: Mapping[str, NDArray[Any]]) -> None:
-        """Restore contacts; their number may differ from that of the current contacts."""
+        """Restore contacts; their number may differ from the number of the current contacts."""
         kinds = {name: array.dtype for name, array in self.arrays().items()}
         device = self.model.device
         self.contacts = Contacts(

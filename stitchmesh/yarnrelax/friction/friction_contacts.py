@@ -7,15 +7,15 @@ across the new normal and limited to the slip at which friction is full, the sli
 
     u' = u_t min(1, e / s),    anchor <- (y_p - y_q) - u'
 
-The anchor therefore follows a pair that slides and does not move under a pair that sticks (Cundall and Strack 1979): a
-constant load does not creep through renewals. The slip of a new pair is the relative displacement of its samples since
-the last renewal, because sliding yarns touch with new samples all the time. Some cells of a batch may be renewed while
-others keep their contacts.
+The anchor therefore follows a pair that slides, and does not move under a pair that sticks (Cundall and Strack 1979). A
+constant load thus does not creep through renewals. The slip of a new pair is the relative displacement of its samples
+since the last renewal, because sliding yarns touch with new samples all the time. In a batch, some cells may be renewed
+while others keep their contacts.
 
-Each pair is stored for both samples. The lists belong to friction, so the energy does not change when candidate lists
-are made again. On a lattice they keep the table of images that their entries refer to, because the table may be made
-again too, and the periods of the renewal: a pair is found again by its sample and the displacement of its image, and
-the displacement of a new pair contains the change of the periods.
+Both samples of a pair store it. The lists belong to friction, so the energy does not change when candidate lists are
+made again. On a lattice they also keep the periods of the renewal, and the table of images that their entries refer to,
+because the table may be made again too. A pair is therefore found again by its sample and the displacement of its
+image, and the displacement of a new pair contains the change of the periods.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ from stitchmesh.yarnrelax.model.spline import place_samples, segment_corners, we
 from stitchmesh.yarnrelax.model.state import State
 
 ROOM = 2
-"""Pairs for which new lists have more room than they need, so that the lists of the next load steps find room."""
+"""New lists have room for this many more pairs than they need, so that the lists of the next load steps fit in."""
 
 
 @kernel
@@ -191,16 +191,16 @@ class Contacts:
     count: wp.array[Any]
     """Number of samples that press each sample, shape (P,)."""
     entry: wp.array[Any]
-    """These samples as entries of candidate lists, shape (P, capacity)."""
+    """The samples that press each sample, as entries of candidate lists, shape (P, capacity)."""
     table: wp.array[Any]
     """The images that the entries refer to, shape (I, 2), or (0, 2) without a lattice."""
     anchor: wp.array[Any]
-    """Vector from each of them at which the pair has not slipped, shape (P, capacity, 3)."""
+    """Vector from each of these samples at which the pair has not slipped, shape (P, capacity, 3)."""
     press: wp.array[Any]
-    """N n, the force with which it is pressed [erg / unit], shape (P, capacity, 3)."""
+    """N n, the force with which each of these samples presses [erg / unit], shape (P, capacity, 3)."""
 
     def put_into(self, other: Contacts) -> bool:
-        """Copy these into the arrays of others where they fit; return whether they do."""
+        """Copy these contacts into the arrays of others if they fit; return whether they do."""
         if self.table is not other.table or self.entry.shape != other.entry.shape:
             return False
         for part in fields(self):
@@ -210,7 +210,7 @@ class Contacts:
 
 
 def first_contacts(model: Model) -> Contacts:
-    """No contacts; samples of the given yarns."""
+    """Return empty lists of contacts, for the samples of the given yarns."""
     points, place = model.upload(model.to_device(model.yarns.points), 3), model.empty(model.sample_count, 4)
     model.launch(place_samples, model.segment_count, [model.constants, points], [place])
     return _no_contacts(model, place, 1)
@@ -219,9 +219,9 @@ def first_contacts(model: Model) -> Contacts:
 def renewed_contacts(
     model: Model, law: Any, state: State, candidates: Candidates, old: Contacts, cells: NDArray[np.bool_] | None
 ) -> Contacts:  # fmt: skip
-    """Contacts of some cells, shape (C,), or of all for the current state, in new arrays; those of others are kept.
+    """Return the contacts for the current state in new arrays; only ``cells``, shape (C,), are renewed, or all cells.
 
-    Samples and candidate lists are up to date.
+    Samples and candidate lists must be up to date.
     """
     tangent, count = model.empty(model.sample_count, 3), _integers(model, model.sample_count)
     model.launch(find_tangents, model.segment_count, [model.constants, state.points], [tangent])
@@ -237,7 +237,7 @@ def renewed_contacts(
 
 
 def _kept_in(model: Model, new: Contacts, old: Contacts, keeps: NDArray[np.bool_]) -> Contacts:
-    """New contacts with the old ones in the cells that keep them."""
+    """Return the new contacts with the old ones in the cells that keep them."""
     table, number = joined_table(new.table, old.table)
     kept = [old.place, old.tangent, old.count, old.entry, old.anchor, old.press]
     outputs = [new.place, new.tangent, new.count, new.entry, new.anchor, new.press]
@@ -248,23 +248,23 @@ def _kept_in(model: Model, new: Contacts, old: Contacts, keeps: NDArray[np.bool_
 
 
 def has_moved(model: Model, state: State, contacts: Contacts) -> NDArray[np.bool_]:
-    """Whether any sample of each cell has moved since its contacts were found, shape (C,); samples are up to date."""
+    """Whether any sample of a cell has moved since its contacts were found, shape (C,); samples must be up to date."""
     moved = (state.samples.numpy() != contacts.place.numpy()).any(axis=1)
     return np.logical_or.reduceat(moved, model.sample_start[model.segment_start[:-1]])
 
 
 def empty_lists(model: Model, contacts: Contacts, size: int) -> wp.array[Any]:
-    """A vector of ``size`` zeros for each pair, in the order of the lists."""
+    """Return a vector of ``size`` zeros for each pair, in the order of the lists."""
     return _rows(model, contacts.entry.shape[1], lambda shape: model.empty(shape, size))
 
 
 def own_images(model: Model, contacts: Contacts) -> Any:
-    """The images that the entries of contacts refer to, with the current periods."""
+    """Return the images that the entries of contacts refer to, with the current periods."""
     return _images(model, table=contacts.table)
 
 
 def _images(model: Model, *, table: wp.array[Any] | None = None, periods: wp.array[Any] | None = None) -> Any:
-    """The current images, with another table or with other periods."""
+    """Return the current images, with another table or with other periods."""
     images = model.constants.images
     if not model.on_lattice:
         return images
@@ -274,7 +274,7 @@ def _images(model: Model, *, table: wp.array[Any] | None = None, periods: wp.arr
 
 
 def _no_contacts(model: Model, place: wp.array[Any], capacity: int) -> Contacts:
-    """Empty lists with a capacity, for the current periods and the current table of images."""
+    """Return empty lists with a capacity, for the current periods and the current table of images."""
     samples, images = model.sample_count, model.constants.images
     none = wp.zeros(0, dtype=wp.vec2i, device=model.device)
     return Contacts(
@@ -290,7 +290,7 @@ def _no_contacts(model: Model, place: wp.array[Any], capacity: int) -> Contacts:
 
 
 def _rows(model: Model, capacity: int, empty: Callable[[tuple[int, int]], wp.array[Any]]) -> wp.array[Any]:
-    """A list for each sample; on a GPU the lists of neighbouring samples are interleaved."""
+    """Return a list for each sample; on a GPU the lists of neighbouring samples are interleaved."""
     if model.device.is_cuda:
         return empty((capacity, model.sample_count)).transpose()
     return empty((model.sample_count, capacity))

@@ -4,8 +4,8 @@
 
 A law is four numbers: the larger coefficient mu, (mu_along / mu)^2, (mu_across / mu)^2 and the slip length.
 
-The energy mu N phi(s) is convex in the relative displacement u, because s is a norm and phi rises and is convex. Its
-second derivative and the stiffness that bounds it, both symmetric and without negative eigenvalues, are
+The energy mu N phi(s) is convex in the relative displacement u, because s is a norm and phi is convex and rises. Its
+second derivative H has the upper bound K. Both are symmetric and have no negative eigenvalues:
 
     H = mu N (phi' / s A - c (A u) (A u)^T),    c = 1 / (e^2 s)  for s < e, else 1 / s^3        [erg / unit^2]
     K = mu N phi' / s A  >=  H

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Anchors of friction on the surface of a body: points that move with a triangle of it."""
+"""Anchors of friction on the surface of a body: points that move with a triangle of the surface."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 import warp as wp
 
 NO_ANCHOR = wp.constant(-1)
-"""Triangle of the anchor of a point that does not touch the body."""
+"""Number of the triangle for a point without an anchor, which does not touch the body."""
 
 
 @wp.func

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The matrices of the cells of a batch as one matrix of blocks, and its factors; where they are found is left open.
+"""The matrices of the cells of a batch as one block-diagonal matrix, and its factors, on any device.
 
 The matrix of all coordinates joins only coordinates of one cell. Coordinates can be left out, because they are held or
-because nothing is asked of their cell. Vectors have all coordinates of all cells, shape (n,); what is returned is zero
-at coordinates that are left out, and what is given there does not matter.
+because nobody asks for their cell. Vectors have all coordinates of all cells, shape (n,). At coordinates that are left
+out, results are zero, and the given values do not matter.
 """
 
 from __future__ import annotations
@@ -26,23 +26,23 @@ class Owners:
     """The cells to which coordinates belong."""
 
     cell: NDArray[np.int32]
-    """Number of the cell of each coordinate, -1 where it is left out, shape (n,)."""
+    """Number of the cell of each coordinate, -1 if the coordinate is left out, shape (n,)."""
     cell_count: int
-    """Number C of all cells."""
+    """Number C of all cells, also of cells without coordinates."""
 
     @cached_property
     def owned(self) -> NDArray[np.int64]:
-        """Numbers of the coordinates that are not left out, ascending, shape (m,); often they are few of all."""
+        """Numbers of the coordinates that are not left out, ascending, shape (m,); often they are few."""
         return np.flatnonzero(self.cell >= 0)
 
     @cached_property
     def cell_of_owned(self) -> NDArray[np.int32]:
-        """Number of the cell of each of them, shape (m,)."""
+        """Number of the cell of each coordinate in ``owned``, shape (m,)."""
         return self.cell[self.owned]
 
     @cached_property
     def coordinates(self) -> list[NDArray[np.int64]]:
-        """Numbers of the coordinates of each cell that are not left out, ascending."""
+        """The coordinates of each cell that are not left out, ascending."""
         counts = np.bincount(self.cell_of_owned, minlength=self.cell_count)
         return np.split(self.owned[np.argsort(self.cell_of_owned, kind="stable")], np.cumsum(counts)[:-1])
 
@@ -52,22 +52,22 @@ class Owners:
         return [cell for cell, own in enumerate(self.coordinates) if len(own)]
 
     def only(self, cells: NDArray[np.bool_]) -> Owners:
-        """These without the coordinates of other cells than some, shape (C,)."""
+        """Return these owners with the coordinates of the given cells only, shape (C,)."""
         return Owners(np.where(self.are_of(cells), self.cell, np.int32(-1)), self.cell_count)
 
     def are_of(self, cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Whether each coordinate belongs to one of some cells, shape (C,), and is not left out."""
+        """Whether each coordinate belongs to one of the given cells, shape (C,), and is not left out."""
         found = np.zeros(len(self.cell), dtype=bool)
         found[self.owned] = cells[self.cell_of_owned]
         return found
 
     def sums(self, values: FloatArray) -> FloatArray:
-        """The sum of the values of each cell, shape (C,)."""
+        """Return the sum of the values of each cell, shape (C,)."""
         sums = np.bincount(self.cell_of_owned, values[self.owned], minlength=self.cell_count)
         return np.asarray(sums, dtype=np.float64)
 
     def each(self, values: FloatArray) -> FloatArray:
-        """The value of its cell for each coordinate, from values of shape (C,); zero where it is left out."""
+        """Return the value of its cell for each coordinate, from values of shape (C,); zero if it is left out."""
         found = np.zeros(len(self.cell))
         found[self.owned] = values[self.cell_of_owned]
         return found
@@ -92,7 +92,7 @@ class CellFactors(ABC):
     def negative_directions(self, cells: Sequence[int]) -> Mapping[int, FloatArray]:
         """Return orthonormal bases of the directions along which the matrices of some cells are negative.
 
-        Those of a cell have its own coordinates only, shape (m, k) (``negative_directions``).
+        The basis of a cell has the cell's own coordinates only, shape (m, k) (``negative_directions``).
         """
         own, right = self.owners.coordinates, np.zeros(len(self.owners.cell))
 
@@ -113,11 +113,11 @@ class CellMatrices(ABC):
 
     @abstractmethod
     def only(self, cells: NDArray[np.bool_]) -> CellMatrices:
-        """The matrices of some of these cells, shape (C,)."""
+        """Return the matrices of some of these cells, shape (C,)."""
 
     @abstractmethod
     def diagonal(self) -> FloatArray:
-        """Return the entries on the diagonal without couplings, shape (n,), also where coordinates are left out."""
+        """Return the entries on the diagonal without couplings, shape (n,), also of coordinates that are left out."""
 
     @abstractmethod
     def product(self, vector: FloatArray) -> FloatArray:

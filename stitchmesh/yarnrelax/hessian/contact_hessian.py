@@ -7,8 +7,8 @@ unit vector n along it, the second derivative is
 
     E'' n n^T + E' / d (I - n n^T)  =  a a^T - b I,        b = - E' / d > 0,    a = sqrt(E'' + b) n
 
-The part b makes it indefinite: a pair that is pressed could also turn aside. Far from rest only a share of b is taken
-(``exact``).
+The part b makes the matrix indefinite: a pair that is pressed could also turn aside. Far from rest only a share of b is
+taken (``exact``).
 """
 
 from __future__ import annotations
@@ -78,12 +78,12 @@ class TouchingPairs:
         self.count = wp.zeros(model.sample_count, dtype=wp.int32, device=model.device)
         """Number of samples that touch each sample, shape (P,)."""
         self.entries = _lists_like(candidates.lists, wp.int32)
-        """Their entries, as in the candidate lists, shape (P, capacity)."""
+        """These samples as entries of the candidate lists, shape (P, capacity)."""
         self.stiffness = _lists_like(candidates.lists, vector(4, model.scalar))
         """The vector a and the number b of each pair [erg^(1/2) / unit, erg / unit^2], shape (P, capacity)."""
 
     def pair_stiffness(self, exact: wp.array[Any], samples: wp.array[Any], launcher: Launcher) -> PairStiffness:
-        """The pairs for the assembled Hessian; ``exact`` is the share of the exact one of each segment, shape (S,)."""
+        """Return the pairs for the assembled Hessian; ``exact`` is the share of b for each segment, shape (S,)."""
         inputs = [self.model.constants, exact, samples, self.candidates.count, self.candidates.lists]
         outputs = [self.count, self.entries, self.stiffness]
         launch = launcher(find_touching_pairs, self.model.sample_count, inputs, outputs)
@@ -91,7 +91,7 @@ class TouchingPairs:
 
 
 def _lists_like(lists: wp.array[Any], dtype: Any) -> wp.array[Any]:
-    """An array of the shape and the order in memory of candidate lists."""
+    """Return an array with the shape and the order in memory of candidate lists."""
     if lists.device.is_cuda:
         return wp.zeros(lists.shape[::-1], dtype=dtype, device=lists.device).transpose()
     return wp.zeros(lists.shape, dtype=dtype, device=lists.device)

@@ -1,16 +1,17 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Stiffnesses that join many coordinates of a piece, as further rows and columns of its sparse matrix.
+"""Stiffnesses that couple many coordinates of a piece, as further rows and columns of its sparse matrix.
 
-The stiffness of a patch of stitches is V^T C^-1 V, with rows V that sum its coordinates x and a compliance C. As a
-matrix it would be dense. With one more unknown y = C^-1 V x for each row, the matrix
+The stiffness of a patch of stitches is V^T C^-1 V, with rows V that sum the coordinates x of the piece, and a
+compliance C. As a matrix it would be dense. With one more unknown y = C^-1 V x for each row, the matrix
 
     | H + t I   V^T |
     |    V       -C |
 
-is sparse. It has one negative eigenvalue more for each row than H + t I + V^T C^-1 V, whose solutions it gives. Where
-H + t I has none, there are factors L D L^T for any order of rows and columns (Vanderbei 1995, "Symmetric quasidefinite
-matrices"). A constraint V x = 0 is a row whose compliance is that of a spring ``RIGID`` times as stiff as the diagonal.
+is sparse. It gives the solutions of H + t I + V^T C^-1 V, and has one negative eigenvalue more for each row. If H + t I
+has no negative eigenvalue, there are factors L D L^T for any order of rows and columns (Vanderbei 1995, "Symmetric
+quasidefinite matrices"). A constraint V x = 0 is a row with the compliance of a spring that is ``RIGID`` times as stiff
+as the diagonal.
 """
 
 from __future__ import annotations
@@ -35,14 +36,14 @@ rounding of float64 leaves ten digits of the solution."""
 
 @dataclass(frozen=True, eq=False)
 class CouplingRows:
-    """What does not change of the couplings of a piece while it relaxes."""
+    """The part of the couplings of a piece that does not change while the piece relaxes."""
 
     first: Sequence[Coupling]
     """The couplings in the first state."""
 
     @cached_property
     def rows(self) -> csr_array:
-        """V of all couplings, one below the other, shape (m, n)."""
+        """V of all couplings, one below another, shape (m, n)."""
         return csr_array(vstack([each.rows for each in self.first]))
 
     @cached_property
@@ -53,19 +54,19 @@ class CouplingRows:
         return found
 
     def are_of(self, couplings: Sequence[Coupling]) -> bool:
-        """Whether these are the rows of some couplings."""
+        """Whether the given couplings have these rows."""
         own = [each.rows for each in self.first]
         return len(own) == len(couplings) and all(a is b.rows for a, b in zip(own, couplings, strict=True))
 
     def after(self, heights: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
-        """Place V^T and -C behind the rows of the upper triangle of a matrix, and below them.
+        """Find the places of V^T behind the rows of the upper triangle of a matrix, and of -C below them.
 
         Args:
             heights: number of entries of each row of the upper triangle of the matrix, shape (n,).
 
         Returns:
-            Where each row starts then, shape (n + m + 1,), and the places and the columns of the further entries, in
-            the order of ``Couplings.upper_values``.
+            The place at which each row then starts, shape (n + m + 1,), and the places and columns of the further
+            entries, in the order of ``Couplings.upper_values``.
         """
         if not self.first:
             return np.concatenate([[0], np.cumsum(heights)]), np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
@@ -102,18 +103,18 @@ class Couplings:
 
 
 def joined(couplings: Sequence[Coupling], of: CouplingRows, diagonal: FloatArray) -> Couplings | None:
-    """Return the couplings of a piece in its current state, None where it has none.
+    """Return the couplings of a piece in its current state; None if it has none.
 
     Args:
         couplings: the couplings.
         of: their rows.
-        diagonal: the diagonal of the matrix of the piece, by which constraints are stiff, shape (n,).
+        diagonal: the diagonal of the matrix of the piece, shape (n,); the stiffness of constraints follows from it.
     """
     return Couplings(of, compliance(couplings, RIGID * float(np.median(diagonal)))) if couplings else None
 
 
 def compliance(couplings: Sequence[Coupling], rigid: float) -> csc_array:
-    """Return the compliance of some couplings, of which constraints have a stiffness ``rigid``, shape (m, m)."""
+    """Return the compliance of some couplings, shape (m, m); constraints have the stiffness ``rigid``."""
     return csc_array(block_diag([
         eye_array(each.rows.shape[0]) / rigid if each.compliance is None else each.compliance for each in couplings
     ]))  # fmt: skip

@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A sparse symmetric matrix in factors, L D L^T, which also tell how many of its eigenvalues are negative.
+"""A sparse symmetric matrix in factors L D L^T, which also tell how many of its eigenvalues are negative.
 
 By Sylvester's law of inertia the matrix has as many negative eigenvalues as the diagonal matrix D has negative entries.
 SciPy's SuperLU (Li and Demmel) factors a matrix as L U with unit diagonal L. If rows and columns are permuted alike and
-no row is exchanged for its pivot, U is D L^T for a symmetric matrix. Its columns are ordered by minimum degree. What
-joins many coordinates are further rows and columns (``couplings``).
+no row is exchanged for a better pivot, U is D L^T for a symmetric matrix. Its columns are ordered by minimum degree.
+Couplings of many coordinates become further rows and columns (``couplings``).
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from stitchmesh.mesh import FloatArray
 from stitchmesh.yarnrelax.hessian.couplings import Couplings
 
 NO_FACTORS = "factors of the Hessian: a pivot is zero or not finite; shake the yarns"
-"""What is said of a matrix without such factors."""
+"""The message for a matrix without such factors."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +31,7 @@ class FactoredMatrix:
     """The factors of a symmetric matrix."""
 
     factors: Any
-    """SciPy's factors, also of the rows of couplings."""
+    """SciPy's factors of the matrix with the rows of its couplings."""
     size: int
     """Number of coordinates of the matrix itself."""
 
@@ -59,7 +59,7 @@ def factored(matrix: csc_array, shift: float = 0.0, couplings: Couplings | None 
     Args:
         matrix: the matrix, shape (n, n).
         shift: the multiple.
-        couplings: stiffnesses that join many coordinates.
+        couplings: couplings of many coordinates.
 
     Raises:
         SolverError: a pivot is zero or not finite, so that the matrix has no such factors.

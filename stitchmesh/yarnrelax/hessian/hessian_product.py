@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The product of the Hessian of stretch, bending and contact with a motion of the control points.
 
-Splines in a mixed system are solved for together with triangles, without a matrix (``stitchmesh.mixed.splines``). A
-motion changes each leg and each gap of a pair in contact; the products with the matrices of ``segment_hessian`` and
+In a mixed system, splines are solved for together with triangles, without a matrix (``stitchmesh.mixed.splines``). A
+motion changes each leg, and each gap of a pair in contact. The products with the matrices of ``segment_hessian`` and
 ``contact_hessian`` are gathered at the control points like forces (``evaluation``). The periods of a lattice stay.
 """
 
@@ -109,10 +109,10 @@ class Hessian:
     """The matrices of the current state and the arrays of a product."""
 
     def __init__(self, model: Model, state: State, candidates: Candidates) -> None:
-        """Allocate for a state."""
+        """Allocate the arrays for a state."""
         self.model, self.state = model, state
         self.exact = model.empty(model.segment_count)
-        """Share of the exact matrix of each segment; the rest is that of Gauss and Newton, shape (S,)."""
+        """Share of the exact matrix of each segment, shape (S,); the rest is the Gauss-Newton matrix."""
         self.leg_hessian = wp.zeros((6, model.segment_count), dtype=matrix(3, model.scalar), device=model.device)
         self.touching = TouchingPairs(model, candidates)
         self._sample_motion = model.empty(model.sample_count, 4)
@@ -120,14 +120,14 @@ class Hessian:
         self._leg_product = model.empty((3, model.segment_count), 3)
 
     def find_launches(self, launcher: Launcher) -> list[Any]:
-        """The launches that find the matrices at the current points and samples."""
+        """Return the launches that find the matrices at the current points and samples."""
         return [
             leg_hessian_launch(self.model, self.exact, self.state.points, self.leg_hessian, launcher),
             *self.touching.pair_stiffness(self.exact, self.state.samples, launcher).launches,
         ]
 
     def product_launches(self, motion: wp.array[Any], product: wp.array[Any], launcher: Launcher) -> list[Any]:
-        """The launches that find the product with a motion, both of shape (N, 3)."""
+        """Return the launches that find the product with a motion, both of shape (N, 3)."""
         model, pairs = self.model, self.touching
         return [
             launcher(segment_product, model.segment_count, [model.constants, self.leg_hessian, motion],

@@ -2,15 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """The matrices of cells on a GPU, factored as matrices of blocks (``stitchmesh.compute.cudss``).
 
-One factorization of many small blocks takes hardly longer than that of the largest of them. The analysis of a pattern
-takes longer than the factors, and is therefore kept. Both are those of groups of cells, so that large cells that take
-no part cost nothing, and a cell with a new pattern does not spoil the analysis of all others. An order of elimination
-that was found for another pattern is not used again: where new entries join what it separates, they fill the factors.
+One factorization of many small blocks takes hardly longer than the factorization of the largest block alone. The
+analysis of a pattern takes longer than the factors, and is therefore kept. Cells are analysed and factored in groups,
+so that large cells that take no part cost nothing, and a cell with a new pattern does not spoil the analysis of all
+others. An order of elimination is not used again for another pattern, because entries that join the parts which it
+separates would fill the factors.
 
-Of a group those cells are analysed of which factors are asked for (``PartOnGpu``), and those of which they were lately,
-since cells take turns. While only some of them are asked for, the rows and columns of the others become those of the
-identity. The signs of the pivots of each cell count its negative eigenvalues. What joins many coordinates of a piece
-are further rows and columns behind its own (``couplings``); all of its coordinates are then one part.
+The analysed part of a group (``PartOnGpu``) holds the cells whose factors are asked for, and the cells whose factors
+were asked for lately, because cells take turns. While the factors of only some cells are asked for, the rows and
+columns of the other cells are replaced by rows and columns of the identity. The signs of the pivots of each cell count
+its negative eigenvalues. Couplings of many coordinates of a piece are further rows and columns behind its own
+(``couplings``); all of its coordinates are then one part.
 """
 
 from __future__ import annotations
@@ -35,11 +37,11 @@ from stitchmesh.yarnrelax.hessian.couplings import CouplingRows, Couplings
 from stitchmesh.yarnrelax.hessian.factored_matrix import NO_FACTORS
 
 LANES = 32
-"""Threads that share a row of a product; rows of strains have as many entries as their cell has coordinates."""
+"""Threads that share a row of a product; the row of a strain has as many entries as its cell has coordinates."""
 LATELY = 24
-"""Number of factorizations of a group for which coordinates of which no factors are asked for still take part."""
+"""A coordinate still takes part for this number of factorizations of its group after its factors were asked for."""
 MOST_LEFT_OUT = 2
-"""Coordinates that take part over those of which factors are asked for, beyond which a part is too large."""
+"""If more coordinates take part than this many times the ones whose factors are asked for, the part is too large."""
 
 
 @kernel
@@ -213,12 +215,12 @@ class PatternOnGpu:
         """Find the upper triangle.
 
         Args:
-            row_start: where the entries of each row start, on the GPU, shape (n + 1,).
-            columns: their columns, ascending in each row and with the diagonal; the pattern is symmetric.
+            row_start: place on the GPU at which the entries of each row start, shape (n + 1,).
+            columns: columns of the entries, ascending in each row and with the diagonal; the pattern is symmetric.
             group: the group of each coordinate, shape (n,); no entry joins two groups.
-            coupled: the couplings of the only piece.
-            former: the last pattern of the same coordinates, groups and couplings, whose analyses serve the groups in
-                which nothing has changed; it is not used afterwards.
+            coupled: the couplings; only a piece of its own has them.
+            former: the last pattern of the same coordinates, groups and couplings. Groups that have not changed use its
+                analyses. The caller must not use it afterwards.
         """
         self.device, self.size = row_start.device, len(row_start) - 1
         self.row_start, self.columns, self.coupled = row_start, columns, coupled
@@ -236,16 +238,16 @@ class PatternOnGpu:
             self._groups = former._groups
 
     def parts_for(self, is_in: NDArray[np.bool_]) -> list[PartOnGpu]:
-        """The parts for the factors of some coordinates, shape (n,)."""
+        """Return the parts with the factors of some coordinates, shape (n,)."""
         chosen = [(group, is_in[group.members]) for group in self._groups]
         return [group.part_for(self, own) for group, own in chosen if own.any()]
 
 
 class _Group:
-    """Coordinates that are factored together, and the last part of them."""
+    """Coordinates that are factored together, and the last part of them that was factored."""
 
     def __init__(self, members: NDArray[np.int64]) -> None:
-        """Nothing has been asked for."""
+        """Make a group without a part, because nobody has asked for factors yet."""
         self.members = members
         """Numbers of the coordinates, ascending, shape (g,)."""
         self._part: PartOnGpu | None = None
@@ -254,7 +256,7 @@ class _Group:
         self._asked, self._small = 0, 0
 
     def part_for(self, pattern: PatternOnGpu, is_in: NDArray[np.bool_]) -> PartOnGpu:
-        """The part for the factors of some of the coordinates, shape (g,): the last one, as long as it suits."""
+        """Return the part with the factors of some coordinates of the group, shape (g,): the last part, if it suits."""
         self._asked += 1
         self._last_asked[is_in] = self._asked
         part, count = self._part, np.count_nonzero(is_in)
@@ -281,7 +283,8 @@ class PartOnGpu:
         Args:
             pattern: the places of all entries.
             coordinates: numbers of the coordinates, ascending, shape (p,).
-            former: the same coordinates in another pattern, whose analysis is taken if their entries are the same.
+            former: the part with the same coordinates in another pattern; its analysis is taken if the entries are the
+                same.
         """
         device, count = pattern.device, len(coordinates)
         self.coordinates = coordinates
@@ -291,8 +294,8 @@ class PartOnGpu:
             wp.array(part.astype(np.int32), dtype=wp.int32, device=device) for part in (coordinates, number)
         )
         self.counts, self.upper_start = (wp.zeros(count + 1, dtype=wp.int32, device=device) for _ in range(2))
-        """Entries of each row of the upper triangle, after a zero, and where each row starts, those of the m couplings
-        at the end, shapes (p + 1,) and (p + m + 1,)."""
+        """Number of entries of each row of the upper triangle, after a zero, shape (p + 1,); and the place at which
+        each row starts, with the rows of the m couplings at the end, shape (p + m + 1,)."""
         inputs = [pattern.row_start, pattern.columns, pattern.diagonal, self.own_coordinates, numbers]
         launch(count_upper_entries, count, inputs, [self.counts], device)
         wp.utils.array_scan(self.counts, self.upper_start, inclusive=True)
@@ -302,7 +305,7 @@ class PartOnGpu:
             self.upper_start = wp.array(start.astype(np.int32), dtype=wp.int32, device=device)
         entries = int(self.upper_start[len(self.upper_start) - 1 :].numpy()[0])
         self.upper_columns, self.places = (wp.zeros(entries, dtype=wp.int32, device=device) for _ in range(2))
-        """The columns of its entries, and their places among all entries, shape (m,)."""
+        """Columns of the entries of the upper triangle, and their places among all entries, shape (m,)."""
         launch(put_upper_places, count, [*inputs, self.upper_start], [self.upper_columns, self.places], device)
         self.further, columns = (
             wp.array(part.astype(np.int32), dtype=wp.int32, device=device) for part in (further, further_columns)
@@ -312,7 +315,7 @@ class PartOnGpu:
         self._former = former if former is not None and self._is_like(former) else None
 
     def _is_like(self, other: PartOnGpu) -> bool:
-        """Whether the entries are those of another part of as many coordinates."""
+        """Return whether another part with as many coordinates has the same entries."""
         if len(self.upper_columns) != len(other.upper_columns):
             return False
         differs = wp.zeros(1, dtype=wp.int32, device=self.upper_start.device)
@@ -322,7 +325,7 @@ class PartOnGpu:
 
     @cached_property
     def factors(self) -> SymmetricFactors:
-        """The memory of the factors, which all matrices use one after the other."""
+        """The memory of the factors, which all matrices use one after another."""
         if self._former is None:
             return SymmetricFactors(self.upper_start, self.upper_columns)
         found, self._former = self._former.factors, None
@@ -348,15 +351,15 @@ class MatricesOnGpu(CellMatrices):
     """The entries of the matrix of all coordinates, shape (m,)."""
     owners: Owners
     couplings: Couplings | None = None
-    """What joins many coordinates; all coordinates are then those of one cell."""
+    """Couplings of many coordinates; all coordinates then belong to one cell."""
 
     def only(self, cells: NDArray[np.bool_]) -> MatricesOnGpu:
-        """The matrices of some of these cells, shape (C,)."""
+        """Return the matrices of some of these cells, shape (C,)."""
         return replace(self, owners=self.owners.only(cells))
 
     @cached_property
     def owner(self) -> wp.array[Any]:
-        """The cell of each coordinate on the GPU, -1 where it is left out, shape (n,)."""
+        """The cell of each coordinate on the GPU, -1 if the coordinate is left out, shape (n,)."""
         return wp.array(self.owners.cell, dtype=wp.int32, device=self.pattern.device)
 
     def diagonal(self) -> FloatArray:
@@ -379,7 +382,7 @@ class MatricesOnGpu(CellMatrices):
         return FactorsOnGpu(self, wp.array(shift, dtype=wp.float64, device=self.pattern.device))
 
     def put_upper_triangle(self, part: PartOnGpu, shift: wp.array[Any], values: wp.array[Any]) -> None:
-        """Write the upper triangle of the shifted matrices of a part, with the identity where they are left out."""
+        """Write the upper triangle of the shifted matrices of a part; cells that are left out get the identity."""
         places = [part.upper_start, part.counts, part.upper_columns, part.places, part.own_coordinates]
         inputs = [*places, self.owner, shift, self.entries]
         launch(put_upper_values, len(part.coordinates), inputs, [values], self.pattern.device)
@@ -389,17 +392,17 @@ class MatricesOnGpu(CellMatrices):
 
 
 class FactorsOnGpu(CellFactors):
-    """The factors of the matrices of cells; where others have taken their memory, they are found again."""
+    """The factors of the matrices of cells; if other matrices have taken their memory, they are found again."""
 
     def __init__(self, matrices: MatricesOnGpu, shift: wp.array[Any]) -> None:
-        """Factor.
+        """Factor the matrices.
 
         Raises:
             SolverError: a pivot is zero or not finite.
         """
         self._matrices, self._shift, self.owners = matrices, shift, matrices.owners
         self._parts = matrices.pattern.parts_for(self.owners.cell >= 0)
-        self._mark = object()  # not itself: as a cycle it would keep its memory until garbage is collected
+        self._mark = object()  # not the object itself: a cycle would keep its memory until garbage is collected
         negative, further = np.zeros(len(self.owners.cell)), 0
         for part in self._parts:
             self._factor(part)

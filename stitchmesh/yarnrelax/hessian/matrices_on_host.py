@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The matrices of cells beside the processor, each with factors of its own (``factored_matrix``).
+"""The matrices of cells in the memory of the host, each with factors of its own (``factored_matrix``).
 
-They are found one after another: SciPy factors on one core, and several threads take as long.
+They are factored one after another, because SciPy uses one core, and several threads would take as long.
 """
 
 from __future__ import annotations
@@ -29,10 +29,10 @@ class MatricesOnHost(CellMatrices):
     """The matrix of all coordinates, shape (n, n)."""
     owners: Owners
     couplings: Couplings | None = None
-    """What joins many coordinates; all coordinates are then those of one cell."""
+    """Couplings of many coordinates; all coordinates then belong to one cell."""
 
     def only(self, cells: NDArray[np.bool_]) -> MatricesOnHost:
-        """The matrices of some of these cells, shape (C,)."""
+        """Return the matrices of some of these cells, shape (C,)."""
         return replace(self, owners=self.owners.only(cells))
 
     def diagonal(self) -> FloatArray:

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The entries of the assembled Hessian, gathered from the segments (``segment_hessian``, ``segment_sums``).
 
-A block between two control points is the sum over the segments of the first and those of the second. A segment of both
-adds the matrix of its legs and its pairs; two segments that touch add the pairs between them.
+A block between two control points is a sum over the segments of the first and the segments of the second. A segment
+that has both adds the matrix of its legs and of its own pairs; two segments that touch add the pairs between them.
 """
 
 from __future__ import annotations
@@ -190,7 +190,7 @@ def entry_launches(
     model: Model, state: State, exact: wp.array[Any], leg_hessian: wp.array[Any], touching: TouchingSegments,
     pattern: MatrixPattern, sums: SegmentSums, entries: wp.array[Any], launcher: Launcher,
 ) -> list[Any]:  # fmt: skip
-    """The launches that write the entries of segments, pairs, samples and strains."""
+    """Return the launches that write the entries of segments, pairs, samples and strains."""
     places = [pattern.start, pattern.height]
     lists = [touching.kept_count, touching.kept, pattern.pair_base]
     found = [leg_hessian, sums.own_blocks, sums.blocks]
@@ -210,6 +210,6 @@ def entry_launches(
 def block_launches(
     pattern: MatrixPattern, point_blocks: Sequence[wp.array[Any]], entries: wp.array[Any], launcher: Launcher
 ) -> list[Any]:
-    """The launches that add the blocks of terms, each of shape (N,), to the entries that are written."""
+    """Return the launches that add the blocks of terms, each of shape (N,), to the entries that are written."""
     places = [pattern.start, pattern.height, pattern.below]
     return [launcher(add_point_blocks, len(blocks), [*places, blocks], [entries]) for blocks in point_blocks]

@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The places of the entries of the assembled Hessian, which follow from the segments that touch.
 
-A control point has a block with each point of its segments and of the segments that touch them. Only blocks on and
-above the diagonal are computed; each is written to its two places. The matrix is symmetric, so that its columns have
-the places of its rows: those of the control points come first, and then those of the strains of cells that relax, of
-which each has an entry for every point of its cell and for every strain of it.
+A control point has a block with each point of its segments, and with each point of the segments that touch them. Only
+blocks on and above the diagonal are computed, and each is written to its two places. The matrix is symmetric, so that
+its columns have the places of its rows. The rows of the control points come first. The rows of the strains of relaxing
+cells follow; each has an entry for every point and every strain of its cell.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.lattice_images import cell_of
 
 CAPACITY = 64
-"""Points that may share a block with a point before the lists are made longer; about 20 do in a fabric at rest."""
+"""First number of points that may share a block with a point; longer lists follow. A fabric at rest needs about 20."""
 
 
 @kernel
@@ -154,7 +154,7 @@ def put_pairs(
 
 
 class MatrixPattern:
-    """The places of all entries, for the segments that are kept as touching ones."""
+    """The places of all entries, for the segments that ``TouchingSegments`` keeps."""
 
     def __init__(self, model: Model, relaxes: bool, touching: TouchingSegments) -> None:
         """Find the places; ``relaxes`` says whether there are strains."""
@@ -167,15 +167,15 @@ class MatrixPattern:
         cell_heights = 3 * np.diff(model.point_start[: cells + 1]) + 3
         column_start = _starts(np.concatenate([np.repeat(heights, 3), np.repeat(cell_heights, 3)]))
         self.column_start = column_start.astype(np.int32)
-        """Where the entries of each column start, shape (3 E + 1,)."""
+        """Place at which the entries of each column start, shape (3 E + 1,)."""
         start = column_start[: 3 * n : 3]
         block_start = _starts(host_count - host_below)
         self.start, self.height = model.integers(start), model.integers(heights)
-        """Where the first column of each point starts, and the number of entries of its columns, shape (N,)."""
+        """Place at which the first column of each point starts, and number of entries of its columns, shape (N,)."""
         self.block_count = int(block_start[-1])
         self.blocks = wp.zeros(self.block_count, dtype=wp.vec4i, device=model.device)
-        """The blocks on and above the diagonal: two points i <= j, the place of j in the list of i, and that of i in
-        the list of j, shape (B, 4)."""
+        """The blocks on and above the diagonal, shape (B, 4): two points i <= j, the place of j in the list of i, and
+        the place of i in the list of j."""
         cell = np.repeat(np.arange(model.cell_count), np.diff(model.point_start))
         strain_rows = 3 * (n + cell) if relaxes else np.zeros(0)
         self.rows = wp.zeros(int(column_start[-1]), dtype=wp.int32, device=model.device)
@@ -185,13 +185,13 @@ class MatrixPattern:
         ]  # fmt: skip
         model.launch(put_places, n, inputs, [self.rows, self.blocks])
         self.strain_start = model.integers(column_start[3 * n : 3 * (n + cells) : 3])
-        """Where the first strain column of each cell starts, shape (C,), or (0,) without strains."""
+        """Place at which the first strain column of each cell starts, shape (C,), or (0,) without strains."""
         if relaxes:
             inputs = [model.constants, 3 * n, model.cell_points, self.strain_start]
             model.launch(put_strain_places, n, inputs, [self.rows])
         corner = (column_start[3 * n + 1 :].reshape(cells, 3)[:, :, None] - 3) + np.arange(3)
         self.corner = model.integers(corner.ravel())
-        """The entries of the strains of each cell with themselves, nine for each, shape (9 C,), or (0,)."""
+        """Places of the entries between the strains of each cell, nine for each cell, shape (9 C,), or (0,)."""
 
     def _number_pairs(self, model: Model, touching: TouchingSegments) -> None:
         """Number the pairs of segments that touch, each once."""
@@ -206,12 +206,12 @@ class MatrixPattern:
 
     @cached_property
     def host_rows(self) -> NDArray[np.int32]:
-        """``rows`` beside the processor."""
+        """``rows`` in the memory of the host."""
         return np.asarray(self.rows.numpy())
 
 
 def _neighbours(model: Model, touching: TouchingSegments) -> tuple[wp.array[Any], wp.array[Any], wp.array[Any]]:
-    """What ``list_neighbours`` finds, in lists that are long enough."""
+    """Return the results of ``list_neighbours``, in lists that are long enough."""
     n, capacity = model.point_count, CAPACITY
     while True:
         count, below = (wp.zeros(n, dtype=wp.int32, device=model.device) for _ in range(2))

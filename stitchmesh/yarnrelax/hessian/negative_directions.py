@@ -2,17 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """Directions along which symmetric matrices are negative, from solutions of their linear systems.
 
-The inverse of a matrix A has the lowest eigenvalues where those of A are negative and small. Lanczos' method therefore
-finds them first: an orthonormal basis Q of the vectors A^-k y, to which each solution Y_j = A^-1 Q_j adds the next one.
-A negative Ritz value r with the vector s, (Q^T Y) s = r s, gives the direction w = Y s. Along it the matrix is negative
-even where Q has not converged, since
+The lowest eigenvalues of the inverse of a matrix A belong to the small negative eigenvalues of A. Lanczos' method
+therefore finds these first. It makes an orthonormal basis Q of the vectors A^-k y, to which each solution
+Y_j = A^-1 Q_j adds the next one. A negative Ritz value r with the vector s, (Q^T Y) s = r s, gives the direction
+w = Y s. Along it the matrix is negative even if Q has not converged, since
 
     w^T A w  =  s^T Y^T A Y s  =  s^T Y^T Q s  =  r
 
-and two of these directions are conjugate: w_j^T A w_k = 0. All bases are orthogonalised against all of their vectors,
-because rounding would bring back those that have converged.
+and two of these directions are conjugate: w_j^T A w_k = 0. Each new vector is orthogonalised against all vectors of its
+basis, because rounding would bring back the converged ones.
 
-Several matrices take their steps together: one solution of a matrix of blocks takes as long as that of one block.
+Several matrices take their steps together: one solution for a matrix of blocks takes as long as one for a single block.
 """
 
 from __future__ import annotations
@@ -24,26 +24,26 @@ import numpy as np
 from stitchmesh.mesh import FloatArray
 
 STEPS, SMALL = 24, 64
-"""Most solutions for a matrix, and the size up to which there are as many as rows, so that eigenvectors are exact."""
+"""Most solutions for a matrix; and the size up to which there are as many as rows, so that eigenvectors are exact."""
 CONVERGED = 0.1
-"""Residual of a Ritz value over its magnitude at which it is found."""
+"""A Ritz value is found if its residual over its magnitude is at most this."""
 EXHAUSTED = 1e-12
-"""Length of what is new in a solution over that of the solution below which the basis has all directions."""
+"""If the new part of a solution, over the length of the solution, is at most this, the basis has all directions."""
 
 Solve = Callable[[Mapping[int, FloatArray]], Mapping[int, FloatArray]]
-"""The solutions of the linear systems of some matrices for a right-hand side of each."""
+"""Returns the solutions of the linear systems of some matrices, for a right-hand side of each."""
 
 
 def negative_directions(solve: Solve, sizes: Mapping[int, int], counts: Mapping[int, int]) -> dict[int, FloatArray]:
     """Return an orthonormal basis of directions along which each matrix is negative, shape (n, m).
 
-    They are the eigenvectors of its negative eigenvalues as far as these are found; where none is found, a vector in
-    soft directions.
+    The directions are eigenvectors of its negative eigenvalues, as far as these are found. If none is found, there is
+    one vector, in soft directions.
 
     Args:
-        solve: the solutions for vectors of some of the matrices.
+        solve: returns the solutions for vectors of some of the matrices.
         sizes: number n of rows of each matrix.
-        counts: number of negative eigenvalues of each.
+        counts: number of negative eigenvalues of each matrix.
     """
     bases = {number: _Basis(size, counts[number]) for number, size in sizes.items()}
     while asked := {number: basis.last for number, basis in bases.items() if not basis.is_complete}:
@@ -58,9 +58,9 @@ class _Basis:
     def __init__(self, size: int, count: int) -> None:
         start = np.random.default_rng(0).normal(size=size)
         self.size, self.count, self.done = size, count, 0
-        """Number of rows, of negative eigenvalues, and of the solutions so far."""
+        """Number of rows, of negative eigenvalues, and of solutions so far."""
         self.most = size if size <= SMALL else min(STEPS, size)
-        """Most solutions."""
+        """Largest number of solutions."""
         self.vectors, self.solutions = (np.zeros((size, self.most), order="F") for _ in range(2))
         self.projected = np.zeros((self.most, self.most))
         """Q^T Y."""
@@ -88,11 +88,11 @@ class _Basis:
             self.vectors[:, self.done] = new / length
 
     def _ritz(self) -> tuple[FloatArray, FloatArray]:
-        """The Ritz values, ascending, and their vectors."""
+        """Return the Ritz values, ascending, and their vectors."""
         return np.linalg.eigh(self.projected[: self.done, : self.done])
 
     def _are_found(self, length: float) -> bool:
-        """Whether as many negative Ritz values are found as there are; ``length`` is that of what is new."""
+        """Whether all negative Ritz values are found; ``length`` is the length of the new part of the last solution."""
         if self.size <= SMALL or self.done < self.count:
             return False
         values, vectors = self._ritz()
@@ -100,7 +100,7 @@ class _Basis:
         return int(np.count_nonzero(found & (values < 0.0))) >= self.count
 
     def directions(self) -> FloatArray:
-        """The directions that belong to negative Ritz values."""
+        """Return the directions of the negative Ritz values."""
         if self.count == 0:
             return np.zeros((self.size, 0))
         values, vectors = self._ritz()

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The second derivatives of a yarn's energy on itself: stretch, length penalty and bending of each segment.
 
-The energy of a segment depends on its three legs d0, d1, d2 only (``spline``): at a point of the quadrature rule with
-t = y' = sum of w_j d_j and a = y'' = sum of v_j d_j, its second derivatives by the legs j and k are
+The energy of a segment depends only on its three legs d0, d1, d2 (``spline``). Take a point of the quadrature rule with
+t = y' = sum of w_j d_j and a = y'' = sum of v_j d_j. The second derivatives there by the legs j and k are
 
     H_jk = w_j w_k E_tt + v_j v_k E_aa + w_j v_k E_ta + v_j w_k E_at
 
@@ -15,10 +15,10 @@ and bending with phi = kappa^2 = (s^2 |a|^2 - (t . a)^2) / s^6 and the natural c
 
     k_bend l (f M + 2 (1 - f) g g^T),     f = 1 - k / kappa,    g = the gradient of kappa,    M = the Hessian of phi
 
-The matrix is indefinite where a yarn is compressed or strongly bent. Far from rest it is replaced by the Gauss-Newton
-matrix: P only where s > l, M = 2 J^T J with J the derivative of the curvature vector c = t x a / s^3, and f at least 0.
-This matrix is never negative, and equals the exact one for a yarn with its rest length and little curvature. Between
-both, the blocks are mixed with the share ``exact`` of the exact matrix.
+The matrix is indefinite where a yarn is compressed or strongly bent. Far from rest the Gauss-Newton matrix replaces it:
+P only where s > l, M = 2 J^T J with J the derivative of the curvature vector c = t x a / s^3, and f at least 0. The
+Gauss-Newton matrix is never negative, and equals the exact matrix for a yarn with its rest length and little curvature.
+In between, the blocks mix both, with the share ``exact`` of the exact matrix.
 """
 
 from __future__ import annotations
@@ -184,5 +184,5 @@ def find_leg_hessians(
 def leg_hessian_launch(
     model: Model, exact: wp.array[Any], points: wp.array[Any], leg_hessian: wp.array[Any], launcher: Launcher
 ) -> Any:
-    """The launch that finds the blocks of all segments, shape (6, S)."""
+    """Return the launch that finds the blocks of all segments, shape (6, S)."""
     return launcher(find_leg_hessians, model.segment_count, [model.constants, exact, points], [leg_hessian])

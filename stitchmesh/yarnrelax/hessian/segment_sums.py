@@ -1,19 +1,19 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Sums over the pairs of contact samples of each segment, and of each two segments that touch.
+"""Sums over the pairs of contact samples of each segment, and of each pair of segments that touch.
 
-A sample p of a segment lies at the sum of w_a q_a over its control points. A pair of the stiffness K
+A sample p of a segment lies at the sum of w_a q_a over its control points. A pair with the stiffness K
 (``PairStiffness``) therefore adds
 
     w_a(p) w_b(p) K  between the points a and b of the segment of p,
-    - w_a(p) w_b(q) K  between a point a of the segment of p and a point b of that of q.
+    - w_a(p) w_b(q) K  between a point a of the segment of p and a point b of the segment of q.
 
-Where the cell relaxes with the basis vectors E_m of strains, the vector g between the samples changes by E_m g, and the
-pair adds w_a(p) K E_m g between a point and a strain, and half of (E_m g)^T K (E_n g) between two strains: the other
-half comes with the pair as q lists it. By g1 = g . e1 and g2 = g . e2, these are products of e1 and e2 with the sums of
-K g1, K g2, K g1^2, K g1 g2 and K g2^2. Legs add their products in the same way.
+If the cell relaxes, with the basis vectors E_m of strains, the vector g between the samples changes by E_m g. The pair
+then adds w_a(p) K E_m g between a point and a strain, and half of (E_m g)^T K (E_n g) between two strains. The other
+half comes with the pair in the list of q. With g1 = g . e1 and g2 = g . e2, these are products of e1 and e2 with the
+sums of K g1, K g2, K g1^2, K g1 g2 and K g2^2. Legs add their products in the same way.
 
-Each sum has one thread, which takes its parts in the order of the lists.
+One thread computes each sum, and adds its parts in the order of the lists.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ from stitchmesh.yarnrelax.model.spline import weight_row
 from stitchmesh.yarnrelax.model.upload import sample_places
 
 FourBlocks = wp.types.matrix(shape=(4, 6), dtype=wp.float64)
-"""The blocks of one control point with those of a segment, each symmetric."""
+"""The blocks between one control point and the four points of a segment, each symmetric."""
 HALF = wp.constant(wp.float64(0.5))
 
 
@@ -117,7 +117,7 @@ def symmetric_strains(k11: Any, k12: Any, k22: Any, e1: wp.vec3d, e2: wp.vec3d, 
 
 @functools.cache
 def sum_own_pairs(cell_relaxes: bool) -> wp.Kernel:
-    """The kernel of the sums of each segment, for cells that relax or do not."""
+    """Return the kernel of the sums of each segment, for cells that relax or do not."""
 
     @kernel
     def sum_own_pairs(
@@ -254,7 +254,7 @@ class SegmentSums:
     """The sums on a device."""
 
     def __init__(self, model: Model, frame: FloatArray | None) -> None:
-        """Allocate; ``frame`` are the directions e1 and e2 of cells that relax, shape (C, 2, 3)."""
+        """Allocate the sums; ``frame`` holds the directions e1 and e2 of relaxing cells, (C, 2, 3), or is None."""
         device, segments = model.device, model.segment_count
         relaxes = frame is not None
         self.model, self.relaxes = model, relaxes
@@ -262,22 +262,22 @@ class SegmentSums:
         self._weights = wp.array(basis(sample_places(most)), dtype=wp.vec4d, device=device)
         directions = np.zeros((0, 3)) if frame is None else frame.reshape(-1, 3)
         self.frame = wp.array(directions, dtype=wp.vec3d, device=device)
-        """e1 and e2 of each cell, shape (2 C, 3), or (0, 3) where none relaxes."""
+        """e1 and e2 of each cell, shape (2 C, 3), or (0, 3) if no cell relaxes."""
         self.own_blocks = wp.zeros((segments, 4), dtype=FourBlocks, device=device)
-        """Pairs between two points of a segment, without their parts between samples, shape (S, 4, 4, 6)."""
+        """Sums of pairs between two points of a segment, without their parts between samples, shape (S, 4, 4, 6)."""
         self.point_strains = wp.zeros((segments if relaxes else 0, 4), dtype=wp.mat33d, device=device)
-        """Between the points of each segment and the strains of its cell, shape (S, 4, 3, 3)."""
+        """Sums between the points of each segment and the strains of its cell, shape (S, 4, 3, 3)."""
         self.strain_strains = wp.zeros(segments if relaxes else 0, dtype=wp.mat33d, device=device)
-        """Part of each segment between two strains of its cell, shape (S, 3, 3)."""
+        """Part of each segment in the sums between two strains of its cell, shape (S, 3, 3)."""
         self.blocks = wp.zeros((0, 4), dtype=FourBlocks, device=device)
-        """Between the points of each two segments that touch, shape (M, 4, 4, 6); their sign is still to change."""
+        """Sums between the points of each pair of segments that touch, with the opposite sign, shape (M, 4, 4, 6)."""
 
     def launches(
         self, points: wp.array[Any], samples: wp.array[Any], leg_hessian: wp.array[Any],
         pairs: Sequence[PairStiffness], samples_alone: Sequence[SampleStiffness], pattern: MatrixPattern,
         launcher: Launcher,
     ) -> list[Any]:  # fmt: skip
-        """The launches that find all sums."""
+        """Return the launches that find all sums."""
         model, count = self.model, pattern.pair_count
         constants, per_unit = model.constants, wp.float64(1.0 / float(STRAIN_UNIT))
         if len(self.blocks) != count:

@@ -1,14 +1,14 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The segments that touch each segment: those whose contact samples form pairs with its own.
+"""Lists the segments that touch each segment: their contact samples form pairs with its own.
 
-They decide which blocks of the assembled Hessian are not zero. Each list is ascending and without repetition. The
-blocks of a pair of segments are stored once, for the segment with the lower number; a segment may touch an image of
+These segments decide which blocks of the assembled Hessian are not zero. Each list is ascending and without repetition.
+The blocks of a pair of segments are stored once, for the segment with the lower number. A segment may touch an image of
 itself.
 
 The places of the blocks, and the analysis of the factors, last as long as the lists for which they were found. On the
-way to rest, segments touch, part and touch again. Where the analysis takes longer than the factors, all segments that
-the candidate lists connect therefore have places, those that do not touch for blocks of zeros.
+way to rest, segments touch, part and touch again. If the analysis takes longer than the factors, all segments that the
+candidate lists connect therefore have places; segments that do not touch have blocks of zeros.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.lattice_images import cell_of, sample_number
 
 CAPACITY = 16
-"""Segments that may touch a segment before the lists are made longer; about six do in a fabric at rest."""
+"""First number of segments that may touch a segment; longer lists follow. A fabric at rest needs about six."""
 LESS, MISSING = wp.constant(1), wp.constant(2)
 """How the list of a segment differs from the kept one."""
 
@@ -143,23 +143,23 @@ def put_former_lists(
 
 
 class TouchingSegments:
-    """The lists on a device: those of the present state, and those for which matrices have places."""
+    """The lists of the present state, and the lists for which matrices have places, on a device."""
 
     def __init__(self, model: Model) -> None:
-        """Allocate short lists; there are places for no pair."""
+        """Allocate short lists; no pair has places yet."""
         self.model = model
         self.count, self.kept_count = (
             wp.zeros(model.segment_count, dtype=wp.int32, device=model.device) for _ in range(2)
         )
-        """Number of segments that touch each segment, and of those that have places, shape (S,)."""
+        """Number of segments that touch each segment, and number of segments that have places with it, shape (S,)."""
         self.segments, self.kept = self._lists(CAPACITY), self._lists(CAPACITY)
-        """Their numbers, ascending, shape (S, capacity)."""
+        """Numbers of these segments, ascending, shape (S, capacity)."""
 
     def _lists(self, capacity: int) -> wp.array[Any]:
         return wp.zeros((self.model.segment_count, capacity), dtype=wp.int32, device=self.model.device)
 
     def launches(self, pairs: Sequence[PairStiffness], launcher: Launcher) -> list[Any]:
-        """The launches that list the segments that any of the pairs connect."""
+        """Return the launches that list the segments that any of the pairs connect."""
         listing = [
             launcher(list_touching_segments, self.model.segment_count,
                      [self.model.constants, own.images, own.count, own.entries], [self.count, self.segments])
@@ -168,7 +168,7 @@ class TouchingSegments:
         return [ZeroArray(self.count), *listing]
 
     def make_room(self) -> bool:
-        """Make the lists of the present state longer if they had no room; return whether they are to be made again."""
+        """Lengthen the lists of the present state if they are too short; return whether they must be made again."""
         most = int(self.count.numpy().max())
         if most <= self.segments.shape[1]:
             return False
@@ -176,11 +176,11 @@ class TouchingSegments:
         return True
 
     def keep(self, candidates: Candidates | None) -> bool:
-        """Keep the lists of cells that have no places for them; return whether others were kept before.
+        """Keep the present lists of the cells whose kept lists do not suit; return whether any cell changed.
 
         Args:
-            candidates: the candidate lists, whose segments get places too, so that these last longer; None for places
-                for the segments that touch alone.
+            candidates: the candidate lists, whose segments get places too, so that the places last longer; None to give
+                places only to the segments that touch.
         """
         model, count = self.model, self.model.segment_count
         difference = wp.zeros(count, dtype=wp.int32, device=model.device)

@@ -6,28 +6,28 @@ The linking number of two closed curves is half the sum of the signs of their cr
 
     2 lk(A, B) = sum of sign(c) over crossings c of A and B.
 
-It cannot change unless one curve passes through the other. The yarns are replaced by polylines with integer
-coordinates (``projection``), whose crossings and signs are decided without rounding (``crossings``). The numbers are
-therefore exact for these polylines, which differ from the curves by a few hundredths of a radius. A changed number
-proves that a yarn passed through another, unless the yarns are closer than that: yarns that are nearly pressed together
-are therefore compared once more with far shorter edges before a change is believed. Unchanged numbers do not prove that
-none did, because two passes in opposite senses cancel.
+It cannot change unless one curve passes through the other. Polylines with integer coordinates replace the yarns
+(``projection``); their crossings and signs are decided without rounding (``crossings``). The numbers are therefore
+exact for these polylines, which differ from the curves by a few hundredths of a radius. A changed number proves that a
+yarn passed through another, unless the yarns are closer than that. Yarns that are nearly pressed together are therefore
+compared once more, with far shorter edges, before a change is believed. Unchanged numbers do not prove that no yarn
+passed through another, because two passes in opposite senses cancel.
 
 Open yarns are closed artificially, far away from all yarns (``open_yarns``). An artificial closure is not a yarn, and
-other yarns may move through it. The linking number of an open yarn therefore describes how the yarn lies. Only the
+other yarns may move through it. The linking number of an open yarn therefore only describes how the yarn lies. The
 linking number of two closed yarns is a certificate, which no motion without pull-through can change.
 
 On a lattice a yarn represents all its copies, which are displaced by a periods u + b periods v. A yarn whose lattice
 step is zero is a ring in each copy. A yarn with another step is an endless line, which its own step maps onto itself.
 For two yarns and each image (a, b) of the second relative to the first, the signs are summed over one period that both
 copies share, in a projection along the normal of the fabric or nearly along it. Images that the steps of either yarn
-map onto each other are counted as one. This sum is a certificate too: a motion changes the projection, a diagram on a
-torus, by Reidemeister's moves. The second and the third move keep the sum, and the first concerns a yarn and itself.
-The sum does not depend on the direction of the projection either, because another direction is a shear of space along
-the fabric. Rings, and lines in the same direction, cross an even number of times: half the sum is their linking number.
-Two lines in different directions have an odd sum, 1 or -1 where one lies over the other. Two copies of one yarn count
-as two yarns. Where half the step of the yarn exchanges them, a crossing and its image count once. Open yarns on a
-lattice are not closed: their sums describe how they lie.
+map onto each other count as one. This sum is a certificate too: a motion changes the projection, a diagram on a torus,
+by Reidemeister's moves. The second and the third move keep the sum, and the first concerns a yarn and itself. The sum
+does not depend on the direction of the projection either, because another direction is a shear of space along the
+fabric. Rings, and lines in the same direction, cross an even number of times: half the sum is their linking number. Two
+lines in different directions have an odd sum, 1 or -1 where one lies over the other. Two copies of one yarn count as
+two yarns. If half the step of the yarn exchanges them, a crossing and its image count once. Open yarns on a lattice are
+not closed, and their sums describe how they lie.
 """
 
 from __future__ import annotations
@@ -51,32 +51,32 @@ from stitchmesh.yarnrelax.linking.projection import FINE, SAMPLES, project_yarns
 
 @dataclass(frozen=True, eq=False)
 class DoubledLinking:
-    """Sums of crossing signs, one row for two yarns and an image where it is not zero, sorted."""
+    """Sums of crossing signs, sorted: one row for two yarns and an image if their sum is not zero."""
 
     yarn_count: int
     """Number of yarns, Y."""
     yarns: IntArray
     """Two yarns in ascending order, the same one twice for two of its copies, shape (n, 2)."""
     image: IntArray
-    """Lattice image of the second relative to the first, (0, 0) without a lattice, shape (n, 2)."""
+    """Lattice image of the second yarn relative to the first, (0, 0) without a lattice, shape (n, 2)."""
     doubled: IntArray
     """Sum of the signs of their crossings, twice the linking number of closed yarns, shape (n,)."""
 
 
 def linking_certificate(yarns: YarnSet, *, device: str | None = None) -> csr_array:
-    """Linking numbers of all pairs of yarns, a symmetric integer matrix of shape (Y, Y).
+    """Return the linking numbers of all pairs of yarns, a symmetric integer matrix of shape (Y, Y).
 
-    Without a lattice the diagonal is zero. On a lattice an entry is the sum over all images of the signs of crossings,
-    which is twice the linking number where two yarns cross an even number of times, and the diagonal contains crossings
-    of different copies of a yarn; ``doubled_linking`` has a row for each image.
+    Without a lattice the diagonal is zero. On a lattice an entry is the sum of the signs of crossings over all images.
+    It is twice the linking number if two yarns cross an even number of times. The diagonal contains the crossings
+    between different copies of a yarn; ``doubled_linking`` has a row for each image.
 
     Args:
         yarns: closed or open yarns.
-        device: "cpu", "cuda:0" ...; the first GPU, else the CPU, where not given. Devices agree, except for yarns
-            whose distance is below a unit, some millionths of an edge.
+        device: "cpu", "cuda:0" ...; None for the first GPU, or the CPU if there is no GPU. Devices agree, except for
+            yarns whose distance is below a unit, some millionths of an edge.
 
     Raises:
-        ParameterError: an unknown device, or yarns over too many periods of a lattice.
+        ParameterError: the device is unknown, or the yarns extend over too many periods of a lattice.
     """
     check_kind("linking_certificate", yarns, YarnSet)
     linking = doubled_linking(yarns, device=device)
@@ -89,34 +89,34 @@ def linking_certificate(yarns: YarnSet, *, device: str | None = None) -> csr_arr
 
 @alone()
 def doubled_linking(yarns: YarnSet, *, device: str | None = None) -> DoubledLinking:
-    """Sums of crossing signs of all pairs of yarns and images.
+    """Return the sums of crossing signs of all pairs of yarns and images.
 
     Args:
         yarns: closed or open yarns.
-        device: as for ``linking_certificate``.
+        device: "cpu", "cuda:0" ... (``linking_certificate``).
 
     Raises:
-        ParameterError: as for ``linking_certificate``.
+        ParameterError: the device is unknown, or the yarns extend over too many periods of a lattice.
     """
     return linkings_together([yarns], device=device)[0]
 
 
 @alone()
 def linkings_together(sets: Sequence[YarnSet], *, device: str | None = None) -> list[DoubledLinking]:
-    """Sums of crossing signs as ``doubled_linking``, of many sets of yarns in the same launches.
+    """Return the sums of crossing signs (``doubled_linking``) of many sets of yarns, in the same launches.
 
     Args:
         sets: sets of yarns on lattices, or one set.
-        device: as for ``linking_certificate``.
+        device: "cpu", "cuda:0" ... (``linking_certificate``).
 
     Raises:
-        ParameterError: as for ``linking_certificate``.
+        ParameterError: the device is unknown, or the yarns extend over too many periods of a lattice.
     """
     return _linkings(sets, device, SAMPLES)
 
 
 def _linkings(sets: Sequence[YarnSet], device: str | None, edges: int) -> list[DoubledLinking]:
-    """The sums of ``linkings_together``, of polylines with ``edges`` in a segment."""
+    """Return the sums of ``linkings_together``, for polylines with ``edges`` edges in a segment."""
     projection = project_yarns(sets, device_named(device), edges)
     codes = edge_crossings(projection)
     arcs, arc_signs = np.zeros((0, 2), dtype=np.int64), np.zeros(0, dtype=np.int64)
@@ -138,11 +138,11 @@ def _linkings(sets: Sequence[YarnSet], device: str | None, edges: int) -> list[D
 
 
 def changed_pairs(before: DoubledLinking | csr_array, after: DoubledLinking | csr_array) -> IntArray:
-    """Pairs of yarns whose linking differs in some image, shape (n, 2), each pair once, in ascending order.
+    """Return the pairs of yarns whose linking differs in some image, shape (n, 2), each once, in ascending order.
 
     Args:
         before: linking of the yarns, or their ``linking_certificate``, which sums over images.
-        after: the same of the same yarns later.
+        after: the linking, or the certificate, of the same yarns later.
     """
     (old_rows, old_sums), (new_rows, new_sums) = _rows(before), _rows(after)
     rows, _ = _summed(np.concatenate([old_rows, new_rows]), np.concatenate([old_sums, -new_sums]))
@@ -155,7 +155,7 @@ def refuse_pull_through(drawn: YarnSet, relaxed: YarnSet, device: str | None = N
     """Check that yarns are linked as they were drawn.
 
     Raises:
-        SolverError: the linking of two yarns changed; it names them.
+        SolverError: the linking of two closed yarns changed; the message names them.
     """
     refuse_changed_linking(drawn, relaxed, doubled_linking(drawn, device=device), device)
 
@@ -164,7 +164,7 @@ def refuse_pull_through(drawn: YarnSet, relaxed: YarnSet, device: str | None = N
 def pull_throughs_together(
     pairs: Sequence[tuple[YarnSet, YarnSet]], device: str | None = None
 ) -> list[SolverError | None]:
-    """The error of ``refuse_pull_through`` for each pair of drawn and relaxed yarns on lattices, or None."""
+    """Return the error of ``refuse_pull_through`` for each pair of drawn and relaxed yarns on lattices, or None."""
     every = list({id(yarns): yarns for pair in pairs for yarns in pair}.values())
     linking = dict(zip(map(id, every), linkings_together(every, device=device), strict=True))
     errors = list[SolverError | None]()
@@ -182,21 +182,21 @@ def pull_throughs_together(
 def refuse_changed_linking(
     drawn: YarnSet, relaxed: YarnSet, before: DoubledLinking, device: str | None = None
 ) -> None:  # fmt: skip
-    """Check as ``refuse_pull_through``, with the linking of the drawn yarns, ``before``."""
+    """Do the check of ``refuse_pull_through``; ``before`` is the linking of the drawn yarns."""
     _refuse(drawn, relaxed, changed_pairs(before, doubled_linking(relaxed, device=device)), device)
 
 
 def _refuse(drawn: YarnSet, relaxed: YarnSet, changed: IntArray, device: str | None) -> None:
-    """Refuse pairs of closed yarns with changed linking; that of open yarns may change, as others pass their ends.
+    """Refuse pairs of closed yarns with changed linking; the linking of open yarns may change at their ends.
 
     Args:
         drawn: the yarns before.
         relaxed: the same yarns later.
         changed: the pairs whose linking seems to have changed (``changed_pairs``), shape (n, 2).
-        device: as for ``linking_certificate``.
+        device: "cpu", "cuda:0" ... (``linking_certificate``).
 
     Raises:
-        SolverError: the linking of two closed yarns changed; it names them and their stitch faces.
+        SolverError: the linking of two closed yarns changed; the message names them and their stitch faces.
     """
     if not drawn.closed[changed].all(axis=1).any():
         return
@@ -209,7 +209,7 @@ def _refuse(drawn: YarnSet, relaxed: YarnSet, changed: IntArray, device: str | N
 
 
 def _rows(linking: DoubledLinking | csr_array) -> tuple[IntArray, IntArray]:
-    """Two yarns and an image, and their sum of signs or entry."""
+    """Return two yarns and an image in each row, and the sum of signs or the entry of each row."""
     if isinstance(linking, DoubledLinking):
         return np.concatenate([linking.yarns, linking.image], axis=1), linking.doubled
     entries = linking.tocoo()
@@ -219,7 +219,7 @@ def _rows(linking: DoubledLinking | csr_array) -> tuple[IntArray, IntArray]:
 
 
 def _summed(rows: IntArray, values: IntArray) -> tuple[IntArray, IntArray]:
-    """Unique rows, sorted, with the sums of their values; rows whose sum is zero are left out."""
+    """Return the unique rows, sorted, with the sums of their values; rows whose sum is zero are left out."""
     if len(rows) == 0:
         return rows, values
     order = np.lexsort(rows.T[::-1])
@@ -230,7 +230,7 @@ def _summed(rows: IntArray, values: IntArray) -> tuple[IntArray, IntArray]:
 
 
 def _representative(image: IntArray, pairs: IntArray, step: IntArray) -> IntArray:
-    """One image for all images that the steps of the two yarns map onto each other, or that exchange two copies."""
+    """Return one image for all images that the yarns' steps map onto each other, or that exchange two copies."""
     first, second = _reduced_steps(step[pairs[:, 0]].astype(np.int64), step[pairs[:, 1]].astype(np.int64))
     here, there = _modulo(image, first, second), _modulo(-image, first, second)
     swap = (there[:, 0] < here[:, 0]) | ((there[:, 0] == here[:, 0]) & (there[:, 1] < here[:, 1]))
@@ -239,7 +239,7 @@ def _representative(image: IntArray, pairs: IntArray, step: IntArray) -> IntArra
 
 
 def _reduced_steps(first: IntArray, second: IntArray) -> tuple[IntArray, IntArray]:
-    """Steps that span the same images, (g, h) and (0, k) with g and k not negative (Hermite's normal form)."""
+    """Return steps that span the same images, (g, h) and (0, k) with g and k not negative (Hermite's normal form)."""
     while second[:, 0].any():
         some = second[:, 0] != 0
         rest = first[some] - (first[some, :1] // second[some, :1]) * second[some]
@@ -251,7 +251,7 @@ def _reduced_steps(first: IntArray, second: IntArray) -> tuple[IntArray, IntArra
 
 
 def _modulo(image: IntArray, first: IntArray, second: IntArray) -> IntArray:
-    """Remainder of the image after steps (g, h) and (0, k), the smallest that is not negative."""
+    """Return the remainder of the image after steps (g, h) and (0, k), the smallest that is not negative."""
     x, y = image[:, 0], image[:, 1]
     turns: IntArray = np.where(first[:, 0] > 0, x // np.maximum(first[:, 0], 1), 0)
     x, y = x - turns * first[:, 0], y - turns * first[:, 1]

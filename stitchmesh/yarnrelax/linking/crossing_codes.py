@@ -2,12 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Crossings that kernels write, each as one integer.
 
-With Y yarns, yarns i <= j, image (a, b) of yarn j relative to yarn i and sign +1 or -1 the integer is
+With Y yarns, yarns i <= j, the image (a, b) of yarn j relative to yarn i, and the sign +1 or -1, the integer is
 
     code = 2 (((i Y + j) A + a + (A - 1) / 2) B + b + (B - 1) / 2) + (1 + sign) / 2
 
-where A and B are the numbers of possible images along the two periods. Kernels write the codes in no particular order,
-and sums do not depend on the order.
+where A and B are the numbers of possible images along the two periods. Kernels write the codes in any order, because
+sums do not depend on the order.
 """
 
 from __future__ import annotations
@@ -51,10 +51,10 @@ def note(crossings: Crossings, one: int, two: int, image: wp.vec2i, positive: bo
 
 
 def collected(projection: ProjectedPolylines, launch: Callable[[Any], None]) -> IntArray:
-    """Codes that a launch writes; the launch is repeated with more capacity where crossings outnumber edges.
+    """Return the codes that a launch writes; repeat the launch with more capacity if crossings outnumber edges.
 
     Raises:
-        ParameterError: so many yarns over so many periods that a code does not fit 63 bits.
+        ParameterError: there are too many yarns over too many periods, so that a code does not fit 63 bits.
     """
     device = projection.vertices.device
     yarns = len(projection.yarn_edge) - 1
@@ -74,7 +74,7 @@ def collected(projection: ProjectedPolylines, launch: Callable[[Any], None]) -> 
 
 
 def decoded(projection: ProjectedPolylines, code: IntArray) -> tuple[IntArray, IntArray, IntArray]:
-    """Two yarns, image of the second relative to the first, and sign, of each code."""
+    """Return for each code the two yarns, the image of the second relative to the first, and the sign."""
     code, positive = np.divmod(code, 2)
     image = np.empty((len(code), 2), dtype=np.int64)
     for axis in (1, 0):

@@ -2,18 +2,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """Crossings of yarns in a projection, decided in integers.
 
-Edges ab and cd cross where c and d lie on different sides of the line ab, and a and b on different sides of the line
-cd. A crossing is positive where a turn to the left, by less than half a turn, rotates the direction of the upper strand
-to the direction of the lower one. Its sign is the sign of the volume
+Edges ab and cd cross if c and d lie on different sides of the line ab, and a and b on different sides of the line cd. A
+crossing is positive if a turn to the left, by less than half a turn, takes the direction of the upper strand to the
+direction of the lower one. Its sign is the sign of the volume
 
     -((b - a) x (d - c)) . (c - a)
 
-Where yarns meet in a point, or a vertex lies above an edge or another vertex, the later yarn counts as displaced by
+If yarns meet in a point, or a vertex lies above an edge or another vertex, the later yarn counts as displaced by
 (e, e^2, e^3) relative to the earlier one, with an infinitesimal e (Edelsbrunner and Muecke 1990). Every answer is
 therefore valid for two polylines in general position, each displaced as a whole. In particular, closed polylines cross
-an even number of times. Of two copies of one yarn, one is the later one by a rule that does not depend on where they
-meet. The rule cannot decide between a copy and the copy half a step farther. There, only coordinates that agree to the
-last unit may be decided wrongly.
+an even number of times. Of two copies of one yarn, a rule that does not depend on where they meet says which is the
+later one. The rule cannot decide between a copy and the copy half a step farther. Only in this case, and only for
+coordinates that agree to the last unit, a crossing may be decided wrongly.
 
 Each edge is tested against the edges that start in its cell and in half of the neighbouring cells, which finds each
 pair once. Sums over crossings do not depend on the order in which the crossings are found.
@@ -32,7 +32,7 @@ from stitchmesh.yarnrelax.linking.crossing_codes import Crossings, collected, no
 from stitchmesh.yarnrelax.linking.projection import EDGE, Grid, ProjectedPolylines
 
 APART = wp.constant(wp.float64(4 * EDGE))
-"""Height difference [units] above which one edge lies above another whatever their slopes."""
+"""If the heights of two edges differ by more than this [units], one lies above the other whatever their slopes."""
 
 
 @wp.struct
@@ -40,7 +40,7 @@ class Edges:
     """Edges in the order of their cells, moved into the first period."""
 
     key: wp.array[wp.int64]
-    """Number of the cell, shape (E,); the second half of the array is scratch space for sorting."""
+    """Number of the cell, shape (2 E,); the second half is scratch space for sorting."""
     box: wp.array[wp.vec4d]
     """Least x and y, then largest x and y of the edge [units], shape (E,)."""
     tail: wp.array[wp.vec3d]
@@ -240,7 +240,7 @@ def find_crossings(
 
 
 def edge_crossings(projection: ProjectedPolylines) -> IntArray:
-    """Codes of the crossings of two yarns, or of two copies of one, in no particular order."""
+    """Return the codes of the crossings of two yarns, or of two copies of one, in no particular order."""
     count, device = projection.edge_yarn.shape[0], projection.vertices.device
     edges = _sorted_edges(projection)
 

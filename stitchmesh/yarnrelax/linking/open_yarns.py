@@ -3,11 +3,11 @@
 """Artificial closures of open yarns, so that open yarns have linking numbers too.
 
 From each end of an open yarn a straight line runs outwards, away from the middle of all yarns. Outside of everything an
-arc joins the two lines, from the last end to the first. The arc lies above all yarns and above the lines of later
-yarns, which continue outwards beyond it. All lines start from one middle and never cross each other. The crossings of a
-line with yarns are found by angles around the middle. Which arcs pass above which lines follows from the order of the
-ends around the middle. As everywhere in the projection, signs of products are exact, and ties are broken by an
-infinitesimal displacement of whole yarns, so that closed-up yarns also cross an even number of times. Heights of the
+arc joins the two lines, from the last end to the first. The arc lies above all yarns, and above the lines of later
+yarns, which continue outwards beyond it. All lines start from the same middle, and never cross each other. The
+crossings of a line with yarns are found by angles around the middle. The order of the ends around the middle says
+which arcs pass above which lines. As everywhere in the projection, signs of products are exact, and an infinitesimal
+displacement of whole yarns breaks ties, so that closed-up yarns also cross an even number of times. Heights of the
 lines are computed in float64: an error in a height changes the linking number of a closed-up yarn to another valid one.
 """
 
@@ -37,17 +37,17 @@ class EndLines:
     """Lines from the ends of open yarns, in the order of their angles."""
 
     angle: wp.array[wp.float64]
-    """Angle around the middle, from -2 to 2 for a full turn, then a 3 as end mark, shape (L + 1,)."""
+    """Angle around the middle, -2 to 2 for a full turn; a 3 at the end marks the end; shape (L + 1,)."""
     end: wp.array[wp.vec3d]
-    """End of the yarn from the middle [units], shape (L,)."""
+    """End of the yarn, relative to the middle [units], shape (L,)."""
     direction: wp.array[wp.vec3d]
     """Direction of the line in the projection, shape (L,)."""
     distance: wp.array[wp.float64]
-    """Square of the distance of its start from the middle, or slightly less [square units], shape (L,)."""
+    """Square of the distance of the yarn's end from the middle, or slightly less [square units], shape (L,)."""
     yarn: wp.array[wp.int32]
     """Yarn of the line, shape (L,)."""
     outwards: wp.array[wp.int32]
-    """1 where the yarn leaves along the line, -1 where it returns, shape (L,)."""
+    """1 if the yarn leaves along the line, -1 if it returns, shape (L,)."""
 
 
 @wp.func
@@ -136,7 +136,7 @@ class OpenEnds:
     """Both ends of all open yarns, in the order of their angles around the middle."""
 
     place: FloatArray
-    """From the middle [units], shape (2 n, 3)."""
+    """Places of the ends, relative to the middle [units], shape (2 n, 3)."""
     yarn: IntArray
     """Yarn of each end, shape (2 n,)."""
     leaves: NDArray[np.bool_]
@@ -144,7 +144,7 @@ class OpenEnds:
 
     @property
     def direction(self) -> FloatArray:
-        """Away from the middle in the projection; along x where the end is seen in the middle, shape (2 n, 3)."""
+        """Direction away from the middle in the projection, or along x for an end seen at it, shape (2 n, 3)."""
         outwards = self.place * [1.0, 1.0, 0.0]
         outwards[~outwards.any(axis=1)] = [1.0, 0.0, 0.0]
         return outwards
@@ -153,7 +153,7 @@ class OpenEnds:
 def open_yarn_crossings(
     projection: ProjectedPolylines, closed: NDArray[np.bool_]
 ) -> tuple[IntArray, IntArray, IntArray]:
-    """Codes of the crossings of lines with yarns; pairs of yarns and signs where an arc passes above a line."""
+    """Return codes of the crossings of lines with yarns, and the yarns and the sign if an arc passes above a line."""
     ends = _ends(projection, np.flatnonzero(~closed))
     lines = EndLines()
     device = projection.vertices.device
@@ -189,7 +189,7 @@ def _angle(direction: FloatArray) -> FloatArray:
 
 
 def _order_around(ends: OpenEnds) -> list[int]:
-    """Order of the ends by their angles, exactly; in one direction a later yarn's line counts as moved by (e, e^2)."""
+    """Return the exact order of the ends by angle; at equal angles a later yarn's line counts as moved by (e, e^2)."""
     direction = ends.direction
     x, y = direction[:, 0], direction[:, 1]
     aside = np.where(y != 0.0, -np.sign(y), np.sign(x)) * ends.yarn
@@ -199,7 +199,7 @@ def _order_around(ends: OpenEnds) -> list[int]:
 
 
 def _arc_crossings(ends: OpenEnds) -> tuple[IntArray, IntArray]:
-    """Pairs of open yarns where the earlier one's arc passes above just one of the later one's lines, and the sign."""
+    """Return the pairs of open yarns whose earlier arc passes above just one line of the later one, and the sign."""
     order = np.lexsort((ends.leaves, ends.yarn))  # of each yarn where it returns, then where it leaves
     returns, leaves = order[0::2], order[1::2]
     one, two = _interleaved(np.minimum(returns, leaves), np.maximum(returns, leaves))
@@ -213,10 +213,10 @@ def _arc_crossings(ends: OpenEnds) -> tuple[IntArray, IntArray]:
 
 
 def _interleaved(low: IntArray, high: IntArray) -> tuple[IntArray, IntArray]:
-    """All pairs of intervals of which just one end of the second lies in the first, its low one.
+    """Return all pairs of intervals in which only the low end of the second lies in the first.
 
-    The ends are the numbers from 0 to 2 n - 1. Those in an interval that begin one reaching beyond it are found by
-    descending a tree of maxima, in time that grows with their number and n log n.
+    The ends are the numbers from 0 to 2 n - 1. A descent in a tree of maxima finds the ends within an interval that
+    begin an interval reaching beyond it, in time that grows with their number and n log n.
     """
     partner = np.full(1 << (2 * len(low) - 1).bit_length(), -1)
     partner[low] = high

@@ -20,7 +20,7 @@ class Curves:
     segment_start: wp.array[wp.int32]
     """Where each yarn's segments start, shape (Y + 1,)."""
     shift: wp.array[wp.vec3d]
-    """From each yarn's first control point to the one that follows its last, zero without a lattice [cm]."""
+    """Displacement from each yarn's first control point to the one after its last [cm]; zero without a lattice."""
     scale: wp.array[wp.vec3d]
     """Units per cm along each axis in the projection of each yarn, shape (Y,)."""
 

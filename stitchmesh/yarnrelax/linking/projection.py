@@ -10,11 +10,11 @@ with right-handed axes. Without a lattice the axes are orthonormal, and no mesh 
 projection. On a lattice e_0 and e_1 have the directions of the periods and e_2 is slightly inclined to the normal, so
 that a copy of a yarn is the yarn displaced along x and y only.
 
-Each segment becomes ``SAMPLES`` edges, and more where the segment is longer than the others. Vertices are rounded to
-whole units, a unit being some millionths of the longest edge, and a period is a whole number of units. Every question
-about these polylines can therefore be answered without rounding. Several sets of yarns are projected together, each in
-units and cells of its own, and no cell holds edges of two sets. The polylines lie a few hundredths of a yarn radius
-from the curves; nearly all of this distance is the sag of the chords.
+Each segment becomes ``SAMPLES`` edges, or more if it is longer than the others. Vertices are rounded to whole units. A
+unit is some millionths of the longest edge, and a period is a whole number of units. Every question about these
+polylines can therefore be answered without rounding. Several sets of yarns are projected together, each in its own
+units and cells, and no cell holds edges of two sets. The polylines lie a few hundredths of a yarn radius from the
+curves; nearly all of this distance is the sag of the chords.
 """
 
 from __future__ import annotations
@@ -33,15 +33,15 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.linking.polylines import Curves, end_yarns, measure_segments, sample_segments
 
 SAMPLES = 4
-"""Edges of a segment of usual length; their chords stay within a few hundredths of a radius of the curve."""
+"""Edges of a segment of usual length; the chords stay within a few hundredths of a radius of the curve."""
 FINE = 64
-"""Edges of a segment of yarns that are nearly pressed together. A chord sags by at most 1 / (8 FINE^2) of the largest
-difference of two legs between control points. For differences up to 16 radii two chords then stay apart at the smallest
-clearance of a relaxation, a thousandth of a radius."""
+"""Edges of a segment if yarns are nearly pressed together. A chord sags by at most 1 / (8 FINE^2) of the largest
+difference of two legs between control points. If these differences are at most 16 radii, two chords stay apart at the
+smallest clearance of a relaxation, a thousandth of a radius."""
 LONG = 2.0
-"""Size over the mean size above which a segment is divided into more edges, so that one grid suits all edges."""
+"""A segment longer than this, over the mean length, is divided into more edges, so that one grid suits all edges."""
 EDGE = 2**19
-"""Longest edge along each axis [units]; the volume of two edges and their distance then fits 63 bits."""
+"""Longest edge along each axis [units]; the volume of two edges and their distance then fit 63 bits."""
 SPAN = 2.0**48
 """Largest coordinate [units], so that the error of a sample before rounding is below half a unit."""
 CELLS = 2.0**30
@@ -55,15 +55,15 @@ class Grid:
     """Rectangular cells of the projection, which repeat with the period."""
 
     cell: wp.vec2d
-    """Width and height of a cell, no less than an edge's [units]."""
+    """Width and height of a cell, at least the extents of the longest edge [units]."""
     period: wp.vec2d
-    """Periods of the projection; without a lattice wider than the yarns [units]."""
+    """Periods of the projection [units]; without a lattice they are wider than the yarns."""
     columns: wp.int64
-    """Cells along x in a period."""
+    """Number of cells along x in a period."""
     rows: wp.int64
-    """Cells along y in a period."""
+    """Number of cells along y in a period."""
     first: wp.int64
-    """Number of the first cell; cells of several sets of yarns have numbers of their own."""
+    """Number of the first cell; each of several sets of yarns has its own numbers."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +71,7 @@ class ProjectedPolylines:
     """Polylines on the device: edge ``e`` of yarn ``y`` runs from vertex ``e + y`` to vertex ``e + y + 1``."""
 
     vertices: wp.array[Any]
-    """Coordinates [units]; the last of each yarn closes it, or is the end of an open one, shape (E + Y,)."""
+    """Coordinates [units], shape (E + Y,); the last vertex of a yarn closes it, or is the end of an open yarn."""
     edge_yarn: wp.array[Any]
     """Yarn of each edge, shape (E,)."""
     yarn_edge: IntArray
@@ -96,7 +96,7 @@ class _Seen:
 
     yarns: YarnSet
     points: FloatArray
-    """Control points [cm], the least coordinate along each axis zero, shape (N, 3)."""
+    """Control points [cm], shape (N, 3); the least coordinate along each axis is zero."""
     middle: FloatArray
     """Middle of the yarns [cm], shape (3,)."""
     periods: FloatArray | None
@@ -104,7 +104,7 @@ class _Seen:
     step: IntArray
     """Lattice step of each yarn, shape (Y, 2)."""
     shift: FloatArray
-    """The same as a displacement [cm], shape (Y, 3)."""
+    """Lattice step of each yarn as a displacement [cm], shape (Y, 3)."""
 
     @classmethod
     def of(cls, yarns: YarnSet) -> _Seen:
@@ -129,7 +129,7 @@ class _Seen:
 
 
 def project_yarns(sets: Sequence[YarnSet], device: wp.Device, edges: int = SAMPLES) -> ProjectedPolylines:
-    """The projections of sets of yarns in their current positions, with ``edges`` in a segment of usual length."""
+    """Return the projections of sets of yarns as they lie, with ``edges`` edges in a segment of usual length."""
     seen = [_Seen.of(yarns) for yarns in sets]
     curves = _put_curves(seen, device)
     segment_start = _starts([len(yarns.rest_length) for yarns in sets])
@@ -171,7 +171,7 @@ def _starts(counts: Sequence[int] | IntArray) -> IntArray:
 def _sample(
     projection: ProjectedPolylines, curves: Any, segment_edge: IntArray, closed: NDArray[np.bool_], periods: FloatArray
 ) -> None:
-    """Fill in vertices and yarns of edges; ``periods`` are those of the projection of each yarn [units]."""
+    """Fill in the vertices and the yarns of edges; ``periods``: the periods of each yarn in the projection [units]."""
     device = projection.vertices.device
     bounds = wp.array(segment_edge, dtype=wp.int32, device=device)
     outputs = [projection.vertices, projection.edge_yarn]
@@ -183,7 +183,7 @@ def _sample(
 
 
 def _steps(yarns: YarnSet, periods: FloatArray | None) -> tuple[IntArray, FloatArray]:
-    """Lattice step of each yarn, zero for open ones, and the same as a displacement in the projection [cm]."""
+    """Return the lattice step of each yarn, zero for open ones, and its displacement in the projection [cm]."""
     step = np.zeros((yarns.yarn_count, 2), dtype=np.int64)
     shift = np.zeros((yarns.yarn_count, 3))
     if periods is not None and yarns.lattice_step is not None:
@@ -193,7 +193,7 @@ def _steps(yarns: YarnSet, periods: FloatArray | None) -> tuple[IntArray, FloatA
 
 
 def _axes(yarns: YarnSet) -> FloatArray:
-    """Rows: the two axes of the projection and the direction towards the eye."""
+    """Return, as rows, the two axes of the projection and the direction towards the eye."""
     towards = DIRECTION / np.linalg.norm(DIRECTION)
     if yarns.lattice is None:
         right = np.cross([0.0, 1.0, 0.0], towards)
@@ -206,7 +206,7 @@ def _axes(yarns: YarnSet) -> FloatArray:
 
 
 def _put_curves(seen: Sequence[_Seen], device: wp.Device) -> Any:
-    """The curves of all sets, one after another; the scales of their projections follow later."""
+    """Put the curves of all sets on the device, one after another; the scales of their projections follow later."""
     yarns = [own.yarns for own in seen]
     curves = Curves()
     curves.points = wp.array(np.concatenate([own.points for own in seen]), dtype=wp.vec3d, device=device)
@@ -224,7 +224,7 @@ def _measured(curves: Any, count: int, device: wp.Device) -> FloatArray:
 
 
 def _cut(size: FloatArray, periods: FloatArray | None, edges: int) -> tuple[IntArray, float]:
-    """Number of edges of each segment, and a bound of their extent along an axis [cm]."""
+    """Return the number of edges of each segment, and a bound of their extent along an axis [cm]."""
     usual = LONG * float(size.mean())
     if periods is not None:
         usual = min(usual, edges / 2 * float(periods.min()))  # no edge longer than half a period
@@ -233,7 +233,7 @@ def _cut(size: FloatArray, periods: FloatArray | None, edges: int) -> tuple[IntA
 
 
 def _fit(longest: float, room: FloatArray, periods: FloatArray | None) -> tuple[Any, FloatArray]:
-    """Cells just larger than the longest edge, and units per cm along each axis."""
+    """Return cells just larger than the longest edge, and units per cm along each axis."""
     whole = room[:2] if periods is None else periods
     scale = min((EDGE - 2) / longest if longest > 0.0 else 1.0, SPAN / room.max() if room.max() > 0.0 else 1.0)
     least = max(np.ceil(longest * scale) + 2.0, np.ceil(whole.max() * scale / CELLS))  # rounding moves a vertex

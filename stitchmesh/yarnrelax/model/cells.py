@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The cells of a relaxation on the host: which elements belong to each cell, and their lengths in units.
+"""The cells of a relaxation on the host: the elements of each cell, and their lengths in units.
 
-Lengths in units are over the mean yarn radius of their cell, and coordinates are relative to the middle of its yarns.
+A unit is the mean yarn radius of a cell; coordinates are relative to the middle of its yarns.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ CONTACT = 3
 
 @dataclass(frozen=True, eq=False)
 class PeriodicCell:
-    """One cell of the fabrics that are relaxed together: yarns on their lattice, or one piece without a lattice."""
+    """A cell, several of which may be relaxed together: yarns on their lattice, or one piece without a lattice."""
 
     yarns: YarnSet
     """The yarns as they were given [cm]."""
@@ -48,7 +48,7 @@ class CellTables:
     """Tables of the cells that are relaxed together, on the host."""
 
     yarns: YarnSet
-    """All yarns as they were given [cm], cell after cell; without lattices if there are several."""
+    """All given yarns [cm], cell after cell; without lattices if there are several cells."""
     cells: tuple[PeriodicCell, ...]
     """The cells that are relaxed together."""
 
@@ -110,7 +110,7 @@ class CellTables:
 
     @cached_property
     def size(self) -> float:
-        """Largest coordinate of the yarns as given in units, at least one."""
+        """Largest coordinate of the given yarns in units; at least 1."""
         return max(float(np.abs(self.to_device(self.yarns.points)).max()), 1.0)
 
     @cached_property
@@ -139,7 +139,7 @@ class CellTables:
 
     @cached_property
     def wrapped(self) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
-        """Corners that lie in another image: their segments and slots, shape (E,), and their images, shape (E, 2)."""
+        """Corners in another image: their segments and slots, shape (E,) each, and their images, shape (E, 2)."""
         points = self.yarns.segment_points
         rows = np.flatnonzero(points[:, 3] < points[:, 0])
         wraps = np.cumsum(np.diff(points[rows], axis=1) < 0, axis=1)
@@ -152,7 +152,7 @@ class CellTables:
         """Corners of all segments without repetition, cell after cell.
 
         Returns:
-            Where the corners of each cell start, shape (C + 1,), and the control point, shape (K,), and the image,
+            The first corner of each cell, shape (C + 1,); and the control point, shape (K,), and the image,
             shape (K, 2), of each corner.
         """
         segment, slot, image = self.wrapped
@@ -168,12 +168,12 @@ class CellTables:
         return np.array([cell.unit for cell in self.cells])
 
     def to_device(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Positions [cm] of control points in units from the origin of their cell; any points if there is one cell."""
+        """Return positions [cm] of all control points, or any points of the only cell, in units from its origin."""
         origin, unit = self._frames if self.cell_count > 1 else (self.cells[0].origin, self.unit)
         return (points - origin) / unit
 
     def from_device(self, points: wp.array[Any]) -> NDArray[np.float64]:
-        """Positions [cm] of the control points on the device, shape (N, 3)."""
+        """Return the positions [cm] of the control points on the device, shape (N, 3)."""
         origin, unit = self._frames if self.cell_count > 1 else (self.cells[0].origin, self.unit)
         return points.numpy()[: self.point_count].astype(np.float64) * unit + origin
 
@@ -186,5 +186,5 @@ class CellTables:
 
 
 def starts_of(counts: Iterable[int]) -> NDArray[np.int64]:
-    """Where each of several consecutive groups starts, from their sizes, with the end of the last one."""
+    """Return where each of several consecutive groups starts, from their sizes, and where the last one ends."""
     return np.concatenate([[0], np.cumsum(list(counts))]).astype(np.int64)

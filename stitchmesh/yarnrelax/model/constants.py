@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The constants of a relaxation on the device: topology, rest lengths, quadrature and stiffnesses.
 
-On the device lengths are in units of the mean yarn radius and relative to the middle of the yarns, so that single
-precision keeps its digits whatever the units and the position of the scene. Energies stay in erg, and a force is in erg
+On the device, lengths are in units of the mean yarn radius and relative to the middle of the yarns, so that single
+precision keeps its digits whatever the units and the position of the scene. Energies stay in erg, so a force is in erg
 per unit. By the similarity of L section 6.2 the material is scaled to match. ``upload`` creates a model.
 """
 
@@ -25,7 +25,7 @@ from stitchmesh.yarnrelax.model.cells import CellTables
 
 @dataclass(frozen=True, eq=False)
 class Model(CellTables):
-    """Constants on the device, and the host values that launches need."""
+    """The constants on the device, and the host values that launches need."""
 
     device: wp.Device
     """Where the kernels run."""
@@ -34,7 +34,7 @@ class Model(CellTables):
     sample_start: NDArray[np.int64]
     """Where each segment's contact samples start, shape (S + 1,)."""
     quadrature_points: int
-    """Gauss points a segment."""
+    """Number of Gauss points in a segment."""
     constants: Any
     """The struct that kernels receive."""
 
@@ -60,29 +60,29 @@ class Model(CellTables):
 
     @cached_property
     def resting(self) -> wp.array[Any]:
-        """1 for each cell that launches of forces and of Hessians leave out, else 0, shape (C,)."""
+        """1 for each cell that the launches of forces and of Hessians leave out, else 0, shape (C,)."""
         return self.integers(np.zeros(self.cell_count))
 
     @cached_property
     def largest_cell(self) -> int:
-        """Contact samples of the cell that has the most."""
+        """Number of contact samples of the cell with the most."""
         return int(np.diff(self.sample_start[self.segment_start]).max())
 
     def upload(self, values: NDArray[Any], size: int = 1) -> wp.array[Any]:
-        """An array of scalars, or of vectors of ``size``, on the device."""
+        """Return an array of scalars, or of vectors of ``size``, on the device."""
         return wp.array(values, dtype=self.scalar if size == 1 else vector(size, self.scalar), device=self.device)
 
     @property
     def entries_at_once(self) -> int:
-        """Entries of a candidate list that a thread loads at the same time."""
+        """Number of entries of a candidate list that a thread loads at the same time."""
         return 4 if self.device.is_cuda else 1
 
     def integers(self, values: NDArray[Any]) -> wp.array[Any]:
-        """An array of 32-bit integers on the device."""
+        """Return an array of 32-bit integers on the device."""
         return wp.array(values.astype(np.int32), dtype=wp.int32, device=self.device)
 
     def empty(self, count: int | tuple[int, int], size: int = 1) -> wp.array[Any]:
-        """Zeros: scalars, or vectors of ``size``."""
+        """Return an array of zeros: scalars, or vectors of ``size``."""
         return wp.zeros(count, dtype=self.scalar if size == 1 else vector(size, self.scalar), device=self.device)
 
     def launch(self, kernel: wp.Kernel, count: int, inputs: list[Any], outputs: list[Any], *, tile: int = 0) -> None:
@@ -92,21 +92,21 @@ class Model(CellTables):
     def prepare(
         self, kernel: wp.Kernel, count: int, inputs: list[Any], outputs: list[Any], *, tile: int = 0
     ) -> wp.Launch:
-        """Prepare a launch that will be repeated; arguments as for ``launch``."""
+        """Prepare a launch that will be repeated, with the arguments of ``launch``."""
         return prepare(kernel, count, inputs, outputs, self.device, tile=tile)
 
     def number(self, value: float) -> Any:
-        """A scalar for a kernel argument."""
+        """Return a scalar for a kernel argument."""
         return self.scalar(value)
 
     def numbers(self, *values: float) -> Any:
-        """A vector of scalars for a kernel argument."""
+        """Return a vector of scalars for a kernel argument."""
         return vector(len(values), self.scalar)(*(float(value) for value in values))
 
 
 @functools.cache
 def constants_struct(scalar: Any, images: Any) -> Any:
-    """The struct of constants in one precision, with or without images; lengths in units."""
+    """Return the struct of constants in one precision, with or without images; lengths are in units."""
     scalars = wp.array(dtype=scalar)
     integers = wp.array(dtype=wp.int32)
     indices = wp.array(dtype=wp.vec4i)

@@ -3,9 +3,9 @@
 """The table of images that a periodic set of yarns needs, on the device.
 
 Image 0 is (0, 0). The corners of a segment need the images that its yarn reaches by going around the lattice. Contacts
-need every image whose yarns can come near the yarns of the cell. An image (a, b) is left out if it displaces the box
-around all yarns, enlarged by the contact range and by a reserve for yarns that spread, so far that it does not overlap
-the box. If yarns grow beyond this box, or periods have become too short, the table is made again.
+need every image whose yarns can come near the yarns of the cell. An image (a, b) is left out if the box around all
+yarns does not overlap its displaced copy, enlarged by the contact range and by a reserve for yarns that spread. If
+yarns grow beyond this reserve, or periods have become too short, the table is made again.
 """
 
 from __future__ import annotations
@@ -24,15 +24,15 @@ if TYPE_CHECKING:
     from stitchmesh.yarnrelax.model.constants import Model
 
 CONTACT_RANGE = 3.0
-"""Distance over the largest radius within which pairs may be listed: contact plus the widest margin."""
+"""Distance over the largest radius within which pairs may be listed: the contact distance plus the widest margin."""
 SHRINKAGE = 0.75
-"""Factor by which periods may shrink before the table is made again."""
+"""Periods may shrink by this factor before the table is made again."""
 SPREAD = 10.0
-"""Distance by which yarns may spread beyond their box on each side, over the largest radius."""
+"""Yarns may spread beyond their box on each side by this distance, over the largest radius."""
 
 
 def put_images(model: Model, kind: Any) -> Any:
-    """The struct of images of a model's yarns."""
+    """Return the struct of images of a model's yarns."""
     images = kind()
     images.sample_count = model.sample_count
     if not model.on_lattice:
@@ -60,7 +60,7 @@ def renew_images(model: Model, points: wp.array[Any], *, anyway: bool = False) -
 
 
 def has_room(model: Model, points: wp.array[Any], cells: NDArray[np.bool_]) -> bool:
-    """Whether the table has all images that some cells, shape (C,), would have in a table that is made anew."""
+    """Return whether the table has all images that a new table would have for some cells, shape (C,)."""
     images = model.constants.images
     places, periods = points.numpy()[: model.point_count], images.periods.numpy().reshape(-1, 2, 3)
     corners = corners_of(model, places, periods, np.flatnonzero(cells))
@@ -78,9 +78,9 @@ def _put_table(model: Model, images: Any, corners: Corners) -> None:
 
 
 def joined_table(table: wp.array[Any], other: wp.array[Any]) -> tuple[wp.array[Any], NDArray[np.int64]]:
-    """A table that begins with the images of one and has those of another too, and their places in it, shape (I,).
+    """Return a table with the images of one and then those of another, and the places of the latter in it, shape (I,).
 
-    It is the other one itself where that begins with all images of the first.
+    If the other table begins with all images of the first, it is returned itself.
     """
     images, others = table.numpy(), other.numpy()
     if len(others) >= len(images) and np.array_equal(others[: len(images)], images):
@@ -91,7 +91,7 @@ def joined_table(table: wp.array[Any], other: wp.array[Any]) -> tuple[wp.array[A
 
 
 def _distinct(images: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Images without repetition in ascending order, but (0, 0) first."""
+    """Return the images without repetition, (0, 0) first and the others in ascending order."""
     most = np.abs(images).max(axis=0)
     there = np.zeros(2 * most + 1, dtype=bool)
     there[tuple((images + most).T)] = True
@@ -100,7 +100,7 @@ def _distinct(images: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def _numbers(images: NDArray[Any], table: NDArray[Any]) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
-    """Place of each image in a table, and whether it is there."""
+    """Return the place of each image in a table, and whether it is there."""
     most = np.abs(np.concatenate([images, table])).max(axis=0)
     place = np.full(2 * most + 1, -1)
     place[tuple((table + most).T)] = np.arange(len(table))
@@ -113,7 +113,7 @@ class Corners:
     """Extents of the corners of each cell's segments, for given periods [units]."""
 
     periods: NDArray[Any]
-    """Shape (C, 2, 3)."""
+    """The periods, shape (C, 2, 3)."""
     dual: NDArray[Any]
     """Dual basis of each cell: how many of each period a displacement spans, shape (C, 2, 3)."""
     box: NDArray[Any]
@@ -150,9 +150,9 @@ def corners_of(
 
 
 def near_images(corners: Corners, reach: float, shrinkage: float = 1.0) -> NDArray[np.int64]:
-    """Images in which yarns of some cell come within ``reach`` of its own, in its largest radii, shape (n, 2).
+    """Return the images in which yarns of some cell come within ``reach`` of the cell, in its largest radii, (n, 2).
 
-    The rule is that of ``Lattice.near_images``. It is applied to the given periods times the factor ``shrinkage``.
+    The rule is the same as in ``Lattice.near_images``, with the given periods times the factor ``shrinkage``.
     """
     within = reach * corners.radius[:, None]
     turns = corners.turns + within * np.linalg.norm(corners.dual, axis=2)

@@ -2,11 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Images on a lattice: the places of the neighbours of an element in a periodic fabric.
 
-A control point or a contact sample that an element refers to is at its own place plus a u + b v, with the periods u
-and v and a stored integer image (a, b) (design, section 2). Images are numbered in a table. Several fabrics may be
-relaxed together, each in a cell with its own periods; all cells share the table. A fabric without a lattice has no
-images: its overloads of the functions below read only the place, so that no kernel tests whether a fabric is
-periodic.
+An element may refer to a control point or a contact sample in another image. The place of that point is its own place
+plus a u + b v, with the periods u and v and a stored integer image (a, b) (design, section 2). Images are numbered in a
+table. Several fabrics may be relaxed together, each in a cell with its own periods; all cells share the table. A fabric
+without a lattice has no images. For it, overloads of the functions below read only the place, so that no kernel tests
+whether a fabric is periodic.
 """
 
 # overloads, which Warp distinguishes by the types of their arguments
@@ -61,14 +61,14 @@ class Images64:
 
 
 def images_struct(scalar: Any, *, on_lattice: bool) -> Any:
-    """The kind of struct for yarns in one precision, with or without a lattice."""
+    """Return the kind of struct for yarns in one precision, with or without a lattice."""
     if not on_lattice:
         return NoImages
     return Images32 if scalar is wp.float32 else Images64
 
 
 def images_with(images: Any, struct: Any, *, table: wp.array[Any], periods: wp.array[Any]) -> Any:
-    """Images with another table or with other periods; ``struct`` is ``images_struct`` on a lattice."""
+    """Return images with another table or other periods; ``struct`` is the struct of ``images_struct`` on a lattice."""
     other = struct()
     for name in struct.vars:
         setattr(other, name, getattr(images, name))

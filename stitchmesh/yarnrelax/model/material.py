@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The material of yarns: stiffnesses of Kaldor 2008 and Leaf 2018 (L) in CGS units, and the mass of control points.
 
-A yarn has the mass m per length of rest: the mass that the yarn states (``YarnSet.mass_per_length``), or else that of
-its material. Over a segment the four basis functions have the integrals (1, 11, 11, 1) / 24, which are the row sums of
+A yarn has the mass m per rest length: the mass that the yarn states (``YarnSet.mass_per_length``), or else the mass of
+its material. Over a segment the four basis functions have the integrals (1, 11, 11, 1) / 24. These are the row sums of
 its mass matrix over m l (L, appendix B). A control point has the mass
 
     m_j = sum over its segments of  m l (1, 11, 11, 1)_slot / 24        [g]
@@ -29,8 +29,8 @@ if TYPE_CHECKING:
 DEFAULT_MATERIAL = "stitchmesh"
 """Name of the material that applies if no material is given."""
 MOST_OVER_DEFAULT = 1e6
-"""Largest value of a material that a user gives, over that of the default one; with contact a hundred million times as
-stiff, a step of the solver leaves the numbers of single precision."""
+"""Largest value that a user may give, over the value of the default material. With contact a hundred million times as
+stiff, a step of the solver would leave the numbers of single precision."""
 REFERENCE_RADIUS = 0.125
 """Radius [cm] of the yarn that the named materials describe."""
 
@@ -44,9 +44,9 @@ class YarnMaterial:
     """
 
     k_len: float
-    """Drift of the parametrisation along a segment [erg]."""
+    """Resistance to a drift of the parametrisation along a segment [erg]."""
     k_length: float
-    """Length penalty of a segment, L's k_l [erg]; 0 where absent."""
+    """Length penalty of a segment, L's k_l [erg]; 0 for none."""
     k_bend: float
     """Bending [erg cm]; the flexural rigidity EI is twice as large."""
     k_contact: float
@@ -68,7 +68,7 @@ class YarnMaterial:
 
     @staticmethod
     def named(name: str = DEFAULT_MATERIAL, stiffness: Mapping[str, float] | None = None) -> YarnMaterial:
-        """A material of that name, for a yarn of ``REFERENCE_RADIUS``, with some of its values changed.
+        """Return a named material, for yarn of ``REFERENCE_RADIUS``, with some of its values changed.
 
         Args:
             name: name of the material.
@@ -76,8 +76,8 @@ class YarnMaterial:
                 changes them together with the others.
 
         Raises:
-            ParameterError: there is no material or no field of that name, or a value is negative, not finite, or above
-                ``MOST_OVER_DEFAULT`` times that of the default material.
+            ParameterError: no material or no field has that name, or a value is negative, not finite, or above
+                ``MOST_OVER_DEFAULT`` times the value of the default material.
         """
         if name not in NAMED:
             near = difflib.get_close_matches(name, NAMED, n=1) or [f"one of {', '.join(NAMED)}"]
@@ -90,10 +90,10 @@ class YarnMaterial:
         return replace(NAMED[name], **dict(stiffness or {}))
 
     def of_radius(self, radius: float) -> YarnMaterial:
-        """The material of yarn of a radius [cm], where this material describes yarn of ``REFERENCE_RADIUS``.
+        """Return the material of yarn of a radius [cm]; this material describes yarn of ``REFERENCE_RADIUS``.
 
-        Stiffnesses and damping follow the similarity of ``scaled``. The yarn is as dense as that of this material, so
-        its mass per length is proportional to the square of the radius.
+        Stiffnesses and damping follow the similarity of ``scaled``. The yarn has the same density, so its mass per
+        length is proportional to the square of the radius.
 
         Raises:
             ParameterError: the radius is not a positive finite number.
@@ -103,10 +103,10 @@ class YarnMaterial:
         return replace(self.scaled(thicker), mass_per_length=self.mass_per_length * thicker**2)
 
     def scaled(self, gamma: float) -> YarnMaterial:
-        """The material of the same yarn when every length is multiplied by ``gamma``, as by a change of the unit.
+        """Return the material of the same yarn with every length multiplied by ``gamma``, as by a change of the unit.
 
-        This similarity is exact (L section 6.2, eq 4): all energies keep their values. The mass of a yarn stays the
-        same too, so the mass per length is divided by gamma. ``of_radius`` is the material of another yarn.
+        This similarity is exact (L section 6.2, eq 4): all energies keep their values. The mass of a yarn also stays
+        the same, so the mass per length is divided by gamma. ``of_radius`` gives the material of another yarn.
 
         Raises:
             ParameterError: gamma is not a positive finite number.
@@ -132,16 +132,16 @@ NAMED: dict[str, YarnMaterial] = {
     "leaf": YarnMaterial(2000.0, 1000.0, 5.0, 3250.0, 1.5, 0.003, 0.03, 0.006),
     "stitchmesh": YarnMaterial(2000.0, 10_000.0, 5.0, 3250.0, 1.5, 0.003, 0.03, 0.006),
 }
-"""Materials by name: three published ones and ``stitchmesh``, which is L's material with the stiffest length penalty
+"""Materials by name: three published ones, and ``stitchmesh``. This is L's material with the stiffest length penalty
 for which L reports no smaller steps (L section 3.1). It limits the strain of a garment's yarn to a few percent."""
 
 
 def check_one_mass(stiffness: Mapping[str, float], stated: ArrayLike | None) -> None:
-    """Refuse a mass among the values of a material that a user gives where the yarns state their own.
+    """Refuse a mass among the values that a user gives for a material if the yarns state their own.
 
     Args:
         stiffness: values by name.
-        stated: mass of a length of the yarns [g/cm], not a number where a yarn states none; None if none does.
+        stated: mass of a length of the yarns [g/cm], NaN for a yarn that states none; None if no yarn states one.
 
     Raises:
         ParameterError: both are given.
@@ -159,7 +159,7 @@ def parse_stiffnesses(words: Iterable[str]) -> dict[str, float]:
         The value of each named field.
 
     Raises:
-        ParameterError: a word has another form, a field is unknown or is named twice, or a value is no number.
+        ParameterError: a word has another form, a field is unknown or is named twice, or a value is not a number.
     """
     found: dict[str, float] = {}
     for word in words:
@@ -189,7 +189,7 @@ SHARES = np.array([1.0, 11.0, 11.0, 1.0]) / 24.0
 
 
 def point_masses(model: Model) -> NDArray[np.float64]:
-    """Mass of each control point [g], shape (N,).
+    """Return the mass of each control point [g], shape (N,).
 
     Raises:
         ParameterError: a yarn states no mass, and its material has none.
@@ -210,7 +210,7 @@ def carried_lengths(
 
     Args:
         rest_length: rest length of each segment, shape (S,).
-        segment_points: its control points, shape (S, 4).
+        segment_points: control points of each segment, shape (S, 4).
         count: number of control points.
     """
     length = rest_length[:, None] * SHARES

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Control points that a caller selects by number or by the stitch face from which they came."""
+"""Control points that a caller selects by their numbers or by their stitch faces."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Numbers = Sequence[int] | NDArray[np.integer[Any]]
 
 
 def select_points(what: str, yarns: YarnSet, points: Numbers, faces: Numbers) -> NDArray[np.int64]:
-    """Numbers of the selected control points, ascending, shape (n,).
+    """Return the numbers of the selected control points, ascending, shape (n,).
 
     Args:
         what: the purpose of the selection, for messages.

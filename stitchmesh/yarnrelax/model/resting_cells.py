@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Cells that launches leave out, because they are at rest or do not take part in what is done.
+"""Cells that launches leave out, because they are at rest or do not take part.
 
-What a launch writes for a cell that it leaves out keeps its last value.
+For a cell that is left out, the output of a launch keeps its last value.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from stitchmesh.yarnrelax.model.constants import Model
 
 @contextmanager
 def only_in(model: Model, cells: NDArray[np.bool_] | None) -> Iterator[None]:
-    """Meanwhile launches leave out all cells but some, shape (C,), and those that launches mark; None for no change."""
+    """In this block, leave out all but ``cells``, shape (C,), and cells that launches mark; None changes nothing."""
     if cells is None:
         yield
         return

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Segments of one yarn that do not collide because they are neighbours along the yarn.
 
-Kaldor 2008 excludes only the next segment from collision, which is correct if a segment is as long as the yarn is
-thick: two segments collide if the rest length between them is at least a diameter. If segments are shorter, all
-segments up to that rest length are excluded, because otherwise a straight yarn would repel itself.
+Kaldor 2008 excludes only the next segment from collision. This is correct if a segment is as long as the yarn is thick:
+two segments collide if the rest length between them is at least a diameter. If segments are shorter, all segments up to
+that rest length are excluded, because a straight yarn would otherwise repel itself.
 """
 
 from __future__ import annotations
@@ -16,8 +16,7 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.yarn import YarnSet
 
 UNENDING = 1 << 30
-"""Cycle of the segments of a yarn that does not return to its first segment: an open yarn, or one that leaves the
-cell."""
+"""Cycle of the segments of a yarn that does not return to its first segment, because it is open or leaves the cell."""
 
 
 MOST_TURNS = 1_000
@@ -25,7 +24,7 @@ MOST_TURNS = 1_000
 
 
 def neighbour_reach(yarns: YarnSet) -> NDArray[np.int64]:
-    """Number of following segments that do not collide with each segment, shape (S,).
+    """Return the number of following segments that do not collide with each segment, shape (S,).
 
     Raises:
         ParameterError: a closed yarn is more than ``MOST_TURNS`` times thicker than it is long.

@@ -6,14 +6,15 @@ With legs d0, d1, d2 the derivatives by the parameter s in [0, 1] are convex com
 
     y'  = (1-s)^2/2 d0 + (1/2 + s - s^2) d1 + s^2/2 d2        y'' = (1-s) (d1 - d0) + s (d2 - d1)
 
-so |y'| and |y''| are bounded by the longest leg and the largest difference of legs, and a force that acts through the
+so |y'| and |y''| are bounded by the longest leg and by the largest difference of legs. A force that acts through the
 legs sums to zero over the four points by construction. One row of a quadrature rule is
 (weight of d0, d1, d2; 1-s, s; quadrature weight). Gauss points converge exponentially here: three Gauss points are as
 accurate as eleven equidistant points with Simpson's rule.
 
-Contact samples are equidistant points of the curve, y_p = sum over j of B_j(s_p) q_j (L section 3.1). Spheres around
-the samples leave no gap along a yarn: the arc around a sample stays within its *reach* of the sample, half the longest
-leg between control points over the number of samples, and the spheres touch while that is one radius.
+Contact samples are equidistant points of the curve, y_p = sum over j of B_j(s_p) q_j (L section 3.1). The spheres
+around the samples leave no gap along a yarn. The arc around a sample stays within its *reach* of the sample, which is
+half the longest leg between control points over the number of samples. The spheres touch while the reach is at most
+one radius.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
     from stitchmesh.yarnrelax.model.state import State
 
 LARGEST_REACH = 0.85
-"""Largest reach of a contact sample over the yarn radius at the start; the rest is for yarns that become longer."""
+"""Largest reach of a contact sample at the start, over the yarn radius; the rest is for yarns that become longer."""
 
 
 @wp.func
@@ -89,5 +90,5 @@ def from_entry(images: Any, samples: wp.array[Any], p: int, here: Any, entry: in
 
 
 def place_contact_samples(model: Model, state: State, launcher: Launcher) -> Any:
-    """The launch that places the contact samples on the curves."""
+    """Return the launch that places the contact samples on the curves."""
     return launcher(place_samples, model.segment_count, [model.constants, state.points], [state.samples])

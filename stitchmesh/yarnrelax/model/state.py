@@ -22,9 +22,9 @@ class State:
     """Arrays that the kernels of an iteration read and write."""
 
     points: wp.array[Any]
-    """Control points; after them the strains of relaxing cells since the start (``cell_strain``), shape (E, 3)."""
+    """Control points, and after them the strains of relaxing cells since the start (``cell_strain``), shape (E, 3)."""
     listed_points: wp.array[Any]
-    """The same at the time when the candidate lists were made, shape (E, 3)."""
+    """The entries of ``points`` at the time when the candidate lists were made, shape (E, 3)."""
     budget: wp.array[Any]
     """How far each entry may move from its listed place (``budget``), shape (E,)."""
     samples: wp.array[Any]
@@ -32,24 +32,24 @@ class State:
     sample_force: wp.array[Any]
     """Force on each sample, and the row sum of its stiffness [erg / unit^2], shape (P, 4)."""
     sample_block: wp.array[Any]
-    """Stiffness of contact at each sample as (xx, yy, zz, xy, xz, yz), shape (P, 6); empty where no solver reads it."""
+    """Stiffness of contact at each sample as (xx, yy, zz, xy, xz, yz), shape (P, 6); empty if no solver reads it."""
     segment_block: wp.array[Any]
-    """Means of t t^T and of (l / |y'|)^4 over each segment, t its unit tangent, shape (S, 7); empty like the blocks."""
+    """Means of t t^T and of (l / |y'|)^4 over each segment, t its unit tangent, (S, 7); empty if no solver reads it."""
     leg_force: wp.array[Any]
     """Force on the end of each of a segment's three legs, shape (3, S, 3)."""
     sample_virial: wp.array[Any]
     """Part of each sample in the virial of its cell and in its stiffness (``cell_virial``), shape
-    (P, 9); empty where no cell relaxes."""
+    (P, 9); empty if no cell relaxes."""
     segment_virial: wp.array[Any]
-    """Part of each segment in the same, shape (S, 9); empty where no cell relaxes."""
+    """Part of each segment in that virial and stiffness, shape (S, 9); empty if no cell relaxes."""
     external_force: wp.array[Any]
-    """Force of terms that act on control points, shape (N, 3); empty where there is no such term."""
+    """Force of terms that act on control points, shape (N, 3); empty if there is no such term."""
     force: wp.array[Any]
     """Sum of all forces on each control point, and forces on the strains of cells, shape (E, 3)."""
     stiffness: wp.array[Any]
     """Row sum of stiffness at each entry [erg / unit^2], shape (E,)."""
     preconditioner: wp.array[Any]
-    """Inverse block of stiffness of each entry (``preconditioner``) [unit^2 / erg], shape (E, 6); empty where no solver
+    """Inverse block of stiffness of each entry (``preconditioner``) [unit^2 / erg], shape (E, 6); empty if no solver
     reads it."""
 
     @cached_property
@@ -68,7 +68,7 @@ class State:
 
 @functools.cache
 def _struct(scalar: Any) -> Any:
-    """The struct of a state in one precision."""
+    """Return the struct of a state in one precision."""
     scalars = wp.array(dtype=scalar)
     threes, fours, sixes, sevens, nines = (wp.array(dtype=vector(size, scalar)) for size in (3, 4, 6, 7, 9))
     annotations = {
@@ -93,9 +93,10 @@ def _struct(scalar: Any) -> Any:
 def make_state(
     model: Model, start: FloatArray | None = None, *, external: bool = False, blocks: bool = False, strains: int = 0
 ) -> State:
-    """A state at ``start`` [cm], or at the control points of the given yarns.
+    """Return a state at ``start`` [cm], or at the control points of the given yarns.
 
-    Arrays of external forces, of blocks of stiffness, and of the strains of ``strains`` cells are empty by default.
+    By default the arrays of external forces, of blocks of stiffness and of strains are empty; ``strains`` is the number
+    of relaxing cells.
     """
     places = model.to_device(model.yarns.points if start is None else start)
     points = model.upload(np.concatenate([places, np.zeros((strains, 3))]), 3)

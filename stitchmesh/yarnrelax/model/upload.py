@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Send yarns to the device: everything that stays constant during a relaxation."""
+"""Sends yarns to the device: everything that stays constant during a relaxation."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from stitchmesh.yarnrelax.model.self_contact import UNENDING, neighbour_reach
 from stitchmesh.yarnrelax.model.spline import LARGEST_REACH
 
 ROOM = 1e-4
-"""Largest stiffness over the root of the largest number: forces are sums, and stiffness times a strain."""
+"""Largest stiffness over the root of the largest number; the room is for sums of forces and for strains."""
 MOST_SAMPLES = 10_000
 """Largest number of contact samples of a segment; the table of their places grows with its square."""
 
@@ -40,15 +40,15 @@ def put_model(
 
     Args:
         yarns: the yarns, on a lattice or not.
-        material: stiffnesses, CGS.
-        quadrature_points: Gauss points a segment.
-        contact_samples: contact samples a segment; a long segment gets enough samples to leave no gap (``spline``).
+        material: stiffnesses in CGS units.
+        quadrature_points: number of Gauss points in a segment.
+        contact_samples: contact samples in a segment; a long segment gets enough samples to leave no gap (``spline``).
         scalar: Warp's floating-point type.
         device: where the kernels run.
 
     Raises:
-        ParameterError: fewer than one quadrature point or contact sample, a stiffness beyond the precision, or segments
-            that are too long for their radius.
+        ParameterError: there is less than one quadrature point or contact sample, a stiffness exceeds the precision, or
+            segments are too long for their radius.
     """
     counts = {"quadrature_points": quadrature_points, "contact_samples": contact_samples}
     return put_cells([(yarns, material)], **counts, scalar=scalar, device=device)
@@ -62,9 +62,9 @@ def put_cells(
     scalar: Any,
     device: wp.Device,
 ) -> Model:
-    """Send the yarns of several independent cells to the device; arguments and errors as for ``put_model``.
+    """Send the yarns of several independent cells to the device, with the arguments and errors of ``put_model``.
 
-    Each cell may have contact samples of its own.
+    Each cell may have its own number of contact samples.
     """
     samples = np.broadcast_to(contact_samples, len(given)).tolist()
     for name, count in (("quadrature_points", quadrature_points), ("contact_samples", min(samples))):
@@ -94,7 +94,7 @@ def put_cells(
 
 
 def _refuse_stiffness(materials: Sequence[YarnMaterial], scalar: Any) -> None:
-    """Refuse stiffnesses, for yarn of unit radius, whose squared forces exceed the precision."""
+    """Refuse stiffnesses, scaled to yarn of unit radius, whose squared forces exceed the precision."""
     largest = float(np.sqrt(np.finfo(np.float32 if scalar is wp.float32 else np.float64).max)) * ROOM
     for material in materials:
         for name in ("k_len", "k_length", "k_bend", "k_contact"):
@@ -112,7 +112,7 @@ def _refuse_slender(counts: NDArray[np.int64]) -> None:
 
 
 def join_yarns(sets: Sequence[YarnSet]) -> YarnSet:
-    """The yarns of several sets in one set, without lattices."""
+    """Return the yarns of several sets in one set, without lattices."""
     names = ("points", "closed", "radius", "rest_length", "row", "face", "part", "colour", "natural_curvature",
              "drawn_radius", "mass_per_length")  # fmt: skip
     joined: dict[str, Any] = {name: np.concatenate([getattr(yarns, name) for yarns in sets]) for name in names}
@@ -157,25 +157,25 @@ def _put_points(model: Model) -> None:
 
 
 def leg_weights(parameter: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Weights of the three legs in y' at each parameter, shape (n, 3)."""
+    """Return the weights of the three legs in y' at each parameter, shape (n, 3)."""
     first, last = (1 - parameter) ** 2 / 2, parameter**2 / 2
     return np.stack([first, 1 - first - last, last], axis=1)
 
 
 def gauss_rule(count: int) -> NDArray[np.float64]:
-    """Rows of a Gauss rule on [0, 1], shape (count, 6)."""
+    """Return the rows of a Gauss rule on [0, 1], shape (count, 6)."""
     nodes, weights = np.polynomial.legendre.leggauss(count)
     s = (nodes + 1) / 2
     return np.column_stack([leg_weights(s), 1 - s, s, weights / 2])
 
 
 def sample_places(most: int) -> NDArray[np.float64]:
-    """Parameters of 1, 2, ... ``most`` equidistant samples of a segment, one after the other."""
+    """Return the parameters of 1, 2, ... ``most`` equidistant samples of a segment, one after another."""
     return np.concatenate([(np.arange(count) + 0.5) / count for count in range(1, most + 1)])
 
 
 def sample_counts(yarns: YarnSet, contact_samples: int) -> NDArray[np.int64]:
-    """Contact samples of each segment, at least ``contact_samples`` and at most one too many, shape (S,)."""
+    """Return the number of contact samples of each segment, from ``contact_samples`` to one too many, shape (S,)."""
     corners = yarns.points[yarns.segment_points]
     if yarns.point_shift is not None:
         corners = corners + yarns.point_shift

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Control points that a moving body carries: each keeps its place relative to the nearest triangle.
 
-The body has the whole force on such a point, and the step of the point leads to its place on the body, as a waistband
-or a sewn seam does.
+The body takes the whole force on such a point, and the step of the point leads to its place on the body. A waistband or
+a seam that is sewn on holds yarn in this way.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from stitchmesh.yarnrelax.model.state import State
 from stitchmesh.yarnrelax.motion.moving_surface import MovingSurface
 
 FARTHEST = wp.constant(1.0e6)
-"""Distance at which the nearest triangle is searched [units]."""
+"""Distance within which the nearest triangle is searched [units]."""
 
 
 @kernel
@@ -71,7 +71,7 @@ class CarriedPoints(Constraint):
     """Control points that a body carries, on a device."""
 
     def __init__(self, model: Model, surface: MovingSurface, points: NDArray[np.int64]) -> None:
-        """Attach control points where the yarns were given; the surface is at its first time."""
+        """Attach the control points where the yarns were given; the surface is at its first time."""
         self.surface, self.carried = surface, model.integers(points)
         self._coupling = held_coordinates(self.carried, model.point_count)
         self.face, self.local = model.integers(np.zeros(len(points))), model.empty(len(points), 3)
@@ -79,14 +79,14 @@ class CarriedPoints(Constraint):
         model.launch(attach, len(points), [surface.constants, self.carried, given], [self.face, self.local])
 
     def filter_forces(self, force: wp.array[Any], launcher: Launcher) -> list[Any]:
-        """The launch that sets forces on carried points to zero."""
+        """Return the launch that sets the forces on carried points to zero."""
         return [launcher(hold, len(self.carried), [self.carried], [force])]
 
     def coupling(self) -> Coupling:
-        """A row for each coordinate of the carried points."""
+        """Return a row for each coordinate of the carried points."""
         return self._coupling
 
     def filter_steps(self, state: State, step: wp.array[Any], limit: wp.array[Any], launcher: Launcher) -> list[Any]:
-        """The launch that leads carried points to their places on the body."""
+        """Return the launch that leads carried points to their places on the body."""
         inputs = [self.surface.constants, self.carried, self.face, self.local, state.points, limit]
         return [launcher(carry, len(self.carried), inputs, [step])]

@@ -2,15 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Contact and friction of yarns with a body that moves.
 
-The contact has the energy of a still body (``energies.body``) at the place of the surface. Friction is Coulomb's law
-for each contact sample, with an anchor that moves with a triangle of the surface, so slip is measured against the body:
+The contact has the energy of a body at rest (``energies.body``) at the place of the surface. Friction is Coulomb's law
+for each contact sample. The anchor moves with a triangle of the surface, so that slip is measured against the body:
 
     F = -mu N (phi'(s) / s) u_t,    s = |u_t|,    N = |push|
 
 u_t is the displacement from the anchor in the plane across the push, and phi the law of ``friction.friction_law``: the
-force is mu N beyond a slip length e. An anchor farther away is dragged along until s = e, so a sample that slides feels
-mu N against its velocity relative to the body, and one that sticks returns to where it stuck. N, n and the anchor are
-those of the present step, which an explicit solver (``solvers.dynamics``) can use.
+force is mu N beyond a slip length e. An anchor farther away is dragged along until s = e. A sample that slides
+therefore feels mu N against its velocity relative to the body, and a sample that sticks returns to where it stuck. N,
+n and the anchor belong to the present step, which an explicit solver (``solvers.dynamics``) can use.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ from stitchmesh.yarnrelax.motion.follow_defaults import BODY_FRICTION
 from stitchmesh.yarnrelax.motion.moving_surface import MovingSurface
 
 LARGEST_COEFFICIENT = 2.0
-"""Coefficient that no yarn has on skin or cloth."""
+"""No yarn has a larger coefficient on skin or cloth."""
 
 
 @wp.func
@@ -146,10 +146,10 @@ def moving_body_forces(
 
 @dataclass(frozen=True, eq=False)
 class MovingBody(TermChoice):
-    """A body that moves, and with which yarns have friction; for the solver ``dynamics`` (``follow_body``).
+    """A body that moves and has friction with yarns, for the solver ``dynamics`` (``follow_body``).
 
     Raises:
-        ParameterError: as for ``Body``, or a coefficient that is negative or larger than that of any yarn.
+        ParameterError: ``Body`` refuses a value, or the coefficient is negative or above ``LARGEST_COEFFICIENT``.
     """
 
     moving: MovingMesh
@@ -159,11 +159,11 @@ class MovingBody(TermChoice):
     thickness: float = 0.0
     """Distance from the body at which the surface of a yarn begins to feel a force [cm]."""
     stiffness: float = 1.0
-    """Stiffness over that of a yarn."""
+    """Stiffness over the stiffness of a yarn."""
     slip_length: float = 0.05
-    """Slip at which friction is full, in mean yarn radii."""
+    """Slip from which on friction is full, in mean yarn radii."""
     carried: Pins | None = None
-    """Control points that move with the body, such as those of a waistband."""
+    """Control points that move with the body, for example the points of a waistband."""
 
     def __post_init__(self) -> None:
         Body(self.moving.mesh, self.thickness, self.stiffness)
@@ -173,7 +173,7 @@ class MovingBody(TermChoice):
         check_positive("moving body: slip length", self.slip_length)
 
     def on(self, model: Model) -> MovingBodyTerm:
-        """The body on a model's device, where it is at its first time.
+        """Return the body on a model's device, at its first time.
 
         Raises:
             ParameterError: the yarns are on a lattice, or do not resist contact.
@@ -188,7 +188,7 @@ class MovingBodyTerm(Term):
     name = "moving body"
 
     def __init__(self, model: Model, body: MovingBody) -> None:
-        """The body at its first time, without contacts."""
+        """Put the body on the device at its first time, without contacts."""
         self.model = model
         self.closed = Body(body.moving.mesh).closed
         self.surface = MovingSurface(model, body.moving)
@@ -205,7 +205,7 @@ class MovingBodyTerm(Term):
         self.forget_distances()
 
     def forget_distances(self) -> None:
-        """Measure all distances again at the next forces; a resumed run begins in the same way."""
+        """Measure all distances again in the next forces; a resumed run begins in the same way."""
         self.measured.fill_(NOWHERE)
 
     def forces(self, state: State, candidates: Candidates, launcher: Launcher) -> list[Any]:
@@ -217,19 +217,19 @@ class MovingBodyTerm(Term):
         return [*placed, launcher(moving_body_forces, self.model.sample_count, inputs, outputs)]
 
     def energy(self, state: State, candidates: Candidates) -> float:
-        """Zero: the body does work, and friction loses energy."""
+        """Zero, because the body does work and friction loses energy."""
         return 0.0
 
     def stiffness(self) -> NDArray[np.float64]:
-        """Zero: the stiffness comes with ``forces``."""
+        """Zero, because ``forces`` adds the stiffness itself."""
         return np.zeros(self.model.point_count)
 
     def arrays(self) -> dict[str, wp.array[Any]]:
-        """The anchors."""
+        """Return the anchors."""
         return {"face": self.face, "anchor": self.anchor}
 
     def gaps(self, state: State) -> NDArray[np.float64]:
-        """Signed distance of each sample from the surface over its reach, shape (P,); the samples are up to date."""
+        """Return the signed distance of each sample from the surface over its reach, (P,), for up-to-date samples."""
         gap = self.model.empty(self.model.sample_count)
         inputs = [self.surface.constants, self.thickness, self.model.number(1e30), state.samples]
         self.model.launch(body_gaps, self.model.sample_count, inputs, [gap])

@@ -2,12 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """The surface of a moving body on the device, at one time.
 
-Between two frames the corners move along straight lines. Launches place them at the time of a solver's clock before
-each evaluation of forces. Outward directions follow from the corners by the formulas of ``mesh_features``, in the same
-order of sums, and the tree of boxes is fitted to them. A surface that never moves launches nothing.
+Between two frames the corners move along straight lines. Before each evaluation of forces, launches place them at the
+time of the solver's clock. Outward directions follow from the corners by the formulas of ``mesh_features``, in the same
+order of sums, and the tree of boxes is fitted to the corners. A surface that never moves launches nothing.
 
-``travel`` is a bound of the distance that any point of the surface has moved since the last frame. A distance from the
-surface that was measured at an earlier travel is wrong by no more than the difference.
+``travel`` is a bound of the distance that any point of the surface has moved since the last frame. If a distance from
+the surface was measured at an earlier travel, its error is at most the difference of the travels.
 """
 
 from __future__ import annotations
@@ -123,7 +123,7 @@ class MovingSurface:
     """The surface of a moving body on the device of a model."""
 
     def __init__(self, model: Model, moving: MovingMesh) -> None:
-        """Put the surface where it is at the first time."""
+        """Put the surface on the device, at its first time."""
         self.model, self.motion = model, moving.motion
         self.topology = feature_topology(moving.mesh)
         features = features_at(self.topology, model.to_device(moving.motion.vertices[0]))
@@ -148,7 +148,7 @@ class MovingSurface:
         return apart / float(times[frame + 1] - times[frame]) / self.model.unit
 
     def begin(self, frame: int) -> None:
-        """Move from a frame to the next one from now on; the surface is placed at the time of the clock."""
+        """Let the surface move from a frame to the next one, and place it at the time of the clock."""
         times = self.motion.times
         self._interval.assign(np.array([times[frame], times[frame + 1], self.speed(frame)]))
         for k, end in enumerate(self._ends):
@@ -161,7 +161,7 @@ class MovingSurface:
             launch.launch()
 
     def launches(self, launcher: Launcher) -> list[Any]:
-        """The prepared launches that place the surface at the time of the clock."""
+        """Return the prepared launches that place the surface at the time of the clock."""
         if not self._moves:
             return []
         surface, tree = self.constants, self._surface.tree
@@ -179,10 +179,10 @@ class MovingSurface:
 
 
 def _neighbour_tables(model: Model, topology: FeatureTopology) -> list[wp.array[Any]]:
-    """For each triangle the triangles across its edges, -1 at a border; for each place the corners around it.
+    """Return the triangles across the edges of each triangle, -1 at a border, and the corners around each place.
 
     Returns:
-        Triangles across edges, starts of the corners of a place, the corners, the place of each corner, and 1 for each
+        Triangles across edges, the first corner of each place, the corners, the place of each corner, and 1 for each
         place on a border.
     """
     edges, places = topology.edge.ravel(), topology.place.ravel()
@@ -196,7 +196,7 @@ def _neighbour_tables(model: Model, topology: FeatureTopology) -> list[wp.array[
 
 
 def _other_of_pairs(numbers: IntArray) -> IntArray:
-    """For each entry the index of the other entry with the same number; -1 if there is none."""
+    """Return for each entry the index of the other entry with the same number; -1 if there is none."""
     order = np.argsort(numbers, kind="stable")
     alike = numbers[order][1:] == numbers[order][:-1]
     other = np.full(len(numbers), -1, dtype=np.int64)

@@ -1,8 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Frames in which a moving body cuts through itself: an edge of one triangle passes through another triangle.
+"""Finds frames in which a moving body cuts through itself: an edge of one triangle passes through another triangle.
 
-Triangles that share a place are neighbours, and touching is no cut: all signed volumes must differ from zero.
+Triangles that share a place are neighbours and do not count. To touch is not to cut: all signed volumes must differ
+from zero.
 """
 
 from __future__ import annotations
@@ -72,7 +73,7 @@ def refuse_self_cuts(moving: MovingMesh, device: wp.Device) -> None:
     """Check that no frame of a body cuts through itself.
 
     Raises:
-        ParameterError: a frame does; it names the frame, its time, two faces, and the place.
+        ParameterError: a frame does; the message names the frame, its time, two faces, and the place.
     """
     topology = feature_topology(moving.mesh)
     for number, vertices in enumerate(moving.motion.vertices):
@@ -89,7 +90,7 @@ def refuse_self_cuts(moving: MovingMesh, device: wp.Device) -> None:
 
 
 def _cuts(corners: FloatArray, place: Any, device: wp.Device) -> Any:
-    """The triangle through which each triangle cuts, -1 without, shape (T,)."""
+    """Return the triangle through which each triangle cuts, or -1, shape (T,)."""
     indices = wp.array(np.arange(len(corners)), dtype=wp.int32, device=device)
     tree = wp.Mesh(wp.array(corners, dtype=wp.vec3, device=device), indices)
     count = len(corners) // 3

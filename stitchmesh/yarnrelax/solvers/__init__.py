@@ -15,7 +15,7 @@ SOLVERS: dict[str, Callable[..., Solver]] = {"quasistatic": LBFGS, "dynamics": Y
 
 
 def solver_named(name: str) -> Callable[..., Solver]:
-    """How to make the solver of that name for a model.
+    """Return the function that makes the solver of a name for a model.
 
     Raises:
         ParameterError: there is no solver of that name.

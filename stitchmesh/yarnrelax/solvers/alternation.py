@@ -2,16 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """How Newton steps alternate with iterations of the solver.
 
-Far from rest, the limits of moves shorten Newton steps, and then the solver often lowers the energy faster than they
-do. After each shortened step, the solver therefore iterates for as long as the step took, and goes on while it lowers
-the energy at least as fast. Neither method can cost much more than twice what the better one would cost alone.
+Far from rest, the limits of moves shorten Newton steps, and the solver then often lowers the energy faster than Newton
+steps do. After each shortened step, the solver therefore iterates for as long as the step took, and continues while it
+lowers the energy at least as fast. The two methods together thus cost hardly more than twice what the better one would
+cost alone.
 
-The stitches of a large piece that still slide do so in many iterations, and Newton steps there are short or refused,
-because their matrix is not the exact Hessian: it goes on with the solver after these too.
+The sliding stitches of a large piece need many iterations to come to rest. Newton steps there are short or refused,
+because their matrix is not the exact Hessian. The solver therefore also continues after these steps.
 
-Several cells take their steps together, in every ``ROUND``-th assessment interval. While they wait, cells iterate that
-would iterate alone too; those whose last step was not shortened stand still, because iterations lead away from the
-minimum that Newton steps are about to find.
+Several cells take their Newton steps together, in every ``ROUND``-th assessment interval. In the intervals between, a
+cell iterates if it would also iterate alone. A cell whose last step was not shortened stands still, because iterations
+lead away from the minimum that Newton steps are about to find.
 """
 
 from __future__ import annotations
@@ -23,13 +24,13 @@ from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL
 
 STEP_COST = {"cpu": 15, "cuda": 50}
-"""Iterations that a Newton step of cells or of a small piece counts as: it takes about their time."""
+"""Number of iterations that a Newton step of cells, or of a small piece, counts as; it takes about their time."""
 COST_OF_THOUSAND, LARGEST_COST = 50, 500
-"""The same for each thousand control points of a larger piece, whose factors take longer than an iteration of so many
-control points, and for the largest."""
+"""Number of iterations that a Newton step of a larger piece counts as, for each thousand control points, because its
+factors take longer than an iteration of so many control points; and the largest number."""
 ROUND = {"cpu": 1, "cuda": 5}
-"""Assessment intervals from one Newton step of several cells to the next. On a GPU a step takes hardly longer for many
-cells than for a few, and about as long as these intervals."""
+"""Number of assessment intervals from one Newton step of several cells to the next. On a GPU a step takes hardly longer
+for many cells than for a few, and about as long as these intervals."""
 
 
 class Alternation:
@@ -38,9 +39,9 @@ class Alternation:
     def __init__(self, cells: int, device: str = "cpu", step_cost: int = STEP_COST["cpu"]) -> None:
         """Begin with a Newton step of each of ``cells`` cells on a device, ``cpu`` or ``cuda``."""
         self.step_cost = step_cost
-        """Iterations that a Newton step counts as."""
+        """Number of iterations that a Newton step counts as."""
         self.intervals, self.round = 0, 1 if cells == 1 else ROUND[device]
-        """Assessment intervals that have begun, and how many are from one Newton step to the next."""
+        """Number of assessment intervals that have begun, and number of intervals from one Newton step to the next."""
         self.follows = np.zeros(cells, dtype=bool)
         """Whether the next Newton step of each cell follows its last one without iterations, shape (C,)."""
         self.descent = np.zeros(cells, dtype=np.int64)
@@ -49,9 +50,9 @@ class Alternation:
         """Relative fall of the energy in the last shortened Newton step of each cell over its cost, shape (C,)."""
 
     def begin_interval(self, chosen: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Begin an interval of some cells; return those that do not stand still in it, shape (C,).
+        """Begin an interval of some cells; return the cells that do not stand still in it, shape (C,).
 
-        Where all of them would, their Newton steps come at once.
+        If all of them would stand still, their Newton steps come at once.
         """
         self.intervals += 1
         standing = chosen & self.follows & (self.intervals % self.round != 0)
@@ -72,8 +73,8 @@ class Alternation:
 
         Args:
             stepping: whether each cell took a step, shape (C,).
-            shortened: whether each cell took a shortened step that was accepted, or another one that gives way, shape
-                (C,).
+            shortened: whether each cell took a shortened step that was accepted, or another step after which the solver
+                iterates, shape (C,).
             fall: relative fall of the energy in the steps, shape (C,).
         """
         self.follows = (self.follows | stepping) & ~shortened
@@ -85,7 +86,7 @@ class Alternation:
 
         Args:
             good: whether each cell was iterated and accepted, shape (C,).
-            bad: whether each cell was iterated and not accepted; Newton's method goes on with it, shape (C,).
+            bad: whether each cell was iterated and not accepted, shape (C,); Newton's method continues with it.
             fall: relative fall of the energy in the interval, shape (C,).
         """
         interval = int(ASSESSMENT_INTERVAL)
@@ -96,7 +97,7 @@ class Alternation:
 
 
 def alternation_of(model: Model) -> Alternation:
-    """The alternation for a model before its first Newton step."""
+    """Return the alternation for a model before its first Newton step."""
     device = "cuda" if model.device.is_cuda else "cpu"
     points = 0 if model.on_lattice else model.point_count
     cost = int(np.clip(points * COST_OF_THOUSAND // 1000, STEP_COST[device], LARGEST_COST))

@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A cell that relaxes: the periods of the lattice are unknowns, like the control points.
+"""A relaxing cell: the periods of the lattice are unknowns, like the control points.
 
-Let e1 be the direction of the courses (the first period), e2 the direction across them in the plane of the lattice. The
-cell is deformed by
+Let e1 be the direction of the courses (the first period), and e2 the direction across them in the plane of the lattice.
+The cell is deformed by
 
     F = I + a e1 e1^T + c e1 e2^T + b e2 e2^T
 
@@ -14,19 +14,19 @@ the energy, so that the forces on the strains are
 
     W_11, W_22, W_12       W = sum over legs of force leg^T + sum over pairs in contact of f_pq (y_p - y_q)^T    [erg]
 
-None of them depends on the images in which the yarns are written. A load P1 along the courses and P2 along the wales
-[dyn] on the borders of the cell is a dead load of energy - P1 |u| - P2 h, with u the first period and h the extent of
-the second period across the courses. At rest W = -P |u|, and W over the area of the cell is its stress.
+These forces do not depend on the images in which the yarns are written. A load P1 along the courses and P2 along the
+wales [dyn] on the borders of the cell is a dead load of energy - P1 |u| - P2 h, with u the first period and h the
+extent of the second period across the courses. At rest W = -P |u|, and W over the area of the cell is its stress.
 
 The strains of an iteration are relative to the current cell: each move of the strains deforms the cell, the control
 points and their listed places. The strains are one more entry after the control points, (a, b, c) times
-``STRAIN_UNIT``. Their stiffness is that of yarns that follow F, in which a segment that points along t, or a pair in
-contact along t, has the strain m = (t1^2, t2^2, t1 t2):
+``STRAIN_UNIT``. Their stiffness is the stiffness of yarns that follow F. There, a segment that points along t, or a
+pair in contact along t, has the strain m = (t1^2, t2^2, t1 t2):
 
     K = sum over segments of 2 (k_len + k_length) m m^T + sum over pairs of E'' d^2 m m^T
 
-K only scales moves. While candidate lists last, two arcs at the distance D approach by the size of F - I times D in
-addition to the moves of their control points; ``step_limit`` divides the clearance between both.
+K only scales moves. While candidate lists last, two arcs at the distance D approach by the size of F - I times D, in
+addition to the moves of their control points; ``step_limit`` divides the clearance between the strain and the points.
 """
 
 from __future__ import annotations
@@ -55,16 +55,16 @@ from stitchmesh.yarnrelax.solvers.preconditioner import inverse_block
 PARTS = 9
 """Sums of a cell: the three forces, and the block of stiffness (aa, bb, cc, ab, ac, bc)."""
 SAMPLES_PER_BLOCK, MOST_BLOCKS = 4 * THREADS, 64
-"""Contact samples of the largest cell that a block takes, and the most blocks for a cell."""
+"""Contact samples of the largest cell for each block, and the largest number of blocks for a cell."""
 HELD = wp.constant(wp.float64(1.0e20))
-"""Stiffness of a strain that is held [erg]."""
+"""Stiffness of a held strain [erg]."""
 
 Block = wp.types.vector(length=6, dtype=wp.float64)
 
 
 @dataclass(frozen=True)
 class RelaxCell:
-    """Which changes the periods of a cell are free to make, and the loads on its borders.
+    """The changes that the periods of a cell are free to make, and the loads on its borders.
 
     Raises:
         ParameterError: a load is not finite.
@@ -226,7 +226,7 @@ def sum_parts(
 
 @functools.cache
 def strains_struct(scalar: Any) -> Any:
-    """The struct of the strains of cells in one precision; ``count`` is 0 where no cell relaxes."""
+    """Return the struct of the strains of cells in one precision; ``count`` is 0 if no cell relaxes."""
     threes, doubles = wp.array(dtype=vector(3, scalar)), wp.float64
     annotations = {
         "count": wp.int32,
@@ -246,7 +246,7 @@ class CellStrain:
     """The strains of a model's cells, on its device."""
 
     def __init__(self, model: Model, choices: Sequence[RelaxCell]) -> None:
-        """Zero strains of the current cells; one choice for each cell.
+        """Begin with zero strains of the current cells; there is one choice for each cell.
 
         Raises:
             ParameterError: the yarns have no lattice.
@@ -268,7 +268,7 @@ class CellStrain:
         self.effort = wp.zeros(model.cell_count, dtype=wp.float64, device=model.device)
 
     def _blocks(self) -> int:
-        """Blocks that sum over each cell: the number that suits the largest cell, which cores of a CPU share too."""
+        """Return the number of blocks that sum over each cell; it suits the largest cell. Cores of a CPU share them."""
         return int(np.clip(self.model.largest_cell // SAMPLES_PER_BLOCK, 1, MOST_BLOCKS))
 
     @property
@@ -287,7 +287,7 @@ class CellStrain:
         self.loads.assign(loads * self.model.units[:, None])
 
     def struct(self, candidates: Candidates) -> Any:
-        """The struct that kernels receive."""
+        """Return the struct that kernels receive."""
         struct = strains_struct(self.model.scalar)()
         struct.count, struct.per_unit = self.model.cell_count, self.model.number(1.0 / STRAIN_UNIT)
         struct.listed_centre = candidates.near.listed_centre
@@ -296,7 +296,7 @@ class CellStrain:
         return struct
 
     def gather_launch(self, state: State, launcher: Launcher) -> Any:
-        """The launch that sums the forces on the strains, block by block."""
+        """Return the launch that sums the forces on the strains, block by block."""
         inputs = [self.model.constants, self.blocks, self.model.cell_segments, state.segment_virial,
                   state.sample_virial]  # fmt: skip
         return launcher(
@@ -304,18 +304,18 @@ class CellStrain:
         )
 
     def force_launches(self, state: State, candidates: Candidates, launcher: Launcher) -> list[Any]:
-        """The launches that leave the forces on the strains and their preconditioners in their entries."""
+        """Return the launches that leave the forces on the strains, and their preconditioners, in their entries."""
         outputs = [self.struct(candidates), state.force, state.stiffness, state.preconditioner]
         cells = self.model.cell_count
         put = launcher(put_strain_forces, cells, [self.model.point_count, *outputs], [], tile=self.threads)
         return [self.gather_launch(state, launcher), put]
 
     def clear_launches(self) -> list[Any]:
-        """The launches that set the sums over terms to zero."""
+        """Return the launches that set the sums over terms to zero."""
         return [ZeroArray(self.net), ZeroArray(self.effort)]
 
     def sum_launches(self, state: State, launcher: Launcher) -> list[Any]:
-        """The launches that leave the forces on the strains, of the virials of a state, in ``totals`` [erg]."""
+        """Return the launches that leave the forces on the strains, from a state's virials, in ``totals`` [erg]."""
         cells = self.model.cell_count
         return [
             self.gather_launch(state, launcher),
@@ -323,12 +323,12 @@ class CellStrain:
         ]
 
     def add_launches(self, state: State, launcher: Launcher) -> list[Any]:
-        """The launches that add the forces of one term on the strains; the virials are those of this term."""
+        """Return the launches that add the forces of one term on the strains, from the virials of this term."""
         add = launcher(add_strain_effort, self.model.cell_count, [self.free, self.totals], [self.net, self.effort])
         return [*self.sum_launches(state, launcher), add]
 
     def residuals(self) -> NDArray[np.float64]:
-        """Magnitude of the sum of all forces on the strains, loads included, over the sum of magnitudes, shape (C,)."""
+        """Magnitude of the sum of all forces on the strains, with the loads, over the sum of magnitudes, shape (C,)."""
         loads = self._on_borders() * self.host_free
         left = np.linalg.norm(self.net.numpy() + loads, axis=1)
         whole = self.effort.numpy() + np.linalg.norm(loads, axis=1)
@@ -346,5 +346,5 @@ class CellStrain:
 
 
 def strains_of(model: Model, strain: CellStrain | None, candidates: Candidates) -> Any:
-    """The struct that kernels receive; its ``count`` is 0 where no cell relaxes."""
+    """Return the struct that kernels receive; its ``count`` is 0 if no cell relaxes."""
     return strains_struct(model.scalar)() if strain is None else strain.struct(candidates)

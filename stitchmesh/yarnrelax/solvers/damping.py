@@ -8,16 +8,16 @@ Dissipation of segments with velocities v(s), each unordered pair in contact cou
     D_contact = l_i l_j int int [k_dt |dv|^2 - (k_dt - k_dn) (n . dv)^2] ds ds'
 
 with dv the relative velocity of the pair and n the direction between its samples. As in L's Algorithm 1 a damping force
-is minus the derivative of D by the velocity, so yarns lose the power 2 D (D is not a Rayleigh function, which would be
-half of D). On control points and contact samples:
+is minus the derivative of D by the velocity, so yarns lose the power 2 D. (A Rayleigh function would be half of D.) On
+control points and contact samples, the forces are:
 
     F_j = - 2 k_global sum over segments and their slots k of  int B_j B_k ds  v_k
     F_p = - sum over q of  2 w_p w_q [k_dt dv - (k_dt - k_dn) (n . dv) n],   dv = v_p - v_q
 
-where w = l / samples per segment. On the device k_global |v|^2 and w^2 k_dt |dv|^2 keep their values, for the material
-is scaled with the lengths (``constants``).
+where w = l / samples per segment. On the device k_global |v|^2 and w^2 k_dt |dv|^2 keep their values, because the
+material is scaled with the lengths (``constants``).
 
-Pairs are in contact where their contact energy is not zero. Both samples of a pair compute its force from the same
+Pairs are in contact if their contact energy is not zero. Both samples of a pair compute its force from the same
 numbers, so contact damping conserves momentum. The kernels also find row sums of the damping, for ``time_step``.
 """
 
@@ -115,7 +115,7 @@ class ContactDamping:
         """Damping on each sample and the row sum of its coefficients [erg s / unit^2], shape (P, 4) or empty."""
 
     def launches(self, state: State, candidates: Candidates, velocity: wp.array[Any], launcher: Launcher) -> list[Any]:
-        """The launches that leave the damping for given velocities in ``force``; the samples must be placed."""
+        """Return the launches that leave the damping for given velocities in ``force``; the samples must be placed."""
         if len(self.force) == 0:
             return []
         model = self.model
@@ -128,14 +128,14 @@ class ContactDamping:
 
 
 def segment_drag(model: Model) -> NDArray[np.float64]:
-    """Coefficients of global damping between the slots of a segment [erg s / unit^2], shape (4, 4)."""
+    """Return the coefficients of global damping between the slots of a segment [erg s / unit^2], shape (4, 4)."""
     nodes, weights = np.polynomial.legendre.leggauss(4)  # exact for products of cubics
     value = basis((nodes + 1) / 2)
     return 2.0 * model.material.k_global * np.einsum("g,gi,gj->ij", weights / 2, value, value)
 
 
 def drag_rows(model: Model) -> NDArray[np.float64]:
-    """Row sums of global damping at the control points [erg s / unit^2], shape (N,)."""
+    """Return the row sums of global damping at the control points [erg s / unit^2], shape (N,)."""
     rows = np.broadcast_to(segment_drag(model).sum(axis=1), (model.segment_count, 4))
     corners = model.yarns.segment_points.ravel()
     return np.bincount(corners, weights=rows.ravel(), minlength=model.point_count).astype(np.float64)

@@ -4,10 +4,10 @@
 
     v <- v + dt M^-1 (F - dD/dv),     x <- x + dt v
 
-F are the forces of all energies, D is the dissipation (``damping``), dt one time step for all (``time_step``) and M the
-mass, each segment's m l shared (1, 11, 11, 1) / 24 among its control points (``material``). Constraints
-reduce the velocity together with the step. Time is in seconds and lengths are in units (``constants``), so a mass m [g]
-is m unit^2 in erg s^2 / unit^2.
+F are the forces of all energies, D is the dissipation (``damping``), dt the time step of all control points
+(``time_step``), and M the mass. The mass m l of each segment is shared among its control points by (1, 11, 11, 1) / 24
+(``material``). Constraints reduce the velocity together with the step. Time is in seconds and lengths are in units
+(``constants``), so a mass m [g] is m unit^2 in erg s^2 / unit^2.
 """
 
 from __future__ import annotations
@@ -136,7 +136,7 @@ class YarnDynamics(Solver):
     allowed_rise = 0.05
 
     def __init__(self, model: Model, further: NDArray[np.float64], strains: int = 0, *, alone: bool = True) -> None:
-        """Yarns with zero velocity; the stiffness of further terms is part of ``state.stiffness``."""
+        """Begin with zero velocities; the stiffness of further terms is part of ``state.stiffness``."""
         if model.cell_count > 1:
             raise ParameterError("dynamics: cells move in one time; relax them one by one, or quasistatically")
         if strains:
@@ -180,7 +180,7 @@ class YarnDynamics(Solver):
         self.done = done
 
     def progress(self, inputs: SolverInputs, launched: int) -> Progress:
-        """Count what was launched, and measure how far control points have moved on these candidate lists."""
+        """Count the launched iterations, and measure how far control points have moved on these candidate lists."""
         self.done += launched
         state = inputs.state
         used = self.model.empty(len(state.points))
@@ -189,7 +189,7 @@ class YarnDynamics(Solver):
         return Progress(np.array([self.done]), used_up, used_up)
 
     def arrays(self) -> dict[str, wp.array[Any]]:
-        """Velocities [unit / s], time step and time [s], and the scale of time steps."""
+        """Return velocities [unit / s], time step and time [s], and the scale of time steps."""
         return {"velocity": self.velocity, "clock": self.clock.now, "step_scale": self.clock.step_scale}
 
     @property
@@ -203,7 +203,7 @@ class YarnDynamics(Solver):
         return float(self.clock.now.numpy()[0])
 
     def kinetic_energy(self) -> float:
-        """Kinetic energy [erg]."""
+        """Return the kinetic energy [erg]."""
         energy = self.model.empty(self.model.point_count)
         self.model.launch(kinetic_energies, len(energy), [self.mass, self.velocity], [energy])
         return ordered_sum(energy)

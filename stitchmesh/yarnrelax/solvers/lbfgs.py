@@ -8,8 +8,8 @@ With forces F, the last moves s_j and the changes y_j = F_before - F_after of th
     a_j = s_j . q / s_j . y_j   from the newest to the oldest,      b_j = y_j . z / s_j . y_j   from the oldest on,
 
 where C is the preconditioner of this iteration (``preconditioner``) and g = s . y / y . C y of the newest pair. A move
-s_j is the displacement of a control point after its step limit and the constraints, so a pair is correct even where
-moves were shortened. A pair with s . y not clearly positive is left out.
+s_j is the displacement of a control point after its step limit and the constraints, so a pair is also correct if moves
+were shortened. A pair whose s . y is not clearly positive is left out.
 
 Quasi-Newton moves leave noise in the stiffest modes, and the residual is then more sensitive to this noise than to the
 distance from rest. Each assessment interval therefore ends with ``SMOOTHING`` plain iterations, x <- x + 1.6 F / D with
@@ -19,9 +19,9 @@ A control point that has used most of its budget (``budget``) would stay behind 
 instead until there are new candidate lists.
 
 Each cell has its own memory. This file has one launch for each step (``lbfgs_steps``), for one large piece or for any
-number of cells. Small cells without other terms and constraints do all iterations of an assessment interval in one
-launch (``lbfgs_fused``). The control points of each cell are divided into chunks, one for each block of threads. A
-block sums over its threads, one block for each cell sums over the blocks, and its first thread finds the numbers a_j,
+number of cells. For small cells without other terms and constraints, one launch does all iterations of an assessment
+interval (``lbfgs_fused``). The control points of each cell are divided into chunks, one for each block of threads. A
+block sums over its threads, and one block for each cell sums over the blocks; its first thread finds the numbers a_j,
 b_j. Nothing is read back to the host, and all sums have a fixed order.
 """
 
@@ -72,9 +72,9 @@ from stitchmesh.yarnrelax.solvers.stiffness_bounds import bend_row_sums, stretch
 FRESH = (0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 0.0, 0.0)
 """The first eight columns of the record of a cell without pairs."""
 PART_USED_UP = 1e-3
-"""Part of the control points of a piece that may have used up their budgets before it waits for new candidate lists.
-They stay where they are, within their balls, and the others go on; a garment would otherwise wait for one stitch that
-slides."""
+"""This part of the control points of a piece may have used up their budgets before the piece waits for new candidate
+lists. These points stay where they are, within their balls, and the others continue. Otherwise a garment would wait for
+one stitch that slides."""
 
 
 @wp.func
@@ -275,10 +275,10 @@ class LBFGS(Solver):
         """Allocate the memory.
 
         Args:
-            model: whose yarns are to come to rest.
+            model: the model of the yarns.
             further: row sums of the stiffness of further terms, shape (N,).
-            strains: how many cells relax, all or none.
-            alone: whether only the yarns' own forces act, and nothing holds control points.
+            strains: number of relaxing cells: all cells, or 0.
+            alone: whether there are only the yarns' own forces and no constraints.
         """
         self.bounds = put_bounds(model, stretch_row_sums(model), bend_row_sums(model), further)
         self.memory = make_memory(model, strains)
@@ -320,7 +320,7 @@ class LBFGS(Solver):
         return [*launches, tiled(apply_moves, count, cells, blocks, strains, memory, *ball[:2])]
 
     def fused_launch(self, inputs: SolverInputs, point_stiffness: wp.array[Any], launcher: Launcher) -> Any:
-        """One launch of all iterations of an assessment interval, if the cells are small enough; otherwise None."""
+        """Return one launch of all iterations of an assessment interval; None if the cells are too large."""
         if self.fused is None:
             return None
         return self.fused.launch(inputs, self.bounds, point_stiffness, int(ASSESSMENT_INTERVAL), launcher)
@@ -352,23 +352,23 @@ class LBFGS(Solver):
         return Progress(record[:, ITERATION].copy(), behind & (record[:, WAITING] > 0.0), behind & used_up)
 
     def gradients(self) -> tuple[list[int | None], list[float]]:
-        """For each cell, without its strains: iterations to a tenth of the first gradient; the last over the first."""
+        """For each cell, without strains: iterations to a tenth of the first gradient; last gradient over the first."""
         record = self.memory.record.numpy()
         first, last, tenth = (record[:, column] for column in (FIRST_GRADIENT, LAST_GRADIENT, TENTH))
         part = np.divide(last, first, out=np.zeros_like(last), where=first > 0.0)
         return [count or None for count in tenth.astype(int).tolist()], part.tolist()
 
     def recorded_gradients(self) -> NDArray[np.float64]:
-        """The recorded gradients of each cell, a row each."""
+        """Return the recorded gradients, a row for each cell."""
         return np.asarray(self.memory.record.numpy()[:, FIRST_GRADIENT:])
 
     def record_gradients(self, cells: NDArray[np.int64], gradients: NDArray[np.float64]) -> None:
-        """Set the recorded gradients of some cells, whose numbers are given."""
+        """Set the recorded gradients of the cells with the given numbers."""
         record = self.memory.record.numpy()
         record[cells, FIRST_GRADIENT:] = gradients
         self.memory.record.assign(record)
 
     def arrays(self) -> dict[str, wp.array[Any]]:
-        """The memory."""
+        """Return the arrays of the memory."""
         names = ("moves", "gradient_change", "last_force", "record", "curvature")
         return {name: getattr(self.memory, name) for name in names}

@@ -2,14 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Many iterations of small cells in one launch: a block of threads for each cell, with barriers between the steps.
 
-A launch costs more than the work of a small iteration, and in a batch of small cells each cell has a multiprocessor of
-its own. A block iterates until its cell has done all iterations or waits for new candidate lists. Cells do not wait for
-each other, and the host reads their progress only at the end.
+A launch costs more than the work of a small iteration, and in a batch of small cells each cell has its own
+multiprocessor. A block iterates until its cell has done all iterations or waits for new candidate lists. Cells do not
+wait for each other, and the host reads their progress only at the end.
 
-The kernel takes ``state`` and ``memory`` as in and out, because it runs all steps of an iteration; the signatures of
+The kernel takes ``state`` and ``memory`` as in and out, because it runs all steps of an iteration. The signatures of
 the kernels in ``evaluation``, ``segment_forces``, ``contact``, ``preconditioner`` and ``lbfgs`` show which step reads
-and writes which array. The loops over control points of one step also stand here, with ``state`` as argument:
-a function with a loop that receives single arrays computes their indices with more instructions, which makes an
+and writes which array. The loops over the control points of one step also stand here, with ``state`` as argument. A
+function with such a loop that receives single arrays would need more instructions for their indices, which makes an
 iteration of a small cell up to 3 % slower (H200).
 """
 
@@ -106,7 +106,7 @@ def point_range_in(cells: CellRanges, role: ThreadRole) -> PointRange:
 
 @functools.cache
 def element_force_function(scalar: Any, quadrature_points: int, entries_at_once: int, cell_relaxes: bool) -> Any:
-    """The function that finds the forces of segments and samples of a cell, for one precision and accuracy."""
+    """Return the function that finds the forces of segments and samples of a cell, for one precision and accuracy."""
     segment_forces_at = segment_force_function(quadrature_points, cell_relaxes)
     contact_force_at = contact_force_function(scalar, entries_at_once, cell_relaxes)
     ones = vector(3, scalar)
@@ -203,7 +203,7 @@ def move_points(point_range: PointRange, cells: CellRanges, strains: Any, state:
 
 @functools.cache
 def fused_iterations(scalar: Any, quadrature_points: int, entries_at_once: int, cell_relaxes: bool) -> wp.Kernel:
-    """The kernel for one precision and one accuracy, and for cells that relax or do not."""
+    """Return the kernel for one precision and one accuracy, and for cells that relax or do not."""
     find_element_forces = element_force_function(scalar, quadrature_points, entries_at_once, cell_relaxes)
 
     @kernel(launch_bounds=MOST_THREADS)
@@ -287,7 +287,7 @@ class FusedLaunch:
     def launch(
         self, inputs: SolverInputs, bounds: Any, point_stiffness: wp.array[Any], iterations: int, launcher: Launcher
     ) -> Any:
-        """The launch of ``iterations`` iterations, forces included."""
+        """Return the launch of ``iterations`` iterations, with their forces."""
         model, candidates = inputs.model, inputs.candidates
         kernel = fused_iterations(
             model.scalar, model.quadrature_points, model.entries_at_once, inputs.strain is not None
@@ -299,5 +299,5 @@ class FusedLaunch:
 
 
 def suits_fusing(model: Model) -> bool:
-    """Whether all cells are small enough."""
+    """Whether all cells are small enough for a fused launch."""
     return bool(np.diff(model.point_start).max() <= MOST_POINTS)

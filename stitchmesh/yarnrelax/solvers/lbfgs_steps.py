@@ -1,13 +1,13 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The algebra of the quasistatic solver, step by step for one entry or one cell (``lbfgs``).
+"""The algebra of the quasistatic solver (``lbfgs``), step by step, for one entry or one cell.
 
 An entry is a control point, or the strains of a cell (``cell_strain``). The values of a cell are in its row of the
 arrays of the memory. A scene of one piece is one cell.
 
-An iteration has these steps, with sums over the cell between them: ``add_force_products`` of each control point,
-``update_memory`` by one thread, ``add_direction_products`` of each control point, ``update_coefficients`` by one
-thread, ``propose_move`` and ``move_point`` of each control point.
+An iteration has these steps, with sums over the cell between them: ``add_force_products`` for each control point,
+``update_memory`` by one thread, ``add_direction_products`` for each control point, ``update_coefficients`` by one
+thread, ``propose_move`` and ``move_point`` for each control point.
 """
 
 from __future__ import annotations
@@ -26,37 +26,37 @@ from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL
 
 # Loops over these numbers have literal bounds below: Warp unrolls a loop only where its bound is a literal.
 SLOTS = wp.constant(7)
-"""Slots for pairs: six pairs are kept, and the oldest one stays valid while the newest one is on trial."""
+"""Number of slots for pairs: six pairs are kept, and the oldest one stays valid while the newest one is on trial."""
 SMOOTHING = wp.constant(4)
-"""Plain iterations at the end of each assessment interval."""
+"""Number of plain iterations at the end of each assessment interval."""
 PLAIN_STEP = wp.constant(1.6)
 """Plain move over force / row sum of stiffness; moves are stable below 2."""
 LEAST_SCALE, LARGEST_SCALE = wp.constant(wp.float64(0.05)), wp.constant(wp.float64(4.0))
 """Bounds of the scale g of the preconditioner."""
 SOUND = wp.constant(wp.float64(1.0e-8))
-"""Smallest cosine between a move and its change of the gradient for which a pair enters the memory."""
+"""A pair enters the memory if the cosine between the move and its change of the gradient is at least this."""
 
 NEWEST_SLOT, PAIRS, ITERATION, PLAIN, STEP_SCALE, PRECONDITIONER_SCALE, WAITING, WANTED = range(8)
 """Columns of ``LBFGSMemory.record``: slot of the newest pair; number of pairs; iterations done since the last
-assessment; 1 where the last move was a plain one; scale of moves; g; 1 where the cell waits for new candidate lists or
-for the assessment; iterations wanted until the assessment."""
+assessment; 1 if the last move was a plain one; scale of moves; g; 1 if the cell waits for new candidate lists or for
+the assessment; iterations wanted until the assessment."""
 USED_UP_COUNT, MOST_USED_UP = 8, 9
-"""Columns of ``LBFGSMemory.record``: control points that have used up their budget, and how many of them the cell goes
-on with."""
+"""Columns of ``LBFGSMemory.record``: number of control points that have used up their budget, and the number with which
+the cell still continues."""
 FIRST_GRADIENT, LAST_GRADIENT, GRADIENTS, TENTH = range(10, 14)
 """Columns of ``LBFGSMemory.record``: norm of the first and of the last force; number of forces so far; iteration at
 which the norm had first fallen to a tenth (L eq 5)."""
 RECORD = 14
-"""Columns of ``LBFGSMemory.record``."""
+"""Number of columns of ``LBFGSMemory.record``."""
 
 MOVE_FORCE, MOVE_CHANGE = wp.constant(0), wp.constant(7)
 """First of the products of the force, and of the newest change of the gradient, with the move of each slot."""
 CHANGE_CHANGE_SCALED, MOVE_MOVE, CHANGE_CHANGE = wp.constant(14), wp.constant(15), wp.constant(16)
 """Products of the newest pair: y . C y, s . s and y . y."""
 USED_UP_POINTS, FORCE_FORCE = wp.constant(17), wp.constant(18)
-"""Control points that have used up their budget; square of the force."""
+"""Number of control points that have used up their budget; square of the force."""
 PRODUCTS = 19
-"""Columns of ``LBFGSMemory.products``."""
+"""Number of columns of ``LBFGSMemory.products``."""
 
 Ages = wp.types.vector(length=6, dtype=wp.float64)
 Table = wp.types.matrix(shape=(6, 6), dtype=wp.float64)
@@ -308,7 +308,7 @@ def move_point(
 
 
 def cell_ranges(model: Model) -> Any:
-    """The struct that assigns entries and segments to the cells of a model."""
+    """Return the struct that assigns entries and segments to the cells of a model."""
     cells = CellRanges()
     cells.point_count, cells.points, cells.segments = model.point_count, model.cell_points, model.cell_segments
     return cells
@@ -316,14 +316,14 @@ def cell_ranges(model: Model) -> Any:
 
 @functools.cache
 def _memory_struct(scalar: Any) -> Any:
-    """The struct of a memory in one precision.
+    """Return the struct of a memory in one precision.
 
-    Of each entry: ``moves``, the move that stands in each slot, and ``gradient_change``, the force before the move less
-    the force after it, shape (7, E, 3); ``last_force``, the force of the last iteration, and ``step``, the next move,
-    shape (E, 3); ``limit``, the largest length of the next move, shape (E,). Of each cell: ``record`` (the columns
-    above), shape (C, 14); ``curvature``, products of moves with changes of the gradient, shape (C, 7, 7); ``alpha``,
-    the numbers a_j, and ``alpha_minus_beta``, a_j - b_j, shape (C, 7); ``products``, sums over its entries (the columns
-    above), shape (C, 19).
+    For each entry: ``moves``, the move in each slot, and ``gradient_change``, the force before the move less the force
+    after it, shape (7, E, 3); ``last_force``, the force of the last iteration, and ``step``, the next move, shape
+    (E, 3); ``limit``, the largest length of the next move, shape (E,). For each cell: ``record`` (the columns above),
+    shape (C, 14); ``curvature``, products of moves with changes of the gradient, shape (C, 7, 7); ``alpha``, the
+    numbers a_j, and ``alpha_minus_beta``, a_j - b_j, shape (C, 7); ``products``, sums over the entries of the cell (the
+    columns above), shape (C, 19).
     """
     threes, doubles = vector(3, scalar), wp.float64
     annotations = {
@@ -342,7 +342,7 @@ def _memory_struct(scalar: Any) -> Any:
 
 
 def make_memory(model: Model, strains: int) -> Any:
-    """A memory for a model's control points and for the strains of ``strains`` cells, in a struct for kernels."""
+    """Return a memory for a model's control points and the strains of ``strains`` cells, as a struct for kernels."""
     n, cells = model.point_count + strains, model.cell_count
     memory = _memory_struct(model.scalar)()
     memory.moves, memory.gradient_change = model.empty((7, n), 3), model.empty((7, n), 3)

@@ -1,18 +1,19 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Where the exact Hessian is mixed with the matrix of Gauss and Newton, and with which share of it.
+"""Where the exact Hessian is mixed with the Gauss-Newton matrix, and with which share of that matrix.
 
-Where the Hessian has negative eigenvalues, it is replaced by its mixture with a share s of the matrix of Gauss and
-Newton (``segment_hessian``, ``contact_hessian``), which is never negative: s = 1 first, and after each step a third of
-that before, until H itself is taken again below ``LEAST_SHARE``. Where the mixture has negative eigenvalues too, s
-grows by ``SLOWER`` at once. Where H becomes negative again, the last share that was sufficient is the first one.
+If the Hessian H has negative eigenvalues, its mixture with a share s of the Gauss-Newton matrix replaces it
+(``segment_hessian``, ``contact_hessian``); the Gauss-Newton matrix is never negative. The first share is s = 1. After
+each step s becomes a third, until H itself is taken again below ``LEAST_SHARE``. If the mixture has negative
+eigenvalues too, s grows by ``SLOWER`` at once. If H becomes negative again, the first share is the last one that was
+sufficient.
 
 The cell of a swatch has one share. The eigenvectors of a large piece, such as a garment, are a few stitches wide, and
 among thousands of stitches there are always some that slide. Each of its steps begins with the exact Hessian, and its
 segments have shares of their own, which grow within ``REACH`` of the control points whose pivots are negative. The
-rows with which a matrix becomes negative are those of places where it is, because the eigenvalues of its leading minors
-interlace (Cauchy). Where all shares within reach are 1, twice the reach is taken, so that at last all of the matrix is
-that of Gauss and Newton.
+factorization meets negative pivots at places where the matrix is negative, because the eigenvalues of its leading
+minors interlace (Cauchy). If all shares within reach are 1, the reach is doubled, so that at last the whole matrix is
+the Gauss-Newton matrix.
 """
 
 from __future__ import annotations
@@ -25,25 +26,25 @@ from stitchmesh.mesh import FloatArray
 from stitchmesh.yarnrelax.model.constants import Model
 
 FASTER, SLOWER = 1.0 / 3.0, 8.0
-"""Factors of a share after a step, and where the mixture is negative somewhere."""
+"""Factors of a share: after a step, and where the mixture has negative eigenvalues."""
 LEAST_SHARE = 0.002
-"""Share below which the matrix of Gauss and Newton is left out."""
+"""Below this share the Gauss-Newton matrix is left out."""
 DISTRUSTED = 0.16
-"""Least share after a step that was refused."""
+"""Smallest share after a step that was refused."""
 REACH = 12.0
 """Distance from a negative pivot within which shares grow [mean radii]; a stitch is about eight radii wide."""
 
 
 class MixtureShares:
-    """The share of the matrix of Gauss and Newton of each segment."""
+    """The share of the Gauss-Newton matrix in each segment."""
 
     def __init__(self, model: Model, *, local: bool) -> None:
-        """All of the Hessian is exact; ``local`` says whether segments have shares of their own."""
+        """Begin with the exact Hessian everywhere; ``local`` says whether segments have shares of their own."""
         self.model, self.local = model, local
         self.of_segments = np.zeros(model.segment_count)
         """The shares, shape (S,)."""
         self._sufficient = np.ones(model.segment_count)
-        """Share of each segment with which the matrix last had no negative eigenvalues, shape (S,)."""
+        """Share of each segment at which the matrix last had no negative eigenvalues, shape (S,)."""
         self._segment_points = np.asarray(model.yarns.segment_points)
 
     @property
@@ -58,13 +59,13 @@ class MixtureShares:
 
     @property
     def part(self) -> NDArray[np.float64]:
-        """Part of the segments of each cell that have a share, shape (C,)."""
+        """Part of the segments of each cell that have a share above 0, shape (C,)."""
         mixed = np.add.reduceat((self.of_segments > 0.0).astype(np.float64), self.model.segment_start[:-1])
         return np.asarray(mixed / np.diff(self.model.segment_start))
 
     @property
     def sufficient(self) -> NDArray[np.float64]:
-        """Largest share of each cell with which its matrix last had no negative eigenvalues, shape (C,)."""
+        """Largest share of each cell at which its matrix last had no negative eigenvalues, shape (C,)."""
         return np.maximum.reduceat(self._sufficient, self.model.segment_start[:-1])
 
     @sufficient.setter
@@ -76,7 +77,7 @@ class MixtureShares:
         self.of_segments = np.repeat(shares, np.diff(self.model.segment_start))
 
     def shrink(self, cell: int) -> None:
-        """Take less of the matrix of Gauss and Newton after a step of a cell, and nothing of it in a large piece."""
+        """Take a smaller share after a step of a cell; in a large piece, take the exact Hessian again."""
         own = self._own(cell)
         mixed = self.of_segments[own] > 0.0
         self._sufficient[own] = np.where(mixed, self.of_segments[own], self._sufficient[own])
@@ -88,7 +89,7 @@ class MixtureShares:
         self.of_segments[self._own(cell)] = 0.0
 
     def grow(self, cell: int, pivots: NDArray[np.int64], points: FloatArray) -> None:
-        """Take more of it where the mixture of a cell has negative eigenvalues.
+        """Take larger shares where the mixture of a cell has negative eigenvalues.
 
         Args:
             cell: the cell.
@@ -110,9 +111,9 @@ class MixtureShares:
         self.of_segments[own] = np.where(near, grown, before)
 
     def distrust(self, cells: NDArray[np.bool_]) -> None:
-        """Take more of it in the next steps of some cells, whose last ones were refused.
+        """Take larger shares in the next steps of some cells, whose last steps were refused.
 
-        Those of a large piece only become shorter.
+        The steps of a large piece only become shorter.
         """
         chosen = np.repeat(cells & (not self.local), np.diff(self.model.segment_start))
         grown = np.clip(self.of_segments * SLOWER, DISTRUSTED, 1.0)

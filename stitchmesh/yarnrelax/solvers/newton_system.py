@@ -2,14 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """The linear systems of the Newton steps of the cells of a batch, or of the only piece.
 
-With the matrix M of a cell, the exact Hessian or one that is never negative, and the forces F, its step is A^-1 F with
+Let M be the matrix of a cell, either the exact Hessian or one that is never negative, and F the forces. The step of the
+cell is A^-1 F with
 
     A = M + t I,    t = SIGNIFICANT * median of the diagonal of M
 
-Eigenvalues between -t and t are the roughness of sampled contacts, rounding, and motions of the fabric as a whole. If M
-is the exact Hessian H and A has no negative eigenvalue, some conjugate gradients with A as their preconditioner remove
-the effect of t, so that x = H^-1 F is the motion that is left to the minimum, up to its square. All cells do each of
-them together, because solutions and products of a GPU take as long for one cell as for many.
+Eigenvalues between -t and t come from the roughness of sampled contacts, from rounding, and from motions of the fabric
+as a whole. If M is the exact Hessian H and A has no negative eigenvalue, some conjugate gradients with A as their
+preconditioner remove the effect of t. Then x = H^-1 F is the remaining motion to the minimum, up to its square. All
+cells do each conjugate gradient together, because a GPU takes as long for one cell as for many.
 """
 
 from __future__ import annotations
@@ -25,14 +26,14 @@ from stitchmesh.mesh import FloatArray
 from stitchmesh.yarnrelax.hessian.cell_matrices import CellFactors, CellMatrices
 
 SIGNIFICANT = 5e-6
-"""Magnitude of an eigenvalue that counts, over the median of the diagonal. The median of all eigenvalues is about a
-tenth of the latter in knits, and the softest motions of a knit have 3e-4 of that."""
+"""Smallest magnitude of an eigenvalue that counts, over the median of the diagonal. In knits the median of all
+eigenvalues is about a tenth of the median of the diagonal, and the softest motions have 3e-4 of the former."""
 SHIFTED = 8.0
 """Factor by which t grows until a matrix with negligible negative eigenvalues has none."""
 REFINEMENTS, REFINED = 8, 1e-3
-"""Most conjugate gradients that remove the effect of t, and the part of the residual at which they end."""
+"""Largest number of conjugate gradients that remove the effect of t, and the part of the residual at which they end."""
 SOFTEST = 0.1
-"""Curvature of a direction over t below which it has no stiffness: the fabric moves as a whole."""
+"""If the curvature of a direction over t is below this, it has no stiffness: the fabric moves as a whole."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,20 +41,20 @@ class NewtonStep:
     """The step of one cell from its current state."""
 
     motion: FloatArray
-    """Motion of the control points and then of the strains [units], shape (n, 3)."""
+    """Motion of the control points, and then of the strains [units], shape (n, 3)."""
     exact: bool
-    """Whether it leads to the minimum of the energy to second order."""
+    """Whether the step leads to the minimum of the energy to second order."""
     work: float
     """Work of the forces in the step [erg]."""
     leaves_balance: bool = False
-    """Whether it leaves a balance, to which no force belongs."""
+    """Whether the step leaves a balance; no force belongs to such a step."""
 
 
 @dataclass(frozen=True, eq=False)
 class NewtonSystems:
     """The linear systems of some cells of a batch.
 
-    Vectors and motions have all coordinates of all cells, and are zero at those that are left out.
+    Vectors and motions have all coordinates of all cells, and are zero at coordinates that are left out.
     """
 
     matrices: CellMatrices
@@ -61,11 +62,11 @@ class NewtonSystems:
     force: FloatArray
     """The forces [erg / unit], shape (n,)."""
     shifted: FloatArray | float = 1.0
-    """Factor of t, of all cells or of each, shape (C,)."""
+    """Factor of t: one for all cells, or one for each cell, shape (C,)."""
 
     @cached_property
     def shift(self) -> FloatArray:
-        """The multiple t of the identity that is added to the matrix of each cell, shape (C,)."""
+        """The multiple t of the identity that is added to each cell's matrix, shape (C,)."""
         owners, diagonal = self.matrices.owners, self.matrices.diagonal()
         medians = np.zeros(owners.cell_count)
         for cell in owners.cells:
@@ -77,7 +78,7 @@ class NewtonSystems:
         """The factors of the shifted matrices.
 
         Raises:
-            SolverError: there are none.
+            SolverError: a matrix has no factors.
         """
         return self.matrices.factored(self.shift)
 
@@ -87,19 +88,19 @@ class NewtonSystems:
         return self.factors.negative_count
 
     def steps(self, cells: NDArray[np.bool_], exact: NDArray[np.bool_]) -> NewtonSteps:
-        """The steps of some cells whose matrices have no negative eigenvalues; of some they are the exact Hessian."""
+        """Return the steps of cells without negative eigenvalues; ``exact``: whether a matrix is the exact Hessian."""
         found, refined = self.factors.solve(self.force, cells), cells & exact
         if refined.any():
             found = self._refined(found, refined)
         return NewtonSteps(found.reshape(-1, 3), self.matrices.owners.sums(self.force * found))
 
     def steps_by(self, force: FloatArray, cells: NDArray[np.bool_]) -> NewtonSteps:
-        """The steps of some cells with other forces, shape (n,), without removing the effect of t."""
+        """Return the steps of some cells with other forces, shape (n,), without removing the effect of t."""
         found = self.factors.solve(force, cells)
         return NewtonSteps(found.reshape(-1, 3), self.matrices.owners.sums(force * found))
 
     def _refined(self, start: FloatArray, cells: NDArray[np.bool_]) -> FloatArray:
-        """The solution for the matrices of some cells themselves, from that for the shifted ones."""
+        """Return the solution for the matrices of some cells themselves, from the solution for the shifted matrices."""
         matrices, owners, factors = self.matrices, self.matrices.owners, self.factors
         enough = REFINED**2 * np.abs(owners.sums(self.force * start))
         residual = self.force - matrices.product(start)
@@ -120,10 +121,10 @@ class NewtonSystems:
         return found
 
     def ways_down(self, lengths: Mapping[int, float]) -> dict[int, FloatArray]:
-        """A motion of each of some cells along which its energy has a negative second derivative, shape (n / 3, 3).
+        """Return motions of some cells along which the energy has a negative second derivative, shape (n / 3, 3).
 
-        It is the part of a random vector in the negative directions of the matrix, and moves the farthest control point
-        by a length [units].
+        A motion is the part of a random vector in the negative directions of the matrix. It is scaled so that the
+        control point that moves farthest moves by the given length [units].
         """
         owners, found = self.matrices.owners, dict[int, FloatArray]()
         for cell, down in self.factors.negative_directions(list(lengths)).items():
@@ -135,7 +136,7 @@ class NewtonSystems:
         return found
 
     def without_negative_eigenvalues(self, cells: NDArray[np.bool_]) -> NewtonSystems:
-        """The systems of some cells with shifts that are as large as they need."""
+        """Return the systems of some cells, with shifts so large that no matrix has negative eigenvalues."""
         found = replace(self, matrices=self.matrices.only(cells))
         while (negative := found.negative_count > 0).any():
             found = replace(found, shifted=np.where(negative, SHIFTED, 1.0) * found.shifted)
@@ -144,13 +145,13 @@ class NewtonSystems:
 
 @dataclass(frozen=True, eq=False)
 class NewtonSteps:
-    """The steps of some cells, zero for others."""
+    """The steps of some cells; zero for all others."""
 
     motion: FloatArray
-    """Motion of the control points and then of the strains of all cells [units], shape (n / 3, 3)."""
+    """Motion of the control points, and then of the strains, of all cells [units], shape (n / 3, 3)."""
     work: FloatArray
     """Work of the forces in the step of each cell [erg], shape (C,)."""
 
     def of(self, cell: int, entries: NDArray[np.int64], *, exact: bool) -> NewtonStep:
-        """The step of a cell, whose control points and strains have these numbers."""
+        """Return the step of a cell whose control points and strains have the numbers ``entries``."""
         return NewtonStep(self.motion[entries], exact, float(self.work[cell]))

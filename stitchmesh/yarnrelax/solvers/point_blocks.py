@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The chunks of control points that blocks of threads take: each block has a part of the points of one cell."""
+"""Chunks of control points for blocks of threads: each block takes a part of the points of one cell."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def point_range_of(blocks: Blocks, block: int, lane: int, threads: int) -> Point
 
 
 def blocks_of(model: Model) -> Any:
-    """The chunks of each cell of a model."""
+    """Return the chunks of each cell of a model."""
     chunk = CHUNK["cuda" if model.device.is_cuda else "cpu"]
     counts = -(-np.diff(model.point_start) // chunk)
     of_cell = np.concatenate([[0], np.cumsum(counts)])

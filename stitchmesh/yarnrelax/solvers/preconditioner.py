@@ -7,14 +7,14 @@ along itself than across, and a contact is stiff in one direction only. Each con
 
     B = sum over its segments of (a (T + g (I - T)) + b u I)  +  c I  +  2 sum over its samples of w K
 
-with the row sums a of stretch and length along the yarn and b of bending at rest, T the segment's mean t t^T and u its
-mean (l / |y'|)^4, by which bending grows where the parameter speed is low, c the row sums of further terms, w the
-weight of the point in a sample, and K = sum of E'' n n^T the contact stiffness of the sample. A stretched yarn is stiff
-across itself too, like a string: by the part g = 1 - l / |y'| > 0 of a, with u^(1/4) for l / |y'|. A strain of one
-hundredth adds more stiffness across the yarn than bending has.
+where a are the row sums of stretch and length along the yarn, and b the row sums of bending at rest. T is the segment's
+mean t t^T. u is its mean (l / |y'|)^4, by which bending grows where the parameter speed is low. c are the row sums of
+further terms, w is the weight of the point in a sample, and K = sum of E'' n n^T is the contact stiffness of the
+sample. A stretched yarn is also stiff across itself, like a string: by the part g = 1 - l / |y'| > 0 of a, with u^(1/4)
+for l / |y'|. A strain of one hundredth adds more stiffness across the yarn than bending has.
 
-The blocks bound the Hessian by v.Hv <= 1.2 v.Bv, because the segment turns while T is a mean. Bending alone exceeds its
-part, because curvature depends on y' too: at even speed, in units of |y'|, with k = |y''|,
+The blocks bound the Hessian by v.Hv <= 1.2 v.Bv; the factor is needed because the segment turns while T is a mean.
+Bending alone exceeds its part, because curvature depends on y' too: at even speed, in units of |y'|, with k = |y''|,
 
     d^2 (kappa^2) / 2  <=  (|dy''| + 4 k |dy'|)^2,    dy' along the yarn.
 
@@ -60,7 +60,7 @@ def times_block(b: Any, v: Any) -> Any:
 
 @functools.cache
 def _bounds_struct(scalar: Any) -> Any:
-    """Row sums of stiffness: of each segment along and across the yarn, shape (S,), and of further terms, (N,)."""
+    """Return the struct for row sums of stiffness: of segments along and across the yarn, (S,), and of terms, (N,)."""
     fours = wp.array(dtype=vector(4, scalar))
     annotations = {"along": fours, "across": fours, "further": wp.array(dtype=scalar)}
     return wp.struct(type(f"Bounds_{scalar.__name__}", (), {"__annotations__": annotations}))
@@ -69,13 +69,13 @@ def _bounds_struct(scalar: Any) -> Any:
 def put_bounds(
     model: Model, along: NDArray[np.float64], across: NDArray[np.float64], further: NDArray[np.float64]
 ) -> Any:
-    """Row sums of stiffness on the device, in a struct for kernels.
+    """Return the row sums of stiffness on the device, as a struct for kernels.
 
     Args:
         model: the yarns.
-        along: of each segment's four control points along the yarn [erg / unit^2], shape (S, 4).
-        across: the same across the yarn.
-        further: of further terms at each control point, shape (N,).
+        along: row sums along the yarn at each segment's four control points [erg / unit^2], shape (S, 4).
+        across: row sums across the yarn at these points, shape (S, 4).
+        further: row sums of further terms at each control point, shape (N,).
     """
     bounds = _bounds_struct(model.scalar)()
     bounds.along, bounds.across = model.upload(along, 4), model.upload(across, 4)
@@ -125,6 +125,6 @@ def find_preconditioner(
 
 
 def preconditioner_launch(model: Model, bounds: Any, state: State, launcher: Launcher) -> Any:
-    """The launch that finds the preconditioner of each control point."""
+    """Return the launch that finds the preconditioner of each control point."""
     inputs = [model.constants, bounds, state.segment_block, state.sample_block]
     return launcher(find_preconditioner, model.point_count, inputs, [state.preconditioner])

@@ -21,16 +21,16 @@ from stitchmesh.yarnrelax.model.state import State
 from stitchmesh.yarnrelax.solvers.cell_strain import CellStrain
 
 ASSESSMENT_INTERVAL = wp.constant(20)
-"""Iterations between two assessments."""
+"""Number of iterations between two assessments."""
 UNLIMITED = np.iinfo(np.int64).max
-"""Limit of iterations where there is none."""
+"""Stands for the limit of iterations if there is none."""
 PATIENCE = 5
-"""Iterations for which cells wait for the cells that still move before there are new candidate lists for all."""
+"""Cells that need new candidate lists wait for cells that still move for at most this number of iterations."""
 
 
 @dataclass(frozen=True, eq=False)
 class SolverInputs:
-    """What a solver works on."""
+    """The inputs of a solver."""
 
     model: Model
     state: State
@@ -39,7 +39,7 @@ class SolverInputs:
     step_fraction: float
     """Largest move of a control point in one iteration, in mean yarn radii."""
     strain: CellStrain | None = None
-    """The strains of cells that relax."""
+    """The strains of relaxing cells."""
     terms: Sequence[Term] = ()
     """Further energies."""
 
@@ -49,7 +49,7 @@ class Progress:
     """Progress of a solver since ``Solver.begin``."""
 
     done: NDArray[Any]
-    """Iterations of each cell, with those made before, shape (C,)."""
+    """Number of iterations of each cell, with the ones made before, shape (C,)."""
     waiting: NDArray[np.bool_]
     """Whether so many control points have used up their budgets that the cell waits for new lists, shape (C,)."""
     used_up: NDArray[np.bool_]
@@ -59,7 +59,7 @@ class Progress:
         """Whether cells wait for new candidate lists, and no other cell can still use the old lists.
 
         Args:
-            wanted: iterations that each cell shall do, shape (C,).
+            wanted: number of iterations that each cell is to do, shape (C,).
             since_search: iterations since the lists were made.
         """
         moving = (self.done < wanted) & ~self.waiting
@@ -71,18 +71,18 @@ class Solver(ABC):
     """A solver. ``state.force`` and ``state.stiffness`` are up to date when its launches run."""
 
     needs_blocks: bool
-    """Whether it reads ``state.sample_block`` and ``state.segment_block``."""
+    """Whether the solver reads ``state.sample_block`` and ``state.segment_block``."""
     stops_by_itself: bool = True
-    """Whether a launch of several iterations ends at those that ``begin`` was asked for."""
+    """Whether a launch of several iterations ends after the number that ``begin`` was asked for."""
     allowed_rise: float
     """Largest rise of the energy between two assessments, over its size, that is accepted."""
 
     @abstractmethod
     def launches(self, inputs: SolverInputs, launcher: Launcher) -> list[Any]:
-        """The launches that move the control points by one iteration, none by more than its limit."""
+        """Return the launches that move the control points by one iteration, none by more than its limit."""
 
     def fused_launch(self, inputs: SolverInputs, point_stiffness: wp.array[Any], launcher: Launcher) -> Any:
-        """One launch of ``ASSESSMENT_INTERVAL`` whole iterations, forces included; None if there is none."""
+        """Return one launch of ``ASSESSMENT_INTERVAL`` whole iterations, with their forces; None if there is none."""
         return None
 
     @abstractmethod
@@ -95,10 +95,10 @@ class Solver(ABC):
 
     @abstractmethod
     def arrays(self) -> dict[str, wp.array[Any]]:
-        """All arrays that persist from one iteration to the next, by name."""
+        """Return all arrays that persist from one iteration to the next, by name."""
 
     def kinetic_energy(self) -> float:
-        """Kinetic energy [erg]; zero for a solver without motion."""
+        """Return the kinetic energy [erg]; zero for a solver without motion."""
         return 0.0
 
     @abstractmethod

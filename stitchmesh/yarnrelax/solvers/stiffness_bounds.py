@@ -2,14 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Upper bounds of the stiffness at each control point: row sums of the Hessian.
 
-The quasistatic solver needs no true masses and scales its steps by bounds of stiffness. For an energy with Hessian H,
+The quasistatic solver needs no true masses; it scales its steps by bounds of stiffness. For an energy with Hessian H,
 the row sums D_i = sum_j |H_ij| bound H by the diagonal D (Gershgorin), so steps F_i / D_i lower the energy. For each
 segment, with B' and B'' the derivatives of the four basis functions at the rest shape:
 
     stretch, length   2 (k_len + k_length) / l^2  int |B'_i| sum_j |B'_j|      along the yarn
     bending           2 k_bend / l^3              int |B''_i| sum_j |B''_j|    across the yarn
 
-The sums of both hold in all directions, including the dependence of bending on y', because stretch is much stiffer
+The sums of both hold in all directions, even with the dependence of bending on y', because stretch is much stiffer
 (``preconditioner``). Contact adds its own row sums, which change (``contact``).
 """
 
@@ -49,7 +49,7 @@ def bend_row_sums(model: Model) -> NDArray[np.float64]:
 
 
 def _swept_rows(order: int) -> NDArray[np.float64]:
-    """Integrals of |B_i| sum_j |B_j| with the basis functions' first or second derivatives, shape (4,).
+    """Return the integrals of |B_i| sum_j |B_j| with first or second derivatives of the basis functions, shape (4,).
 
     The magnitudes are inside the integral, because the direction of the yarn turns along a segment.
     """

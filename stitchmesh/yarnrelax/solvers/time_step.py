@@ -6,21 +6,21 @@ Stability. Semi-implicit Euler with mass M, stiffness K and damping C is, in eve
 
     x_(n+1) - 2 x_n + x_(n-1) = - dt^2 M^-1 K x_n - dt M^-1 C (x_n - x_(n-1))
 
-and stays bounded while dt^2 K + 2 dt C < 4 M. Row sums bound a matrix by its diagonal (Gershgorin), so it is sufficient
-that at each control point, with w^2 = (row sum of K) / m and g = (row sum of C) / m,
+and stays bounded while dt^2 K + 2 dt C < 4 M. Row sums bound a matrix by its diagonal (Gershgorin). It is therefore
+sufficient that at each control point, with w^2 = (row sum of K) / m and g = (row sum of C) / m,
 
     dt^2 w^2 + 2 dt g <= 4     or     dt <= 4 / (g + sqrt(g^2 + 4 w^2)),
 
-which is 2 / w without damping. The stiffness is that of the state before the step, and contacts become stiffer during
+which is 2 / w without damping. The stiffness belongs to the state before the step, and contacts become stiffer during
 the step, so only a part of this time step is used.
 
-Distance. A control point of velocity v and acceleration a that may move at most by e takes a step of at most
+Distance. Let a control point of velocity v and acceleration a move by at most e. Its time step is at most
 
     dt = [- |v| + sqrt(|v|^2 + 4 e |a|)] / (2 |a|)  =  2 e / (|v| + sqrt(|v|^2 + 4 e |a|))
 
-which is L's eq (2), derived in its appendix A, with control points in place of samples: the weights of the spline are
-not negative and sum to one, so that no sample moves farther than its control points. e is the smaller of the largest
-move of an iteration and the remaining budget of the control point (``budget``).
+which is L's eq (2), derived in its appendix A, with control points instead of samples. The weights of the spline are
+not negative and sum to one, so that no sample moves farther than its control points. e is the smaller of two lengths:
+the largest move of an iteration, and the remaining budget of the control point (``budget``).
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ STABLE_PART = wp.constant(0.8)
 """Part of the longest stable time step that is used. Measured on knitting without damping: at 0.8 and below the energy
 stays within a few percent, at 1 the energy doubles."""
 FEW_STRANDS = 32
-"""Partial results that the last thread of a reduction combines."""
+"""Number of partial results that the last thread of a reduction combines."""
 
 
 @wp.func
@@ -103,7 +103,7 @@ class Clock:
         self.bounds.assign(np.array([min(longest, LONGEST_TIME_STEP), end]))
 
     def launches(self, longest: wp.array[Any], launcher: Launcher) -> list[Any]:
-        """Advance by the shortest of the control points' longest time steps."""
+        """Return the launches that advance the time by the shortest of the control points' longest time steps."""
         largest, smallest = wp.float64(1.0), wp.float64(-1.0)
         return [
             launcher(strand_maxima, len(self.many), [smallest, longest], [self.many]),

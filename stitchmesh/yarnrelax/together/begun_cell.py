@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Cells on their way to rest that change from one batch to another.
+"""Cells on their way to rest that go from one batch to another.
 
-A batch of cells ends when the first cells of it can go on to other work, and cells that are not at rest go on in the
-next batch, with cells that begin there. The solver starts anew with them, as it does after new candidate lists; what
-Newton's method and the choice between the two have learned goes with the cell.
+A batch ends when its first cells can go on to other work. Cells that are not at rest then continue in the next batch,
+with cells that begin there. The solver starts anew with them, as it does after new candidate lists. The memory of
+Newton's method, and of its alternation with the solver, goes with the cell.
 """
 
 from __future__ import annotations
@@ -29,19 +29,19 @@ class BegunCell:
     yarns: YarnSet
     """The yarns in their last accepted state."""
     height: float | None
-    """Height of the middle plane between the planes of the yarns as they were given [cm]; None without planes."""
+    """Height of the middle plane of the given yarns, between the planes [cm]; None without planes."""
     learned: Mapping[str, NDArray[Any]]
-    """What the solvers know of the cell (``learned_by``)."""
+    """What the solvers have learned about the cell (``learned_by``)."""
     history: Sequence[HistoryEntry]
-    """The result of each assessment."""
+    """The figures of each assessment."""
     seconds: float
-    """Time in batches [s]."""
+    """Time that the cell has spent in batches [s]."""
 
 
 def learned_by(loop: RelaxationLoop) -> list[dict[str, NDArray[Any]]]:
-    """Return what the solvers know of each cell of a batch, with which ``teach`` continues.
+    """Return what the solvers have learned about each cell of a batch, for ``teach``.
 
-    The counts and gradients of each cell are among them, because a relaxation reports them.
+    This includes the counts and gradients of each cell, because a relaxation reports them.
     """
     newton = loop.newton
     solver = loop.simulation.solver
@@ -54,7 +54,7 @@ def learned_by(loop: RelaxationLoop) -> list[dict[str, NDArray[Any]]]:
 
 
 def teach(loop: RelaxationLoop, cells: Sequence[Mapping[str, NDArray[Any]] | None]) -> None:
-    """Continue with what solvers have learned of cells (``learned_by``); None for cells that begin."""
+    """Continue with what the solvers have learned about cells (``learned_by``); None for cells that begin."""
     known = [(number, own) for number, own in enumerate(cells) if own is not None]
     if not known:
         return

@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A batch of cells on its way to rest: which cells take part in the next launches, and when the rest goes on alone.
+"""A batch of cells on its way to rest: which cells take part in the next launches, and when a part goes on alone.
 
-Cells at rest stay still, but launches still pass over them. Once the cells that are not at rest are a small part of all
-(``SMALL_PART``), they go on as a batch of their own. A launch of few cells takes hardly less time than one of many, so
-that the last cells of a batch cost most. Where other cells will follow, the last ones are therefore left
-(``LAST_PART``), to go on together with those.
+Cells at rest stand still, but launches still pass over them. When the cells that are not at rest are only a small part
+of all (``SMALL_PART``), they continue as a batch of their own. A launch of few cells takes hardly less time than a
+launch of many, so that the last cells of a batch cost most. If other cells will follow, the last cells
+(``LAST_PART``) are therefore left, to continue together with these.
 """
 
 from __future__ import annotations
@@ -38,25 +38,25 @@ from stitchmesh.yarnrelax.together.begun_cell import BegunCell, learned_by, teac
 CellProgress = Callable[[int, int], None]
 """Called with the number of cells at rest and the number of iterations."""
 SMALL_PART = {"cpu": 0.25, "cuda": 0.5}
-"""Part of all contact samples below which the cells that are not at rest continue without the others. On a GPU, new
-candidate lists, which are made for all cells, are most of the time of iterations."""
+"""The cells that are not at rest continue without the others if they have less than this part of all contact samples.
+On a GPU, most of the time of iterations goes into new candidate lists, which are made for all cells."""
 LAST_PART = 0.1
-"""Part of the cells that a batch may leave for the next one."""
+"""Largest part of the cells that a batch may leave for the next one."""
 
 
 @dataclass(frozen=True, eq=False)
 class RelaxedCell:
-    """One of the cells."""
+    """A cell after its relaxation in a batch."""
 
     yarns: YarnSet
     """The yarns at rest, or in their last accepted state."""
     report: dict[str, Any]
-    """iterations, tenth_iterations (iterations to a tenth of the first gradient, None where it was never reached),
+    """iterations, tenth_iterations (iterations to a tenth of the first gradient, None if it was never reached),
     gradient (the last gradient over the first), converged, residual, hidden_by_rounding and remaining_change (as in
-    ``Relaxation.report``), energy [erg], energies [erg], max_strain, min_distance_over_radius, and error, None or why
-    the cell could not go on."""
+    ``Relaxation.report``), energy [erg], energies [erg], max_strain, min_distance_over_radius, and error (why the cell
+    could not continue, or None)."""
     history: list[HistoryEntry]
-    """The result of each assessment in which the cell took part."""
+    """The figures of each assessment in which the cell took part."""
 
     def __repr__(self) -> str:
         """Return one line: whether the yarns are at rest, and the yarns."""
@@ -65,7 +65,7 @@ class RelaxedCell:
 
 @dataclass(frozen=True, eq=False)
 class CellBatch:
-    """Cells that are relaxed together, with what was chosen for each."""
+    """Cells that are relaxed together, with the choices for each cell."""
 
     given: Sequence[tuple[YarnSet, YarnMaterial]]
     free: Sequence[RelaxCell] | None
@@ -75,12 +75,12 @@ class CellBatch:
     most: NDArray[np.int64]
     """Largest number of iterations of each cell, shape (C,)."""
     samples: Sequence[int] | None = None
-    """Contact samples of a segment of each cell; None for those of the quality."""
+    """Number of contact samples in a segment, for each cell; None for the number of the quality."""
     begun: Sequence[BegunCell | None] | None = None
     """The cells that another batch has begun, in their present state; None for cells that begin."""
 
     def simulation(self) -> YarnSimulation:
-        """The cells on the device."""
+        """Return a simulation of the cells on the device."""
         terms = []
         if self.planes is not None:
             heights = tuple(None if own is None else own.height for own in self.begun or [None] * len(self.given))
@@ -88,18 +88,18 @@ class CellBatch:
         return YarnSimulation(self.given, self.quality, self.device, terms, cells=self.free, samples=self.samples)
 
     def part(self, cells: NDArray[np.bool_]) -> CellBatch:
-        """Some of the cells as they were given."""
+        """Return a batch of some of the given cells."""
         return replace(self, given=_some(self.given, cells), free=_some(self.free, cells), most=self.most[cells],
                        planes=_some(self.planes, cells), samples=_some(self.samples, cells),
                        begun=_some(self.begun, cells))  # fmt: skip
 
     def continued(self, cells: NDArray[np.bool_], begun: Sequence[BegunCell]) -> CellBatch:
-        """Some of the cells in their present state; ``begun`` are all cells."""
+        """Return a batch of some of the cells in their present state; ``begun`` holds all cells."""
         given = [(own.yarns, material) for own, (_yarns, material) in zip(begun, self.given, strict=True)]
         return replace(self, given=given, begun=begun).part(cells)
 
     def middle_heights(self) -> list[float | None]:
-        """Height of the middle plane of each cell [cm], that of its yarns as they began; None without planes."""
+        """Return the height of the middle plane of each cell's given yarns [cm]; None without planes."""
         if self.planes is None:
             return [None] * len(self.given)
         begun = self.begun or [None] * len(self.given)
@@ -108,7 +108,7 @@ class CellBatch:
 
 
 def _some(each: Sequence[Any] | None, cells: NDArray[np.bool_]) -> Any:
-    """What belongs to some of the cells; None where nothing was chosen."""
+    """Return the entries of some of the cells; None if there are no entries."""
     return None if each is None else [own for own, chosen in zip(each, cells.tolist(), strict=True) if chosen]
 
 
@@ -120,10 +120,10 @@ def relax_batch(
     Args:
         batch: the cells.
         progress: called after each assessment.
-        others_follow: whether the last cells may be left, to go on in a batch with others.
+        others_follow: whether the last cells may be left, to continue in a batch with others.
 
     Returns:
-        The cells in their order, and the iterations of the cell that did most.
+        The cells in their order, and the iterations of the cell that did the most.
     """
     found: dict[int, RelaxedCell | BegunCell] = {}
     numbers = np.arange(len(batch.given))
@@ -154,7 +154,7 @@ def relax_batch(
 
 
 def relax_batch_partly(batch: CellBatch, iterations: int) -> list[YarnSet | str]:
-    """Yarns of each cell after some iterations towards rest, as ``relax_partly``; or why the cell cannot go on."""
+    """Return the yarns of each cell after some iterations (``relax_partly``), or why the cell cannot continue."""
     simulation = batch.simulation()
     loop = RelaxationLoop(simulation, batch.quality.tolerance, batch.quality.largest_change, by_newton=False)
     loop.start()
@@ -167,10 +167,10 @@ def relax_batch_partly(batch: CellBatch, iterations: int) -> list[YarnSet | str]
 
 
 class _Run:
-    """Cells on their way to rest, until only a small part of them is not at rest."""
+    """Cells on their way to rest, until only a small part of them is left."""
 
     def __init__(self, simulation: YarnSimulation, batch: CellBatch) -> None:
-        """Assess the cells as they are given."""
+        """Assess the given cells."""
         self.simulation = simulation
         self.batch = batch
         quality = batch.quality
@@ -180,14 +180,14 @@ class _Run:
         teach(self.loop, [None if own is None else own.learned for own in begun])
         self.began = time.perf_counter()
         self.before = [0.0 if own is None else own.seconds for own in begun]
-        """Seconds of each cell in other batches."""
+        """Time that each cell has spent in other batches [s]."""
         self.history: list[list[HistoryEntry]] = [[] if own is None else list(own.history) for own in begun]
         self._note(~self.loop.failed & np.array([own is None for own in begun]))
         self.active = ~self.loop.failed & (self.loop.iterations < batch.most)
         self._small = SMALL_PART["cuda" if simulation.model.device.is_cuda else "cpu"]
 
     def begun(self, yarns: Sequence[YarnSet]) -> list[BegunCell]:
-        """All cells, to go on in another batch; ``yarns`` are their last accepted states."""
+        """Return all cells, to continue in another batch; ``yarns`` are their last accepted states."""
         seconds = time.perf_counter() - self.began
         parts = zip(yarns, self.batch.middle_heights(), learned_by(self.loop), self.history, self.before, strict=True)
         return [BegunCell(own, height, learned, history, before + seconds)
@@ -217,12 +217,12 @@ class _Run:
 
     @property
     def is_mostly_done(self) -> bool:
-        """Whether the remaining cells are so small a part that they are faster without the others."""
+        """Whether the cells that are left are so few that they are faster without the others."""
         samples = np.diff(self.simulation.model.sample_start[self.simulation.model.segment_start])
         return bool(samples[self.active].sum() < self._small * samples.sum())
 
     def relaxed(self, yarns: Sequence[YarnSet], cells: NDArray[np.int64]) -> dict[int, RelaxedCell]:
-        """Some of the cells with their reports; ``yarns`` are those of all cells."""
+        """Return some of the cells with their reports; ``yarns`` are the yarns of all cells."""
         solver = self.simulation.solver
         assert isinstance(solver, LBFGS)
         tenth, gradient = solver.gradients()
@@ -251,7 +251,7 @@ class _Run:
         }  # fmt: skip
 
     def _largest_strains(self) -> NDArray[np.float64]:
-        """Largest strain of the segments of each cell in its last accepted state, shape (C,)."""
+        """Return the largest strain of the segments of each cell in its last accepted state, shape (C,)."""
         model = self.simulation.model
         points = model.from_device(self.simulation.good_points)
         assert self.simulation.good_periods is not None

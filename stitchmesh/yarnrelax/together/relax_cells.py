@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Many cells relaxed together: each launch serves all cells, and each cell comes to rest by itself.
 
-Cells are independent: each has its own lattice, material, solver memory and steps, and stays still once it is at rest.
-A problem of one cell, such as yarns that start too close to each other, ends that cell only.
+The cells are independent. Each has its own lattice, material, solver memory and steps, and stands still once it is at
+rest. A problem of one cell, such as yarns that start too close to each other, ends that cell only.
 """
 
 from __future__ import annotations
@@ -32,9 +32,9 @@ class RelaxedCells:
     """Cells that were relaxed together."""
 
     cells: list[RelaxedCell]
-    """The cells, in the order in which they were given."""
+    """The cells in the given order."""
     report: dict[str, Any]
-    """seconds, launched (iterations of the cell that did most), converged (how many cells), device."""
+    """seconds, launched (iterations of the cell that did the most), converged (number of cells at rest), device."""
 
     def __repr__(self) -> str:
         """Return one line: the number of cells, and the number of cells at rest."""
@@ -55,30 +55,30 @@ def relax_cells(
     """Relax many periodic cells at once, in launches that all cells share; no yarn passes through another.
 
     On a GPU a launch costs more than the work of a small cell, so hundreds of swatches take little longer than one.
-    Each cell ends with the state that ``relax_yarns`` would find within the tolerance. A cell that fails does not
-    raise: the reason is in its report, and its yarns are those of its last accepted state.
+    Each cell ends with the state that ``relax_yarns`` would find, within the tolerance. A cell that fails raises no
+    error: its report has the reason, and its yarns are in their last accepted state.
 
     Args:
         cells: yarns [cm], each on a lattice of its own; no two yarns overlap by more than half their thickness.
-        materials: stiffnesses of each cell, C of them; the material ``stitchmesh`` scaled to the mean yarn radius of
-            each cell where not given.
-        free: which changes the periods of each cell are free to make, and which loads act on them [dyn], C of them;
-            the periods are kept where not given.
-        planes: two planes between which each cell lies, or None for a cell without them, C of them; no planes where
-            not given. A swatch whose size relaxes lies between planes by default; how far apart they are follows from
-            its stitches, which yarns alone do not show, so that the caller gives them here
+        materials: stiffnesses of each cell, C of them; None for the material ``stitchmesh``, scaled to the mean yarn
+            radius of each cell.
+        free: the changes that the periods of each cell are free to make, and the loads on them [dyn], C of them; None
+            keeps the periods.
+        planes: two planes between which each cell lies, or None for a cell without them, C of them; None for no planes
+            at all. A swatch whose size relaxes lies between planes by default. The distance between them follows from
+            its stitches, which yarns alone do not show, so the caller gives the planes here
             (``stitchmesh.periodic.relaxation.support.planes``).
         quality: a preset or a ``Quality`` for all cells; its solver must be the quasistatic one.
-        device: "cpu", "cuda:0" ...; the first GPU, else the CPU, where not given.
+        device: "cpu", "cuda:0" ...; None for the first GPU, or the CPU if there is no GPU.
         progress: called after each assessment with the number of cells at rest and the number of iterations; by default
             a line shows the progress on a terminal or in a notebook, and False shows nothing.
 
     Returns:
-        The relaxed cells in the same order, each with a report, and a report of all.
+        The relaxed cells in the same order, each with a report, and a report of all cells.
 
     Raises:
-        ParameterError: there is no cell, a cell has no lattice, there is not one material, one choice or one pair of
-            planes for each cell, the device or the quality is unknown, or the solver is not the quasistatic one.
+        ParameterError: there is no cell; a cell has no lattice; a list of choices has not one entry for each cell; the
+            device or the quality is unknown; or the solver is not the quasistatic one.
         SolverError: the candidate lists of all cells together do not fit the memory.
     """
     began = time.perf_counter()

@@ -1,13 +1,13 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Relaxations for which many computations wait (``work_together``), done together in batches of cells.
+"""Relaxations that many computations wait for (``work_together``), done together in batches of cells.
 
-A batch has one precision, one tolerance and one rule of quadrature. Its cells come to the states that ``relax_yarns``
-finds within the tolerance, but with other roundings: candidate lists and Newton steps serve all cells of a batch, so
-that the bits depend on which cells are in it. What cells of a batch cannot do is done alone: yarns without a lattice,
-another solver, further terms, and yarns that cannot take their load at once (``load_path``).
+A batch has one precision, one tolerance and one quadrature rule. Its cells come to the states that ``relax_yarns``
+finds, within the tolerance, but with other rounding: candidate lists and Newton steps serve all cells of a batch, so
+that the bits depend on the other cells in it. Some relaxations cannot be part of a batch and are done alone: yarns
+without a lattice, another solver, further terms, and yarns that cannot take their load at once (``load_path``).
 
-On a CPU only short work is done together. A launch costs little there, and launches pass over cells at rest too.
+On a CPU only short work is done together. A launch costs little there, and launches also pass over cells at rest.
 """
 
 from __future__ import annotations
@@ -41,13 +41,13 @@ from stitchmesh.yarnrelax.together.cell_batch import CellBatch, RelaxedCell, rel
 from stitchmesh.yarnrelax.together.steps_together import group_of_steps, relax_group_through_steps
 
 IN_CELLS = {"yarns", "material", "quality", "device", "cell", "terms", "run", "iterations"}
-"""Arguments of relaxations that cells of a batch have."""
+"""Arguments of a relaxation that can be part of a batch."""
 
 logger = logging.getLogger(__name__)
 
 
 def ways_together() -> dict[Callable[..., Any], Together]:
-    """How the work of calls is done together, the shortest work first."""
+    """Return the functions that do the work of calls together, the shortest work first."""
     return {
         cell_stress: cell_stresses_together,
         refuse_pull_through: refuse_pull_through_together,
@@ -59,7 +59,7 @@ def ways_together() -> dict[Callable[..., Any], Together]:
 
 @alone()
 def cell_stresses_together(calls: Sequence[Call]) -> list[CellStress | StitchMeshError]:
-    """Do calls of ``cell_stress``: those of one quality and device together."""
+    """Do calls of ``cell_stress``; calls with the same quality and device are done together."""
 
     def quality_of(call: Call, _number: int) -> Hashable:
         return call.arguments["quadrature_points"], call.arguments["device"]
@@ -75,7 +75,7 @@ def cell_stresses_together(calls: Sequence[Call]) -> list[CellStress | StitchMes
 
 @alone()
 def refuse_pull_through_together(calls: Sequence[Call]) -> list[StitchMeshError | None]:
-    """Do calls of ``refuse_pull_through``: those of one device in the same launches."""
+    """Do calls of ``refuse_pull_through``; calls with the same device share launches."""
 
     def device_of(call: Call, _number: int) -> Hashable:
         return call.arguments.get("device")
@@ -89,24 +89,24 @@ def refuse_pull_through_together(calls: Sequence[Call]) -> list[StitchMeshError 
 
 @alone()
 def relax_partly_together(calls: Sequence[Call]) -> list[YarnSet | StitchMeshError]:
-    """Do calls of ``relax_partly``: those of one quality and as many iterations in one batch of cells each."""
+    """Do calls of ``relax_partly``; calls with the same quality and number of iterations share a batch."""
     return _in_groups(calls, partial(_in_halves, _relax_group_partly), _group_of)
 
 
 @alone()
 def relax_together(calls: Sequence[Call]) -> list[Relaxation | StitchMeshError | Begun]:
-    """Do calls of ``relax_yarns``: those of one quality in one batch of cells each, of which the last are left."""
+    """Do calls of ``relax_yarns``; calls with the same quality share a batch, whose last cells are left."""
     return _in_groups(calls, partial(_in_halves, _relax_group), _on_a_gpu(_group_of))
 
 
 @alone()
 def relax_through_steps_together(calls: Sequence[Call]) -> list[list[StepAtRest] | StitchMeshError]:
-    """Do calls of ``relax_through_steps``: those of one quality, friction and path in one batch of cells each."""
+    """Do calls of ``relax_through_steps``; calls with the same quality, friction and path share a batch."""
     return _in_groups(calls, partial(_in_halves, _relax_group_through_steps), _on_a_gpu(group_of_steps))
 
 
 def _on_a_gpu(group_of: Callable[[Call, int], Hashable]) -> Callable[[Call, int], Hashable]:
-    """Return the groups of calls on a GPU; each call on a CPU is a group of its own."""
+    """Return a function that groups calls on a GPU; each call on a CPU is a group of its own."""
 
     def group(call: Call, number: int) -> Hashable:
         return group_of(call, number) if device_named(call.arguments.get("device")).is_cuda else number
@@ -128,7 +128,7 @@ def _in_groups(
 
 
 def _in_halves(relax: Callable[[Sequence[Call]], list[Any]], calls: Sequence[Call]) -> list[Any]:
-    """Do calls together; where one is refused, or all need too much memory, in halves down to single ones."""
+    """Do calls together; if one is refused, or all need too much memory, do them in halves, down to single calls."""
     if len(calls) == 1 and not isinstance(calls[0], Begun):
         return [_alone(calls[0])]
     try:
@@ -141,7 +141,7 @@ def _in_halves(relax: Callable[[Sequence[Call]], list[Any]], calls: Sequence[Cal
 
 
 def _group_of(call: Call, number: int) -> Hashable:
-    """What cells of a batch have in common; the number of the call if it belongs to no batch."""
+    """Return what the cells of a batch have in common; the number of the call if it belongs to no batch."""
     given = call.arguments
     terms = given.get("terms", ())
     lies = len(terms) == 1 and isinstance(terms[0], Confinement)
@@ -160,7 +160,7 @@ def _alone(call: Call) -> Any:
 
 
 def _batch(calls: Sequence[Call]) -> CellBatch:
-    """The batch of a group of calls."""
+    """Return the batch of a group of calls."""
     each = [call.arguments for call in calls]
     first = each[0]
     begun = [call.state if isinstance(call, Begun) else None for call in calls]
@@ -209,7 +209,7 @@ def _relax_group(calls: Sequence[Call]) -> list[Relaxation | StitchMeshError | B
 
 
 def _relaxation(call: Call, cell: RelaxedCell, seconds: float, *, out_of_time: bool) -> Relaxation:
-    """The relaxation of a cell of a batch."""
+    """Return the relaxation of a cell of a batch."""
     own = cell.report
     if not own["converged"]:
         logger.warning("yarns are not at rest: %s", rest_text(own))

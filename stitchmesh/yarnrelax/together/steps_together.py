@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Load steps of many cells together (``load_steps``).
 
-Each cell has loads of its own and goes on to its next step once it is at rest. All cells have one coefficient of
-friction: before a step that changes it, or that draws the cells, they wait for each other.
+Each cell has its own loads, and goes on to its next step once it is at rest. All cells have one coefficient of
+friction. Before a step that changes the coefficient, or that draws the cells, they therefore wait for each other.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ IN_CELLS = {"yarns", "steps", "friction", "material", "quality", "cell", "device
 
 
 def group_of_steps(call: Call, number: int) -> Hashable:
-    """What cells have in common that take load steps together; the number of the call if it belongs to no group."""
+    """Return what the cells of a group of calls have in common; the number of the call if it belongs to no group."""
     given = call.arguments
     terms = given.get("terms", ())
     lies = len(terms) == 1 and isinstance(terms[0], Confinement)
@@ -45,7 +45,7 @@ def group_of_steps(call: Call, number: int) -> Hashable:
 
 
 def relax_group_through_steps(calls: Sequence[Call]) -> list[list[StepAtRest] | StitchMeshError | None]:
-    """Do calls of ``relax_through_steps`` of one group; None for a cell that cannot go on together with others."""
+    """Do calls of ``relax_through_steps`` of one group; None for a cell that cannot continue together with others."""
     path = _Path(calls)
     steps = [call.arguments["steps"] for call in calls]
     for first, last in pairwise(_waits(steps[0])):
@@ -59,7 +59,7 @@ def relax_group_through_steps(calls: Sequence[Call]) -> list[list[StepAtRest] | 
 
 
 def _waits(steps: Sequence[LoadStep]) -> list[int]:
-    """Numbers of the steps before which cells wait for each other, and of the end."""
+    """Return the numbers of the steps before which cells wait for each other, and the number of steps."""
     waits = [number for number, step in enumerate(steps)
              if number == 0 or step.stretch != (1.0, 1.0) or step.friction != steps[number - 1].friction]  # fmt: skip
     return [*waits, len(steps)]
@@ -85,13 +85,13 @@ class _Path:
         self.found: list[list[StepAtRest]] = [[] for _call in calls]
         """The steps of each cell that have ended."""
         self.history: list[list[HistoryEntry]] = [[] for _call in calls]
-        """The result of each assessment of each cell in the present step."""
+        """The figures of each cell's assessments in its present step."""
         self.before = self.cells.loop.iterations.copy()
         """Iterations of each cell before its present step, shape (C,)."""
         self.out_of_time = False
 
     def take(self, steps: Sequence[Sequence[LoadStep]]) -> None:
-        """Take the next steps of each cell, of which the first draws the cells and sets the friction of all."""
+        """Take the next steps of each cell; the first step draws the cells and sets the friction of all."""
         loop = self.cells.loop
         first = steps[0][0]
         number = np.zeros(len(steps), dtype=np.int64)
@@ -139,7 +139,7 @@ class _Path:
         noted[:] = loop.iterations
 
     def _end(self, cells: NDArray[np.bool_]) -> None:
-        """Keep the states in which the present step of some cells has ended."""
+        """Keep the states in which the present steps of some cells have ended."""
         loop = self.cells.loop
         simulation = loop.simulation
         seconds = time.perf_counter() - self.began
@@ -159,6 +159,6 @@ class _Path:
 
 
 def _loads(steps: Sequence[Sequence[LoadStep]], number: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Loads of each cell in its present step [dyn], those of its last step after it, shape (C, 2)."""
+    """Return the loads of each cell in its present step, or of its last step after it [dyn], shape (C, 2)."""
     present = [own[min(count, len(own) - 1)] for own, count in zip(steps, number.tolist(), strict=True)]
     return np.array([[step.course, step.wale] for step in present])
