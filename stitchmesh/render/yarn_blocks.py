@@ -4,7 +4,7 @@
 
 A fabric of a million control points is too much to draw as tubes of full detail at once. Each yarn is therefore cut
 into runs of consecutive segments, and runs that lie near one another form a block. A viewer chooses the detail of each
-block by its distance. A run of m segments holds its own m + 3 control points, so that a block needs no other one.
+block by its distance. A run of m segments holds its own m + 3 control points, so that each block is complete in itself.
 
 Positions are packed into 16 bits for each coordinate, relative to the bounding box of the block: 6 bytes for a control
 point, with an error below a hundred-thousandth of the size of the block. Colours are packed into one byte for each
@@ -22,7 +22,7 @@ from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.yarn import YarnSet
 
 RUN = 48
-"""Segments of a run; the three control points that runs share are then 6 % of all points."""
+"""Segments of a run; the three control points that two runs share are then 6 % of all points."""
 RUNS_OF_BLOCK = 64
 """Largest number of runs of a block."""
 LEVELS = 65_535

@@ -141,7 +141,7 @@ def _rows(parts: Parts, spans: Spans) -> Mask:
 
 
 def borders_named(borders: list[Border], band: AtBorder) -> list[Border]:
-    """Return the borders that a selection of bands along borders names.
+    """Return the borders that a selection of bands names.
 
     Raises:
         ParameterError: there is none.

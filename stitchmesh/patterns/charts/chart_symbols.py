@@ -22,7 +22,7 @@ from stitchmesh.patterns.pattern import Cell
 
 Point = tuple[float, float]
 DOT, RING = 0.1, 0.2
-"""Radius of a dot and of a ring, in squares."""
+"""Radius of a dot, and radius of a ring, in squares."""
 LOW, HIGH = 0.12, 0.88
 """Heights at which lines begin and end."""
 
@@ -44,12 +44,12 @@ class Symbol:
     columns: int
     """Number of squares that it covers."""
     marks: tuple[Mark, ...]
-    """What is drawn, from the back to the front."""
+    """The marks of the symbol, from the back to the front."""
 
 
 WEFT_OVER = Symbol(1, (Mark("line", ((0.0, 0.5), (1.0, 0.5))),))
 WARP_OVER = Symbol(1, (Mark("line", ((0.5, 0.0), (0.5, 1.0))),))
-"""Symbols of the squares of a weave: the yarn on top."""
+"""Symbols of the squares of a weave, which show the yarn on top."""
 
 
 @lru_cache(maxsize=4096)
@@ -121,7 +121,7 @@ def _slipped(stitch: StitchType) -> Iterator[Mark]:
 
 
 def _decrease(making: Making) -> Iterator[Mark]:
-    """The loop in front leads to the other side; the loops behind it end at it."""
+    """The front loop leads to the other side; the loops behind it end at it."""
     count = making.n_bottom
     place = {loop: (loop - 0.5) / count if count > 2 else (0.15 + 0.7 * (loop - 1)) for loop in making.order}
     front = place[making.order[0]]
@@ -156,7 +156,7 @@ def _back_leg(piece: WordStitches) -> Iterator[Mark]:
 
 
 def _cable(piece: WordStitches) -> Iterator[Mark]:
-    """A strand for each loop, those behind first; a dot marks the purl stitches."""
+    """A strand for each loop, the loops behind first; a dot marks each purl stitch."""
     scale = piece.columns / len(piece.loops)
     for place in sorted(range(len(piece.loops)), key=lambda place: piece.loops[place].layer):
         end = place + piece.loops[place].shift

@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Charts as GIF, BMP and TIFF images, which the library of images decodes in a process of its own.
+"""Charts as GIF, BMP and TIFF images; the library of images decodes them in a process of its own.
 
-Palettes of these formats are made by programs, so that only the colours of the pixels count.
+Programs choose the palettes of these formats, so only the colours of the pixels count.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def read_other_image(path: FilePath) -> np.ndarray[Any, np.dtype[np.uint8]]:
 
 
 def packed_image(name: str, file: Path) -> CheckpointFile:
-    """Decode an image for the parent of this process.
+    """Decode an image in a child process, for its parent.
 
     Args:
         name: the name of the file, for messages; its suffix decides the format.

@@ -46,13 +46,14 @@ class ChartDrawing:
     """Colour and layer of each warp."""
 
     def changes_from(self, base: ChartDrawing) -> list[int] | None:
-        """Return index, symbol and colour of every square that differs from a base.
+        """Return the index, the symbol and the colour of every square that differs from a base.
 
         Args:
             base: an earlier drawing.
 
         Returns:
-            Three numbers for each square, one square after another; None if the drawings differ in more than squares,
+            The list has three numbers for each square, one square after another. It is None if the drawings differ in
+                more than
             or in more than ``MOST_CHANGES`` squares.
         """
         frames = [(d.squares.shape, d.words, d.colours, d.left, d.right, d.wefts, d.warps) for d in (self, base)]
@@ -74,14 +75,14 @@ def draw_chart(chart: Chart, words: Sequence[str] = (), yarns: int = 1) -> Chart
 
     Args:
         chart: the chart.
-        words: further words with symbols, those that a user can paint next.
-        yarns: number of yarns that have a colour at least.
+        words: further words that need symbols, because a user can paint them next.
+        yarns: the smallest number of yarns that have a colour.
     """
     return _draw_weave(chart, yarns) if isinstance(chart, WeaveChart) else _draw_knit(chart, words, yarns)
 
 
 def palette_of(chart: Chart, count: int) -> tuple[str, ...]:
-    """Return the colours of the yarns of a chart as ``#rrggbb``, at least ``count`` and those in use."""
+    """Return the colours of the yarns of a chart as ``#rrggbb``: all that are in use, and at least ``count``."""
     own = np.array(chart.palette, dtype=np.uint8).reshape(-1, 3)
     colours = filled_palette(own, max(min(chart.yarn_count, LAST_YARN + 1), count))
     return tuple(colour_text(colour) for colour in colours)

@@ -91,7 +91,7 @@ class _Painter:
             self.image.paste(self._tile(number, fill), (x + 1, y + 1))
 
     def _tile(self, number: int, fill: int) -> Image:
-        """Return a symbol on a tile of its own, so that nothing of it lies outside its squares."""
+        """Return a symbol on a tile of its own, so that the symbol stays inside its squares."""
         from PIL.Image import new
         from PIL.ImageDraw import Draw
 

@@ -68,7 +68,10 @@ class SwatchSettings:
 
     @property
     def freedom(self) -> bool | RelaxCell:
-        """Which changes of the size are free, as for ``swatch``; a knit that is let go finds its size."""
+        """Which changes of the size are free, as in ``swatch``.
+
+        A knit that is let go off the needles finds its size.
+        """
         return self.relax_cell or self.options.relaxation in get_args(LetGo)
 
     @property

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The target of a live swatch, and whether the swatch can reach it from its current state.
 
-All lengths are those with which ``swatch`` relaxes: gamma times the lengths in the fabric. A change of the settings may
-leave the yarns of the repeat as they are except for their lengths and colours. The current state can then move to the
-new target. The yarns are the same if the pattern is the same, or if the generated curves are the same.
+All lengths are gamma times the lengths in the fabric, as in ``swatch``. A change of the settings may leave the yarns of
+the repeat as they are except for their lengths and colours. The current state can then move to the new target. The
+yarns are the same if the pattern is the same, or if the generated curves are the same.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ class GeneratedRepeat:
         return size_of(self.yarns.lattice)[0]
 
     def has_same_yarns(self, other: GeneratedRepeat) -> bool:
-        """Whether the yarns are those of another repeat except for their lengths and colours."""
+        """Return whether two repeats have the same yarns, except for their lengths and colours."""
         for name in ("start", "closed", "lattice_step", "row", "face", "part"):
             if not np.array_equal(getattr(self.yarns, name), getattr(other.yarns, name)):
                 return False
@@ -103,7 +103,7 @@ class Target:
     drawn_over_contact: FloatArray
     """Apparent radius over contact radius of each yarn of the repeat."""
     mass_per_length: FloatArray
-    """Mass of a length that each yarn of the repeat states in the fabric [g/cm]; not a number if it states none."""
+    """Mass per length that each yarn of the repeat states in the fabric [g/cm]; not a number if it states none."""
 
 
 def generate_repeat(settings: SwatchSettings) -> GeneratedRepeat:

@@ -55,7 +55,7 @@ class WrittenWeave:
     source: str
     palette: tuple[tuple[int, int, int], ...]
     places: tuple[TextPlace, ...] = ()
-    """Place in the text of each row of the matrix; empty if there is no text yet."""
+    """Place of each row of the matrix in the text; empty if there is no text yet."""
 
 
 def parse_weave(text: str, name: str = "weave") -> Weave:

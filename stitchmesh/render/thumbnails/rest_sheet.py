@@ -27,7 +27,7 @@ LETTERS = 18
 LINES = 3
 """Lines of text over a picture."""
 STITCHES = 10
-"""Stitches along a side of a picture, at least one repeat."""
+"""Number of stitches along a side of a picture; at least one repeat is shown."""
 
 
 def draw_rests(exploration: Exploration, path: FilePath) -> None:
