@@ -29,9 +29,9 @@ Kind = Literal["none", "chosen", "all", "automatic"]
 KINDS: dict[str, Kind] = {
     "nowhere": "none", "in the region": "chosen", "where triangles err": "automatic", "everywhere": "all",
 }  # fmt: skip
-"""Where yarns are simulated, in the words of the page and of the scene."""
+"""The kinds of regions, by the words of the page."""
 BUDGET = 1000
-"""Largest number of yarn nodes at first, for an automatic region."""
+"""Initial limit of the number of yarn nodes, for an automatic region."""
 NODES, SECONDS = "number of nodes", "time of a step"
 """What limits an automatic region."""
 STEP_SECONDS = 0.5
@@ -49,12 +49,12 @@ WIDTHS = (
     Field("rings", "Hybrid rings", "Width of the region in which yarns and triangles overlap, in rings of triangles.",
           Number(1, 20, 1)),
 )  # fmt: skip
-"""How a region changes, and how wide the hybrid region is."""
+"""Fields for the changes of a region, and for the width of the hybrid region."""
 WORDS = "Such as hem 6 or rows 10-20 for stitches; names of panels, all, or faces 3, 10-20 for another cloth."
 THIRDS = (1 / 3, 2 / 3)
-"""Places of the left, right, lower and upper side of the box at first, over the box of the cloth."""
+"""Initial places of the left, right, lower and upper side of the box, over the box of the cloth."""
 BESIDE = 1.0
-"""Distance of the box at first from the front of the cloth, and from the back of a flat one [cm]."""
+"""Initial distance of the box from the front of the cloth, and from the back of a flat cloth [cm]."""
 
 
 class RegionPanel:
@@ -153,7 +153,7 @@ class RegionPanel:
         try:
             self._session.change_region(lambda section, cloth: change(section))
         finally:
-            self.refresh()  # A change that is refused leaves the controls as they were.
+            self.refresh()  # A refused change leaves the controls as they were.
 
     def _clear(self) -> None:
         self._set(yarns="chosen", nodes=None, seconds=None, boxes=(), faces=())
@@ -172,7 +172,7 @@ class RegionPanel:
         """The box that is typed.
 
         Raises:
-            ParameterError: it is not one of three numbers each, or it is empty.
+            ParameterError: the box does not have three numbers at each end, or it is empty.
         """
         low, high = three_numbers("box from", self._low.value), three_numbers("box to", self._high.value)
         return BoxSection(low=low, high=high)
