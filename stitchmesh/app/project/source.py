@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The file that a project starts from: its bytes as they were imported, and what they hold."""
+"""The file from which a project starts: its imported bytes, and their content."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from stitchmesh.yarn import YarnSet
 
 @dataclass(frozen=True, eq=False)
 class Source:
-    """The imported file of a project, which is kept without a change."""
+    """The imported file of a project, kept without a change."""
 
     name: str
     """Name of the file, without folders."""
@@ -36,9 +36,9 @@ class Source:
     unit: str = DEFAULT_UNIT
     """Unit of the coordinates in the file."""
     up: Direction | None = None
-    """Direction in the coordinates of the file that points up; None if it is to be found."""
+    """Direction in the coordinates of the file that points up; None to find it."""
     objects: tuple[str, ...] = ()
-    """Names of objects of the file that are the garment; none for all that can be garments."""
+    """Names of the objects of the file that make the garment; none means all objects that can."""
     layer: Layer = "outer"
     """Layer of a garment with a thickness."""
 
@@ -49,13 +49,13 @@ class Source:
 
 
 def source_of(name: str, content: bytes, unit: str = DEFAULT_UNIT) -> Source:
-    """Return an imported file; its name may be given with folders, as on Windows too."""
+    """Return an imported file; its name may include folders, also in the form of Windows."""
     return Source(Path(name.replace("\\", "/")).name, content, unit)
 
 
 @dataclass(frozen=True, eq=False)
 class Start:
-    """What a project starts with: a labeling, on which nothing may be labeled yet, or stitches."""
+    """The start of a project: a labeling, possibly without any row yet, or stitches."""
 
     labeling: PartialLabeling | None
     """The labeling; None if the file holds stitches."""
