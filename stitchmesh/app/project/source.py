@@ -62,9 +62,9 @@ class Start:
     fabric: StitchMesh | None
     """The stitches; None if the file holds a mesh that is not divided."""
     garment: GarmentMesh | None = None
-    """The mesh as it was read, with what was found out about its file; None for labels and stitches."""
+    """The mesh as it was read, with the facts about its file; None for labels and stitches."""
     surface: Mesh | None = None
-    """The repaired mesh, on which rows are found; None if the file holds stitches."""
+    """The repaired mesh for the search for rows; None if the file holds stitches."""
     repairs: tuple[RepairAction, ...] = ()
     """What was changed in it."""
 
@@ -77,8 +77,8 @@ class Start:
 def read_source(source: Source) -> Start:
     """Read an imported file: a polygon mesh, a labeled or partly labeled mesh, or stitches.
 
-    A polygon mesh is repaired for the search for rows, as ``stitchmesh knit --auto`` does. Quads that form a surface
-    are labeled as they are in the file.
+    A polygon mesh is repaired for the search for rows, as ``stitchmesh knit --auto`` does. If the quads of the file
+    form a surface, they are labeled unchanged.
 
     Raises:
         StitchMeshError: the file cannot be read, or it holds yarns.
@@ -103,7 +103,7 @@ def _start(path: Path, source: Source) -> Start:
 def _start_of_garment(path: Path, reading: MeshReading) -> Start:
     try:
         garment = read_garment(path, reading, repaired=False)
-    except (FileError, MeshError):  # Its polygons form no surface, or it cannot be read at all.
+    except (FileError, MeshError):  # The polygons form no surface, or the file cannot be read at all.
         garment = read_garment(path, reading, repaired=True)
         start = _start_of_repaired(Repaired(garment.mesh, garment.repairs or ()))
     else:
