@@ -18,7 +18,7 @@ BYTES = 64 * 2**20, 8.0 * 2**20
 UPLOADED = 1024 * 2**20, 32.0 * 2**20
 """The same of the bytes of uploads."""
 BAD_REQUEST = b"HTTP/1.1 400 Bad Request\r\nContent-Length: 0\r\nConnection: close\r\n\r\n"
-"""Answer to what is no request of HTTP."""
+"""Answer to data that are no HTTP request."""
 
 
 class GuardedConnection(ServerConnection):

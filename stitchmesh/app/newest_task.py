@@ -17,7 +17,7 @@ class Refused:
     """The result of work that is not possible."""
 
     reason: str
-    """Why, in one line."""
+    """The reason, in one line."""
 
 
 @dataclass(frozen=True, eq=False)

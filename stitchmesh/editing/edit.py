@@ -146,7 +146,7 @@ def apply_changes(fabric: StitchMesh, changes: Sequence[Change]) -> Edited:
     """Apply changes one after another.
 
     Raises:
-        MeshError: as for ``apply_change``.
+        MeshError: an error of ``apply_change``.
         LabelError: an error of ``apply_change``, or a cable would be cut.
     """
     inverse: list[Change] = []

@@ -44,7 +44,7 @@ def replay_edits(fabric: StitchMesh, path: FilePath) -> StitchMesh:
         The edited stitch mesh.
 
     Raises:
-        FileError: as for ``read_log``.
+        FileError: an error of ``read_log``.
         StitchMeshError: an edit is not possible, with the error of ``apply_edit``; the message names the line and the
             edit.
     """

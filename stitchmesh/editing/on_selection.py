@@ -124,7 +124,7 @@ def edit_places(fabric: StitchMesh, name: str, arguments: Mapping[str, object]) 
 
     Raises:
         ParameterError: an error of ``select``, or the selection has no place for the edit.
-        FileError: as for ``select``.
+        FileError: an error of ``select``.
     """
     choose = {**FACE_EDITS, **LOOP_EDITS, **WALE_EDITS}[name]
     text = str(arguments[ON])

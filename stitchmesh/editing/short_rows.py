@@ -147,7 +147,7 @@ def _check_run(sketch: Sketch, run: ShortRowRun) -> None:
     """Check that a run has loops to work, and room for its slits.
 
     Raises:
-        ParameterError: it has not.
+        ParameterError: the run has no loops to work, or no room for its slits.
     """
     fabric = sketch.fabric
     tops = fabric.n_top[list(run.faces)]

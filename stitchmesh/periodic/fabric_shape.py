@@ -83,7 +83,7 @@ class FabricShape:
 
     @property
     def text(self) -> str:
-        """What was found, in words."""
+        """The finding in words."""
         thick = f"{self.thickness_ratio:.2g} times as thick as its stitches need"
         folds = {"course": self.course_fold, "wale": self.wale_fold}
         most = max(folds, key=lambda name: folds[name])
@@ -92,7 +92,7 @@ class FabricShape:
 
 @dataclass(frozen=True, eq=False)
 class FlatFabric:
-    """A fabric as it is generated, flat."""
+    """The shape of a fabric as it is generated, where it lies flat."""
 
     diameters: float
     """Flat thickness [yarn diameters]."""
@@ -137,7 +137,7 @@ class FlatFabric:
         return self.diameters * 2.0 * float(yarns.radius.mean())
 
     def shape_of(self, yarns: YarnSet) -> FabricShape:
-        """Compare the relaxed yarns, on their lattice, with the generated ones."""
+        """Compare the relaxed yarns, on their lattice, with the generated yarns."""
         ratio = thickness_of(yarns) / self.thickness(yarns)
         if self.fabric is None:
             return FabricShape(ratio)

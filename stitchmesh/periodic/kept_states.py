@@ -14,7 +14,7 @@ def check_kept_states(what: str, states: int, yarns: YarnSet) -> None:
     Args:
         what: the command, for the message.
         states: number of states.
-        yarns: one of them.
+        yarns: the yarns of one state.
 
     Raises:
         ParameterError: the states need more memory than there is (``check_memory``).

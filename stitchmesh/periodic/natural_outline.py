@@ -23,7 +23,7 @@ from stitchmesh.periodic.repeat.torus import torus_mesh
 from stitchmesh.run import SHOWN, Run
 
 Form = Literal["flat", "tube", "lattice"]
-"""A piece with borders, a tube whose sides are joined, or a repeat without borders."""
+"""A piece with borders, a tube with joined sides, or a repeat without borders."""
 MAKERS = {"flat": pattern_mesh, "tube": pattern_tube, "lattice": torus_mesh}
 """The function that makes the stitch mesh of each form."""
 PIECE = 40
@@ -51,7 +51,7 @@ def natural_outline(
         rows: repeats one above another; by default 1 on a lattice, and otherwise as many as give 40 rows.
         stitch_width: rest width of plain knit [cm].
         aspect: rest height of plain knit divided by its rest width.
-        run: as for ``relax_mesh_freely``.
+        run: progress after each iteration, and control, whose step is one iteration.
 
     Raises:
         ParameterError: the form is unknown, a number is out of range, or the pattern is not in the library.

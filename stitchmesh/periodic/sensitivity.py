@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How the size of a swatch at rest depends on its yarn, and how stiff the fabric is: derivatives at one state of rest.
+"""How the size of a swatch at rest depends on its yarn, and how stiff the fabric is: derivatives at a state of rest.
 
 One factorization of the Hessian gives all derivatives (``yarnrelax.rest_derivatives``). Differences would need two
 relaxations for each input, and a stretch test one for each strain. The yarns are brought to rest in float64 first.

@@ -235,11 +235,12 @@ def stretch_test(
     """Stretch a swatch in one direction and measure its tension.
 
     Args:
-        pattern: as for ``swatch``.
+        pattern: a pattern or a weave, the name of one in the library, or the path of a file.
         path: the strains, and the friction between the yarns. The free cell is the one without friction.
-        material: as for ``swatch``.
+        material: material of the yarn; by default the material ``stitchmesh``, scaled to the radius of the yarn.
         quality: a preset or a ``Quality``; it is refined to the needs of tensions (``refine_for_tension``).
-        device: as for ``swatch``.
+        device: device of the kernels, for example ``cpu`` or ``cuda:0``; by default the first GPU, or the CPU if there
+            is no GPU.
         budget: a limit on the time, which raises no error: the curve ends with the last state that came to rest in
             time.
         run: progress of the relaxation of each state; ``on_state`` is called with each point. The test obeys nothing
@@ -269,7 +270,7 @@ def stretch_test(
 def _stretch(
     prepared: PreparedSwatch, path: StretchPath, device: str | None, run: Run[StretchPoint]
 ) -> StretchCurve:  # fmt: skip
-    """Stretch a swatch in the time that is left; other arguments and errors as for ``stretch_test``."""
+    """Stretch a swatch in the remaining time; other arguments and errors as for ``stretch_test``."""
     strains, friction = path.strains, path.friction or 0.0
     relaxing: Run[YarnSet] = Run(run.progress)
     check_kept_states("stretch", len(strains), prepared.yarns)

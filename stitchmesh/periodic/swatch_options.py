@@ -29,7 +29,7 @@ LONGEST_FLOAT = 7
 """Default largest number of stitches behind which a yarn floats. Knitters carry a yarn behind 5 to 7 stitches. Longer
 floats catch fingers and pull the fabric together, so knitters weave them in behind a stitch."""
 LetGo = Literal["dry", "wet", "full"]
-"""States of a knit that was let go off the needles with friction (``off_needles``), whose size is free."""
+"""States of a knit of free size after it was let go off the needles with friction (``off_needles``)."""
 KnitState = Literal["dry", "wet", "full", "frictionless"]
 """The states of ``LetGo``, and the state without friction, which weaves have too."""
 YARN_FRICTION = 0.2

@@ -82,7 +82,7 @@ class ChartPicture:
 
 @dataclass(frozen=True)
 class PatternSheet:
-    """What a pattern to take home says."""
+    """The content of a pattern to take home."""
 
     title: str
     picture: bytes | None
@@ -137,7 +137,7 @@ def swatch_sheet(
         source: the pattern or the weave.
         yarns: the relaxed yarns of one repeat on their lattice.
         gauge: stitches and rows in 10 cm of the swatch.
-        yarn: as for ``garment_sheet``.
+        yarn: the yarn that the user has named; by default the named yarn that is usual at the gauge.
         picture: a PNG.
     """
     assert yarns.lattice is not None
@@ -186,7 +186,7 @@ def write_pattern_sheet(path: FilePath, sheet: PatternSheet) -> None:
         import matplotlib
 
         matplotlib.rcParams["pdf.fonttype"] = 42  # Text in an embedded font can be searched and copied.
-        logging.getLogger("fontTools").setLevel(logging.WARNING)  # It tells every glyph that it embeds.
+        logging.getLogger("fontTools").setLevel(logging.WARNING)  # It would report every glyph that it embeds.
         facts = {"Title": sheet.title, "Creator": "StitchMesh", "CreationDate": None}
         with PdfPages(temporary, metadata=facts) as pages:
             paper = _Paper(pages)

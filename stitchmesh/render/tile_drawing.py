@@ -56,7 +56,7 @@ class TileDrawing:
     offsets: NDArray[np.float32]
     """Position of each copy [cm], shape (n, 3); the middle of all copies together lies at the origin."""
     low: FloatArray
-    """Least coordinates of all copies [cm], shape (3,)."""
+    """Smallest coordinates of all copies [cm], shape (3,)."""
     high: FloatArray
     """Largest coordinates of all copies [cm], shape (3,)."""
     detail: tuple[int, int]

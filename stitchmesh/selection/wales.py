@@ -232,7 +232,7 @@ def _line(
 
 
 def _rightwards(fabric: StitchMesh, face: int, count: int) -> list[int]:
-    """Return a face and its right neighbours, at most the given number and at most one turn around."""
+    """Return a face and its right neighbours: at most the given number of faces, and at most one turn around."""
     faces = [face]
     while len(faces) < count:
         across = int(fabric.twin[fabric.right_wale[faces[-1]]])

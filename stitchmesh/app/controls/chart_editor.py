@@ -103,7 +103,7 @@ class ChartEditor:
 
     @property
     def chart(self) -> Chart:
-        """The chart as it is now, valid or not."""
+        """The present chart, valid or not."""
         return self._board.chart
 
     @property

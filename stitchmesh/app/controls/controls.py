@@ -58,7 +58,7 @@ class Control(Protocol):
     """Value of an input; percentage of a progress bar."""
     label: str
     content: Markup
-    """What a piece of HTML shows."""
+    """The content of a piece of HTML."""
     figure: Any
     """Figure of a plot."""
     options: Any

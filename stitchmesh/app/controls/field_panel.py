@@ -37,13 +37,13 @@ class TickBox:
 
 @dataclass(frozen=True, eq=False)
 class Number:
-    """A number; it is whole if its step is."""
+    """A number; it is whole if its step is whole."""
 
     least: float
     most: float
     step: float
     slider: bool = False
-    """Whether it is a slider."""
+    """Whether the control is a slider."""
     without: Any = ...
     """The field's value without a number, such as None; by default the field always has a number."""
     box: TickBox | None = None
@@ -107,7 +107,7 @@ class FieldPanel:
         Args:
             controls: where they stand.
             fields: the fields.
-            value: returns the present value, or None if there is none.
+            value: returns the present value; None if there is none.
             changed: called with the value that the user wants, and the name of the changed field.
             group: name of the group; empty for none.
             opened: whether the group is open at first.
@@ -195,7 +195,7 @@ class FieldPanel:
         self._change(field, held)
 
     def _take(self, field: Field, given: Any) -> None:
-        """Take what the user has set."""
+        """Take the value that the user has set."""
         form, value = field.form, self._value()
         if isinstance(form, Number):
             given = form.given(given)

@@ -53,11 +53,11 @@ def action_button(
     Args:
         action: name of the action.
         value: value with which the action is called.
-        content: what the button shows.
+        content: the content of the button.
         name: the text for a screen reader, if the content does not say it.
         hint: a line that appears beside the pointer.
         pressed: whether the button is the chosen one of several; None for a button that acts once.
-        disabled: whether it does nothing.
+        disabled: whether the button is disabled.
         current: ``page`` or ``true`` for the button of the thing that is shown now.
         wide: whether the button is as wide as its panel.
         style: its style.

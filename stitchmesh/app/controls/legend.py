@@ -22,7 +22,7 @@ class LegendEntry:
     """One line of a legend."""
 
     text: str
-    """What the mark means."""
+    """The meaning of the mark."""
     colours: tuple[Colour, ...]
     """Colour of the mark; several colours stand side by side."""
     line: bool = False

@@ -51,4 +51,4 @@ PAGES: dict[str, MakePage] = {
     "Drape": PageModule("drape.page", "DrapePage"),
     "View": PageModule("view.page", "ViewPage"),
 }
-"""What makes each page."""
+"""The function that makes each page."""

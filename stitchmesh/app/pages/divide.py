@@ -43,12 +43,12 @@ if TYPE_CHECKING:
 MOST_COUNT = 10_000
 """Largest number of stitches on one edge."""
 MESH, STITCHES = "mesh", "stitches"
-"""What can be shown."""
+"""The choices of what the page shows."""
 
 
 @dataclass(frozen=True)
 class DivideState:
-    """What the user has chosen on the page."""
+    """The user's choices on the page."""
 
     history: UndoHistory[Division]
     """The division that the user prepares, with undo."""
@@ -66,7 +66,7 @@ class DivideState:
 
     @property
     def table(self) -> dict[str, Any]:
-        """What a project keeps."""
+        """The part of the state that a project keeps."""
         return {"quality": self.quality, "draft": division_table(self.division)}
 
 
@@ -86,7 +86,7 @@ class DividePage(Page):
         self._typing = False
 
     def unavailable(self) -> str | None:
-        """Say what is missing."""
+        """Return what is missing before the mesh can be divided."""
         if self.app.project.labeled is not None:
             return None
         if self.app.project.labeling is None and self.app.project.fabric is not None:

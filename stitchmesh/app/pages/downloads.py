@@ -56,10 +56,10 @@ def send_file(app: App, files: Sequence[Export], name: str) -> None:
     Args:
         app: the application, which shows an error of the file as a notice.
         files: the files that the project holds.
-        name: name of one of them.
+        name: name of one of these files.
 
     Raises:
-        ParameterError: none of them has this name.
+        ParameterError: no file has this name.
     """
     found = [file for file in files if file.name == name]
     if not found:

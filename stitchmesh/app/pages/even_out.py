@@ -51,10 +51,10 @@ SETTINGS = (
 
 @dataclass(frozen=True)
 class EvenOutState:
-    """What the user looks at."""
+    """The user's choices on the page."""
 
     measure: Measure = "size"
-    """What the map shows."""
+    """The measure that the map shows."""
     marked: int | None = None
     """Number of the finding whose rows are marked; None without a mark."""
 

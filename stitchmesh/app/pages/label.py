@@ -75,7 +75,7 @@ def labeling_status(labeling: PartialLabeling, inside_out: bool) -> Markup:
 
 
 def legend_entries(labeling: PartialLabeling) -> list[LegendEntry]:
-    """What can be seen."""
+    """Return the legend of the visible things."""
     entries = []
     if labeling.row_count:
         rows = [tuple(colour) for colour in row_colours(np.arange(6)).tolist()]
@@ -139,15 +139,15 @@ MEANINGS = {
     COURSE_EDGE: "Click beside an edge to set it to course: it runs along rows.",
     CLEAR: "Click beside an edge that was set by hand to clear its label.",
 }
-"""What a click means, and the hint for it."""
+"""The meanings of a click, each with its hint."""
 
 
 @dataclass(frozen=True)
 class LabelState:
-    """What the user has chosen on the page."""
+    """The user's choices on the page."""
 
     meaning: str = ROWS
-    """What a click means."""
+    """The meaning of a click."""
     flips_when_done: bool = True
     """Whether a click makes rows until all faces have rows, and then flips a row."""
 
@@ -166,7 +166,7 @@ class LabelPage(Page):
         self._numbers: VertexNumbers | None = None
 
     def unavailable(self) -> str | None:
-        """Say what is missing."""
+        """Return what is missing before the mesh can be labeled."""
         if self.app.project.labeling is not None:
             return None
         if self.app.project.fabric is not None:

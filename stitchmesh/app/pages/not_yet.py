@@ -56,6 +56,6 @@ def draw_plainly(scene: Scene, mesh: Mesh, opacity: float = 1.0) -> None:
 
 
 def remove_plain(scene: Scene) -> None:
-    """Remove what ``draw_plainly`` has drawn."""
+    """Remove the drawing of ``draw_plainly``."""
     scene.remove(GARMENT)
     scene.remove(EDGES)

@@ -66,7 +66,7 @@ class OutlineState:
     stitches: int = PIECE
     """Smallest number of stitches in the width of a piece, or in half the girth of a tube."""
     rows: int = PIECE
-    """Least number of rows."""
+    """Smallest number of rows."""
 
 
 class OutlinePage(Page):

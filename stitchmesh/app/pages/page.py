@@ -45,7 +45,7 @@ class Page:
         """Make the controls and the drawings; there are none before."""
 
     def refresh(self) -> None:
-        """Show the project after it changed."""
+        """Show the project after a change."""
 
     def leave(self) -> None:
         """End the work of the open page; controls and drawings are removed afterwards."""

@@ -197,7 +197,7 @@ PREVIEW_OPACITY = 0.5
 
 @dataclass(frozen=True)
 class ProjectPageState:
-    """What the user has chosen on the page."""
+    """The user's choices on the page."""
 
     example: str
     """Name of the chosen example; empty if the program comes without examples."""

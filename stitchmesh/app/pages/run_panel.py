@@ -118,10 +118,11 @@ class PageRun(Generic[S, T]):
             name: the name of the work, in the words of the user.
             work: the work, in the worker thread.
             done: called with the result.
-            stage: as for ``LiveRun``.
-            max_iterations: as for ``LiveRun``.
-            frame_bytes: as for ``LiveRun``.
-            goal: as for ``LiveRun``.
+            stage: name of the stage of the library whose progress follows from the residuals; None for work that
+                reports its progress itself.
+            max_iterations: iterations after which the relaxation ends.
+            frame_bytes: approximate size of a snapshot for a browser [bytes].
+            goal: residual near which the relaxation ends; None for its tolerance.
 
         Raises:
             ParameterError: another task runs.

@@ -55,7 +55,7 @@ class Autosave:
         """Write the newest state now.
 
         Raises:
-            FileError: the disk refuses it.
+            FileError: the disk refuses the state.
         """
         with self._writing:
             state = self._newest

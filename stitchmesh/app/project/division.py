@@ -92,7 +92,7 @@ def _known(labeled: StitchMesh, edge: VertexPair, *, wale: bool = False) -> bool
 
 @dataclass(frozen=True, kw_only=True)
 class _Table:
-    """A division as JSON holds it."""
+    """The form of a division in JSON."""
 
     stitch_width: float
     stitch_height: float | None

@@ -187,7 +187,7 @@ class Project:
 
     @property
     def repairs(self) -> tuple[RepairAction, ...]:
-        """What the repair has changed in the surface."""
+        """The changes that the repair has made to the surface."""
         return self._values.repairs
 
     @property
@@ -441,7 +441,7 @@ class Project:
         """Set the settings of a page.
 
         Raises:
-            ParameterError: JSON cannot hold them.
+            ParameterError: JSON cannot hold the settings.
         """
         kept = {**self._state.settings, page: _plain(f"settings of page {page}", values)}
         self._change(replace(self._state, settings=kept), self._values)
@@ -469,7 +469,7 @@ class Project:
         """Write the project, and release it for other programs.
 
         Raises:
-            FileError: the disk refuses it.
+            FileError: the disk refuses the project.
         """
         try:
             self.autosave.close()
@@ -513,7 +513,7 @@ def _plain(what: str, values: Mapping[str, Any]) -> dict[str, Any]:
     """Return a copy of values that JSON can hold.
 
     Raises:
-        ParameterError: JSON cannot hold them.
+        ParameterError: JSON cannot hold the values.
     """
     try:
         return check_value(parse_json(json.dumps(values, allow_nan=False)), dict[str, Any])

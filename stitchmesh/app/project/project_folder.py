@@ -42,7 +42,7 @@ OWN_FOLDERS = ("checkpoint", "bodies", "drape")
 
 @dataclass(frozen=True)
 class ResultFormat:
-    """How one value is kept in a file."""
+    """The format of the file of one value."""
 
     suffix: str
     write: Callable[[Path, Any], None]

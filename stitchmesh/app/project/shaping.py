@@ -69,13 +69,13 @@ class ShapedStitches:
 
 
 def shaping_table(shaping: Shaping) -> dict[str, Any]:
-    """Return a shaping as JSON can hold it."""
+    """Return a shaping as a table for JSON."""
     marks = [mark_table(mark) for mark in shaping.marks]
     return {**vars(shaping), "up": list(shaping.up), "marks": marks}
 
 
 def mark_table(mark: TimeMark) -> dict[str, Any]:
-    """Return a mark as JSON can hold it."""
+    """Return a mark as a table for JSON."""
     points = [[float(number) for number in point] for point in mark.points]
     table = {"kind": mark.kind, "points": points, "role": mark.role, "time": mark.time}
     return table if mark.radius is None else {**table, "radius": mark.radius}

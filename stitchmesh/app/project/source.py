@@ -66,7 +66,7 @@ class Start:
     surface: Mesh | None = None
     """The repaired mesh for the search for rows; None if the file holds stitches."""
     repairs: tuple[RepairAction, ...] = ()
-    """What was changed in it."""
+    """The changes that the repair has made to the mesh."""
 
     @property
     def mesh(self) -> Mesh | None:

@@ -37,7 +37,7 @@ class StageValues:
     surface: Mesh | None = None
     """The repaired mesh for the search for rows; None if there is no mesh."""
     repairs: tuple[RepairAction, ...] = ()
-    """What was changed in it."""
+    """The changes that the repair has made to the mesh."""
     fabric: StitchMesh | None = None
     """The fabric with all edits; None until the mesh is divided."""
     inverses: tuple[tuple[Change, ...], ...] = ()

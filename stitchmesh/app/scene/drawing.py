@@ -161,7 +161,7 @@ class YarnTubes:
 
 
 Drawing: TypeAlias = Surface | Lines | Arrows | Labels | Copies | YarnTubes
-"""What a scene draws under one name."""
+"""Any drawing that a scene shows under one name."""
 
 
 def shows_nothing(drawing: Drawing) -> bool:

@@ -17,11 +17,11 @@ class NullScene:
     def __init__(self) -> None:
         """Start empty."""
         self.drawings: dict[str, Drawing] = {}
-        """What is drawn, by name."""
+        """The present drawings, by name."""
         self.shown: tuple[FloatArray, FloatArray, ViewName] | None = None
         """The box and the view of the last ``look_at``."""
         self.views: list[CameraView] = []
-        """What ``cameras`` returns."""
+        """The cameras that ``cameras`` returns."""
 
     def show(self, name: str, drawing: Drawing | None) -> None:
         """Remember a drawing."""

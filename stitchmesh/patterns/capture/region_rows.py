@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The rows of a region that is a rectangle in wales and courses: each row is worked on all loops of the row below.
+"""The rows of a rectangular region in wales and courses: each row is worked on all loops of the row below.
 
 The module also finds the line along which stacked rings are cut open, so that a tube becomes the tile of a pattern.
 

@@ -69,7 +69,7 @@ def loaded_chart(name: str, image: Image, form: str = "PNG") -> Image:
     """Return a chart with its pixels, of 8 bits each.
 
     Raises:
-        FileError: as for ``open_chart``.
+        FileError: an error of ``open_chart``.
     """
     _check_pixels(name, image.width, image.height, MAX_PIXELS)
     if max(image.size) > LONGEST_SIDE:

@@ -24,7 +24,7 @@ Point = tuple[float, float]
 DOT, RING = 0.1, 0.2
 """Radius of a dot, and radius of a ring, in squares."""
 LOW, HIGH = 0.12, 0.88
-"""Heights at which lines begin and end."""
+"""Heights of the ends of lines."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class Mark:
     """A part of a symbol; x to the right and y upwards, in squares, from the lower left corner of the first square."""
 
     kind: Literal["line", "ring", "dot", "shade", "strand"]
-    """A line, a ring or a dot at its only point, a whole grey square, or a strand of a cable, drawn over what lies
+    """A line, a ring or a dot at its only point, a whole grey square, or a strand of a cable, which covers the marks
     below it."""
     points: tuple[Point, ...] = ()
 
@@ -42,7 +42,7 @@ class Symbol:
     """The symbol of a word."""
 
     columns: int
-    """Number of squares that it covers."""
+    """Number of squares that the symbol covers."""
     marks: tuple[Mark, ...]
     """The marks of the symbol, from the back to the front."""
 
@@ -68,7 +68,7 @@ def chart_symbol(word: str) -> Symbol:
 
 
 def word_instruction(word: str) -> str:
-    """Return what a hand knitter does for a word of a chart.
+    """Return the instruction to a hand knitter for a word of a chart.
 
     Raises:
         PatternError: the word is unknown, or describes more than one stitch or cable.

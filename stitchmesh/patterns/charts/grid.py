@@ -76,7 +76,7 @@ class Brush:
 
 
 class EditedChart(Protocol):
-    """What the operations need from a chart; each method returns a new chart and leaves this chart as it is."""
+    """The methods of a chart that the operations need; each returns a new chart and leaves this chart as it is."""
 
     @property
     def shape(self) -> tuple[int, int]:

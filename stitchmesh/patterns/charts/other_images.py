@@ -40,7 +40,8 @@ def packed_image(name: str, file: Path) -> CheckpointFile:
         file: where its content lies.
 
     Raises:
-        FileError: as for ``read_other_image``.
+        FileError: the file cannot be read, is no image of its suffix, is too large, or has several pictures or
+            transparent pixels.
     """
     from PIL import Image
 

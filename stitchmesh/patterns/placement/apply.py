@@ -48,7 +48,7 @@ REASONS = [
     "shaping or the end of a row cuts the repeat, and these stitches are knit or purled",
     "a loop of the cable is missing beside shaping or at the end of a row, and the cable does not cross",
 ]
-"""Why faces may be left out."""
+"""The reasons why faces may be left out."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,11 +94,11 @@ def apply_pattern(
     Args:
         fabric: a mesh of stitches, relaxed or not.
         pattern: the pattern, its name in the library or the path of its file.
-        face: as for ``lay_pattern``.
-        faces: as for ``lay_pattern``.
-        remainder: as for ``lay_pattern``.
-        ground: as for ``lay_pattern``.
-        centre: as for ``lay_pattern``.
+        face: a plain stitch of the grid to fill.
+        faces: numbers of the faces of a region, in any order; without ``face`` and ``faces`` the whole fabric.
+        remainder: what happens to the loops of a row that whole tiles do not cover (see ``lay_pattern``).
+        ground: colour of the pattern, or number of one of its yarns, for the stitches left over.
+        centre: whether the middle of a tile lies in the middle of each first row.
 
     Raises:
         ParameterError, FileError, PatternError, LabelError, MeshError: an error of ``lay_pattern``.

@@ -132,7 +132,7 @@ class Block:
 
 
 def block_of(pattern: Pattern, section: int) -> Block | None:
-    """Return a section of a pattern that closes, or None if a row of the section is worked on no loops."""
+    """Return a section of a pattern that closes; None if a row of the section takes no loops."""
     rows = [row.sections[section] for row in pattern.rows]
     loops = [row.bottoms[section] for row in pattern.rows]
     if min(loops) < 1:

@@ -64,7 +64,7 @@ def changes_in_place(
         fabric: the mesh.
         pattern: the pattern.
         cells: number of each face's cell, ``BORDER`` outside the pattern, shape (F,).
-        table: what becomes of each cell.
+        table: the new stitch of each cell.
         kept: whether each face keeps its loops, shape (F,).
     """
     faces = np.flatnonzero((cells != BORDER) & kept)
@@ -81,7 +81,7 @@ def changes_in_place(
 
 
 def changed(fabric: StitchMesh, name: str, values: IntArray) -> Marks:
-    """Return the marks at which values differ from the values of a fabric."""
+    """Return the marks for the places where values differ from the values of a fabric."""
     places = np.flatnonzero(values != getattr(fabric, name))
     return Marks(name, places, values[places])
 

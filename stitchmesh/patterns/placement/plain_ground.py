@@ -95,7 +95,7 @@ class _Ground:
         return plans
 
     def _chains(self, below: list[CourseLine], above: list[CourseLine]) -> list[list[int]]:
-        """Return the chains of runs in which each run is worked on exactly the loops of the run before."""
+        """Return the chains of runs in which each run takes exactly the loops of the run before."""
         fabric = self.fabric
         run_of = np.full(fabric.face_count, BORDER)
         for number, run in enumerate(self.runs):

@@ -58,7 +58,7 @@ class _Line:
 
 
 class WholeTiles:
-    """The rules by which the tiles of one pattern follow the shaping of a garment."""
+    """The rules that tiles of one pattern obey where a garment is shaped."""
 
     def __init__(self, pattern: Pattern, units: Units) -> None:
         """Weigh the columns of the pattern."""

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A chart as symbols on coloured squares, and the squares in which two drawings differ."""
+"""A chart as symbols on coloured squares, and the squares that differ between two drawings."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from stitchmesh.periodic.weave.weave_chart import WeaveChart
 COVERED = 65535
 """Number of a square that is covered by the cable on its left."""
 POINT_PAPER = ("#f3ead8", "#3d4f63")
-"""Colours of wefts and warps if the weave has one colour: light and dark, as on the point paper of weavers."""
+"""Colours of wefts and warps in a weave of one colour: light and dark, as on the point paper of weavers."""
 MOST_CHANGES = 4000
 """Largest number of squares that are listed as changes."""
 

@@ -77,7 +77,7 @@ def read_chart(name: str, content: bytes) -> ChartText:
 
     Args:
         name: the name of the file, with a suffix of ``CHART_SUFFIXES``.
-        content: what the file holds; a picture that ``chart_picture`` made holds its chart.
+        content: the content of the file; a picture from ``chart_picture`` holds its chart.
 
     Raises:
         FileError: the content is empty, damaged or no text.

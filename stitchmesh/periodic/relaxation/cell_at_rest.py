@@ -32,11 +32,11 @@ class CellAtRest:
     cell: RelaxCell | None
     """The free changes of the periods and their loads; None for constant periods."""
     terms: Sequence[TermChoice]
-    """What the cell lies on."""
+    """The planes between which the cell lies; empty if it lies on nothing."""
     device: str | None
     """Device of the kernels."""
     gamma: float = 1.0
-    """Lengths over those of the fabric."""
+    """The lengths of the cell over the lengths in the fabric."""
     rubs: bool = False
     """Whether friction between the yarns held the cell on its way to rest."""
 

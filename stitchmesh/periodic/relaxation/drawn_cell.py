@@ -85,7 +85,7 @@ class DrawnCell:
     quality: Quality
     """Resolution of each state."""
     terms: Sequence[TermChoice]
-    """What the cell lies on."""
+    """The planes between which the cell lies; empty if it lies on nothing."""
     device: str | None
     """Device of the kernels."""
     run: Run[YarnSet]

@@ -86,9 +86,9 @@ def state_of_rest(relax_cell: bool | RelaxCell, options: SwatchOptions, *, woven
     comes off no needles.
 
     Args:
-        relax_cell: as for ``swatch``.
+        relax_cell: whether the width and height of the repeat are relaxed, or a ``RelaxCell``.
         options: options of the swatch.
-        woven: whether it is a weave.
+        woven: whether the repeat is a weave.
     """
     if options.relaxation is not None:
         return options.relaxation
@@ -148,7 +148,7 @@ def let_go(
         quality: resolution of all steps.
         device: device of the kernels.
         terms: further energies that act after the fabric has left the needles, such as the planes on which it lies.
-        run: as for ``relax_through_steps``.
+        run: progress, states and checkpoints; a control is refused.
 
     Returns:
         The relaxation. Its report counts the iterations and the seconds of all steps, those on the needles included. It

@@ -27,7 +27,7 @@ from stitchmesh.mesh import FloatArray
 from stitchmesh.yarn import YarnSet
 
 WAVES = 2
-"""Most waves in a period of the cell, in each direction."""
+"""Largest number of waves in a period of the cell, in each direction."""
 STEEPEST = 0.25
 """Largest norm of the gradient of the waves."""
 STRAIN = 0.1

@@ -81,7 +81,7 @@ class PreparedSwatch:
     flat: FlatFabric
     """The fabric as it lies flat."""
     terms: Sequence[TermChoice]
-    """What the repeat lies on."""
+    """The planes between which the repeat lies; empty if it lies on nothing."""
     release: Release | None
     """How the knit is let go off the needles; None without friction."""
     has_states: bool

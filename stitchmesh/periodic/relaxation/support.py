@@ -52,7 +52,7 @@ def planes(
     """Return the term of the planes; no term for a swatch of fixed size, an unsupported one, or a given ``RelaxCell``.
 
     Args:
-        relax_cell: as for ``swatch``.
+        relax_cell: whether the width and height of the repeat are relaxed, or a ``RelaxCell``.
         options: options of the swatch.
         flat: the fabric as it is generated.
         radius: radius of each yarn during the relaxation [cm], shape (Y,).
@@ -67,12 +67,12 @@ def planes(
 
 
 def planes_report(terms: Sequence[TermChoice], yarns: YarnSet, material: YarnMaterial, gamma: float) -> dict[str, Any]:
-    """Return what presses on a fabric at rest: ``planes_distance`` [cm] and ``planes_pressure`` [dyn/cm^2] of each.
+    """Return the action of the planes on a fabric at rest: ``planes_distance`` [cm] and ``planes_pressure`` [dyn/cm^2].
 
     Both are None for a fabric that lies on nothing.
 
     Args:
-        terms: what the fabric lies on.
+        terms: the planes between which the fabric lies; empty if it lies on nothing.
         yarns: the fabric at rest, at gamma times its size.
         material: material of the yarns at that size.
         gamma: the ratio of these lengths to the lengths in the fabric.
@@ -88,7 +88,7 @@ def planes_report(terms: Sequence[TermChoice], yarns: YarnSet, material: YarnMat
 
 
 def blocking(drawn: YarnSet, options: SwatchOptions, material: YarnMaterial) -> RelaxCell:
-    """Return a cell on whose borders the tension of a blocked swatch acts, for a fabric of its final size.
+    """Return a cell with the tension of a blocked swatch on its borders, for a fabric of its final size.
 
     Args:
         drawn: the generated yarns.
@@ -109,7 +109,7 @@ def blocking(drawn: YarnSet, options: SwatchOptions, material: YarnMaterial) -> 
 
 
 def remedy_of(cell: RelaxCell | None, *, lies: bool) -> str:
-    """Return what helps where a fabric does not lie flat.
+    """Return the advice for a fabric that does not lie flat.
 
     Args:
         cell: degrees of freedom of the cell; None for a repeat of fixed size.

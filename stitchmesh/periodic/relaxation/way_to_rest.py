@@ -33,7 +33,7 @@ WEDGED = 1.0
 """Yarns are wedged if their axes are nearer than this multiple of their radius; axes of touching yarns are 2 apart, and
 of pressed yarns 1.4."""
 SETTLING = 1000
-"""Iterations in which generated yarns settle."""
+"""Number of iterations in which generated yarns settle."""
 
 logger = logging.getLogger(__name__)
 

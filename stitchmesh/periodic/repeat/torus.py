@@ -53,7 +53,7 @@ def torus_mesh(
 class _Tiling:
     """Copies of a block side by side and one above another, numbered row by row from the lower left.
 
-    The last copy of a row or column is adjacent to the first one.
+    The last copy of a row or column is adjacent to the first copy.
     """
 
     def __init__(self, block: Block, tile: Pattern, columns: int, rows: int) -> None:

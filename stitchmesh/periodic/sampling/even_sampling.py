@@ -36,7 +36,7 @@ def sample_evenly(yarns: YarnSet, like: YarnSet) -> YarnSet:
     Equal lengths of yarn at rest lie between them.
 
     Args:
-        yarns: the yarns, whose curves, lengths, radii and lattice the result has.
+        yarns: the yarns; the result has their curves, lengths, radii and lattice.
         like: the same yarns with other control points; the result takes its stitches, rows and parts from them.
 
     Raises:
@@ -61,7 +61,7 @@ def even_lengths(like: YarnSet, rest_length: FloatArray, segment_start: IntArray
     """Return equal rest lengths of the segments of each yarn [cm], shape (S,).
 
     Args:
-        like: the yarns whose segments get them.
+        like: the yarns that get these segments.
         rest_length: rest lengths of the same yarns, with any segments [cm].
         segment_start: first segment of each yarn among these, shape (Y + 1,).
     """

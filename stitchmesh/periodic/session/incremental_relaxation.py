@@ -88,9 +88,9 @@ class LiveSwatch:
         """Generate the swatch; ``take`` describes the first arguments.
 
         Args:
-            settings: as for ``take``.
+            settings: the settings of the swatch.
             device: device of the kernels.
-            requested_at: as for ``take``.
+            requested_at: the time at which the user asked for the settings, by ``time.perf_counter`` [s].
             stopped: whether the user has stopped the relaxation.
             is_interrupted: called while the knit is let go; returns whether other work must be done first.
 
@@ -220,7 +220,7 @@ class LiveSwatch:
         """Let the knit go off the needles, as ``swatch`` does; nothing changes if other work must be done first.
 
         Raises:
-            StitchMeshError: as for ``swatch``.
+            StitchMeshError: an error of ``swatch``.
         """
         try:
             with given_up_when(self.is_interrupted):

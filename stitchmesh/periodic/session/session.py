@@ -269,7 +269,7 @@ class SwatchSession:
         self._wake()
 
     def _wake(self) -> None:
-        """Let the worker see what is requested."""
+        """Wake the worker, so that it sees the request."""
         self._quiet = False
         self._condition.notify_all()
 

@@ -84,7 +84,7 @@ class SwatchSettings:
         """Return how the knit is let go off the needles; None without friction.
 
         Raises:
-            ParameterError: as for ``chosen_release``.
+            ParameterError: an error of ``chosen_release``.
         """
         return chosen_release(self.relax_cell, self.options, woven=isinstance(source, Weave))
 

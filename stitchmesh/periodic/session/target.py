@@ -77,7 +77,7 @@ class Target:
     """The values that a live swatch moves to; lengths are gamma times the lengths in the fabric."""
 
     smallest: SmallestCell
-    """The cell that relaxes, of which the repeat is made."""
+    """The cell that relaxes; its images make the repeat."""
     radius: FloatArray
     """Radius of each yarn of that cell [cm], shape (Y,)."""
     rest_length: FloatArray
@@ -93,7 +93,7 @@ class Target:
     cell: RelaxCell | None
     """The free changes of the periods; None for constant periods."""
     terms: tuple[TermChoice, ...]
-    """What the cell lies on."""
+    """The planes between which the cell lies; empty if it lies on nothing."""
     release: Release | None
     """How the knit is let go off the needles, once it has come near to rest without friction; None without friction."""
     colour: IntArray
@@ -110,7 +110,7 @@ def generate_repeat(settings: SwatchSettings) -> GeneratedRepeat:
     """Generate the repeat of the settings.
 
     Raises:
-        StitchMeshError: as for ``swatch``.
+        StitchMeshError: an error of ``swatch``.
     """
     source = resolve_pattern(settings.pattern)
     fabric, generated = draw_swatch(source, settings.options, GENERATED)

@@ -70,12 +70,13 @@ def explore(
     same path off the needles. Equal seeds give equal starts.
 
     Args:
-        pattern: as for ``swatch``.
+        pattern: a pattern or a weave, the name of one in the library, or the path of a file.
         starts: number of perturbed starts, at least 1.
         seed: seed of the perturbations.
-        material: as for ``swatch``.
-        quality: as for ``swatch``.
-        device: as for ``swatch``.
+        material: material of the yarn; by default the material ``stitchmesh``, scaled to the radius of the yarn.
+        quality: a preset or a ``Quality``.
+        device: device of the kernels, for example ``cpu`` or ``cuda:0``; by default the first GPU, or the CPU if there
+            is no GPU.
         progress: called with the progress of each relaxation, as ``swatch`` calls it.
         on_start: called with the number of each start; 0 is the start of ``swatch``.
         options: fields of ``SwatchOptions``. Relaxation and friction mean the same as in ``swatch``, but the default is

@@ -34,7 +34,7 @@ SAME = 0.05
 HEIGHTS = 256
 """Heights that are compared."""
 LEANED = 0.02
-"""Lean from which a fabric leans."""
+"""A fabric leans from this value of its lean."""
 
 
 @dataclass(frozen=True, eq=False)

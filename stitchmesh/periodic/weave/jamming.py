@@ -87,7 +87,7 @@ def jam_report(weave: Weave, yarns: YarnSet) -> dict[str, Any]:
 
 
 def interlaced_blocks(weave: Weave, yarns: YarnSet) -> list[WeaveBlock]:
-    """Return all blocks of crossings that form a plain weave; the arguments are those of ``jam_report``."""
+    """Return all blocks of crossings that form a plain weave; arguments as for ``jam_report``."""
     count, place = len(weave.wefts), _places(yarns)
     found = []
     for layer in range(weave.layer_count):

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from PIL.Image import Image
 
 COLUMNS = 4
-"""Most pictures in a row."""
+"""Largest number of pictures in a row."""
 SIDE, GAP = 420, 12
 """Largest side of a picture, and the space between pictures [pixels]."""
 LETTERS = 18

@@ -35,7 +35,7 @@ PALE = 0.5
 STROKES_PER_WIDTH = 8.0
 """Number of strokes into which a curve of one stitch width is cut."""
 THICKNESS = 0.19
-"""Width of the yarn in the drawing, less than that of real yarn, so that the ground separates the strands."""
+"""Width of the yarn in the drawing; it is less than that of real yarn, so that the ground separates the strands."""
 MARGIN = 0.06
 """Margin of a stroke on either side [stitch widths]."""
 CROSSING = 0.6
@@ -116,7 +116,7 @@ def _cut(part: TemplatePart, offset: FloatArray, is_own: bool) -> list[_Stroke]:
 
 
 def _lines(strokes: list[_Stroke], ground: str, other: str) -> Markup:
-    """Return the lines of all strokes, from the rearmost one to the foremost one."""
+    """Return the lines of all strokes, from the rearmost to the foremost stroke."""
     height = np.array([stroke.points[:, 2].mean() for stroke in strokes])
     over = _lies_over(strokes, height)
     lines = [_core(np.concatenate(run), OWN if is_own else other) for run, is_own in _runs(strokes, ~over)]

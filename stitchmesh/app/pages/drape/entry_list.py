@@ -67,7 +67,7 @@ class EntryList(Generic[T]):
             session: the scene.
             controls: where the list stands.
             kind: word for an entry.
-            what: beginning of messages.
+            what: the first words of messages.
             entries: returns the entries of a scene.
             without: returns a scene without the entry that has a number.
             changed: called after another entry is chosen.

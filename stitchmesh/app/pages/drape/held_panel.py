@@ -180,7 +180,7 @@ class HeldPanel:
         self._turned.value = STILL_TEXT if last is None else as_text(last.rotation)
 
     def _move(self, which: str) -> None:
-        """Let the chosen part move, or hold it."""
+        """Make the chosen part move, or hold it."""
         opened, (number, _) = self._session.opened_for(WHAT), self._list.chosen_entry()
         moved = three_numbers("part moved by", self._moved.value) if which == "Moves" else STILL
         turned = three_numbers("part turned by", self._turned.value, "degrees") if which == "Moves" else STILL

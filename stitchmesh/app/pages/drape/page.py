@@ -111,7 +111,7 @@ def _counted(count: int, one: str, many: str) -> str:
 RUN, RUN_AGAIN, CONTINUE = "Run the scene", "Run from the start again", "Continue the run"
 """Labels of the buttons that start a run."""
 SCENE, RESULT = "Scene", "Run"
-"""What the page can show."""
+"""The choices of what the page shows."""
 
 
 @dataclass(frozen=True)
@@ -121,7 +121,7 @@ class DrapeState:
     shows: str = SCENE
     """Whether the scene or the run is shown."""
     colour: ClothColour = COLOURS[0]
-    """What the colours of the scene mean."""
+    """What the colours of the scene show."""
     run_colour: str = next(iter(DRAPED_COLOURS))
     """What the colours of the run show, a word of ``DRAPED_COLOURS``."""
 
@@ -217,7 +217,7 @@ class DrapePage(Page):
             self._paint.boxed(box)
 
     def _make_look(self) -> None:
-        """Make the controls of what is shown."""
+        """Make the controls for the look of the scene and the run."""
         controls = self.app.controls
         self._look = FieldPanel(
             controls, self._look_fields(), lambda: self._state, lambda state, name: self._show(state)

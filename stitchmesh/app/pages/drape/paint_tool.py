@@ -79,7 +79,7 @@ def _connected_within(cloth: Cloth, centre: FloatArray, place: PickedPlace, radi
 LOOK, ADD, REMOVE = "turns the view", "adds to the region", "takes out of the region"
 HOLD, FREE = "holds the cloth", "lets go of the cloth"
 DRAGS = (LOOK, ADD, REMOVE, HOLD, FREE)
-"""What a drag on the cloth does."""
+"""The choices of what a drag on the cloth does."""
 RADIUS = 0.8
 """Initial radius of the circle, over the mean length of an edge."""
 

@@ -33,7 +33,7 @@ KINDS: dict[str, Kind] = {
 BUDGET = 1000
 """Initial limit of the number of yarn nodes, for an automatic region."""
 NODES, SECONDS = "number of nodes", "time of a step"
-"""What limits an automatic region."""
+"""The choices of a limit for an automatic region."""
 STEP_SECONDS = 0.5
 """Time of a step at first [s]."""
 BUDGETS = (
@@ -42,7 +42,7 @@ BUDGETS = (
     Field("seconds", "Seconds", "Time of a step, or of an equilibrium [s]; how many nodes it pays for is measured.",
           Number(1e-3, 3600.0, 0.05), lambda section: section.yarns == "automatic" and section.seconds is not None),
 )  # fmt: skip
-"""What limits an automatic region."""
+"""The fields of the limits of an automatic region."""
 WIDTHS = (
     Field("adapt_every", "Change every", "Steps after which the region may grow, shrink or move; 0 keeps it as it is.",
           Number(0, 1_000_000, 1, without=None), lambda section: section.yarns == "automatic"),
@@ -178,7 +178,7 @@ class RegionPanel:
         return BoxSection(low=low, high=high)
 
     def _draw_box(self) -> None:
-        """Draw the box as soon as it is one."""
+        """Draw the box as soon as its numbers are valid."""
         try:
             low, high = three_numbers("box from", self._low.value), three_numbers("box to", self._high.value)
         except ParameterError:

@@ -96,7 +96,7 @@ class SceneRun:
         """Run the triangles alone, and make the triangles with the largest errors the region.
 
         Raises:
-            ParameterError: as for ``start``.
+            ParameterError: there is no scene, its region is not possible, or another task runs.
         """
         opened = self._checked()
 

@@ -65,7 +65,7 @@ class BrushTool(Tool):
 
     @abstractmethod
     def preview(self, path: list[int]) -> None:
-        """Show what a drag covers so far."""
+        """Show the faces that a drag covers so far."""
 
     def build(self, controls: Controls) -> None:
         """Make the choice of the brush."""
@@ -81,7 +81,7 @@ class BrushTool(Tool):
         self._drag.clear()
 
     def clicked(self, place: PickedPlace, pick: Pick) -> None:
-        """Take what the brush covers."""
+        """Take the faces that the brush covers."""
         if self.session.state.brush == "Rectangle":
             raise ParameterError("rectangle: got one click; drag from one corner of the rectangle to the opposite one")
         self.take([place.face], pick)
@@ -246,7 +246,7 @@ class SelectStitches(BrushTool):
             self._toggle(faces)
 
     def preview(self, path: list[int]) -> None:
-        """Mark what a drag covers."""
+        """Mark the faces that a drag covers."""
         try:
             faces = self.covered(path)
         except StitchMeshError:

@@ -104,7 +104,7 @@ class EditPage(Page):
         self._show_state()
 
     def refresh(self) -> None:
-        """Show the fabric after it changed."""
+        """Show the fabric after a change."""
         if self.unavailable() is not None:
             self.app.open_page(self.name)
             return
@@ -244,7 +244,7 @@ class EditPage(Page):
         self._palettes.refresh()
 
     def _say(self, face: int) -> None:
-        """Say what the clicked stitch is."""
+        """Describe the clicked stitch."""
         self._status.content = _status(_face_words(self.session.fabric, face))
 
 

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 NO_FACES = np.zeros(0, dtype=np.int64)
 Brush = Literal["Stitch", "Row", "Wale", "Rectangle"]
-"""What one click paints or selects."""
+"""The faces that one click paints or selects."""
 BRUSHES: tuple[Brush, ...] = get_args(Brush)
 
 
@@ -62,7 +62,7 @@ class EditState:
     yarn: int = 1
     """Number of the yarn that is painted."""
     brush: Brush = "Stitch"
-    """What one click paints or selects."""
+    """The faces that one click paints or selects."""
 
 
 class EditSession:
@@ -99,7 +99,7 @@ class EditSession:
         Args:
             name: name of the edit.
             arguments: its arguments.
-            at: faces at which it is tried.
+            at: faces at which the edit is made or refused.
 
         Returns:
             Whether the edit was made.

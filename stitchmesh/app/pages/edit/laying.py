@@ -101,14 +101,14 @@ class LayPatterns(Tool):
         self._say(Markup())
 
     def taken_up(self) -> None:
-        """Show the pattern where it would go."""
+        """Show the pattern at the place where it would go."""
         self._on = True
         if len(self.session.state.selection.faces) and self._face is None:
             self.area = self._area.value = "Selection"
         self._preview()
 
     def laid_down(self) -> None:
-        """Show the fabric as it is."""
+        """Show the fabric without the pattern."""
         self._on = False
         self.discard()
 

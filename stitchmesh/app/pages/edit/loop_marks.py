@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Crossed and twisted loops as lines: the loop in front is one line, and the loop behind is broken where it crosses."""
+"""Crossed and twisted loops as lines: the front loop is one line, and the rear loop is broken where it crosses."""
 
 from __future__ import annotations
 

@@ -96,7 +96,7 @@ class PlaceTool(Tool):
     edits: ClassVar[tuple[PlaceEdit, ...]]
     """The edits to choose from."""
     what: ClassVar[str]
-    """What the edits change, for labels."""
+    """Name of the things that the edits change, for labels."""
     takes_strokes = False
 
     def __init__(self, session: EditSession) -> None:

@@ -29,7 +29,7 @@ class Tool:
     """Whether a drag on the fabric belongs to the tool; otherwise it turns the view."""
 
     def __init__(self, session: EditSession) -> None:
-        """Keep what the tools share."""
+        """Keep the state that all tools share."""
         self.session = session
 
     def build(self, controls: Controls) -> None:
@@ -42,7 +42,7 @@ class Tool:
         """End, before the user takes up another tool or leaves the page."""
 
     def refresh(self) -> None:
-        """Show the fabric after it changed."""
+        """Show the fabric after a change."""
 
     def clicked(self, place: PickedPlace, pick: Pick) -> None:
         """Handle a click on the fabric."""

@@ -51,7 +51,7 @@ class MarkHandles:
         self._scene.show("handles", Surface(drawn.points, self._triangles, of_faces, takes_strokes=True))
 
     def under(self, pick: Pick, depth: float | None) -> tuple[int, int] | None:
-        """Return the mark and the point whose handle is under the pointer; None if there is none.
+        """Return the mark and the point whose handle is under the pointer; None without one.
 
         Args:
             pick: the ray.

@@ -143,7 +143,7 @@ def without_point(marks: Marks, number: int, place: int) -> Marks:
 
 
 def without_mark(marks: Marks, number: int) -> Marks:
-    """Return the marks without one."""
+    """Return the marks without one of them."""
     return (*marks[:number], *marks[number + 1 :])
 
 

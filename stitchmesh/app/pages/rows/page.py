@@ -48,7 +48,7 @@ class HandleDrag:
         self._moved: Marks | None = None
 
     def stroked(self, stroke: Stroke, state: RowsState) -> None:
-        """Handle one moment of a drag; only the browser that began the drag moves the point."""
+        """Handle one moment of a drag; only the browser that began the drag can move the point."""
         place = self._pointer.place(stroke)
         if stroke.phase == "start":
             self._held = self._view.handles.under(stroke, None if place is None else place.depth)
@@ -105,7 +105,7 @@ MEANINGS = {
     LINE: "Click the points of a line along which a row runs, and press Finish the line (F).",
     MOVE: "Click the place to which the chosen point of a tip or a line goes.",
 }
-"""What a click means, and the hint for it."""
+"""The meanings of a click, each with its hint."""
 
 
 class RowsPage(Page):
@@ -121,7 +121,7 @@ class RowsPage(Page):
         self._finder = RowsFinder(app.tasks, self._take_found)
 
     def unavailable(self) -> str | None:
-        """Say what is missing."""
+        """Return what is missing before rows can be found."""
         if self.app.project.mesh is not None:
             return None
         if self.app.project.fabric is not None:

@@ -14,9 +14,9 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.shaping.marks import TimeMark
 
 BORDER, TIP, LINE, MOVE = "marks a border", "puts a tip", "draws a line", "moves the chosen point"
-"""What a click can mean."""
+"""The meanings of a click."""
 ROWS, STITCHES = "rows", "stitches"
-"""What can be shown."""
+"""The choices of what the page shows."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class RowsState:
     line: tuple[Point, ...] = ()
     """Points of a line that is begun."""
     meaning: str = BORDER
-    """What a click means."""
+    """The meaning of a click."""
     shown: str = ROWS
     """Whether the page shows rows or, where there are any, stitches."""
 
@@ -48,7 +48,7 @@ class RowsState:
 
     @property
     def table(self) -> dict[str, Any]:
-        """The shaping as a project can keep it."""
+        """The shaping as a table that a project can keep."""
         return shaping_table(self.shaping)
 
     @property

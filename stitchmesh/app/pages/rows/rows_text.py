@@ -21,7 +21,7 @@ ROLE_WORDS = {
     "begin": "knitting begins here", "end": "knitting ends here", "row": "a row runs along this line",
     "side": "rows end at this border", "plain": "no increases or decreases near here",
 }  # fmt: skip
-"""What each role means."""
+"""The meaning of each role, in words."""
 
 
 def text_line(text: str) -> Markup:

@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from stitchmesh.app.application import App
 
 RUN, PAUSE, STEP, AGAIN = "Start", "Stop", "Step", "From the start"
-"""What the yarns can be told to do."""
+"""The commands to the yarns."""
 BYTES_A_SECOND = 30e6
 """Bytes of positions that a browser gets in a second at most; larger fabrics get fewer frames."""
 PART_OF_TIME = 0.25

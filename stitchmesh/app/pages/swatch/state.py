@@ -20,7 +20,7 @@ FIRST_PATTERN = "rib2x2"
 NAMES = ("A", "B")
 """Names of the variants."""
 COLOURINGS = ("yarn", "stitch", "row", "strain")
-"""What may decide the colours."""
+"""The choices of what the colours show."""
 SHOWN = (12, 16)
 """Numbers of wales and courses that a new pattern shows, in whole repeats; such a piece is roughly square."""
 MOST_TILES = 12
@@ -40,7 +40,7 @@ class Look:
     rows: int = 3
     """Number of repeats one above another."""
     colour_by: str = "yarn"
-    """What decides the colours."""
+    """What the colours show."""
     blend: float = 0.7
     """Weight of the colours of stitches or rows; 0 leaves the colours of the yarns."""
 
@@ -69,7 +69,7 @@ class SwatchState:
     """Number of the design that the chart and the dials change."""
     look: Look = Look()
     iterations: int = 20
-    """Iterations from one frame to the next."""
+    """Number of iterations from one frame to the next."""
     charts: tuple[str, ...] = ()
     """The text of the chart of each design, valid or not; an empty text stands for the text of its pattern."""
 
@@ -139,7 +139,7 @@ def first_state() -> SwatchState:
 
 
 def state_table(state: SwatchState) -> dict[str, Any]:
-    """Return the state as JSON can hold it."""
+    """Return the state as a table for JSON."""
     look = {"columns": state.look.columns, "rows": state.look.rows, "colour_by": state.look.colour_by,
             "blend": state.look.blend}  # fmt: skip
     designs = [design_table(design) for design in state.designs]

@@ -36,7 +36,7 @@ class FrameWatcher:
             deliver: called with each frame; a waiting frame is dropped when a newer one arrives.
         """
         self.seconds = FRAME_SECONDS
-        """Least time between two frames [s]."""
+        """Shortest time between two frames [s]."""
         self._session, self._queue, self._deliver = session, queue, deliver
         self._urgent = threading.Event()
         threading.Thread(target=self._watch, args=(session.frame.number,), name="frames", daemon=True).start()

@@ -26,7 +26,7 @@ class ClipBox:
     """A box."""
 
     low: tuple[float, float, float]
-    """Least coordinates [cm]."""
+    """Smallest coordinates [cm]."""
     high: tuple[float, float, float]
     """Largest coordinates [cm]."""
 

@@ -191,7 +191,7 @@ class Opened:
         """Open a file, or the output folder of a job, and follow the job from now on.
 
         Raises:
-            StitchMeshError: it cannot be read.
+            StitchMeshError: the file or the folder cannot be read.
         """
         if not is_there(path):
             raise FileError(f"{path}: does not exist; expected a file, or the output folder of a job")
@@ -207,7 +207,7 @@ class Opened:
         """Open an uploaded file.
 
         Raises:
-            StitchMeshError: it cannot be read.
+            StitchMeshError: the file cannot be read.
         """
         self.viewed = read_upload(name, content)
         self.stop()

@@ -116,7 +116,7 @@ class ViewPage(Page):
         """Open a file, or the output folder of a job.
 
         Raises:
-            StitchMeshError: it cannot be read.
+            StitchMeshError: the file or the folder cannot be read.
         """
         path = Path(text).expanduser()
         self._opened.open_path(path)
@@ -127,7 +127,7 @@ class ViewPage(Page):
         """Open a file or a folder, and show it.
 
         Raises:
-            StitchMeshError: it cannot be read.
+            StitchMeshError: the file or the folder cannot be read.
         """
         self.open_path(text)
         self._look_again = True

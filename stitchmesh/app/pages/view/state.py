@@ -51,7 +51,7 @@ KEPT: Mapping[str, Mapping[str, str] | None] = {
 
 @dataclass(frozen=True, kw_only=True)
 class ViewState:
-    """What is shown, and how."""
+    """The user's choices: what the page shows, and in which colours."""
 
     show: str = ""
     """Name of the visible thing in the list."""
@@ -84,7 +84,7 @@ class ViewState:
 
     @property
     def table(self) -> dict[str, str]:
-        """What a project keeps."""
+        """The part of the state that a project keeps."""
         return {name: getattr(self, name.replace(" ", "_")) for name in KEPT}
 
     def colour_word(self, thing: Thing | None) -> str:

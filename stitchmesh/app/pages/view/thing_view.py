@@ -46,7 +46,7 @@ class Place:
     point: FloatArray
     """The point [cm], shape (3,)."""
     text: str
-    """What is there."""
+    """A description of the place."""
     yarn: PickedYarn | None = None
     """The place on a yarn."""
 
@@ -70,7 +70,7 @@ class ThingView(Protocol):
         """Return the colours and their legend; any thread may call this."""
 
     def draw(self, scene: Scene, colours: NDArray[np.uint8], clip: ClipBox | None) -> None:
-        """Draw it."""
+        """Draw the thing."""
 
     def pick(self, origin: FloatArray, direction: FloatArray, fabric: StitchMesh | None) -> Place | None:
         """Return the first place at which a ray meets the thing."""

@@ -48,7 +48,7 @@ class Viewed:
     """Something to look at, with the facts about it."""
 
     name: str
-    """What it is, in the words of the user."""
+    """Name of the thing, in the words of the user."""
     thing: Thing | None = None
     """The mesh, the stitches, the yarns or the run; None for a picture, a plot or a text alone."""
     fabric: StitchMesh | None = None
