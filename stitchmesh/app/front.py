@@ -39,7 +39,7 @@ class Front(Protocol):
 
     @property
     def navigation(self) -> Controls:
-        """Controls above those of the page."""
+        """Controls above the controls of the page."""
 
     @property
     def controls(self) -> Controls:

@@ -26,9 +26,9 @@ from stitchmesh.app.entrance import leading_page
 from stitchmesh.errors import ParameterError
 
 LOOPBACK = "127.0.0.1"
-"""Host that only this machine reaches."""
+"""Host for a server that only this machine can reach."""
 PORT = 8080
-"""Port where none is asked for."""
+"""Default port."""
 SHORTEST_TOKEN = 8
 """Smallest number of characters of a token."""
 SAFE_HEADERS = {

@@ -62,7 +62,7 @@ def view_project(path: str) -> Project:
         read_viewed(Path(path))  # An unreadable file is refused before a project is made.
     try:
         project = Project.open_or_create(projects_folder() / VIEW)
-    except FileError:  # Another program shows a file already.
+    except FileError:  # Another program already shows a file.
         project = Project.create(new_project_folder(VIEW))
     project.set_settings(VIEW, {**project.settings(VIEW), "show": OPENED, "path": str(Path(path).absolute())})
     return project

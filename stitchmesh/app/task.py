@@ -108,12 +108,12 @@ class Task(Generic[T]):
         self._queue.post_newest((id(self), "frame"), self._show_frame, value)
 
     def pause(self) -> None:
-        """Let the work wait at its next report."""
+        """Make the work wait at its next report."""
         with self._turn:
             self.paused, self._steps = True, 0
 
     def resume(self) -> None:
-        """Let the work go on."""
+        """Let the work continue."""
         with self._turn:
             self.paused = False
             self._turn.notify_all()
@@ -154,7 +154,7 @@ class TaskRunner:
         """Make a runner; the event thread calls ``on_error`` with errors of tasks that do not handle them."""
         self._queue, self._on_error = queue, on_error
         self.current: Task[Any] | None = None
-        """The task that runs, or None."""
+        """The running task; None without one."""
 
     @property
     def running(self) -> bool:

@@ -27,7 +27,7 @@ NO_FILE = UploadedFile("", b"")
 
 @dataclass
 class _Upload:
-    """An upload that goes on."""
+    """An upload in progress."""
 
     client: int
     button: str
@@ -35,10 +35,10 @@ class _Upload:
 
 
 class UploadGuard:
-    """Decides about the parts of uploads."""
+    """Decides which parts of uploads are taken."""
 
     def __init__(self) -> None:
-        """Start without uploads."""
+        """Begin without uploads."""
         self._running: dict[str, _Upload] = {}
 
     def may_start(self, upload: str, client: int, button: str, size: int, parts: int) -> bool:

@@ -36,7 +36,7 @@ NOTICE_COLOURS: dict[NoticeKind, tuple[int, int, int]] = {
     "info": (31, 86, 115), "warning": (201, 125, 16), "error": (150, 35, 60),
 }  # fmt: skip
 NOTICE_SECONDS: dict[NoticeKind, float | None] = {"info": 6.0, "warning": 12.0, "error": 20.0}
-"""Time for which a notice stands."""
+"""Time for which a notice is visible."""
 
 
 class ViserFront:

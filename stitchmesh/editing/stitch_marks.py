@@ -78,7 +78,7 @@ def twist_loop(fabric: StitchMesh, side: int, twist: int) -> list[Change]:
 
     Args:
         fabric: a mesh of stitches.
-        side: the top side.
+        side: the top side of the loop.
         twist: 1 if the leg that comes from the left lies in front, -1 if it lies behind, 0 for no twist.
 
     Raises:

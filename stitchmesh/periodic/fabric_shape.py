@@ -59,14 +59,14 @@ degrees."""
 
 @dataclass(frozen=True)
 class FabricShape:
-    """How a fabric lies."""
+    """The shape of a fabric: flat, folded or crumpled."""
 
     thickness_ratio: float
     """Thickness over flat thickness."""
     course_fold: float = 1.0
     """Length of the middle surface along the courses over the length of its projection."""
     wale_fold: float = 1.0
-    """The same along the wales."""
+    """Length of the middle surface along the wales over the length of its projection."""
     layers: float = 1.0
     """How many layers of the middle surface cover the plane."""
 

@@ -30,7 +30,7 @@ EXAMPLES = "face 120, row 12, point X Y Z in cm, or share U V from the lower lef
 
 @dataclass(frozen=True)
 class CloseUpTarget:
-    """Where a close-up looks."""
+    """The place at which a close-up looks."""
 
     kind: str
     """A key of ``KINDS``, or ``faces``."""

@@ -57,7 +57,7 @@ class PictureOptions:
     background: str | None = None
     """``transparent`` or a colour; a pale gradient by default."""
     body: Mesh | None = None
-    """A body that is drawn too."""
+    """A body that the picture shows too."""
     fabric: StitchMesh | None = None
     """The stitch mesh of yarns, for colours by stitch and close-ups of a selection."""
     plies: int = 1

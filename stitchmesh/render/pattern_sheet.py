@@ -45,7 +45,7 @@ SUFFIX = ".pdf"
 PAGE = (8.27, 11.69)
 """Width and height of A4 [inch]."""
 MARGIN = 0.75
-"""Room around a page [inch]."""
+"""Margin around a page [inch]."""
 POINTS = 72.0
 """Points in an inch."""
 LINE_CHARACTERS = 96
@@ -72,7 +72,7 @@ class YarnAmount:
 
 @dataclass(frozen=True)
 class ChartPicture:
-    """A chart that is drawn already."""
+    """A chart that is already a picture."""
 
     title: str
     png: bytes

@@ -144,7 +144,7 @@ def borders_named(borders: list[Border], band: AtBorder) -> list[Border]:
     """Return the borders that a selection of bands names.
 
     Raises:
-        ParameterError: there is none.
+        ParameterError: the fabric has no such border.
     """
     if band.name == "border":
         found = [border for border in borders if border.number == band.number]

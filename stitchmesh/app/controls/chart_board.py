@@ -103,7 +103,7 @@ class ChartBoard:
         self.edit(lambda chart: operations.paint(chart, places, brush), merge=merge)
 
     def fill(self, row: int, column: int, brush: Brush) -> None:
-        """Paint equal squares that touch."""
+        """Paint all connected equal squares."""
         self.edit(lambda chart: operations.fill(chart, row, column, brush))
 
     def paint_box(self, box: Box, brush: Brush) -> None:
@@ -190,7 +190,7 @@ class ChartBoard:
         self.select(Box(box.row, box.column, box.row + part.shape[0], box.column + part.shape[1]))
 
     def clear_selection(self) -> None:
-        """Make the selection plain."""
+        """Replace the selection by plain squares."""
         box = self._selected()
         self.edit(lambda chart: chart.blanked(box))
 
@@ -204,7 +204,7 @@ class ChartBoard:
         self.edit(lambda chart: operations.repeat_box(chart, box))
 
     def crop(self) -> None:
-        """Keep the selection alone."""
+        """Crop the chart to the selection."""
         box = self._selected()
         self.edit(lambda chart: operations.crop(chart, box))
         self.selection = None

@@ -70,7 +70,7 @@ class ChartEditor:
         """Build the controls of an editor.
 
         Args:
-            controls: where the editor stands.
+            controls: the place of the editor.
             source: a pattern, a weave, or the text of one.
             changed: takes each new valid pattern or weave.
             download: takes the name and the content of a file for the user, such as ``app.download``.
@@ -133,7 +133,7 @@ class ChartEditor:
         self._do(self._board.undo)
 
     def redo(self) -> None:
-        """Redo the step that was undone last.
+        """Make the last undone step again.
 
         Raises:
             ParameterError: there is none.

@@ -107,7 +107,7 @@ def _button(
     style = _STYLE.format(edge="#1f6fd1" if pressed else "#8b9097", more=look)
     style += "outline:2px solid #f2b134;" if pressed else ""
     style += "opacity:0.5;cursor:default;" if disabled else ""
-    name = "" if look == _WORD else hint  # A visible word is the name already.
+    name = "" if look == _WORD else hint  # A visible word already is the name.
     return action_button(
         action, value, content, name=name, hint=hint, pressed=pressed, disabled=disabled, style=style
     )

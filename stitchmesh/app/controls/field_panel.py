@@ -62,7 +62,7 @@ class Number:
 
 @dataclass(frozen=True, eq=False)
 class Field:
-    """How a field of a value is shown."""
+    """A field of a value and its control."""
 
     name: str
     """Name of the field; after a dot, the name of a field inside that field."""
@@ -105,7 +105,7 @@ class FieldPanel:
         """Make the controls.
 
         Args:
-            controls: where they stand.
+            controls: the place of the controls.
             fields: the fields.
             value: returns the present value; None if there is none.
             changed: called with the value that the user wants, and the name of the changed field.

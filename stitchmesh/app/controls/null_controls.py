@@ -17,7 +17,7 @@ from stitchmesh.markup import Markup, checked
 
 @dataclass(eq=False)
 class NullControl:
-    """A control as it was made and set."""
+    """A control with its present values."""
 
     kind: str
     label: str

@@ -328,7 +328,7 @@ class ViserControls:
         """Set up an input, and post its new values; a stream of values never fills the queue."""
 
         async def post(event: viser.GuiEvent) -> None:
-            if event.client_id is not None:  # The page itself sets values too.
+            if event.client_id is not None:  # The page sets values itself, too.
                 self._queue.post_newest(handle._impl.uuid, changed, event.target.value)
 
         handle.on_update(post)

@@ -105,7 +105,7 @@ class EvenOutPage(Page):
         self.app.scene.look_at(low, high)
 
     def leave(self) -> None:
-        """Let the relaxation go on unseen."""
+        """Let the relaxation continue unseen."""
         self._run.leave()
 
     def refresh(self) -> None:

@@ -92,7 +92,7 @@ class Navigation:
         """Make the rows.
 
         Args:
-            controls: where they are added.
+            controls: the place of the navigation.
             open_page: called with the name of a page.
             set_dark: called with True for dark colours of the program, and False for light ones.
         """

@@ -150,7 +150,7 @@ class OutlinePage(Page):
             self._words.content = message(_words(shape), "good" if shape.report.converged else "doubtful")
 
     def _ended(self) -> None:
-        """Start the relaxation that waits."""
+        """Start the waiting relaxation."""
         again, self._waiting = self._waiting, False
         if self.app.page is not self:
             return

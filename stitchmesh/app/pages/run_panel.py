@@ -55,7 +55,7 @@ class RunPanel:
         self.update()
 
     def update(self) -> None:
-        """Show how far the relaxation is."""
+        """Show the progress of the relaxation."""
         if self._run is None:
             return
         self._pause.label = RESUME if self._run.paused else PAUSE

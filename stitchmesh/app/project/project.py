@@ -341,7 +341,7 @@ class Project:
         """Find rows and stitches on the mesh, without labels.
 
         Args:
-            shaping: how they are found.
+            shaping: the options for the search.
             fabric: the stitches, if for example a worker thread has found them already.
 
         Raises:

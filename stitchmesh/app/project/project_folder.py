@@ -232,7 +232,7 @@ class ProjectFolder:
     def _remove_unnamed(self) -> None:
         for name in self._names():
             if name not in self._written:
-                with contextlib.suppress(OSError):  # It is removed after a later write.
+                with contextlib.suppress(OSError):  # A later write removes it.
                     (self.folder / FILES / name).unlink()
 
 

@@ -63,7 +63,7 @@ class ShapedStitches:
     """Stitches that were found on a mesh, before all edits, and the options that found them."""
 
     shaping: Shaping
-    """How they were found."""
+    """The options that found the stitches."""
     fabric: StitchMesh
     """The stitches."""
 

@@ -21,7 +21,7 @@ from stitchmesh.render.yarn_blocks import pack_colours, pack_points
 
 @dataclass(frozen=True)
 class Level:
-    """How a block of yarns is drawn."""
+    """A level of detail of a block of yarns."""
 
     least_radius: float
     """Smallest radius of the yarn on the screen for which the level is used [pixels]."""

@@ -60,7 +60,7 @@ class SizeMapDrawing:
         self._scene = scene
         self._map: SizeMap | None = None
         self.shown: StitchMesh | None = None
-        """The fabric that is drawn."""
+        """The visible fabric."""
 
     def show(self, fabric: StitchMesh, measure: Measure) -> bool:
         """Draw a fabric, and return whether its number of faces differs from that of the one before."""

@@ -92,7 +92,7 @@ class ViserScene:
         self._send_colours(self._shown[name])
 
     def remove(self, name: str) -> None:
-        """Draw nothing more under a name."""
+        """Remove the drawing under a name."""
         shown = self._shown.pop(name, None)
         for node in shown.nodes if shown is not None else ():
             node.remove()

@@ -55,7 +55,7 @@ def packed_image(name: str, file: Path) -> CheckpointFile:
         if pictures != 1:
             raise FileError(f"{name}: holds {pictures} pictures; expected one, save the chart alone")
         return CheckpointFile({}, {"pixels": np.asarray(loaded_chart(name, image, kind).convert("RGB"))})
-    except (IndexError, KeyError, TypeError, AttributeError) as error:  # Of decoders that meet a damaged file.
+    except (IndexError, KeyError, TypeError, AttributeError) as error:  # Decoders raise them for damaged files.
         raise FileError(f"{name}: is not a whole {kind} ({type(error).__name__}); write it again as PNG") from error
 
 

@@ -115,7 +115,7 @@ def _from_start(
     """Relax from a displaced start; None where no time is left for it.
 
     Raises:
-        SolverError: this is not possible.
+        SolverError: the start cannot be relaxed.
     """
     if seconds_left() <= 0.0:
         return None

@@ -208,7 +208,7 @@ def _release(
     terms: Sequence[TermChoice], run: Run[YarnSet],
 ) -> list[StepAtRest]:  # fmt: skip
     """Let yarns go from the needles to the state."""
-    course, wale = (max(force, 0.0) for force in start.border_forces)  # none where the fabric pushes
+    course, wale = (max(force, 0.0) for force in start.border_forces)  # no force on a border where the fabric pushes
     steps = [LoadStep(share * course, share * wale) for share in falling(1.0, LAST_FORCE, RELEASE_STEPS)]
     steps += [LoadStep(friction=share) for share in friction_left(release.state)]
     return relax_through_steps(

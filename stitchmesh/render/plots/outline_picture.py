@@ -69,7 +69,7 @@ def draw_outline(axes: Axes, shape: FreeShape, title: str) -> None:
     axes.spines[["top", "right"]].set_visible(False)
     axes.spines[["left", "bottom"]].set_color(PALE_INK)
     words = [line for line in (title, *summary(shape).split("; ")) if line]
-    axes.set_title("\n".join(words), loc="left", fontsize=10, color=INK, parse_math=False)  # A name is no formula.
+    axes.set_title("\n".join(words), loc="left", fontsize=10, color=INK, parse_math=False)  # A name is no formula
 
 
 def summary(shape: FreeShape) -> str:
@@ -86,7 +86,7 @@ def _front_polygons(shape: FreeShape) -> tuple[list[Any], FloatArray]:
     front = np.flatnonzero(fabric.face_vector_area[:, 2] > 0.0)
     place = fabric.corner_position[:, :2]
     polygons = [place[fabric.face_start[face] : fabric.face_start[face + 1]] for face in front]
-    assert fabric.face_stretch is not None  # The relaxation fills it.
+    assert fabric.face_stretch is not None  # The relaxation has filled it.
     return polygons, np.nan_to_num(fabric.face_stretch[front], nan=1.0)
 
 

@@ -75,7 +75,7 @@ def _shape_words(body: BodySection) -> str:
 SUFFIXES = (".obj", ".ply", ".off", ".stl")
 """Suffixes of the meshes of bodies."""
 WHAT = "bodies"
-"""Beginning of messages."""
+"""First words of messages."""
 CONTACT = (
     Field("contact.start_outside", "Put the cloth around", "A cloth that cuts a body at the start is moved out of it.",
           shown=lambda scene: bool(scene.bodies)),

@@ -230,7 +230,7 @@ class DrapeSession:
         """Check that nothing that uses the scene runs.
 
         Raises:
-            ParameterError: something does.
+            ParameterError: something that uses the scene runs.
         """
         task = self.app.tasks.current
         if task is not None:

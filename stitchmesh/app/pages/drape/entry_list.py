@@ -65,7 +65,7 @@ class EntryList(Generic[T]):
 
         Args:
             session: the scene.
-            controls: where the list stands.
+            controls: the place of the list.
             kind: word for an entry.
             what: the first words of messages.
             entries: returns the entries of a scene.

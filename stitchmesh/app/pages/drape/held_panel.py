@@ -81,7 +81,7 @@ def keyframes_to(scene: Scene, displacement: Triple, rotation: Triple) -> tuple[
 
 
 def motion_words(keyframes: tuple[Keyframe, ...], release: float | None = None) -> str:
-    """Return how something moves, in words."""
+    """Return a motion in words."""
     last = keyframes[-1] if keyframes else Keyframe(time=0.0)
     moved = [f"{part:g}" for part in last.displacement]
     words = [f"moves by {', '.join(moved)} cm"] if last.displacement != STILL else []
@@ -118,7 +118,7 @@ RELEASE = (
     Field("release", "Let go at", "Time from which the part is free [s]; 0 holds it to the end.",
           Number(0.0, 3600.0, 0.05, without=None)),
 )  # fmt: skip
-"""When a part is let go."""
+"""Choices of when a part is let go."""
 
 
 class HeldPanel:

@@ -126,7 +126,7 @@ class OpenedScene:
         try:
             return marked_triangles(self.scene.region, self.cloth)
         except StitchMeshError:
-            return NO_TRIANGLES  # The trouble says why.
+            return NO_TRIANGLES  # ``trouble`` says why.
 
     @cached_property
     def counts(self) -> dict[str, int]:

@@ -71,7 +71,7 @@ def counts_html(opened: OpenedScene) -> Markup:
 
 
 def run_words(run: AnyRun) -> str:
-    """Return how far a run is."""
+    """Return the progress of a run in words."""
     if run.newest is None:
         return f"Running: {run.task.stage}, {100 * run.task.done:.0f} %." if run.task.stage else "Preparing."
     now = run.newest
@@ -173,7 +173,7 @@ class DrapePage(Page):
         self._drawing.look()
 
     def leave(self) -> None:
-        """Let the run go on unseen."""
+        """Let the run continue unseen."""
         self.run.of_page.leave()
         self._is_built = False
 
@@ -198,7 +198,7 @@ class DrapePage(Page):
         self._begin(resume=False)
 
     def resume(self) -> None:
-        """Continue the run that was stopped."""
+        """Continue the stopped run."""
         self._begin(resume=True)
 
     def picked(self, pick: Pick) -> None:

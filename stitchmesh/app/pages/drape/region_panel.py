@@ -70,7 +70,7 @@ class RegionPanel:
             session: the scene.
             drawing: draws the box.
             paint: the brush.
-            controls: where the controls stand.
+            controls: the place of the controls.
             find: finds the region that a run would choose.
         """
         self._session, self._drawing, self._paint = session, drawing, paint
@@ -169,7 +169,7 @@ class RegionPanel:
         self._low.value, self._high.value = (", ".join(f"{x:.3g}" for x in corner) for corner in (first, last))
 
     def _box(self) -> BoxSection:
-        """The box that is typed.
+        """Return the typed box.
 
         Raises:
             ParameterError: the box does not have three numbers at each end, or it is empty.

@@ -19,7 +19,7 @@ def three_numbers(name: str, text: object, unit: str = "cm") -> tuple[float, flo
     """Return the three numbers of a text.
 
     Raises:
-        ParameterError: there are not three.
+        ParameterError: the text does not have three numbers.
     """
     numbers = typed_numbers(text)
     if len(numbers) != 3:

@@ -55,7 +55,7 @@ class BrushTool(Tool):
     """Label of the choice of the brush."""
 
     def __init__(self, session: EditSession) -> None:
-        """Start with no drag."""
+        """Begin without a drag."""
         super().__init__(session)
         self._drag = DragPath()
 

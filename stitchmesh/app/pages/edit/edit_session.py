@@ -69,7 +69,7 @@ class EditSession:
     """The fabric of the page and its state; all tools use it."""
 
     def __init__(self, app: App) -> None:
-        """Start without a selection."""
+        """Begin without a selection."""
         self.app, self.view = app, FabricView(app.scene)
         self.state = EditState()
         self.saved = SavedSelections(app)

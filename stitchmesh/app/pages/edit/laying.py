@@ -48,7 +48,7 @@ SUFFIXES = (".knit", ".txt", ".leaf", *CHART_IMAGES)
 SAVED = {"Text": TEXT_SUFFIX, "Chart": PICTURE_SUFFIX}
 """Suffix of the file of a pattern, by the words of the page."""
 LARGEST_FILE = 4_000_000
-"""Largest file of a pattern [bytes]."""
+"""Size of the largest file of a pattern [bytes]."""
 MOST_REASONS = 3
 """Largest number of groups of left-out stitches that are described."""
 
@@ -61,7 +61,7 @@ class LayPatterns(Tool):
     takes_strokes = False
 
     def __init__(self, session: EditSession) -> None:
-        """Start without a pattern."""
+        """Begin without a pattern."""
         super().__init__(session)
         self.pattern = ""
         """Name of the pattern in the library, or its text; empty if the user has chosen none."""

@@ -68,7 +68,7 @@ class Palettes:
         self._patterns.show_chosen(self._laying.pattern if "\n" not in self._laying.pattern else "")
 
     def close(self) -> None:
-        """Draw no further thumbnails."""
+        """Stop drawing thumbnails."""
         self._patterns.close()
 
     def _stitch_taken(self, name: str) -> None:

@@ -24,7 +24,7 @@ class ChangeFabric(Tool):
     takes_strokes = False
 
     def __init__(self, session: EditSession) -> None:
-        """Start with no border clicked."""
+        """Begin without a clicked border."""
         super().__init__(session)
         self._first: int | None = None
 
@@ -36,7 +36,7 @@ class ChangeFabric(Tool):
         self._say()
 
     def taken_up(self) -> None:
-        """Begin with no border clicked."""
+        """Begin without a clicked border."""
         self.refresh()
 
     def refresh(self) -> None:

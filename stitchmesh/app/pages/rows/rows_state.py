@@ -30,7 +30,7 @@ class RowsState:
     point: int = 0
     """Number of the chosen point of the chosen mark."""
     line: tuple[Point, ...] = ()
-    """Points of a line that is begun."""
+    """Points of an unfinished line."""
     meaning: str = BORDER
     """The meaning of a click."""
     shown: str = ROWS
@@ -70,7 +70,7 @@ class RowsState:
         """Return the chosen mark and its number.
 
         Raises:
-            ParameterError: none is chosen.
+            ParameterError: no mark is chosen.
         """
         if self.chosen is None:
             raise ParameterError("mark: none is chosen; click one, or choose one in the list")

@@ -50,7 +50,7 @@ class FabricDrawing:
         self._fit([drawing for _, drawing in drawings], places)
 
     def remove(self, variant: Variant) -> None:
-        """Draw a variant no more."""
+        """Remove the drawing of a variant."""
         for number in range(self._parts.pop(variant, 0)):
             self._scene.remove(_name(variant, number))
 

@@ -29,7 +29,7 @@ MOST_TILES = 12
 
 @dataclass(frozen=True)
 class Look:
-    """How the fabric is shown.
+    """The look of the fabric.
 
     Raises:
         ParameterError: a value is out of bounds.
@@ -64,7 +64,7 @@ class SwatchState:
     """All that the page shows."""
 
     designs: tuple[SwatchDesign, ...]
-    """One design, or two that are compared."""
+    """One design, or two designs to compare."""
     edited: int = 0
     """Number of the design that the chart and the dials change."""
     look: Look = Look()
@@ -176,6 +176,6 @@ def swatch_patterns(table: Mapping[str, Any]) -> dict[str, Pattern]:
     try:
         designs = read_state(table).designs if table else ()
     except StitchMeshError:
-        return {}  # The page itself says so.
+        return {}  # The page itself reports the damage.
     knits = [design.pattern for design in designs if isinstance(design.pattern, Pattern)]
     return {f"swatch {number}: {pattern.name or 'own chart'}": pattern for number, pattern in enumerate(knits, start=1)}

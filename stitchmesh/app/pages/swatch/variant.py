@@ -117,7 +117,7 @@ class Variant:
         self.session.start()
 
     def stop(self) -> None:
-        """Let the yarns stand."""
+        """Stop the relaxation."""
         self._stopped = True
         self.session.stop()
 
@@ -128,7 +128,7 @@ class Variant:
         self.session.request_steps()
 
     def restart(self) -> None:
-        """Return to the yarns as drawn."""
+        """Return to the yarns as they were generated."""
         self._watcher.hurry()
         self.session.restart()
 

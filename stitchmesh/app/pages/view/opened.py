@@ -47,7 +47,7 @@ class JobFiles:
 STATES = ("stitches.h5", "yarns.h5", "convergence.csv", "report.json", SCENE_FILE, FRAMES)
 """Files of a job that are watched; the folder of the frames changes with each frame."""
 EVERY_SECONDS = 1.0
-"""Time between two looks at the folder."""
+"""Time between two checks of the folder."""
 WAITING = "Waiting for the first result: the folder holds no stitches.h5, no yarns.h5 and no frames yet."
 
 
@@ -235,7 +235,7 @@ class Opened:
             self.open_path(self.watch.folder)
 
     def stop(self) -> None:
-        """Watch no folder any more."""
+        """Stop watching the folder."""
         if self.watch is not None:
             self.watch.stop()
             self.watch = None

@@ -306,7 +306,7 @@ class ViewPage(Page):
         if self.app.page is not self:
             return
         if view is not self._view:
-            self._colour()  # Something else is shown by now.
+            self._colour()  # The page shows something else by now.
             return
         if self._coloured is not None and np.array_equal(self._coloured.points, coloured.points):
             coloured = replace(coloured, points=self._coloured.points)  # The same array is not sent again.

@@ -70,7 +70,7 @@ class ViewState:
     shares: Mapping[str, float] = field(default_factory=dict)
     """Place of each side of the clip box that the user has moved [% of the thing]."""
     measurement: Measurement = field(default_factory=Measurement)
-    """The places between which is measured."""
+    """The two places of a measurement."""
 
     @classmethod
     def of_table(cls, table: Mapping[str, Any]) -> ViewState:

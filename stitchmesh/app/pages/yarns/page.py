@@ -227,7 +227,7 @@ class YarnsPage(Page):
             self.refresh()
 
     def _show_buttons(self) -> None:
-        """Show the buttons that make sense now."""
+        """Show the buttons for the possible actions."""
         project, idle = self.app.project, not self.app.tasks.running
         has_yarns, has_result = project.yarns is not None, project.relaxed is not None
         can_continue = has_yarns and self._is_unfinished()

@@ -39,7 +39,7 @@ CHECKPOINT_WORK = 40_000_000
 MOST_BETWEEN = 400
 """Largest number of iterations between two checkpoints: a few seconds for a small garment."""
 AUTOMATIC = "automatic"
-"""Name of the preferred device."""
+"""Entry of the list for the preferred device."""
 DEFAULT_MOST = 1000
 """Proposed number of iterations if the user limits them."""
 

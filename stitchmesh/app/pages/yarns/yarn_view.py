@@ -48,7 +48,7 @@ class GarmentYarnView:
 
     @property
     def yarns(self) -> YarnSet | None:
-        """The yarns that are shown."""
+        """The visible yarns."""
         return self._yarns
 
     def show(self, yarns: YarnSet, fabric: StitchMesh | None, *, moving: bool = False) -> None:
@@ -104,7 +104,7 @@ class GarmentYarnView:
         return legend([LegendEntry(text, (colour,)) for text, colour in self._coloured.key])
 
     def show_pins(self, faces: Sequence[int]) -> None:
-        """Mark the stitches that do not move."""
+        """Mark the pinned stitches."""
         if self._yarns is None:
             self._scene.remove("pins")
             return
