@@ -147,7 +147,7 @@ class _OpenedLine:
                 _replace(sketch.face(number), vertex, new)
 
     def _pair(self, vertex: int, lines: list[_Sector | None]) -> tuple[int, int]:
-        """Add two vertices on the course line, each a third of the way to the next; one on a border stays there."""
+        """Add two vertices on the course line, one on each side of the old one; at a border one stays in its place."""
         sketch = self._sketch
         here = sketch.position(vertex)
         fraction = 1 / 3 if None not in lines else 1 / 2

@@ -84,7 +84,7 @@ class Project:
 
         Raises:
             StitchMeshError: the imported file cannot be read, the folder already holds a project, another program uses
-                it, or it cannot be written; the folder then stays empty.
+                it, or it cannot be written; nothing new is then left in the folder.
         """
         folder = Path(folder).absolute()
         if is_there(folder / TABLE_NAME):

@@ -217,7 +217,7 @@ class ProjectFolder:
         """Return the path of a file that the table names.
 
         Raises:
-            ParameterError: the name belongs to no file in the folder of the files.
+            ParameterError: the name is not the name of a file in the folder of the files.
         """
         if OWN_NAME.fullmatch(name) is None:
             raise ParameterError(f"file {name!r}: is no file of a project; expected a name such as yarns-3.h5")

@@ -417,7 +417,7 @@ def _without_cut_cables(squares: IntArray, widths: IntArray, plain: int) -> IntA
 def overlap(
     shape: tuple[int, int], part: tuple[int, int], row: int, column: int
 ) -> tuple[tuple[slice, slice], tuple[slice, slice]]:
-    """Return the part of a chart on which another chart lies from a place on, and the squares that lie there."""
+    """Return the part of a chart that a second chart covers from a place on, and the part of the second one there."""
     target, own = [], []
     for start, size, limit in zip((row, column), part, shape, strict=True):
         first, last = max(start, 0), max(min(start + size, limit), start, 0)

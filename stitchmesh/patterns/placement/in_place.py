@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Stitches of a pattern that keep the face on which they lie: the changes renumber no faces, and change only stitches.
+"""Stitches of a pattern that keep the face on which they lie: marks of faces change, but no face is replaced.
 
 A shaping stitch of the garment keeps its loops and takes its knit or purl form, according to the pattern at that place.
 A plain stitch of an incomplete unit is knit or purled as the pattern is there.

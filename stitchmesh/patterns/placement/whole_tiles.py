@@ -4,7 +4,8 @@
 
 A knitter works increased loops plainly between two repeats until they are enough for a repeat, and decreases such loops
 first. If there are none, the repeat loses the less important of its two end columns. The shaping stitches of a row are
-therefore moved to the nearest limit of a tile, where they take in the less important of the stitches beside them.
+therefore moved to the nearest limit of a tile, and are worked together with the less important of the stitches beside
+them.
 """
 
 from __future__ import annotations

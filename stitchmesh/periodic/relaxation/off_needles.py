@@ -153,8 +153,8 @@ def let_go(
     Returns:
         The relaxation. Its report counts the iterations and the seconds of all steps, those on the needles included. It
         has ``relaxation``, ``friction``, ``needle_tension`` [dyn/cm] along courses and wales, ``steps`` and
-        ``steps_not_at_rest``: the number of steps before the last one, the step on the needles included, and how many
-            of these
+        ``steps_not_at_rest``: the number of steps before the last, the step on the needles included, and how many of
+            them
         ended before they were at rest. ``energy`` is the energy of the yarns alone.
 
     Raises:

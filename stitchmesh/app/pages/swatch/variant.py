@@ -20,8 +20,8 @@ from stitchmesh.render.lettering import Colour
 from stitchmesh.render.tile_drawing import TileDrawing, draw_tiles
 
 URGENT_FRAMES = 6
-"""Number of frames after a change that do not wait for the time of the next frame: the session may have begun one
-before the change, and the others show the first response and the movement."""
+"""Number of frames after a change that do not wait for the time of the next frame: frames that the session was already
+making, the newly drawn yarns, and their first movements."""
 
 
 class FrameWatcher:
