@@ -87,7 +87,7 @@ class ChartEditor:
             self._board.restore(text)
         self._changed, self._edited, self._download, self._opened = changed, edited, download, opened
         self._told, self._told_text = self._board.source, self._board.text
-        self._name = f"chart-{secrets.token_hex(6)}"  # no other server has this name, even if its page is still open
+        self._name = f"chart-{secrets.token_hex(6)}"  # unlike names of an earlier server, whose page may be open
         self._tool = "Paint"
         self._words: tuple[str, ...] = STITCHES
         self._yarn_count = 2

@@ -205,7 +205,7 @@ def mesh_relax_options(project: Project) -> MeshRelaxOptions:
     """Return the options of a project; the default ones if the kept ones are not valid."""
     try:
         return MeshRelaxOptions(**project.settings(EvenOutPage.name).get("options", {}))
-    except (TypeError, StitchMeshError):  # Another version, or a user, wrote the file.
+    except (TypeError, StitchMeshError):  # Another version of the program, or a user, wrote the file.
         return MeshRelaxOptions()
 
 

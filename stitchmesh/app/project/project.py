@@ -413,7 +413,7 @@ class Project:
         return self._change(replace(self._state, results=replace(NO_RESULTS, evened=fabric)), self._values)
 
     def set_yarns(self, yarns: YarnSet, settings: Mapping[str, Any]) -> tuple[str, ...]:
-        """Set the generated yarns and their settings.
+        """Set the generated yarns, and the settings of their generation.
 
         Raises:
             ParameterError: JSON cannot hold the settings.

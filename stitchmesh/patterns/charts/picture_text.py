@@ -9,7 +9,7 @@ from stitchmesh.io.contents import check_expansion
 from stitchmesh.patterns.charts.chart_image import PNG_BEGINS, opened_png
 
 TEXT_KEY = "stitchmesh chart"
-"""FileError: an error of ``read_other_image``."""
+"""Name under which a picture holds the text of its chart."""
 BYTES_OF_CHARACTER = 130
 """Memory that a character takes while the text is read [bytes]."""
 

@@ -52,8 +52,7 @@ class ChartDrawing:
             base: an earlier drawing.
 
         Returns:
-            The list has three numbers for each square, one square after another. It is None if the drawings differ in
-                more than
+            Three numbers for each square, one square after another; None if the drawings differ in more than squares,
             or in more than ``MOST_CHANGES`` squares.
         """
         frames = [(d.squares.shape, d.words, d.colours, d.left, d.right, d.wefts, d.warps) for d in (self, base)]

@@ -153,8 +153,7 @@ def let_go(
     Returns:
         The relaxation. Its report counts the iterations and the seconds of all steps, those on the needles included. It
         has ``relaxation``, ``friction``, ``needle_tension`` [dyn/cm] along courses and wales, ``steps`` and
-        ``steps_not_at_rest``: the number of steps before the last, the step on the needles included, and how many of
-            them
+        ``steps_not_at_rest``: the number of steps before the last (also the one on the needles), and how many of these
         ended before they were at rest. ``energy`` is the energy of the yarns alone.
 
     Raises:

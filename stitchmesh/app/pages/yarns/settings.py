@@ -164,7 +164,7 @@ def settings_of(table: Mapping[str, Any]) -> YarnSettings:
     """Return the settings from a table of ``settings_table``; the default settings if it has another form."""
     try:
         return check_table({**table, "pins": list(table.get("pins", ()))}, YarnSettings)
-    except (StitchMeshError, TypeError):  # Another version, or a user, wrote the file.
+    except (StitchMeshError, TypeError):  # Another version of the program, or a user, wrote the file.
         return YarnSettings()
 
 
