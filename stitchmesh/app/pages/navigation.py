@@ -150,7 +150,6 @@ def _button(action: str, value: str, label: str, *, expanded: bool | None = None
 
 
 def _row(title: str, action: str, names: object, current: str, mark: str) -> Markup:
-    """Return a row of buttons."""
     assert isinstance(names, dict | tuple)
     buttons = joined(
         action_button(action, name, name, current=mark if name == current else "") for name in names

@@ -463,7 +463,6 @@ def _recent_folder(place: str) -> Path:
 
 @cache
 def _example_mesh(name: str) -> Mesh | None:
-    """Return the mesh of an example."""
     return read_source(Source(*read_example(name))).mesh
 
 

@@ -324,7 +324,6 @@ class DrapePage(Page):
             self.app.scene.look_at(*self._sketch.bounds())
 
     def _end_sketch(self) -> None:
-        """Remove the sketch."""
         if self._sketch is not None:
             self._sketch.clear(self.app.scene)
             self._sketch = None

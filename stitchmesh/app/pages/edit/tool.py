@@ -94,7 +94,6 @@ def _nearest_top_side(fabric: StitchMesh, place: PickedPlace, sides: IntArray, r
 
 
 def _nearest(fabric: StitchMesh, place: PickedPlace, sides: IntArray) -> int:
-    """Return the side that is nearest to a place."""
     start, end = fabric.corner_position[sides], fabric.corner_position[fabric.side_next[sides]]
     along = end - start
     length = np.einsum("ij,ij->i", along, along)

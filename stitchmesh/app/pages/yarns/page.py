@@ -362,7 +362,6 @@ class YarnsPage(Page):
         self._take(self.settings)
 
     def _set(self, **changes: Any) -> None:
-        """Take changed choices."""
         self._take(replace(self.settings, **changes))
 
     def _take(self, settings: YarnSettings, name: str = "") -> None:
