@@ -30,7 +30,7 @@ TITLES: dict[NoticeKind, str] = {"info": "StitchMesh", "warning": "Please note",
 
 
 class App:
-    """What every page gets. Its fields belong to the event thread."""
+    """The object that every page gets. Its fields belong to the event thread."""
 
     def __init__(self, project: Project, front: Front) -> None:
         """Join a project and a front; ``open_page`` shows the first page."""
@@ -63,7 +63,7 @@ class App:
         return self.front.left_controls
 
     def post(self, function: Callable[..., object], *arguments: object) -> None:
-        """Call a function in the event thread; may be called from any thread."""
+        """Call a function in the event thread; any thread may call this."""
         self.queue.post(function, *arguments)
 
     def notice(self, text: str, kind: NoticeKind = "info", title: str | None = None) -> None:
@@ -71,14 +71,15 @@ class App:
         self.front.notice(title or TITLES[kind], text, kind)
 
     def download(self, name: str, content: bytes, client: int | None = None) -> None:
-        """Send a file to a browser: the one with a number, or by default the one that asked for the present call.
+        """Send a file to the browser with a number, by default to the browser that asked for the present call.
 
-        A file that a task or a thread makes is asked for before it is there: keep ``front.acting_client`` until then.
+        A task or a thread makes its file later than the user asks for it; it must keep ``front.acting_client`` until
+        then.
         """
         self.front.download(name, content, client)
 
     def report(self, error: Exception) -> None:
-        """Show an error as a notice; an error that is none of the library is also logged with its origin."""
+        """Show an error as a notice; an error from outside the library is also logged with its origin."""
         if isinstance(error, StitchMeshError):
             self.notice(str(error), "error")
             return
@@ -86,7 +87,7 @@ class App:
         self.notice(f"{type(error).__name__}: {error}; your work is saved, please go on", "error", "Internal error")
 
     def open_page(self, name: str) -> None:
-        """Leave the open page, and open another one; an unavailable page says what to do first.
+        """Leave the open page, and open another one; an unavailable page says what the user must do first.
 
         Raises:
             ParameterError: there is no such page.
@@ -107,7 +108,7 @@ class App:
             show_not_yet(self, page, PAGES)
 
     def refresh(self) -> None:
-        """Show the project after it changed; the page is built anew if it became available or unavailable."""
+        """Show the project after a change; a page that becomes available or unavailable is built anew."""
         if self.page is None:
             return
         if self._is_built != (self.page.unavailable() is None):
@@ -116,7 +117,7 @@ class App:
             self.page.refresh()
 
     def set_project(self, project: Project) -> None:
-        """Take another project, and open the page on which it was left."""
+        """Take another project, and open the page that was open when the user left it."""
         self.tasks.cancel()
         self._close_page()
         try:
@@ -129,7 +130,7 @@ class App:
         self.open_page(self.last_page())
 
     def last_page(self) -> str:
-        """Return the page on which the project was left; the first page of a new project."""
+        """Return the page that was open when the user left the project; for a new project the first page."""
         page = self.project.settings(APP_SETTINGS).get("page")
         return page if page in PAGES else next(iter(PAGES))
 
@@ -149,7 +150,7 @@ class App:
             raise refused[0]
 
     def _save_last(self, refused: list[StitchMeshError]) -> None:
-        """Save and close the project; an error is kept, because nobody sees a notice any more."""
+        """Save and close the project; an error is kept for the end, because nobody sees a notice any more."""
         try:
             self.project.close()
         except StitchMeshError as error:
@@ -161,7 +162,7 @@ class App:
         keep_dark(dark)
 
     def _watch_project(self) -> None:
-        """Say it when the project cannot be saved, and when it can be saved again."""
+        """Show a notice when the project cannot be saved, and another when it can be saved again."""
         self.project.on_trouble = lambda message: self.post(self._say_trouble, message)
 
     def _say_trouble(self, message: str | None) -> None:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A connection to a browser, which passes on what pages send, no faster than is permitted."""
+"""A connection to a browser, which passes on the messages of pages at a limited rate."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from websockets.asyncio.server import ServerConnection
 from stitchmesh.app.page_messages import Allowance, Part, page_message
 
 MESSAGES = 2_000, 400.0
-"""Number of messages that a browser may send at once, and in each second from then on."""
+"""Number of messages that a browser may send at once, and afterwards in each second."""
 BYTES = 64 * 2**20, 8.0 * 2**20
-"""The same of their bytes, without the parts of uploads."""
+"""Number of bytes that a browser may send at once, and afterwards in each second, without the parts of uploads."""
 UPLOADED = 1024 * 2**20, 32.0 * 2**20
 """The same of the bytes of uploads."""
 BAD_REQUEST = b"HTTP/1.1 400 Bad Request\r\nContent-Length: 0\r\nConnection: close\r\n\r\n"
-"""Answer to what is no request of HTTP."""
+"""Answer to data that are no HTTP request."""
 
 
 class GuardedConnection(ServerConnection):
-    """A connection whose messages are checked before they are passed on; the others are dropped."""
+    """A connection that checks its messages before it passes them on; it drops all messages that no page sends."""
 
     def __init__(self, *arguments: Any, **options: Any) -> None:
-        """Start with all that a browser may send at once."""
+        """Start with the full allowance of a browser."""
         super().__init__(*arguments, **options)
         now = self.loop.time()
         self._messages, self._bytes, self._uploaded = (
@@ -35,9 +35,9 @@ class GuardedConnection(ServerConnection):
         self._has_answered = False
 
     async def recv(self, decode: bool | None = None) -> Any:
-        """Return the next message that a page may have sent."""
+        """Return the next message that a page can have sent."""
         while True:
-            await asyncio.sleep(self._pause)  # Meanwhile the sender waits, because what it sends is not read.
+            await asyncio.sleep(self._pause)  # The sender waits meanwhile, because nobody reads its messages.
             raw = await super().recv(decode)
             message, now = page_message(raw), self.loop.time()
             used = self._uploaded if isinstance(message, Part) else self._bytes
@@ -46,7 +46,7 @@ class GuardedConnection(ServerConnection):
                 return raw
 
     def send_data(self) -> None:
-        """Send what waits; a request that cannot be read is answered before the connection ends."""
+        """Send the waiting data; an unreadable request gets an answer before the connection ends."""
         if self.request is None and self.protocol.handshake_exc is not None and not self._has_answered:
             self._has_answered = True
             self.transport.write(BAD_REQUEST)

@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How the browser of the user gets the token: through a page on disk that only the user can read.
+"""How the user's browser gets the token: through a page on disk that only the user can read.
 
 All users of a machine can read the arguments of a process. A browser is therefore started with the path of the page,
-not with the address, which holds the token.
+and not with the address, which holds the token.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from stitchmesh.io.folder_lock import FolderLock, is_locked
 from stitchmesh.markup import markup
 
 PREFIX = "browser~"
-"""First letters of the folder of the page; no project has a folder of such a name."""
+"""First letters of the name of the page's folder; no folder of a project begins in this way."""
 NAME = "open.html"
 """Name of the page."""
 LEADING = """<!doctype html><html lang="en"><meta charset="utf-8"><title>StitchMesh</title>
@@ -37,14 +37,14 @@ IN_USE = "another program uses it"
 def entrance(address: str, folder: Path) -> Iterator[Path]:
     """Make a page that leads to an address, in a new folder that only the user can enter; remove it at the end.
 
-    Pages of programs that were killed are removed too.
+    Pages of killed programs are removed too.
 
     Args:
         address: the address.
-        folder: where the new folder is made. Browsers in containers read no hidden folders and no temporary ones.
+        folder: the place for the new folder. Browsers in containers can read neither hidden folders nor temporary ones.
 
     Raises:
-        FileError: the page cannot be written, or the file system cannot keep others from reading it.
+        FileError: the page cannot be written, or the file system cannot hide it from other users.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -66,14 +66,14 @@ def entrance(address: str, folder: Path) -> Iterator[Path]:
 def leading_page(address: str) -> str:
     """Return a page of HTML that leads to an address at once.
 
-    A page that sets a cookie leads on in this way too: after a redirect of HTTP, a browser that comes from a page on
-    disk would not send a cookie that is kept from other sites.
+    A page that sets a cookie leads to its address in this way too: after an HTTP redirect, a browser that comes from a
+    page on disk would not send a cookie that other sites must not see.
     """
     return markup(LEADING, address, address)
 
 
 def _remove(own: Path) -> None:
-    with contextlib.suppress(OSError):  # What cannot be removed now is removed by another start.
+    with contextlib.suppress(OSError):  # Another start removes what cannot be removed now.
         for name in (NAME, LOCK):
             (own / name).unlink(missing_ok=True)
         own.rmdir()

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The event queue: one thread runs all callbacks of the application, one after another.
 
-Callbacks of the browser, of tasks and of timers only post to the queue. Pages and the project are therefore used by one
-thread and need no locks.
+Callbacks of the browser, of tasks and of timers only post to the queue. Only one thread therefore uses the pages and
+the project, and they need no locks.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ logger = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class _Event:
-    """A call that waits in the queue; an event with a key stands for the newest arguments posted with that key."""
+    """A call that waits in the queue; an event with a key holds the newest arguments that were posted with this key."""
 
     function: Callable[..., object]
     arguments: tuple[Any, ...]
@@ -31,7 +31,7 @@ class EventQueue:
     """Calls that one thread makes in the order in which they were posted."""
 
     on_error: Callable[[Exception], None]
-    """Called in the thread of the queue with an exception that a call raised; the queue goes on."""
+    """Called in the thread of the queue with the exception of a call; the queue then continues."""
 
     def __init__(self) -> None:
         """Start the thread; errors are logged until ``on_error`` is set."""
@@ -43,13 +43,13 @@ class EventQueue:
         self._thread.start()
 
     def post(self, function: Callable[..., object], *arguments: object) -> None:
-        """Call a function with arguments in the thread of the queue, after all calls that wait already."""
+        """Call a function with arguments in the thread of the queue, after all waiting calls."""
         self._waiting.put(_Event(function, arguments))
 
     def post_newest(self, key: Hashable, function: Callable[..., object], *arguments: object) -> None:
-        """Call a function, unless a call with this key still waits: that call then takes the new arguments.
+        """Call a function with a key; if a call with this key still waits, that call takes the new arguments instead.
 
-        A stream of values, such as the positions of a slider, never fills the queue in this way.
+        In this way a stream of values, such as the positions of a slider, never fills the queue.
         """
         with self._lock:
             waits = key in self._newest
@@ -62,7 +62,7 @@ class EventQueue:
         return threading.current_thread() is self._thread
 
     def settle(self, timeout: float = 60.0) -> None:
-        """Wait until all calls that wait now have been made.
+        """Wait until all calls that are waiting now are done.
 
         Raises:
             TimeoutError: the calls took longer than the timeout [s].
@@ -73,7 +73,7 @@ class EventQueue:
             raise TimeoutError(f"event queue: calls still wait after {timeout:g} s")
 
     def stop(self) -> None:
-        """Make the calls that wait, and end the thread."""
+        """Make the waiting calls, and end the thread."""
         self._waiting.put(None)
         if not self.is_own_thread():
             self._thread.join(timeout=10.0)
@@ -92,7 +92,7 @@ class EventQueue:
             return self._newest.pop(event.key)
 
     def _report(self, error: Exception) -> None:
-        """Report an exception; the thread lives on even if the report itself fails."""
+        """Report an exception; the thread continues even if the report itself fails."""
         try:
             self.on_error(error)
         except Exception:

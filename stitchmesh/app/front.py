@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the user sees and hears: the scene, two panels, notices and downloads."""
+"""The display of the application: the scene, two panels, notices and downloads."""
 
 from __future__ import annotations
 
@@ -39,15 +39,15 @@ class Front(Protocol):
 
     @property
     def navigation(self) -> Controls:
-        """Controls above those of the page."""
+        """Controls above the controls of the page."""
 
     @property
     def controls(self) -> Controls:
-        """Controls of the page, in the panel on the right."""
+        """Controls of the page, in the right panel."""
 
     @property
     def left_controls(self) -> Controls:
-        """Controls in a panel on the left, which is shown while it has any."""
+        """Controls in the left panel, which is visible while it has any."""
 
     def listen(self, listener: Listener) -> None:
         """Call the functions of a listener from now on."""
@@ -57,10 +57,10 @@ class Front(Protocol):
 
     @property
     def acting_client(self) -> int | None:
-        """Number of the browser that asked for the call that the event thread makes now; None if none did."""
+        """Number of the browser that asked for the call that the event thread runs now; None if no browser did."""
 
     def download(self, name: str, content: bytes, client: int | None = None) -> None:
-        """Send a file to a browser, by default that of the current event; to all browsers if there is none."""
+        """Send a file to a browser, by default to that of the current event; without one, to all browsers."""
 
     def set_dark(self, dark: bool) -> None:
         """Show dark or light colours."""

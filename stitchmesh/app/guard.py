@@ -1,14 +1,14 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Who may use the server: holders of its token, from pages of its own address.
+"""Who may use the server: clients that have its token, from pages at its own address.
 
-Other users of this machine reach a port of it too, and the application reads and writes files as its own user. Every
+Other users of this machine can reach its ports too, and the application reads and writes files as its own user. Every
 request therefore needs the token: first in the address, then as a cookie; a script gives it in a header.
 
 A browser lets every web page open a WebSocket to every address, so a page of another site could use the application in
-the name of the user. It cannot change the header ``Origin``, which names the page's own site; the server therefore
-accepts a WebSocket only if ``Origin`` is the address that the request names in ``Host``. A site can also let its name
-point to 127.0.0.1; on this machine ``Host`` must therefore be a name of this machine.
+the name of the user. Such a page cannot change the header ``Origin``, which names the site of the page. The server
+therefore accepts a WebSocket only if ``Origin`` is the address that the request names in ``Host``. A site can also make
+its own name point to 127.0.0.1. For a server on this machine alone, ``Host`` must therefore be a name of this machine.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ from stitchmesh.app.entrance import leading_page
 from stitchmesh.errors import ParameterError
 
 LOOPBACK = "127.0.0.1"
-"""Host that only this machine reaches."""
+"""Host for a server that only this machine can reach."""
 PORT = 8080
-"""Port where none is asked for."""
+"""Default port."""
 SHORTEST_TOKEN = 8
 """Smallest number of characters of a token."""
 SAFE_HEADERS = {
@@ -37,9 +37,10 @@ SAFE_HEADERS = {
     "X-Content-Type-Options": "nosniff",
     "Referrer-Policy": "no-referrer",
 }
-"""Headers of every response; no other page may show the application in a frame, where clicks could be stolen."""
+"""Headers of every response; they keep other pages from showing the application in a frame, where clicks could be
+stolen."""
 OTHER_SERVERS = {"websocket", "playbackPath"}
-"""Names in the address by which viser's page would obey another server, or a recording, instead of its own server."""
+"""Names in the address that make viser's page obey another server, or a recording, instead of its own server."""
 TOKEN_PAGE = """<!doctype html><html lang="en"><meta charset="utf-8"><title>StitchMesh</title>
 <link rel="icon" href="data:,">
 <meta name="viewport" content="width=device-width"><style>body{{font:16px/1.5 sans-serif;max-width:34em;margin:4em auto;
@@ -50,7 +51,7 @@ autocomplete="off" required></label> <button>Open</button></form></html>"""
 
 @dataclass(frozen=True)
 class Refusal:
-    """A response in place of what was asked for."""
+    """A response that refuses a request."""
 
     status: HTTPStatus
     text: str
@@ -58,7 +59,7 @@ class Refusal:
 
 
 def is_loopback(host: str) -> bool:
-    """Return whether a server on this host is reached from this machine only."""
+    """Return whether only this machine can reach a server on this host."""
     if host == "localhost":
         return True
     try:
@@ -72,13 +73,13 @@ class Guard:
     """Decides about requests.
 
     Raises:
-        ParameterError: the token is too short, or there is none on a server that other machines reach.
+        ParameterError: the token is too short, or it is missing on a server that other machines can reach.
     """
 
     token: str | None
-    """Token that every request needs; None for none."""
+    """Token that every request needs; None if requests need no token."""
     local: bool = True
-    """Whether the server is reached from this machine only."""
+    """Whether only this machine can reach the server."""
 
     def __post_init__(self) -> None:
         if self.token is None and not self.local:
@@ -87,11 +88,11 @@ class Guard:
             raise ParameterError(f"token: got {len(self.token)} characters; expected at least {SHORTEST_TOKEN}")
 
     def refusal(self, target: str, headers: Mapping[str, str]) -> Refusal | None:
-        """Return why a request is not answered as usual; None if it is.
+        """Return the response that refuses a request; None for a permitted request.
 
         Args:
             target: path and query of the request.
-            headers: headers of the request, none of them twice; the caller compares names without their case.
+            headers: headers of the request, each at most once; the caller compares names without their case.
         """
         host = headers.get("Host", "")
         if self.local and not is_loopback(_address(host)[0]):
@@ -109,13 +110,14 @@ class Guard:
     def cookie(self, host: str) -> tuple[str, str]:
         """Return name and value of the cookie that stands for the token.
 
-        A browser sends it to all ports of a host, so that its name holds the port, and its value is not the token.
+        A browser sends the cookie to all ports of a host. Its name therefore holds the port, and its value is not the
+        token.
         """
         assert self.token is not None
         return f"stitchmesh-{_address(host)[1]}", hmac.digest(_bytes(self.token), b"cookie", "sha256").hex()
 
     def _token_refusal(self, words: list[tuple[str, str]], headers: Mapping[str, str]) -> Refusal | None:
-        """Return the response to a request without the cookie: the cookie for the right token, else a question."""
+        """Return the response to a request without the cookie: the cookie for the right token, otherwise a question."""
         given = [value for name, value in words if name == "token"]
         name, value = self.cookie(headers.get("Host", ""))
         if given and self._is_token(given[0]) and not _is_websocket(headers):
@@ -142,9 +144,9 @@ def guarded(answer: Callable[..., Any], guard: Guard, make_response: Callable[..
     """Return a function that answers HTTP requests, and opens WebSockets, for permitted requests only.
 
     Args:
-        answer: answers permitted requests: it is called with a connection and a request.
+        answer: answers permitted requests; it is called with a connection and a request.
         guard: decides about requests.
-        make_response: makes a response of a status, headers and a body.
+        make_response: makes a response from a status, headers and a body.
     """
 
     def answer_permitted(connection: object, request: Any) -> object:
@@ -154,7 +156,7 @@ def guarded(answer: Callable[..., Any], guard: Guard, make_response: Callable[..
             return make_response(refusal.status, refusal.headers, refusal.text.encode())
         try:
             response = answer(connection, request)
-        except (OSError, ValueError):  # Viser asks the file system for any path, and no file can have some of them.
+        except (OSError, ValueError):  # Viser asks the file system for any path, but no file can have some paths.
             missing = _plain(HTTPStatus.NOT_FOUND, "there is no such page")
             return make_response(missing.status, missing.headers, missing.text.encode())
         if response is not None:
@@ -166,7 +168,7 @@ def guarded(answer: Callable[..., Any], guard: Guard, make_response: Callable[..
 
 
 def _twice(headers: Any) -> Refusal | None:
-    """Return the refusal of a request that gives a header twice, whose reader could take either; None for others."""
+    """Return the refusal of a request that repeats a header, as readers could take either value; None otherwise."""
     names = [name.lower() for name, _ in headers.raw_items()]
     if len(set(names)) == len(names):
         return None
@@ -178,7 +180,7 @@ def _is_websocket(headers: Mapping[str, str]) -> bool:
 
 
 def _address(host: str) -> tuple[str, int]:
-    """Return the name and the port in a header ``Host``; an empty name for what is none."""
+    """Return the name and the port in a header ``Host``; an empty name if it is malformed."""
     try:
         parts = urlsplit(f"//{host}")
         return parts.hostname or "", parts.port or 80
@@ -187,13 +189,13 @@ def _address(host: str) -> tuple[str, int]:
 
 
 def _cookies(header: str) -> dict[str, str]:
-    """Return the cookies; those of other programs on this machine may hold what the standard parser refuses."""
+    """Return the cookies; the standard parser may refuse the cookies of other programs on this machine."""
     pairs = (pair.strip().partition("=") for pair in header.split(";"))
     return {name: value for name, _, value in pairs}
 
 
 def _bytes(text: str) -> bytes:
-    """Return a text as bytes; the environment and requests may hold bytes that are no UTF-8."""
+    """Return a text as bytes; the environment and requests may hold bytes that are not UTF-8."""
     return text.encode("utf-8", "surrogateescape")
 
 

@@ -1,8 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A relaxation that the user watches, pauses, steps and stops while it runs in the worker thread.
+"""A relaxation in the worker thread that the user watches, pauses, steps and stops.
 
-The library's ``RunControl`` does the work; the task gives the worker thread and brings snapshots to the event thread.
+The library's ``RunControl`` does the work. The task provides the worker thread and brings snapshots to the event
+thread.
 """
 
 from __future__ import annotations
@@ -18,10 +19,10 @@ from stitchmesh.run_control import WATCH_SECONDS, RunControl, Snapshot
 S = TypeVar("S")
 T = TypeVar("T")
 LARGEST_SHARE = 0.05
-"""Largest part of the time that the event thread spends on snapshots, because it shares the processor with a solver."""
+"""Largest share of its time that the event thread spends on snapshots, because a solver needs the same processor."""
 
 BYTES_PER_SECOND = 5e6
-"""Most bytes of snapshots for each second; messages to a browser that is slower than this would pile up."""
+"""Largest number of bytes of snapshots per second; for a slower browser, messages would pile up."""
 
 
 class LiveRun(Generic[S, T]):
@@ -36,14 +37,15 @@ class LiveRun(Generic[S, T]):
 
         Args:
             tasks: runs the relaxation.
-            name: what it does, in the words of the user.
-            relax: the relaxation, in the worker thread, with what controls it and what it may report progress to.
+            name: the name of the work, in the words of the user.
+            relax: makes the relaxation in the worker thread; it gets the control of the run and the progress to report
+                to.
             stage: name of the stage of the library whose progress follows from the residuals; None for work that
                 reports its progress itself.
-            done: called with the result, also after the user has stopped the relaxation.
+            done: called with the result, even after the user has stopped the relaxation.
             failed: called with an error, or with None if the application has ended the relaxation.
             max_iterations: iterations after which the relaxation ends.
-            frame_bytes: about how much a snapshot sends to a browser [bytes]; large snapshots come less often.
+            frame_bytes: approximate size of a snapshot for a browser [bytes]; large snapshots come less often.
             goal: residual near which the relaxation ends; None for its tolerance.
 
         Raises:
@@ -87,7 +89,7 @@ class LiveRun(Generic[S, T]):
         self._task_control.frame(snapshot)
 
     def _show(self, snapshot: Snapshot[S]) -> None:
-        """Keep the figures, show the state, and let snapshots come less often if that took long."""
+        """Keep the figures, show the state, and make snapshots less frequent if that took long."""
         began = time.monotonic()
         self.newest = snapshot
         self._note_progress(snapshot)

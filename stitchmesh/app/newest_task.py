@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Work that is asked for again and again while the user changes something: the newest is done, earlier ones end."""
+"""Work that the user asks for again with each change: only the newest request is done, and earlier ones end."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ from stitchmesh.errors import StitchMeshError
 
 @dataclass(frozen=True)
 class Refused:
-    """Stands for the result of a work that is not possible."""
+    """The result of work that is not possible."""
 
     reason: str
-    """Why, in one line."""
+    """The reason, in one line."""
 
 
 @dataclass(frozen=True, eq=False)
 class Work:
-    """Work in a task, and what is called in the event thread."""
+    """Work for a task, and the functions that the event thread then calls."""
 
     name: str
-    """What the work does, in the words of the user."""
+    """Name of the work, in the words of the user."""
     run: Callable[[TaskControl], Any]
     """The work, in the worker thread."""
     done: Callable[[Any], object]
-    """Called with the result; with ``Refused`` if the work is not possible; with None if it was stopped."""
+    """Called with the result, with ``Refused`` if the work is not possible, or with None if it was stopped."""
     frame: Callable[[Any], object] = lambda value: None
     """Called with each frame."""
     progress: Callable[[], object] = lambda: None
@@ -37,7 +37,7 @@ class Work:
 
 
 class NewestTask:
-    """Does one work at a time. All methods belong to the event thread."""
+    """Does one piece of work at a time. All methods belong to the event thread."""
 
     def __init__(self, tasks: TaskRunner) -> None:
         """Do nothing yet."""
@@ -45,21 +45,21 @@ class NewestTask:
         self._work: Work | None = None
         self._waiting: Work | None = None
         self.task: Task[Any] | None = None
-        """The task that runs; None if none does."""
+        """The running task; None if none runs."""
 
     @property
     def work(self) -> Work | None:
-        """The work that was asked for last and has not ended."""
+        """The newest work that has not ended."""
         return self._waiting or self._work
 
     @property
     def blocked_by(self) -> str | None:
-        """What another task does that must end first; None if there is none."""
+        """Name of another task that must end first; None if there is none."""
         other = self._tasks.current
         return None if other is None or other is self.task else other.name
 
     def ask(self, work: Work) -> None:
-        """Do a work, in the place of one that still runs.
+        """Do a piece of work, in place of one that still runs.
 
         Raises:
             ParameterError: another task runs.
@@ -87,7 +87,7 @@ class NewestTask:
         self.task.on_progress = lambda: self._pass_on(work.progress)
 
     def _pass_on(self, function: Callable[..., object], *values: Any) -> None:
-        """Pass on a frame or a report, unless another work has taken the place of this one."""
+        """Pass on a frame or a report, unless newer work has taken the place of this work."""
         if self._waiting is None and self.task is not None:
             function(*values)
 
@@ -100,7 +100,7 @@ class NewestTask:
 
 
 def _caught(work: Work, control: TaskControl) -> Any:
-    """Return the result of a work, or why the library refuses it; the page says so itself, instead of a notice."""
+    """Return the result of work, or the refusal of the library, which the page shows itself instead of a notice."""
     try:
         return work.run(control)
     except StitchMeshError as error:

@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the pages send, and how much of it: any other message is dropped before viser reads it.
+"""The messages that pages send, and their allowed amount; any other message is dropped before viser reads it.
 
-Viser has handlers that no page of ours uses. Some of them keep what a browser sends, and send it to every browser that
+Viser has handlers that our pages do not use. Some of them keep what a browser sends, and send it to every browser that
 connects later; one opens a tunnel to another machine. The kinds below are those of viser 1.1.1.
 """
 
@@ -24,7 +24,7 @@ Place = tuple[float, float]
 
 
 class _Message(msgspec.Struct, tag_field="type", forbid_unknown_fields=True):
-    """A message; its tag is viser's name of its kind."""
+    """A message; its tag is viser's name for this kind of message."""
 
 
 class _NewValue(msgspec.Struct, forbid_unknown_fields=True):
@@ -102,7 +102,7 @@ _decoder = msgspec.msgpack.Decoder(_Value | _Command | _Camera | _Pointer | _Dra
 
 
 def page_message(raw: bytes | str) -> Any:
-    """Return a message as an object; None if no page sends it."""
+    """Return a message as an object; None if no page sends such a message."""
     if isinstance(raw, str):
         return None
     try:
@@ -113,19 +113,19 @@ def page_message(raw: bytes | str) -> Any:
 
 @dataclass
 class Allowance:
-    """What may still be used at once; it grows with time up to a bound."""
+    """The amount that may still be used at once; it grows with time up to a bound."""
 
     most: float
     """Largest value."""
     rate: float
     """Growth [1/s]."""
     left: float
-    """Value at a time; it is negative where more was used."""
+    """Amount at a given time; it is negative after too much was used."""
     at: float
     """The time [s]."""
 
     def use(self, amount: float, now: float) -> float:
-        """Use an amount; return the time after which more may be used [s]."""
+        """Use an amount; return the time [s] after which more may be used."""
         self.left = min(self.most, self.left + self.rate * (now - self.at)) - amount
         self.at = now
         return max(0.0, -self.left / self.rate)

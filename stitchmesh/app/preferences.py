@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a user prefers in all projects: dark or light colours."""
+"""The user's preference for all projects: dark or light colours."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from stitchmesh.io.checked import check_value, read_json
 
 
 def state_folder() -> Path:
-    """Return the folder in which the program remembers something between its starts."""
+    """Return the folder that keeps data between the starts of the program."""
     state = os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state"
     return Path(state) / "stitchmesh"
 
 
 def prefers_dark() -> bool:
-    """Return whether the user has chosen dark colours; a damaged file counts as light ones."""
+    """Return whether the user has chosen dark colours; a damaged file means light ones."""
     try:
         return check_value(read_json(_path()), dict[str, bool]).get("dark", False)
     except StitchMeshError:
@@ -28,7 +28,7 @@ def prefers_dark() -> bool:
 
 
 def keep_dark(dark: bool) -> None:
-    """Remember the choice; a folder that cannot be written keeps the one before."""
+    """Keep the choice; if the folder cannot be written, the earlier choice stays."""
     with contextlib.suppress(StitchMeshError):
         write_json(_path(), {"dark": dark})
 

@@ -22,7 +22,7 @@ from stitchmesh.app.viser_front import ViserFront
 from stitchmesh.errors import FileError, StitchMeshError
 
 NO_TOKEN = "no token: every user of this machine, and whoever else reaches the port, can read and write files as you"
-"""What it means that the server asks for no token."""
+"""The consequence of a server without a token."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,29 +32,29 @@ class RunOptions:
     host: str = LOOPBACK
     """Address of this machine on which the server listens."""
     port: int = PORT
-    """Port; the next free one is taken if it is in use."""
+    """Port; if it is in use, the server takes the next free one."""
     token: str | None = None
     """Token that browsers need; None for a new one."""
     needs_token: bool = True
     """Whether browsers need a token."""
     browser: bool = True
-    """Whether the address is opened in the browser of the user."""
+    """Whether to open the address in the user's browser."""
 
 
 def run_app(
     open_project: Callable[[], Project], options: RunOptions, *, page: str | None = None,
     say: Callable[[str], object] = print,
 ) -> None:  # fmt: skip
-    """Run the application on a project until it is interrupted or terminated; then save the project.
+    """Run the application on a project until a signal interrupts or terminates it; then save the project.
 
     Args:
-        open_project: opens or makes the project, once the application can listen.
+        open_project: opens or makes the project, after the application has found that it can listen.
         options: where the application listens.
-        page: page that is opened first; None for the one on which the project was left.
+        page: page to open first; None for the page that was open last in the project.
         say: called with each line for the user.
 
     Raises:
-        ParameterError: as for ``open_server``; or there is no such page.
+        ParameterError: an error of ``open_server``, or there is no such page.
         StitchMeshError: the project cannot be opened.
     """
     opened = open_server(options.host, options.port, options.token, needs_token=options.needs_token)
@@ -79,7 +79,7 @@ def run_app(
 
 
 def opening_lines(opened: OpenServer, options: RunOptions, project: Project) -> list[str]:
-    """Return what the user is told when the server has opened."""
+    """Return the lines for the user after the server has opened."""
     lines = [f"{project.name}: {project.folder}", *project.notes]
     if options.port not in (0, opened.port):
         lines.append(f"port {options.port} is in use; took {opened.port}")
@@ -90,7 +90,7 @@ def opening_lines(opened: OpenServer, options: RunOptions, project: Project) -> 
 
 @contextmanager
 def _browser(opened: OpenServer, options: RunOptions, say: Callable[[str], object]) -> Iterator[None]:
-    """Open the address in the browser of the user, if it is wanted; a page that leads there stays until the end."""
+    """Open the address in the user's browser, if wanted; a page that leads to it stays until the end."""
     with ExitStack() as stack:
         if options.browser and not options.needs_token:
             webbrowser.open(opened.address)
@@ -106,7 +106,7 @@ def _browser(opened: OpenServer, options: RunOptions, say: Callable[[str], objec
 
 @contextmanager
 def _asked_to_end() -> Iterator[threading.Event]:
-    """Let Ctrl+C and SIGTERM set an event, in place of ending the process."""
+    """Make Ctrl+C and SIGTERM set an event instead of ending the process."""
     end = threading.Event()
 
     def ask(number: int, frame: FrameType | None) -> None:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The server of the application: viser, for holders of a token, on this machine unless the user asks for more."""
+"""The server of the application: viser for holders of a token, on this machine alone unless the user asks for more."""
 
 from __future__ import annotations
 
@@ -27,15 +27,15 @@ from stitchmesh.app.uploads import guard_uploads
 from stitchmesh.errors import ParameterError
 
 PORTS_TRIED = 100
-"""Number of ports that are tried from the one that was asked for."""
+"""Number of ports that are tried, from the requested port on."""
 TOKEN_BYTES = 24
-"""Number of random bytes of a token that the server makes."""
+"""Number of random bytes in a token that the server makes."""
 MOST_FRAMES = 2
-"""Number of messages of a browser that wait to be read; as many of the largest size need memory at once."""
+"""Number of waiting messages of a browser; memory must hold as many messages of the largest size."""
 
 _starting = threading.Lock()
-logging.getLogger("websockets").setLevel(logging.WARNING)  # It reports each connection, which no user needs to know.
-# A request that is none is answered, and is no fault of the server.
+logging.getLogger("websockets").setLevel(logging.WARNING)  # It reports each connection, which no user needs.
+# A malformed request gets an answer, and is no fault of the server.
 logging.getLogger("websockets.server").addFilter(lambda record: record.getMessage() != "opening handshake failed")
 
 
@@ -45,9 +45,9 @@ class OpenServer:
 
     server: viser.ViserServer
     address: str
-    """Address to open in a browser; it holds the token where the server asks for one."""
+    """Address to open in a browser; it holds the token if the server needs one."""
     port: int
-    """Port on which the server listens, which differs from the one that was asked for if that one was in use."""
+    """Port on which the server listens; it differs from the requested port if that was in use."""
 
     def stop(self) -> None:
         """End all connections."""
@@ -62,13 +62,13 @@ def open_server(
 
     Args:
         host: address of this machine on which the server listens.
-        port: port; the next free one is taken if it is in use. 0 takes any free port.
+        port: port; if it is in use, the next free one is taken. 0 takes any free port.
         token: token that browsers need; None for a new one.
-        needs_token: whether browsers need a token; every user of this machine uses the server otherwise.
+        needs_token: whether browsers need a token; otherwise every user of this machine can use the server.
 
     Raises:
         ParameterError: the host is no address of this machine, the port is out of range or not permitted, no port is
-            free, the token is too short, there is one although none is needed, or other machines reach a server
+            free, the token is too short, a token is given although none is needed, or other machines can reach a server
             without one.
     """
     if token is not None and not needs_token:
@@ -92,7 +92,7 @@ def address_of(host: str, port: int, token: str | None) -> str:
 
 
 def free_port(host: str, port: int) -> int:
-    """Return a port on which a server can listen: the given one or the next free one.
+    """Return a port on which a server can listen: the given port or the next free one.
 
     Raises:
         ParameterError: the host is no address of this machine, the port is out of range or not permitted, or no port is
@@ -115,7 +115,7 @@ def free_port(host: str, port: int) -> int:
 
 
 def _why_not(host: str, port: int) -> OSError | None:
-    """Return the error at which a server would fail; None if it can listen."""
+    """Return the error with which a server would fail; None if it can listen."""
     try:
         family, kind, protocol, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
         with socket.socket(family, kind, protocol) as probe:
@@ -131,9 +131,9 @@ def _why_not(host: str, port: int) -> OSError | None:
 
 @contextlib.contextmanager
 def _guarding_websockets(guard: Guard) -> Iterator[None]:
-    """Let the WebSocket server that is started in the block answer permitted requests only.
+    """Make the WebSocket server that starts in the block answer only permitted requests.
 
-    Viser has no setting for this; it calls the function ``serve`` of the module, which is replaced meanwhile.
+    Viser has no setting for this. It calls the function ``serve`` of the module, which the block replaces.
     """
     serve = websocket_server.serve
 

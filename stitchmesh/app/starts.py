@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Projects that open at one page: a swatch in the designer, a file in the viewer, a scene on the page Drape."""
+"""Projects that open at one page: a swatch in the designer, a file in the viewer, or a scene on the page Drape."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ from stitchmesh.periodic.swatch_design import SwatchDesign
 SWATCH, VIEW, EDIT, DRAPE = "Swatch", "View", "Edit", "Drape"
 """Names of the pages."""
 OPENED = "Opened file"
-"""Entry of the page View for what was opened."""
+"""Entry of the page View for the opened file."""
 
 
 def swatch_project(pattern: str, **dials: float) -> Project:
-    """Open a project whose page Swatch shows a pattern: one that holds just this design, or a new one.
+    """Open a project whose page Swatch shows a pattern: a project with exactly this design, or a new one.
 
     Args:
         pattern: name of a pattern or of a weave, or the path of a file.
@@ -53,16 +53,16 @@ def swatch_project(pattern: str, **dials: float) -> Project:
 
 
 def view_project(path: str) -> Project:
-    """Open a project whose page View shows a file, or the folder of a running job.
+    """Open a project whose page View shows a file or the folder of a running job.
 
     Raises:
         StitchMeshError: there is no such file or folder, or the file cannot be read.
     """
     if not is_folder(path):
-        read_viewed(Path(path))  # A file that cannot be shown is refused before a project is made.
+        read_viewed(Path(path))  # An unreadable file is refused before a project is made.
     try:
         project = Project.open_or_create(projects_folder() / VIEW)
-    except FileError:  # Another program shows a file already.
+    except FileError:  # Another program already shows a file.
         project = Project.create(new_project_folder(VIEW))
     project.set_settings(VIEW, {**project.settings(VIEW), "show": OPENED, "path": str(Path(path).absolute())})
     return project
@@ -71,7 +71,7 @@ def view_project(path: str) -> Project:
 def drape_project(path: Path) -> Project:
     """Open a project whose page Drape shows a scene, or a new scene with the cloth of a file.
 
-    It is a project that holds just this scene already, or a new one.
+    The project is one that already holds exactly this scene, or a new one.
 
     Raises:
         StitchMeshError: the file cannot be read.
@@ -82,7 +82,7 @@ def drape_project(path: Path) -> Project:
             try:
                 return Project.open(kept.parent.parent)
             except StitchMeshError:
-                continue  # Another program uses it, or it is damaged.
+                continue  # Another program uses the project, or it is damaged.
     project = Project.create(new_project_folder(title_of(path.name)), title_of(path.name))
     write_scene(project.folder / FOLDER / SCENE_FILE, scene)
     return project
@@ -93,7 +93,7 @@ def _holding(folder: Path, wanted: SwatchState) -> Project | None:
     try:
         project = Project.open(folder)
     except StitchMeshError:
-        return None  # Another program uses it, or it is damaged.
+        return None  # Another program uses the project, or it is damaged.
     try:
         state = read_state(project.settings(SWATCH)) if project.settings(SWATCH) else None
     except StitchMeshError:

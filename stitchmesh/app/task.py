@@ -3,8 +3,8 @@
 """Long work in a worker thread, with progress, pause, single steps and cancellation.
 
 The work is a function of a ``TaskControl``. It reports its progress through the control, which is a ``Progress``
-function of the library. Each report is also the point at which the work waits while it is paused and ends if it is
-cancelled. Results, frames and errors arrive in the thread of the event queue.
+function of the library. At each report the work waits while it is paused, and ends if it is cancelled. Results, frames
+and errors arrive in the thread of the event queue.
 """
 
 from __future__ import annotations
@@ -21,15 +21,15 @@ from stitchmesh.progress import Outlook, StageClock
 T = TypeVar("T")
 
 FRAME_SECONDS = 0.1
-"""Least time between two frames of a task; the browser needs about this time to draw a garment."""
+"""Shortest time between two frames of a task; the browser needs about this time to draw a garment."""
 
 
 class TaskCancelled(BaseException):
-    """The user stopped the task. It is no ``Exception``, so that no handler of errors takes it for a failure."""
+    """The user stopped the task. This is no ``Exception``, so that no error handler takes it for a failure."""
 
 
 class TaskControl:
-    """What the work of a task may do: report, publish frames, wait and end."""
+    """The actions of a task's work: to report, publish frames, wait and end."""
 
     def __init__(self, task: Task[Any]) -> None:
         """Make the control of a task."""
@@ -48,7 +48,7 @@ class TaskControl:
 
     @property
     def cancelled(self) -> bool:
-        """Whether the user stopped the task; work that can end with a good state ends itself."""
+        """Whether the user stopped the task; work that can end with a good state then ends itself."""
         return self._task.cancel_requested.is_set()
 
     def wait_while_paused(self) -> None:
@@ -66,12 +66,12 @@ class TaskControl:
             raise TaskCancelled
 
     def frame(self, value: object) -> None:
-        """Publish a frame; the newest frame replaces one that has not been shown yet."""
+        """Publish a frame; it replaces an earlier frame that has not been shown yet."""
         self._task.publish(value)
 
 
 class Task(Generic[T]):
-    """One piece of long work, with its progress. Its methods may be called from any thread."""
+    """One piece of long work, with its progress. Any thread may call its methods."""
 
     def __init__(self, name: str, queue: EventQueue) -> None:
         """Make a task that does not run yet."""
@@ -108,18 +108,18 @@ class Task(Generic[T]):
         self._queue.post_newest((id(self), "frame"), self._show_frame, value)
 
     def pause(self) -> None:
-        """Let the work wait at its next report."""
+        """Make the work wait at its next report."""
         with self._turn:
             self.paused, self._steps = True, 0
 
     def resume(self) -> None:
-        """Let the work go on."""
+        """Let the work continue."""
         with self._turn:
             self.paused = False
             self._turn.notify_all()
 
     def step(self) -> None:
-        """Let paused work go on up to its next report."""
+        """Let paused work continue up to its next report."""
         with self._turn:
             self.paused, self._steps = True, self._steps + 1
             self._turn.notify_all()
@@ -133,7 +133,7 @@ class Task(Generic[T]):
             self.on_cancel()
 
     def wait_turn(self) -> None:
-        """Wait while the task is paused; a step lets one waiter pass."""
+        """Wait while the task is paused; a step lets one waiting caller pass."""
         with self._turn:
             self._turn.wait_for(lambda: not self.paused or self._steps > 0 or self.cancel_requested.is_set())
             self._steps = max(self._steps - 1, 0) if self.paused else 0
@@ -151,10 +151,10 @@ class TaskRunner:
     """Runs one task at a time in a worker thread."""
 
     def __init__(self, queue: EventQueue, on_error: Callable[[Exception], None]) -> None:
-        """Make a runner; ``on_error`` is called in the event thread with errors of tasks that handle none."""
+        """Make a runner; the event thread calls ``on_error`` with errors of tasks that do not handle them."""
         self._queue, self._on_error = queue, on_error
         self.current: Task[Any] | None = None
-        """The task that runs, or None."""
+        """The running task; None without one."""
 
     @property
     def running(self) -> bool:
@@ -165,14 +165,14 @@ class TaskRunner:
         self, name: str, work: Callable[[TaskControl], T], done: Callable[[T], None],
         failed: Callable[[Exception | None], None] | None = None,
     ) -> Task[T]:  # fmt: skip
-        """Start a task; must be called in the event thread.
+        """Start a task; only the event thread may call this.
 
         Args:
-            name: what the task does, in the words of the user: ``relaxing the yarns``.
+            name: name of the work, in the words of the user: ``relaxing the yarns``.
             work: the work, in the worker thread.
             done: called in the event thread with the result.
-            failed: called in the event thread with the error, or with None if the task was cancelled; an error is also
-                shown as a notice.
+            failed: called in the event thread with the error, or with None if the task was cancelled; a notice shows
+                the error too.
 
         Raises:
             ParameterError: another task runs.

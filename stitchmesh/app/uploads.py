@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Files that browsers send, bounded so that no browser can fill the memory of the server.
+"""Files that browsers send, with limits so that no browser can fill the memory of the server.
 
-Viser takes any number of parts of any upload, into any control. It answers each part to all browsers, and keeps the
-answers for those that connect later.
+Viser takes any number of parts of any upload, into any control. It sends the answer to each part to all browsers, and
+keeps the answers for browsers that connect later.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ LARGEST_UPLOAD = 300 * 2**20
 MOST_UPLOADS = 4
 """Number of files that the server takes at once."""
 PART = 512 * 2**10
-"""Size of each part but the last one [bytes]; viser's page divides files so."""
+"""Size of each part but the last [bytes]; viser's page divides files in this way."""
 NO_FILE = UploadedFile("", b"")
-"""Value of the button of an upload before there is a file, and after a page has taken it."""
+"""Value of an upload button before there is a file, and after a page has taken it."""
 
 
 @dataclass
 class _Upload:
-    """An upload that goes on."""
+    """An upload in progress."""
 
     client: int
     button: str
@@ -35,10 +35,10 @@ class _Upload:
 
 
 class UploadGuard:
-    """Decides about the parts of uploads."""
+    """Decides which parts of uploads are taken."""
 
     def __init__(self) -> None:
-        """Start without uploads."""
+        """Begin without uploads."""
         self._running: dict[str, _Upload] = {}
 
     def may_start(self, upload: str, client: int, button: str, size: int, parts: int) -> bool:
@@ -52,7 +52,7 @@ class UploadGuard:
         return True
 
     def may_go_on(self, upload: str, client: int, button: str, size: int) -> bool:
-        """Return whether a part of an upload may be kept; the last part ends the upload."""
+        """Return whether the server may keep a part of an upload; the last part ends the upload."""
         running = self._running.get(upload)
         if running is None or (running.client, running.button) != (client, button):
             return False
@@ -66,12 +66,12 @@ class UploadGuard:
         return upload in self._running
 
     def forget(self, client: int) -> None:
-        """End the uploads of a browser that has left."""
+        """End the uploads of a browser that has disconnected."""
         self._running = {name: upload for name, upload in self._running.items() if upload.client != client}
 
 
 def guard_uploads(server: viser.ViserServer) -> None:
-    """Take the permitted uploads of the browsers of a server only, and answer the browser that sends."""
+    """Take only permitted uploads of a server's browsers, and answer only the browser that sends."""
     gui, connection, uploads = server.gui, server._websock_server, UploadGuard()
     sender: list[int] = []
     broadcast = connection.queue_message
@@ -87,7 +87,7 @@ def guard_uploads(server: viser.ViserServer) -> None:
         button, upload = str(message.source_component_uuid), message.transfer_uuid
         if uploads.may_go_on(upload, client, button, len(message.content)):
             answer_sender(client, lambda: gui._handle_file_transfer_part(client, message))
-        if not uploads.is_running(upload):  # Parts of an upload that has ended without all of them are not kept.
+        if not uploads.is_running(upload):  # The parts of an incomplete upload that has ended are not kept.
             gui._current_file_upload_states.pop(upload, None)
 
     def answer_sender(client: int, call: Callable[[], None]) -> None:

@@ -21,22 +21,22 @@ from stitchmesh.app.scene.viser_scene import ViserScene, modifier_of, view_of
 from stitchmesh.app.uploads import LARGEST_UPLOAD
 
 DROP = "drop"
-"""Name under which a browser says that it takes no file that was dropped or chosen."""
+"""Name of a browser's message that it refuses a dropped or chosen file."""
 FILE_PROBLEMS = {
     "suffix": "no upload of this page takes such a file",
     "page": "this page takes no files; open the page Project and drop the file there",
     "size": f"is larger than {LARGEST_UPLOAD // 2**20} MiB; give its path to the program at the start",
 }
-"""Reasons for which a file is not taken."""
+"""Reasons why a browser refuses a file."""
 BRAND = (31, 86, 115)
 """Blue of the marks of controls."""
 PANEL_WIDTH = 350.0
-"""Width of the panel on the right [CSS pixels]."""
+"""Width of the right panel [CSS pixels]."""
 NOTICE_COLOURS: dict[NoticeKind, tuple[int, int, int]] = {
     "info": (31, 86, 115), "warning": (201, 125, 16), "error": (150, 35, 60),
 }  # fmt: skip
 NOTICE_SECONDS: dict[NoticeKind, float | None] = {"info": 6.0, "warning": 12.0, "error": 20.0}
-"""Time for which a notice stands."""
+"""Time for which a notice is visible."""
 
 
 class ViserFront:
@@ -64,7 +64,7 @@ class ViserFront:
         self.left_controls = ViserControls(
             server, self.bridge, self.queue, guard, container=lambda: left, on_change=self._show_left_panel
         )
-        scene: Any = server.scene  # Its annotations leave out asynchronous functions, whose order viser keeps.
+        scene: Any = server.scene  # Viser's annotations leave out asynchronous functions, whose order viser keeps.
         scene.on_click()(self._click)
         scene.on_click(modifier="shift")(self._click)
         scene.on_click(modifier="cmd/ctrl")(self._click)
@@ -72,7 +72,7 @@ class ViserFront:
         server.on_client_connect(self._watch_camera)
 
     def _refuse_file(self, message: dict[str, Any]) -> None:
-        """Say why a file that was dropped or chosen is not taken."""
+        """Report why a dropped or chosen file is refused."""
         name, reason = str(message.get("name", ""))[:200], FILE_PROBLEMS.get(str(message.get("problem")), "is refused")
         self.notice("Not possible", f"{name}: {reason}", "error")
 
@@ -89,11 +89,11 @@ class ViserFront:
 
     @property
     def acting_client(self) -> int | None:
-        """Number of the browser that asked for the call that the event thread makes now."""
+        """Number of the browser that asked for the call that the event thread runs now."""
         return self.bridge.acting_client
 
     def download(self, name: str, content: bytes, client: int | None = None) -> None:
-        """Send a file to a browser, by default the one that asked for it; to all browsers if none did."""
+        """Send a file to a browser, by default to the one that asked for it; to all browsers if none did."""
         clients = self.server.get_clients()
         wanted = self.acting_client if client is None else client
         if wanted is not None:
@@ -123,7 +123,7 @@ class ViserFront:
         self._post("boxed", ScreenBox(view_of(event.client), event.screen_min, event.screen_max))
 
     def _watch_camera(self, client: viser.ClientHandle) -> None:
-        """Report the moves of a camera; the newest one waits in the queue at most."""
+        """Report the movements of a camera; at most the newest one waits in the queue."""
 
         async def moved(camera: viser.CameraHandle) -> None:
             self.scene.fit_again(client)
@@ -134,7 +134,7 @@ class ViserFront:
         self._post("camera_moved")
 
     def name_left_panel(self, title: str, width: int) -> None:
-        """Give the panel on the left a title and a width; viser names a tab when it is made, and keeps the name."""
+        """Give the left panel a title and a width; viser names a tab when it is made, and the name stays."""
         if self._left_width != width:
             self._left_width = width
             self._left_panel.set_width(float(width))
@@ -143,5 +143,5 @@ class ViserFront:
             self._left_panel._rebuild_tab_props()
 
     def _show_left_panel(self, count: int) -> None:
-        """Show the panel on the left while it has controls."""
+        """Show the left panel while it has controls."""
         self._left_panel.visible = count > 0

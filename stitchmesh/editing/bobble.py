@@ -23,12 +23,13 @@ from stitchmesh.mesh.stitch import Stitch
 LOOPS = 3
 """Number of loops in the short rows of a bobble."""
 ASPECT = 0.72
-"""Height over width of the face for which both lines below were drawn. Their size does not follow a larger height."""
+"""Height over width of the face for which ``LOWER_LINE`` and ``UPPER_LINE`` were drawn. A taller face does not make
+them larger."""
 LOWER_LINE = ((-0.8, 0.22, 1.47), (0.09, 0.01, 1.17), (1.71, -0.52, 0.62))
 """Vertices below the purls: fractions of the face's width and height, and the height above the fabric in widths."""
 UPPER_LINE = ((-0.71, 1.06, 0.24), (0.59, 1.15, 0.9), (1.27, 1.43, 2.36))
-"""Vertices above the purls, in the same units as ``LOWER_LINE``. Both lines were adjusted in small random
-steps until the generated yarns were 0.39 yarn radii apart at the qualities ``draft`` and ``standard``."""
+"""Vertices above the purls, in the same units as ``LOWER_LINE``. Small random steps adjusted both lines until the
+generated yarns were 0.39 yarn radii apart at the qualities ``draft`` and ``standard``."""
 
 
 def bobble(fabric: StitchMesh, face: int) -> list[Change]:

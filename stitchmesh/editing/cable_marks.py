@@ -29,7 +29,7 @@ def cross_cable(fabric: StitchMesh, side: int, left: int, right: int, front: str
         side: top side of the leftmost loop.
         left: number of loops that move to the right.
         right: number of loops that move to the left.
-        front: ``"left"`` or ``"right"``, the group that lies in front.
+        front: ``"left"`` or ``"right"``: which of the two groups lies in front.
 
     Raises:
         ParameterError: the side is not a top side, the row is too short, a loop is part of another cable, or a group
@@ -87,7 +87,7 @@ def clear_cable(fabric: StitchMesh, side: int) -> list[Change]:
 
 
 def _loops(fabric: StitchMesh, side: int, count: int) -> IntArray:
-    """Return the top sides of ``count`` loops from a side to the right; none of them may be part of a cable."""
+    """Return ``count`` top sides from a side to the right; none of their loops may be part of a cable."""
     check_side(fabric, side, "top")
     line, is_ring = course_line(fabric, side)
     first = int(np.flatnonzero(line == side)[0])

@@ -20,12 +20,12 @@ from stitchmesh.mesh.border_lean import border_lean, vertex_step
 from stitchmesh.mesh.courses import bottom_sides, top_sides
 
 CROWDED_STEP = 0.5
-"""Fraction of the wale that the highest course line moves where little space is available: below other stitches, and
+"""Fraction of the wale by which the highest course line moves where there is little space: below other stitches, and
 where wales run together."""
 
 
 def climb(fabric: StitchMesh, turns: CutRings, *, up: bool) -> FloatArray:
-    """Return the vertices moved along their wales, and the new upper end of the seam [cm], shape (V + 1, 3).
+    """Return the vertices, moved along their wales, and the new upper end of the seam [cm], shape (V + 1, 3).
 
     Args:
         fabric: a mesh of stitches whose rows are rings.
@@ -53,7 +53,7 @@ def _course_lines(fabric: StitchMesh, turns: CutRings) -> list[list[int]]:
 
 
 def _is_free(fabric: StitchMesh, turns: CutRings) -> NDArray[np.bool_]:
-    """Whether no face lies above each vertex of the highest course line, shape (n, 1)."""
+    """Return whether no face lies above each vertex of the highest course line, shape (n, 1)."""
     border = fabric.twin[top_sides(fabric, turns.rings[-1])] == BORDER
     return (border & np.roll(border, 1))[:, None]
 

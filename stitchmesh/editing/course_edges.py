@@ -73,7 +73,7 @@ def collapse_course_edge(
 
 
 def _places(sketch: Sketch, side: int) -> list[tuple[SketchFace, bool, int]]:
-    """Return the faces of a course edge, whether the edge is on top of each face, and its place there from the left."""
+    """Return the faces of a course edge; for each, whether the edge is on its top, and its place from the left."""
     sides = [side, int(sketch.fabric.twin[side])]
     return [sketch.course_side(side) for side in sides if side != BORDER]
 

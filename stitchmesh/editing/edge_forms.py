@@ -1,20 +1,20 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Forms of an edge: a hem that is folded to the inside, or stockinette that rolls to the outside.
+"""Forms of an edge: a hem that folds to the inside, or stockinette that rolls to the outside.
 
 Rows are added beyond a border along a profile, a line in the plane of the normal n and of the direction u that leads
 out of the fabric, across the border. With rows that are h high:
 
-- ``fold``: a purl row turns inwards, over the distance g of two layers, and N rows lie behind the rows of the fabric
-  at this distance. Their far end, a cast-on or a bind-off, is left open, to be sewn down.
+- ``fold``: a purl row turns inwards, over the distance g of two layers, and N rows lie behind the rows of the fabric at
+  this distance. Their far end, a cast-on or a bind-off, stays open, to be sewn down.
 - ``roll``: N rows of stockinette roll to the outside, as they do by themselves, and show their purl side:
 
       p_k = p_0 + R sin(k h / R) u + R (1 - cos(k h / R)) n,    R = (N + 2) h / ``ARC``,
 
-  so that the edge does not reach the fabric with its cast-on or bind-off, which is up to two rows high.
+  With this radius, the cast-on or bind-off of the edge, which is up to two rows high, does not reach the fabric.
 
-The garment itself stays as it is. The rows are added to a stitch mesh that lies on its surface already, because mesh
-relaxation would lay them upon it.
+The garment itself stays as it is. The rows are added to a stitch mesh that already lies on its surface, because mesh
+relaxation would press them onto it.
 """
 
 from __future__ import annotations
@@ -40,12 +40,12 @@ from stitchmesh.selection.selection import AtBorder
 Form = Literal["fold", "roll"]
 """Forms of an edge."""
 GAP_OVER_RADIUS = 7.0
-"""Distance of the two layers at a fold, over the yarn radius: the row that turns is then about as high as others. Plain
-stitches are 5 thick with their yarn; decreases and a chain stand out further."""
+"""Distance of the two layers at a fold, over the yarn radius. With it the row that turns is about as high as other
+rows. Plain stitches with their yarn are 5 radii thick; decreases and a chain stand out further."""
 MOST_ROWS = 30
 """Largest number of rows of a form."""
 ARC = np.radians(300.0)
-"""Angle of an edge that rolls, with its cast-on or bind-off."""
+"""Angle through which an edge rolls, its cast-on or bind-off included."""
 _TEXT = re.compile(r"\s*(?P<border>[^=]+?)\s*=\s*(?P<form>[a-z]+)\s*:\s*(?P<rows>\d{1,6})\s*")
 
 
@@ -74,7 +74,7 @@ class EdgeForm:
 
 
 def _named(border: str) -> AtBorder:
-    """Return the selection of borders by their name."""
+    """Return the selection that a name of borders means."""
     selection = parse_selection(border)
     if not isinstance(selection, AtBorder):
         raise ParameterError(f"edge: got {border!r}; expected a border, such as hem, neck, cuffs or 'border 2'")
@@ -85,7 +85,7 @@ def parse_edge_form(text: str) -> EdgeForm:
     """Read the form of an edge, such as ``hem=fold:5``.
 
     Raises:
-        ParameterError: the text has another form, or as for ``EdgeForm``.
+        ParameterError: the text has another form, or ``EdgeForm`` does not accept it.
     """
     match = _TEXT.fullmatch(text)
     if match is None:
@@ -94,15 +94,16 @@ def parse_edge_form(text: str) -> EdgeForm:
 
 
 def with_edge_forms(fabric: StitchMesh, forms: Sequence[EdgeForm], yarn_radius: float) -> StitchMesh:
-    """Return a fabric with the rows of forms of its edges.
+    """Return a fabric whose edges have the rows of their forms.
 
-    The faces of the fabric keep their numbers; those of new rows follow. The rows are numbered anew where rows are
-    added before the first one. The first row of the fabric is then worked like the row above it, and not cast on.
+    The faces of the fabric keep their numbers, and new rows have the numbers after them. If rows are added before the
+    first row, all rows are numbered anew. The first row of the fabric is then worked like the row above it, and not
+    cast on.
 
     Args:
         fabric: stitch faces on their surface, with the y axis up.
-        forms: forms of borders, each of which runs around a tube along one row.
-        yarn_radius: radius of the yarn [cm], from which the distance of the layers at a fold follows.
+        forms: forms of borders; each border runs around a tube along one row.
+        yarn_radius: radius of the yarn [cm], which gives the distance of the layers at a fold.
 
     Raises:
         ParameterError: a border does not exist, is named twice or is not along one row, or its first row has stitches
@@ -119,7 +120,10 @@ def with_edge_forms(fabric: StitchMesh, forms: Sequence[EdgeForm], yarn_radius: 
 
 
 def _with_form(fabric: StitchMesh, border: Border, form: EdgeForm, gap: float) -> StitchMesh:
-    """Add the rows of a form beyond a border, whose sides have the same numbers as before other forms were added."""
+    """Add the rows of a form beyond a border.
+
+    Forms that were added before have not changed the numbers of its sides.
+    """
     sides = border.sides
     roles = np.unique(fabric.side_role[sides])
     if roles.tolist() not in ([BOTTOM], [TOP]):
@@ -144,7 +148,7 @@ def _with_form(fabric: StitchMesh, border: Border, form: EdgeForm, gap: float) -
 
 
 def _profile(form: EdgeForm, height: float, gap: float) -> tuple[FloatArray, FloatArray]:
-    """Return the distance beyond the border and along the normal of the end of each new row [cm], shape (rows,)."""
+    """Return the end of each new row: its distance beyond the border and along the normal [cm], shape (rows,)."""
     if form.form == "fold":
         return -height * np.arange(form.rows + 1.0), np.full(form.rows + 1, -gap)
     radius = (form.rows + 2) * height / ARC
@@ -159,9 +163,9 @@ def _row_height(fabric: StitchMesh, sides: IntArray) -> float:
 
 
 def _border_frame(fabric: StitchMesh, sides: IntArray) -> tuple[IntArray, IntArray, FloatArray]:
-    """Return the directions that lead out of the fabric at a border, across the border and in the plane of the fabric.
+    """Return the directions that lead out of the fabric at a border: across the border, in the plane of the fabric.
 
-    Wales run together or apart at increases and decreases; rows that followed them would cross each other.
+    Wales run together or apart at increases and decreases, so rows that followed them would cross each other.
 
     Returns:
         The vertices of the border, ascending, shape (n,); the left and the right end of each side, as indices into
@@ -181,7 +185,7 @@ def _border_frame(fabric: StitchMesh, sides: IntArray) -> tuple[IntArray, IntArr
 
 
 def _behind(fabric: StitchMesh, rows: FloatArray, gap: float) -> FloatArray:
-    """Move vertices along the normals of a fabric, until they are behind it by a distance [cm], shape (..., 3)."""
+    """Move vertices along the normals of a fabric until they lie behind it at a distance [cm], shape (..., 3)."""
     from scipy.spatial import cKDTree
 
     nearest = cKDTree(fabric.vertices).query(rows)[1]
@@ -192,7 +196,7 @@ def _behind(fabric: StitchMesh, rows: FloatArray, gap: float) -> FloatArray:
 
 
 def _without_cast_on(fabric: StitchMesh, sides: IntArray, form: EdgeForm) -> StitchMesh:
-    """Work the first row at some sides: purl below purl, knit elsewhere, with increases that are closed."""
+    """Work the first row at some sides: purl below purl, knit elsewhere, and close the increases."""
     stitch, twist = fabric.stitch.copy(), fabric.twist.copy()
     for face in np.unique(fabric.side_face[sides]).tolist():
         loops = int(fabric.n_bottom[face]), int(fabric.n_top[face])
@@ -217,7 +221,7 @@ def _added(fabric: StitchMesh, sides: IntArray, rows: FloatArray, ends: IntArray
         fabric: stitch faces.
         sides: sides of a ring along one row, at the border.
         rows: vertices at the far end of each row [cm], shape (rows, n, 3).
-        ends: index into these vertices of the left and the right end of each side, shape (2, s).
+        ends: left and right end of each side, as indices into these vertices, shape (2, s).
         stitch: stitch of each row, from the border on, shape (rows,).
     """
     below = fabric.side_role[sides[0]] == BOTTOM

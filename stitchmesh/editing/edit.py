@@ -70,9 +70,9 @@ class Edit:
     arguments: Mapping[str, object] = field(default_factory=dict)
     """Arguments of the edit by name, without the stitch mesh: numbers, texts and lists of numbers.
 
-    The argument ``on`` holds a selection, such as ``hem 6``, in place of the numbers of a face, faces or a side; a
-    ``Selection`` becomes its text. NumPy numbers, NumPy arrays, tuples, ranges and sets become numbers and lists when
-    the edit is made.
+    The argument ``on`` holds a selection, such as ``hem 6``, in place of the numbers of a face, faces or a side. A
+    ``Selection`` becomes its text, and NumPy numbers, NumPy arrays, tuples, ranges and sets become numbers and lists
+    when the edit is made.
     """
 
     def __post_init__(self) -> None:
@@ -146,8 +146,8 @@ def apply_changes(fabric: StitchMesh, changes: Sequence[Change]) -> Edited:
     """Apply changes one after another.
 
     Raises:
-        MeshError: as for ``apply_change``.
-        LabelError: as for ``apply_change``, or a cable would be cut.
+        MeshError: an error of ``apply_change``.
+        LabelError: an error of ``apply_change``, or a cable would be cut.
     """
     inverse: list[Change] = []
     for change in changes:
@@ -159,7 +159,7 @@ def apply_changes(fabric: StitchMesh, changes: Sequence[Change]) -> Edited:
 
 
 def checked_arguments(edit: Edit) -> dict[str, Any]:
-    """Check the names and the types of an edit's arguments, and return all arguments, with the defaults of the others.
+    """Check the names and the types of an edit's arguments, and return all arguments, defaults included.
 
     Raises:
         ParameterError: the edit is unknown, or an argument is missing, unknown or of another type.
@@ -208,7 +208,7 @@ def _bounded(hint: Any) -> Any:
 
 
 def _changed_loops(fabric: StitchMesh, change: Change) -> IntArray:
-    """Return the top sides of the faces that a change has added or marked, and the top sides of the faces below."""
+    """Return the top sides of the faces that a change has added or marked, and of the faces below them."""
     if isinstance(change, Marks):
         sides = change.places if change.name.startswith("cable") else np.zeros(0, dtype=np.int64)
     else:

@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Choice of a stitch for a face whose sides change, and the check that a stitch fits a face.
+"""The choice of a stitch for a face with new sides, and the check that a stitch fits a face.
 
 The new stitch is as similar to the old stitch as possible: it is knit or purl like most of the loops, keeps the outer
-loop that lies in front, and keeps the way its loops are made. A new increase is ``ky``, ``py``, ``yky`` or ``ypy``, and
+loop that lies in front, and makes its loops in the same way. A new increase is ``ky``, ``py``, ``yky`` or ``ypy``, and
 its yarn-overs are made ones (``stitchmesh.mesh.shaping_stitches``). A new decrease leans to the right (``d12k``) or has
-the middle loop in front (``d213k``). A loop on no loop is a yarn-over.
+the middle loop in front (``d213k``). A stitch that takes no loop is a yarn-over.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from stitchmesh.mesh.stitch import CODES, SIDE_COUNTS, VOCABULARY, Stitch
 
 
 def plain_stitch_named(code: str, purpose: str) -> Stitch:
-    """Return the stitch of a code if it has one loop below and one above.
+    """Return the stitch with a code; it must have one loop below and one above.
 
     Args:
         code: code of the stitch.
@@ -32,7 +32,7 @@ def plain_stitch_named(code: str, purpose: str) -> Stitch:
 
 
 def fitting_stitch(old: Stitch, n_bottom: int, n_top: int, free: int = 0) -> Stitch | None:
-    """Return the stitch most similar to another that fits a face; None if no stitch fits.
+    """Return the stitch that fits a face and is most similar to the old one; None if no stitch fits.
 
     Args:
         old: the previous stitch of the face.
@@ -88,7 +88,7 @@ def _plain(old: Stitch) -> str:
 
 
 def _increase(old: Stitch, n_bottom: int, n_top: int) -> str:
-    """Return the code of a stitch that works no loop or one loop to one or more loops."""
+    """Return the code of a stitch that takes at most one loop and makes one or more."""
     plain, made = _plain(old), VOCABULARY[old].made if old in VOCABULARY else ""
     if n_bottom == 0:
         return "y" * n_top

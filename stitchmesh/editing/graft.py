@@ -27,7 +27,8 @@ def graft(fabric: StitchMesh, first_side: int, second_side: int) -> StitchMesh:
 
     Args:
         fabric: a stitch mesh that has both borders; the borders may belong to separate pieces.
-        first_side: a course side on one border. The line extends to the next wale sides of the border, or around.
+        first_side: a course side on one border. The line extends to the next wale sides of the border, or around the
+            tube.
         second_side: a course side on the other border. On a tube, the two given sides are joined to one another.
 
     Raises:
@@ -52,11 +53,13 @@ def graft(fabric: StitchMesh, first_side: int, second_side: int) -> StitchMesh:
 
 
 def ungraft(fabric: StitchMesh, side: int) -> StitchMesh:
-    """Separate two rows along the course line through a side; the inverse of ``graft``, exact in the twins of sides.
+    """Separate two rows along the course line through a side.
+
+    This is the inverse of ``graft``, exact in the twins of sides.
 
     Args:
         fabric: a mesh of stitches.
-        side: a course side inside the fabric. The line extends to the borders, or around.
+        side: a course side inside the fabric. The line extends to the borders, or around the tube.
 
     Raises:
         ParameterError: the side is not a course side between two faces, or the course line meets itself elsewhere.
@@ -103,7 +106,7 @@ def _is_ring(fabric: StitchMesh, line: list[int]) -> bool:
 
 
 def _until_repeated(step: Callable[[int], int], start: int) -> Callable[[int], int]:
-    """Return a step along a course line that raises an error where the line meets itself, instead of going round."""
+    """Return a step along a course line that raises an error where the line meets itself, so that walks end."""
     seen = {start}
 
     def next_side(side: int) -> int:
@@ -119,7 +122,7 @@ def _until_repeated(step: Callable[[int], int], start: int) -> Callable[[int], i
 def _next_course_side(fabric: StitchMesh, side: int, *, step: IntArray) -> int:
     """Return the next course side of a line, in the same face or across a wale side; ``BORDER`` at the end.
 
-    The line also ends beside a face that has no course side there, as at the end of a short row.
+    The line also ends beside a face that has no course side there, such as the face at the end of a short row.
     """
     following = int(step[side])
     if fabric.is_wale[following]:

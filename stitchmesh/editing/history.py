@@ -21,7 +21,7 @@ from stitchmesh.mesh.change import Change
 
 @dataclass(frozen=True)
 class _Step:
-    """An edit with the changes that make it and that undo it."""
+    """An edit with the changes that apply it and the changes that undo it."""
 
     edit: Edit
     changes: tuple[Change, ...]
@@ -56,11 +56,11 @@ class History:
         """Apply an edit and return the new mesh; edits that were undone can then no longer be redone.
 
         Args:
-            edit: a function of ``sm.edits``, or an edit of a file.
-            **arguments: arguments of the function besides the mesh.
+            edit: a function of ``sm.edits``, or an edit from a file.
+            **arguments: the arguments of the function, without the mesh.
 
         Raises:
-            StitchMeshError: as for ``apply_edit``; the mesh stays unchanged.
+            StitchMeshError: an error of ``apply_edit``; the mesh stays unchanged.
         """
         if not isinstance(edit, Edit) and callable(edit):
             edit = Edit(edit.__name__, arguments)
@@ -83,7 +83,7 @@ class History:
         return self._fabric
 
     def redo(self) -> StitchMesh:
-        """Apply again the edit that was undone last, and return the mesh.
+        """Apply the last undone edit again, and return the mesh.
 
         Raises:
             ParameterError: there is no edit to redo.

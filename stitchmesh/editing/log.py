@@ -38,14 +38,15 @@ def replay_edits(fabric: StitchMesh, path: FilePath) -> StitchMesh:
 
     Args:
         fabric: the stitch mesh for which the log was written.
-        path: a file that ``write_log`` or ``History.save`` wrote.
+        path: a file that ``write_log`` or ``History.write`` wrote.
 
     Returns:
         The edited stitch mesh.
 
     Raises:
-        FileError: as for ``read_log``.
-        StitchMeshError: an edit is not possible, as for ``apply_edit``; the message names the line and the edit.
+        FileError: an error of ``read_log``.
+        StitchMeshError: an edit is not possible, with the error of ``apply_edit``; the message names the line and the
+            edit.
     """
     check_kind("replay_edits", fabric, StitchMesh)
     for number, edit in enumerate(read_log(path), start=1):

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Where an edit is made on a selection of faces.
+"""The places of an edit that is made on a selection of faces.
 
 An edit of faces is made once, on all of them. An edit of rows is made once for each row of the selection, an edit of
 columns once for each stitch in the first row of the selection, and an edit of a stitch or a loop once for each stitch.
@@ -23,7 +23,7 @@ from stitchmesh.selection import select
 from stitchmesh.selection.parts import face_centres
 
 ON = "on"
-"""Argument of an edit that holds a selection."""
+"""Name of the argument that holds the selection of an edit."""
 Places = Callable[[StitchMesh, IntArray, Mapping[str, object]], IntArray]
 
 
@@ -48,7 +48,7 @@ def _every_cable(fabric: StitchMesh, faces: IntArray, arguments: Mapping[str, ob
 
 
 def _every_crossing(fabric: StitchMesh, faces: IntArray, arguments: Mapping[str, object]) -> IntArray:
-    """Return the leftmost face of each crossing, side by side along each row from the left end of the selection."""
+    """Return the leftmost face of each crossing; from the left, the crossings of a row lie side by side."""
     loops = arguments.get("destinations")
     width = len(loops) if isinstance(loops, list) else sum(_whole(arguments.get(name)) for name in ("left", "right"))
     inside = np.zeros(fabric.face_count, dtype=bool)
@@ -88,13 +88,13 @@ LOOP_EDITS: dict[str, Places] = {
     "set_cable": _every_crossing,
     "clear_cable": _every_cable,
 }
-"""Places of the edits that take a top side; the leftmost loop of each place."""
+"""The places of each edit that takes a top side; its side is the leftmost loop of the place."""
 WALE_EDITS: dict[str, Places] = {
     "insert_wale": _every_column,
     "remove_wale_edge": _every_stitch,
     "shift_wale_edge": _every_stitch,
 }
-"""Places of the edits that take a wale side; the right wale side of each place."""
+"""The places of each edit that takes a wale side; its side is the right wale side of the place."""
 FACES_EDITS = ("change_stitch", "stripe", "stripes", "short_rows", "paste_pattern")
 """Edits of all faces at once."""
 
@@ -115,7 +115,7 @@ def place_argument(name: str) -> str:
 
 
 def edit_places(fabric: StitchMesh, name: str, arguments: Mapping[str, object]) -> IntArray:
-    """Return the faces at which an edit is made on a selection, each once.
+    """Return the faces at which an edit is made for a selection, each once.
 
     Args:
         fabric: the stitch mesh.
@@ -123,8 +123,8 @@ def edit_places(fabric: StitchMesh, name: str, arguments: Mapping[str, object]) 
         arguments: arguments of the edit, with the selection.
 
     Raises:
-        ParameterError: as for ``select``, or the selection has no place for the edit.
-        FileError: as for ``select``.
+        ParameterError: an error of ``select``, or the selection has no place for the edit.
+        FileError: an error of ``select``.
     """
     choose = {**FACE_EDITS, **LOOP_EDITS, **WALE_EDITS}[name]
     text = str(arguments[ON])
@@ -151,7 +151,7 @@ def place_arguments(fabric: StitchMesh, name: str, face: int) -> dict[str, objec
 
 
 def places_after(places: IntArray, face_count: int, changes: Iterable[Change]) -> IntArray:
-    """Return the numbers of faces after some changes, ``REMOVED`` for the faces that the changes remove, shape (n,).
+    """Return the numbers of faces after some changes, shape (n,); ``REMOVED`` for faces that the changes remove.
 
     Args:
         places: numbers of faces before the changes, shape (n,).
@@ -169,7 +169,8 @@ def places_after(places: IntArray, face_count: int, changes: Iterable[Change]) -
 def followed_places(places: IntArray, before: StitchMesh, after: StitchMesh, changes: Iterable[Change]) -> IntArray:
     """Return the faces of an edited fabric that stand in the places of faces before the edit, shape (n,).
 
-    An edit makes the neighbours of its place anew. A face that it removes is followed to the nearest new face.
+    An edit replaces the neighbours of its place by new faces. A face that it removes is followed to the nearest new
+    face.
 
     Args:
         places: numbers of faces before the edit, shape (n,).

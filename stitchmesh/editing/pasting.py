@@ -23,21 +23,21 @@ def paste_pattern(
     ground: str | None = None,
     centre: bool = False,
 ) -> list[Change]:
-    """Replace the stitches of a fabric by those of a pattern, as ``apply_pattern`` does.
+    """Replace the stitches of a fabric by the stitches of a pattern, as ``apply_pattern`` does.
 
     Args:
         fabric: a mesh of stitches.
         pattern: a name in the library, the path of a file, or the text of a pattern, which has at least two lines.
         face: a plain stitch of the grid to fill.
-        faces: the faces of a region; the pattern covers the whole fabric if neither face nor faces are given.
-        remainder: what happens to loops that whole tiles do not cover, as for ``apply_pattern``.
-        ground: colour, or number of a yarn, of the stitches left over, as for ``apply_pattern``.
-        centre: whether the middle of a tile lies in the middle of the front, as for ``apply_pattern``.
+        faces: the faces of a region; without ``face`` and ``faces`` the pattern covers the whole fabric.
+        remainder: what happens to loops that whole tiles do not cover (see ``apply_pattern``).
+        ground: colour, or number of a yarn, for the stitches left over (see ``apply_pattern``).
+        centre: whether the middle of a tile lies in the middle of the front (see ``apply_pattern``).
 
     Raises:
-        ParameterError: as for ``apply_pattern``, or the library has no such pattern.
+        ParameterError: an error of ``apply_pattern``, or the library has no such pattern.
         FileError: the file cannot be read.
-        PatternError: the text does not describe a valid pattern, or as for ``apply_pattern``.
+        PatternError: the text does not describe a valid pattern, or an error of ``apply_pattern``.
     """
     read = parse_pattern(pattern) if "\n" in pattern else read_pattern(pattern)
     laid = lay_pattern(

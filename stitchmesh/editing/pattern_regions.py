@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Several patterns on one fabric, each on a selection of its faces.
 
-All selections are made on the fabric without patterns, so that a pattern does not move the place of the next one. No
-face may belong to two of them.
+All selections refer to the fabric without patterns, so that a pattern does not move the place of the next one. No face
+may belong to two of them.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ class PatternRegion:
     on: Selection | None = None
     """The part; None for the whole fabric."""
     remainder: Remainder = DEFAULT_REMAINDER
-    """Treatment of the stitches that remain beside whole tiles of the pattern, as in ``apply_pattern``."""
+    """What happens to the stitches beside whole tiles of the pattern, as in ``apply_pattern``."""
     ground: str | None = None
     """Colour of the stitches left over, as in ``apply_pattern``."""
     centre: bool = False
@@ -42,7 +42,7 @@ class PatternRegion:
 
 
 def lay_patterns(fabric: StitchMesh, regions: Sequence[PatternRegion]) -> list[LaidPattern]:
-    """Lay patterns on a fabric one after another; the fabric of the last one has all of them.
+    """Lay patterns on a fabric one after another; the last of the fabrics has all patterns.
 
     Args:
         fabric: a mesh of stitches.
@@ -50,7 +50,7 @@ def lay_patterns(fabric: StitchMesh, regions: Sequence[PatternRegion]) -> list[L
 
     Raises:
         ParameterError: a selection is empty, or a face belongs to two of them.
-        StitchMeshError: as for ``lay_pattern``; the message names the pattern and its selection.
+        StitchMeshError: an error of ``lay_pattern``; the message names the pattern and its selection.
     """
     chosen = [None if region.on is None else select(fabric, region.on) for region in regions]
     _check_apart(fabric.face_count, regions, chosen)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""New connections of the faces of a stitch mesh: the corners that share a vertex, and the mesh with new twins."""
+"""New connections of the faces of a stitch mesh: which corners share a vertex, and the mesh with new twins."""
 
 from __future__ import annotations
 

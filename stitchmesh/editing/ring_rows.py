@@ -55,7 +55,7 @@ def ring_stacks(fabric: StitchMesh) -> list[list[Course]]:
 
 
 def _only_neighbour(fabric: StitchMesh, ring: Course, ring_of: IntArray, role: int) -> int:
-    """Return the ring across all top or bottom sides of a ring with the same wale direction, or ``BORDER``."""
+    """Return the ring with the same wale direction across all top or bottom sides of a ring, or ``BORDER``."""
     sides = top_sides(fabric, ring.faces) if role == TOP else bottom_sides(fabric, ring.faces)
     across = sides_across(fabric, np.array(sides, dtype=np.int64), BOTTOM if role == TOP else TOP)
     if len(sides) == 0 or (across == BORDER).any():

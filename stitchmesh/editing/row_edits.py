@@ -24,7 +24,7 @@ def flip_row(fabric: StitchMesh, face: int) -> list[Change]:
 
     Increases become decreases, and the edges to adjacent rows become mismatched. Twists and cables of the row are lost,
     because its loops are replaced. If adjacent rows are reversed one after the other, the rows are numbered anew, so
-    that a reversed row follows the row whose loops it works (``renumbered_rows``).
+    that each reversed row follows the row whose loops it works (``renumbered_rows``).
 
     Args:
         fabric: a mesh of stitches.
@@ -113,7 +113,7 @@ def remove_row(fabric: StitchMesh, face: int) -> list[Change]:
 
 
 def _number_after_flip(fabric: StitchMesh, faces: IntArray) -> list[Change]:
-    """Return the change of row numbers that the reversal of these faces requires; it is empty if there is none."""
+    """Return the change of row numbers that the reversal of these faces requires; an empty list if there is none."""
     flipped_face = np.zeros(fabric.face_count, dtype=bool)
     flipped_face[faces] = True
     flipped_row = np.zeros(int(fabric.row.max()) + 1, dtype=bool)
@@ -127,7 +127,7 @@ def _number_after_flip(fabric: StitchMesh, faces: IntArray) -> list[Change]:
 
 
 def _matched_rows(fabric: StitchMesh, sides: IntArray, flipped_face: NDArray[np.bool_]) -> tuple[IntArray, IntArray]:
-    """The rows below and above each of these sides at which the wale directions match after some faces are flipped."""
+    """Return, for each side whose wale directions match after some faces are flipped, the rows below and above it."""
     sides = sides[(fabric.role_of(sides) % 2 == 0) & (fabric.twin[sides] != BORDER)]
     across = fabric.twin[sides]
     faces, others = fabric.side_face[sides], fabric.side_face[across]

@@ -3,13 +3,13 @@
 """Two short rows over a run of stitches: back, and out again.
 
 The yarn works the run, turns, works back over the new loops, turns, works the run a third time, and goes on in its row.
-All three belong to the row: the lower one continues the stitches before the run, the upper one leads to the stitches
-after it. Where an end of the run lies inside the fabric, the ends of two of the three rows form a slit, a border of two
-sides, which narrows the short rows to a point. Where it lies at a border, all three rows end there.
+All three passes belong to the row: the lower one continues the stitches before the run, the upper one leads to the
+stitches after it. Where an end of the run lies inside the fabric, the ends of two of the three rows form a slit, a
+border of two sides, which narrows the short rows to a point. Where the end lies at a border, all three rows end there.
 
-A round is worked from right to left; with the first run it begins and ends at the left end of that run, and the two
-short rows have the next row number, so that the rows can still be knitted one after another. A flat row is worked from
-the end at which it is joined to the row below, so that its yarn stays whole, and all its stitches keep its number.
+A round is worked from right to left. With the first run, the round begins and ends at the left end of that run, and the
+two short rows have the next row number, so that the rows can still be knitted one after another. A flat row is worked
+from the end at which it is joined to the row below, so that its yarn stays whole, and all its stitches keep its number.
 """
 
 from __future__ import annotations
@@ -54,11 +54,11 @@ def short_rows(fabric: StitchMesh, faces: Sequence[int], stitch: str = "k") -> l
     """Add two short rows above each run of neighbouring stitches.
 
     Twists and cables stay with the loops of the old stitches. In a flat row the new stitches have the row number of the
-    old ones; in a round they have the next one, and the numbers of the rows above increase by one.
+    old ones. In a round they have the next number, and the numbers of the rows above increase by one.
 
     Args:
         fabric: a mesh of stitches.
-        faces: the stitches; those that are neighbours in a row form a run.
+        faces: the stitches; neighbours in a row form a run.
         stitch: code of the new stitches; the stitch must have one loop below and one above.
 
     Raises:
@@ -116,16 +116,16 @@ def _run(fabric: StitchMesh, course: Course, chosen: set[int]) -> ShortRowRun:
 
 
 def _ends_at_border(fabric: StitchMesh, course: Course, place: int, end: int) -> bool:
-    """Whether a row has its left end (0) or its right end (-1) at a place of it, and ends at a border there."""
+    """Return whether the left end (0) or the right end (-1) of a row is at a place of its course, and at a border."""
     face = course.faces[place]
     side = fabric.left_wale[face] if end == 0 else fabric.right_wale[face]
     return face == course.faces[end] and bool(fabric.twin[side] == BORDER)
 
 
 def _is_joined_at_right(fabric: StitchMesh, course: Course) -> bool:
-    """Whether the yarn of a flat row comes from the row below at the right end (``yarngen.row_ends``).
+    """Return whether the yarn of a flat row comes from the row below at the right end (``yarngen.row_ends``).
 
-    Row ends whose rows lie above each other at a right border are joined in pairs, the first to the second.
+    Rows that end above each other at a right border are joined in pairs there, the first to the second.
     """
     side = start = int(fabric.right_wale[course.faces[-1]])
     if fabric.twin[start] != BORDER:
@@ -137,7 +137,7 @@ def _is_joined_at_right(fabric: StitchMesh, course: Course) -> bool:
 
 
 def _row_end_below(fabric: StitchMesh, side: int) -> int:
-    """The right end of the row below that of a row at a border; ``BORDER`` if there is none."""
+    """Return the right end of the row below a row that ends at a border; ``BORDER`` if there is none."""
     lower = fabric.previous_border_side(side)
     stacked = fabric.twin[fabric.side_next[lower]] == fabric.side_previous[side]
     return lower if stacked else BORDER
@@ -147,7 +147,7 @@ def _check_run(sketch: Sketch, run: ShortRowRun) -> None:
     """Check that a run has loops to work, and room for its slits.
 
     Raises:
-        ParameterError: it has not.
+        ParameterError: the run has no loops to work, or no room for its slits.
     """
     fabric = sketch.fabric
     tops = fabric.n_top[list(run.faces)]
@@ -197,7 +197,7 @@ def _knit_short_rows(sketch: Sketch, run: ShortRowRun, stitch: Stitch, row: int)
 
 
 def _wales(run: ShortRowRun, faces: list[SketchFace], count: int) -> list[list[Hashable]]:
-    """Names of the wale edges of the lower, the middle and the upper row, from left to right.
+    """Return names of the wale edges of the lower, the middle and the upper row, from left to right.
 
     Only the ends of the lower row are used. The old edge beside the run goes to the lower row at the end where the yarn
     comes in, and to the upper row at the other end.
@@ -210,7 +210,7 @@ def _wales(run: ShortRowRun, faces: list[SketchFace], count: int) -> list[list[H
 
 
 def _course_line(sketch: Sketch, faces: list[SketchFace]) -> FloatArray:
-    """A point at the bottom for each vertex along the tops of faces [cm], shape (loops + 1, 3)."""
+    """Return a point at the bottom for each vertex along the tops of faces [cm], shape (loops + 1, 3)."""
     points = [sketch.position(faces[0].low[0])]
     for face in faces:
         ends = sketch.position(face.low[0]), sketch.position(face.low[-1])
@@ -222,8 +222,8 @@ def _course_line(sketch: Sketch, faces: list[SketchFace]) -> FloatArray:
 def _lines(sketch: Sketch, run: ShortRowRun, low: FloatArray, high: list[int]) -> tuple[list[int], list[int]]:
     """Add the vertices of the two new course lines, from left to right.
 
-    Where the yarn comes in, the lower line begins at the top of the row and the upper line at the tip of the slit; at
-    the other end the upper line ends at the bottom of the row and the lower line at the tip.
+    At the end where the yarn comes in, the lower line begins at the top of the row and the upper line at the tip of the
+    slit. At the other end the upper line ends at the bottom of the row and the lower line at the tip.
     """
     tops = np.array([sketch.position(vertex) for vertex in high])
     lines = [[sketch.vertex(point) for point in low[1:-1] + share * (tops - low)[1:-1]]

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Single faces and sides by number: checks, places and neighbours, without a search through the whole mesh."""
+"""Checks, places and neighbours of single faces and sides by number, without a search through the whole mesh."""
 
 from __future__ import annotations
 

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Faces during an edit, as chains of vertices and edges from left to right.
 
-A ``Sketch`` removes a face from the mesh when the edit first asks for the face, so that a changed face can be added in
-its place. Removed faces are added again in the order of their numbers; if no face is dropped, all faces keep their
+A ``Sketch`` removes a face from the mesh when the edit first asks for the face, so that it can add the changed face in
+its place. It adds removed faces again in the order of their numbers; if no face is dropped, all faces keep their
 numbers.
 """
 
@@ -48,9 +48,9 @@ class SketchFace:
     name: str
     """Name of the face in messages."""
     low: list[int]
-    """Vertices along the bottom, one more than bottom sides."""
+    """Vertices along the bottom, one more than the bottom sides."""
     high: list[int]
-    """Vertices along the top, one more than top sides."""
+    """Vertices along the top, one more than the top sides."""
     below: list[Hashable]
     """Names of the bottom edges."""
     above: list[Hashable]
@@ -120,7 +120,7 @@ class SketchFace:
 
 
 class Sketch:
-    """A patch that is built from changed, dropped and added faces."""
+    """A patch under construction, from changed, dropped and added faces."""
 
     def __init__(self, fabric: StitchMesh) -> None:
         """Start with a stitch mesh; the mesh is never modified."""
@@ -138,7 +138,7 @@ class Sketch:
         return VertexCorners(self.fabric)
 
     def face(self, number: int) -> SketchFace:
-        """Return a face of the mesh, to be changed.
+        """Return a face of the mesh for the edit to change.
 
         Raises:
             ParameterError: the face does not exist.
@@ -206,7 +206,7 @@ class Sketch:
         return self.vertex(0.5 * (self.position(first) + self.position(second)))
 
     def fit_stitch(self, face: SketchFace, code: str | None = None) -> None:
-        """Choose the stitch of a face when the patch is made: the stitch of a code, or the one most like the old one.
+        """Choose the stitch of a face when the patch is made: by its code, or the one most like the old stitch.
 
         The choice waits for the patch because it depends on the final sides of the face.
         """
@@ -216,7 +216,7 @@ class Sketch:
         """Return the patch.
 
         Raises:
-            ParameterError: no stitch fits a face, or the stitch that was asked for does not fit.
+            ParameterError: no stitch fits a face, or the chosen stitch does not fit.
             MeshError: a face would contain a vertex twice.
         """
         changed = [self._changed[number] for number in sorted(self._changed) if number not in self._dropped]
@@ -270,7 +270,7 @@ def face_of(fabric: StitchMesh, number: int) -> SketchFace:
 
 
 def _is_over(fabric: StitchMesh, number: int) -> list[bool]:
-    """Whether each loop on top of a face is a yarn-over, from left to right."""
+    """Return whether each loop on top of a face is a yarn-over, from left to right."""
     making = fabric.makings.get(int(fabric.stitch[number]))
     return [making is not None and making.made[loop] == "y" for loop in range(fabric.n_top[number])]
 

@@ -23,8 +23,8 @@ from stitchmesh.mesh import BORDER, IntArray, StitchMesh
 from stitchmesh.mesh.courses import Course, bottom_sides, find_courses, top_sides
 
 CONVERGING = 0.9
-"""Width of the loops at the border over that at the bottom of the last ring, below which wales converge at a tip. It is
-about 0.75 at tips of found rows, and 1 elsewhere."""
+"""Wales converge at a tip if the width of the loops at the border, over the width at the bottom of the last ring, is
+less. It is about 0.75 at tips of found rows, and 1 elsewhere."""
 
 
 def make_spiral(fabric: StitchMesh, seam: int | None = None) -> StitchMesh:
@@ -33,8 +33,8 @@ def make_spiral(fabric: StitchMesh, seam: int | None = None) -> StitchMesh:
     All stacks of two or more rings are converted, or only the stack that contains a given face. A row that is drawn
     together at its top, and the last row at a tip, stay rings; the spiral leads into this ring. If no wale runs through
     a whole stack, the stack is divided into parts, each as tall as its longest wale. The row numbers stay the same;
-    each turn of the spiral has one number. The mesh of stitches should be relaxed first, because the border of a spiral
-    rises and does not follow the border of the surface.
+    each turn of the spiral has one number. Relax the mesh of stitches first, because the border of a spiral rises and
+    does not follow the border of the surface.
 
     Args:
         fabric: a mesh of stitches.
@@ -63,7 +63,7 @@ def make_spiral(fabric: StitchMesh, seam: int | None = None) -> StitchMesh:
 def unspiral(fabric: StitchMesh) -> StitchMesh:
     """Convert every spiral back to rings: the inverse of ``make_spiral``, exact in the connections of the faces.
 
-    Vertices move down their wales by the fraction by which they moved up; the result is exact where wales are straight
+    Vertices move down their wales by the fraction by which they moved up. The result is exact where wales are straight
     and evenly divided. A spiral is a row whose row number increases from turn to turn.
     """
     for turns in _spirals(fabric):
@@ -78,7 +78,7 @@ def _stacks_to_convert(fabric: StitchMesh, seam: int | None) -> list[list[Course
 
 
 def _is_closing(fabric: StitchMesh, ring: Course) -> bool:
-    """Whether all wales of a ring begin in one vertex, or all end in one vertex, or converge at a tip.
+    """Return whether all wales of a ring begin in one vertex, or all end in one vertex, or converge at a tip.
 
     At a tip, the loops of the last ring become narrower towards the border, because a yarn is drawn through them. A
     spiral that went on above this border would cross itself.
@@ -139,7 +139,7 @@ def _ends(fabric: StitchMesh, turns: CutRings) -> set[int]:
 
 
 def _with_free_ends(fabric: StitchMesh, turns: CutRings, own: set[int]) -> CutRings:
-    """Return the turns without the rings at which no spiral can start or end."""
+    """Return the turns without the rings where no spiral can start or end."""
     rings = turns.rings
     while rings and not _may_end(fabric, _top_right(fabric, rings[-1]), _top_left(fabric, rings[-1]), own):
         rings = rings[:-1]
@@ -164,7 +164,7 @@ def _bottom_right(fabric: StitchMesh, ring: Sequence[int]) -> int:
 
 
 def _may_end(fabric: StitchMesh, begins: int, ends: int, own: set[int]) -> bool:
-    """Whether a spiral may end between two course sides that begin and end at the seam.
+    """Return whether a spiral may end between two course sides that begin and end at the seam.
 
     Both sides must lie on a border, or face a ring of the same stack. In the second case the two stitches of that ring
     share a wale edge, which is opened; the far end of this edge must not lie on another border. None of the four
@@ -227,7 +227,7 @@ def _open_outside(fabric: StitchMesh, twin: IntArray, side: int) -> None:
 
 
 def _close_outside(fabric: StitchMesh, twin: IntArray, side: int) -> None:
-    """Close the wale edge that was opened at the end of a spiral: together with a side it bounds a hole of three."""
+    """Close the wale edge that was opened at the end of a spiral, where three sides bound a hole."""
     first = fabric.next_border_side(side)
     second = fabric.next_border_side(first)
     if fabric.next_border_side(second) == side and fabric.is_wale[[first, second]].all():
@@ -237,7 +237,7 @@ def _close_outside(fabric: StitchMesh, twin: IntArray, side: int) -> None:
 def _corners(fabric: StitchMesh, twin: IntArray, turns: CutRings, named: dict[int, int]) -> IntArray:
     """Return the vertex of each corner for new twins, shape (C,).
 
-    Each fan of corners has one vertex: the one that its corners to the right of the seam had before.
+    Each fan of corners has one vertex: the earlier vertex of its corners to the right of the seam.
 
     Args:
         fabric: a mesh of stitches.

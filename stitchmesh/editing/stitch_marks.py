@@ -37,8 +37,8 @@ def change_stitch(fabric: StitchMesh, faces: Sequence[int], stitch: str) -> list
         stitch: code of the stitch, ``cast-on`` or ``draw-through``.
 
     Raises:
-        ParameterError: a face does not exist or has other sides, the stitch is unknown, or the stitch works loops at a
-            border.
+        ParameterError: a face does not exist or has other numbers of sides, the stitch is unknown, or the stitch works
+            loops at a border.
     """
     wanted, places = stitch_named(stitch), _faces(fabric, faces)
     for face in places.tolist():
@@ -49,7 +49,7 @@ def change_stitch(fabric: StitchMesh, faces: Sequence[int], stitch: str) -> list
 
 
 def faces_for_stitch(fabric: StitchMesh, faces: IntArray, stitch: str) -> IntArray:
-    """Return the faces that can take a stitch, which are those for which ``change_stitch`` raises no error.
+    """Return the faces that can take a stitch: the faces for which ``change_stitch`` raises no error.
 
     Args:
         fabric: a mesh of stitches.
@@ -78,7 +78,7 @@ def twist_loop(fabric: StitchMesh, side: int, twist: int) -> list[Change]:
 
     Args:
         fabric: a mesh of stitches.
-        side: the top side.
+        side: the top side of the loop.
         twist: 1 if the leg that comes from the left lies in front, -1 if it lies behind, 0 for no twist.
 
     Raises:
@@ -123,7 +123,7 @@ def stripes(fabric: StitchMesh, bands: str, faces: Sequence[int] | None = None) 
         fabric: a mesh of stitches.
         bands: rows and colour of each stripe from the bottom up, such as ``4 cream, 2 navy``. A colour is a name,
             ``#rrggbb``, or the number of a yarn; a colour that the fabric does not have is added to its palette.
-        faces: numbers of the faces that are striped; the whole fabric if they are not given.
+        faces: numbers of the faces that get stripes; by default the whole fabric.
 
     Raises:
         ParameterError: a face does not exist, none is given, or a band has no rows or no colour.
@@ -165,7 +165,7 @@ def _faces(fabric: StitchMesh, faces: Sequence[int]) -> IntArray:
 
 
 def recolour(fabric: StitchMesh, yarn: int, colour: str) -> list[Change]:
-    """Give one yarn number another colour; the numbers below it that have no colour yet keep their stock colours.
+    """Give one yarn number another colour; lower numbers that have no colour yet keep their stock colours.
 
     Args:
         fabric: any stitch mesh.

@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Undo and redo of a value that never changes: the present value with those before it and those that were undone.
+"""Undo and redo of a value that never changes: the present value, earlier values, and values that were undone.
 
-Where a value is large, the history holds the steps that lead to it instead. The present entry is then the last step
-that was taken; it is None at the start, before the first step.
+If a value is large, the history holds the steps to it instead. The present entry is then the last step; it is None at
+the start, before the first step.
 """
 
 from __future__ import annotations
@@ -20,22 +20,22 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class UndoHistory(Generic[T]):
-    """A value or a step, with what undo and redo lead to."""
+    """A value or a step, with the entries to which undo and redo lead."""
 
     present: T
     past: tuple[T, ...] = ()
     """Earlier entries, the oldest first."""
     future: tuple[T, ...] = ()
-    """Entries that were undone, the next one to redo first."""
+    """Entries that were undone, the next entry to redo first."""
     what: str = ""
-    """What the last change has changed; empty if the next change is undone alone."""
+    """Name of what the last change has changed; empty if the next change is undone alone."""
 
     def do(self, entry: T, what: str = "", most: int = sys.maxsize) -> UndoHistory[T]:
         """Return the history after a change, with nothing to redo.
 
         Args:
             entry: the present entry after the change.
-            what: what changes; changes of the same thing that follow each other, as a slider makes them, are undone
+            what: name of what changes. Consecutive changes with the same name, such as those of a slider, are undone
                 together. Without it, a change is undone alone.
             most: largest number of earlier entries that are kept.
         """
@@ -54,7 +54,7 @@ class UndoHistory(Generic[T]):
         return UndoHistory(self.past[-1], self.past[:-1], (self.present, *self.future))
 
     def redo(self, refusal: str) -> UndoHistory[T]:
-        """Return the history after the change that was undone last.
+        """Return the history in which the last undone change is made again.
 
         Raises:
             ParameterError: there is no change to redo; ``refusal`` is the message.
@@ -65,7 +65,7 @@ class UndoHistory(Generic[T]):
 
 
 def history_of_steps(done: Sequence[T] = (), undone: Sequence[T] = ()) -> UndoHistory[T | None]:
-    """Return the history of steps that were taken, and of those to redo, the next one first."""
+    """Return the history of the steps that were taken, and of the steps to redo, the next one first."""
     *past, present = (None, *done)
     return UndoHistory(present, tuple(past), tuple(undone))
 

@@ -65,7 +65,7 @@ def _column(fabric: StitchMesh, face: int, courses: int | None) -> tuple[list[in
 
 
 def _stacked(fabric: StitchMesh, face: int, step: int) -> int:
-    """Return the face above (1) or below (-1) that shares the single loop of a face; ``BORDER`` where there is none."""
+    """Return the face above (1) or below (-1) that shares the single loop of a face; ``BORDER`` if there is none."""
     if (fabric.n_top if step > 0 else fabric.n_bottom)[face] == 0:
         return BORDER
     side = int(fabric.right_wale[face]) + 1 if step > 0 else int(fabric.face_start[face])
@@ -91,6 +91,6 @@ def _close_wale(sketch: Sketch, number: int, stitch: SketchFace, column: list[in
 
 
 def _across(sketch: Sketch, side: int) -> SketchFace | None:
-    """Return the face across a side, to be changed; None at a border."""
+    """Return the face across a side for the edit to change; None at a border."""
     across = int(sketch.fabric.twin[side])
     return None if across == BORDER else sketch.face(int(sketch.fabric.side_face[across]))

@@ -136,7 +136,7 @@ def _joined(left: SketchFace, right: SketchFace, on_top: bool) -> tuple[list[int
 
 
 def _combined_code(left: SketchFace, right: SketchFace) -> str | None:
-    """Return the code of the stitch that makes the loops of two stitches, or None if there is no such stitch."""
+    """Return the code of the stitch that makes the loops of two stitches; None if there is no such stitch."""
     if left.stitch not in VOCABULARY or right.stitch not in VOCABULARY:
         return None
     first, second = VOCABULARY[Stitch(left.stitch)], VOCABULARY[Stitch(right.stitch)]

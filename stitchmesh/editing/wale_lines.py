@@ -3,9 +3,9 @@
 """The edit that inserts a column of stitches along a wale line.
 
 A wale line runs upwards over wale edges as long as exactly one wale edge continues from each vertex. To open the line,
-each of its vertices is replaced by a course edge, and a stitch is added between every two course edges. If the line
-ends inside the fabric, the new course edge at the end belongs to the face beyond on the right, so that the column
-begins with an increase and ends with a decrease.
+a course edge replaces each of its vertices, and a stitch is added between every two course edges. If the line ends
+inside the fabric, the new course edge at the end goes to the next face beyond, on the right, so that the column begins
+with an increase and ends with a decrease.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ def _wale_edge(fabric: StitchMesh, side: int) -> _WaleEdge:
 
 
 def _next_edge(sketch: Sketch, vertex: int, step: int) -> _WaleEdge | None:
-    """Return the wale edge above (1) or below (-1) a vertex, or None unless exactly one edge lies on each side."""
+    """Return the wale edge above (1) or below (-1) a vertex; None unless exactly one edge lies on each side."""
     fabric = sketch.fabric
     up: dict[int, int] = {}
     down: dict[int, int] = {}
@@ -97,7 +97,7 @@ def _next_edge(sketch: Sketch, vertex: int, step: int) -> _WaleEdge | None:
 
 
 class _OpenedLine:
-    """A wale line of which each vertex is replaced by two vertices."""
+    """A wale line whose vertices are each replaced by two vertices."""
 
     def __init__(self, sketch: Sketch, line: list[_WaleEdge], is_closed: bool) -> None:
         self._sketch = sketch
@@ -147,7 +147,7 @@ class _OpenedLine:
                 _replace(sketch.face(number), vertex, new)
 
     def _pair(self, vertex: int, lines: list[_Sector | None]) -> tuple[int, int]:
-        """Add two vertices on the course line, a third of the distance to the next ones; one stays on a border."""
+        """Add two vertices on the course line, one on each side of the old one; at a border one stays in its place."""
         sketch = self._sketch
         here = sketch.position(vertex)
         fraction = 1 / 3 if None not in lines else 1 / 2
@@ -157,7 +157,7 @@ class _OpenedLine:
     def _widen(
         self, vertex: int, pair: tuple[int, int], near: list[set[int]], lines: list[_Sector | None]
     ) -> None:  # fmt: skip
-        """Add the new edge at an end of the line to the face beyond on the right, or on the left if there is none."""
+        """Give the new edge at an end of the line to the face beyond on the right, or on the left if there is none."""
         sketch, fabric = self._sketch, self._sketch.fabric
         far = set(sketch.faces_around([vertex])) - near[0] - near[1]
         across = [BORDER if line is None else int(fabric.twin[line.side]) for line in lines]

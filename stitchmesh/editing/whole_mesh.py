@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Spirals and grafts as edits, each of which replaces the whole stitch mesh."""
+"""Spirals and grafts as edits; each edit replaces the whole stitch mesh."""
 
 from __future__ import annotations
 

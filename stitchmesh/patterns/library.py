@@ -30,13 +30,13 @@ SUFFIX = ".knit"
 READ_AS_COLOURS = "read as a chart of yarn colours, one digit for each stitch; name a matrix of a weave .weave"
 """Note on a text of digits, which could also be the matrix of a weave."""
 FREE_WORDS = re.compile(r"\((?:RS|WS)\)|\brep(?:eat)? from|;\s*rep(?:eat)?\b|\bsts?\b", re.IGNORECASE)
-"""Words of instructions that people write, which the language of patterns does not have."""
+"""Words of free instructions as people write them; the language of patterns does not have them."""
 IMAGES = "PNG, GIF, BMP or TIFF"
 READ_AS_PATTERN = (
     "the language of patterns ('row 1 RS: k2 [k2tog yo]*3'), instructions that StitchMesh wrote, tile codes, yarn "
     f"numbers or a chart as {IMAGES}"
 )
-"""What is read as a pattern, for messages."""
+"""The kinds of text that are read as a pattern, for messages."""
 logger = logging.getLogger(__name__)
 _PACKAGE = Path(__file__).resolve().parent.parent
 _PATTERN_FOLDERS = (_PACKAGE / "assets" / "patterns", _PACKAGE.parent / "assets" / "patterns")
@@ -64,7 +64,7 @@ def read_pattern(name_or_path: FilePath, stitches: Iterable[OwnStitch] = ()) -> 
             with a statement), written instructions of one piece (``.txt``), a text of yarn numbers alone (``.txt``
             whose first line is digits), an image of tile codes (``.leaf.png``), a picture of a chart that holds its
             text, or an image of yarn colours (``.png``, ``.gif``, ``.bmp``, ``.tif``). A string with neither a folder
-            nor a suffix is taken as a name.
+            nor a suffix is a name.
         stitches: stitches of your own, whose codes a text may use as words.
 
     Raises:
@@ -99,7 +99,7 @@ def read_pattern(name_or_path: FilePath, stitches: Iterable[OwnStitch] = ()) -> 
 
 
 def _of_text(text: str, suffix: str, name: str, stitches: Iterable[OwnStitch]) -> Pattern:
-    """Return the pattern of a text, whose kind its suffix and its first words decide."""
+    """Return the pattern of a text; the suffix and the first words decide the kind of text."""
     if suffix == ".txt" and holds_digits(text):
         logger.warning("%s: %s", name, READ_AS_COLOURS)
         return parse_colour_digits(text, name)
@@ -121,7 +121,7 @@ def _from_library(name: str) -> Pattern:
 
 
 def family_of(pattern: Pattern) -> str:
-    """Return the family of a pattern: the last one of ``FAMILIES`` whose stitches it has."""
+    """Return the family of a pattern: the last of ``FAMILIES`` whose stitches the pattern has."""
     if pattern.yarn_count > 1:
         return "Colours"
     makings = [cell.making for row in pattern.rows for cell in row.cells]

@@ -1,6 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Patterns that are moved or mirrored before they are laid: the same fabric with another beginning of its repeat."""
+"""Patterns moved or mirrored before they are laid.
+
+A moved pattern is the same fabric, but its repeat begins elsewhere.
+"""
 
 from __future__ import annotations
 

@@ -57,7 +57,7 @@ class Cell:
 
     @property
     def n_bottom(self) -> int:
-        """Number of loops the stitch is worked on."""
+        """Number of loops on which the stitch is worked."""
         return self.making.n_bottom
 
     @property
@@ -71,7 +71,8 @@ class Loop:
     """How a stitch holds a loop of the row below: the loop may be moved by a cable or worked through its back leg."""
 
     shift: int = 0
-    """Number of places the loop is moved to the right before it is worked, as in ``StitchMesh.cable_shift``."""
+    """Number of places by which the loop is moved to the right before it is worked, as in
+    ``StitchMesh.cable_shift``."""
     layer: int = 0
     """Layer of a loop that crosses others, as in ``StitchMesh.cable_layer``: the loop with the higher layer lies in
     front. A loop that crosses no other has layer 0."""
@@ -85,7 +86,7 @@ class Row:
 
     Raises:
         PatternError: the tile has no loops at its bottom or top, the borders are wider than the row, the number of
-            loops differs from what the stitches are worked on, or a cable crosses the limits of its section.
+            loops differs from the number that the stitches take, or a cable crosses the limits of its section.
     """
 
     cells: tuple[Cell, ...]
@@ -125,7 +126,7 @@ class Row:
 
     @cached_property
     def bottoms(self) -> tuple[int, int, int]:
-        """Number of loops each section is worked on."""
+        """Number of loops on which each section is worked."""
         left, tile, right = (sum(cell.n_bottom for cell in section) for section in self.sections)
         return left, tile, right
 
@@ -147,12 +148,12 @@ class Row:
 
     @property
     def n_bottom(self) -> int:
-        """Number of loops the row is worked on, with the tile counted once."""
+        """Number of loops on which the row is worked, with the tile counted once."""
         return sum(self.bottoms)
 
     @property
     def n_top(self) -> int:
-        """Number of loops the row makes, with the tile counted once."""
+        """Number of loops that the row makes, with the tile counted once."""
         return sum(self.tops)
 
 
@@ -200,7 +201,7 @@ class Pattern:
 
     @cached_property
     def closes(self) -> bool:
-        """Whether the pattern repeats upwards: in each section the last row makes the loops the first row needs."""
+        """Whether the pattern repeats upwards: the last row makes the loops that the first needs, in each section."""
         return self.rows[-1].tops == self.rows[0].bottoms
 
     @property
@@ -210,7 +211,7 @@ class Pattern:
 
     @cached_property
     def ground(self) -> int:
-        """Number of the yarn of most stitches, the lowest one of several: the yarn behind the motifs of a chart."""
+        """Number of the yarn that most stitches have, the lowest of several: the yarn behind the motifs of a chart."""
         yarns = Counter(cell.yarn for row in self.rows for cell in row.cells)
         return min(yarns, key=lambda yarn: (-yarns[yarn], yarn))
 
@@ -248,7 +249,7 @@ class Pattern:
 
 
 def check_closes(pattern: Pattern) -> None:
-    """Check that a pattern repeats upwards: the last row makes the loops that the first row is worked on.
+    """Check that a pattern repeats upwards: the last row makes the loops on which the first row is worked.
 
     Raises:
         PatternError: the numbers of loops differ. The message gives the section, both numbers and the rows that change

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A pattern as a flat stitch mesh: a cast-on row, then tiles side by side and repeats one above another.
 
-A pattern as a tube, knitted in rounds: the tiles of a swatch whose sides are joined.
+The module also makes a pattern as a tube, knitted in rounds: the tiles of a swatch whose sides are joined.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from stitchmesh.patterns.pattern import Pattern
 from stitchmesh.patterns.placement.apply import apply_pattern
 
 LEAST_STITCHES = 3
-"""Fewest stitches around a tube; fewer enclose no space."""
+"""Smallest number of stitches around a tube; fewer enclose no space."""
 
 
 def pattern_mesh(

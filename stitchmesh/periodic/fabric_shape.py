@@ -46,26 +46,27 @@ LAYER = 2.25
 CLOTH = 2.0
 """Thickness of a layer of plain cloth [yarn diameters]: one yarn passes over another."""
 RARE = 0.1
-"""Part of the yarn that may lie beyond the planes of a free cell, in the thickest stitches of lace and cables."""
+"""Share of the yarn that may lie beyond the planes of a free cell: yarn of the thickest stitches of lace and cables."""
 THINNER = 0.85
-"""Thickness of most of a fabric over that of its thickest stitches below which these are exceptions."""
+"""Where most of a fabric is thinner than this share of its thickest stitches, these stitches are exceptions."""
 THICK = 1.5
-"""Thickness over flat thickness up to which a fabric is flat. No pattern of the library has more than 1.4 where it
-lies between the planes of a free cell (``support``), and the thinnest fold has two layers."""
+"""A fabric is flat up to this ratio of its thickness to its flat thickness. No pattern of the library has more than 1.4
+where it lies between the planes of a free cell (``support``), and the thinnest fold has two layers."""
 FOLD = 1.25
-"""Length of the middle surface over its projection from which a fabric folds: its mean slope is then 37 degrees."""
+"""A fabric folds from this ratio of the length of its middle surface to its projection: the mean slope is then 37
+degrees."""
 
 
 @dataclass(frozen=True)
 class FabricShape:
-    """How a fabric lies."""
+    """The shape of a fabric: flat, folded or crumpled."""
 
     thickness_ratio: float
     """Thickness over flat thickness."""
     course_fold: float = 1.0
-    """Length of the middle surface along the courses over that of its projection."""
+    """Length of the middle surface along the courses over the length of its projection."""
     wale_fold: float = 1.0
-    """The same along the wales."""
+    """Length of the middle surface along the wales over the length of its projection."""
     layers: float = 1.0
     """How many layers of the middle surface cover the plane."""
 
@@ -82,7 +83,7 @@ class FabricShape:
 
     @property
     def text(self) -> str:
-        """What was found, in words."""
+        """The finding in words."""
         thick = f"{self.thickness_ratio:.2g} times as thick as its stitches need"
         folds = {"course": self.course_fold, "wale": self.wale_fold}
         most = max(folds, key=lambda name: folds[name])
@@ -91,7 +92,7 @@ class FabricShape:
 
 @dataclass(frozen=True, eq=False)
 class FlatFabric:
-    """A fabric as it is generated, flat."""
+    """The shape of a fabric as it is generated, where it lies flat."""
 
     diameters: float
     """Flat thickness [yarn diameters]."""
@@ -100,11 +101,11 @@ class FlatFabric:
     stitch_length: float
     """Mean length of yarn in a stitch, or at a crossing of a weave [cm]."""
     fabric: StitchMesh | None
-    """The stitch mesh; None for a weave, of which only the thickness is compared."""
+    """The stitch mesh; None for a weave, where only the thickness is compared."""
     image: IntArray
     """Lattice image of each control point relative to the face of its stitch, shape (N, 2)."""
     folds: tuple[float, float, float]
-    """Course fold, wale fold and layers of the generated yarns, before they are divided by themselves."""
+    """Course fold, wale fold and layers of the generated yarns; the values of other yarns are divided by them."""
 
     @classmethod
     def of(cls, drawn: YarnSet, fabric: StitchMesh | None, source: Source) -> FlatFabric:
@@ -136,7 +137,7 @@ class FlatFabric:
         return self.diameters * 2.0 * float(yarns.radius.mean())
 
     def shape_of(self, yarns: YarnSet) -> FabricShape:
-        """Compare the relaxed yarns, on their lattice, with the generated ones."""
+        """Compare the relaxed yarns, on their lattice, with the generated yarns."""
         ratio = thickness_of(yarns) / self.thickness(yarns)
         if self.fabric is None:
             return FabricShape(ratio)
@@ -155,7 +156,7 @@ def thickness_of(yarns: YarnSet) -> float:
 
 
 def common_thickness(yarns: YarnSet) -> float:
-    """Return the distance of two planes beyond which, on both sides together, only ``RARE`` of the yarn lies [cm]."""
+    """Return the distance of two planes [cm]; only ``RARE`` of the yarn lies outside, both sides together."""
     assert yarns.lattice is not None
     out = np.concatenate(yarns.sampled(SAMPLES)) @ lattice_frame(yarns.lattice.periods)[2]
     low, high = np.quantile(out, [RARE / 2.0, 1.0 - RARE / 2.0])
@@ -172,7 +173,7 @@ def _has_two_faces(fabric: StitchMesh) -> bool:
 def _images(drawn: YarnSet, fabric: StitchMesh) -> IntArray:
     """Return the lattice image of each control point relative to its face, shape (N, 2).
 
-    Consecutive control points of a face lie in one image: that in which their middle is nearest to the face.
+    All consecutive control points of a face lie in one image: the image in which their middle is nearest to the face.
     """
     assert fabric.lattice is not None
     begins = np.concatenate([[True], drawn.face[1:] != drawn.face[:-1]])

@@ -31,11 +31,11 @@ class FabricMeasures:
     shear: float
     """Displacement of the wales along the courses over the height."""
     wales: int
-    """Number of wales; of a weave, of warps."""
+    """Number of wales, or of warps of a weave."""
     courses: int
-    """Number of courses; of a weave, of wefts."""
+    """Number of courses, or of wefts of a weave."""
     stitches: int
-    """Number of stitches; of a weave, of crossings."""
+    """Number of stitches, or of crossings of a weave."""
     control_points: int
     """Number of control points of the yarns."""
     wale_spacing: float
@@ -43,7 +43,7 @@ class FabricMeasures:
     course_spacing: float
     """Distance of adjacent courses or wefts [cm]."""
     gauge: Gauge
-    """Stitches and rows in 10 cm; of a weave, warps and wefts."""
+    """Stitches and rows in 10 cm; warps and wefts in 10 cm of a weave."""
     loop_length: float
     """Actual length of the yarn in one stitch, or at one crossing of a weave [cm]."""
     thickness: float
@@ -53,12 +53,12 @@ class FabricMeasures:
 
 
 def measure_fabric(yarns: YarnSet, fabric: StitchMesh | None, mass_per_length: float) -> FabricMeasures:
-    """Measure one repeat; no kernel is launched, so that a frame of a live swatch can be measured while it relaxes.
+    """Measure one repeat. This launches no kernel, so that a frame of a live swatch can be measured while it relaxes.
 
     Args:
         yarns: the yarns, on their lattice.
         fabric: the stitch mesh from which the yarns were generated; None for a weave.
-        mass_per_length: mass of a length of the yarns that state no mass [g/cm].
+        mass_per_length: the mass per length [g/cm] of yarns that state none.
     """
     assert yarns.lattice is not None
     width, height = size_of(yarns.lattice)
@@ -95,7 +95,7 @@ def swatch_report(
         - course_tension, wale_tension and shear_stress [dyn/cm] that keep the repeat at its size;
         - course_moment and wale_moment [dyn], positive if they curl the courses and the wales towards the right side;
         - energy_per_stitch [erg];
-        - yarns_in_row: largest number of yarns in a row of a knit, of which all but one float;
+        - yarns_in_row: largest number of yarns in a row of a knit; all but one of them float;
         - warp_crimp and weft_crimp [1] of a weave.
     """
     measures = measure_fabric(yarns, fabric, material.mass_per_length)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The memory of many states of one repeat that are kept until the last of them is at rest."""
+"""Checks that the memory holds many states of one repeat, which are kept until the last of them is at rest."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ def check_kept_states(what: str, states: int, yarns: YarnSet) -> None:
     Args:
         what: the command, for the message.
         states: number of states.
-        yarns: one of them.
+        yarns: the yarns of one state.
 
     Raises:
-        ParameterError: as for ``check_memory``.
+        ParameterError: the states need more memory than there is (``check_memory``).
     """
     needed = BASE_MEMORY + BYTES_PER_KEPT_POINT * len(yarns.points) * states
     check_memory(f"{what} with {states:,} states of {len(yarns.points)} control points", needed, "fewer of them")

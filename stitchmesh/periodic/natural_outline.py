@@ -23,13 +23,13 @@ from stitchmesh.periodic.repeat.torus import torus_mesh
 from stitchmesh.run import SHOWN, Run
 
 Form = Literal["flat", "tube", "lattice"]
-"""A piece with borders, a tube whose sides are joined, or a repeat without borders."""
+"""A piece with borders, a tube with joined sides, or a repeat without borders."""
 MAKERS = {"flat": pattern_mesh, "tube": pattern_tube, "lattice": torus_mesh}
-"""What makes the stitch mesh of each form."""
+"""The function that makes the stitch mesh of each form."""
 PIECE = 40
-"""Stitches in the width and rows in the height of a piece, at least, if its numbers of repeats are not given."""
+"""Smallest width of a piece in stitches, and its smallest height in rows, if its numbers of repeats are not given."""
 MOST_STITCHES = 1_000_000
-"""Most stitches of an outline; a larger number is a slip of the hand, and would take the memory of a machine."""
+"""Most stitches of an outline. A larger number is a typing error, and its mesh would fill the memory of a machine."""
 
 
 def natural_outline(
@@ -47,17 +47,17 @@ def natural_outline(
     Args:
         pattern: the pattern, its name in the library or the path of its file.
         form: a flat piece with a cast-on row, a tube in rounds, or a repeat without borders on a lattice.
-        columns: repeats side by side; by default as many as 40 stitches need, and one on a lattice.
-        rows: repeats one above another; by default as many as 40 rows need, and one on a lattice.
+        columns: repeats side by side; by default 1 on a lattice, and otherwise as many as give 40 stitches.
+        rows: repeats one above another; by default 1 on a lattice, and otherwise as many as give 40 rows.
         stitch_width: rest width of plain knit [cm].
         aspect: rest height of plain knit divided by its rest width.
-        run: as for ``relax_mesh_freely``.
+        run: progress after each iteration, and control, whose step is one iteration.
 
     Raises:
         ParameterError: the form is unknown, a number is out of range, or the pattern is not in the library.
         FileError: the file of the pattern cannot be read.
         PatternError: the pattern is not valid, or its last row does not make the loops of its first one.
-        SolverError: as for ``relax_mesh_freely``.
+        SolverError: ``relax_mesh_freely`` finds no rest.
     """
     chosen = pattern if isinstance(pattern, Pattern) else read_pattern(pattern)
     drawn = outline_mesh(chosen, form, columns=columns, rows=rows, stitch_width=stitch_width, aspect=aspect)
@@ -71,7 +71,7 @@ def natural_outline(
 def outline_mesh(
     pattern: Pattern, form: Form, *, columns: int | None, rows: int | None, stitch_width: float, aspect: float
 ) -> StitchMesh:
-    """Return the stitch mesh of a pattern at the mean size of its stitches; arguments and errors are those above."""
+    """Return the stitch mesh of a pattern at the mean size of its stitches; see ``natural_outline`` for the rest."""
     if form not in get_args(Form):
         raise ParameterError(f"form: got {form!r}; expected {', '.join(get_args(Form)[:-1])} or {get_args(Form)[-1]}")
     for name, size in (("stitch_width", stitch_width), ("aspect", aspect)):

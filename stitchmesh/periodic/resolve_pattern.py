@@ -69,6 +69,6 @@ def _states_a_weave(path: Path) -> bool:
 
 
 def states_a_weave(lines: Sequence[str]) -> bool:
-    """Whether one of the lines of a text begins with a word that only texts of weaves have."""
+    """Return whether a line of a text begins with a word that only texts of weaves have."""
     words = {line.split()[0].lower() for line in lines if line.strip()}
     return not words.isdisjoint(WEAVE_STATEMENTS)

@@ -1,14 +1,14 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How the size of a swatch at rest depends on its yarn, and how stiff the fabric is: derivatives at one state of rest.
+"""How the size of a swatch at rest depends on its yarn, and how stiff the fabric is: derivatives at a state of rest.
 
-One factorization of the Hessian gives all of them (``yarnrelax.rest_derivatives``), where differences need two
+One factorization of the Hessian gives all derivatives (``yarnrelax.rest_derivatives``). Differences would need two
 relaxations for each input, and a stretch test one for each strain. The yarns are brought to rest in float64 first.
 
 An input changes while all others stay. Let L be the loop length (all rest lengths together), r the radii, h the
 distance of the planes, and dX the relative derivative of the width, or of the height, by X. Two sums follow from units.
-If all stiffnesses are multiplied by one factor, so are all forces; if all lengths are, by the similarity of Leaf et al.
-2018, section 6.2, so is the size:
+If all stiffnesses are multiplied by one factor, all forces are too. If all lengths are, the size is too (the similarity
+of Leaf et al. 2018, section 6.2):
 
     d k_len + d k_length + d k_bend + d k_contact = 0        without loads
     d L + d r + d h + d k_bend - 2 d k_contact    = 1        for straight yarns; loads [dyn] fall by the same factor
@@ -45,14 +45,14 @@ class Sensitivity:
     """
 
     width: Mapping[str, float]
-    """Relative change of the width over that of each input."""
+    """Relative change of the width over the relative change of each input."""
     height: Mapping[str, float]
-    """Relative change of the height over that of each input."""
+    """Relative change of the height over the relative change of each input."""
     lean: Mapping[str, float]
     """Change of ``shear``, the lean of the wales, over the relative change of each input; 0 where it is held."""
     stiffness: FloatArray
     """Second derivatives of the energy over the area by the strains along courses and wales and by the shear, while the
-    yarns follow [dyn/cm], shape (3, 3). It is also given for strains that are held; a shear of 1 moves courses by their
+    yarns follow [dyn/cm], shape (3, 3). Strains that are held have values too. A shear of 1 moves courses by their
     distance."""
     negative_eigenvalues: int
     """Number of significant negative eigenvalues of the Hessian."""
@@ -62,7 +62,7 @@ class Sensitivity:
     """Largest relative change of width and height on the way from the swatch to that state."""
 
     def __repr__(self) -> str:
-        """Return one line: the derivatives by the loop length, the stiffness, and what the state is."""
+        """Return one line: the derivatives by the loop length, the stiffness, and whether the state is a minimum."""
         by_length = f"{self.width['loop_length']:.3g} x {self.height['loop_length']:.3g} by loop length"
         course, wale, shear = self.stiffness.diagonal().tolist()
         state = "minimum" if self.minimum else "saddle"
@@ -81,7 +81,7 @@ class Sensitivity:
         ]
 
     def tension_slope(self, direction: Direction, other: Other = "free") -> float:
-        """Return the slope of the tension over the strain at which a stretch test begins [dyn/cm].
+        """Return the slope of the tension over the strain at the begin of a stretch test [dyn/cm].
 
         Args:
             direction: ``course`` or ``wale``.
@@ -106,9 +106,9 @@ def sensitivity(swatch: Swatch) -> Sensitivity:
     """Return how the size of a swatch at rest depends on its yarn, and how stiff the fabric is.
 
     The result holds for the swatch as it is sampled, near its state of rest: a fabric that goes to another state
-    changes by more. The yarns are brought to a residual of 1e-10 in float64 first, and ``change`` says how much the
-    size changes thereby. Derivatives of the forces are central differences with relative steps of 1e-6, at the cost of
-    two evaluations of the forces for each input; nothing is relaxed again.
+    changes by more. The yarns are brought to a residual of 1e-10 in float64 first, and ``change`` says how much this
+    changes the size. Derivatives of the forces are central differences with relative steps of 1e-6, at the cost of two
+    evaluations of the forces for each input; nothing is relaxed again.
 
     Args:
         swatch: a swatch whose size relaxes without friction (``relaxation="frictionless"``), as ``swatch`` returns it.
@@ -145,7 +145,7 @@ def _differentiable(rest: CellAtRest | None) -> CellAtRest:
     """Return a cell that has derivatives.
 
     Raises:
-        ParameterError: there is none, it has a constant size, or friction has held it.
+        ParameterError: there is no such state, it has a constant size, or friction has held it.
     """
     if rest is None:
         raise ParameterError("sensitivity: got a swatch that was read from a file; make it again by sm.swatch")

@@ -3,10 +3,10 @@
 """Stretch tests: a free swatch is stretched along its courses or its wales, and its tension is measured at each strain.
 
 The cell is first relaxed without stress and with its periods at right angles. It lies between the planes of a free
-swatch (``support``) all the time, because fabrics buckle. One of its sizes, with the free value L0, is then set to
-(1 + strain) L0 for each strain in turn (``drawn_cell``). Each state starts from the previous one: the yarns are
-relaxed, and so is the other size unless it is held. The tension is nominal ("engineering"): the force on a border over
-the length of that border in the free cell,
+swatch (``support``) all the time, because fabrics buckle. One of its sizes, with the free value L0, is then set to (1 +
+strain) L0 for each strain in turn (``drawn_cell``). Each state starts from the previous one. The yarns relax, and the
+other size too unless it is held. The tension is nominal ("engineering"): the force on a border over the length of that
+border in the free cell,
 
     T_course = s_course height / height0        T_wale = s_wale width / width0      [dyn/cm]
 
@@ -16,9 +16,9 @@ the free cell. The work is
     de = T_course d(width) / width0 + T_wale d(height) / height0
 
 so the slope of e over the strain equals the tension, both if the other size is free (its tension is zero) and if it is
-held (its change is zero). 1000 dyn/cm are 1 N/m. Without friction the curve is the same for loading and unloading
-while the fabric stays on one branch; a fabric that snaps from one shape to another goes on along another branch. With
-friction loading and unloading differ. Loading then begins at the free cell without friction.
+held (its change is zero). 1000 dyn/cm are 1 N/m. Without friction the curve is the same for loading and unloading while
+the fabric stays on one branch; a fabric that snaps from one shape to another continues on another branch. With friction
+loading and unloading differ. Loading then begins at the free cell without friction.
 """
 
 from __future__ import annotations
@@ -60,12 +60,12 @@ from stitchmesh.yarnrelax.friction.friction import Friction
 from stitchmesh.yarnrelax.linking.certificate import refuse_pull_through
 
 TOLERANCE = 1e-3
-"""Largest residual of each state; ribs have a small resistance and need this value."""
+"""Largest residual of each state; the small resistance of ribs needs this value."""
 LARGEST_CHANGE = 1e-4
-"""Largest estimate of the change that is left: a stiff fabric turns a small strain into a large tension."""
+"""Largest estimated change that may remain, because a stiff fabric turns a small strain into a large tension."""
 FINER = 1.5
-"""Control points of a plain stitch over those of the preset, up to those of ``reference``. With 12 control points loops
-resist up to 80 % too much. Fewer control points make the yarn softer along its axis, because a material gives the
+"""Control points of a plain stitch over those of the preset, up to the number of ``reference``. With 12 control points
+loops resist up to 80 % too much. Fewer control points make the yarn softer along its axis, because a material gives the
 stretch stiffness for each segment (``energies/stretch``); this matters for weaves."""
 CONTACT_SAMPLES = 5
 """Smallest number of contact samples of a segment. With three samples, samples of touching yarns interlock, and the
@@ -80,11 +80,11 @@ logger = logging.getLogger(__name__)
 
 @dataclass(frozen=True, kw_only=True)
 class StretchPath:
-    """The strains that a stretch test goes through, one after another, and what acts besides.
+    """The strains that a stretch test goes through, one after another, with the size across and the friction.
 
     Raises:
         ParameterError: not exactly one direction is given, a strain is out of bounds, the strains are equal, there are
-            fewer than two steps or a negative number of cycles, or no yarn has the friction.
+            fewer than two steps or a negative number of cycles, or no yarn has this friction.
     """
 
     course: tuple[float, float] | None = None
@@ -96,10 +96,10 @@ class StretchPath:
     steps: int = STRETCH_STEPS
     """Number of strains, including the first and the last."""
     cycles: int = 0
-    """How often the fabric is let back from the last strain to the first; between two times it is stretched again. With
-    0 it stays stretched."""
+    """How often the fabric is let back from the last strain to the first, and then stretched again before the next
+    time. With 0 it stays stretched."""
     friction: float | None = None
-    """Coefficient of friction between the yarns; they have none where not given."""
+    """Coefficient of friction between the yarns; no friction if not given."""
 
     def __post_init__(self) -> None:
         if (self.course is None) == (self.wale is None):
@@ -138,7 +138,7 @@ class StretchPath:
 
     @property
     def strains(self) -> FloatArray:
-        """The strains one after another, shape (n,); each turn is there once."""
+        """The strains one after another, shape (n,); each turning point occurs once."""
         there = np.linspace(*self.ends, self.steps)
         back = there[::-1]
         ways = [there, *([back, there] * self.cycles)[: 2 * self.cycles - 1]] if self.cycles else [there]
@@ -150,7 +150,7 @@ class StretchPoint:
     """One relaxed state of a stretch test."""
 
     strain: float
-    """Size in the stretch direction over that of the free cell, minus one."""
+    """Size in the stretch direction over the size of the free cell, minus one."""
     width: float
     """Width of the cell [cm]."""
     height: float
@@ -168,8 +168,8 @@ class StretchPoint:
     converged: bool
     """Whether the relaxation converged."""
     branch: int = 1
-    """Number of the branch, from 1. Without friction states are on one branch if the fabric goes from one to the next
-    and back again; with friction each way, there or back, is a branch."""
+    """Number of the branch, from 1. Without friction two states are on one branch if the fabric goes from one to the
+    other and back again. With friction each way out, and each way back, is a branch."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -235,19 +235,23 @@ def stretch_test(
     """Stretch a swatch in one direction and measure its tension.
 
     Args:
-        pattern: as for ``swatch``.
-        path: the strains, and the friction between the yarns. The free cell is that without friction.
-        material: as for ``swatch``.
+        pattern: a pattern or a weave, the name of one in the library, or the path of a file.
+        path: the strains, and the friction between the yarns. The free cell is the one without friction.
+        material: material of the yarn; by default the material ``stitchmesh``, scaled to the radius of the yarn.
         quality: a preset or a ``Quality``; it is refined to the needs of tensions (``refine_for_tension``).
-        device: as for ``swatch``.
-        budget: a limit on the time, without an error; the curve ends with the last state that came to rest in time.
-        run: progress of the relaxation of each state; ``on_state`` is called with each point. Nothing else is obeyed.
+        device: device of the kernels, for example ``cpu`` or ``cuda:0``; by default the first GPU, or the CPU if there
+            is no GPU.
+        budget: a limit on the time, which raises no error: the curve ends with the last state that came to rest in
+            time.
+        run: progress of the relaxation of each state; ``on_state`` is called with each point. The test obeys nothing
+            else of it.
         options: fields of ``SwatchOptions``, except the period.
 
     Raises:
-        ParameterError: a period, a tension of blocking or an error is given, or a run asks for what is not obeyed.
-        FileError, PatternError: as for ``swatch``.
-        SolverError: as for ``swatch``, or the time does not suffice for one state.
+        ParameterError: a period, a tension of blocking or an error is given, or the run asks for something that a test
+            does not obey.
+        FileError, PatternError: an error of ``swatch``.
+        SolverError: an error of ``swatch``, or the time does not suffice for one state.
     """
     run.refuse_all_but("stretch_test", "on_state")
     if budget is not None and budget.error is not None:
@@ -266,7 +270,7 @@ def stretch_test(
 def _stretch(
     prepared: PreparedSwatch, path: StretchPath, device: str | None, run: Run[StretchPoint]
 ) -> StretchCurve:  # fmt: skip
-    """Stretch a swatch in the time that is left; other arguments and errors as for ``stretch_test``."""
+    """Stretch a swatch in the remaining time; other arguments and errors as for ``stretch_test``."""
     strains, friction = path.strains, path.friction or 0.0
     relaxing: Run[YarnSet] = Run(run.progress)
     check_kept_states("stretch", len(strains), prepared.yarns)
@@ -305,14 +309,14 @@ def refine_for_tension(quality: Quality) -> Quality:
 
 
 def planes_of(free: Swatch, prepared: PreparedSwatch) -> list[TermChoice]:
-    """Return what a free swatch lies on, at its final size."""
+    """Return the planes between which a free swatch lies, at its final size."""
     gamma = prepared.options.gamma
     flat = replace(prepared.flat, stitch_length=prepared.flat.stitch_length / gamma)
     return planes(True, prepared.options, flat, free.yarns.radius)
 
 
 def measure_point(drawn: DrawnCell, state: DrawnState, copies: int) -> StretchPoint:
-    """Measure a state; the repeat has several copies of the cell, one above another."""
+    """Measure a state; the repeat consists of several copies of the cell, one above another."""
     yarns, (width0, height0) = state.yarns, drawn.free_size
     assert yarns.lattice is not None
     width, height = size_of(yarns.lattice)

@@ -6,8 +6,8 @@ As on a knitting machine, the yarn length of a stitch is given and the size of t
 generated (``drawn_swatch``), brought to its radii, lengths and size (``prepared_swatch``), relaxed (``way_to_rest``),
 scaled by 1 / gamma and measured.
 
-Hands and machines do not lay yarn evenly, and some patterns have several states of rest within that noise. The spread
-of a size is found by relaxing the same repeat again from shaken starts, whose control points are displaced by ``NOISE``
+Hands and machines do not lay yarn evenly, and some patterns have several states of rest within this noise. To find the
+spread of a size, the same repeat is relaxed again from shaken starts, whose control points are displaced by ``NOISE``
 radii; equal numbers of starts give equal displacements.
 """
 
@@ -68,18 +68,18 @@ class Swatch:
     yarns: YarnSet
     """The relaxed yarns, on their lattice."""
     report: dict[str, Any]
-    """Measurements as plain numbers: those of ``gauge.swatch_report``, for a weave those of ``jamming.jam_report``, its
-    shape (``FabricShape.report``), what acted on it (relaxation, friction, and ``support.planes_report``), and the
-    report of ``relax_yarns``."""
+    """Measurements as plain numbers: the values of ``gauge.swatch_report``, for a weave also of ``jamming.jam_report``,
+    the shape (``FabricShape.report``), what acted on the fabric (relaxation, friction, and ``support.planes_report``),
+    and the report of ``relax_yarns``."""
     fabric: StitchMesh | None
     """The stitch mesh from which the yarns were generated; None for a weave."""
     history: list[HistoryEntry]
     """Entries of the history of the relaxation, one for each assessment."""
     at_rest: CellAtRest | None = None
-    """The cell that came to rest, for questions about its state (``sensitivity``); None for a swatch from a file."""
+    """The cell that came to rest, from which ``sensitivity`` and others compute; None for a swatch from a file."""
 
     def __repr__(self) -> str:
-        """Return one line: stitches (of a weave: crossings), size, state of rest, and yarns."""
+        """Return one line: stitches (or crossings of a weave), size, state of rest, and yarns."""
         counts = f"{self.report['wales']} x {self.report['courses']}"
         size = f"{self.report['width']:.3g} x {self.report['height']:.3g} cm"
         return f"Swatch({counts}, {size}, {rest_text(self.report)}, {self.yarns})"
@@ -111,14 +111,14 @@ def swatch(
         quality: a preset or a ``Quality``.
         device: device of the kernels, for example ``cpu`` or ``cuda:0``; by default the first GPU, or the CPU if there
             is no GPU.
-        relax_cell: whether the width and height of the repeat are relaxed, lying between two planes (``support``),
-            or a ``RelaxCell`` with the degrees of freedom of a cell that lies on nothing. With ``RelaxCell()`` the
-            cell can also shear; ribs without friction do so to one of the two sides.
-        shaken: number of shaken starts that relax too. The report then has ``shaken``, ``shaken_at_rest``, how many of
-            them came to rest, and ``size_spread``: the differences of the largest and the smallest width and height of
-            all starts at rest, over their means, None where none of them is.
-        budget: limits on the time and on the error; measured tables then choose the quality, unless it is another than
-            the default, and the report says what they chose (``budget.plan``).
+        relax_cell: whether the width and height of the repeat are relaxed, between two planes (``support``), or a
+            ``RelaxCell`` with the degrees of freedom of a cell that lies on nothing. With ``RelaxCell()`` the cell can
+            also shear; ribs without friction do so to one of the two sides.
+        shaken: number of shaken starts that relax too. The report then has ``shaken``; ``shaken_at_rest``, how many of
+            them came to rest; and ``size_spread``, the largest minus the smallest width and height of all starts at
+            rest, over their means (None if none is at rest).
+        budget: limits on the time and on the error. Measured tables then choose the quality, unless the caller gives
+            another than the default, and the report says what they chose (``budget.plan``).
         progress: called about every half second with the stage, its completed part and a line of text; by default a
             line shows them on a terminal or in a notebook, and False shows nothing.
         options: fields of ``SwatchOptions``: yarn, loops, size, and the relaxation of a knit.
@@ -147,8 +147,8 @@ def relax_shaken(prepared: PreparedSwatch, shaken: int, run: Run[YarnSet] = QUIE
     """Relax a prepared repeat and measure it, with the spread of its size over a number of shaken starts.
 
     Raises:
-        ParameterError: a negative number of starts, more than fit into the memory, or as for ``relax_prepared``.
-        SolverError: as for ``relax_prepared``.
+        ParameterError: a negative number of starts, more than fit into the memory, or an error of ``relax_prepared``.
+        SolverError: an error of ``relax_prepared``.
     """
     if shaken < 0:
         raise ParameterError(f"shaken: got {shaken} starts; expected 0 or more")
@@ -169,16 +169,16 @@ def relax_shaken(prepared: PreparedSwatch, shaken: int, run: Run[YarnSet] = QUIE
 
 
 def shaken_yarns(yarns: YarnSet, number: int) -> YarnSet:
-    """Return yarns whose control points have the noise of the start of this number."""
+    """Return yarns whose control points have the noise of the start with this number."""
     random = np.random.default_rng(number)
     noise = NOISE * yarns.radius[yarns.point_yarn, None] * random.normal(size=yarns.points.shape)
     return replace(yarns, points=yarns.points + noise)
 
 
 def size_spread(swatches: Sequence[Swatch]) -> tuple[float, float]:
-    """Differences of the largest and the smallest width and height of the swatches at rest, over their means.
+    """Return the largest minus the smallest width and height of the swatches at rest, over their means.
 
-    Where none is at rest, those of all swatches.
+    If none is at rest, all swatches count.
     """
     rested = [each for each in swatches if each.report["converged"]] or swatches
     sizes = np.array([size_of(each.lattice) for each in rested])
@@ -229,7 +229,7 @@ def relax_prepared(prepared: PreparedSwatch, yarns: YarnSet, run: Run[YarnSet] =
 
 
 def whole_repeat(relaxed: Relaxation, smallest: SmallestCell, like: YarnSet) -> Relaxation:
-    """Return the relaxation of a repeat from that of its smallest cell: its yarns, and the energies of all of them."""
+    """Return the relaxation of a repeat from that of its smallest cell: the yarns and energies of all images."""
     copies = smallest.copies
     history = [
         entry | {"energies": {name: copies * energy for name, energy in entry["energies"].items()}}
@@ -243,7 +243,7 @@ def whole_repeat(relaxed: Relaxation, smallest: SmallestCell, like: YarnSet) -> 
 
 
 def in_fabric(yarns: YarnSet, options: SwatchOptions) -> YarnSet:
-    """Return yarns that are relaxed at gamma times their size with the size and the stated mass that the fabric has."""
+    """Return yarns that relaxed at gamma times their size, with the size and the stated mass of the fabric."""
     fabric = scale_yarns(yarns, 1.0 / options.gamma)
     return replace(fabric, mass_per_length=options.stated_masses(fabric.radius))
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a swatch is to a budget: its kind, its number of stitches and its name."""
+"""The figures by which a budget plans a swatch: its kind, its number of stitches and its name."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from stitchmesh.quality import Quality
 from stitchmesh.yarnrelax import RelaxCell
 
 RELAXATIONS: dict[KnitState, int] = {"frictionless": 1, "dry": 14, "wet": 18, "full": 23}
-"""Relaxations, one after another, on the needles and in the release to each state (``off_needles``)."""
+"""Number of relaxations, one after another, on the needles and in the release to each state (``off_needles``)."""
 
 
 def plan_swatch(
@@ -28,7 +28,7 @@ def plan_swatch(
     """Return the plan of a swatch for a budget; arguments as for ``swatch``.
 
     Raises:
-        StitchMeshError: as for ``swatch``, or a quality beside an error.
+        StitchMeshError: an error of ``swatch``, or a quality beside an error.
     """
     chosen = SwatchOptions(**options)
     source = resolve_pattern(pattern)
@@ -43,7 +43,7 @@ def plan_swatch(
 
 
 def stitches_of(source: Source) -> int:
-    """Return the number of stitches of a repeat, or of the crossings of a weave."""
+    """Return the number of stitches of a repeat, or the number of crossings of a weave."""
     if isinstance(source, Weave):
         return len(source.matrix) * len(source.matrix[0])
     return source.width * source.height

@@ -3,8 +3,8 @@
 """The design of a swatch: a pattern and the dials that a designer turns (Leaf et al. 2018, section 7.2).
 
 Some dials act on some patterns only: floats and held loops need stitches that have them, and warps and wefts need a
-weave. A design keeps the values of all dials, so that a designer may change the pattern and return to it, and uses
-those that act on its pattern.
+weave. A design keeps the values of all dials, so that a designer may change the pattern and return to it. It uses the
+dials that act on its pattern.
 """
 
 from __future__ import annotations
@@ -37,10 +37,10 @@ SPACINGS = (0.01, 50.0)
 REPEATS = (1, 100)
 """Smallest and largest number of repeats."""
 HUNDRED_METRES = 10_000.0
-"""Length of yarn for which the dial of the mass holds [cm]."""
+"""The dial of the mass gives the mass of this length of yarn [cm]."""
 LONGEST_DESIGN_FLOAT = 40
-"""Number of stitches behind which a yarn may float in a design. A designer sees a long float in the fabric, so that
-only floats which no knitter would make are refused."""
+"""Number of stitches behind which a yarn may float in a design. A designer sees a long float in the fabric, so a design
+refuses only floats that no knitter would make."""
 
 
 def _dial(default: float | None, help: str, bounds: tuple[float, float], *, unit: str = "") -> Any:
@@ -114,7 +114,7 @@ class SwatchDesign:
         return {"pattern": self.pattern, "quality": self.quality, "relax_cell": True} | self.options()
 
     def options(self) -> dict[str, Any]:
-        """Return the material, and those options that ``stretch_test`` takes too when the period is left out."""
+        """Return the material, and the options that ``stretch_test`` takes too (without the period)."""
         dials, used = self.dials, acting_dials(self.pattern)
         return {
             "material": self._material(),
@@ -158,7 +158,7 @@ def acting_dials(source: Source) -> frozenset[str]:
 
 
 def design_table(design: SwatchDesign) -> dict[str, Any]:
-    """Return a design as JSON can hold it; ``read_design`` returns the design."""
+    """Return a design as a table for JSON; ``read_design`` reads the design from it."""
     source = design.pattern
     woven = isinstance(source, Weave)
     return {
@@ -170,7 +170,7 @@ def design_table(design: SwatchDesign) -> dict[str, Any]:
 
 
 def read_design(table: Mapping[str, Any]) -> SwatchDesign:
-    """Return the design of a table of ``design_table``.
+    """Return the design from a table of ``design_table``.
 
     Raises:
         ParameterError: a key is unknown or missing, or a value is out of bounds.

@@ -26,12 +26,12 @@ GAMMAS = (0.1, 10.0)
 TAKE_UP = (0.1, 2.0)
 """Smallest and largest factor of a rest length (Leaf et al. 2018, section 7.2)."""
 LONGEST_FLOAT = 7
-"""Default largest number of stitches behind which a yarn floats. Knitters carry a yarn behind 5 to 7 stitches; longer
-floats catch fingers and pull the fabric together, and are woven in behind a stitch."""
+"""Default largest number of stitches behind which a yarn floats. Knitters carry a yarn behind 5 to 7 stitches. Longer
+floats catch fingers and pull the fabric together, so knitters weave them in behind a stitch."""
 LetGo = Literal["dry", "wet", "full"]
-"""States of a knit that was let go off the needles with friction (``off_needles``), whose size is free."""
+"""States of a knit of free size after it was let go off the needles with friction (``off_needles``)."""
 KnitState = Literal["dry", "wet", "full", "frictionless"]
-"""These, and the state without friction, also of weaves."""
+"""The states of ``LetGo``, and the state without friction, which weaves have too."""
 YARN_FRICTION = 0.2
 """Default coefficient of friction between yarns, in the range of spun yarns, 0.1 to 0.5."""
 STRETCH_STEPS = 9
@@ -39,7 +39,7 @@ STRETCH_STEPS = 9
 
 
 def has_free_size(*, relax_cell: Any, relaxation: KnitState | None, blocked: float | None) -> bool:
-    """Whether the size of a swatch relaxes, at least in one direction; arguments as for ``swatch``."""
+    """Return whether the size of a swatch relaxes, at least in one direction; arguments as for ``swatch``."""
     return bool(relax_cell) or relaxation in get_args(LetGo) or blocked is not None
 
 
@@ -76,7 +76,7 @@ class RepeatSettings:
 
 @dataclass(frozen=True, kw_only=True)
 class StateSettings:
-    """The state in which a repeat comes to rest: friction between its yarns, what it lies on, and what pulls at it."""
+    """The state in which a repeat comes to rest: friction between its yarns, planes around it, tension on it."""
 
     relaxation: KnitState | None = setting(
         None, "let a knit go off the needles with friction between its yarns, to one of Munden's three states, or "
@@ -152,7 +152,7 @@ class SwatchOptions(RepeatSettings, StateSettings):
         return material if mass is None else replace(material, mass_per_length=mass)
 
     def stated_masses(self, radius: FloatArray) -> FloatArray:
-        """Return the mass of a length of yarns of some contact radii [cm] that they state [g/cm], shape (Y,)."""
+        """Return the mass per length [g/cm] that yarns of some contact radii [cm] state, shape (Y,)."""
         mass = np.nan if self.mass_per_length is None else self.mass_per_length
         stated: FloatArray = mass * (radius / self.yarn_radius) ** 2
         return stated

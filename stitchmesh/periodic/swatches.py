@@ -3,7 +3,7 @@
 """Many swatches, as in a sweep over patterns, materials and options.
 
 Each swatch is made in a thread of its own by the same functions as one alone. All threads wait at their relaxations and
-examinations, and these are done for all of them together (``compute.work_together``), in batches of cells
+examinations, which then run for all of them together (``compute.work_together``), in batches of cells
 (``yarnrelax.together.relax_together``).
 """
 
@@ -27,7 +27,7 @@ from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
 from stitchmesh.yarnrelax.together.relax_together import ways_together
 
 SwatchProgress = Callable[[int, int], None]
-"""Called with the number of swatches that are done, and with that of all swatches."""
+"""Called with the number of finished swatches, and with the number of all swatches."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,9 +58,9 @@ def relax_swatches(
     """Make swatches together, each as ``swatch`` makes it.
 
     On a GPU a launch costs more than the work of a small cell, so hundreds of swatches take little longer than one.
-    Each has the state of ``swatch`` within the tolerance, but with other roundings: cells of a batch share candidate
-    lists and Newton steps. The bits of a result depend on all requests of the call and on the device; the same call
-    gives the same bits. In the reports, ``seconds`` is the time from the begin of a swatch to its end, and
+    Each has the state of ``swatch`` within the tolerance, but with other rounding errors: cells of a batch share
+    candidate lists and Newton steps. The bits of a result depend on all requests of the call and on the device; the
+    same call gives the same bits. In the reports, ``seconds`` is the time from the begin of a swatch to its end, and
     ``solver_seconds`` counts the batches in which it took part.
 
     Args:
@@ -90,7 +90,7 @@ def _report_swatches(progress: Progress) -> SwatchProgress:
 
 
 def _make(request: SwatchRequest, device: str | None) -> Swatch:
-    """Make a swatch; its report says how long this took, with what was done for others meanwhile."""
+    """Make a swatch; its report gives the time, which includes work for other swatches meanwhile."""
     began = time.perf_counter()
     prepared = prepare_swatch(
         request.pattern, material=request.material, quality=request.quality, device=device,

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures of meshes, fabrics, yarns and swatches, with the choices that a user has about them."""
+"""Pictures of meshes, fabrics, yarns and swatches, with all options that a user can choose."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ FABRIC_PICTURES: dict[str, Callable[..., None]] = {
     "stretch": render_stretch,
     "irregular": render_irregular,
 }
-"""The pictures of a stitch mesh, by what decides their colours."""
+"""The functions that draw a stitch mesh, by the word that chooses the colours."""
 
 
 def render(

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Cameras that frame the drawn object, and the place on its front for the close-up."""
+"""Cameras that frame the drawn object, and the place on its front that the close-up shows."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def camera_around(
         towards: direction from the points to the camera, shape (3,).
         up: direction that is vertical in the picture, shape (3,).
         aspect: width of the picture divided by its height.
-        part: part of the width and of the height of the picture that the points may occupy, around the centre.
+        part: part of the width and of the height of the picture, around its centre, in which the points must lie.
         clearance: distance by which the object extends beyond the points [cm].
     """
     axes = picture_axes(towards, up)

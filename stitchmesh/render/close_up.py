@@ -3,7 +3,7 @@
 """Places of close-ups: a face, faces, a row, a point, or a share of the picture of the whole object.
 
 A close-up looks at a patch of the surface around the place, along the outward normal of the patch unless a view is
-given. Outward is the side from which the patch is seen first: the side on which the next surface is farther away.
+given. Outward is the side where the next surface is farther away, so that the patch is seen first.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.render.camera import VIEW_ANGLE, Camera, picture_axes
 
 KINDS = {"face": 1, "row": 1, "point": 3, "share": 2}
-"""Number of numbers after each word of a place."""
+"""How many numbers follow each word of a place."""
 PATCH = 0.25
-"""Radius of the patch whose normal is the direction of the close-up, over the width of the region."""
+"""Radius of the patch that gives the direction of the close-up by its normal, over the width of the region."""
 NEAR_SHARE = 0.1
 """Largest distance from a share of the picture to the point there, over the width of the region."""
 EXAMPLES = "face 120, row 12, point X Y Z in cm, or share U V from the lower left of the picture"
@@ -30,7 +30,7 @@ EXAMPLES = "face 120, row 12, point X Y Z in cm, or share U V from the lower lef
 
 @dataclass(frozen=True)
 class CloseUpTarget:
-    """Where a close-up looks."""
+    """The place at which a close-up looks."""
 
     kind: str
     """A key of ``KINDS``, or ``faces``."""
@@ -148,7 +148,7 @@ def _members(surface: CloseUpPoints, place: CloseUpTarget) -> IntArray:
 
 
 def _foremost(points: FloatArray, members: IntArray, whole: Camera) -> int:
-    """Return the member in the middle, as seen in the picture, of the half of the members nearer to the camera."""
+    """Return the member that is in the middle of the picture, among the half of the members nearer to the camera."""
     axes = picture_axes(whole.position - whole.focus, whole.up)
     place = points[members] @ axes
     front = np.flatnonzero(place[:, 2] >= (place[:, 2].min() + place[:, 2].max()) / 2)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Scales from numbers to colours, with the marks of their legends. Both scales can be read by colour-blind people."""
+"""Scales from numbers to colours, with the marks of their legends. Colour-blind people can read both scales."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ SEQUENTIAL = np.array(
 )  # fmt: skip
 """Colours from the smallest number to the largest one, evenly spaced, sRGB: dark violet to bright yellow (viridis)."""
 QUANTILE = 0.99
-"""Quantile of the numbers at which a scale ends, so that single outliers do not take all colours."""
+"""Quantile of the numbers at which a scale ends, so that single outliers do not stretch it."""
 MARKS = 5
 """Number of marks in a legend."""
 
 
 @dataclass(frozen=True, eq=False)
 class ColourScale:
-    """Colours of the numbers from ``low`` to ``high``; numbers beyond have the colours of the ends."""
+    """Colours of the numbers from ``low`` to ``high``; numbers beyond take the colour of the nearer end."""
 
     colours: NDArray[np.int64]
     """Colours at even distances from ``low`` to ``high``, sRGB, shape (n, 3)."""
@@ -62,7 +62,8 @@ def diverging_scale(values: FloatArray, least: float) -> ColourScale:
 
     Args:
         values: the numbers, shape (n,).
-        least: smallest number of the last colour; with a smaller one, rounding would look like a difference.
+        least: the smallest number that may have the last colour; with a smaller one, rounding would look like a
+            difference.
     """
     most = max(float(np.quantile(np.abs(values), QUANTILE)) if len(values) else 0.0, least)
     return ColourScale(DIVERGING, -most, most)

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Colours of yarns: by yarn, row, stitch, strain, stretch, contact force or distance, or one colour.
 
-The colours of rows and of stitches can be blended with those of the yarns (Leaf et al. 2018, section 7.2).
+The colours of rows and of stitches can be blended with the colours of the yarns (Leaf et al. 2018, section 7.2).
 """
 
 from __future__ import annotations
@@ -30,9 +30,9 @@ if TYPE_CHECKING:
     from stitchmesh.yarnrelax import YarnMaterial
 
 COLOUR_BY = ("yarn", "row", "stitch", "strain", "stretch", "contact", "distance", "body-distance")
-"""What can decide the colours, besides one colour."""
+"""The words that choose what the colours show, besides one colour."""
 LEAST_STRAIN = 0.005
-"""Smallest strain of the last colour; with a smaller one, rounding would look like strain."""
+"""The last colour stands for at least this strain; with a smaller one, rounding would look like strain."""
 CONTACT_SAMPLES = 5
 """Contact samples for each segment where contact forces are shown; the solver's presets have 3 to 11."""
 LEAST_LOAD = 1.0
@@ -61,17 +61,18 @@ def colour_yarns(
 
     Args:
         yarns: the yarns.
-        colour: a word of ``COLOUR_BY``, or one colour for all yarns (``parse_colour``). ``strain`` is that of the yarn,
-            ``stretch`` that of the stitches, ``contact`` the contact force per length (``contact_load``), ``distance``
-            the gap to the nearest other strand (``strand_distance``), and ``body-distance`` the gap to the body.
+        colour: a word of ``COLOUR_BY``, or one colour for all yarns (``parse_colour``). ``strain`` shows the strain of
+            the yarn, ``stretch`` the stretch of the stitches, ``contact`` the contact force per length
+            (``contact_load``), ``distance`` the gap to the nearest other strand (``strand_distance``), and
+            ``body-distance`` the gap to the body.
         fabric: the stitch mesh of the yarns, for ``stitch`` and ``stretch``.
         body: the body, for ``body-distance``.
         blend: weight of the colours of rows or stitches, from 0 (the colours of the yarns) to 1.
         material: material of the yarns, for ``contact``; by default the default material, scaled to their radius.
 
     Raises:
-        ParameterError: the colour is unknown, it is asked for without the fabric or the body that it needs, or the
-            weight is not from 0 to 1.
+        ParameterError: the colour is unknown, the fabric or the body that it needs is missing, or the weight is not
+            from 0 to 1.
     """
     if not 0.0 <= blend <= 1.0:
         raise ParameterError(f"blend: got {blend:g}; expected 0 to 1")
@@ -103,7 +104,7 @@ def one_colour(colour: str) -> NDArray[np.uint8]:
 
 
 def blend_colours(own: NDArray[np.uint8], code: NDArray[np.uint8], weight: float) -> NDArray[np.uint8]:
-    """Mix two arrays of sRGB colours in linear light; ``weight`` is that of the second one."""
+    """Mix two arrays of sRGB colours in linear light; ``weight`` is the weight of the second array."""
     mixed = (1.0 - weight) * linear_colour(own / 255) + weight * linear_colour(code / 255)
     return np.round(255 * srgb_colour(mixed)).astype(np.uint8)
 
@@ -121,7 +122,7 @@ def _own_colours(yarns: YarnSet) -> NDArray[np.uint8]:
 
 
 def _blended(yarns: YarnSet, colours: NDArray[np.uint8], weight: float) -> NDArray[np.uint8]:
-    """Mix colours with those of the yarns, unless they have the whole weight."""
+    """Mix colours with the colours of the yarns, unless the weight of the first is 1."""
     return colours if weight == 1.0 else blend_colours(_own_colours(yarns), colours, weight)
 
 
@@ -165,7 +166,7 @@ def _scaled(scale: ColourScale, values: FloatArray, text: Callable[[float], str]
 
 
 def _face_stretch(yarns: YarnSet, fabric: StitchMesh | None) -> FloatArray:
-    """Return length over rest length - 1 of the stitch of each control point, 0 where no stitch made the point."""
+    """Return the length over rest length - 1 of the stitch that made each control point; 0 where no stitch did."""
     known = _fabric_of(yarns, fabric, "stretch").face_stretch
     if known is None:
         raise ParameterError("colour: got 'stretch' and a stitch mesh that was not relaxed; relax it (relax-mesh)")
@@ -173,7 +174,7 @@ def _face_stretch(yarns: YarnSet, fabric: StitchMesh | None) -> FloatArray:
 
 
 def _fabric_of(yarns: YarnSet, fabric: StitchMesh | None, colour: str) -> StitchMesh:
-    """Return the fabric, if it can be that of the yarns."""
+    """Return the fabric, after a check that the yarns can be its yarns."""
     if fabric is None:
         raise ParameterError(f"colour: got {colour!r} for yarns without their stitch mesh; give the stitch mesh too")
     if yarns.face.max(initial=-1) >= fabric.face_count:
@@ -190,8 +191,8 @@ def _code_colours(codes: NDArray[np.int64]) -> NDArray[np.uint8]:
 def control_point_means(yarns: YarnSet, of_segments: FloatArray) -> FloatArray:
     """Return the mean of the two segments that meet near each control point, shape (N,).
 
-    At the ends of an open yarn only one segment lies beside a control point, and beside the first and the last control
-    point there is none: they have the number of their neighbour.
+    At the ends of an open yarn a control point has only one segment beside it, and the first and the last control point
+    have none: they take the number of their neighbour.
 
     Args:
         yarns: the yarns.

@@ -32,11 +32,12 @@ if TYPE_CHECKING:
 MOST_LINES = 12_000
 """Largest number of faces for which edges and arrows are drawn; more of them would cover the surface."""
 LEAST_SPREAD = 0.05
-"""Smallest half range of the scale of a heat map around 1; with a smaller range, rounding would look like stretch."""
+"""The scale of a heat map around 1 has at least this half range; with a smaller range, rounding would look like
+stretch."""
 CLOSE_UP_EXTENT = 16.0
 """Default width of the region of a close-up, over the median length of a side."""
 SPREAD_QUANTILE = 0.99
-"""Quantile of |stretch - 1| that is the half range of the scale."""
+"""Quantile of |stretch - 1| that gives the half range of the scale."""
 
 
 def render_mesh(mesh: Mesh, path: FilePath, options: PictureOptions = DEFAULTS) -> None:
@@ -143,7 +144,7 @@ def _face_colours(fabric: Mesh, colour: str) -> NDArray[np.uint8]:
 
 
 def look_at_mesh(plotter: pyvista.Plotter, mesh: Mesh, options: PictureOptions, kept_free: float) -> None:
-    """Show the whole mesh or a place of it, and leave the part ``kept_free`` of the width free on the right."""
+    """Show the whole mesh, or a place of it, and leave the part ``kept_free`` of the width free on the right."""
     points = mesh.corner_position
     towards, up = view_directions(points, options.view or FRONT)
     if options.body is not None:
@@ -159,7 +160,7 @@ def look_at_mesh(plotter: pyvista.Plotter, mesh: Mesh, options: PictureOptions, 
 def _close_up_camera(
     mesh: Mesh, options: PictureOptions, whole: Camera, place: CloseUpTarget, kept_free: float
 ) -> Camera:
-    """The camera of a close-up of some faces."""
+    """Return the camera for a close-up of some faces."""
     side = float(np.median(mesh.side_length))
     width = options.extent or CLOSE_UP_EXTENT * side
     row = mesh.row if isinstance(mesh, StitchMesh) else np.full(mesh.face_count, -1)

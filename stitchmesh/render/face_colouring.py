@@ -19,9 +19,9 @@ from stitchmesh.shaping.report import irregular_faces
 from stitchmesh.yarn.colours import row_colours
 
 FACE_COLOUR_BY = ("stitch", "row", "yarn", "stretch", "irregular")
-"""What can decide the colours of the faces of a stitch mesh, besides one colour."""
+"""The words that choose what the colours of the faces of a stitch mesh show, besides one colour."""
 IRREGULAR: dict[str, Colour] = {"increases": (240, 176, 24), "decreases": (24, 138, 92), "turns": (110, 44, 140)}
-"""Colours of stitches that change the number of loops, and of those at turns of short rows, sRGB."""
+"""Colours of stitches that change the number of loops, and of stitches at turns of short rows, sRGB."""
 
 
 def colour_faces(mesh: Mesh, colour: str) -> Coloured:
@@ -32,7 +32,7 @@ def colour_faces(mesh: Mesh, colour: str) -> Coloured:
         colour: a word of ``FACE_COLOUR_BY``, or one colour (``parse_colour``).
 
     Raises:
-        ParameterError: the colour is unknown, or the mesh has nothing that decides it.
+        ParameterError: the colour is unknown, or the mesh lacks the values that decide it.
     """
     if colour not in FACE_COLOUR_BY:
         return Coloured(_everywhere(mesh, one_colour(colour)))
@@ -57,7 +57,7 @@ def _by_stretch(values: FloatArray, name: str) -> Coloured:
 
 
 def _by_irregularity(mesh: StitchMesh) -> Coloured:
-    """Colour irregular stitches, and all others by their stretch from the mean, if the mesh is relaxed."""
+    """Colour irregular stitches; colour all others by their stretch from the mean if the mesh is relaxed."""
     ground = Coloured(_everywhere(mesh, np.array(stitch_colour(Stitch.KNIT), dtype=np.uint8)))
     if mesh.face_stretch is not None:
         ground = _by_stretch(mesh.face_stretch / mesh.face_stretch.mean() - 1.0, "from mean stretch")

@@ -52,7 +52,7 @@ def check_display() -> None:
 
 @functools.cache
 def _failure() -> str:
-    """Reason why the probe failed, an empty string if it succeeded."""
+    """Return the reason why the probe failed; an empty string if it succeeded."""
     try:
         probe = subprocess.run(
             python_command("-c", PROBE), env=clean_environment(),

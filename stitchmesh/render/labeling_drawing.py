@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What pictures show of a partly labeled mesh, as arrays: colours of faces, and arrows along the wales."""
+"""The contents of pictures of a partly labeled mesh, as arrays: colours of faces, and arrows along the wales."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def faces_at_fault(labeling: PartialLabeling) -> IntArray:
 
 
 def labeling_colours(labeling: PartialLabeling, at_fault: IntArray) -> NDArray[np.uint8]:
-    """Return the colour of each face, sRGB, shape (F, 3): that of its row, grey without a row, red at fault."""
+    """Return the colour of each face, sRGB, shape (F, 3): the colour of its row, grey without a row, red at fault."""
     colours = np.tile(np.array(UNLABELED_COLOUR, dtype=np.uint8), (labeling.mesh.face_count, 1))
     labeled = labeling.labeled
     if labeled.any():
@@ -59,7 +59,7 @@ def labeling_arrowheads(labeling: PartialLabeling) -> FloatArray:
 
 
 def _height_of_bulge(mesh: Mesh) -> FloatArray:
-    """By how much the corners of each face stand off its plane, as a vector along its normal [cm], shape (F, 3)."""
+    """Return how far the corners of each face stand off its plane, as a vector along its normal [cm], shape (F, 3)."""
     first, size = mesh.face_start[:-1], np.diff(mesh.face_start)
     middle = np.add.reduceat(mesh.corner_position, first, axis=0) / size[:, None]
     normal = mesh.face_vector_area / np.linalg.norm(mesh.face_vector_area, axis=1, keepdims=True)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a user can choose about a picture, besides the object."""
+"""The options of a picture that a user can choose, besides the object."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ Size = tuple[int, int]
 PICTURE_SIZE: Size = (1600, 1000)
 """Default size of a picture."""
 LARGEST = 16_384
-"""Largest width or height of a picture [pixels]; graphics processors hold no larger window than twice this."""
+"""Largest width or height of a picture [pixels]; graphics processors hold no window larger than twice this."""
 TRANSPARENT = "transparent"
-"""The background that lets a page show through."""
+"""The background through which a page shows."""
 MOST_PLIES = 8
 """Largest number of plies of a yarn."""
 MOST_COLOURS = 256
@@ -43,7 +43,7 @@ class PictureOptions:
     """Direction of the camera (``view.VIEWS``); the front by default, and the outward normal in a close-up."""
     close_up: str | int | Iterable[int] | None = None
     """Place that the picture shows; the whole object by default. A text is ``face 120``, ``row 12``, ``point X Y Z``
-    [cm], ``share U V`` of the picture of the whole object, or a selection if a stitch mesh is there; numbers are faces.
+    [cm], ``share U V`` of the picture of the whole object, or a selection if a stitch mesh is given; numbers are faces.
     """
     extent: float | None = None
     """Width of the region of a close-up [cm]; about twelve stitches by default."""
@@ -51,13 +51,13 @@ class PictureOptions:
     """Whether a picture of whole yarns from the front also has a close-up of some stitches."""
     colour: str | None = None
     """``yarn``, ``row``, ``stitch``, ``strain``, ``stretch``, ``contact``, ``distance``, ``body-distance``, or one
-    colour; of a stitch mesh also ``irregular``. Yarns have their own colours by default."""
+    colour; for a stitch mesh also ``irregular``. Yarns have their own colours by default."""
     blend: float = 1.0
-    """Weight of the colours of rows or stitches over those of the yarns, from 0 to 1."""
+    """Weight of the colours of rows or stitches against the colours of the yarns, from 0 to 1."""
     background: str | None = None
     """``transparent`` or a colour; a pale gradient by default."""
     body: Mesh | None = None
-    """A body that is drawn too."""
+    """A body that the picture shows too."""
     fabric: StitchMesh | None = None
     """The stitch mesh of yarns, for colours by stitch and close-ups of a selection."""
     plies: int = 1
@@ -65,7 +65,7 @@ class PictureOptions:
     occlusion: bool = True
     """Whether hollows are darker (ambient occlusion)."""
     colours: int | None = None
-    """Number of different colours, which a small file needs few of; all by default."""
+    """Number of different colours; a small file needs few. All by default."""
 
     def __post_init__(self) -> None:
         if len(self.size) != 2 or not all(
@@ -101,4 +101,4 @@ class PictureOptions:
 
 
 DEFAULTS = PictureOptions()
-"""The options of a picture for which nothing is chosen."""
+"""The options of a picture if the user chooses nothing."""

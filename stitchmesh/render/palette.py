@@ -60,7 +60,7 @@ def stitch_colours(stitch: ArrayLike, row: ArrayLike) -> NDArray[np.uint8]:
 
 
 def stitch_colour(code: int) -> tuple[int, int, int]:
-    """Return the colour (sRGB, 0 to 255) of a stitch type; those of the user's own have hues far from each other."""
+    """Return the colour (sRGB, 0 to 255) of a stitch type; the user's own stitches have hues far from each other."""
     if code in STITCH_COLOURS:
         return STITCH_COLOURS[Stitch(code)]
     red, green, blue = hsv_to_rgb(GOLDEN_SECTION * (code - FIRST_OWN + 1) % 1.0, 0.55, 0.85)

@@ -45,13 +45,14 @@ SUFFIX = ".pdf"
 PAGE = (8.27, 11.69)
 """Width and height of A4 [inch]."""
 MARGIN = 0.75
-"""Room around a page [inch]."""
+"""Margin around a page [inch]."""
 POINTS = 72.0
 """Points in an inch."""
 LINE_CHARACTERS = 96
 """Characters of a line of text; 9 points of DejaVu Sans are 5.1 points wide on average, and the page has 487."""
 LARGEST_SQUARE, SMALLEST_SQUARE = 0.2, 0.03
-"""Bounds of the width of a square of a chart [inch]; a chart too wide for the smallest one is written as text only."""
+"""Bounds of the width of a square of a chart [inch]; a chart that is too wide for the smallest square is written as
+text only."""
 LINE_HEIGHT = 1.35 * 9.0 / POINTS
 """Height of a line of text [inch]."""
 INK, LINE = "#26241f", "#b9b3a6"
@@ -71,7 +72,7 @@ class YarnAmount:
 
 @dataclass(frozen=True)
 class ChartPicture:
-    """A chart that is drawn already."""
+    """A chart that is already a picture."""
 
     title: str
     png: bytes
@@ -81,7 +82,7 @@ class ChartPicture:
 
 @dataclass(frozen=True)
 class PatternSheet:
-    """What a pattern to take home says."""
+    """The content of a pattern to take home."""
 
     title: str
     picture: bytes | None
@@ -101,14 +102,14 @@ def garment_sheet(
     """Return the pattern of a garment.
 
     Args:
-        fabric: the stitch mesh, evened out, so that its lengths are those of the garment.
-        yarns: its yarns; without them their lengths follow from the loop length at the gauge.
+        fabric: the stitch mesh after mesh relaxation, so that its lengths are the lengths of the garment.
+        yarns: its yarns; without them the lengths follow from the loop length at the gauge.
         title: name of the garment.
-        yarn: the yarn that the user has named; otherwise the named yarn that is usual at the gauge.
+        yarn: the yarn that the user has named; by default the named yarn that is usual at the gauge.
         picture: a PNG.
 
     Raises:
-        ParameterError, LabelError: as for ``knitting_instructions``.
+        ParameterError, LabelError: an error of ``knitting_instructions``.
     """
     gauge = fabric_gauge(fabric)
     known = yarn or yarn_for_gauge(gauge)
@@ -136,7 +137,7 @@ def swatch_sheet(
         source: the pattern or the weave.
         yarns: the relaxed yarns of one repeat on their lattice.
         gauge: stitches and rows in 10 cm of the swatch.
-        yarn: as for ``garment_sheet``.
+        yarn: the yarn that the user has named; by default the named yarn that is usual at the gauge.
         picture: a PNG.
     """
     assert yarns.lattice is not None
@@ -164,7 +165,7 @@ def swatch_sheet(
 
 
 def _written_repeat(source: Source, gauge: Gauge) -> str:
-    """Return the rows of one repeat in words; a weave, or rows that do not repeat upwards, as the text of the chart."""
+    """Return the rows of one repeat in words, or the text of the chart for a weave or rows that do not close."""
     if not isinstance(source, Pattern) or not source.closes:
         return write_chart(chart_of(source)).text
     width, height = gauge.stitch_width, gauge.stitch_height
@@ -185,7 +186,7 @@ def write_pattern_sheet(path: FilePath, sheet: PatternSheet) -> None:
         import matplotlib
 
         matplotlib.rcParams["pdf.fonttype"] = 42  # Text in an embedded font can be searched and copied.
-        logging.getLogger("fontTools").setLevel(logging.WARNING)  # It tells every glyph that it embeds.
+        logging.getLogger("fontTools").setLevel(logging.WARNING)  # It would report every glyph that it embeds.
         facts = {"Title": sheet.title, "Creator": "StitchMesh", "CreationDate": None}
         with PdfPages(temporary, metadata=facts) as pages:
             paper = _Paper(pages)
@@ -255,7 +256,7 @@ def _amount(number: int, colour: str, length: float, yarn: Yarn) -> YarnAmount:
 
 
 def _write(paper: _Paper, sheet: PatternSheet) -> None:
-    """Write title, picture, facts and yarns, then the charts, and the text on pages of its own."""
+    """Write title, picture, facts and yarns, then the charts; the text follows on pages of its own."""
     paper.text(sheet.title, size=20.0)
     paper.space(0.1)
     if sheet.picture is not None:
@@ -275,7 +276,7 @@ def _write(paper: _Paper, sheet: PatternSheet) -> None:
 
 
 def _folded(line: str, width: int) -> list[str]:
-    """Return a line in pieces of at most so many characters; the later ones are indented."""
+    """Return a line in pieces of at most ``width`` characters; later pieces are indented."""
     indent = " " * (len(line) - len(line.lstrip()) + 2)
     return textwrap.wrap(line, width, subsequent_indent=indent, replace_whitespace=False) or [""]
 
@@ -296,7 +297,7 @@ class _Paper:
         self._explained: set[tuple[str, str]] = set()  # entries of legends on the page
 
     def turn(self) -> None:
-        """Begin a page, unless nothing stands on the present one."""
+        """Begin a page, unless the present one is empty."""
         if not self._empty:
             self._pages.savefig(self._figure)
             self._begin()
@@ -335,7 +336,7 @@ class _Paper:
         self._figure.add_artist(Rectangle(corner, 0.16 / PAGE[0], 0.14 / PAGE[1], facecolor=colour, edgecolor=LINE))
 
     def picture(self, png: bytes, height: float) -> None:
-        """Show a picture over the width of the page, at most so high [inch]."""
+        """Show a picture over the width of the page, at most ``height`` [inch] high."""
         from PIL import Image, UnidentifiedImageError
 
         try:
@@ -414,6 +415,6 @@ class _Paper:
         self._empty = False
 
     def _make_room(self, height: float) -> None:
-        """Begin a page if the present one has no room of that height [inch]."""
+        """Begin a page if the present one has less free height [inch]."""
         if self._y - height < MARGIN:
             self.turn()

@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 CLOSE_UP_AREA = 7600.0
 """Area of the close-up in squared yarn radii: about 150 plain stitches of about 8 by 6 yarn radii each."""
 WIDE = 2.0
-"""Ratio of width to height from which the close-up is placed below the object instead of beside it."""
+"""From this ratio of width to height, the close-up stands below the object instead of beside it."""
 CLOSE_UP_SIDES, CLOSE_UP_SAMPLES = 16, 4
 """Sides of a tube and samples per segment in the close-up."""
 CLOSE_UP_EXTENT = 60.0
@@ -54,7 +54,8 @@ class Layout:
     """The panels of a picture."""
 
     panels: tuple[Viewport, ...]
-    """The panel of the whole object and, if there is one, the panel of the close-up, which covers a part of it."""
+    """The panel of the whole object and, if there is one, the panel of the close-up, which covers a part of the
+    first."""
     part: tuple[float, float]
     """Part of the width and of the height that remains for the whole object."""
     centre: tuple[float, float]
@@ -174,7 +175,7 @@ def _layout(yarns: YarnSet, towards: FloatArray, up: FloatArray, options: Pictur
 
 
 def _centre(layout: Layout, part: tuple[float, float]) -> tuple[float, float]:
-    """Centre of the window for a part of the picture; a legend leaves less room on the right."""
+    """Return the centre of the window for a part of the picture; a legend leaves less room on the right."""
     return (layout.centre[0] + layout.part[0] - part[0], layout.centre[1])
 
 
@@ -187,7 +188,7 @@ def _draw_region(
     plotter: pyvista.Plotter, yarns: YarnSet, coloured: Coloured, options: PictureOptions, camera: Camera,
     extent: tuple[float, float],
 ) -> None:  # fmt: skip
-    """Draw the segments in the picture of a close-up, without the surfaces before and behind it.
+    """Draw the segments in the picture of a close-up, without the surfaces before and behind the region.
 
     Args:
         plotter: the plotter.

@@ -23,7 +23,7 @@ SELECTED = (
 )  # fmt: skip
 """Colours of selections (sRGB), repeated in this order."""
 LONGEST_TEXT = 34
-"""Number of characters of a selection that the legend has space for."""
+"""Number of characters of a selection for which the legend has space."""
 ODD_ROW = 0.86
 """Brightness of odd rows, so that rows can be counted."""
 VIEW = np.array([0.25, 0.15, 1.0]) / np.linalg.norm([0.25, 0.15, 1.0])

@@ -30,8 +30,8 @@ def render_shaping(
 ) -> None:  # fmt: skip
     """Draw the shaping of a fabric from the front and, if it is not flat, from the back.
 
-    Increases, decreases and turns of short rows have colours of their own, all other stitches that of their stretch.
-    Thick lines are grafts.
+    Increases, decreases and turns of short rows have colours of their own; the colours of all other stitches show their
+    stretch. Thick lines are grafts.
 
     Args:
         fabric: the stitch mesh; without mesh relaxation no stretch is shown.
@@ -66,7 +66,7 @@ def render_irregular(fabric: StitchMesh, path: FilePath, options: PictureOptions
 
 
 def _grafts(fabric: StitchMesh) -> IntArray:
-    """One side of each edge at which wale directions differ."""
+    """Return one side of each edge at which wale directions differ."""
     return np.flatnonzero(fabric.mismatched & (np.arange(fabric.side_count) < fabric.twin))
 
 
@@ -86,7 +86,7 @@ def _caption(figures: Mapping[str, Any]) -> str:
 
 
 def _add_fabric(plotter: pyvista.Plotter, fabric: StitchMesh, coloured: Coloured, grafts: IntArray) -> None:
-    """Add the faces in their colours, their edges if they are not too many, and the grafts as thick lines."""
+    """Add the faces in their colours, their edges if these are not too many, and the grafts as thick lines."""
     add_faces(plotter, fabric, coloured.points)
     if fabric.face_count <= MOST_LINES:
         add_edges(plotter, fabric, np.ones(fabric.side_count, dtype=bool), 1.0, 0.25)

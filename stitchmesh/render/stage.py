@@ -52,12 +52,12 @@ DIMMED = 210 / 255
 KEY_LEFT = 0.8
 """Left border of a legend of colours, divided by the width of the picture."""
 OVERSIZE = 2
-"""Width and height of the window divided by those of the picture; a pixel is the mean of a block of the window."""
+"""Width and height of the window over those of the picture; a pixel is the mean of a block of pixels of the window."""
 HOLLOW_SAMPLES = 16
-"""Samples around each pixel for ambient occlusion; a blur removes the noise of the small number of samples."""
+"""Samples around each pixel for ambient occlusion; a blur removes the noise that comes from so few samples."""
 DEPTH_ROUNDING = 2.0**-10
 """Rounding of places over their distance from the camera: VTK keeps them in half precision for ambient occlusion. A
-smaller bias would draw the steps of the rounded depth on smooth surfaces, as lines like those of a map."""
+smaller bias would draw the steps of the rounded depth on smooth surfaces, like the contour lines of a map."""
 
 
 @contextmanager
@@ -81,7 +81,7 @@ def picture(
     Raises:
         DisplayError: this machine cannot draw pictures.
         FileError: the suffix is not ``.png``, or the file cannot be written.
-        ParameterError: as for ``check_memory``.
+        ParameterError: the picture needs more memory than there is (``check_memory``).
     """
     suffix_of(path, (".png",))
     width, height = options.size
@@ -137,7 +137,7 @@ def add_tubes(plotter: pyvista.Plotter, tubes: TubeMesh, colours: NDArray[np.uin
 
 
 def dim_colours(colours: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Return sRGB colours that are not brighter than their yarn under all lights of the scene."""
+    """Return sRGB colours that all lights of the scene together do not make brighter than the yarn."""
     return np.round(DIMMED * colours).astype(np.uint8)
 
 
@@ -163,8 +163,8 @@ def shade_hollows(plotter: pyvista.Plotter, reach: float, options: PictureOption
 
     Args:
         plotter: the plotter; its active panel is changed.
-        reach: distance up to which surfaces occlude each other [cm]; more where the camera is so far that their places
-            are rounded by as much.
+        reach: distance up to which surfaces occlude each other [cm]. It is larger where the camera is so far away that
+            rounding moves the surfaces by more.
         options: options of the picture.
     """
     if options.occlusion:

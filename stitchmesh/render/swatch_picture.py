@@ -25,9 +25,9 @@ DEFAULT_TILES = (5, 5)
 SLIMMEST = 0.25
 """Smallest ratio of the shorter to the longer side of a picture."""
 BEYOND = 4.0
-"""Width of the strip around the visible part in which yarn is drawn as well [yarn radii].
+"""Width of the strip around the visible part where yarn is drawn too [yarn radii].
 
-Perspective shifts the near side of the yarn outwards."""
+The strip is needed because perspective shifts the near side of the yarn outwards."""
 
 
 def render_swatch(
@@ -69,14 +69,14 @@ def render_swatch(
 
 
 def _in_cell(tiles: YarnSet, fabric: StitchMesh | None) -> YarnSet:
-    """Return tiles whose control points have the faces of the stitch mesh of one cell; tiles are numbered in turn."""
+    """Return tiles whose control points have faces of the mesh of one cell; tiles are numbered in turn."""
     if fabric is None:
         return tiles
     return replace(tiles, face=np.where(tiles.face >= 0, tiles.face % fabric.face_count, tiles.face))
 
 
 def _frame(yarns: YarnSet, tiles: tuple[int, int]) -> tuple[FloatArray, FloatArray]:
-    """Directions to the right, upwards and to the front, shape (3, 3), and size of the visible part [cm], (2,)."""
+    """Return the directions right, up and to the front, shape (3, 3), and the size of the visible part [cm], (2,)."""
     assert yarns.lattice is not None
     along, up = yarns.lattice.periods
     right = along / np.linalg.norm(along)
@@ -88,7 +88,7 @@ def _frame(yarns: YarnSet, tiles: tuple[int, int]) -> tuple[FloatArray, FloatArr
 
 
 def _middle(yarns: YarnSet) -> FloatArray:
-    """Vector from the centre of the cell to the centre of the bounding box of its yarns [cm], shape (3,)."""
+    """Return the vector from the centre of the cell to the centre of the bounding box of its yarns [cm], shape (3,)."""
     assert yarns.lattice is not None
     return 0.5 * (yarns.points.min(axis=0) + yarns.points.max(axis=0)) - 0.5 * yarns.lattice.shift(np.array([1, 1]))
 
@@ -96,7 +96,7 @@ def _middle(yarns: YarnSet) -> FloatArray:
 def _visible_segments(
     yarns: YarnSet, frame: FloatArray, middle: FloatArray, extent: FloatArray, beyond: float
 ) -> IntArray:
-    """Segments inside the visible part or at most ``beyond`` [cm] outside of it."""
+    """Return the segments inside the visible part, or at most ``beyond`` [cm] outside of it."""
     place = (yarns.points[yarns.segment_points].mean(axis=1) - middle) @ frame[:2].T
     return np.flatnonzero((np.abs(place) < 0.5 * extent + beyond).all(axis=1))
 

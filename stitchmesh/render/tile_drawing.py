@@ -4,7 +4,7 @@
 
 A viewer draws the tubes once for each copy. Because the copies are not part of the data, a moving fabric of many
 repeats costs as much as one repeat. The tubes of neighbouring copies join without a seam (``repeating_tubes``). A part
-of a drawing holds all tubes of one colour, because viewers give one colour to all of an object that they repeat.
+of a drawing holds all tubes of one colour, because viewers give a repeated object one colour only.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ from stitchmesh.yarn import YarnSet
 DETAILS = ((8, 4), (8, 3), (6, 3), (6, 2), (5, 2), (4, 2), (4, 1), (3, 1))
 """Sides of a tube and samples per segment, from the finest to the coarsest."""
 MOST_TRIANGLES = 600_000
-"""Largest number of triangles of all copies together, if there is a detail with so few."""
+"""Largest number of triangles of all copies together, if a detail with so few exists."""
 MOST_VERTICES = 120_000
-"""Largest number of vertices of one repeat, if there is a detail with so few; every frame sends them."""
+"""Largest number of vertices of one repeat, if a detail with so few exists; every frame sends them."""
 MOST_COPIES = 10_000
 """Largest number of copies of a repeat."""
 MOST_PARTS = 24
-"""Largest number of parts; more colours are rounded to fewer, for example those of a continuous scale."""
+"""Largest number of parts; a larger number of colours, for example from a continuous scale, is rounded to fewer."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +56,7 @@ class TileDrawing:
     offsets: NDArray[np.float32]
     """Position of each copy [cm], shape (n, 3); the middle of all copies together lies at the origin."""
     low: FloatArray
-    """Least coordinates of all copies [cm], shape (3,)."""
+    """Smallest coordinates of all copies [cm], shape (3,)."""
     high: FloatArray
     """Largest coordinates of all copies [cm], shape (3,)."""
     detail: tuple[int, int]
@@ -81,8 +81,8 @@ def draw_tiles(
         tiles: numbers of copies along the courses and along the wales.
         colours: colour of each control point (sRGB), shape (N, 3); the colours of the yarns by default. More than
             ``MOST_PARTS`` colours are rounded.
-        before: the drawing of an earlier frame. Where the same yarns have only moved, the new drawing takes its
-            triangles, as the same arrays, so that only positions need to be sent.
+        before: the drawing of an earlier frame. If the same yarns have only moved, the new drawing takes the triangle
+            arrays of the earlier one, so that only positions need to be sent.
 
     Raises:
         ParameterError: a number of tiles is not positive, or there are more than ``MOST_COPIES``.
@@ -119,7 +119,7 @@ def _checked_lattice(yarns: YarnSet, tiles: tuple[int, int]) -> Lattice:
     """Return the lattice of the yarns.
 
     Raises:
-        ParameterError, YarnError: as for ``draw_tiles``.
+        ParameterError, YarnError: an error of ``draw_tiles``.
     """
     check_kind("draw_tiles", yarns, YarnSet)
     if min(tiles) < 1 or tiles[0] * tiles[1] > MOST_COPIES:
@@ -133,7 +133,7 @@ def _checked_lattice(yarns: YarnSet, tiles: tuple[int, int]) -> Lattice:
 
 
 def _few(colours: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Return colours of which at most ``MOST_PARTS`` differ: the middles of equal intervals of each channel."""
+    """Return colours with at most ``MOST_PARTS`` different values: the middles of equal intervals of each channel."""
     step, few = 8, colours
     while len(np.unique(_codes(few))) > MOST_PARTS:
         few = (colours // step * step + step // 2).astype(np.uint8)
@@ -182,7 +182,7 @@ def _codes(colours: NDArray[np.uint8]) -> IntArray:
 
 
 def _moved(before: TileDrawing, tubes: TubeMesh, colours: NDArray[np.uint8]) -> tuple[TilePart, ...]:
-    """Return the parts of an earlier drawing at their new positions; other parts if the colours are divided anew."""
+    """Return the parts of an earlier drawing at their new positions; new parts for another division by colour."""
     own = colours[before.control_point]
     moved = []
     for part in before.parts:

@@ -42,11 +42,11 @@ class TwoViews:
 
     @property
     def panels(self) -> tuple[Viewport, ...]:
-        """The panel of the background, and those of the views."""
+        """The panel of the background, and the panels of the views."""
         return (WHOLE, *self.views)
 
     def shown(self, plotter: pyvista.Plotter) -> Iterator[None]:
-        """Make each view the active one in turn, and set its camera after the caller has added what it shows."""
+        """Make each view the active one in turn; the caller adds its objects, and its camera is set afterwards."""
         plotter.set_background(PAPER)  # One colour, so that the panels have no visible borders.
         left, low, right, high = self.views[0]
         aspect = self.size[0] * (right - left) / (self.size[1] * (high - low))
@@ -72,9 +72,9 @@ def two_views(points: FloatArray, size: Size, *, back: bool = True) -> TwoViews:
 
 
 def _panels(points: FloatArray, towards: FloatArray, up: FloatArray, size: Size) -> tuple[Viewport, ...]:
-    """The panels of two views: one beside the other, or one above the other if the mesh is larger then."""
+    """Return the panels of two views: one beside the other, or one above the other if the mesh is larger then."""
     width, height, _ = np.ptp(points @ picture_axes(towards, up), axis=0)
-    free = PANELS * size[0] / width, (1 - LOW) * size[1] / height  # Pixels per cm for one view in the whole free part.
+    free = PANELS * size[0] / width, (1 - LOW) * size[1] / height  # Pixels per cm of one view in the whole free part.
     if min(free[0] / 2, free[1]) > min(free[0], free[1] / 2):
         return (0.0, LOW, PANELS / 2, 1.0), (PANELS / 2, LOW, PANELS, 1.0)
     middle = (LOW + 1.0) / 2

@@ -17,9 +17,9 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import FloatArray
 
 View = str | tuple[float, float]
-"""Name of a view, azimuth and elevation [degrees] with a comma between them, or the two as numbers."""
+"""Name of a view, or azimuth and elevation [degrees], as text with a comma between them or as two numbers."""
 FRONT = "front"
-"""The view of a picture unless another one is given."""
+"""The default view of a picture."""
 TURN, LIFT = 14.0, 10.0
 """Azimuth and elevation of the front view of an object that is not flat [degrees]; it shows the depth of the object."""
 VIEWS: dict[str, tuple[float, float]] = {
@@ -30,7 +30,8 @@ VIEWS: dict[str, tuple[float, float]] = {
     "top": (0.0, 90.0),
     "bottom": (0.0, -90.0),
 }
-"""Azimuth and elevation of each named view [degrees]; left and right are those of the front view's picture."""
+"""Azimuth and elevation of each named view [degrees]; left and right mean the sides of the picture of the front
+view."""
 STRAIGHT = {FRONT: (0.0, 0.0), "back": (180.0, 0.0)}
 """Views of a flat object that differ from ``VIEWS``."""
 FLAT = 0.08
@@ -51,7 +52,7 @@ def view_directions(points: FloatArray, view: View = FRONT) -> tuple[FloatArray,
     towards, up, flat = _front(points)
     azimuth, elevation = np.radians(view_angles(view, flat=flat))
     level = np.cos(azimuth) * towards + np.sin(azimuth) * np.cross(up, towards)
-    steep = abs(np.cos(elevation)) < 1e-6  # The front of the object is below in a view from the top.
+    steep = abs(np.cos(elevation)) < 1e-6  # From the top, the front of the object is at the bottom.
     upright = -np.sign(elevation) * level if steep else up
     return np.cos(elevation) * level + np.sin(elevation) * up, upright
 

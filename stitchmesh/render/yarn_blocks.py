@@ -4,7 +4,7 @@
 
 A fabric of a million control points is too much to draw as tubes of full detail at once. Each yarn is therefore cut
 into runs of consecutive segments, and runs that lie near one another form a block. A viewer chooses the detail of each
-block by its distance. A run of m segments holds its own m + 3 control points, so that a block needs no other one.
+block by its distance. A run of m segments holds its own m + 3 control points, so that each block is complete in itself.
 
 Positions are packed into 16 bits for each coordinate, relative to the bounding box of the block: 6 bytes for a control
 point, with an error below a hundred-thousandth of the size of the block. Colours are packed into one byte for each
@@ -22,7 +22,7 @@ from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.yarn import YarnSet
 
 RUN = 48
-"""Segments of a run; the three control points that runs share are then 6 % of all points."""
+"""Segments of a run; the three control points that two runs share are then 6 % of all points."""
 RUNS_OF_BLOCK = 64
 """Largest number of runs of a block."""
 LEVELS = 65_535
@@ -126,7 +126,7 @@ def pack_colours(blocks: YarnBlocks, colours: NDArray[np.uint8]) -> tuple[NDArra
 
 
 def indexed_colours(colours: NDArray[np.uint8]) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
-    """Return colours as numbers in a palette; near colours are merged where there are more than 256.
+    """Return colours as numbers in a palette; near colours are merged if there are more than 256.
 
     Args:
         colours: colours (sRGB), shape (n, 3).
@@ -135,7 +135,7 @@ def indexed_colours(colours: NDArray[np.uint8]) -> tuple[NDArray[np.uint8], NDAr
         The number of each colour, shape (n,), and the palette, shape (m, 3) with m at most 256.
     """
     channels = np.asarray(colours, dtype=np.uint32)
-    for lost in range(8):  # The low bits of the channels are dropped until few enough colours are left.
+    for lost in range(8):  # The low bits of the channels are dropped until few enough colours remain.
         kept = channels >> lost
         code = (kept[:, 0] << 16) | (kept[:, 1] << 8) | kept[:, 2]
         seen = np.zeros(1 << 24, dtype=np.bool_)
@@ -162,7 +162,7 @@ def _runs(yarns: YarnSet, segments: IntArray) -> tuple[IntArray, IntArray]:
 
 
 def _gathered(places: FloatArray) -> tuple[IntArray, IntArray]:
-    """Return an order of places in which near ones follow one another, and where each block starts in it, (B + 1,)."""
+    """Return an order of places in which near ones follow one another, and the start of each block in it, (B + 1,)."""
     blocks: list[IntArray] = []
     waiting = [np.arange(len(places))]
     while waiting:

@@ -1,17 +1,18 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The borders of a garment: their names by where they lie, and bands of faces along them.
+"""The borders of a garment: their names, which follow from their places, and bands of faces along them.
 
 The y axis points up, and the wearer looks along +z, so that +x is the wearer's left. The names do not depend on the
 width of the stitches:
 
-- A *tip* is a ring of less than ``TIP_LENGTH`` in which the rows converge, or of less than ``CLOSED_LENGTH``: a crown,
-  a toe, a fingertip.
+- A *tip* is a ring shorter than ``TIP_LENGTH`` in which the rows converge, or a ring shorter than ``CLOSED_LENGTH``: a
+  crown, a toe, a fingertip.
 - A border away from the middle plane is a *cuff* if it runs along rows only, and an *armhole* if rows end at it.
 - Of the borders at the middle plane, the lowest one in the lower half of the garment is the *hem*, and the highest one
-  in the upper half is the *neck*. A border that is higher than half the garment, as of a flat piece, has no name.
-- If a garment has one border and tips, that border is the hem if it is the lower border of a garment with one tip (a
-  hat), and a cuff otherwise (a sock, a mitten, a glove).
+  in the upper half is the *neck*. A border that is higher than half the garment, such as that of a flat piece, has no
+  name.
+- A garment can have one border and tips. The border is then the hem if it is the lower border of a garment with one tip
+  (a hat), and a cuff otherwise (a sock, a mitten, a glove).
 """
 
 from __future__ import annotations
@@ -24,15 +25,16 @@ from stitchmesh.mesh import LEFT, RIGHT, FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.polygon_mesh import ranges
 
 TIP_LENGTH = 15.0
-"""Length of a border below which it can be a tip [cm]; the hand of a small child does not go through it."""
+"""A shorter border can be a tip [cm]; the hand of a small child does not go through it."""
 CLOSED_LENGTH = 3.0
-"""Length of a ring below which it is a tip, even if the rows run straight up to it [cm]; no finger goes through it."""
+"""A shorter ring is a tip, even if the rows run straight up to it [cm]; no finger goes through it."""
 CONVERGING = 0.8
 """Largest alignment of the wales at a tip: length of the sum of their vectors, divided by the sum of their lengths."""
 SPIRAL_STEP = 1
 """Number of wale sides at the border of a spiral, where its first or its last turn begins."""
 OFF_MIDDLE = 0.2
-"""Distance from the middle plane from which a border lies on one side, divided by half the width of the garment."""
+"""A border lies on one side if its distance from the middle plane is larger, as a share of half the width of the
+garment."""
 TALLEST = 0.5
 """Largest height of a hem or a neck, divided by the height of the garment."""
 
@@ -56,7 +58,7 @@ class Border:
 
 
 def borders(fabric: StitchMesh) -> list[Border]:
-    """Return the borders of a fabric, with the names by which a selection can name them.
+    """Return the borders of a fabric, with the names that selections use.
 
     Args:
         fabric: a stitch mesh; the y axis points up and the wearer looks along +z.
@@ -77,7 +79,7 @@ def borders(fabric: StitchMesh) -> list[Border]:
 
 
 def band_distance(fabric: StitchMesh, sides: IntArray, farthest: int | None = None) -> IntArray:
-    """Return the distance of each face from the nearest of some borders, 1 for a face that touches it, shape (F,).
+    """Return the distance of each face from the nearest of some borders, shape (F,); 1 for a face that touches it.
 
     Faces that share a vertex are one apart. The vertices lie on the course lines between the rows, so that along a
     first or last row the distance counts rows. Where rows end at the border, the distance counts stitches.
@@ -85,7 +87,7 @@ def band_distance(fabric: StitchMesh, sides: IntArray, farthest: int | None = No
     Args:
         fabric: stitch mesh.
         sides: sides of the borders, shape (n,).
-        farthest: largest distance that is computed; farther faces have the distance 0, as have unreached faces.
+        farthest: largest distance that is computed; farther faces and unreachable faces have the distance 0.
     """
     start, order = _corners_by_vertex(fabric)
     distance = np.zeros(fabric.face_count, dtype=np.int64)
@@ -162,7 +164,7 @@ def _names_by_place(fabric: StitchMesh, wide: list[Border], low: FloatArray, hig
 
 
 def named_borders(found: list[Border], name: str, hand: str | None) -> list[Border]:
-    """Return the borders whose name is a word of selections, such as ``cuffs``.
+    """Return the borders that a word of selections, such as ``cuffs``, names.
 
     Args:
         found: the borders of a fabric.

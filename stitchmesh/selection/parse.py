@@ -61,9 +61,9 @@ SIDES = ("front", "back", "left", "right")
 LARGEST = 2**31 - 1
 """Largest number in a selection."""
 MOST_PARTS = 100
-"""Largest number of parts that ``and``, ``or``, ``not`` and parentheses join: selections are nested values."""
+"""Largest number of parts that ``and``, ``or``, ``not`` and parentheses join, because selections are nested values."""
 MOST_CHARACTERS = 200
-"""Number of characters of a text that a message shows."""
+"""Number of characters of the text that a message shows."""
 
 
 def parse_selection(text: str) -> Selection:
@@ -121,7 +121,7 @@ class _Parser:
         return word if word.startswith('"') else SINGULARS.get(word.lower(), word.lower())
 
     def _take(self, word: str) -> bool:
-        """Whether the next word is the given one; it is then used up."""
+        """Return whether the next word is the given one, and move past it if so."""
         found = self._peek() == word
         self._next += found
         return found
@@ -167,7 +167,7 @@ class _Parser:
         return cast(Selection, getattr(self, f"_{word}")())
 
     def _unknown(self, word: str, known: tuple[str, ...]) -> str:
-        """Return the reason for an error at a word that is not one of the known words."""
+        """Return the message of an error at a word that is not one of the known words."""
         if not word:
             return f"ends too early; expected one of {', '.join(known)}"
         near = difflib.get_close_matches(word, [*known, *(one for one in SINGULARS if SINGULARS[one] in known)], n=1)

@@ -2,12 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """The parts of a garment: front and back, sleeves and body, and where rows meet.
 
-Front and back are defined for each row. A row that runs around the body or around a limb has an axis, the normal of
-its ring, and a *forward* direction perpendicular to the axis. The forward direction of the first row is +z. From row to
-row it is turned no more than the axis turns (parallel transport), so that the instep of a sock, which continues the
-front of the leg, is front. A face is in front if it lies in the forward half of its row: at least halfway from the
-rearmost face of the row to the foremost one. A row that does not run around, as above an armhole, is in front as a
-whole if its mean normal points forward.
+Front and back are defined for each row. A row that runs around the body or around a limb has an axis, the normal of its
+ring, and a *forward* direction perpendicular to the axis. The forward direction of the first row is +z. From row to row
+it turns no more than the axis turns (parallel transport), so that the instep of a sock, which continues the front of
+the leg, is front. A face is in front if it lies in the forward half of its row: at least halfway from the rearmost face
+of the row to the foremost one. A row that does not run around, such as a row above an armhole, is in front as a whole
+if its mean normal points forward.
 """
 
 from __future__ import annotations
@@ -24,9 +24,10 @@ from stitchmesh.mesh.courses import right_neighbours
 from stitchmesh.selection.borders import Border, borders, named_borders
 
 FLAT_ROW = 0.5
-"""Length of the mean unit normal of an open row from which the row is flat; an arc of 217 degrees has this value."""
+"""An open row is flat if the mean unit normal of its faces is at least this long; an arc of 217 degrees has this
+value."""
 STEEP = 0.1
-"""Smallest length of a unit vector's part perpendicular to an axis, for which its direction is used."""
+"""The part of a unit vector perpendicular to an axis gives a direction only if it is at least this long."""
 LEFT_HAND, UP, FORWARD = np.eye(3)
 """Directions of the axes, as the wearer sees them."""
 
@@ -84,7 +85,7 @@ class Parts:
 
     @cached_property
     def row_normal(self) -> FloatArray:
-        """Mean unit normal of the faces of each open row, shape (R, 3); 0 for a closed row, which points everywhere."""
+        """Mean unit normal of the faces of each open row, shape (R, 3); 0 for a closed row, which faces all ways."""
         fabric, count = self.fabric, len(self.row_numbers)
         is_open = np.zeros(count, dtype=bool)
         is_open[self.row_index[self.right_neighbour == BORDER]] = True
@@ -104,7 +105,7 @@ class Parts:
     def runs_around(self) -> NDArray[np.bool_]:
         """Whether each row runs around the body or a limb, shape (R,).
 
-        A closed ring and a turn of a spiral do, and an open row does if its normals point in most directions.
+        A closed ring and a turn of a spiral run around. An open row does if its normals point in most directions.
         """
         return np.linalg.norm(self.row_normal, axis=1) < FLAT_ROW
 
@@ -146,7 +147,7 @@ class Parts:
 
     @cached_property
     def in_front(self) -> NDArray[np.bool_]:
-        """Whether each face is in front (module docstring), shape (F,); a face exactly at the side is."""
+        """Whether each face is in front (module docstring), shape (F,); a face exactly at the side counts as front."""
         forward = self.row_forward
         depth = np.einsum("fk,fk->f", self.face_centre, forward[self.row_index])
         foremost, rearmost = np.full(len(forward), -np.inf), np.full(len(forward), np.inf)
@@ -159,15 +160,16 @@ class Parts:
 
     @cached_property
     def on_left(self) -> NDArray[np.bool_]:
-        """Whether each face is on the wearer's left of the middle plane, shape (F,); a face exactly on the plane is."""
+        """Whether each face is on the wearer's left of the middle plane, shape (F,); a face on the plane counts."""
         across = self.fabric.vertices[:, 0]
         return self.face_centre[:, 0] >= (across.min() + across.max()) / 2 - self.fabric.rounding
 
     def sleeve_rows(self, hand: str | None) -> IntArray:
         """Return the indices of the rows of the sleeves, which are the tubes from the cuffs to the body.
 
-        From each cuff, row follows row while all loops of a row lead to one further row that runs around. The last row
-        of a sleeve is the one before the row that also meets rows of the body. A tube that meets no body is no sleeve.
+        From each cuff, row follows row while all loops of a row lead to exactly one further row, which runs around. The
+        last row of a sleeve is the row below the one that also meets rows of the body. A tube that meets no body is no
+        sleeve.
 
         Args:
             hand: ``left`` or ``right``; None for all.
@@ -188,7 +190,7 @@ class Parts:
             rows.append(further[0])
 
     def _continues(self, rows: list[int], row: int) -> bool:
-        """Whether a row continues a tube: it runs around, and of the rows beside it one at most is not of the tube."""
+        """Return whether a row continues a tube: it runs around, and at most one row beside it is outside the tube."""
         further = [other for other in self.rows_beside[row] if other not in rows[-3:]]
         return bool(self.runs_around[row]) and len(further) <= 1
 

@@ -141,10 +141,10 @@ def _rows(parts: Parts, spans: Spans) -> Mask:
 
 
 def borders_named(borders: list[Border], band: AtBorder) -> list[Border]:
-    """Return the borders that a selection of bands along borders names.
+    """Return the borders that a selection of bands names.
 
     Raises:
-        ParameterError: there is none.
+        ParameterError: the fabric has no such border.
     """
     if band.name == "border":
         found = [border for border in borders if border.number == band.number]

@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Selections of faces of a fabric as values, before any fabric is given.
+"""Selections of faces as values, which exist before any fabric is given.
 
-A selection is a frozen dataclass. Its text, ``str(selection)``, is the text that ``parse_selection`` reads. Selections
-are combined by ``&``, ``|`` and ``~``.
+A selection is a frozen dataclass. ``parse_selection`` reads its text, ``str(selection)``. The operators ``&``, ``|``
+and ``~`` combine selections.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ BORDER_NAMES = ("hem", "cuffs", "neck", "armholes", "tips", "border")
 PLACES = ("front", "back", "left", "right", "sleeves", "body")
 """Names of the parts of a garment."""
 SIDED = {"cuffs": "cuff", "armholes": "armhole", "sleeves": "sleeve"}
-"""Names that exist on the left and on the right, and their singular."""
+"""Names of parts that exist on the left and on the right, and their singular forms."""
 STITCH_GROUPS = ("increases", "decreases", "cables", "twists", "cast-on", "draw-through")
 """Words for groups of stitches. Cables and twists are the stitches whose loops are crossed or twisted."""
 
@@ -68,7 +68,7 @@ class Selection:
     """Base class of all selections."""
 
     binding = 3
-    """How strongly the text of the selection holds together: ``or`` 0, ``and`` 1, ``not`` 2, all others 3."""
+    """How strongly the text of the selection binds: ``or`` 0, ``and`` 1, ``not`` 2, all others 3."""
 
     def __and__(self, other: Selection) -> Both:
         return Both(self, other)
@@ -81,7 +81,7 @@ class Selection:
 
 
 def _within(part: Selection, binding: int) -> str:
-    """Return the text of a part, in parentheses if the part holds together less than the text around it."""
+    """Return the text of a part, in parentheses if the part binds less strongly than the text around it."""
     return f"({part})" if part.binding < binding else str(part)
 
 
@@ -157,7 +157,7 @@ class AtBorder(Selection):
     spans: Spans = (Span(1, 1),)
     """Distances; one number n stands for the distances 1 to n."""
     hand: Hand | None = None
-    """The left or the right border of this name; None for all."""
+    """The left or the right border that has this name; None for all."""
     number: int | None = None
     """Number of the border, for the name ``border``."""
 
@@ -178,7 +178,7 @@ class GarmentPart(Selection):
     name: str
     """One of ``PLACES``."""
     hand: Hand | None = None
-    """The left or the right one, for the name ``sleeves``; None for both."""
+    """The left or the right sleeve, for the name ``sleeves``; None for both."""
 
     def __str__(self) -> str:
         return self.name if self.hand is None else f"{self.hand} {SIDED[self.name]}"
@@ -199,7 +199,7 @@ class WalePanel(Selection):
 
 @dataclass(frozen=True)
 class Stitches(Selection):
-    """Faces that hold a type of stitch, or one of a group of types."""
+    """Faces that hold one type of stitch, or any type of a group."""
 
     name: str
     """Abbreviation or code of the stitch, or one of ``STITCH_GROUPS``."""
@@ -210,7 +210,7 @@ class Stitches(Selection):
 
 @dataclass(frozen=True)
 class OfYarn(Selection):
-    """Faces that are knitted with some yarns, by the numbers of the yarns."""
+    """Faces that are knitted with the yarns of some numbers."""
 
     spans: Spans
 
@@ -245,7 +245,7 @@ class Wale(Selection):
     start: int
     """Number of the face, or of a side of the edge."""
     direction: Direction = "both"
-    """Whether the column runs upwards from the face, downwards, or both."""
+    """Whether the column runs upwards from the face, downwards, or both ways."""
     count: int | None = None
     """Number of faces in each direction, the first face included; None for all."""
     from_side: bool = False
@@ -304,7 +304,7 @@ def _run(direction: Direction, count: int | None) -> str:
 
 
 def with_paths(selection: Selection, change: Callable[[str], str]) -> Selection:
-    """Return a selection in which the paths of files are changed."""
+    """Return a selection in which a function has changed the paths of files."""
     match selection:
         case FacesOfFile(path):
             return FacesOfFile(change(path))

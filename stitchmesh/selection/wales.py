@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Columns of stitches, rectangles and panels: faces that are found by steps along rows and wales.
+"""Columns of stitches, rectangles and panels, which steps along rows and wales find.
 
-A step up leads through a top side of a face to the face above. From an increase, the line of a left border takes the
-leftmost loop and the line of a right border the rightmost one, so that stitches that are increased between the lines
+A step up leads through a top side of a face to the face above. At an increase, the line of a left border takes the
+leftmost loop and the line of a right border the rightmost loop, so that stitches that are increased between the lines
 belong to the panel.
 """
 
@@ -98,8 +98,8 @@ def rectangle_between(fabric: StitchMesh, rectangle: RectangleBetween) -> IntArr
 def panel_faces(parts: Parts, panel: WalePanel) -> IntArray:
     """Return the faces of the wales in the middle of the front, the back, the left or the right.
 
-    The panel begins in the first row that runs around or faces that side. It is as wide as its wales: where stitches
-    are decreased in it, it becomes narrower.
+    The panel begins in the first row that runs around or faces the side. It is as wide as its wales; where stitches are
+    decreased in it, it becomes narrower.
 
     Raises:
         ParameterError: the first row has fewer stitches than the panel has wales.
@@ -137,7 +137,7 @@ def _middle_of_row(parts: Parts, panel: WalePanel) -> list[int]:
 
 
 def middle_of_front(row: FloatArray, closed: bool) -> float:
-    """Return the place in the middle of the front of a row of points, or in the middle of a row that is not a ring.
+    """Return the place in the middle of the front of a row of points; the middle of the row if it is not a ring.
 
     Args:
         row: points from left to right, shape (n, 3).
@@ -185,7 +185,7 @@ def _checked(fabric: StitchMesh, face: int) -> int:
 
 
 def _face_above_side(fabric: StitchMesh, side: int) -> int:
-    """Return the face above the course edge of a side; the face of a top side at a border has none above it."""
+    """Return the face above the course edge of a side; at a border, no face lies above a top side."""
     if not 0 <= side < fabric.side_count:
         raise ParameterError(f"side {side}: does not exist; the mesh has sides 0 to {fabric.side_count - 1}")
     role = fabric.role_of(side)
@@ -199,7 +199,7 @@ def _face_above_side(fabric: StitchMesh, side: int) -> int:
 
 
 def _above(fabric: StitchMesh, face: int, share: float) -> int:
-    """Return the face above a face, through its leftmost loop (share 0), its rightmost one (1) or the middle (0.5)."""
+    """Return the face above a face, through its leftmost (share 0), rightmost (1) or middle loop (0.5)."""
     count = int(fabric.n_top[face])
     if count == 0:
         return BORDER
@@ -207,7 +207,7 @@ def _above(fabric: StitchMesh, face: int, share: float) -> int:
 
 
 def _below(fabric: StitchMesh, face: int, share: float) -> int:
-    """Return the face below a face; ``share`` is as for ``_above``."""
+    """Return the face below a face; ``share`` means the same as in ``_above``."""
     count = int(fabric.n_bottom[face])
     if count == 0:
         return BORDER
@@ -222,7 +222,7 @@ def _across(fabric: StitchMesh, side: int, role: int) -> int:
 def _line(
     fabric: StitchMesh, start: int, step: Callable[[StitchMesh, int, float], int], share: float, count: int | None
 ) -> list[int]:
-    """Return the faces of a line of steps from a face; a line that comes back to its start ends there."""
+    """Return the faces of a line of steps from a face; a line that returns to its start ends there."""
     faces = [start]
     while (count is None or len(faces) < count) and (following := step(fabric, faces[-1], share)) != BORDER:
         if following == start:
@@ -232,7 +232,7 @@ def _line(
 
 
 def _rightwards(fabric: StitchMesh, face: int, count: int) -> list[int]:
-    """Return a face and its right neighbours, at most the given number and at most one turn around."""
+    """Return a face and its right neighbours: at most the given number of faces, and at most one turn around."""
     faces = [face]
     while len(faces) < count:
         across = int(fabric.twin[fabric.right_wale[faces[-1]]])
@@ -244,7 +244,7 @@ def _rightwards(fabric: StitchMesh, face: int, count: int) -> list[int]:
 
 
 def _between(fabric: StitchMesh, row: list[int], height: int | None) -> tuple[IntArray, int]:
-    """Return the faces between two wale lines that start at the ends of a piece of a row, and the number of rows."""
+    """Return the faces between the two wale lines from the ends of a piece of a row, and the number of rows."""
     left = _line(fabric, row[0], _above, 0.0, height)
     right = _line(fabric, row[-1], _above, 1.0, height)
     faces: list[int] = []

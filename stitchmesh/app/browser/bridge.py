@@ -4,7 +4,8 @@
 
 A message to the server is a new value of a hidden text, which holds JSON: the name of the receiver, a number that no
 other message has, and the content. Viser keeps scripts for all browsers and sends them again to every browser that
-connects later. The bridge itself is sent so, and comes before all controls; all else is sent to each browser by itself.
+connects later. Viser sends the bridge itself in this way, before all controls; everything else goes to each browser
+separately.
 """
 
 from __future__ import annotations
@@ -31,21 +32,21 @@ SCRIPTS = (
 )  # fmt: skip
 """Files of scripts for each page, in the order in which they run."""
 Receiver = Callable[[dict[str, Any], int | None], None]
-"""Takes the content of a message and the number of the browser that sent it; runs in the thread of the server."""
+"""Takes the content of a message and the number of the browser that sent it; the thread of the server runs it."""
 
 
 class Bridge:
     """Sends scripts to the browsers, and passes on their messages."""
 
     def __init__(self, server: viser.ViserServer, scripts: tuple[str, ...] = SCRIPTS) -> None:
-        """Install the scripts in each browser, present or to come.
+        """Install the scripts in each present and future browser.
 
         Args:
             server: the server.
             scripts: names of files in this folder, in the order in which they run.
         """
         self.acting_client: int | None = None
-        """Number of the browser that asked for the call that the event thread makes now."""
+        """Number of the browser that asked for the call that runs now in the event thread."""
         self._server = server
         self._receivers: dict[str, Receiver] = {}
         self._hints: dict[str, str] = {}
@@ -63,7 +64,7 @@ class Bridge:
         return str(self._inbox._impl.uuid)
 
     def on_connect(self, function: Callable[[viser.ClientHandle], None]) -> None:
-        """Call a function with each browser after the scripts were sent to it."""
+        """Call a function with each browser, after the browser has got the scripts."""
         self._after_connect.append(function)
 
     def receive(self, target: str, receiver: Receiver) -> None:
@@ -80,7 +81,7 @@ class Bridge:
         self.run(f"stitchmesh.hints[{json.dumps(identity)}]={json.dumps(hint)};stitchmesh.applyHints();")
 
     def run(self, script: str, client: viser.ClientHandle | None = None) -> None:
-        """Run a script in one browser, or in all that are connected."""
+        """Run a script in one browser, or in all connected browsers."""
         clients = [client] if client is not None else list(self._server.get_clients().values())
         for each in clients:
             each._websock_connection.queue_message(_messages.RunJavascriptMessage(source=script))
@@ -98,7 +99,7 @@ class Bridge:
             message = json.loads(event.target.value)
             receiver = self._receivers[message["target"]]
         except (ValueError, TypeError, KeyError):
-            return  # A browser may send anything, and may speak of a control that was removed just before.
+            return  # A browser may send anything, and may name a control that was removed just before.
         receiver(message, event.client_id)
 
 

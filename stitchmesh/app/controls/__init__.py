@@ -1,3 +1,3 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The controls of a panel: buttons, numbers, choices, texts and plots, and where they stand."""
+"""The controls of a panel: buttons, numbers, choices, texts and plots, and their places."""

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a chart editor edits: the chart and its text with their steps, the brush, the selection and the fault."""
+"""The state of a chart editor: the chart and its text with their steps, the brush, the selection and the fault."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from stitchmesh.periodic.resolve_pattern import Source
 from stitchmesh.periodic.weave.weave_chart import Threads, WeaveChart
 
 MOST_SQUARES = 5_000_000
-"""Number of squares that the steps of a chart hold; with it a large chart has fewer steps, and about 100 MB."""
+"""Number of squares that all steps of a chart may hold, about 100 MB; a large chart therefore has fewer steps."""
 LEAST_STEPS, MOST_STEPS = 10, 200
 """Bounds of the number of steps that can be undone."""
 Operation = Callable[[Chart], Chart]
@@ -31,26 +31,26 @@ NEW_CHARTS: tuple[NewChart, ...] = get_args(NewChart)
 
 
 class ChartBoard:
-    """A chart under work. Every method that changes the chart is one step that can be undone."""
+    """A chart in the editor. Every method that changes the chart is one step that can be undone."""
 
     def __init__(self, written: ChartText) -> None:
         """Start with a chart and its text."""
         self.history: UndoHistory[ChartText] = UndoHistory(written)
         self.text = written.text
-        """The text as the user sees it; it may be unreadable, and then the chart is that of the last readable text."""
+        """The text as the user sees it. If it is unreadable, the chart is the chart of the last readable text."""
         self.source: Source | None = None
-        """The last pattern or weave that the chart described; None if none of its states was valid."""
+        """The last valid pattern or weave of the chart; None if no state was valid."""
         self.fault = ""
         """Why the chart or the text describes no fabric; empty if it does."""
         self.fault_line: int | None = None
         """Line of the text at fault, from 1."""
         self.yarn = 0
-        """Number of the yarn that was chosen last."""
+        """Number of the yarn that the user chose last."""
         self.brush = Brush()
         """What painting changes: the stitch, the yarn, or both."""
         self.selection: Box | None = None
         self.layer: int | None = None
-        """Layer of a weave that is shown alone; None for all."""
+        """Number of the layer of a weave that is shown alone; None for all layers."""
         self._clipboard: Chart | None = None
         self._stroke = 0  # The parts of one stroke are one step.
         self._settle()
@@ -67,7 +67,7 @@ class ChartBoard:
 
     @property
     def view(self) -> Chart:
-        """The chart as it is shown: all of it, or one layer of a weave."""
+        """The visible chart: the whole chart, or one layer of a weave."""
         chart = self.chart
         return chart.layer_chart(self.layer) if isinstance(chart, WeaveChart) and self.layer is not None else chart
 
@@ -79,14 +79,14 @@ class ChartBoard:
         return lines.index(self.fault_line) if readable and self.fault_line in lines else None
 
     def edit(self, operation: Operation, *, merge: bool = False) -> None:
-        """Apply an operation to the chart that is shown.
+        """Apply an operation to the visible chart.
 
         Args:
             operation: makes a new chart.
-            merge: whether the change belongs to the last step, as a later part of a stroke.
+            merge: whether the change belongs to the last step, as the next part of a stroke does.
 
         Raises:
-            StitchMeshError: the operation refuses; the chart stays as it is.
+            StitchMeshError: the library refuses the operation; the chart stays as it is.
         """
         whole, view = self.chart, self.view
         edited = operation(view)
@@ -99,11 +99,11 @@ class ChartBoard:
             self._step(written, f"stroke {self._stroke}")
 
     def paint(self, places: Sequence[Sequence[int]], brush: Brush, *, merge: bool = False) -> None:
-        """Paint squares one after another; rows and columns are those of the chart that is shown."""
+        """Paint squares one after another; rows and columns count in the visible chart."""
         self.edit(lambda chart: operations.paint(chart, places, brush), merge=merge)
 
     def fill(self, row: int, column: int, brush: Brush) -> None:
-        """Paint equal squares that touch."""
+        """Paint all connected equal squares."""
         self.edit(lambda chart: operations.fill(chart, row, column, brush))
 
     def paint_box(self, box: Box, brush: Brush) -> None:
@@ -111,7 +111,7 @@ class ChartBoard:
         self.edit(lambda chart: operations.fill_box(chart, box, brush))
 
     def dye(self, kind: Threads, numbers: Sequence[int]) -> None:
-        """Give the yarn that paints to wefts or warps, from the top or the left of the chart that is shown."""
+        """Give the brush's yarn to wefts or warps, counted from the top or the left of the visible chart."""
         self.edit(lambda chart: chart.dyed(kind, numbers, self.yarn) if isinstance(chart, WeaveChart) else chart)
 
     def pick(self, row: int, column: int) -> None:
@@ -123,11 +123,11 @@ class ChartBoard:
 
     @property
     def painted_yarn(self) -> int | None:
-        """The yarn that paints; None if the stitch alone is painted."""
+        """The yarn with which the brush paints; None if it paints the stitch alone."""
         return self.yarn if isinstance(self.chart, WeaveChart) else self.brush.yarn
 
     def choose_word(self, word: str) -> None:
-        """Choose the stitch that paints; to choose it again lets the yarn alone paint.
+        """Choose the stitch of the brush; if it is chosen already, the brush paints the yarn alone.
 
         Raises:
             PatternError: the word describes no stitch.
@@ -138,7 +138,7 @@ class ChartBoard:
         self.brush = replace(self.brush, word=None if again else word)
 
     def choose_yarn(self, yarn: int) -> None:
-        """Choose the yarn that paints; to choose it again lets the stitch alone paint.
+        """Choose the yarn of the brush; if it is chosen already, the brush paints the stitch alone.
 
         Raises:
             ParameterError: the number is beyond the palette.
@@ -150,7 +150,7 @@ class ChartBoard:
         self.brush = replace(self.brush, yarn=None if again or isinstance(self.chart, WeaveChart) else yarn)
 
     def set_colour(self, yarn: int, colour: str) -> None:
-        """Give a yarn a colour; yarns below it that have none keep their stock colours.
+        """Give a yarn a colour; lower yarns without a colour keep their stock colours.
 
         Raises:
             ParameterError: the text is no colour.
@@ -162,11 +162,11 @@ class ChartBoard:
             self._step(write_chart(replace(self.chart, palette=palette)))
 
     def select(self, box: Box | None) -> None:
-        """Select a box of the chart that is shown."""
+        """Select a box of the visible chart."""
         self.selection = None if box is None else box.within(self.view.shape)
 
     def move_selection(self, rows: int, columns: int, *, keep: bool = False) -> None:
-        """Move the selection, or copy it with ``keep``; the selection moves with it."""
+        """Move the selection, or copy it with ``keep``; the selected box moves too."""
         box = self._selected()
         self.edit(lambda chart: operations.move(chart, box, rows, columns, keep=keep))
         corner, end = (box.row + rows, box.column + columns), (box.row_end + rows, box.column_end + columns)
@@ -178,10 +178,10 @@ class ChartBoard:
         self._clipboard = operations.crop(self.view, self._selected())
 
     def paste(self) -> None:
-        """Put the copy over the squares that begin at the lower left corner of the selection, of a weave the upper.
+        """Put the copy over the squares from the lower left corner of the selection, or the upper left one of a weave.
 
         Raises:
-            ParameterError: nothing was copied, or it was copied from a chart of the other kind.
+            ParameterError: nothing was copied, or the copy is from a chart of the other kind.
         """
         part, box = self._clipboard, self.selection or Box(0, 0, 1, 1)
         if part is None or not isinstance(part, type(self.chart)):
@@ -190,7 +190,7 @@ class ChartBoard:
         self.select(Box(box.row, box.column, box.row + part.shape[0], box.column + part.shape[1]))
 
     def clear_selection(self) -> None:
-        """Make the selection plain."""
+        """Replace the selection by plain squares."""
         box = self._selected()
         self.edit(lambda chart: chart.blanked(box))
 
@@ -204,13 +204,13 @@ class ChartBoard:
         self.edit(lambda chart: operations.repeat_box(chart, box))
 
     def crop(self) -> None:
-        """Keep the selection alone."""
+        """Crop the chart to the selection."""
         box = self._selected()
         self.edit(lambda chart: operations.crop(chart, box))
         self.selection = None
 
     def set_repeat(self) -> None:
-        """Let the columns of the selection repeat; those beside it become borders. Without a selection all repeat.
+        """Repeat the columns of the selection, and make the others borders. Without a selection all columns repeat.
 
         Raises:
             ParameterError: the chart is a weave, which has no borders.
@@ -256,19 +256,19 @@ class ChartBoard:
         self._step(written)
 
     def restore(self, text: str) -> None:
-        """Return to the text of an earlier board, readable or not; this is the first state, and no step."""
+        """Return to the text of an earlier board, readable or not. This is the first state, and no step."""
         self.edit_text(text)
         self.history = UndoHistory(self.history.present)
         self.brush = Brush()
         self._settle_brush()
 
     def show(self, written: ChartText) -> None:
-        """Show another chart, as a step, with the brush that suits it."""
+        """Show another chart, as a step, with a brush for its kind."""
         self.layer, self.selection, self.brush = None, None, Brush()
         self._step(written)
 
     def begin(self, kind: NewChart, rows: int, columns: int) -> None:
-        """Begin a new chart, as a step: of knit stitches to be painted with stitches or with yarns, or a plain weave.
+        """Begin a new chart, as a step: knit stitches for a brush of stitches or of yarns, or a plain weave.
 
         Raises:
             ParameterError: the size is refused.
@@ -295,7 +295,7 @@ class ChartBoard:
         self.layer, self.selection = layer, None
 
     def layers(self) -> list[int]:
-        """Return the layers of a weave of several layers that have wefts and warps."""
+        """Return the layers that have wefts and warps, for a weave of several layers."""
         chart = self.chart
         if not isinstance(chart, WeaveChart) or chart.layer_count == 1:
             return []
@@ -303,13 +303,13 @@ class ChartBoard:
         return sorted(wefts & warps)
 
     def undo(self) -> None:
-        """Return to the chart and the text before the last step; a text that could not be read is dropped first."""
+        """Return to the chart and the text before the last step; an unreadable text is dropped first."""
         if self.text == self.history.present.text:
             self.history = self.history.undo("chart: there is no step to undo; this is its first state")
         self._return()
 
     def redo(self) -> None:
-        """Return to the chart and the text after the step that was undone last."""
+        """Make the last undone step again, with its chart and its text."""
         self.history = self.history.redo("chart: there is no step to redo; this is its last state")
         self._return()
 
@@ -325,7 +325,7 @@ class ChartBoard:
         self._settle()
 
     def _settle(self) -> None:
-        """Let selection, layer and brush fit the chart, and check the chart."""
+        """Adapt the selection, the layer and the brush to the chart, and check the chart."""
         if self.layer is not None and self.layer not in self.layers():
             self.layer = None
         shape = self.view.shape
@@ -340,7 +340,7 @@ class ChartBoard:
             self.brush = self._first_brush()
 
     def _first_brush(self) -> Brush:
-        """A chart of colours is painted with yarns, other knits with stitches, and a weave with warps over wefts."""
+        """Return the brush for a chart: yarns for colours, stitches for other knits, warps over wefts for a weave."""
         if isinstance(self.chart, WeaveChart):
             return Brush("0")
         coloured = self.chart.yarn_count > 1 and not (self.chart.squares != self.chart.words.index(PLAIN)).any()

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The drawing of a chart as the script in the browser reads it: values that JSON can hold, in hidden elements."""
+"""The drawing of a chart for the script in the browser: values that JSON can hold, in hidden elements."""
 
 from __future__ import annotations
 

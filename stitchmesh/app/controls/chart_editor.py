@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The chart editor: a grid to paint and the text beside it, of a knit or a weave; both show the same chart.
+"""The chart editor: a grid to paint, with its text beside it, for a knit or a weave; both show the same chart.
 
-The browser draws the chart on a canvas and paints strokes at once (``browser/chart.js``). It sends what the user does,
-and the editor answers with the chart as it is then. What a chart allows is decided by the library.
+The browser draws the chart on a canvas and paints strokes at once (``browser/chart.js``). It sends each action of the
+user, and the editor answers with the new state of the chart. The library decides what a chart allows.
 """
 
 from __future__ import annotations
@@ -46,14 +46,14 @@ if TYPE_CHECKING:
 LONGEST_TEXT = 4 * LONGEST_SIDE * LONGEST_SIDE
 """Largest number of characters of a text."""
 MOST_BROWSERS = 16
-"""Number of browsers whose last message is confirmed."""
+"""Number of browsers whose last message the editor remembers, to confirm it."""
 
 
 class ChartEditor:
     """A chart in a panel.
 
-    A page makes one in ``build`` and keeps it; ``changed`` is called in the event thread each time the chart becomes
-    another valid pattern or weave. While the chart is invalid, ``source`` stays what it was and ``fault`` says why.
+    A page makes an editor in ``build`` and keeps it. The event thread calls ``changed`` each time the chart becomes
+    another valid pattern or weave. While the chart is invalid, ``source`` stays as it was and ``fault`` says why.
 
     >>> editor = ChartEditor(app.left_controls, read_pattern("rib2x2"), pattern_changed, download=app.download)
     >>> editor.show(read_weave("plain"))      # another chart, as a step that can be undone
@@ -70,14 +70,14 @@ class ChartEditor:
         """Build the controls of an editor.
 
         Args:
-            controls: where the editor stands.
-            source: a pattern, a weave, or a text of one.
+            controls: the place of the editor.
+            source: a pattern, a weave, or the text of one.
             changed: takes each new valid pattern or weave.
             download: takes the name and the content of a file for the user, such as ``app.download``.
             edited: takes the text after every change, valid or not, such as a function that saves it.
-            text: a text that ``text`` returned, which may be one that cannot be read; ``source`` then is the pattern
-                that was valid last.
-            opened: takes each pattern or weave that was read from a file.
+            text: a text that ``text`` returned, readable or not; if it is unreadable, ``source`` is the last valid
+                pattern.
+            opened: takes each pattern or weave that the user opens from a file.
 
         Raises:
             StitchMeshError: the chart of ``source`` is larger than 500 x 500, or its text cannot be read.
@@ -87,7 +87,7 @@ class ChartEditor:
             self._board.restore(text)
         self._changed, self._edited, self._download, self._opened = changed, edited, download, opened
         self._told, self._told_text = self._board.source, self._board.text
-        self._name = f"chart-{secrets.token_hex(6)}"  # no name of an earlier server, whose page may still be open
+        self._name = f"chart-{secrets.token_hex(6)}"  # unlike names of an earlier server, whose page may be open
         self._tool = "Paint"
         self._words: tuple[str, ...] = STITCHES
         self._yarn_count = 2
@@ -103,17 +103,17 @@ class ChartEditor:
 
     @property
     def chart(self) -> Chart:
-        """The chart as it is now, valid or not."""
+        """The present chart, valid or not."""
         return self._board.chart
 
     @property
     def text(self) -> str:
-        """The text beside the grid, from which an editor can be made again."""
+        """The text beside the grid, from which another editor can be made."""
         return self._board.text
 
     @property
     def fault(self) -> str:
-        """Why the chart describes no fabric now; empty if it does."""
+        """Why the present chart describes no fabric; empty if it does."""
         return self._board.fault
 
     def show(self, source: Source) -> None:
@@ -133,24 +133,24 @@ class ChartEditor:
         self._do(self._board.undo)
 
     def redo(self) -> None:
-        """Redo the step that was undone last.
+        """Make the last undone step again.
 
         Raises:
             ParameterError: there is none.
         """
         self._do(self._board.redo)
 
-    # What the user does; the names of the actions are those of ``browser/chart.js``.
+    # The actions of the user; ``browser/chart.js`` uses the same names.
 
     def act(self, action: str, value: str) -> None:
-        """Do what an element of the browser asks for.
+        """Do the action of an element in the browser.
 
         Args:
-            action: the name of an action: of a button, or of a gesture on the canvas such as ``stroke``.
+            action: the name of the action of a button, or of a gesture on the canvas such as ``stroke``.
             value: the value of the button, or the values of the gesture as JSON.
 
         Raises:
-            StitchMeshError: the message cannot be read, or the library refuses; the chart stays as it is.
+            StitchMeshError: the message is unreadable, or the library refuses the action; the chart stays as it is.
         """
         simple = self._simple_actions()
         if action in simple:
@@ -179,7 +179,7 @@ class ChartEditor:
             self._board.show_layer(_whole(value) if value else None)
 
     def _gesture(self, action: str, values: dict[str, Any]) -> None:
-        """Do what the pointer or the keyboard did on the canvas."""
+        """Do a gesture of the pointer or the keyboard on the canvas."""
         board = self._board
         self._confirm(values)
         if action == "stroke":
@@ -203,12 +203,12 @@ class ChartEditor:
             board.edit_text(_short_enough(str(values.get("text", ""))))
 
     def _brush_of(self, values: dict[str, Any]) -> Brush:
-        """Return the brush with which the browser painted, which may have changed since."""
+        """Return the brush with which the browser painted; the brush of the board may have changed since."""
         word, yarn = values.get("word"), values.get("yarn")
         return Brush(None if word is None else str(word), None if yarn is None else check_yarn_number(_whole(yarn)))
 
     def _confirm(self, values: dict[str, Any]) -> None:
-        """Remember the last message of a browser, which the answer confirms."""
+        """Remember the last message of a browser, so that the answer confirms it."""
         if "browser" in values:
             self._read.pop(str(values["browser"]), None)
             self._read[str(values["browser"])] = _whole(values.get("number", 0))
@@ -237,7 +237,7 @@ class ChartEditor:
             self._words = tuple(dict.fromkeys((*self._words, text)))
 
     def _use(self, operation: str) -> None:
-        """Do what a button of the selection or of the size asks for."""
+        """Do the operation of a button for the selection or the size."""
         board = self._board
         self._do({
             "Copy": board.copy, "Cut": self._cut, "Paste": board.paste, "Clear": board.clear_selection,
@@ -271,7 +271,7 @@ class ChartEditor:
         self._download(_file_name(self.chart.name) + suffix, content)
 
     def _do(self, operation: Callable[..., object], *arguments: object) -> None:
-        """Do something to the chart and show the result, also if the library refuses; tell the page what is new."""
+        """Do something to the chart, show the result, even of a refusal, and tell the page about a new pattern."""
         try:
             operation(*arguments)
         finally:
@@ -334,14 +334,14 @@ class ChartEditor:
         self._do(self._board.set_colour, self._board.yarn, colour)
 
     def _other_stitch(self, word: str) -> None:
-        """Take a word as soon as it can be read; a text that is being typed is no fault yet."""
+        """Take a word once it is readable; a half-typed word is no fault."""
         try:
             self._do(self._add_word, word)
         except PatternError:
             return
 
     def _show(self) -> None:
-        """Bring all controls to the state of the board; equal contents are not sent again."""
+        """Bring all controls to the state of the board; unchanged contents are not sent again."""
         board = self._board
         self._tools.content = tool_buttons(self._tool, can_undo=board.can_undo, can_redo=bool(board.history.future))
         self._stitches.content = stitch_buttons(self.chart, self._words, board.brush.word or "")
@@ -354,7 +354,7 @@ class ChartEditor:
         self._fault.content = _fault_message(board.fault)
 
     def _show_data(self) -> None:
-        """Send what changed in the drawing since it was sent as a whole, or the whole if too much did."""
+        """Send the changes of the drawing since it was sent as a whole, or the whole if the changes are too many."""
         board = self._board
         drawing = draw_chart(board.view, self._words, max(self._yarn_count, board.yarn + 1))
         changes = None if self._base is None else drawing.changes_from(self._base)

@@ -27,7 +27,7 @@ STITCHES = (
     "k", "p", "yo", "k2tog", "ssk", "s2kp", "p2tog", "ktbl", "b", "f", "t", "kfb", "none",
     "1/1lc", "1/1rc", "c4f", "c4b", "c6f", "c6b", "t3f", "t3b",
 )  # fmt: skip
-"""Words that the palette of a knit offers; a text field takes all others."""
+"""Words in the palette of a knit; a text field takes all other words."""
 CROSSINGS = {"1": "weft over warp", "0": "warp over weft"}
 _STYLE = (
     "border:2px solid {edge};border-radius:4px;padding:1px;margin:0 3px 3px 0;min-width:28px;min-height:28px;"
@@ -77,7 +77,7 @@ def layer_buttons(layers: Sequence[int], shown: int | None) -> Markup:
 
 
 def colour_buttons(chart: Chart, count: int, chosen: int | None) -> Markup:
-    """Return the buttons of the yarn colours, and one that adds a colour."""
+    """Return the buttons of the yarn colours, and a button that adds a colour."""
     what = "Colours of wefts and warps" if isinstance(chart, WeaveChart) else "Colours of yarns"
     buttons = []
     for number, colour in enumerate(palette_of(chart, count)):
@@ -103,11 +103,11 @@ def _swatch(colour: str) -> str:
 def _button(
     action: str, value: str, hint: str, content: str, look: str, *, pressed: bool | None = None, disabled: bool = False
 ) -> Markup:
-    """Return a button; ``pressed`` is None for a button that does something once."""
+    """Return a button; ``pressed`` is None for a button without a state, which acts once."""
     style = _STYLE.format(edge="#1f6fd1" if pressed else "#8b9097", more=look)
     style += "outline:2px solid #f2b134;" if pressed else ""
     style += "opacity:0.5;cursor:default;" if disabled else ""
-    name = "" if look == _WORD else hint  # A visible word is the name already.
+    name = "" if look == _WORD else hint  # A visible word already is the name.
     return action_button(
         action, value, content, name=name, hint=hint, pressed=pressed, disabled=disabled, style=style
     )

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     import plotly.graph_objects as go
 
 ROUNDING = 1e-7
-"""Distance by which a value may lie beyond its bounds; a browser rounds a slider's ends to seven decimals."""
+"""Distance by which a value may exceed its bounds, because a browser rounds a slider's ends to seven decimals."""
 LONGEST_SHOWN = 40
 """Number of characters of a wrong value that a message shows."""
 
@@ -35,7 +35,7 @@ class Bounds:
     most: float
 
     def check(self, given: object) -> None:
-        """Refuse what is no number, nan included, or beyond the bounds.
+        """Refuse a value that is no number (also nan), or lies beyond the bounds.
 
         Raises:
             ParameterError: the value is refused.
@@ -48,21 +48,21 @@ class Bounds:
 
 
 def do_nothing(*_: object) -> None:
-    """Do nothing; the function of an input whose value a page reads when it needs it."""
+    """Do nothing. This is the function of an input whose value a page reads only when it needs it."""
 
 
 class Control(Protocol):
-    """A control that stands in a panel. Setting a property shows it, and calls no function of the page."""
+    """A control in a panel. Setting a property changes the display, and calls no function of the page."""
 
     value: Any
-    """Value of an input; of a progress bar, the percentage."""
+    """Value of an input; percentage of a progress bar."""
     label: str
     content: Markup
-    """What a piece of HTML shows."""
+    """The content of a piece of HTML."""
     figure: Any
     """Figure of a plot."""
     options: Any
-    """The options of a list, of which its value is one."""
+    """The options of a list; its value is one of them."""
     visible: bool
     disabled: bool
 
@@ -74,7 +74,7 @@ class Controls(Protocol):
     """Makes controls, one below another. All methods belong to the event thread."""
 
     def button(self, label: str, hint: str, run: Callable[[], object], *, main: bool = False) -> Control:
-        """Add a button; ``main`` marks the one that users press next."""
+        """Add a button; ``main`` marks the button that users press next."""
 
     def toggle(self, label: str, hint: str, value: bool, changed: Callable[[bool], object] = do_nothing) -> Control:
         """Add a box to tick."""
@@ -83,9 +83,9 @@ class Controls(Protocol):
         self, label: str, hint: str, value: float, changed: Callable[[float], object] = do_nothing, *,
         least: float, most: float, step: float,
     ) -> Control:  # fmt: skip
-        """Add a number, whole if the value and the step are.
+        """Add a number; it is whole if the value and the step are whole.
 
-        A value that is no number, or beyond the bounds, is refused by a notice; the last good one is shown again.
+        A notice refuses a value that is no number, or beyond the bounds, and the last good value is shown again.
         """
 
     def slider(
@@ -97,7 +97,7 @@ class Controls(Protocol):
     def choice(
         self, label: str, hint: str, options: Sequence[str], value: str, changed: Callable[[str], object] = do_nothing
     ) -> Control:
-        """Add a list of options, one of which is chosen."""
+        """Add a list of options; the user chooses one."""
 
     def buttons(self, label: str, hint: str, options: Sequence[str], pressed: Callable[[str], object]) -> Control:
         """Add buttons in one row."""
@@ -111,7 +111,7 @@ class Controls(Protocol):
         """Add a colour, ``#rrggbb``."""
 
     def html(self, content: Markup, action: Callable[[str, str], object] | None = None) -> Control:
-        """Add a piece of HTML, which texts reach through ``markup`` only.
+        """Add a piece of HTML; texts enter it through ``markup`` only.
 
         An element with ``data-action`` and ``data-value`` calls the action with both when it is clicked. Elements
         must be readable by keyboard and screen reader: buttons, with an ``aria-label`` if they hold a picture only.
@@ -132,7 +132,7 @@ class Controls(Protocol):
         """Add a group; controls that are made within the context stand in it."""
 
     def key(self, label: str, hint: str, hotkey: str, modifier: str | None, run: Callable[[], object]) -> Control:
-        """Add a command that a key calls: a capital letter, with ``ctrl``, ``shift``, ``ctrl+shift`` or None."""
+        """Add a command for a key: a capital letter, with ``ctrl``, ``shift``, ``ctrl+shift`` or None."""
 
     def clear(self) -> None:
         """Remove all controls and keys."""

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The controls of the fields of a value, such as the settings of a page or a part of a scene.
 
-Each field is declared once, as data. A panel makes its control, shows what the value holds, and hands over the value
-that the user wants instead. Which controls are shown follows from the value too.
+Each field is declared once, as data. A panel makes a control for each field, shows the values of the fields, and hands
+over the new value that the user wants. The value also decides which controls are shown.
 """
 
 from __future__ import annotations
@@ -18,64 +18,64 @@ from stitchmesh.app.controls.controls import Control, Controls
 from stitchmesh.errors import StitchMeshError
 
 OTHER = "another"
-"""Word for a value that stands behind none of the words of a choice, because it comes from elsewhere."""
+"""Word for a value that has no word in a choice, because it comes from elsewhere."""
 Words: TypeAlias = Mapping[str, object]
-"""Values of a choice, by the words of the user."""
+"""Values of a choice, by the words that the user sees."""
 
 
 @dataclass(frozen=True, eq=False)
 class TickBox:
-    """A box to tick beside a number, which is hidden while the field has no number."""
+    """A box to tick beside a number; the number is hidden while the field has none."""
 
     label: str
     hint: str
     usual: Callable[[Any], float] = lambda value: 1.0
-    """Returns the number at first, from the value whose field it is."""
+    """Returns the first number, from the value that holds the field."""
     ticked_without: bool = True
-    """Whether the box is ticked while the field has no number, as for one that is automatic."""
+    """Whether the box is ticked while the field has no number, as a box for an automatic value is."""
 
 
 @dataclass(frozen=True, eq=False)
 class Number:
-    """A number; it is whole if its step is."""
+    """A number; it is whole if its step is whole."""
 
     least: float
     most: float
     step: float
     slider: bool = False
-    """Whether it is a slider."""
+    """Whether the control is a slider."""
     without: Any = ...
-    """What the field holds without a number, such as None; by default it always has one."""
+    """The field's value without a number, such as None; by default the field always has a number."""
     box: TickBox | None = None
-    """Decides whether the field has a number. Without a box, the least number stands for none."""
+    """Decides whether the field has a number. Without a box, the smallest number stands for none."""
 
     def given(self, number: float) -> Any:
-        """Return what the field holds when the user has set a number."""
+        """Return the value of the field after the user has set a number."""
         if self.without is not ... and self.box is None and number == self.least:
             return self.without
         return int(number) if isinstance(self.step, int) else float(number)
 
     def has_number(self, held: Any) -> bool:
-        """Whether a field that holds this has a number."""
+        """Return whether this value of a field is a number."""
         return held is not None and (self.without is ... or held != self.without)
 
 
 @dataclass(frozen=True, eq=False)
 class Field:
-    """How a field of a value is shown."""
+    """A field of a value and its control."""
 
     name: str
-    """Name of the field; after a dot, that of a field of the field."""
+    """Name of the field; after a dot, the name of a field inside that field."""
     label: str
     hint: str
     form: Number | Words | Callable[[Any], Words] | None = None
-    """A number, or the words of a choice, or a function from the value to them; None for a box to tick."""
+    """A number, the words of a choice, or a function that returns the words for a value; None for a box to tick."""
     shown: Callable[[Any], bool] = lambda value: True
     """Whether the control is shown for a value."""
 
 
 def same_words(names: Sequence[str]) -> dict[str, object]:
-    """Return the words of a choice whose values are these words themselves."""
+    """Return the words of a choice whose values are the words themselves."""
     return {name: name for name in names}
 
 
@@ -93,9 +93,9 @@ def with_field(value: Any, name: str, held: Any) -> Any:
 
 
 class FieldPanel:
-    """The controls of some fields, one below another, in a group of their own if it has a name.
+    """The controls of some fields, one below another; if the panel has a name, they have a group of their own.
 
-    A change that is refused leaves the controls as they were. Without a value, nothing is shown.
+    A refused change leaves the controls as they were. Without a value, the panel shows nothing.
     """
 
     def __init__(
@@ -105,10 +105,10 @@ class FieldPanel:
         """Make the controls.
 
         Args:
-            controls: where they stand.
+            controls: the place of the controls.
             fields: the fields.
-            value: returns the present value, or None if there is none.
-            changed: called with the value that the user wants, and the name of the field that differs.
+            value: returns the present value; None if there is none.
+            changed: called with the value that the user wants, and the name of the changed field.
             group: name of the group; empty for none.
             opened: whether the group is open at first.
         """
@@ -130,7 +130,7 @@ class FieldPanel:
             self._group.visible = bool(shown)
         for field, control in self._made.items():
             held = field_of(value, field.name) if field in shown else None
-            # One value only, so that no frame of a page shows another.
+            # The controls get one value only, so that no frame of a page shows another.
             control.visible = field in shown and not _is_left_out(field.form, held)
             if field in self._boxes:
                 self._boxes[field].visible = field in shown
@@ -138,7 +138,7 @@ class FieldPanel:
                 self._show_field(field, value, held)
 
     def set_disabled(self, disabled: bool) -> None:
-        """Let all controls take input, or none of them."""
+        """Enable or disable the input of all controls."""
         for control in (*self._made.values(), *self._boxes.values()):
             control.disabled = disabled
 
@@ -156,7 +156,7 @@ class FieldPanel:
             self._made[field] = self._controls.choice(field.label, field.hint, tuple(words), word, take)
 
     def _make_number(self, field: Field, form: Number, value: Any, held: Any) -> None:
-        """Make the control of a number, and the box that decides whether there is one."""
+        """Make the control of a number, and the box that decides whether the field has a number."""
         box = form.box
         if box is not None:
             ticked = form.has_number(held) != box.ticked_without
@@ -195,7 +195,7 @@ class FieldPanel:
         self._change(field, held)
 
     def _take(self, field: Field, given: Any) -> None:
-        """Take what the user has set."""
+        """Take the value that the user has set."""
         form, value = field.form, self._value()
         if isinstance(form, Number):
             given = form.given(given)
@@ -212,17 +212,17 @@ class FieldPanel:
         except StitchMeshError:
             self.show()
             raise
-        if self._value() is not value:  # A worker thread may still make the value that is wanted.
+        if self._value() is not value:  # A worker thread may still be making the wanted value.
             self.show()
 
 
 def _is_left_out(form: object, held: Any) -> bool:
-    """Whether a number is hidden, because a box says that there is none."""
+    """Return whether a number is hidden, because its box says that there is none."""
     return isinstance(form, Number) and form.box is not None and not form.has_number(held)
 
 
 def _words(form: Words | Callable[[Any], Words], value: Any, held: Any) -> Words:
-    """Return the words of a choice, with one more for a value that has none."""
+    """Return the words of a choice, and one more word if the value has none."""
     if value is None:
         return {OTHER: None} if callable(form) else form
     words = form(value) if callable(form) else form

@@ -18,7 +18,7 @@ from stitchmesh.markup import Markup, joined, markup
 from stitchmesh.mesh.palette import colour_text
 
 GOOD, DOUBTFUL = "#1f77b4", "#d97706"
-"""Blue and orange, which colour-blind people can tell apart, on light and on dark ground."""
+"""Blue and orange, which colour-blind people can tell apart, on light and dark backgrounds."""
 Kind = Literal["good", "doubtful", "info"]
 MARKS: dict[Kind, tuple[str, str]] = {
     "good": ("✓", GOOD), "doubtful": ("⚠", DOUBTFUL), "info": ("\N{INFORMATION SOURCE}", "#6b7280"),
@@ -53,13 +53,13 @@ def action_button(
     Args:
         action: name of the action.
         value: value with which the action is called.
-        content: what the button shows.
-        name: what a screen reader reads, if the content does not say it.
-        hint: a line that is shown beside the pointer.
-        pressed: whether it is the chosen one of several; None for a button that does something once.
-        disabled: whether it does nothing.
-        current: ``page`` or ``true`` for the button of what is shown now.
-        wide: whether it is as wide as its panel.
+        content: the content of the button.
+        name: the text for a screen reader, if the content does not say it.
+        hint: a line that appears beside the pointer.
+        pressed: whether the button is the chosen one of several; None for a button that acts once.
+        disabled: whether the button is disabled.
+        current: ``page`` or ``true`` for the button of the thing that is shown now.
+        wide: whether the button is as wide as its panel.
         style: its style.
     """
     attributes = {
@@ -75,7 +75,7 @@ def list_button(
     action: str, value: object, words: str, border: str = "var(--mantine-color-default-border)", *, hint: str = "",
     pressed: bool | None = None,
 ) -> Markup:  # fmt: skip
-    """Return a button as wide as its list, with a border of a colour; the other arguments are of ``action_button``."""
+    """Return a button as wide as its list, with a border of a colour; other arguments as for ``action_button``."""
     return action_button(action, value, words, hint=hint, pressed=pressed, style=f"{BUTTON} {border}")
 
 
@@ -122,7 +122,7 @@ def message(text: str, kind: Kind) -> Markup:
 
 
 def paragraph(text: str) -> Markup:
-    """Return a text in letters of the size of the other controls; an empty text is nothing."""
+    """Return a text in letters of the size of the other controls; for an empty text, nothing."""
     return markup('<p style="margin:0;font-size:14px;line-height:1.45">{}</p>', text) if text else Markup()
 
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Legends: what the colours and lines of a scene mean, as HTML for a panel."""
+"""Legends, which explain the colours and lines of a scene, as HTML for a panel."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class LegendEntry:
     """One line of a legend."""
 
     text: str
-    """What the mark means."""
+    """The meaning of the mark."""
     colours: tuple[Colour, ...]
     """Colour of the mark; several colours stand side by side."""
     line: bool = False
@@ -30,7 +30,7 @@ class LegendEntry:
 
 
 def legend(entries: Sequence[LegendEntry], title: str = "") -> Markup:
-    """Return a legend as HTML, a list with one item for each entry; ``title`` says what the colours stand for."""
+    """Return a legend as an HTML list with one item for each entry; ``title`` says what the colours stand for."""
     items = joined(
         markup(
             '<li style="display:flex;align-items:center;gap:.5em;margin:.1em 0">{}<span>{}</span></li>',
@@ -43,7 +43,7 @@ def legend(entries: Sequence[LegendEntry], title: str = "") -> Markup:
 
 
 def legend_of_key(key: Sequence[tuple[str, Colour]], title: str = "") -> Markup:
-    """Return the legend of texts with one colour each, such as the key of a picture (``render.colouring``)."""
+    """Return the legend of texts that have one colour each, such as the key of a picture (``render.colouring``)."""
     return legend([LegendEntry(text, (colour,)) for text, colour in key], title)
 
 

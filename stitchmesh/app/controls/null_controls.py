@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Controls that stand nowhere: a page is built with them, pressed and read without a browser."""
+"""Controls without a panel: a test builds a page with them, and presses and reads them without a browser."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from stitchmesh.markup import Markup, checked
 
 @dataclass(eq=False)
 class NullControl:
-    """A control as it was made and set."""
+    """A control with its present values."""
 
     kind: str
     label: str
@@ -33,7 +33,7 @@ class NullControl:
     removed: bool = False
 
     def __setattr__(self, name: str, value: Any) -> None:
-        """Set a property; a plain text is refused as content, as in a browser."""
+        """Set a property; content must not be a plain text, as in a browser."""
         object.__setattr__(self, name, checked(value) if name == "content" else value)
 
     def remove(self) -> None:
@@ -50,7 +50,7 @@ class NullControls:
 
     @property
     def made(self) -> list[NullControl]:
-        """The controls that stand there now, in order."""
+        """The present controls, in order."""
         return [control for control in self._made if not control.removed]
 
     def find(self, label: str) -> NullControl:
@@ -86,7 +86,7 @@ class NullControls:
         control.changed(value)
 
     def act(self, action: str, value: str = "") -> None:
-        """Click an element of HTML with this action.
+        """Click the HTML element that has this action.
 
         Raises:
             ParameterError: no element on the panel has the action and the value.

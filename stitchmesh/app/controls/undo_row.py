@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Undo and redo on any page: two buttons in a row, and the keys that do the same."""
+"""Undo and redo for any page: two buttons in a row, and keys for both."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class UndoRow:
     def __init__(
         self, controls: Controls, undo: Callable[[], object], redo: Callable[[], object], what: str = "the last change"
     ) -> None:
-        """Make the buttons and keys; ``what`` is undone, and made again."""
+        """Make the buttons and keys; ``what`` names what they undo and make again."""
         self._what = what
         self._row = controls.html(Markup(), lambda action, _: undo() if action == "undo" else redo())
         for label, key, modifier, act in (

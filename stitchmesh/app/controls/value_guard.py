@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Values that browsers send, checked before viser takes them.
+"""Checks of the values that browsers send, before viser takes them.
 
-Viser casts a value to the type of the old one, and an error of this cast reaches no user. A number beyond its bounds
-is often one that a user still types: whoever types 800 sends 8 and 80 first. It is therefore refused only if no other
-value follows soon. As a refused value never becomes the value of its control, the control still has the last good one,
-and shows it again.
+Viser casts a value to the type of the old one, and no user sees an error of this cast. A number beyond its bounds is
+often incomplete: a user who types 800 sends 8 and 80 first. The guard therefore refuses it only if no other value
+follows soon. A refused value never becomes the value of its control, so the control still has the last good value and
+shows it again.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ from stitchmesh.app.event_queue import EventQueue
 from stitchmesh.errors import ParameterError
 
 PAUSE_SECONDS = 1.5
-"""Time without another value after which a wrong number is refused."""
+"""A wrong number is refused after this time without another value."""
 
 
 class ValueGuard:
-    """Decides about the values that browsers send. Values arrive in the thread of the server."""
+    """Decides which values of browsers viser takes. Values arrive in the thread of the server."""
 
     def __init__(self, server: viser.ViserServer, queue: EventQueue) -> None:
-        """Stand before a server; refusals are raised in the thread of the queue, which reports them."""
+        """Check all values for a server. The guard raises refusals in the thread of the queue, which reports them."""
         self._gui, self._connection, self._queue = server.gui, server._websock_server, queue
         self._bounds: dict[str, Bounds] = {}
         self._waiting: dict[str, asyncio.TimerHandle] = {}
@@ -40,7 +40,7 @@ class ValueGuard:
         self._bounds[identity] = bounds
 
     def forget(self, identity: str) -> None:
-        """Check the values of a control no more."""
+        """Stop checking the values of a control."""
         self._bounds.pop(identity, None)
 
     async def _take(self, client: int, message: _messages.GuiUpdateMessage) -> None:
@@ -59,7 +59,7 @@ class ValueGuard:
             await self._gui._handle_gui_updates(client, message)  # type: ignore[arg-type]
 
     def _fits(self, identity: str, value: object) -> bool:
-        """Whether a value has the shape of that of its control: three numbers for a colour, one value for others."""
+        """Return whether a value has the form that its control needs: three numbers for a colour, else one value."""
         handle = self._gui._gui_input_handle_from_uuid.get(identity)
         if handle is None or isinstance(handle, viser.GuiUploadButtonHandle):
             return False
@@ -68,7 +68,7 @@ class ValueGuard:
         return isinstance(value, list) and len(value) == len(handle.value) and all(map(math.isfinite, value))
 
     def _refuse(self, identity: str, error: ParameterError) -> None:
-        """Show the last good value of a control again, and report the refusal, unless the control is gone."""
+        """Show the last good value of a control again and report the refusal, unless the control is gone."""
         self._waiting.pop(identity, None)
         handle = self._gui._gui_input_handle_from_uuid.get(identity)
         if handle is not None and identity in self._bounds:

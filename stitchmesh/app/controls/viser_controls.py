@@ -26,17 +26,17 @@ if TYPE_CHECKING:
 BLUE = (31, 86, 115)
 """Colour of the button that users press next."""
 GREY = (92, 99, 106)
-"""Colour of the other buttons; white letters on it are readable."""
+"""Colour of the other buttons, on which white letters are readable."""
 HTML_STYLE = "margin:0 .75em .5em;color:var(--mantine-color-text)"
-"""Margins and colour of a piece of HTML, as of the other controls."""
+"""Margins and colour of a piece of HTML; the other controls have the same."""
 UPLOAD_NOTICE_SECONDS = 0.25
-"""Time after an upload for which its button must stand, so that the browser can end its notice of the upload."""
+"""Time after an upload for which its button must remain, so that the browser can end its notice of the upload."""
 MODIFIERS = {None: None, "ctrl": "cmd/ctrl", "shift": "shift", "ctrl+shift": "cmd/ctrl+shift"}
-"""Viser's names of the keys that are held."""
+"""Viser's names of the modifier keys."""
 
 
 class ViserControl:
-    """A control of viser; setting a property that it has already sends nothing."""
+    """A control of viser; a property that already has the new value sends nothing."""
 
     content: Markup = Markup()
 
@@ -101,14 +101,14 @@ class ViserControl:
         self._set("disabled", disabled)
 
     def remove(self) -> None:
-        """Take the control out of the panel; a control whose group was removed is gone already."""
+        """Take the control out of the panel; nothing happens if its whole group is gone."""
         self._forget()
         if not self.removed:
             self.handle.remove()
 
     @property
     def removed(self) -> bool:
-        """Whether the control is gone; viser refuses to set anything then."""
+        """Whether the control is gone; viser then refuses to set anything."""
         return bool(getattr(self.handle._impl, "removed", False))
 
     def _set(self, name: str, value: Any) -> None:
@@ -117,7 +117,7 @@ class ViserControl:
 
 
 class ColourControl(ViserControl):
-    """A colour; viser has it as three numbers, and pages have it as ``#rrggbb``."""
+    """A colour: three numbers for viser, and ``#rrggbb`` for pages."""
 
     @property
     def value(self) -> str:
@@ -130,10 +130,10 @@ class ColourControl(ViserControl):
 
 
 class HtmlControl(ViserControl):
-    """A piece of HTML, in an element by which the bridge knows it."""
+    """A piece of HTML, inside an element by which the bridge knows it."""
 
     def __init__(self, handle: Any, identity: str, forget: Callable[[], None]) -> None:
-        """Wrap a handle; ``identity`` is the name under which messages arrive."""
+        """Wrap a handle; messages arrive under the name ``identity``."""
         super().__init__(handle, forget)
         self._identity, self._content = identity, Markup()
 
@@ -167,7 +167,7 @@ class ViserControls:
             queue: the queue in which all functions are called.
             guard: the guard that refuses numbers beyond their bounds.
             container: makes the context in which viser places controls.
-            on_change: called with the number of controls after some were made or removed.
+            on_change: called with the number of controls, after controls were made or removed.
         """
         self._server, self._bridge, self._queue, self._guard = server, bridge, queue, guard
         self._container, self._on_change = container, on_change
@@ -243,7 +243,7 @@ class ViserControls:
             control = HtmlControl(self._server.gui.add_html(""), identity, lambda: self._bridge.forget(identity))
         control.content = content
         if action is not None:
-            # a browser may send something just before it hears that the page was left
+            # a browser may send a message just before it learns that the user has left the page
             given = lambda *words: None if control.removed else action(*words)  # noqa: E731
             self._bridge.receive(identity, lambda message, client: self._act(given, message, client))
         return self._keep_control(control)
@@ -316,7 +316,7 @@ class ViserControls:
         return self._groups[-1] if self._groups else self._container()
 
     def _bounded(self, handle: Any, bounds: Bounds, changed: Callable[[float], object]) -> ViserControl:
-        """Keep an input of numbers, which takes none beyond the bounds."""
+        """Set up an input of numbers, which takes no number beyond the bounds."""
         identity = handle._impl.uuid
         self._guard.bound(identity, bounds)
         return self._input(handle, changed, forget=lambda: self._guard.forget(identity))
@@ -325,10 +325,10 @@ class ViserControls:
         self, handle: Any, changed: Callable[[Any], object], kind: type[ViserControl] = ViserControl,
         forget: Callable[[], None] = lambda: None,
     ) -> ViserControl:  # fmt: skip
-        """Keep an input, and post its new values; a stream of values never fills the queue."""
+        """Set up an input, and post its new values; a stream of values never fills the queue."""
 
         async def post(event: viser.GuiEvent) -> None:
-            if event.client_id is not None:  # The page itself sets values too.
+            if event.client_id is not None:  # The page sets values itself, too.
                 self._queue.post_newest(handle._impl.uuid, changed, event.target.value)
 
         handle.on_update(post)
@@ -340,9 +340,10 @@ class ViserControls:
     def _in_order(
         self, function: Callable[..., object], arguments: Callable[[Any], tuple[object, ...]] = lambda _: ()
     ) -> Callable[[Any], Coroutine[Any, Any, None]]:
-        """Return what viser calls with an event, so that the function is called with what the event says.
+        """Return a function for events of viser; it calls ``function`` with the arguments from the event.
 
-        It is asynchronous: viser awaits such functions in the order of the messages, and runs others in many threads.
+        The function is asynchronous, because viser awaits such functions in the order of the messages, and runs others
+        in many threads.
         """
 
         async def post(event: Any) -> None:
@@ -351,11 +352,11 @@ class ViserControls:
         return post
 
     def _post(self, event: Any, function: Callable[..., object], *arguments: object) -> None:
-        """Post a call that an event of a browser asked for."""
+        """Post a call for the event of a browser."""
         self._queue.post(self._call_for, event.client_id, function, *arguments)
 
     def _call_for(self, client: int | None, function: Callable[..., object], *arguments: object) -> None:
-        """Call a function; meanwhile downloads go to the browser that asked for the call."""
+        """Call a function; its downloads go to the browser that asked for the call."""
         self._bridge.acting_client = client
         try:
             function(*arguments)

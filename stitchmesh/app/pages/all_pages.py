@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The pages by name, in the order of the navigation.
 
-The module of a page is imported when the page is opened first: some pages need simulations whose modules take longer to
-import than the application takes to start.
+The module of a page is imported when the page is first opened, because some pages need simulations whose modules take
+longer to import than the application takes to start.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ MakePage: TypeAlias = "Callable[[App], Page]"
 
 @dataclass(frozen=True)
 class PageModule:
-    """Makes a page whose module is imported by the first call."""
+    """Makes a page; its first call imports the module of the page."""
 
     module: str
     """Name of the module in ``stitchmesh.app.pages``."""
@@ -51,4 +51,4 @@ PAGES: dict[str, MakePage] = {
     "Drape": PageModule("drape.page", "DrapePage"),
     "View": PageModule("view.page", "ViewPage"),
 }
-"""What makes each page."""
+"""The function that makes each page."""

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The page Divide: how large the stitches are, and how many stand on single edges (Yuksel et al. 2012, section 5.2)."""
+"""The page Divide: the size of the stitches, and their numbers on edges (Yuksel et al. 2012, section 5.2)."""
 
 from __future__ import annotations
 
@@ -43,21 +43,21 @@ if TYPE_CHECKING:
 MOST_COUNT = 10_000
 """Largest number of stitches on one edge."""
 MESH, STITCHES = "mesh", "stitches"
-"""What can be shown."""
+"""The choices of what the page shows."""
 
 
 @dataclass(frozen=True)
 class DivideState:
-    """What the user has chosen on the page."""
+    """The user's choices on the page."""
 
     history: UndoHistory[Division]
     """The division that the user prepares, with undo."""
     quality: str = DEFAULT_QUALITY
-    """Quality of the yarns for which time and memory are estimated."""
+    """Quality of the yarns for the estimates of time and memory."""
     side: int | None = None
     """A side of the chosen edge; None if none is chosen."""
     shown: str = MESH
-    """Whether the mesh or the stitches are shown, where there are stitches."""
+    """Whether the page shows the mesh or, where there are any, the stitches."""
 
     @property
     def division(self) -> Division:
@@ -66,7 +66,7 @@ class DivideState:
 
     @property
     def table(self) -> dict[str, Any]:
-        """What a project keeps."""
+        """The part of the state that a project keeps."""
         return {"quality": self.quality, "draft": division_table(self.division)}
 
 
@@ -86,7 +86,7 @@ class DividePage(Page):
         self._typing = False
 
     def unavailable(self) -> str | None:
-        """Say what is missing."""
+        """Return what is missing before the mesh can be divided."""
         if self.app.project.labeled is not None:
             return None
         if self.app.project.labeling is None and self.app.project.fabric is not None:
@@ -205,13 +205,13 @@ class DividePage(Page):
             self._state = replace(self._state, history=UndoHistory(fitting))
 
     def _keep(self, **values: Any) -> None:
-        """Take what was chosen, save it and show it."""
+        """Take and save what the user chose, and show it."""
         self._state = replace(self._state, **values)
         self.app.project.set_settings(self.name, self._state.table)
         self.refresh()
 
     def _change(self, division: Division, what: str = "") -> None:
-        """Take another division; it can be undone, together with changes of the same thing just before."""
+        """Take another division; it is undone together with earlier changes of the same thing just before."""
         history = self._state.history
         self._keep(history=history if division == history.present else history.do(division, what))
 
@@ -238,7 +238,7 @@ class DividePage(Page):
         self._change(with_mark(self._state.division, self._chosen()[2], marked))
 
     def _set_text(self, text: str) -> None:
-        """Take the numbers and marks of a text; a text with an error changes nothing."""
+        """Take the numbers and marks from a text; a text with an error changes nothing."""
         assert self._labeled is not None
         try:
             settings = parse_edge_settings(text.splitlines(), "line")
@@ -253,7 +253,7 @@ class DividePage(Page):
             self._typing = False
 
     def _chosen(self) -> tuple[StitchMesh, int, VertexPair]:
-        """The labeled mesh, a side of the chosen edge, and its two vertices.
+        """Return the labeled mesh, a side of the chosen edge, and the two vertices of the edge.
 
         Raises:
             ParameterError: no edge is chosen.
@@ -280,7 +280,7 @@ class DividePage(Page):
         self._changes.show(bool(state.history.past), bool(state.history.future))
         self._increase.show()
         self._show_chosen(estimate)
-        if not self._typing:  # The text under the user's hands stays as it is.
+        if not self._typing:  # The text that the user types stays as it is.
             self._text.value = edge_settings_text(EdgeSettings(dict(division.counts), division.marked))
         self._text_error.content = Markup()
         fabric = project.fabric if state.shown == STITCHES else None
@@ -289,7 +289,7 @@ class DividePage(Page):
         self._legend.content = legend([*entries, *self._view.show_edges(division, state.side, along)])
 
     def _estimated(self) -> GarmentEstimate | None:
-        """Estimate what the garment costs, and show it; None if such stitches are not possible."""
+        """Estimate the cost of the garment, and show it; None if such stitches are not possible."""
         assert self._labeled is not None
         division = self._state.division
         try:
@@ -341,7 +341,7 @@ class DividePage(Page):
         self._divide_button.disabled = True
 
     def _take(self, division: Division, fabric: StitchMesh) -> None:
-        """Take the divided mesh into the project, unless the mesh has changed meanwhile."""
+        """Take the divided mesh into the project, unless the mesh of the project has changed since."""
         if self.app.project.labeled is self._labeled:
             lost = self.app.project.divide(division, fabric)
             if lost:

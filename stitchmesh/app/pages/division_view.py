@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the page Divide shows: the labeled mesh or its stitches, edges with numbers or marks, and the estimate."""
+"""The drawing of the page Divide: the labeled mesh or its stitches, edges with numbers or marks, and the estimate."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from stitchmesh.yarn.yarn_presets import Gauge, Yarn
 CHOSEN_COLOUR: Colour = (232, 140, 20)
 """Colour of the chosen edge."""
 COUNTED_COLOUR: Colour = (31, 86, 115)
-"""Colour of edges whose number is given by hand."""
+"""Colour of edges whose number the user has given."""
 MARKED_COLOUR: Colour = (150, 40, 140)
 """Colour of marked edges."""
 STAGE_WORDS = {
@@ -39,11 +39,11 @@ KINDS = {
     "decrease": (Stitch.D12K, Stitch.D21K, Stitch.D213K),
     "drawn through the last loops": (Stitch.DRAW_THROUGH,),
 }
-"""Stitches of a divided mesh, by what they do."""
+"""Stitches of a divided mesh, by their purpose."""
 
 
 def estimate_table(estimate: GarmentEstimate, width: float, height: float, yarn: Yarn | None) -> Markup:
-    """Return the estimate as a table, with what may be wrong below it."""
+    """Return the estimate as a table; possible faults stand below it."""
     length = f"{estimate.yarn_length / 100.0:,.0f} m"
     if yarn is not None:
         length += f", about {estimate.yarn_length / 100.0 * yarn.grams_per_metre:,.0f} g"
@@ -75,7 +75,7 @@ def edge_text(labeled: StitchMesh, side: int, count: int, *, by_hand: bool, mark
         labeled: the labeled mesh.
         side: a side of the edge.
         count: its number of stitches.
-        by_hand: whether the number is given by hand.
+        by_hand: whether the user has given the number.
         marked: whether the edge is marked.
     """
     start, end = labeled.face_vertex[side], labeled.face_vertex[labeled.side_next[side]]
@@ -98,7 +98,7 @@ def no_edge_text() -> Markup:
 
 
 def legend_of_stitches(fabric: StitchMesh) -> list[LegendEntry]:
-    """Return what the colours of the stitches mean, with their numbers."""
+    """Return the legend of the colours of the stitches, with the number of stitches of each."""
     counts = np.bincount(fabric.stitch, minlength=max(Stitch) + 1)
     entries = []
     for words, codes in KINDS.items():
@@ -129,7 +129,7 @@ def _memory(size: float) -> str:
 
 
 MOST_NUMBERS = 150
-"""Number of edges whose numbers are shown."""
+"""Largest number of edges whose numbers are shown."""
 EDGE_MARKS = (
     ("counted", COUNTED_COLOUR, 6.0, "number given by hand"),
     ("marked", MARKED_COLOUR, 6.0, "marked: increases and decreases stand here"),

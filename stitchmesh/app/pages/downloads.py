@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The files of a project as buttons, and how they are sent to the browser that asks for them."""
+"""The files of a project as buttons, and the sending of a file to the browser that asks for it."""
 
 from __future__ import annotations
 
@@ -51,15 +51,15 @@ def download_list(files: list[Export]) -> Markup:
 
 
 def send_file(app: App, files: Sequence[Export], name: str) -> None:
-    """Send a file; it is written in a thread of its own, because large files take seconds.
+    """Send a file; a thread of its own writes it, because large files take seconds.
 
     Args:
-        app: the application; an error of the file becomes a notice there.
+        app: the application, which shows an error of the file as a notice.
         files: the files that the project holds.
-        name: name of one of them.
+        name: name of one of these files.
 
     Raises:
-        ParameterError: none of them has this name.
+        ParameterError: no file has this name.
     """
     found = [file for file in files if file.name == name]
     if not found:

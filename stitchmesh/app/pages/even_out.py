@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The page Even out: mesh relaxation, watched live, and where there are too few or too many stitches."""
+"""The page Even out: mesh relaxation, watched live, and places with too few or too many stitches."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ if TYPE_CHECKING:
     from stitchmesh.app.project.project import Project
 
 MEASURES: dict[str, Measure] = {measure.capitalize(): measure for measure in get_args(Measure)}
-"""What the map can show, by the words of the user."""
+"""The measures that the map can show, by the words of the user."""
 BYTES_PER_STITCH = 120
-"""What a frame sends for each stitch: two triangles and two sides."""
+"""Size of a frame for each stitch: two triangles and two sides."""
 START, AGAIN = "Even out the stitches", "Even out the stitches again"
 """Labels of the button that starts, before the first time and later."""
 START_HINT = "Move the stitches over the surface until they are even"
 NEXT = "The sizes of the stitches are known after evening out. Start it above."
-"""What stands in place of the verdict before the first mesh relaxation."""
+"""Text in place of the verdict before the first mesh relaxation."""
 SETTINGS = (
     Field("alpha", "Covered part", "Part of the surface that unstressed stitches cover; less gives crowded rows more "
           "room", Number(0.3, 1.0, 0.05, slider=True)),
@@ -51,12 +51,12 @@ SETTINGS = (
 
 @dataclass(frozen=True)
 class EvenOutState:
-    """What the user looks at."""
+    """The user's choices on the page."""
 
     measure: Measure = "size"
-    """What the map shows."""
+    """The measure that the map shows."""
     marked: int | None = None
-    """Number of the finding whose rows are marked; None if none is."""
+    """Number of the finding whose rows are marked; None without a mark."""
 
 
 class EvenOutPage(Page):
@@ -74,7 +74,7 @@ class EvenOutPage(Page):
         self._map = SizeMapDrawing(app.scene)
 
     def unavailable(self) -> str | None:
-        """Return what to do first while there are no stitches."""
+        """Return what the user must do first while there are no stitches."""
         if self.app.project.fabric is None:
             return "There are no stitches yet. Divide the labeled mesh first, on the page Divide."
         return None
@@ -105,7 +105,7 @@ class EvenOutPage(Page):
         self.app.scene.look_at(low, high)
 
     def leave(self) -> None:
-        """Let the relaxation go on unseen."""
+        """Let the relaxation continue unseen."""
         self._run.leave()
 
     def refresh(self) -> None:
@@ -152,7 +152,7 @@ class EvenOutPage(Page):
             self._show_fabric(self._map.shown)
 
     def _finish(self, project: Project, before: StitchMesh, result: RelaxedMesh) -> None:
-        """Keep a result, unless another project or another fabric has taken the place of its own."""
+        """Keep a result, unless another project or fabric has replaced the one that it belongs to."""
         if not is_wanted(self, project, project.fabric is before):
             return
         dropped = project.set_evened(result.fabric)
@@ -165,7 +165,7 @@ class EvenOutPage(Page):
             self.refresh()
 
     def _fabric(self) -> StitchMesh:
-        """Return the fabric that is shown while nothing runs."""
+        """Return the fabric to show while nothing runs."""
         fabric = self.app.project.evened or self.app.project.fabric
         assert fabric is not None
         return fabric
@@ -202,22 +202,22 @@ class EvenOutPage(Page):
 
 
 def mesh_relax_options(project: Project) -> MeshRelaxOptions:
-    """Return the options of a project, or the default ones if those that were kept are not valid."""
+    """Return the options of a project; the default ones if the kept ones are not valid."""
     try:
         return MeshRelaxOptions(**project.settings(EvenOutPage.name).get("options", {}))
-    except (TypeError, StitchMeshError):  # The file was written by another version, or by hand.
+    except (TypeError, StitchMeshError):  # Another version of the program, or a user, wrote the file.
         return MeshRelaxOptions()
 
 
 def shown_options(project: Project) -> MeshRelaxOptions:
-    """Return the options of a project as the page shows them: with the aspect that they lead to."""
+    """Return the options of a project as the page shows them, with the resulting aspect."""
     options = even_out_options(project)
     assert options.aspect is not None
     return replace(options, aspect=round(options.aspect, 3))
 
 
 def even_out_options(project: Project) -> MeshRelaxOptions:
-    """Return the options of ``relax_mesh`` for a project; the aspect is that of its stitches if none was set."""
+    """Return the options of ``relax_mesh`` for a project; the default aspect is that of its stitches."""
     options, sizes = KnitOptions(mesh_relaxation=mesh_relax_options(project)), project.division or project.shaping
     if sizes is not None:
         options = replace(options, stitch_width=sizes.stitch_width, stitch_height=sizes.stitch_height)

@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The group Yarn and gauge, which is the same on all pages where a yarn or the size of its stitches is chosen.
+"""The group Yarn and gauge, the same on all pages where the user chooses a yarn or the size of its stitches.
 
-A project has one yarn. Choosing it takes its usual gauge; the size of the stitches can then be changed, and the yarn
-stays. Without a named yarn the size is the user's own.
+A project has one yarn. The choice of a yarn sets its usual gauge; the user can then change the size of the stitches,
+and the yarn stays. Without a named yarn the size is the user's own.
 """
 
 from __future__ import annotations
@@ -21,37 +21,37 @@ from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING
 from stitchmesh.yarn.yarn_presets import CENTIMETRES_PER_INCH, Gauge, Yarn, yarn_names
 
 GROUP = "Yarn and gauge"
-"""Name of the group, and of the settings of a project that hold its yarn."""
+"""Name of the group, and of the project's settings that hold the yarn."""
 OWN_YARN = "no named yarn"
-"""Choice of the yarn if only sizes are given."""
+"""The entry of the list of yarns if the user gives only sizes."""
 SMALLEST, LARGEST = 0.1, 5.0
 """Bounds of the stitch width and of the stitch height [cm]."""
 DIGITS = 3
-"""Decimal digits of the sizes that are shown."""
+"""Number of decimal digits of the sizes."""
 INCREASES: dict[str, Increase] = {
     "make one (m1l, m1r)": "m1", "knit front and back": "kfb", "lifted, from the loop below": "lifted",
     "yarn over, with a hole": "yo",
 }  # fmt: skip
 """Forms of increases, by the words of the user."""
 INCREASE = Field("increase", "Increases", "How increases are made.", INCREASES)
-"""How increases are made, on the pages that make stitches."""
+"""Field for the form of increases, on the pages that make stitches."""
 FOUR_INCHES = 4.0 * CENTIMETRES_PER_INCH / 10.0
-"""Stitches in 4 inches over those in 10 cm."""
+"""Number of stitches in 4 inches over the number in 10 cm."""
 
 
 def yarn_of(project: Project) -> Yarn | None:
-    """Return the yarn of a project; None if none is named."""
+    """Return the yarn of a project; None without a named yarn."""
     name = project.settings(GROUP).get("yarn")
     return Yarn.named(name) if name in yarn_names() else None
 
 
 def name_of(yarn: Yarn | None) -> str:
-    """Return the option of the list of yarns that stands for a yarn, or for none."""
+    """Return the entry of the list of yarns for a yarn, or for None."""
     return OWN_YARN if yarn is None else yarn.name
 
 
 def add_yarn_choice(controls: Controls, yarn: Yarn | None, changed: Callable[[Yarn | None], object]) -> Control:
-    """Add the list of yarns; ``changed`` is called with the one that is chosen, or None."""
+    """Add the list of yarns; ``changed`` is called with the chosen yarn, or None."""
     return controls.choice(
         "Yarn", "A hand-knitting yarn, at its usual gauge.", (OWN_YARN, *yarn_names()), name_of(yarn),
         lambda name: changed(None if name == OWN_YARN else Yarn.named(name)),
@@ -59,12 +59,12 @@ def add_yarn_choice(controls: Controls, yarn: Yarn | None, changed: Callable[[Ya
 
 
 def take_yarn(project: Project, yarn: Yarn | None) -> None:
-    """Make a yarn that of a project, or leave the project without one."""
+    """Give a yarn to a project, or leave the project without one."""
     project.set_settings(GROUP, {} if yarn is None else {"yarn": yarn.name})
 
 
 Taken = Callable[[float, float | None, str], object]
-"""Function that takes the width of a stitch [cm], its height or None for the usual one [cm], and what has changed."""
+"""Function that takes the width of a stitch [cm], its height [cm] or None for the usual height, and what changed."""
 
 
 class GaugePanel:
@@ -76,11 +76,11 @@ class GaugePanel:
         """Make the controls.
 
         Args:
-            project: the project, which keeps the yarn.
+            project: the project that keeps the yarn.
             controls: where the controls are added.
             width: width of a stitch [cm].
             height: height of a stitch [cm]; None for the usual one.
-            changed: called with another size, and with ``width`` or ``height`` if that was set alone.
+            changed: called with another size, and with ``width`` or ``height`` if the user set only that.
         """
         self._project, self._changed = project, changed
         with controls.group(GROUP):
@@ -125,7 +125,7 @@ class GaugePanel:
 
 
 def drawn_height(width: float, height: float | None) -> float:
-    """Return the height of a stitch [cm], which is the usual one of its width if None is given."""
+    """Return the height of a stitch [cm]; None means the usual height for its width."""
     return COURSE_OVER_WALE_SPACING * width if height is None else height
 
 

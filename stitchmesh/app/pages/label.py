@@ -75,7 +75,7 @@ def labeling_status(labeling: PartialLabeling, inside_out: bool) -> Markup:
 
 
 def legend_entries(labeling: PartialLabeling) -> list[LegendEntry]:
-    """What can be seen."""
+    """Return the legend of the visible things."""
     entries = []
     if labeling.row_count:
         rows = [tuple(colour) for colour in row_colours(np.arange(6)).tolist()]
@@ -94,7 +94,7 @@ def legend_entries(labeling: PartialLabeling) -> list[LegendEntry]:
 
 
 def fault_list(faults: tuple[LabelingFault, ...]) -> Markup:
-    """The reasons why faces cannot be labeled; each reason is a button that shows its faces."""
+    """Return the reasons why faces cannot be labeled, each as a button that shows its faces."""
     if not faults:
         return Markup()
     items = joined(
@@ -113,7 +113,7 @@ def fault_list(faults: tuple[LabelingFault, ...]) -> Markup:
 
 
 def start_list(mesh: Mesh) -> Markup:
-    """Buttons for the borders from which rows may start, best first."""
+    """Return buttons for the borders from which rows may start, best first."""
     buttons = []
     for chain in candidate_seeds(mesh)[:MOST_STARTS]:
         length = float(mesh.side_length[chain].sum())
@@ -126,7 +126,7 @@ def start_list(mesh: Mesh) -> Markup:
 
 
 REACH = 0.008
-"""Largest angle between a click and a border that it means [rad], about nine pixels."""
+"""Largest angle between a click and the border that it selects [rad], about nine pixels."""
 ROWS, FLIP, INSIDE, WALE, COURSE_EDGE, CLEAR = (
     "makes a row", "flips a row", "starts at an inner edge", "sets a wale edge", "sets a course edge",
     "clears an edge",
@@ -139,17 +139,17 @@ MEANINGS = {
     COURSE_EDGE: "Click beside an edge to set it to course: it runs along rows.",
     CLEAR: "Click beside an edge that was set by hand to clear its label.",
 }
-"""What a click means, and the hint for it."""
+"""The meanings of a click, each with its hint."""
 
 
 @dataclass(frozen=True)
 class LabelState:
-    """What the user has chosen on the page."""
+    """The user's choices on the page."""
 
     meaning: str = ROWS
-    """What a click means."""
+    """The meaning of a click."""
     flips_when_done: bool = True
-    """Whether a click flips a row once all faces have rows, and makes a row before."""
+    """Whether a click makes rows until all faces have rows, and then flips a row."""
 
 
 class LabelPage(Page):
@@ -166,7 +166,7 @@ class LabelPage(Page):
         self._numbers: VertexNumbers | None = None
 
     def unavailable(self) -> str | None:
-        """Say what is missing."""
+        """Return what is missing before the mesh can be labeled."""
         if self.app.project.labeling is not None:
             return None
         if self.app.project.fabric is not None:
@@ -202,7 +202,7 @@ class LabelPage(Page):
         self._drawing.look()
 
     def _make_other_controls(self) -> None:
-        """Make the controls that are needed less often, and the keys."""
+        """Make the controls that users need less often, and the keys."""
         controls = self.app.controls
         with controls.group("Without the mouse", opened=False):
             self._starts = controls.html(Markup(), self._clicked)
@@ -281,7 +281,7 @@ class LabelPage(Page):
         self._show_row()
 
     def _draw_faults(self, labeling: PartialLabeling) -> None:
-        """Cross out the faces of each fault that is listed, and write its number."""
+        """Cross out the faces of each listed fault, and write its number."""
         faults = labeling.faults[:MOST_FAULTS]
         mesh = labeling.mesh
         faces = np.array([face for fault in faults for face in fault.faces], dtype=np.int64)
@@ -290,7 +290,7 @@ class LabelPage(Page):
         self.app.scene.show("fault numbers", Labels(points, tuple(str(n) for n in range(1, len(faults) + 1))))
 
     def _show_row(self) -> None:
-        """Draw the outline of the row whose number is typed, once another row than the first is typed."""
+        """Draw the outline of the row with the typed number; none before the user has typed another than the first."""
         labeling = self.app.project.labeling
         faces = self._faces_of_typed_row(labeling)
         if labeling is None or self._row.value == 1 or not len(faces):
@@ -299,7 +299,7 @@ class LabelPage(Page):
         self._drawing.show_sides("row", outline_sides(labeling.mesh, faces), START_COLOUR, 5.0)
 
     def _faces_of_typed_row(self, labeling: PartialLabeling | None) -> IntArray:
-        """The faces of the row whose number is typed; of the last row for a larger number."""
+        """Return the faces of the row with the typed number; a larger number means the last row."""
         if labeling is None or labeling.row_count == 0:
             return np.zeros(0, dtype=np.int64)
         return labeling.faces_of_row(min(int(self._row.value), labeling.row_count) - 1)
@@ -318,7 +318,7 @@ class LabelPage(Page):
         self._faults.content = fault_list(labeling.faults)
 
     def _meant(self, pick: Pick) -> LabelStep | None:
-        """The step that a click means; None for a click beside the mesh."""
+        """Return the step that a click means; None for a click beside the mesh."""
         labeling = self.app.project.labeling
         assert labeling is not None
         ray = pick.ray_origin, pick.ray_direction
@@ -331,7 +331,7 @@ class LabelPage(Page):
         return None if place is None else self._step_at(labeling, place.side)
 
     def _step_at(self, labeling: PartialLabeling, side: int) -> LabelStep:
-        """The step that a click means near a side of a face."""
+        """Return the step that a click near a side of a face means."""
         face = int(labeling.mesh.side_face[side])
         steps: dict[str, Callable[[], LabelStep]] = {
             ROWS: lambda: pointed_step(labeling, side),
@@ -344,7 +344,7 @@ class LabelPage(Page):
         return steps[self._state.meaning]()
 
     def _take(self, step: LabelStep) -> None:
-        """Take a step, and say what it has removed."""
+        """Take a step, and show what it has removed."""
         self._changed(self.app.project.apply_label_step(step))
 
     def _changed(self, lost: tuple[str, ...]) -> None:
@@ -363,7 +363,7 @@ class LabelPage(Page):
         self._changed(self.app.project.redo_label())
 
     def _mean(self, meaning: str) -> None:
-        """Take what the user wants a click to mean; with rows, a click flips a row once all faces have rows."""
+        """Take the meaning of clicks; with rows, a click flips a row once all faces have rows."""
         self._state = LabelState(meaning, flips_when_done=meaning in (ROWS, FLIP))
         self.refresh()
 
@@ -374,13 +374,13 @@ class LabelPage(Page):
         self._take(LabelStep("flip_row", {"face": faces[0]}))
 
     def _act_at_edge(self) -> None:
-        """Take the step that a click means at the edge whose vertices are typed."""
+        """Take the step of a click at the edge between the two typed vertices."""
         labeling = self.app.project.labeling
         assert labeling is not None
         self._take(self._step_at(labeling, side_of(labeling.mesh, parse_edge(self._place.value))))
 
     def _clicked(self, action: str, value: str) -> None:
-        """Show a fault, or start at a border of the list."""
+        """Show a fault, or start at a listed border."""
         labeling = self.app.project.labeling
         assert labeling is not None
         if action == "start":
@@ -397,14 +397,14 @@ class LabelPage(Page):
 
 
 def _centre(mesh: Mesh, fault: LabelingFault) -> FloatArray:
-    """The middle of the first face of a fault [cm], shape (3,)."""
+    """Return the middle of the first face of a fault [cm], shape (3,)."""
     position = mesh.corner_position[mesh.sides_of(np.array(fault.faces[:1], dtype=np.int64))]
     centre: FloatArray = position.mean(axis=0)
     return centre
 
 
 def _view_of(normal: FloatArray) -> ViewName:
-    """The view from which a face with this normal is seen best."""
+    """Return the view that shows a face with this normal best."""
     x, y, z = normal
     if y > max(abs(x), abs(z)):
         return "top"

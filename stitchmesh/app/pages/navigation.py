@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The navigation: the pages as buttons, help and the colours of the program, above the controls of the open page.
+"""The navigation above the controls of the open page: the pages as buttons, help, and the colours of the program.
 
 The help on a page is its section of the documentation, as paragraphs without pictures and tables.
 """
@@ -26,14 +26,14 @@ HELP_SECTIONS = {
     "Swatch": ("application.md", "A swatch in two minutes"),
     "Outline": ("application.md", "A swatch in two minutes"), "Drape": ("drape-page.md", ""), "View": ("view.md", ""),
 }  # fmt: skip
-"""File and heading of the help on each page; without a heading, what the file begins with."""
+"""File and heading of the help on each page; without a heading, the first part of the file."""
 HELP_STYLE = markup("""<style>
 .sm-help{margin:.4em .1em;padding:.1em .7em;font-size:.86em;line-height:1.4;max-height:24em;overflow-y:auto;
  border:1px solid var(--mantine-color-default-border);border-radius:6px}
 .sm-help p{margin:.5em 0}
 </style>""")
 LEFT_OUT = ("![", "|", "#", "The pictures")
-"""How paragraphs begin that are left out: pictures, tables, headings, and what is said of pictures."""
+"""First words of paragraphs that are left out: pictures, tables, headings, and remarks on pictures."""
 
 
 def help_html(page: str) -> Markup:
@@ -86,15 +86,15 @@ STYLE = markup("""<style>
 
 
 class Navigation:
-    """The row of sections, the row of pages of the open section, the hint of the open page, and help on it."""
+    """The row of sections, the row of pages of the open section, the hint of the open page, and its help."""
 
     def __init__(self, controls: Controls, open_page: Callable[[str], None], set_dark: Callable[[bool], None]) -> None:
         """Make the rows.
 
         Args:
-            controls: where they are added.
+            controls: the place of the navigation.
             open_page: called with the name of a page.
-            set_dark: called with whether the program shall be dark.
+            set_dark: called with True for dark colours of the program, and False for light ones.
         """
         self._last_of = {section: pages[0] for section, pages in SECTIONS.items()}
         self._open, self._set_dark = open_page, set_dark
@@ -104,7 +104,7 @@ class Navigation:
         self._rows = controls.html(Markup(), self._clicked)
 
     def show(self, page: str, hint: str) -> None:
-        """Show which page is open, and what to do on it."""
+        """Show which page is open, and what the user can do on it."""
         self._helps = self._helps and page == self._page
         self._page, self._hint = page, hint
         self._last_of[section_of(page)] = page
@@ -144,13 +144,12 @@ def section_of(page: str) -> str:
 
 
 def _button(action: str, value: str, label: str, *, expanded: bool | None = None) -> Markup:
-    """Return a button that looks like a link; ``expanded`` says whether what it shows is there."""
+    """Return a button that looks like a link; ``expanded`` says whether the part that it unfolds is visible."""
     state = Markup() if expanded is None else markup(' aria-expanded="{}"', str(expanded).lower())
     return markup('<button type="button" data-action="{}" data-value="{}"{}>{}</button>', action, value, state, label)
 
 
 def _row(title: str, action: str, names: object, current: str, mark: str) -> Markup:
-    """Return a row of buttons."""
     assert isinstance(names, dict | tuple)
     buttons = joined(
         action_button(action, name, name, current=mark if name == current else "") for name in names

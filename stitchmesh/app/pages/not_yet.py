@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a page shows that needs another step first: the garment as it is, and a button to that step."""
+"""The content of a page that needs another step first: the garment so far, and a button that opens that step."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 NO_MESH = "There is no mesh yet. Open the page Project and import one, or choose an example."
 HAS_STITCHES = "The imported file holds stitches already. Go on with Edit."
-"""Why pages that work on a mesh are not available."""
+"""The reason why pages that work on a mesh are not available."""
 FABRIC_COLOUR = (206, 200, 186)
 EDGE_COLOUR = (96, 96, 104)
 GARMENT, EDGES = "garment", "edges"
@@ -37,7 +37,7 @@ def show_not_yet(app: App, page: Page, pages: dict[str, MakePage]) -> None:
 
 
 def page_needed(app: App, page: Page, pages: dict[str, MakePage]) -> str:
-    """Return the nearest page that makes what a page needs, and that is available itself."""
+    """Return the nearest available page that makes what a page needs."""
     if app.project.mesh is None and app.project.fabric is not None:
         return "Edit"  # The imported file holds stitches, so nothing is labeled or divided.
     while page.needs in pages:
@@ -56,6 +56,6 @@ def draw_plainly(scene: Scene, mesh: Mesh, opacity: float = 1.0) -> None:
 
 
 def remove_plain(scene: Scene) -> None:
-    """Remove what ``draw_plainly`` has drawn."""
+    """Remove the drawing of ``draw_plainly``."""
     scene.remove(GARMENT)
     scene.remove(EDGES)

@@ -35,13 +35,13 @@ if TYPE_CHECKING:
     from stitchmesh.app.application import App
 
 FIRST_PATTERN = "feather-and-fan"
-"""Pattern of a new project: its outline is not that of its chart."""
+"""Pattern of a new project; its outline differs from the rectangle of its chart."""
 FORMS: dict[str, Form] = {"Flat piece": "flat", "Tube": "tube", "Repeat": "lattice"}
 """The forms by the words of the user."""
 BYTES_PER_STITCH = 120
-"""What a frame sends for each stitch: two triangles and two sides."""
+"""Size of a frame for each stitch: two triangles and two sides."""
 LEAST, MOST = 4, 200
-"""Bounds of the numbers of stitches and of rows that a piece has at least."""
+"""Bounds of the smallest numbers of stitches and of rows of a piece."""
 FIELDS = (
     Field("form", "Form", "A piece with borders, a tube in rounds, or one repeat without borders", FORMS),
     Field("stitches", "Stitches", "Least number of stitches in a row; whole repeats are knitted",
@@ -50,23 +50,23 @@ FIELDS = (
 )  # fmt: skip
 """The form and the size of the piece."""
 BUSY = "Other work goes on; press Relax again when it has ended"
-"""What stands in the place of the figures while another task runs."""
+"""Text in place of the figures while another task runs."""
 WOVEN = "A weave has no stitches whose outline could relax. Choose a knitting pattern."
 """Notice for a weave."""
 
 
 @dataclass(frozen=True)
 class OutlineState:
-    """What the page shows, and the project keeps."""
+    """What the page shows; the project keeps it."""
 
     pattern: str
     """Text of the pattern."""
     form: Form = "flat"
     """Form of the fabric."""
     stitches: int = PIECE
-    """Least number of stitches in the width of a piece or in half of the girth of a tube."""
+    """Smallest number of stitches in the width of a piece, or in half the girth of a tube."""
     rows: int = PIECE
-    """Least number of rows."""
+    """Smallest number of rows."""
 
 
 class OutlinePage(Page):
@@ -103,7 +103,7 @@ class OutlinePage(Page):
         self._run.leave()
 
     def start(self) -> None:
-        """Relax the mesh of the chart; a relaxation of the chart before it ends first."""
+        """Relax the mesh of the chart; a relaxation of an earlier chart ends first."""
         if self._run.live is not None:
             self._waiting = True
             self._run.live.control.stop()
@@ -136,7 +136,7 @@ class OutlinePage(Page):
             self.start()
 
     def _saved_state(self) -> OutlineState:
-        """Return what the project keeps; if that is damaged, say so and begin anew."""
+        """Return the state from the project; if it is damaged, say so and begin anew."""
         try:
             return read_state(self.app.project.settings(self.name))
         except StitchMeshError as error:
@@ -144,13 +144,13 @@ class OutlinePage(Page):
             return first_state()
 
     def _finish(self, shape: FreeShape) -> None:
-        """Show the result, unless the chart has changed meanwhile."""
+        """Show the result, unless the chart has changed since."""
         if self.app.page is self and not self._waiting:
             self._show_fabric(shape.fabric, shape.outline)
             self._words.content = message(_words(shape), "good" if shape.report.converged else "doubtful")
 
     def _ended(self) -> None:
-        """Start the relaxation that waits."""
+        """Start the waiting relaxation."""
         again, self._waiting = self._waiting, False
         if self.app.page is not self:
             return
@@ -178,7 +178,7 @@ def first_state() -> OutlineState:
 
 
 def read_state(table: Mapping[str, Any]) -> OutlineState:
-    """Return the state that a project keeps; that of a new project if the table is empty.
+    """Return the state from a project's table; the state of a new project if the table is empty.
 
     Raises:
         ParameterError: a key is missing, or a value is of another type or out of bounds.
@@ -203,7 +203,7 @@ def _repeats(pattern: Pattern, state: OutlineState) -> dict[str, int]:
 
 
 def _words(shape: FreeShape) -> str:
-    """Return what the natural shape is, in words."""
+    """Return a description of the natural shape in words."""
     measures = shape.measures()
     slant = f" Its wales lean {abs(shape.slant):.1f}° to the {'right' if shape.slant > 0 else 'left'}."
     return (

@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The user's own patterns of a project: opened from files, captured from fabrics, or designed on the page Swatch.
+"""The user's own patterns in a project: opened from files, captured from fabrics, or designed on the page Swatch.
 
-Pages list them beside those of the library. They are kept as texts in the settings of the project.
+Pages list them beside the patterns of the library. The settings of the project hold them as texts.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ PLACE, KEY = "Own patterns", "texts"
 SWATCH = "Swatch"
 """Page whose designs are listed too."""
 MOST = 40
-"""Largest number of patterns that are kept; the oldest ones go first."""
+"""Largest number of patterns that are kept; the oldest are dropped first."""
 
 
 class OwnPatterns:
@@ -45,11 +45,11 @@ class OwnPatterns:
 
     @property
     def all(self) -> dict[str, Pattern]:
-        """The kept patterns, then those of the page Swatch."""
+        """The kept patterns, then the patterns of the page Swatch."""
         return {**self.kept, **swatch_patterns(self._settings(SWATCH))}
 
     def keep(self, pattern: Pattern) -> None:
-        """Add a pattern, unless it is kept already."""
+        """Add a pattern, unless it is there already."""
         text, texts = format_pattern(pattern), self._texts()
         if text not in texts:
             self._app.project.set_settings(PLACE, {KEY: [*texts, text][-MOST:]})
@@ -64,7 +64,7 @@ class OwnPatterns:
 
 
 def _read(text: str) -> Pattern | None:
-    """Return the pattern of a text; None if the file of the project was damaged."""
+    """Return the pattern of a text; None if the file of the project is damaged."""
     try:
         return parse_pattern(text)
     except PatternError:

@@ -15,21 +15,21 @@ if TYPE_CHECKING:
 class Page:
     """A page of the application. All methods run in the event thread.
 
-    A page is a state and a view of it. The state is one frozen value: what the user has chosen. An action of the user
-    makes the next state, by ``dataclasses.replace`` or by a method of the state, and the page shows it. A value with
-    undo is an ``UndoHistory`` in the state. What lasts of the state stands in the settings of the project. Beside its
-    state, a page keeps only its controls, its drawings and what runs.
+    A page is a state and a view of it. The state is one frozen value, which holds the user's choices. An action of the
+    user makes the next state, by ``dataclasses.replace`` or by a method of the state, and the page shows it. A value
+    with undo is an ``UndoHistory`` in the state. The settings of the project hold the lasting part of the state. Beside
+    its state, a page keeps only its controls, its drawings and its running work.
     """
 
     name: ClassVar[str]
     """Name in the navigation."""
     hint: ClassVar[str]
-    """One line that says what to do on this page."""
+    """One line that tells the user what to do on this page."""
 
     needs: ClassVar[str] = "Project"
     """Name of the page that makes what this page needs."""
     left_title: ClassVar[str] = "Chart"
-    """Title of the panel on the left, if the page has controls there."""
+    """Title of the left panel, if the page has controls there."""
     left_width: ClassVar[int] = 350
     """Width of the panel on the left [pixels]."""
 
@@ -38,17 +38,17 @@ class Page:
         self.app = app
 
     def unavailable(self) -> str | None:
-        """Return why the page has nothing to show yet and what to do first; None if it can be built."""
+        """Return what the user must do first, and why, while the page has nothing to show; None if it can be built."""
         return None
 
     def build(self) -> None:
-        """Make the controls and draw; both are empty before."""
+        """Make the controls and the drawings; there are none before."""
 
     def refresh(self) -> None:
-        """Show the project after it changed."""
+        """Show the project after a change."""
 
     def leave(self) -> None:
-        """End what belongs to the open page; controls and drawings are removed afterwards."""
+        """End the work of the open page; controls and drawings are removed afterwards."""
 
     def picked(self, pick: Pick) -> None:
         """Handle a click in the scene."""
@@ -57,7 +57,7 @@ class Page:
         """Handle a drag that began on a surface that takes strokes."""
 
     def boxed(self, box: ScreenBox) -> None:
-        """Handle a rectangle that was drawn with the shift key."""
+        """Handle a rectangle that the user drew with the shift key."""
 
     def camera_moved(self) -> None:
-        """Handle a camera that moved; called at most ten times a second."""
+        """Handle a movement of the camera; called at most ten times a second."""

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The page Project: open and import, what the project holds, downloads, and other projects."""
+"""The page Project: opening and import of files, the contents of the project, downloads, and other projects."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def saving_line(project: Project) -> Markup:
 
 
 def stage_lines(project: Project) -> list[tuple[str, str]]:
-    """Return the name of each stage, and in words what it holds."""
+    """Return for each stage its name and a description of its value."""
     return [
         ("Mesh", _mesh(project)),
         *([("Repaired", " ".join(f"{action.text}: {action.places}." for action in project.repairs))]
@@ -72,9 +72,9 @@ def stage_lines(project: Project) -> list[tuple[str, str]]:
 
 
 def unit_offer(project: Project) -> Markup:
-    """Return what is odd about the size of the mesh, and a button for each unit in which it would be a garment.
+    """Return a doubt about the size of the mesh, and a button for each unit that would make it a garment.
 
-    The action is ``unit``, and ``data-value`` is the unit; there is nothing to show for the size of a garment.
+    The action is ``unit``, and ``data-value`` is the unit; the result is empty if the mesh has the size of a garment.
     """
     mesh, source = project.mesh, project.source
     doubt = "" if mesh is None or source is None else doubt_of_unit(source.name, mesh, source.unit)
@@ -84,18 +84,18 @@ def unit_offer(project: Project) -> Markup:
     buttons = joined(
         action_button("unit", unit, f"Read it in {unit}: {size}", wide=True) for unit, size in others.items()
     )
-    # The sentence names the option of the command line for each unit, for which there is a button here.
+    # The sentence names the command-line option for each unit; here a button replaces it.
     said = doubt.partition(";")[0] if others else doubt
     return markup('{}<div class="sm-project"><p class="trouble">{}.</p>{}</div>', STYLE, _sentence(said), buttons)
 
 
 def recent_list(projects: list[RecentProject], present: Path, doomed: Path | None) -> Markup:
-    """Return two buttons for each recent project except the present one, which open and delete it.
+    """Return for each recent project except the present one a button that opens it and a button that deletes it.
 
     Args:
-        projects: the projects; ``data-value`` of a button is the place in this list.
+        projects: the projects; ``data-value`` of a button is the place of its project in this list.
         present: folder of the present project.
-        doomed: folder of the project of which the user is asked whether it shall be deleted; None if of none.
+        doomed: folder of the project for which the page asks whether to delete it; None without a question.
     """
     buttons = joined(
         _question(number, one) if one.folder == doomed else _recent(number, one)
@@ -125,7 +125,7 @@ def _recent(number: int, one: RecentProject) -> Markup:
 
 
 def _question(number: int, one: RecentProject) -> Markup:
-    """Return the question whether a project shall be deleted."""
+    """Return the question whether to delete a project."""
     return markup(
         '<div class="one" role="alert"><span>Delete <b>{}</b> for ever? </span>{}{}</div>',
         one.name, action_button("delete-now", number, "Delete it"), action_button("keep", number, "Keep it"),
@@ -165,7 +165,7 @@ def _relaxed(project: Project) -> str:
 
 
 def _taken(project: Project) -> list[str]:
-    """Return what was taken of the file, without the options of the command line, for which there are choices here."""
+    """Return the notes on the file, without the options of the command line, for which the page has choices."""
     if project.garment is None or project.source is None:
         return []
     doubt = doubt_of_unit(project.source.name, project.garment.mesh, project.source.unit)
@@ -173,7 +173,7 @@ def _taken(project: Project) -> list[str]:
 
 
 def _sentence(clause: str) -> str:
-    """Return a clause with a capital letter first."""
+    """Return a clause that begins with a capital letter."""
     return clause[:1].upper() + clause[1:]
 
 
@@ -188,29 +188,29 @@ SUFFIXES = (*MESH_FORMATS, ".h5", ".smobj", ".st")
 AXES: dict[str, Direction] = {
     "+y": Y, "+z": Z, "+x": (1.0, 0.0, 0.0), "-y": (0.0, -1.0, 0.0), "-z": (0.0, 0.0, -1.0), "-x": (-1.0, 0.0, 0.0),
 }  # fmt: skip
-"""Directions of a file that can point up, by the axis along which they do."""
+"""Directions of a file that can point up, by the axis along which they lie."""
 ALL_OBJECTS = "all that can be garments"
-"""Words for no choice among the objects of a file."""
+"""Entry of the list of a file's objects for no choice."""
 PREVIEW_OPACITY = 0.5
-"""Opacity of an example that is only looked at."""
+"""Opacity of an example that the user only looks at."""
 
 
 @dataclass(frozen=True)
 class ProjectPageState:
-    """What the user has chosen on the page."""
+    """The user's choices on the page."""
 
     example: str
-    """Name of the chosen example; empty if the program has none."""
+    """Name of the chosen example; empty if the program comes without examples."""
     unit: str = DEFAULT_UNIT
     """Unit of the next file."""
     new_name: str = "Garment"
     """Name of the next project."""
     doomed: Path | None = None
-    """Folder of the project of which the user is asked whether it shall be deleted."""
+    """Folder of the project for which the page asks whether to delete it."""
 
 
 class ProjectPage(Page):
-    """Shows the project, and changes to other ones."""
+    """Shows the project, and opens other projects."""
 
     name: ClassVar[str] = "Project"
     hint: ClassVar[str] = "Import a mesh, or drop its file here. Or take an example."
@@ -224,7 +224,7 @@ class ProjectPage(Page):
         self._files: list[Export] = []
 
     def build(self) -> None:
-        """Make the controls, and draw what the project holds."""
+        """Make the controls, and draw the content of the project."""
         remember(self.app.project)
         controls = self.app.controls
         self._summary = controls.html(Markup())
@@ -261,7 +261,7 @@ class ProjectPage(Page):
         self._draw()
 
     def import_file(self, name: str, content: bytes) -> None:
-        """Start from a file: in this project if it is empty, else in a new one.
+        """Start from a file: in this project if it is empty, otherwise in a new one.
 
         Raises:
             StitchMeshError: the file cannot be read; the projects stay as they are.
@@ -313,7 +313,7 @@ class ProjectPage(Page):
             self.app.notice(f"{changes} The page Rows knits the repaired mesh.", title="Repaired")
 
     def _open_next(self) -> None:
-        """Open the page of the next step; this page, if the mesh may have been read in a wrong unit."""
+        """Open the page of the next step; keep this page if the unit of the mesh may be wrong."""
         project = self.app.project
         self.app.open_page(self.name if unit_offer(project) else next_page(project))
 
@@ -326,13 +326,13 @@ class ProjectPage(Page):
             self._choose(unit=unit)
 
     def _unit_of(self, name: str) -> str:
-        """Return the unit in which a file is read: the chosen one, unless its format fixes its unit."""
+        """Return the unit for reading a file: the chosen unit, unless the format fixes one."""
         return DEFAULT_UNIT if stated_unit(name) else self._state.unit
 
     def _set_unit(self, unit: str) -> None:
         """Choose the unit of the next file, and read the present mesh in it.
 
-        The same project holds it as long as nothing was made of it, otherwise a new project.
+        The mesh stays in the same project while nothing was made from it; otherwise it goes to a new project.
         """
         self._choose(unit=unit)
         source = self.app.project.source
@@ -340,13 +340,13 @@ class ProjectPage(Page):
             self._read_again(replace(source, unit=self._unit_of(source.name)))
 
     def _set_up(self, axis: str) -> None:
-        """Turn the present mesh, in the same project or in a new one as for another unit."""
+        """Turn the present mesh, in the same project or a new one as for a change of the unit."""
         source = self.app.project.source
         if source is not None:
             self._read_again(replace(source, up=AXES[axis]))
 
     def _make_parts(self) -> None:
-        """Make the choices of an object and of a layer, where the file has several."""
+        """Make the choices of an object and of a layer, if the file has several."""
         garment, source = self.app.project.garment, self.app.project.source
         if garment is None or source is None:
             return
@@ -373,7 +373,7 @@ class ProjectPage(Page):
             self._read_again(replace(source, layer=cast(Layer, name)))
 
     def _read_again(self, source: Source) -> None:
-        """Read the file of the present mesh in another way, unless it was read so."""
+        """Read the file of the present mesh in another way; do nothing if it was read in this way."""
         project, before = self.app.project, self.app.project.source
         if project.mesh is None or before is None or source.reading == before.reading:
             return
@@ -384,7 +384,7 @@ class ProjectPage(Page):
             self.app.open_page(self.name)
 
     def _show_reading(self) -> None:
-        """Show the unit and the direction upwards with which the present mesh was read."""
+        """Show the unit and the upward direction of the present mesh, as they were read."""
         source = self.app.project.source
         if source is None or self.app.project.mesh is None:
             return
@@ -437,7 +437,7 @@ class ProjectPage(Page):
             self._set_unit(value)
 
     def _draw(self) -> None:
-        """Draw the newest stitches or the mesh; in an empty project the chosen example, pale."""
+        """Draw the newest stitches or the mesh; in an empty project, draw the chosen example in pale colours."""
         project = self.app.project
         mesh = project.evened or project.fabric or project.mesh
         opacity = 1.0
@@ -453,7 +453,7 @@ def _recent_folder(place: str) -> Path:
     """Return the folder of a project by its place in the list.
 
     Raises:
-        ParameterError: there is no such project any more.
+        ParameterError: the project does not exist any more.
     """
     projects = recent_projects()
     if not place.isdecimal() or int(place) >= len(projects):
@@ -463,7 +463,6 @@ def _recent_folder(place: str) -> Path:
 
 @cache
 def _example_mesh(name: str) -> Mesh | None:
-    """Return the mesh of an example."""
     return read_source(Source(*read_example(name))).mesh
 
 

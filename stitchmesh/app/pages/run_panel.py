@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The run that a page starts and shows, with its controls; it goes on unseen while another page is open."""
+"""A run that a page starts and shows, with its controls; it continues unseen while another page is open."""
 
 from __future__ import annotations
 
@@ -21,20 +21,20 @@ if TYPE_CHECKING:
 S = TypeVar("S")
 T = TypeVar("T")
 PAUSE, RESUME = "Pause", "Resume"
-"""Labels of the button that pauses a relaxation and lets it go on."""
+"""Labels of the button that pauses and resumes a relaxation."""
 STALE = "The stitches or the yarns were changed meanwhile, so the result of the work was left out. Start it again."
 
 
 class RunPanel:
-    """Controls that are shown while a relaxation runs."""
+    """Controls that are visible while a relaxation runs."""
 
     def __init__(self, controls: Controls, step: str, words: Callable[[AnyRun], str] | None = None) -> None:
         """Make the controls, hidden.
 
         Args:
             controls: where they stand.
-            step: what one step of the relaxation is, for the hint.
-            words: says how far a run is; ``status_of`` by default.
+            step: the name of one step of the relaxation, for the hint.
+            words: returns how far a run is, in words; ``status_of`` by default.
         """
         self._words = words or status_of
         self._run: AnyRun | None = None
@@ -55,7 +55,7 @@ class RunPanel:
         self.update()
 
     def update(self) -> None:
-        """Show how far the relaxation is."""
+        """Show the progress of the relaxation."""
         if self._run is None:
             return
         self._pause.label = RESUME if self._run.paused else PAUSE
@@ -63,7 +63,7 @@ class RunPanel:
         self._status.content = markup('<p role="status" style="margin:0">{}</p>', self._words(self._run))
 
     def toggle_pause(self) -> None:
-        """Pause the relaxation, or let it go on."""
+        """Pause or resume the relaxation."""
         if self._run is not None:
             control = self._run.control
             control.resume() if control.paused else control.pause()
@@ -90,7 +90,7 @@ class PageRun(Generic[S, T]):
         Args:
             page: the page.
             shown: called with each snapshot while the page is open.
-            ended: called after the end of each run, and after the result was handed over.
+            ended: called after each run has ended and handed over its result.
         """
         self._page, self._shown, self._ended = page, shown, ended
         self._panel: RunPanel | None = None
@@ -98,7 +98,7 @@ class PageRun(Generic[S, T]):
         """The run; None while nothing runs."""
 
     def build(self, step: str, words: Callable[[AnyRun], str] | None = None) -> None:
-        """Make the controls of the open page, and show the run there; see ``RunPanel``."""
+        """Make the controls of the open page, and show the run in them; see ``RunPanel``."""
         self._panel = RunPanel(self._page.app.controls, step, words)
         if self.live is not None:
             self.live.on_snapshot = self._show
@@ -112,16 +112,17 @@ class PageRun(Generic[S, T]):
         self, name: str, work: Callable[[RunControl[S], Progress], T], done: Callable[[T], object], *,
         stage: str | None, max_iterations: float = float("inf"), frame_bytes: int = 0, goal: float | None = None,
     ) -> None:  # fmt: skip
-        """Start a run; the other arguments are those of ``LiveRun``.
+        """Start a run; ``LiveRun`` describes the other arguments.
 
         Args:
-            name: what it does, in the words of the user.
+            name: the name of the work, in the words of the user.
             work: the work, in the worker thread.
             done: called with the result.
-            stage: as for ``LiveRun``.
-            max_iterations: as for ``LiveRun``.
-            frame_bytes: as for ``LiveRun``.
-            goal: as for ``LiveRun``.
+            stage: name of the stage of the library whose progress follows from the residuals; None for work that
+                reports its progress itself.
+            max_iterations: iterations after which the relaxation ends.
+            frame_bytes: approximate size of a snapshot for a browser [bytes].
+            goal: residual near which the relaxation ends; None for its tolerance.
 
         Raises:
             ParameterError: another task runs.
@@ -154,7 +155,7 @@ class PageRun(Generic[S, T]):
 
 
 def is_wanted(page: Page, project: Project, unchanged: bool) -> bool:
-    """Whether a result belongs to the open project, and to what it was made of; if that has changed, this is said."""
+    """Return whether a result belongs to the open project and its present input; if the input has changed, say so."""
     open_now = page.app.project is project
     if open_now and not unchanged:
         page.app.notice(STALE, "warning")

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The page Take home: the files of a garment in words, and all other files under More."""
+"""The page Take home: the files of a garment under plain names, and all other files under More."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ KINDS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
     ("Yarns for the web and games", "GLB tubes", ("relaxed.glb", "yarns.glb")),
     ("Stitches for StitchMesh", "HDF5 without loss", ("evened.h5", "stitches.h5")),
 )
-"""What each kind of file is for, what it is, and its names, of which the first one that the project holds is sent."""
+"""Purpose and description of each kind of file, and its names; the first of these that the project holds is sent."""
 PICTURE = (1600, 1000)
 """Width and height of the picture of a pattern [pixels]."""
 
@@ -46,7 +46,7 @@ class TakeHomePage(Page):
         self._view = GarmentYarnView(app.scene)
 
     def unavailable(self) -> str | None:
-        """Say that there are no stitches to take home."""
+        """Return what is missing while there are no stitches to take home."""
         if self.app.project.fabric is None:
             return "There are no stitches yet: divide the labeled mesh into stitches first, on page Divide."
         return None
@@ -82,7 +82,7 @@ class TakeHomePage(Page):
         send_file(self.app, files, name)
 
     def _picture(self) -> bytes | None:
-        """Return what the browser shows, as a PNG; None, with a notice, if no browser draws it."""
+        """Return the picture in the browser as a PNG; None, with a notice, if no browser draws it."""
         try:
             return self.app.scene.screenshot(*PICTURE)
         except DisplayError as error:
@@ -91,13 +91,13 @@ class TakeHomePage(Page):
 
 
 def _first_held(names: Sequence[str], files: Sequence[Export]) -> str:
-    """Return the first name that a file has; empty if none has one of them."""
+    """Return the first of these names that a file has; an empty text if no file has one."""
     held = {file.name for file in files}
     return next((name for name in names if name in held), "")
 
 
 def _kinds_html(kinds: Sequence[tuple[str, str, str]]) -> Markup:
-    """Return a button for each kind; those whose yarns are not made yet are greyed out."""
+    """Return a button for each kind; kinds that need yarns are grey before there are yarns."""
     buttons = joined(
         action_button("download", name, _kind_words(title, what, name), disabled=not name, wide=True)
         for title, what, name in kinds

@@ -1,6 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Verdicts and figures as HTML. A mark and a word say what the colour says, so that the colour is not needed."""
+"""Verdicts and figures as HTML.
+
+A mark and a word repeat the meaning of the colour, so that no user needs the colour.
+"""
 
 from __future__ import annotations
 
@@ -12,10 +15,10 @@ from stitchmesh.reporting.figures import Figure
 from stitchmesh.reporting.verdict import Verdict
 
 MOST = 4
-"""Largest number of findings in a box; the first ones are the most important."""
+"""Largest number of findings in a box, where the most important ones come first."""
 LIST = "margin:.3em 0 0;padding-left:1.1em"
 LINK = "all:unset;vertical-align:top;cursor:pointer;text-decoration:underline dotted"
-"""Style of a finding that can be clicked."""
+"""Style of a finding that the user can click."""
 
 
 def verdict_html(verdict: Verdict, good: str, doubtful: str, *, action: str | None = None) -> Markup:
@@ -25,7 +28,7 @@ def verdict_html(verdict: Verdict, good: str, doubtful: str, *, action: str | No
         verdict: the verdict.
         good: title of a good verdict, a clause.
         doubtful: title of another verdict, a clause.
-        action: name of the action that a click on a finding calls with the number of the finding; None for none.
+        action: name of the action of a click on a finding, which gets its number; None for no action.
     """
     if verdict.good:
         return message(f"{good}: {verdict.praise}.", "good")
@@ -41,7 +44,7 @@ def verdict_html(verdict: Verdict, good: str, doubtful: str, *, action: str | No
 
 
 def figures_html(figures: Sequence[Figure]) -> Markup:
-    """Return a table of figures; the meaning of each stands under it."""
+    """Return a table of figures, with the meaning of each below it."""
     rows = joined(
         markup(
             '<tr><th scope="row" style="text-align:left;font-weight:600;vertical-align:top">{}'

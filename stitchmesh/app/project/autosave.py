@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Writing in the background: the newest state is on disk a moment after each change."""
+"""Writing in the background: the disk has the newest state a moment after each change."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from stitchmesh.errors import StitchMeshError
 logger = logging.getLogger(__name__)
 
 DELAY = 0.2
-"""Time between a change and its write, in which further changes join it [s]."""
+"""Time between a change and its write [s]; further changes in this time join the write."""
 RETRY = 5.0
 """Time between two writes while the disk refuses them [s]."""
 
@@ -26,9 +26,9 @@ class Autosave:
         """Start the thread.
 
         Args:
-            write: writes a state; it is called from one thread at a time.
-            on_trouble: called in the thread of the writes with a message when a write has failed, and with None when a
-                write has succeeded after that.
+            write: writes a state; only one thread at a time calls it.
+            on_trouble: called in the writing thread with a message after a failed write, and with None after the next
+                successful one.
         """
         self._write, self._on_trouble = write, on_trouble
         self._changed = threading.Condition()
@@ -36,7 +36,7 @@ class Autosave:
         self._newest: ProjectState | None = None
         self._closing = False
         self.trouble: str | None = None
-        """Why the newest state cannot be written; None if it is written or will be."""
+        """Why the newest state cannot be written; None if it is written or still waits."""
         self._thread = threading.Thread(target=self._run, name="autosave", daemon=True)
         self._thread.start()
 
@@ -46,7 +46,7 @@ class Autosave:
         return self._newest is not None
 
     def changed(self, state: ProjectState) -> None:
-        """Write a state soon, in the place of every earlier one that is not written yet."""
+        """Write a state soon, in place of every earlier state that still waits."""
         with self._changed:
             self._newest = state
             self._changed.notify()
@@ -55,7 +55,7 @@ class Autosave:
         """Write the newest state now.
 
         Raises:
-            FileError: the disk refuses it.
+            FileError: the disk refuses the state.
         """
         with self._writing:
             state = self._newest
@@ -63,7 +63,7 @@ class Autosave:
                 self._write_one(state)
 
     def end(self) -> None:
-        """End the thread; a state that is not written yet stays unwritten."""
+        """End the thread; a waiting state stays unwritten."""
         with self._changed:
             self._closing = True
             self._changed.notify()
@@ -89,7 +89,7 @@ class Autosave:
                 self.flush()
             except StitchMeshError as error:
                 logger.warning("autosave: %s", error)
-            except Exception:  # The thread lives on: the next state may be written.
+            except Exception:  # The thread goes on, because the next state may succeed.
                 logger.exception("autosave failed")
 
     def _write_one(self, state: ProjectState) -> None:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How a labeled mesh is divided into stitches, as a value that JSON can hold."""
+"""The division of a labeled mesh into stitches, as a value that JSON can hold."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Division:
     counts: Mapping[VertexPair, int] = field(default_factory=dict)
     """Number of stitches along single edges, each named by its two vertices."""
     marked: tuple[VertexPair, ...] = ()
-    """Wale edges at which all increases and decreases of their faces stand, each named by its two vertices."""
+    """Wale edges beside which all increases and decreases of their faces stand, each named by its two vertices."""
     increase: Increase = DEFAULT_INCREASE
     """How increases are made: ``m1``, ``kfb``, ``lifted`` or ``yo``."""
 
@@ -36,7 +36,7 @@ class Division:
         """Divide a labeled mesh into stitches.
 
         Raises:
-            StitchMeshError: as for ``tessellate``.
+            StitchMeshError: an error of ``tessellate``.
         """
         return tessellate(
             labeled, stitch_width=self.stitch_width, stitch_height=self.stitch_height, counts=dict(self.counts),
@@ -45,9 +45,9 @@ class Division:
 
 
 def with_known_edges(division: Division, labeled: StitchMesh) -> Division:
-    """Return the division without the counts and marks of edges that a labeled mesh does not have.
+    """Return the division without the counts and marks of edges that a labeled mesh lacks.
 
-    A mark of an edge that is no wale edge is left out too.
+    A mark on an edge that is not a wale edge is left out too.
     """
     counts = {edge: count for edge, count in division.counts.items() if _known(labeled, edge)}
     marked = tuple(edge for edge in division.marked if _known(labeled, edge, wale=True))
@@ -55,9 +55,9 @@ def with_known_edges(division: Division, labeled: StitchMesh) -> Division:
 
 
 def with_count(division: Division, labeled: StitchMesh, edge: VertexPair, count: int | None) -> Division:
-    """Return the division with another number of stitches on an edge; None for the number that follows from its length.
+    """Return the division with another number of stitches on an edge; None lets the length decide.
 
-    On a wale edge, the number replaces those of the other wale edges of its row.
+    On a wale edge, the number replaces the numbers of the other wale edges of its row.
     """
     same = edges_with_one_count(labeled, edge_named(labeled, edge)).tolist()
     counts = {one: given for one, given in division.counts.items() if edge_named(labeled, one) not in same}
@@ -71,7 +71,7 @@ def with_mark(division: Division, edge: VertexPair, marked: bool) -> Division:
 
 
 def with_edges(division: Division, settings: EdgeSettings, labeled: StitchMesh) -> Division:
-    """Return the division with the numbers and marks of some settings in the place of its own.
+    """Return the division with the numbers and marks of some settings instead of its own.
 
     Raises:
         ParameterError: an edge does not exist.
@@ -92,7 +92,7 @@ def _known(labeled: StitchMesh, edge: VertexPair, *, wale: bool = False) -> bool
 
 @dataclass(frozen=True, kw_only=True)
 class _Table:
-    """A division as JSON holds it."""
+    """The form of a division in JSON."""
 
     stitch_width: float
     stitch_height: float | None
@@ -102,7 +102,7 @@ class _Table:
 
 
 def division_table(division: Division) -> dict[str, Any]:
-    """Return a division as JSON can hold it; a count is written ``V,W=COUNT``."""
+    """Return a division as a table for JSON; a count is written ``V,W=COUNT``."""
     return {
         "stitch_width": division.stitch_width,
         "stitch_height": division.stitch_height,
@@ -113,7 +113,7 @@ def division_table(division: Division) -> dict[str, Any]:
 
 
 def division_of(table: object) -> Division:
-    """Return the division of a table that ``division_table`` made.
+    """Return the division from a table of ``division_table``.
 
     Raises:
         ParameterError: the table has another form.

@@ -29,7 +29,7 @@ from stitchmesh.yarn import YarnSet
 PATTERN_FILE = "pattern.pdf"
 """Name of the pattern to take home."""
 PERIODIC_SUFFIX = ".pyp"
-"""Suffix of a format that holds periodic yarns only, which a garment has not."""
+"""Suffix of a format for periodic yarns only, which a garment does not have."""
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class Export:
     """A file that a project can send."""
 
     what: str
-    """What the file holds, in words: ``Relaxed yarns``."""
+    """Description of the content, such as ``Relaxed yarns``."""
     name: str
     """Name of the file, with its suffix."""
     write: Callable[[Path], object]
@@ -60,7 +60,7 @@ class Export:
 
 
 def exports(project: Project, picture: bytes | None = None) -> list[Export]:
-    """Return the files that a project can send now, in the order of the stages.
+    """Return the files that a project can send at present, in the order of the stages.
 
     Args:
         project: the project.
@@ -112,7 +112,7 @@ def _formats(what: str, name: str, suffixes: Any, write: Callable[..., object], 
 
 
 def _swap(write: Callable[..., object]) -> Callable[[Any, Path], object]:
-    """Return a function of a value and a path that calls a function of a path and a value."""
+    """Return a function with the arguments value and path, for a function with the arguments path and value."""
     return lambda value, path: write(path, value)
 
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Which project a start of the application opens: that of a folder, that of a file, or the last one."""
+"""Chooses the project that opens at the start: the project of a folder or of a file, or the last project."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ FIRST_NAME = "Garment"
 
 
 def project_for(file: FilePath | None = None, folder: FilePath | None = None, unit: str | None = None) -> Project:
-    """Open the project that a user asks for at the start.
+    """Open the project that the user asks for at the start.
 
     Args:
-        file: a mesh or stitches, the name of an example, or the folder of a project. A file that a project was started
-            from opens that project again, unless the project has another unit than the given one; another file starts a
-            new project.
-        folder: folder of the project; it is made if it is missing.
-        unit: unit of the coordinates in the file; centimetres, or that of the project of the file, if it is None.
+        file: a mesh or stitches, the name of an example, or the folder of a project. If a project was started from this
+            file, that project opens again, unless it has another unit than the given one; otherwise a new project
+            starts.
+        folder: folder of the project; a missing one is made.
+        unit: unit of the coordinates in the file; None for centimetres, or for the unit of the file's project.
 
     Returns:
-        The project; without file and folder, the one that was open last, or an empty one.
+        The project; without file and folder, the last open project, or an empty one.
 
     Raises:
         StitchMeshError: the project cannot be opened, the file cannot be read, or the folder holds a project that was
@@ -49,7 +49,7 @@ def project_for(file: FilePath | None = None, folder: FilePath | None = None, un
 
 
 def title_of(name: str) -> str:
-    """Return the name of a project for the name of a file."""
+    """Return the name of a project from the name of a file."""
     return Path(name.replace("\\", "/")).stem.replace("_", " ").strip()[:40] or FIRST_NAME
 
 

@@ -4,8 +4,8 @@
 
 The stages depend on each other in this order: mesh, labeling, labeled mesh, fabric (divided, then edited), evened
 fabric, yarns, relaxed yarns. The fabric can also be found on the mesh itself, without a labeling. A change of one stage
-drops the later ones; undo and redo bring back what the last change dropped. All methods run in one thread; another
-thread writes the newest state to disk.
+drops the later ones; undo and redo restore what the last change dropped. All methods run in one thread; another thread
+writes the newest state to disk.
 """
 
 from __future__ import annotations
@@ -60,8 +60,8 @@ OPEN_ELSEWHERE = "the project is open in another stitchmesh app; use that one, o
 class Project:
     """A garment from its mesh to its relaxed yarns, in a folder.
 
-    A method that changes the project returns the names of what it dropped, such as ``("yarns", "relaxed yarns")``. If a
-    method raises an error, the project stays unchanged.
+    A method that changes the project returns the names of the values that it dropped, such as ``("yarns", "relaxed
+    yarns")``. If a method raises an error, the project stays unchanged.
 
     Use ``create``, ``open`` or ``open_or_create`` to make one, and ``close`` at the end.
     """
@@ -70,21 +70,21 @@ class Project:
         self, store: ProjectFolder, lock: FolderLock, state: ProjectState, values: StageValues,
         notes: tuple[str, ...] = (),
     ) -> None:  # fmt: skip
-        """Hold a state and its values; ``notes`` says what was left out when it was read."""
+        """Hold a state and its values; ``notes`` says what was left out when they were read."""
         self._store, self._lock, self._state, self._values = store, lock, state, values
         self.notes = notes
-        """A line for each result that was damaged on disk and was left out."""
+        """A line for each result that was damaged on disk and therefore left out."""
         self.on_trouble: Callable[[str | None], None] = lambda message: None
         """Called from another thread with a message when autosave fails, and with None when it succeeds again."""
         self.autosave = Autosave(store.write, self._trouble)
 
     @classmethod
     def create(cls, folder: Path, name: str = "", source: Source | None = None) -> Project:
-        """Make a project of an imported file, or an empty one; its name is that of its folder if none is given.
+        """Make a project from an imported file, or an empty one; its default name is the name of its folder.
 
         Raises:
-            StitchMeshError: the imported file cannot be read, the folder holds a project already, another program uses
-                it, or it cannot be written; nothing is left in the folder then.
+            StitchMeshError: the imported file cannot be read, the folder already holds a project, another program uses
+                it, or it cannot be written; nothing new is then left in the folder.
         """
         folder = Path(folder).absolute()
         if is_there(folder / TABLE_NAME):
@@ -106,7 +106,7 @@ class Project:
 
     @classmethod
     def open(cls, folder: Path) -> Project:
-        """Open the project of a folder where it was.
+        """Open the project of a folder in its last state.
 
         Raises:
             FileError: the folder holds no project, another program uses it, or the project is damaged.
@@ -126,7 +126,7 @@ class Project:
 
     @staticmethod
     def delete(folder: Path) -> None:
-        """Delete the project of a folder; files in the folder that are none of the program's stay, with the folder.
+        """Delete the project of a folder; files of the user in the folder stay, and the folder with them.
 
         Raises:
             FileError: the folder holds no project, another program uses it, or something cannot be removed.
@@ -146,7 +146,7 @@ class Project:
         """Open the project of a folder, or make an empty one there.
 
         Raises:
-            FileError: as for ``open`` and ``create``.
+            FileError: an error of ``open`` or ``create``.
         """
         return cls.open(folder) if is_there(Path(folder) / TABLE_NAME) else cls.create(folder)
 
@@ -157,7 +157,7 @@ class Project:
 
     @property
     def checkpoint_folder(self) -> Path:
-        """Folder of the checkpoints of a relaxation; it is not part of what autosave writes."""
+        """Folder of the checkpoints of a relaxation; autosave does not write it."""
         return self.folder / "checkpoint"
 
     @property
@@ -172,7 +172,7 @@ class Project:
 
     @property
     def up(self) -> Direction:
-        """Direction in the coordinates of the imported file that points up, and is y in the project."""
+        """Direction in the coordinates of the imported file that points up and becomes y in the project."""
         return Y if self.source is None else self.source.up or Y
 
     @property
@@ -182,12 +182,12 @@ class Project:
 
     @property
     def surface(self) -> Mesh | None:
-        """The mesh, repaired as rows that are found on it need; None as for ``mesh``."""
+        """The mesh after the repair that a search for rows needs; None where ``mesh`` is None."""
         return self._values.surface
 
     @property
     def repairs(self) -> tuple[RepairAction, ...]:
-        """What the repair has changed in the surface."""
+        """The changes that the repair has made to the surface."""
         return self._values.repairs
 
     @property
@@ -207,17 +207,17 @@ class Project:
 
     @property
     def division(self) -> Division | None:
-        """How the labeled mesh was divided; None until it is divided."""
+        """The values with which the labeled mesh was divided; None before it is divided."""
         return self._state.division
 
     @property
     def shaping(self) -> Shaping | None:
-        """How the stitches were found on the mesh without labels; None if they were not."""
+        """The options with which the stitches were found on the mesh without labels; None if they were not."""
         return None if self._state.shaped is None else self._state.shaped.shaping
 
     @property
     def fabric(self) -> StitchMesh | None:
-        """The stitches with all edits; None until the mesh is divided or its rows are found."""
+        """The stitches with all edits; None before the mesh is divided or its rows are found."""
         return self._values.fabric
 
     @property
@@ -227,12 +227,12 @@ class Project:
 
     @property
     def last_changes(self) -> tuple[Change, ...]:
-        """The changes by which the last edit, undo or redo led to the present fabric, in order."""
+        """The changes by which the last edit, undo or redo made the present fabric, in order."""
         return self._values.last_changes
 
     @property
     def evened(self) -> StitchMesh | None:
-        """The fabric after mesh relaxation; None until it is evened out."""
+        """The fabric after mesh relaxation; None before it."""
         return self._state.results.evened
 
     @property
@@ -262,7 +262,7 @@ class Project:
 
     @property
     def garment(self) -> GarmentMesh | None:
-        """The imported mesh with what was found out about its file; None if labels or stitches were imported."""
+        """The imported mesh with the facts about its file; None if labels or stitches were imported."""
         return self._values.garment
 
     def import_mesh(self, name: str, content: bytes, unit: str = DEFAULT_UNIT) -> tuple[str, ...]:
@@ -279,10 +279,10 @@ class Project:
         return self.read_source(source_of(name, content, unit))
 
     def read_source(self, imported: Source) -> tuple[str, ...]:
-        """Start again from a file, read as it says.
+        """Start again from a file, which the value says how to read.
 
         Raises:
-            StitchMeshError: as for ``import_mesh``, or the file has no object of a chosen name.
+            StitchMeshError: an error of ``import_mesh``, or the file has no object of a chosen name.
         """
         source, values = _read(imported)
         return self._change(ProjectState(name=self.name, source=source, settings=self._state.settings), values)
@@ -302,7 +302,7 @@ class Project:
 
     @property
     def can_redo_label(self) -> bool:
-        """Whether there is a step of the labeling to take again."""
+        """Whether there is an undone step of the labeling."""
         return bool(self._state.label_steps.future)
 
     def undo_label(self) -> tuple[str, ...]:
@@ -315,7 +315,7 @@ class Project:
         return self._label(before, self._values.without_label_step())
 
     def redo_label(self) -> tuple[str, ...]:
-        """Take again the step of the labeling that was undone last.
+        """Take the last undone step of the labeling again.
 
         Raises:
             ParameterError: there is none.
@@ -329,10 +329,10 @@ class Project:
 
         Args:
             division: how the mesh is divided.
-            fabric: the result of the division, if it was made already, such as in a worker thread.
+            fabric: the result of the division, if for example a worker thread has made it already.
 
         Raises:
-            StitchMeshError: the mesh is not labeled, or it cannot be divided so.
+            StitchMeshError: the mesh is not labeled, or it cannot be divided in this way.
         """
         values = self._values.divided(division, fabric)
         return self._change(with_division(self._state, division), values)
@@ -341,11 +341,11 @@ class Project:
         """Find rows and stitches on the mesh, without labels.
 
         Args:
-            shaping: how they are found.
-            fabric: the stitches, if they were found already, such as in a worker thread.
+            shaping: the options for the search.
+            fabric: the stitches, if for example a worker thread has found them already.
 
         Raises:
-            StitchMeshError: there is no mesh, or no stitches can be found so.
+            StitchMeshError: there is no mesh, or no stitches can be found in this way.
         """
         if fabric is None and self.surface is not None:
             fabric = shaping.shape(self.surface).fabric
@@ -369,7 +369,7 @@ class Project:
 
     @property
     def can_redo(self) -> bool:
-        """Whether there is an edit to apply again."""
+        """Whether there is an undone edit."""
         return bool(self._state.edits.future)
 
     def undo(self) -> tuple[str, ...]:
@@ -381,7 +381,7 @@ class Project:
         return self._edit(self._state.edits.undo("undo: no edit is left to undo"), self._values.undone())
 
     def redo(self) -> tuple[str, ...]:
-        """Apply again the edit that was undone last.
+        """Apply the last undone edit again.
 
         Raises:
             ParameterError: there is none.
@@ -392,11 +392,11 @@ class Project:
 
     @property
     def can_restore(self) -> tuple[str, ...]:
-        """What ``restore`` brings back, in words; empty if the last changes have dropped nothing."""
+        """The names of what ``restore`` brings back; empty if the last changes have dropped nothing."""
         return self._state.kept[0].made if self._state.kept else ()
 
     def restore(self) -> tuple[str, ...]:
-        """Return to the state before the last change that dropped something; a second call returns to the present.
+        """Return to the state before the last change that dropped something; a second call leads back.
 
         Raises:
             ParameterError: no change has dropped anything.
@@ -413,7 +413,7 @@ class Project:
         return self._change(replace(self._state, results=replace(NO_RESULTS, evened=fabric)), self._values)
 
     def set_yarns(self, yarns: YarnSet, settings: Mapping[str, Any]) -> tuple[str, ...]:
-        """Set the generated yarns, and the settings with which they were generated.
+        """Set the generated yarns, and the settings of their generation.
 
         Raises:
             ParameterError: JSON cannot hold the settings.
@@ -441,7 +441,7 @@ class Project:
         """Set the settings of a page.
 
         Raises:
-            ParameterError: JSON cannot hold them.
+            ParameterError: JSON cannot hold the settings.
         """
         kept = {**self._state.settings, page: _plain(f"settings of page {page}", values)}
         self._change(replace(self._state, settings=kept), self._values)
@@ -466,10 +466,10 @@ class Project:
         self.autosave.flush()
 
     def close(self) -> None:
-        """Write the project, and let other programs open it.
+        """Write the project, and release it for other programs.
 
         Raises:
-            FileError: the disk refuses it.
+            FileError: the disk refuses the project.
         """
         try:
             self.autosave.close()
@@ -501,7 +501,7 @@ class Project:
 
 
 def _read(source: Source | None) -> tuple[Source | None, StageValues]:
-    """Read an imported file; return it with the direction that was found to be up, and the values of the project."""
+    """Read an imported file; return it with the upward direction that was found, and the values of the project."""
     if source is None:
         return None, StageValues()
     start = read_source(source)
@@ -513,7 +513,7 @@ def _plain(what: str, values: Mapping[str, Any]) -> dict[str, Any]:
     """Return a copy of values that JSON can hold.
 
     Raises:
-        ParameterError: JSON cannot hold them.
+        ParameterError: JSON cannot hold the values.
     """
     try:
         return check_value(parse_json(json.dumps(values, allow_nan=False)), dict[str, Any])

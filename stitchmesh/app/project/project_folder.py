@@ -3,8 +3,8 @@
 """The folder of a project on disk.
 
 ``project.json`` holds the table of the project and the names of the files in ``files``. A result is written to a file
-with a new name, and then a new ``project.json`` replaces the old one in one step. A process that is killed at any
-moment therefore leaves the project as it was before or after the write. Files that no table names are removed later.
+with a new name, and then a new ``project.json`` replaces the old one in one step. If the process is killed at any
+moment, the project is therefore in its state before or after the write. Files that no table names are removed later.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ OWN_FOLDERS = ("checkpoint", "bodies", "drape")
 
 @dataclass(frozen=True)
 class ResultFormat:
-    """How one value is kept in a file."""
+    """The format of the file of one value."""
 
     suffix: str
     write: Callable[[Path, Any], None]
@@ -67,9 +67,9 @@ RESULT_FORMATS: Mapping[str, ResultFormat] = {
     "report": ResultFormat(".json", _write_plain, read_json),
     "history": ResultFormat(".json", _write_plain, _read_history),
 }
-"""Formats of what has files of its own: the stitches that were found on the mesh, and fields of ``Results``."""
+"""Formats of the values that have files of their own: the stitches found on the mesh, and fields of ``Results``."""
 SOURCE = "source"
-"""Name, among the files, of the imported one."""
+"""Name, among the files, of the imported file."""
 OWN_NAME = re.compile(rf"({'|'.join([SOURCE, *RESULT_FORMATS])})-\d+(\.[a-z0-9]+)?")
 """Form of the names of the files."""
 
@@ -81,7 +81,7 @@ class ProjectFolder:
         """Use a folder, which need not exist before the first write."""
         self.folder = folder
         self._written: dict[str, object] = {}
-        """The value in each file that has been written or read."""
+        """The value in each file that was written or read."""
         self._number = 0
 
     @property
@@ -90,7 +90,7 @@ class ProjectFolder:
         return self.folder / TABLE_NAME
 
     def write(self, state: ProjectState) -> None:
-        """Write a state; the folder holds the state before or this state, whenever the process ends.
+        """Write a state; whenever the process ends, the folder holds the state before or this state.
 
         Raises:
             FileError: a file cannot be written; the folder then holds the state before.
@@ -107,7 +107,7 @@ class ProjectFolder:
         self._remove_unnamed()
 
     def read(self) -> tuple[ProjectState, tuple[str, ...]]:
-        """Read the state of the folder, and a line for each result that is damaged and was left out.
+        """Read the state of the folder, and return with it a line for each damaged result that was left out.
 
         Raises:
             FileError: there is no project, or its table or its imported file is damaged.
@@ -128,7 +128,7 @@ class ProjectFolder:
         return state, tuple(notes)
 
     def delete(self) -> None:
-        """Remove all that the program writes into the folder of a project, the table last.
+        """Remove all files of the program from the folder of a project, the table last.
 
         Raises:
             FileError: something cannot be removed; the project is then still in the list.
@@ -171,14 +171,14 @@ class ProjectFolder:
     def _file_of(
         self, value: object, kind: str, suffix: str, write: Callable[[Path, Any], None], named: dict[str, object]
     ) -> str:
-        """Return the name of the file that holds a value; write the file if there is none."""
+        """Return the name of the file that holds a value; write the file if it does not exist."""
         found = [name for name, held in self._written.items()
                  if held is value and name.startswith(kind) and self._path(name).is_file()]  # fmt: skip
         if not found:
             self._number += 1
             found = [f"{kind}-{self._number}{suffix}"]
             write(self.folder / FILES / found[0], value)
-            self._written[found[0]] = value  # Where the next file is refused, this one need not be written again.
+            self._written[found[0]] = value  # If the next file is refused, this one need not be written again.
         named[found[0]] = value
         return found[0]
 
@@ -202,7 +202,7 @@ class ProjectFolder:
         if table.yarn_settings is not None:
             values["yarn_settings"] = table.yarn_settings
         fabric = values.pop(SHAPED, None)
-        if table.shaping is not None and fabric is None:  # Nothing that follows from the lost stitches is left.
+        if table.shaping is not None and fabric is None:  # Nothing that follows from the lost stitches remains.
             return {**work_fields(table), "edits": NO_EDITS}
         shaped = None if table.shaping is None else ShapedStitches(shaping_of(table.shaping), fabric)
         return {**work_fields(table), "shaped": shaped, "results": Results(**values) if values else NO_RESULTS}
@@ -217,14 +217,14 @@ class ProjectFolder:
         """Return the path of a file that the table names.
 
         Raises:
-            ParameterError: the name is not that of a file in the folder of the files.
+            ParameterError: the name is not the name of a file in the folder of the files.
         """
         if OWN_NAME.fullmatch(name) is None:
             raise ParameterError(f"file {name!r}: is no file of a project; expected a name such as yarns-3.h5")
         return self.folder / FILES / name
 
     def _names(self) -> list[str]:
-        """Return the names of the project's own files; what a user has put beside them is none of them."""
+        """Return the names of the project's own files; files that a user has put beside them do not count."""
         files = self.folder / FILES
         inside = files.iterdir() if files.is_dir() and not files.is_symlink() else ()
         return [path.name for path in inside if OWN_NAME.fullmatch(path.name)]
@@ -232,19 +232,19 @@ class ProjectFolder:
     def _remove_unnamed(self) -> None:
         for name in self._names():
             if name not in self._written:
-                with contextlib.suppress(OSError):  # It is removed after a later write.
+                with contextlib.suppress(OSError):  # A later write removes it.
                     (self.folder / FILES / name).unlink()
 
 
 def _value_of(state: ProjectState, field: str) -> object:
-    """Return what a state holds for a file; None if it holds nothing."""
+    """Return the value that a state holds for a file; None if it holds none."""
     if field == SHAPED:
         return None if state.shaped is None else state.shaped.fabric
     return getattr(state.results, field)
 
 
 def stored_source(folder: Path) -> Source | None:
-    """Return the file from which the project in a folder was started; None if there is none to read."""
+    """Return the file from which the project in a folder was started; None if it cannot be read."""
     store = ProjectFolder(folder)
     try:
         return store._read_source(store._table().source)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Where projects are, and which ones were open last."""
+"""The places of projects, and the list of those that were open last."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ from stitchmesh.io.path_kind import is_file, is_there
 from stitchmesh.mesh import BORDER, Mesh
 
 MOST_RECENT = 12
-"""Number of projects that are remembered."""
+"""Largest number of projects in the list."""
 MOST_LINES = 400
-"""Largest number of lines of the outline of a garment."""
+"""Largest number of lines in the outline of a garment."""
 OUTLINE = re.compile(r"(M-?\d{1,3} -?\d{1,3}L-?\d{1,3} -?\d{1,3})*")
 LONGEST_NAME = 60
 """Largest number of characters in the name of a new project."""
@@ -40,7 +40,7 @@ class RecentProject:
     name: str
     """Name of the project when it was open."""
     outline: str = ""
-    """Its garment from the front, as a path of SVG in a square of 100 units; empty if it had none."""
+    """Its garment from the front, as an SVG path in a square of 100 units; empty without a garment."""
 
     @property
     def changed(self) -> datetime:
@@ -53,15 +53,15 @@ class RecentProject:
 
 
 def projects_folder() -> Path:
-    """Return the folder of new projects: that of the variable ``STITCHMESH_PROJECTS``, else StitchMesh in the home."""
+    """Return the folder of new projects: the variable ``STITCHMESH_PROJECTS`` names it, else StitchMesh in the home."""
     return Path(os.environ.get("STITCHMESH_PROJECTS") or Path.home() / "StitchMesh")
 
 
 def new_project_folder(name: str) -> Path:
-    """Return a folder for a new project that does not exist yet; a number is added to its name if it exists.
+    """Return a folder for a new project that does not exist yet; its name gets a number if another exists.
 
     Args:
-        name: name of the project; characters that a folder should not have become hyphens.
+        name: name of the project; characters that do not suit a folder become hyphens.
 
     Raises:
         ParameterError: the name has no letter and no digit, or is too long.
@@ -76,18 +76,18 @@ def new_project_folder(name: str) -> Path:
 
 
 def recent_projects() -> list[RecentProject]:
-    """Return the projects that were open, the last one first; projects whose folders are gone are left out."""
+    """Return the projects that were open, the last one first; projects without a folder are left out."""
     try:
         entries = check_value(read_json(_list_path()), list[dict[str, str]])
         found = [RecentProject(Path(entry["folder"]), entry["name"], _checked(entry.get("outline", "")))
                  for entry in entries]  # fmt: skip
         return [project for project in found if is_file(project.folder / TABLE_NAME)]
     except (StitchMeshError, KeyError):
-        return []  # The list is a convenience: a damaged one is made anew.
+        return []  # The list is a convenience: a damaged list begins anew.
 
 
 def remember(project: Project) -> None:
-    """Put a project first in the list; a list that cannot be written is left as it is."""
+    """Put a project first in the list; if the list cannot be written, it stays as it is."""
     others = [one for one in recent_projects() if one.folder != project.folder]
     mesh = project.evened or project.fabric or project.mesh
     entries = [RecentProject(project.folder, project.name, "" if mesh is None else outline_of(mesh)), *others]
@@ -100,9 +100,9 @@ def remember(project: Project) -> None:
 
 
 def outline_of(mesh: Mesh) -> str:
-    """Return the borders and the outline of a garment from the front as a path of SVG, in a square of 100 units.
+    """Return the borders and the outline of a garment from the front as an SVG path, in a square of 100 units.
 
-    An edge belongs to the outline if one of its faces looks to the front and the other one to the back.
+    An edge belongs to the outline if one of its faces looks to the front and the other to the back.
     """
     towards = mesh.face_vector_area[:, 2] > 0.0
     side = mesh.edge_side
@@ -116,7 +116,7 @@ def outline_of(mesh: Mesh) -> str:
 
 
 def _checked(outline: str) -> str:
-    """Return a path that a file holds; nothing if it is none of ``outline_of``."""
+    """Return a path from a file; an empty text if ``outline_of`` cannot have made it."""
     return outline if OUTLINE.fullmatch(outline) else ""
 
 

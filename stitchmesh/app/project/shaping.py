@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How rows and stitches are found on a mesh without labels, as a value that JSON can hold."""
+"""The search for rows and stitches on a mesh without labels, as a value that JSON can hold."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Shaping(ShapingOptions):
     """The options with which rows and stitches are found on a mesh, and the size of the stitches.
 
     Raises:
-        ParameterError: as for ``ShapingOptions``.
+        ParameterError: an error of ``ShapingOptions``.
     """
 
     stitch_width: float = STITCH_WIDTH
@@ -48,7 +48,7 @@ class Shaping(ShapingOptions):
         """Find rows and stitches on a mesh.
 
         Raises:
-            StitchMeshError: as for ``shape_fabric``.
+            StitchMeshError: an error of ``shape_fabric``.
         """
         from stitchmesh.shaping.auto_stitches import shape_fabric
 
@@ -60,29 +60,29 @@ class Shaping(ShapingOptions):
 
 @dataclass(frozen=True, eq=False)
 class ShapedStitches:
-    """Stitches that were found on a mesh, before all edits, and how they were found."""
+    """Stitches that were found on a mesh, before all edits, and the options that found them."""
 
     shaping: Shaping
-    """How they were found."""
+    """The options that found the stitches."""
     fabric: StitchMesh
     """The stitches."""
 
 
 def shaping_table(shaping: Shaping) -> dict[str, Any]:
-    """Return a shaping as JSON can hold it."""
+    """Return a shaping as a table for JSON."""
     marks = [mark_table(mark) for mark in shaping.marks]
     return {**vars(shaping), "up": list(shaping.up), "marks": marks}
 
 
 def mark_table(mark: TimeMark) -> dict[str, Any]:
-    """Return a mark as JSON can hold it."""
+    """Return a mark as a table for JSON."""
     points = [[float(number) for number in point] for point in mark.points]
     table = {"kind": mark.kind, "points": points, "role": mark.role, "time": mark.time}
     return table if mark.radius is None else {**table, "radius": mark.radius}
 
 
 def shaping_of(table: object) -> Shaping:
-    """Return the shaping of a table that ``shaping_table`` made.
+    """Return the shaping from a table of ``shaping_table``.
 
     Raises:
         ParameterError: the table has another form.

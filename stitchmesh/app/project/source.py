@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The file that a project starts from: its bytes as they were imported, and what they hold."""
+"""The file from which a project starts: its imported bytes, and their content."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from stitchmesh.yarn import YarnSet
 
 @dataclass(frozen=True, eq=False)
 class Source:
-    """The imported file of a project, which is kept without a change."""
+    """The imported file of a project, kept without a change."""
 
     name: str
     """Name of the file, without folders."""
@@ -36,9 +36,9 @@ class Source:
     unit: str = DEFAULT_UNIT
     """Unit of the coordinates in the file."""
     up: Direction | None = None
-    """Direction in the coordinates of the file that points up; None if it is to be found."""
+    """Direction in the coordinates of the file that points up; None to find it."""
     objects: tuple[str, ...] = ()
-    """Names of objects of the file that are the garment; none for all that can be garments."""
+    """Names of the objects of the file that make the garment; none means all objects that can."""
     layer: Layer = "outer"
     """Layer of a garment with a thickness."""
 
@@ -49,24 +49,24 @@ class Source:
 
 
 def source_of(name: str, content: bytes, unit: str = DEFAULT_UNIT) -> Source:
-    """Return an imported file; its name may be given with folders, as on Windows too."""
+    """Return an imported file; its name may include folders, also in the form of Windows."""
     return Source(Path(name.replace("\\", "/")).name, content, unit)
 
 
 @dataclass(frozen=True, eq=False)
 class Start:
-    """What a project starts with: a labeling, on which nothing may be labeled yet, or stitches."""
+    """The start of a project: a labeling, possibly without any row yet, or stitches."""
 
     labeling: PartialLabeling | None
     """The labeling; None if the file holds stitches."""
     fabric: StitchMesh | None
     """The stitches; None if the file holds a mesh that is not divided."""
     garment: GarmentMesh | None = None
-    """The mesh as it was read, with what was found out about its file; None for labels and stitches."""
+    """The mesh as it was read, with the facts about its file; None for labels and stitches."""
     surface: Mesh | None = None
-    """The repaired mesh, on which rows are found; None if the file holds stitches."""
+    """The repaired mesh for the search for rows; None if the file holds stitches."""
     repairs: tuple[RepairAction, ...] = ()
-    """What was changed in it."""
+    """The changes that the repair has made to the mesh."""
 
     @property
     def mesh(self) -> Mesh | None:
@@ -77,8 +77,8 @@ class Start:
 def read_source(source: Source) -> Start:
     """Read an imported file: a polygon mesh, a labeled or partly labeled mesh, or stitches.
 
-    A polygon mesh is repaired for the search for rows, as ``stitchmesh knit --auto`` does. Quads that form a surface
-    are labeled as they are in the file.
+    A polygon mesh is repaired for the search for rows, as ``stitchmesh knit --auto`` does. If the quads of the file
+    form a surface, they are labeled unchanged.
 
     Raises:
         StitchMeshError: the file cannot be read, or it holds yarns.
@@ -103,7 +103,7 @@ def _start(path: Path, source: Source) -> Start:
 def _start_of_garment(path: Path, reading: MeshReading) -> Start:
     try:
         garment = read_garment(path, reading, repaired=False)
-    except (FileError, MeshError):  # Its polygons form no surface, or it cannot be read at all.
+    except (FileError, MeshError):  # The polygons form no surface, or the file cannot be read at all.
         garment = read_garment(path, reading, repaired=True)
         start = _start_of_repaired(Repaired(garment.mesh, garment.repairs or ()))
     else:

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The values that follow from the state of a project: the labelings, the divided mesh and the edited fabric.
 
-The values are made again when a project is opened. The labelings before each step and the changes of each edit are
-kept, so that undo takes no time.
+The values are made again when a project is opened. The labeling before each step and the changes of each edit are kept,
+so that undo takes no time.
 """
 
 from __future__ import annotations
@@ -33,11 +33,11 @@ class StageValues:
     labeled: StitchMesh | None = None
     """The labeled mesh; None until every face has a row."""
     garment: GarmentMesh | None = None
-    """The imported mesh, with what was found out about its file; None for labels and stitches."""
+    """The imported mesh, with the facts about its file; None for labels and stitches."""
     surface: Mesh | None = None
-    """The repaired mesh, on which rows are found; None if there is no mesh."""
+    """The repaired mesh for the search for rows; None if there is no mesh."""
     repairs: tuple[RepairAction, ...] = ()
-    """What was changed in it."""
+    """The changes that the repair has made to the mesh."""
     fabric: StitchMesh | None = None
     """The fabric with all edits; None until the mesh is divided."""
     inverses: tuple[tuple[Change, ...], ...] = ()
@@ -90,7 +90,7 @@ class StageValues:
         return self._labeled_as(self.labelings[:-1])
 
     def divided_as(self, state: ProjectState) -> StageValues:
-        """Return the values with the stitches and the edits of a state; the labeling must be that of the state.
+        """Return the values with the stitches and the edits of a state, which must have the same labeling.
 
         Raises:
             StitchMeshError: the division or an edit is not possible.
@@ -106,7 +106,7 @@ class StageValues:
         """Return the values after a division; ``fabric`` is its result, if it is known.
 
         Raises:
-            StitchMeshError: the mesh is not labeled, or it cannot be divided so.
+            StitchMeshError: the mesh is not labeled, or it cannot be divided in this way.
         """
         if self.labeled is None:
             raise ParameterError("divide: the mesh is not labeled completely; label all its faces first")

@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Everything that a project saves, as one value.
+"""All values that a project saves, as one value.
 
-A change of a project makes a new state, so that a thread can write one state while the user makes the next one.
+A change of a project makes a new state, so that a thread can write one state while the user makes the next.
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ from stitchmesh.yarngen.recolouring import recoloured_yarns
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Results:
-    """The results of the stages after the last edit; None until a stage has run."""
+    """The results of the stages after the last edit; each is None until its stage has run."""
 
     evened: StitchMesh | None = None
     """The fabric after mesh relaxation."""
     yarns: YarnSet | None = None
     """The generated yarns."""
     yarn_settings: Mapping[str, Any] | None = None
-    """Settings with which the yarns were generated, as JSON can hold them."""
+    """Settings with which the yarns were generated, in a form that JSON can hold."""
     relaxed: YarnSet | None = None
     """The relaxed yarns."""
     report: Mapping[str, Any] | None = None
@@ -45,7 +45,7 @@ NO_RESULTS = Results()
 NO_LABEL_STEPS: UndoHistory[LabelStep | None] = history_of_steps()
 NO_EDITS: UndoHistory[Edit | None] = history_of_steps()
 MOST_KEPT = 3
-"""Number of earlier states that a project keeps, because each can hold large results."""
+"""Number of earlier states that a project keeps; it is small, because each can hold large results."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -59,7 +59,7 @@ class ProjectState:
     label_steps: UndoHistory[LabelStep | None] = NO_LABEL_STEPS
     """The steps of the labeling."""
     division: Division | None = None
-    """How the labeled mesh is divided; None until it is divided."""
+    """The division of the labeled mesh; None before it is divided."""
     shaped: ShapedStitches | None = None
     """The stitches that were found on the mesh without labels; None if the stitches come from elsewhere."""
     edits: UndoHistory[Edit | None] = NO_EDITS
@@ -67,14 +67,14 @@ class ProjectState:
     results: Results = NO_RESULTS
     """The results of the later stages."""
     kept: tuple[ProjectState, ...] = ()
-    """The states before the last changes that dropped something, the last one first; undo and redo take results from
+    """The states before the last changes that dropped something, the newest first; undo and redo take results from
     them. They keep no states themselves."""
     settings: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
-    """Settings of each page, as JSON can hold them."""
+    """Settings of each page, in a form that JSON can hold."""
 
     @property
     def made(self) -> tuple[str, ...]:
-        """What the stages after the labeling have made, in words."""
+        """Names of the values that the stages after the labeling have made."""
         results = self.results
         parts = {
             "stitches": self.division or self.shaped,
@@ -87,14 +87,14 @@ class ProjectState:
 
     @property
     def stitches_from(self) -> tuple[object, ...]:
-        """What the stitches before the edits follow from; it is equal for states with the same ones."""
+        """The values that determine the stitches before the edits; they are equal for states with the same stitches."""
         return steps_done(self.label_steps), self.division, None if self.shaped is None else id(self.shaped.fabric)
 
 
 def with_label_steps(state: ProjectState, steps: UndoHistory[LabelStep | None]) -> ProjectState:
     """Return the state after a change of the labeling; stitches, edits and results are dropped.
 
-    Where the labeling is again that of a kept state, its stitches, edits and results come back.
+    If the labeling is again the labeling of a kept state, its stitches, edits and results come back.
     """
     changed = replace(
         state, label_steps=steps, division=None, shaped=None, edits=NO_EDITS, results=NO_RESULTS,
@@ -124,7 +124,7 @@ def with_shaped(state: ProjectState, shaped: ShapedStitches) -> ProjectState:
 def _with_other_stitches(
     state: ProjectState, division: Division | None, shaped: ShapedStitches | None, lost: bool
 ) -> ProjectState:
-    """Return the state with other stitches; the present state is kept if something is lost with it."""
+    """Return the state with other stitches; the present state is kept if the change drops something."""
     return replace(
         state, division=division, shaped=shaped, edits=NO_EDITS, results=NO_RESULTS, kept=_kept(state, lost)
     )
@@ -133,9 +133,9 @@ def _with_other_stitches(
 def with_edits(
     state: ProjectState, edits: UndoHistory[Edit | None], results: Results = NO_RESULTS
 ) -> ProjectState:
-    """Return the state after a change of the edits with the results that it leaves; the others are dropped.
+    """Return the state after a change of the edits, with the results that the change leaves; the others are dropped.
 
-    Where the stitches are again those of a kept state, its results come back.
+    If the stitches are again the stitches of a kept state, its results come back.
     """
     if results is not NO_RESULTS:
         return replace(state, edits=edits, results=results)
@@ -147,7 +147,7 @@ def with_edits(
 
 
 def recoloured(results: Results, before: StitchMesh, after: StitchMesh) -> Results:
-    """Return results with the colours of another fabric whose yarns take the same ways (``keeps_yarn_routes``)."""
+    """Return results with the colours of another fabric whose yarns have the same routes (``keeps_yarn_routes``)."""
     evened, yarns, relaxed = results.evened, results.yarns, results.relaxed
     return replace(
         results,
@@ -167,10 +167,10 @@ def with_results(state: ProjectState, **values: Any) -> ProjectState:
 
 
 def dropped(before: ProjectState, after: ProjectState) -> tuple[str, ...]:
-    """Return what a change has dropped, in words."""
+    """Return the names of what a change has dropped."""
     return tuple(name for name in before.made if name not in after.made)
 
 
 def _kept(state: ProjectState, lost: bool) -> tuple[ProjectState, ...]:
-    """Return the states to keep at a change: the present one too if something is lost with it."""
+    """Return the states to keep at a change; the present state is among them if the change drops something."""
     return (replace(state, kept=()), *state.kept)[:MOST_KEPT] if lost else state.kept

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The states of a project as tables that JSON can hold.
 
-Meshes, stitches and yarns are not in the tables: a table holds the names of their files.
+The tables hold no meshes, stitches and yarns, but the names of their files.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ Step = tuple[str, dict[str, Any]]
 
 @dataclass(frozen=True, kw_only=True)
 class WorkTable:
-    """What the user has made, without the imported file."""
+    """The work of the user, without the imported file."""
 
     label_steps: list[Step] = field(default_factory=list)
     undone_label_steps: list[Step] = field(default_factory=list)
@@ -39,7 +39,8 @@ class WorkTable:
     edits: list[Step] = field(default_factory=list)
     undone_edits: list[Step] = field(default_factory=list)
     files: dict[str, str] = field(default_factory=dict)
-    """Name of the file of the stitches that were found on the mesh, and of each result, by the names of the fields."""
+    """Names of the files of the stitches that were found on the mesh, and of each result, by the names of the
+    fields."""
     yarn_settings: dict[str, Any] | None = None
 
 
@@ -50,11 +51,11 @@ class SourceTable:
     name: str
     unit: str
     file: str
-    """Name of the file in the project, which holds the same bytes."""
+    """Name of the file in the project that holds the same bytes."""
     up: tuple[float, float, float] = Y
     """Direction in the coordinates of the file that points up."""
     objects: tuple[str, ...] = ()
-    """Names of the objects of the file that are the garment; none for all that can be garments."""
+    """Names of the objects of the file that make the garment; none means all objects that can."""
     layer: Layer = "outer"
     """Layer of a garment with a thickness."""
 
@@ -73,7 +74,7 @@ class ProjectTable:
 
 
 def work_table(state: ProjectState, files: Mapping[str, str]) -> WorkTable:
-    """Return the table of what the user has made; ``files`` holds the names of the files that go with it."""
+    """Return the table of the user's work; ``files`` holds the names of the files that belong to it."""
     settings = state.results.yarn_settings
     return WorkTable(
         label_steps=_steps(steps_done(state.label_steps)),
@@ -88,7 +89,7 @@ def work_table(state: ProjectState, files: Mapping[str, str]) -> WorkTable:
 
 
 def work_fields(table: WorkTable) -> dict[str, Any]:
-    """Return the fields of the state of a table, except for what stands in files.
+    """Return the fields of a state from a table, without those that are in files.
 
     Raises:
         ParameterError: the division has another form.

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A camera as seen by the server: from points to the screen, and from the screen to rays."""
+"""A camera on the side of the server, which maps points to the screen and places on the screen to rays."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class CameraView:
     position: FloatArray
     """Position, shape (3,) [cm]."""
     wxyz: FloatArray
-    """Orientation as a quaternion, from the axes of the camera to those of the scene, shape (4,)."""
+    """Orientation as a quaternion, from the axes of the camera to the axes of the scene, shape (4,)."""
     fov: float
     """Vertical field of view [radians]."""
     aspect: float

@@ -9,7 +9,7 @@ import numpy as np
 from stitchmesh.mesh import FloatArray, IntArray
 
 BESIDE_VERTEX = 1e-7
-"""Shift of the values, over the interval, by which hardly any vertex lies on a line."""
+"""Shift of the values, over the interval, after which hardly any vertex lies on a line."""
 
 
 def contour_segments(points: FloatArray, triangles: IntArray, values: FloatArray, interval: float) -> FloatArray:
@@ -19,7 +19,7 @@ def contour_segments(points: FloatArray, triangles: IntArray, values: FloatArray
         points: corners of the triangles [cm], shape (V, 3).
         triangles: corners of each triangle, shape (T, 3).
         values: value of the function at each corner, linear on each triangle, shape (V,).
-        interval: difference of the values of neighbouring lines; the lines are at its multiples.
+        interval: difference of the values of neighbouring lines; each line has a multiple of it.
     """
     level = values[triangles] / interval + BESIDE_VERTEX
     first = np.ceil(level.min(axis=1)).astype(np.int64)
@@ -34,7 +34,7 @@ def contour_segments(points: FloatArray, triangles: IntArray, values: FloatArray
 
 
 def _crossings(corner: FloatArray, level: FloatArray, line: IntArray, side: int) -> tuple[FloatArray, IntArray]:
-    """The point at which each line crosses a side of its triangle, shape (n, 3), and whether it does, shape (n,)."""
+    """Return the point at which each line crosses a side of its triangle, shape (n, 3), and whether it does, (n,)."""
     start, end = level[:, side], level[:, (side + 1) % 3]
     cut = (start < line) != (end < line)
     share = np.where(cut, (line - start) / np.where(cut, end - start, 1.0), 0.0)[:, None]

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a scene draws, as data: surfaces with colours, lines, arrows, texts, yarns and marks of points.
+"""The drawings of a scene, as data: surfaces with colours, lines, arrows, texts, yarns and marks of points.
 
 Positions are in cm, colours in sRGB.
 """
@@ -20,7 +20,7 @@ from stitchmesh.render.yarn_blocks import YarnBlocks
 Colour: TypeAlias = tuple[int, int, int]
 """A colour, red, green and blue from 0 to 255, sRGB."""
 LARGEST_PALETTE = 256
-"""Most colours of one surface; the browser is sent one byte for each triangle or point."""
+"""Largest number of colours of one surface; the browser gets one byte for each triangle or point."""
 
 
 IN_PLACE = np.zeros((1, 3))
@@ -50,7 +50,8 @@ class Colours:
     def of(cls, colours: NDArray[np.uint8]) -> Colours:
         """Return the colours of an array of sRGB colours, shape (n, 3), as a palette of at most 256 colours.
 
-        If there are more colours, the palette holds 6 x 7 x 6 evenly spaced ones, and each colour becomes the nearest.
+        If there are more colours, the palette holds 6 x 7 x 6 evenly spaced colours, and each colour becomes the
+        nearest of them.
         """
         code = colours.astype(np.int64) @ np.array([1 << 16, 1 << 8, 1])
         different, index = np.unique(code, return_inverse=True)
@@ -65,7 +66,7 @@ class Surface:
     """Triangles with colours.
 
     Raises:
-        ParameterError: there is not one colour for each triangle or for each point.
+        ParameterError: the number of colours is not the number of triangles or of points.
     """
 
     points: FloatArray
@@ -73,9 +74,9 @@ class Surface:
     triangles: IntArray
     """Corners of the triangles, anticlockwise seen from outside, shape (T, 3)."""
     colours: Colours | Colour
-    """Colours of the triangles if ``flat``, else of the points; or one colour."""
+    """Colours of the triangles if ``flat`` is True, otherwise of the points; or one colour."""
     flat: bool = True
-    """Whether each triangle has its own normal and colour; else normals and colours change smoothly."""
+    """Whether each triangle has its own normal and colour; otherwise normals and colours change smoothly."""
     opacity: float = 1.0
     """From 0, invisible, to 1."""
     takes_strokes: bool = False
@@ -95,7 +96,7 @@ class Lines:
     segments: FloatArray
     """Ends of the lines, shape (n, 2, 3)."""
     colour: Colour | NDArray[np.uint8]
-    """One colour, or a colour of each end, shape (n, 2, 3)."""
+    """One colour, or a colour for each end, shape (n, 2, 3)."""
     width: float = 2.0
     """Width on the screen [pixels]."""
 
@@ -107,7 +108,7 @@ class Arrows:
     segments: FloatArray
     """Start and tip of each arrow, shape (n, 2, 3)."""
     colour: Colour | NDArray[np.uint8]
-    """One colour, or a colour of each arrow, shape (n, 3)."""
+    """One colour, or a colour for each arrow, shape (n, 3)."""
     radius: float
     """Radius of the shafts [cm]."""
 
@@ -123,7 +124,7 @@ class Labels:
 
 @dataclass(frozen=True, eq=False)
 class Copies:
-    """A surface with smooth normals and one colour that is drawn at several places; it is sent once for all of them."""
+    """A surface with smooth normals and one colour, drawn at several places; the browser gets it only once."""
 
     points: FloatArray | NDArray[np.float32]
     """Positions, shape (V, 3)."""
@@ -137,10 +138,10 @@ class Copies:
 
 @dataclass(frozen=True, eq=False)
 class YarnTubes:
-    """Yarns as tubes, whose detail follows the distance from the camera of each browser (``levels_of_detail``).
+    """Yarns as tubes; their detail follows the distance from the camera of each browser (``levels_of_detail``).
 
     Raises:
-        ParameterError: there is not one colour for each control point, or a copy is no vector.
+        ParameterError: the number of colours is not the number of control points, or a copy is no vector.
     """
 
     blocks: YarnBlocks
@@ -150,7 +151,7 @@ class YarnTubes:
     colours: NDArray[np.uint8]
     """Colour of each control point, shape (N, 3)."""
     copies: FloatArray = field(default_factory=lambda: IN_PLACE)
-    """Displacement of each copy that is drawn, shape (n, 3); one copy in place by default."""
+    """Displacement of each drawn copy, shape (n, 3); one copy in place by default."""
 
     def __post_init__(self) -> None:
         if self.colours.shape != self.points.shape:
@@ -160,7 +161,7 @@ class YarnTubes:
 
 
 Drawing: TypeAlias = Surface | Lines | Arrows | Labels | Copies | YarnTubes
-"""What a scene draws under one name."""
+"""Any drawing that a scene shows under one name."""
 
 
 def shows_nothing(drawing: Drawing) -> bool:

@@ -2,10 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """A fabric as surfaces and edges in blocks of faces, so that an edit sends only the blocks that it changes.
 
-Faces keep their numbers in most edits, and faces of neighbouring numbers are neighbours in most fabrics. A block whose
-arrays have not changed is drawn with the same array objects, which the scene does not send again. A block has room for
-more triangles than it needs, so that the browser can change its positions in place. The triangles that are left over
-have no area.
+Faces keep their numbers in most edits, and faces of neighbouring numbers are neighbours in most fabrics. An unchanged
+block is drawn with the same array objects, which the scene does not send again. A block has room for more triangles
+than it needs, so that the browser can change its positions in place. The spare triangles have no area.
 """
 
 from __future__ import annotations
@@ -24,9 +23,9 @@ from stitchmesh.mesh.face_triangles import FaceTriangles, face_triangles
 BLOCK = 2048
 """Number of faces of a block: about 150 kB of triangles."""
 SPARE = 256
-"""Steps of the number of triangles for which a block has room."""
+"""The room of a block for triangles is a multiple of this number."""
 LIFT = 0.03
-"""Distance of edges from the surface, divided by the mean side length; it keeps them visible."""
+"""Distance of edges from the surface, over the mean side length; it keeps the edges visible."""
 EDGE_COLOUR: Colour = (70, 64, 58)
 EDGE_WIDTH = 1.2
 """Colour (sRGB) and width [pixels] of edges."""
@@ -34,14 +33,14 @@ EDGE_WIDTH = 1.2
 
 @dataclass(frozen=True, eq=False)
 class _Block:
-    """What is drawn for the faces of one block."""
+    """The drawing of the faces of one block."""
 
     surface: Surface
     edges: Lines | None
 
 
 class FabricBlocks:
-    """Draws a fabric under names that begin with a name."""
+    """Draws a fabric under names with a common beginning."""
 
     def __init__(self, scene: Scene, name: str = "fabric") -> None:
         """Draw nothing yet."""
@@ -52,16 +51,16 @@ class FabricBlocks:
         self._height = 0.0
 
     def show(self, fabric: StitchMesh, colours: Colours, *, edges: bool, takes_strokes: bool) -> None:
-        """Draw a fabric in the place of the one before.
+        """Draw a fabric in place of the one before.
 
         Args:
             fabric: the fabric.
             colours: colour of each face, shape (F,).
-            edges: whether the edges are drawn too.
+            edges: whether to draw the edges too.
             takes_strokes: whether a drag on the fabric is a stroke (``Surface.takes_strokes``).
         """
         old, self._blocks = self._blocks, []
-        if self._fabric is None:  # The height stays the same for later fabrics, so that edges that stay are the same.
+        if self._fabric is None:  # Later fabrics have the same height, so that the lines of unchanged edges stay equal.
             self._height = LIFT * float(fabric.side_length.mean())
         starts = range(0, fabric.face_count, BLOCK)
         shapes = self._shapes(fabric, old, len(starts))
@@ -155,35 +154,35 @@ def lifted_sides(fabric: StitchMesh, sides: IntArray, height: float) -> FloatArr
 
 @cache
 def _separate_triangles(count: int) -> IntArray:
-    """Return the corners of triangles that share no points; the same object for the same number of triangles."""
+    """Return the corners of triangles that share no points; an equal number gives the same object."""
     return np.arange(3 * count).reshape(-1, 3)
 
 
 def _room(needed: int, before: int) -> int:
-    """Return for how many triangles a block has room: as before, if that is enough and not far too much."""
+    """Return the number of triangles that fit into a block: as before, if it is large enough and not far too large."""
     if needed <= before <= needed + 4 * SPARE:
         return before
     return (needed // SPARE + 2) * SPARE
 
 
 def _filled(values: NDArray, size: int) -> NDArray:
-    """Return values of triangles, and the last one again up to a number; the added triangles are single points."""
+    """Return values of triangles, filled up to a number with the last value; the added triangles are single points."""
     last = values[-1] if values.ndim == 1 else np.broadcast_to(values[-1, -1], values.shape[1:])
     return np.concatenate([values, np.broadcast_to(last, (size - len(values), *values.shape[1:]))])
 
 
 def _same_shape(one: StitchMesh, other: StitchMesh) -> bool:
-    """Whether two fabrics share their arrays of positions and corners, as after a change of marks only."""
+    """Return whether two fabrics share their arrays of positions and corners, as after a change of marks only."""
     return all(getattr(one, name) is getattr(other, name) for name in ("vertices", "face_start", "face_vertex"))
 
 
 def _kept(before: NDArray, now: NDArray) -> NDArray:
-    """Return the array of before if nothing in it has changed."""
+    """Return the earlier array if nothing in it has changed."""
     return before if np.array_equal(before, now) else now
 
 
 def _same_colours(before: _Block | None, index: NDArray[np.uint8], palette: NDArray[np.uint8]) -> Colours:
-    """Return the colours of before if nothing in them has changed."""
+    """Return the earlier colours if nothing in them has changed."""
     if before is not None and isinstance(before.surface.colours, Colours):
         same = np.array_equal(before.surface.colours.index, index)
         if same and np.array_equal(before.surface.colours.palette, palette):

@@ -16,7 +16,7 @@ from stitchmesh.render.palette import ODD_ROW, stitch_colours
 from stitchmesh.yarn.colours import row_colours
 
 ColourBy = Literal["stitch", "yarn", "row"]
-"""What decides the colour of a face."""
+"""The choices of what decides the colour of a face."""
 _ALL_STITCHES = np.arange(LARGEST_PALETTE // 2)
 
 

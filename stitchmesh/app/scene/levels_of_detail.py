@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Tubes of yarns with levels of detail: near yarns are tubes, far ones lines, and farther ones lines with fewer points.
+"""Tubes of yarns with levels of detail: near yarns are tubes, far yarns are lines, and the farthest have fewer points.
 
-The server sends packed control points only, as properties of a mesh of one empty triangle, the carrier. The script
+The server sends only packed control points, as properties of a mesh of one empty triangle, the carrier. The script
 ``yarn_tubes.js`` makes the triangles in the page. It chooses the level of each block by the radius of the yarn on the
-screen of that page, and coarser levels while there are more triangles than the budget, so that a camera moves without
-a message, and two browsers may look at different places.
+screen of that page, and takes coarser levels while there are more triangles than the budget. A camera therefore moves
+without a message, and two browsers may look at different places.
 """
 
 from __future__ import annotations
@@ -21,16 +21,16 @@ from stitchmesh.render.yarn_blocks import pack_colours, pack_points
 
 @dataclass(frozen=True)
 class Level:
-    """How a block of yarns is drawn."""
+    """A level of detail of a block of yarns."""
 
     least_radius: float
-    """Radius of the yarn on the screen from which the level is used [pixels]."""
+    """Smallest radius of the yarn on the screen for which the level is used [pixels]."""
     sides: int
     """Sides of the tubes; 0 for lines."""
     samples: int
-    """Rings for each segment; 0 where there are fewer rings than segments."""
+    """Number of rings for each segment; 0 if there are fewer rings than segments."""
     stride: int
-    """Segments from one ring to the next, where there are fewer rings than segments."""
+    """Number of segments from one ring to the next, if there are fewer rings than segments."""
 
 
 LEVELS = (
@@ -42,9 +42,9 @@ LEVELS = (
     Level(0.15, 0, 0, 2),
     Level(0.0, 0, 0, 4),
 )
-"""Levels from the finest to the coarsest; the last one is used at any distance."""
+"""Levels from the finest to the coarsest; the coarsest is used at any larger distance."""
 TRIANGLE_BUDGET = 2_000_000.0
-"""Most triangles of one drawing; a page with slow graphics uses fewer while its camera moves."""
+"""Largest number of triangles of one drawing; a page with slow graphics uses fewer while its camera moves."""
 
 
 def add_tubes(scene: Any, name: str, tubes: YarnTubes) -> Any:
@@ -59,7 +59,7 @@ def add_tubes(scene: Any, name: str, tubes: YarnTubes) -> Any:
 
 
 def update_tubes(carrier: Any, before: YarnTubes, now: YarnTubes) -> bool:
-    """Send what differs from the drawing before; return False if the blocks differ, so that all must be sent."""
+    """Send the differences from the drawing before; return False if the blocks differ, so that all must be sent."""
     if before.blocks is not now.blocks:
         return False
     changes: dict[str, object] = {}
@@ -74,7 +74,7 @@ def update_tubes(carrier: Any, before: YarnTubes, now: YarnTubes) -> bool:
 
 
 def _send(carrier: Any, properties: dict[str, object]) -> None:
-    """Set properties of a carrier that viser itself does not know; browsers that connect later get them too."""
+    """Set properties of a carrier that viser does not know; browsers that connect later get them too."""
     for name, value in properties.items():
         carrier._queue_update(name, value)
 

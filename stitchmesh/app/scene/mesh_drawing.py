@@ -21,7 +21,7 @@ BODY_COLOUR: Colour = (176, 168, 158)
 
 
 def plain_surface(mesh: Mesh, colour: Colour, *, flat: bool = True, opacity: float = 1.0) -> Surface:
-    """Return a mesh in one colour; the other arguments are those of ``Surface``."""
+    """Return a mesh in one colour; other arguments as for ``Surface``."""
     triangles = mesh.face_vertex[face_triangles(mesh).corners]
     return Surface(mesh.vertices, triangles, colour, flat=flat, opacity=opacity)
 
@@ -29,7 +29,7 @@ def plain_surface(mesh: Mesh, colour: Colour, *, flat: bool = True, opacity: flo
 STITCH_EDGES: Colour = (128, 120, 110)
 """Colour of the edges of stitches."""
 MOST_EDGES_DRAWN = 12_000
-"""Number of stitches up to which their edges are drawn; the lines of more stitches hide the colours."""
+"""Largest number of stitches whose edges are drawn; the lines of more stitches would hide the colours."""
 STITCH_DRAWINGS = ("stitches", "stitch edges")
 """Names of the drawings of stitches."""
 
@@ -43,7 +43,7 @@ def show_stitches(scene: Scene, fabric: StitchMesh) -> None:
 
 
 class MeshDrawing:
-    """Draws one mesh; positions are computed once, so that a change of colours sends only the colours."""
+    """Draws one mesh; it computes positions once, so that a change of colours sends only the colours."""
 
     def __init__(self, scene: Scene, mesh: Mesh) -> None:
         """Draw nothing yet."""

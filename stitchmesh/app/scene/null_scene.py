@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A scene that draws nothing and remembers what it was given, for pages without a browser."""
+"""A scene that draws nothing and only keeps its drawings, for pages without a browser."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ class NullScene:
     def __init__(self) -> None:
         """Start empty."""
         self.drawings: dict[str, Drawing] = {}
-        """What is drawn, by name."""
+        """The present drawings, by name."""
         self.shown: tuple[FloatArray, FloatArray, ViewName] | None = None
-        """The box of the last ``look_at`` and its view."""
+        """The box and the view of the last ``look_at``."""
         self.views: list[CameraView] = []
-        """What ``cameras`` returns."""
+        """The cameras that ``cameras`` returns."""
 
     def show(self, name: str, drawing: Drawing | None) -> None:
         """Remember a drawing."""

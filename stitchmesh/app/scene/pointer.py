@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the pointer is over: places of a mesh under clicks, along drags and in rectangles."""
+"""The places of a mesh under the pointer: under clicks, along drags and in rectangles."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from stitchmesh.mesh import FloatArray, IntArray, Mesh
 from stitchmesh.mesh.picking import PickedPlace, PickingTable, pick, picking_table
 
 STEP = 0.4
-"""Distance on the mesh between the rays of a drag, divided by the mean side length."""
+"""Distance on the mesh between the rays of a drag, over the mean side length."""
 MOST_RAYS = 200
 """Largest number of rays between two reports of a drag."""
 
 
 class Pointer:
-    """Finds the places of a mesh under rays; the table for it is made when it is first needed."""
+    """Finds the places of a mesh under rays; the first use makes the table for it."""
 
     def __init__(self, mesh: Mesh) -> None:
         """Keep the mesh."""
@@ -28,7 +28,7 @@ class Pointer:
         self._before: tuple[FloatArray, FloatArray, float] | None = None
 
     def place(self, ray: Pick) -> PickedPlace | None:
-        """Return the place under a ray, or None beside the mesh."""
+        """Return the place under a ray; None beside the mesh."""
         return self._pick(ray.ray_origin, ray.ray_direction)
 
     def begin(self) -> None:
@@ -46,7 +46,7 @@ class Pointer:
         return places
 
     def _rays(self, origin: FloatArray, direction: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
-        """Return rays from the last one to this one, so close that no face between them is missed."""
+        """Return rays from the last one to this one, so close together that they miss no face between."""
         if self._before is None:
             return [(origin, direction)]
         start, last, depth = self._before
@@ -73,7 +73,7 @@ class DragPath:
         self.places: list[PickedPlace] = []
 
     def follow(self, stroke: Stroke, pointer: Pointer) -> list[PickedPlace]:
-        """Add what a moment of a drag has passed, and return all places so far; the start of a drag begins anew."""
+        """Add the places of one moment of a drag, and return all places so far; the start of a drag begins anew."""
         if stroke.phase == "start":
             pointer.begin()
             self.places = []
@@ -86,7 +86,7 @@ class DragPath:
 
 
 def without_repeats(places: list[PickedPlace]) -> list[PickedPlace]:
-    """Return places without neighbours on the same face."""
+    """Return places, where neighbouring places lie on different faces."""
     return places[:1] + [place for before, place in pairwise(places) if place.face != before.face]
 
 

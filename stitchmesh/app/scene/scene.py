@@ -15,7 +15,7 @@ from stitchmesh.app.scene.drawing import Drawing
 from stitchmesh.mesh import FloatArray
 
 Modifier = Literal["", "shift", "ctrl", "alt"]
-"""Key that is held during a click or a drag."""
+"""Modifier key during a click or a drag."""
 ViewName = Literal["front", "back", "left", "right", "top"]
 """Side from which the camera looks; garments stand upright along y, with their front towards z."""
 
@@ -42,7 +42,7 @@ class Stroke(Pick):
 
 @dataclass(frozen=True, eq=False)
 class ScreenBox:
-    """A rectangle that was drawn on the screen."""
+    """A rectangle that the user has drawn on the screen."""
 
     camera: CameraView
     low: tuple[float, float]
@@ -51,7 +51,7 @@ class ScreenBox:
     """Lower right corner."""
 
     def inside(self, points: FloatArray) -> NDArray[np.bool_]:
-        """Whether each point lies in the rectangle, in front of the camera, shape (n, 3) to (n,)."""
+        """Return whether each point lies in the rectangle and in front of the camera, shape (n, 3) to (n,)."""
         place = self.camera.on_screen(points)
         return np.all((place >= self.low) & (place <= self.high), axis=1)
 
@@ -60,26 +60,26 @@ class Scene(Protocol):
     """Draws by name. All methods belong to the event thread."""
 
     def show(self, name: str, drawing: Drawing | None) -> None:
-        """Draw under a name, in place of what was drawn under it; only arrays that are other objects are sent.
+        """Draw under a name, in place of the earlier drawing; only arrays that are other objects are sent.
 
-        None, or a drawing without triangles, lines and texts, removes what was drawn.
+        None, or a drawing without triangles, lines and texts, removes the earlier drawing.
         """
 
     def remove(self, name: str) -> None:
-        """Draw nothing more under a name; an unknown name is no error."""
+        """Remove the drawing under a name; an unknown name is no error."""
 
     def clear(self) -> None:
         """Remove all drawings."""
 
     def look_at(self, low: FloatArray, high: FloatArray, view: ViewName | None = None) -> None:
-        """Show a box, corners of shape (3,), in the whole window of each browser, present or to come.
+        """Show a box, corners of shape (3,), in the whole window of each present and future browser.
 
-        Without a view the box is seen from the front, and cameras that show nearly the same box already stay as the
-        users turned them.
+        Without a view the camera looks at the box from the front; cameras that already show nearly the same box stay as
+        the users turned them.
         """
 
     def cameras(self) -> list[CameraView]:
-        """Return the cameras of the browsers that are connected."""
+        """Return the cameras of the connected browsers."""
 
     def screenshot(self, width: int, height: int) -> bytes:
         """Return a picture of the scene as a PNG file, as the first browser sees it.

@@ -16,13 +16,13 @@ from stitchmesh.meshrelax.evenness import Measure, relative_sizes
 from stitchmesh.render.colour_scale import DIVERGING, ColourScale
 
 LARGEST_RATIO = 1.5
-"""Size of a stitch over the average at which the scale ends; it begins at the inverse."""
+"""Size of a stitch over the average at the upper end of the scale; the lower end is the inverse."""
 PLAIN: Colour = (206, 198, 184)
-"""Colour of stitches whose size is not known."""
+"""Colour of stitches of unknown size."""
 LIFT = 0.05
-"""Distance of lines from the surface, divided by the mean length of sides; it keeps them visible."""
+"""Distance of lines from the surface, over the mean length of sides; it keeps the lines visible."""
 OUTLINE: Colour = (0, 158, 115)
-"""Colour of outlines; it is on no scale, and can be seen on light and on dark ground."""
+"""Colour of outlines; no scale contains it, and it is visible on light and dark backgrounds."""
 SCALE = ColourScale(DIVERGING, -float(np.log(LARGEST_RATIO)), float(np.log(LARGEST_RATIO)))
 """Colours of the logarithms of relative sizes, so that twice and half the size are equally far from the average."""
 
@@ -53,17 +53,17 @@ class SizeMap:
 
 
 class SizeMapDrawing:
-    """Draws the maps of fabrics and their sides; a fabric with as many faces as the one before moves in place."""
+    """Draws the maps of fabrics and their sides; a fabric with the same number of faces moves in place."""
 
     def __init__(self, scene: Scene) -> None:
         """Draw nothing yet."""
         self._scene = scene
         self._map: SizeMap | None = None
         self.shown: StitchMesh | None = None
-        """The fabric that is drawn."""
+        """The visible fabric."""
 
     def show(self, fabric: StitchMesh, measure: Measure) -> bool:
-        """Draw a fabric, and return whether it has another number of faces than the one before."""
+        """Draw a fabric, and return whether its number of faces differs from that of the one before."""
         other = self.shown is None or self.shown.face_count != fabric.face_count
         if self._map is None or other:
             self._map = SizeMap(fabric)
@@ -78,7 +78,7 @@ def outline(fabric: StitchMesh, faces: NDArray[np.bool_]) -> Lines:
 
     Args:
         fabric: the fabric.
-        faces: whether each face is one of them, shape (F,).
+        faces: whether each face of the fabric is one of these faces, shape (F,).
     """
     across = np.where(fabric.twin == BORDER, -1, fabric.side_face[fabric.twin])
     sides = np.flatnonzero(faces[fabric.side_face] & ((across < 0) | ~faces[across]))
@@ -94,7 +94,7 @@ def edges(fabric: StitchMesh) -> Lines:
 
 
 def legend_html(small: str = "too many", large: str = "too few") -> Markup:
-    """Return the scale with its numbers, and what both ends mean in words."""
+    """Return the scale with its numbers, and the meaning of both ends in words."""
     stops = ", ".join(f"rgb({r} {g} {b})" for r, g, b in DIVERGING.tolist())
     bar = f"height:14px;border-radius:3px;background:linear-gradient(to right, {stops})"
     label = "Colours from blue, stitches that are smaller than the average, to red, stitches that are larger"

@@ -15,13 +15,14 @@ NAME = "vertex numbers"
 MOST = 400
 """Largest number of vertices whose numbers are shown."""
 TURN = np.radians(15.0)
-"""Angle by which the camera turns around the mesh before other vertices are chosen; each choice is sent anew."""
+"""Angle by which the camera turns around the mesh before other vertices are chosen, because each choice is sent
+anew."""
 FACING = 0.15
-"""Smallest cosine of the angle between the normal of a vertex and the camera; the rim of the mesh is left out."""
+"""Smallest cosine of the angle between the normal of a vertex and the camera; it leaves out the rim of the mesh."""
 
 
 class VertexNumbers:
-    """Shows the numbers of the vertices of one mesh while they are wanted."""
+    """Shows the numbers of the vertices of one mesh while the user wants them."""
 
     def __init__(self, scene: Scene, mesh: Mesh) -> None:
         """Show nothing yet."""
@@ -49,7 +50,7 @@ class VertexNumbers:
                 self._draw(direction)
 
     def _camera_direction(self) -> FloatArray | None:
-        """The unit direction from the middle of the mesh to the first camera; None if there is no camera."""
+        """Return the unit direction from the middle of the mesh to the first camera; None without a camera."""
         cameras = self._scene.cameras()
         if not cameras:
             return None
@@ -63,7 +64,7 @@ class VertexNumbers:
         self._scene.show(NAME, Labels(self._mesh.vertices[chosen], tuple(map(str, chosen.tolist()))))
 
     def _facing(self, direction: FloatArray | None) -> IntArray:
-        """The vertices whose outside faces a direction; all vertices without a direction, shape (n,)."""
+        """Return the vertices whose outside faces a direction; without a direction all vertices, shape (n,)."""
         if direction is None:
             return np.arange(len(self._mesh.vertices))
         cosine = self._mesh.vertex_normal @ direction

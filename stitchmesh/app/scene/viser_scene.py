@@ -34,25 +34,25 @@ from stitchmesh.mesh import FloatArray
 from stitchmesh.mesh.palette import linear_colour
 
 FIELD_OF_VIEW = np.radians(35.0)
-"""Vertical field of view; a small one, so that a garment is hardly distorted."""
+"""Vertical field of view; it is small, so that a garment is hardly distorted."""
 MARGIN = 1.12
-"""Size of the window over the size of what it shows."""
+"""Size of the window over the size of the visible box."""
 VIEWS: dict[ViewName, tuple[float, float, float]] = {
     "front": (0.0, 0.06, 1.0), "back": (0.0, 0.06, -1.0), "left": (-1.0, 0.06, 0.0), "right": (1.0, 0.06, 0.0),
     "top": (0.0, 1.0, 0.01),
 }  # fmt: skip
-"""Direction from the thing to the camera, in each view."""
+"""Direction from the object to the camera, for each view."""
 RESHAPED = 0.02
-"""Change of the width of the window over its height from which the camera is placed again."""
+"""The camera is placed again after the ratio of width to height of the window has changed by this much."""
 ALIKE = 0.1
-"""Largest difference of two boxes, over the size of the box, for which cameras stay as users turned them."""
+"""Cameras stay as users turned them if two boxes differ by at most this share of their size."""
 ANSWER_SECONDS = 30.0
-"""Longest time for which a picture of a browser is awaited."""
+"""Longest time to wait for a picture from a browser."""
 
 
 @dataclass(eq=False)
 class _Shown:
-    """A drawing, the nodes of viser that show it, and the name under which the first one is known there."""
+    """A drawing, the nodes of viser that show it, and viser's name of the first node."""
 
     drawing: Drawing
     nodes: list[Any]
@@ -63,7 +63,7 @@ class ViserScene:
     """A ``Scene`` in the browsers."""
 
     def __init__(self, server: viser.ViserServer, bridge: Bridge, on_stroke: Callable[[Stroke], None]) -> None:
-        """Set up light and camera; ``on_stroke`` is called in the thread of the server."""
+        """Set up light and camera; the thread of the server calls ``on_stroke``."""
         self._server, self._bridge, self._on_stroke = server, bridge, on_stroke
         self._shown: dict[str, _Shown] = {}
         self._made = 0
@@ -92,7 +92,7 @@ class ViserScene:
         self._send_colours(self._shown[name])
 
     def remove(self, name: str) -> None:
-        """Draw nothing more under a name."""
+        """Remove the drawing under a name."""
         shown = self._shown.pop(name, None)
         for node in shown.nodes if shown is not None else ():
             node.remove()
@@ -113,7 +113,7 @@ class ViserScene:
             self._place_camera(client)
 
     def fit_again(self, client: viser.ClientHandle) -> None:
-        """Place the camera of a browser again if its window has another shape, unless the user has moved the camera."""
+        """Place the camera of a browser again if the shape of its window has changed, unless the user has moved it."""
         aspect, position = self._placed.get(client.client_id, (client.camera.aspect, None))
         reshaped = abs(client.camera.aspect / aspect - 1.0) > RESHAPED
         if reshaped and position is not None and np.allclose(client.camera.position, position, rtol=1e-3):
@@ -141,7 +141,7 @@ class ViserScene:
         return stream.getvalue()
 
     def _place_camera(self, client: viser.ClientHandle) -> None:
-        """Place the camera of a browser so that it sees the box."""
+        """Place the camera of a browser so that it shows the box."""
         if self._box is None:
             return
         camera, (low, high, view) = client.camera, self._box
@@ -160,7 +160,7 @@ class ViserScene:
         camera.near, camera.far = float(0.01 * distance), float(10.0 * distance)
 
     def _updated(self, shown: _Shown, drawing: Drawing) -> bool:
-        """Change the nodes of a drawing in place, if the new drawing has the same structure; say whether it has."""
+        """Change the nodes of a drawing in place if the new drawing has the same structure; return whether it has."""
         before = shown.drawing
         if isinstance(before, Surface) and isinstance(drawing, Surface):
             return self._surface_updated(shown, before, drawing)
@@ -177,7 +177,7 @@ class ViserScene:
         return False
 
     def _copies_updated(self, node: Any, before: Copies, now: Copies) -> bool:
-        """Move copies of which there are as many, with the same triangles."""
+        """Move copies, if their number and their triangles are the same."""
         if before.triangles is not now.triangles or len(before.offsets) != len(now.offsets):
             return False
         with self._server.atomic():
@@ -252,7 +252,7 @@ class ViserScene:
         )  # fmt: skip
 
     async def _drag(self, event: viser.SceneNodeDragEvent) -> None:
-        """Pass on a drag as a stroke; the function is asynchronous because viser keeps the order of such functions."""
+        """Pass on a drag as a stroke; the function is asynchronous, because viser keeps the order of such functions."""
         place = event.start_screen_pos if event.phase == "start" else event.end_screen_pos
         origin, direction = view_of(event.client).ray(*place)
         phase = "move" if event.phase == "update" else event.phase
@@ -264,13 +264,13 @@ class ViserScene:
             self._bridge.run(colour_script(shown.node_name, surface.colours, flat=surface.flat), client)
 
     def _colour_all(self, client: viser.ClientHandle) -> None:
-        """Send all colours to a browser that has just connected."""
+        """Send all colours to a newly connected browser."""
         for shown in list(self._shown.values()):
             self._send_colours(shown, client)
 
 
 def _are_alike(box: tuple[FloatArray, FloatArray], other: tuple[FloatArray, FloatArray]) -> bool:
-    """Whether two boxes differ by a small part of their size only."""
+    """Return whether two boxes differ by only a small part of their size."""
     most = ALIKE * max(float((box[1] - box[0]).max()), 1e-3)
     return all(bool(np.abs(corner - its).max() <= most) for corner, its in zip(box, other, strict=True))
 
@@ -282,7 +282,7 @@ def view_of(client: viser.ClientHandle) -> CameraView:
 
 
 def modifier_of(modifier: str | None) -> Modifier:
-    """Return our name of the key that viser names; of several keys, the first that we know."""
+    """Return our name of the key that viser names; of several keys, the first known one."""
     for ours, theirs in (("shift", "shift"), ("ctrl", "cmd/ctrl"), ("alt", "alt")):
         if modifier is not None and theirs in modifier:
             return ours  # type: ignore[return-value]
@@ -290,18 +290,18 @@ def modifier_of(modifier: str | None) -> Modifier:
 
 
 def _linear_bytes(colour: Colour) -> NDArray[np.uint8]:
-    """Return the bytes of a colour in linear light; the colours of copies reach WebGL as they are."""
+    """Return the bytes of a colour in linear light, because the colours of copies reach WebGL unchanged."""
     return np.rint(255.0 * linear_colour(np.array(colour) / 255.0)).astype(np.uint8)
 
 
 def _vertices(surface: Surface) -> NDArray[np.float32]:
-    """Return the positions as viser gets them: three for each triangle of a flat surface."""
+    """Return the positions for viser: three for each triangle of a flat surface."""
     points = np.asarray(surface.points, dtype=np.float32)
     return points[surface.triangles].reshape(-1, 3) if surface.flat else points
 
 
 def _light(server: viser.ViserServer) -> None:
-    """Light the scene from the upper left, so that yarns look round, without shadows, which change colours."""
+    """Light the scene from the upper left, so that yarns look round; there are no shadows, which change colours."""
     server.scene.configure_default_lights(enabled=False)
     server.scene.configure_environment_map(hdri=None)
     server.scene.add_light_ambient("/light/ambient", intensity=1.1)

@@ -3,13 +3,13 @@
 """Capture: a region of a fabric becomes a pattern, which can be laid elsewhere.
 
 The region is a rectangle in wales and courses. Its stitches, loops, cables and yarns become one tile without borders.
-The row above a loop decides how the loop is crossed, so that the marks of the loops below the region belong to the
-pattern and the marks of the loops on top of it do not. A half turn belongs to the stitch that works the loop if
-that stitch is knit or purled through the back leg, and otherwise to the stitch that makes the loop.
+The row above a loop decides how the loop is crossed. The marks of the loops below the region therefore belong to the
+pattern, and the marks of the loops on top of it do not. A half turn belongs to the stitch that works the loop if that
+stitch is knit or purled through the back leg, and otherwise to the stitch that makes the loop.
 
 Source: Yuksel et al. 2012, section 5.3, read backwards.
 
-The smallest repeat of a pattern: the shortest tile, and the fewest rows, that give the same fabric.
+The smallest repeat of a pattern is the shortest tile, with the fewest rows, that gives the same fabric.
 """
 
 from __future__ import annotations
@@ -42,11 +42,11 @@ def capture_pattern(
 ) -> Pattern:
     """Return the pattern of a region of a fabric, seen from the right side, with its lowest row first.
 
-    ``apply_pattern`` lays it elsewhere with the same stitches. ``smallest_repeat`` reduces it to one repeat.
+    ``apply_pattern`` lays this pattern elsewhere with the same stitches. ``smallest_repeat`` reduces it to one repeat.
 
     Args:
         fabric: a mesh of stitches, relaxed or not.
-        faces: numbers of the faces of the region, in any order; the whole fabric if None. The rows of the region are
+        faces: numbers of the faces of the region, in any order; None for the whole fabric. The rows of the region are
             flat, or whole rings of a tube. The rings are cut open at the face with the lowest number of the lowest
             ring, if stitches and cables allow it.
         name: name of the pattern.
@@ -56,7 +56,7 @@ def capture_pattern(
         ParameterError: the region is no rectangle in wales and courses, a face holds no stitch of a pattern, or the
             fabric repeats on a lattice.
         PatternError: a cable crosses the limit of the region, or the highest row leaves another number of loops than
-            the lowest row is worked on.
+            the lowest row takes.
     """
     check_kind("capture_pattern", fabric, StitchMesh)
     if fabric.lattice is not None:
@@ -167,7 +167,7 @@ def smallest_repeat(pattern: Pattern) -> Pattern:
 
 
 def _narrowest(rows: tuple[Row, ...]) -> tuple[Row, ...]:
-    """Return the rows with the tile divided by the largest number of equal parts."""
+    """Return the rows, with the tile divided into the largest possible number of equal parts."""
     parts = gcd(*(count for row in rows for count in (len(row.sections[1]), row.bottoms[1])))
     for number in _divisors(parts)[:0:-1]:
         divided = [_divided(row, number) for row in rows]
@@ -178,7 +178,7 @@ def _narrowest(rows: tuple[Row, ...]) -> tuple[Row, ...]:
 
 
 def _divided(row: Row, parts: int) -> Row | None:
-    """Return a row with one of the equal parts of its tile; None if the parts differ, or if a cable joins two parts."""
+    """Return a row with one part of its tile; None if the parts differ, or if a cable joins two parts."""
     (left, tile, right), (before, held, after) = row.sections, row.loop_sections
     cells, loops = tile[: len(tile) // parts], held[: len(held) // parts]
     if cells * parts != tile or loops * parts != held:

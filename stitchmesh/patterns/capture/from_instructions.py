@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The pattern of written instructions of one piece whose rows are all worked from one end to the other."""
+"""The pattern from written instructions of one piece, if all its rows run from one end to the other."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from stitchmesh.patterns.pattern import Cell, Loop, Pattern, Row
 
 
 def pattern_from_instructions(text: str, name: str = "instructions") -> Pattern:
-    """Return the pattern of written instructions, its first row above the cast-on row first.
+    """Return the pattern from written instructions; its first row is the row above the cast-on.
 
     Args:
         text: a text of ``knitting_instructions``.
@@ -74,7 +74,7 @@ def _loops(row: WrittenRow) -> list[Loop]:
 
 
 def _layers(count: int, over: frozenset[tuple[int, int]]) -> list[int]:
-    """Return a layer of each loop: one more than the highest layer of the loops that it lies in front of."""
+    """Return a layer for each loop: one more than the highest layer of the loops behind it."""
     layers = [0] * count
     for _ in range(count):
         for front, behind in over:
@@ -83,12 +83,12 @@ def _layers(count: int, over: frozenset[tuple[int, int]]) -> list[int]:
 
 
 def _give_to_makers(below: list[Cell], held: list[Loop], row: WrittenRow) -> None:
-    """Move half turns that are not those of a stitch through the back leg to the stitches that make the loops."""
+    """Move each half turn that no stitch through the back leg gives to the stitch that makes the loop."""
     workers = [stitch.stitch for stitch in row.stitches for _ in stitch.twists]
     place = 0
     for index, cell in enumerate(below):
         own = held[place : place + cell.n_top]
-        if any(cell.twist):  # the word of a made one says its half turn
+        if any(cell.twist):  # the word of a make one says its half turn
             place += cell.n_top
             continue
         taken = [_is_through_back(cell, loop, workers[place + top]) for top, loop in enumerate(own)]

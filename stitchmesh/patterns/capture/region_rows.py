@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The rows of a region that is a rectangle in wales and courses: each row is worked on all loops of the row below.
+"""The rows of a rectangular region in wales and courses: each row is worked on all loops of the row below.
 
-The line on which stacked rings are cut open, so that a tube becomes the tile of a pattern.
+The module also finds the line along which stacked rings are cut open, so that a tube becomes the tile of a pattern.
 
 The cut runs between stitches from the lowest to the highest ring. It meets each course line between two loops, and no
 cable may cross it there. Where a yarn-over lies at the cut, the cut can pass on either side of it.
@@ -29,14 +29,14 @@ class RegionRow:
     faces: IntArray
     """Faces from left to right, shape (n,)."""
     below: IntArray
-    """Top side across each bottom side, from left to right, ``BORDER`` where there is none, shape (b,)."""
+    """The top side across from each bottom side, from left to right, shape (b,); ``BORDER`` where there is none."""
     tops: IntArray
     """Top sides from left to right, shape (t,)."""
     closed: bool
     """Whether the row is a ring."""
 
     def rolled(self, faces: int, bottoms: int, tops: int) -> RegionRow:
-        """Return a ring that starts after a number of faces, with as many bottom and top sides as given."""
+        """Return a ring that starts after the given numbers of faces, bottom sides and top sides."""
         turned = np.roll(self.faces, -faces), np.roll(self.below, -bottoms), np.roll(self.tops, -tops)
         return RegionRow(*turned, self.closed)
 
@@ -50,7 +50,7 @@ def stacked_rows(fabric: StitchMesh, inside: NDArray[np.bool_]) -> list[RegionRo
 
     Raises:
         ParameterError: a face is no stitch of a pattern, rings and flat rows are mixed, or the rows do not form one
-            stack of which each row is worked on all loops of the row below.
+            stack in which each row is worked on all loops of the row below.
     """
     _check_stitches(fabric, inside)
     rows = [_region_row(fabric, np.array(run.faces), run.closed) for run in find_runs(fabric, inside)]
@@ -154,10 +154,10 @@ class _Limits:
 
 
 def cut_rings(fabric: StitchMesh, rings: list[RegionRow]) -> list[RegionRow]:
-    """Return stacked rings that all start at one cut, as near to the faces of the lowest numbers as possible.
+    """Return stacked rings that all start at one cut, as near as possible to the faces of the lowest numbers.
 
     Raises:
-        ParameterError: decreases and cables leave no such cut.
+        ParameterError: decreases and cables leave no room for such a cut.
     """
     limits = [_limits(fabric, ring, rings[number - 1] if number else None) for number, ring in enumerate(rings)]
     free = _free_limits(fabric, rings, limits)

@@ -32,7 +32,7 @@ MAX_COLOURS = 256
 LARGEST_PICTURE = 20_000_000
 """Maximum number of pixels of a picture that may hold the text of a chart; its pixels are not read."""
 MAX_PIXELS = 1_000_000
-"""Maximum number of pixels; an image with more pixels is probably a photograph and not a chart."""
+"""Maximum number of pixels; a larger image is probably a photograph and not a chart."""
 LONGEST_SIDE = 10_000
 """Maximum number of pixels of a row or a column: each row of a pattern takes about 1 kB. A circular knitting machine of
 30 inches with 28 needles an inch has 2,640 needles."""
@@ -44,9 +44,9 @@ OTHER_IMAGES = (".jpg", ".jpeg", ".jfif", ".jp2", ".webp", ".avif", ".heic", ".p
 PNG_BEGINS = b"\x89PNG\r\n\x1a\n"
 """First bytes of a PNG."""
 PLACE_OF_SIZE = (16, 20)
-"""Bytes at which a PNG holds its width and its height, each in four bytes, the highest first."""
+"""The bytes of a PNG that hold its width and its height, each in four bytes, the highest first."""
 PNG_DAMAGES = (OSError, ValueError, SyntaxError, EOFError, struct.error, zlib.error)
-"""Errors of the library of images for damaged files."""
+"""Errors that the library of images raises for damaged files."""
 
 
 def open_chart(path: FilePath) -> Image:
@@ -69,7 +69,7 @@ def loaded_chart(name: str, image: Image, form: str = "PNG") -> Image:
     """Return a chart with its pixels, of 8 bits each.
 
     Raises:
-        FileError: as for ``open_chart``.
+        FileError: an error of ``open_chart``.
     """
     _check_pixels(name, image.width, image.height, MAX_PIXELS)
     if max(image.size) > LONGEST_SIDE:
@@ -87,7 +87,7 @@ def loaded_chart(name: str, image: Image, form: str = "PNG") -> Image:
 
 
 def _of_8_bits(image: Image) -> Image:
-    """Return an image; greys of 16 bits, which the library would cut off at 255, become the nearest greys of 8 bits."""
+    """Return an image of 8 bits; greys of 16 bits, which the library would cut off, become the nearest greys."""
     from PIL import Image
 
     if not image.mode.startswith("I"):
@@ -106,7 +106,7 @@ def opened_png(name: str, content: bytes) -> Image:
     """Open a PNG image, whose pixels are not yet read.
 
     Raises:
-        FileError: it is not a PNG, or is too large; its size is compared before the library of images sees it.
+        FileError: it is not a PNG, or is too large; its size is checked before the library of images sees it.
     """
     from PIL import Image
 
@@ -120,7 +120,7 @@ def opened_png(name: str, content: bytes) -> Image:
 
 @contextmanager
 def image_damages(name: str, form: str = "PNG") -> Iterator[None]:
-    """Turn errors of the library of images, and what it warns of, into a ``FileError``."""
+    """Turn errors and warnings of the library of images into a ``FileError``."""
     from PIL import Image, UnidentifiedImageError
 
     warned = UserWarning, Image.DecompressionBombWarning

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Operations on charts that are edited, knitting charts and weaves: each makes a new chart."""
+"""Operations on charts in the editor, of knits and of weaves; each makes a new chart."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def insert(chart: ChartT, axis: Axis, before: int, count: int = 1) -> ChartT:
 
 
 def remove(chart: ChartT, axis: Axis, first: int, end: int) -> ChartT:
-    """Remove the rows or columns from ``first`` up to, but not including, ``end``.
+    """Remove the rows or columns from ``first`` to ``end``, ``end`` excluded.
 
     Raises:
         ParameterError: there are no such rows or columns, or none would be left.
@@ -98,7 +98,7 @@ def remove(chart: ChartT, axis: Axis, first: int, end: int) -> ChartT:
 def mirror(chart: ChartT, *, upwards: bool = False, box: Box | None = None) -> ChartT:
     """Mirror a chart, or a box of it, from left to right, or with ``upwards`` from its lowest to its highest row.
 
-    From left to right, stitches and cables that lean change to those that lean to the other side.
+    From left to right, stitches and cables that lean become those that lean to the other side.
 
     Raises:
         ParameterError: the box lies outside.
@@ -145,14 +145,14 @@ def repeat_box(chart: ChartT, box: Box) -> ChartT:
 
 
 def move(chart: ChartT, box: Box, rows: int, columns: int, *, keep: bool = False) -> ChartT:
-    """Move the squares of a box; plain squares stay behind, and squares that leave the chart are dropped.
+    """Move the squares of a box; plain squares take their place, and squares that leave the chart are dropped.
 
     Args:
         chart: the chart.
         box: the squares.
         rows: number of rows towards higher row numbers.
         columns: number of columns to the right.
-        keep: whether the squares stay where they are too, as a copy.
+        keep: whether the squares also stay where they are, so that they are copied.
 
     Raises:
         ParameterError: the box lies outside.

@@ -22,9 +22,9 @@ from stitchmesh.patterns.pattern import Cell
 
 Point = tuple[float, float]
 DOT, RING = 0.1, 0.2
-"""Radius of a dot and of a ring, in squares."""
+"""Radius of a dot, and radius of a ring, in squares."""
 LOW, HIGH = 0.12, 0.88
-"""Heights at which lines begin and end."""
+"""Heights of the ends of lines."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class Mark:
     """A part of a symbol; x to the right and y upwards, in squares, from the lower left corner of the first square."""
 
     kind: Literal["line", "ring", "dot", "shade", "strand"]
-    """A line, a ring or a dot at its only point, a whole grey square, or a strand of a cable, drawn over what lies
+    """A line, a ring or a dot at its only point, a whole grey square, or a strand of a cable, which covers the marks
     below it."""
     points: tuple[Point, ...] = ()
 
@@ -42,14 +42,14 @@ class Symbol:
     """The symbol of a word."""
 
     columns: int
-    """Number of squares that it covers."""
+    """Number of squares that the symbol covers."""
     marks: tuple[Mark, ...]
-    """What is drawn, from the back to the front."""
+    """The marks of the symbol, from the back to the front."""
 
 
 WEFT_OVER = Symbol(1, (Mark("line", ((0.0, 0.5), (1.0, 0.5))),))
 WARP_OVER = Symbol(1, (Mark("line", ((0.5, 0.0), (0.5, 1.0))),))
-"""Symbols of the squares of a weave: the yarn on top."""
+"""Symbols of the squares of a weave, which show the yarn on top."""
 
 
 @lru_cache(maxsize=4096)
@@ -68,7 +68,7 @@ def chart_symbol(word: str) -> Symbol:
 
 
 def word_instruction(word: str) -> str:
-    """Return what a hand knitter does for a word of a chart.
+    """Return the instruction to a hand knitter for a word of a chart.
 
     Raises:
         PatternError: the word is unknown, or describes more than one stitch or cable.
@@ -121,7 +121,7 @@ def _slipped(stitch: StitchType) -> Iterator[Mark]:
 
 
 def _decrease(making: Making) -> Iterator[Mark]:
-    """The loop in front leads to the other side; the loops behind it end at it."""
+    """The front loop leads to the other side; the loops behind it end at it."""
     count = making.n_bottom
     place = {loop: (loop - 0.5) / count if count > 2 else (0.15 + 0.7 * (loop - 1)) for loop in making.order}
     front = place[making.order[0]]
@@ -156,7 +156,7 @@ def _back_leg(piece: WordStitches) -> Iterator[Mark]:
 
 
 def _cable(piece: WordStitches) -> Iterator[Mark]:
-    """A strand for each loop, those behind first; a dot marks the purl stitches."""
+    """A strand for each loop, the loops behind first; a dot marks each purl stitch."""
     scale = piece.columns / len(piece.loops)
     for place in sorted(range(len(piece.loops)), key=lambda place: piece.loops[place].layer):
         end = place + piece.loops[place].shift

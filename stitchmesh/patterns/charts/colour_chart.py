@@ -56,13 +56,13 @@ def read_numbers(
 
     Args:
         path: the file.
-        palette: the colour of each number, or None, as for ``read_colour_chart``.
+        palette: the colour of each number; None has the meaning that ``read_colour_chart`` gives it.
 
     Returns:
         The numbers, shape (rows, columns), the top row first, and the colour of each number, shape (C, 3).
 
     Raises:
-        FileError, PatternError, ParameterError: as for ``read_colour_chart``.
+        FileError, PatternError, ParameterError: an error of ``read_colour_chart``.
     """
     image = open_chart(path)
     if palette is None and image.mode == "P":

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The grid of a chart that is edited: its limits, a box of squares, and the brush that paints squares."""
+"""The grid of a chart in the editor: its limits, a box of squares, and the brush that paints squares."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import IntArray
 
 LONGEST_SIDE = 500
-"""Largest number of rows and of columns of a chart that is edited."""
+"""Largest number of rows, and of columns, of a chart in the editor."""
 BLANK = -1
-"""Index of a row or column that is new, in ``EditedChart.taken``."""
+"""Index that stands for a new row or column in ``EditedChart.taken``."""
 
 
 @dataclass(frozen=True)
@@ -67,16 +67,16 @@ class Box:
 
 @dataclass(frozen=True)
 class Brush:
-    """What painting changes; None leaves that property of a square as it is."""
+    """The changes that painting makes; None leaves that property of a square as it is."""
 
     word: str | None = None
-    """The stitch: a word of a chart (``docs/patterns.md``); of a weave "1" (weft over) or "0" (warp over)."""
+    """The stitch: a word of a chart (``docs/patterns.md``); in a weave "1" (weft over) or "0" (warp over)."""
     yarn: int | None = None
     """The number of the yarn; the yarns of a weave belong to its threads."""
 
 
 class EditedChart(Protocol):
-    """What the operations need from a chart; each method returns a new chart and leaves this chart as it is."""
+    """The methods of a chart that the operations need; each returns a new chart and leaves this chart as it is."""
 
     @property
     def shape(self) -> tuple[int, int]:

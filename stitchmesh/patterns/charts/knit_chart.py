@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A knitting chart that is edited: a grid of stitches and a grid of yarns.
+"""A knitting chart in the editor: a grid of stitches and a grid of yarns.
 
 A chart may hold stitches that do not fit together; ``pattern`` checks it. Every square holds a word of the text
-language that covers one column, or the beginning of a cable. The squares on the right of that beginning are covered by
-the cable. A cable that loses some of its squares becomes knit stitches.
+language that covers one column, or the beginning of a cable. The cable covers the squares on the right of that
+beginning. A cable that loses some of its squares becomes knit stitches.
 """
 
 from __future__ import annotations
@@ -97,7 +97,7 @@ class KnitChart:
         return np.array([read_square(word).columns for word in self.words])
 
     def word_at(self, row: int, column: int) -> str:
-        """Return the word of a square; of a covered square the word of its cable."""
+        """Return the word of a square; a covered square gives the word of its cable."""
         head = column
         while self.squares[row, head] == COVERED:
             head -= 1
@@ -118,11 +118,11 @@ class KnitChart:
         return Pattern(self.name, self.source, rows, self.palette)
 
     def _rows_with_tucks(self, places: Sequence[TextPlace]) -> tuple[Row, ...]:
-        """Return the rows; a row over a tuck depends on the row below it."""
+        """Return the rows; each row over a tuck depends on the row below it."""
         return finish_rows([self.written_row(row, places[row]) for row in range(self.shape[0])])
 
     def _rows(self, places: Sequence[TextPlace]) -> tuple[Row, ...]:
-        """Return the rows without tucks, each of which is made once while it does not change."""
+        """Return the rows without tucks; a row is made once and kept until it changes."""
         rows = tuple(self._row(index, place) for index, place in enumerate(places))
         fault = first_fault(rows)
         if fault:
@@ -182,7 +182,7 @@ class KnitChart:
         return self.painted(box.within(self.shape).places(), Brush(PLAIN, 0))
 
     def mirrored(self, *, upwards: bool) -> KnitChart:
-        """Mirror the whole chart; from left to right, stitches that lean lean to the other side."""
+        """Mirror the whole chart; from left to right, stitches that lean then lean to the other side."""
         if upwards:
             return replace(self, squares=self.squares[::-1], yarns=self.yarns[::-1])
         squares = self.squares[:, ::-1].copy()
@@ -202,7 +202,7 @@ class KnitChart:
         return np.asarray(same)
 
     def _with_room(self, places: IntArray, word: str, width: int) -> IntArray:
-        """Return the places, in their order, at which a wide word has room beside the edge and its equals."""
+        """Return the places, in order, where a wide word fits: before the right edge, and clear of earlier ones."""
         taken = np.zeros(self.shape, dtype=np.bool_)
         kept = []
         for row, column in places.tolist():
@@ -272,7 +272,7 @@ Sections = tuple[Sequence[WordStitches], Sequence[WordStitches], Sequence[WordSt
 def chart_of_sections(
     rows: Sequence[Sections], name: str, source: str, palette: tuple[tuple[int, int, int], ...]
 ) -> KnitChart:
-    """Return the chart of the pieces of left border, tile and right border of each row, from the bottom up.
+    """Return the chart of rows from the bottom up, each given as pieces of left border, tile and right border.
 
     Raises:
         ParameterError: the chart is larger than ``grid.LONGEST_SIDE``.
@@ -307,7 +307,7 @@ class _Sheet:
         return squares, yarns
 
     def _squares_of(self, piece: WordStitches) -> tuple[list[int], list[int]]:
-        """Return the squares and yarns of a piece; a row has many pieces that are the same object."""
+        """Return the squares and yarns of a piece; many pieces of a row are the same object."""
         known = self._known.get(id(piece))
         if known is None:
             word, yarns = _word_and_yarns(piece)
@@ -320,7 +320,7 @@ class _Sheet:
 
 
 def _columns_of(pieces: Sequence[WordStitches], room: int) -> list[int]:
-    """Return the first column of each piece: where its loops are, so that the wales of all rows lie in line."""
+    """Return the first column of each piece, above its loops, so that the wales of all rows lie in line."""
     left = sum(piece.columns for piece in pieces)
     columns: list[int] = []
     free = below = above = 0
@@ -340,7 +340,7 @@ def _word_and_yarns(piece: WordStitches) -> tuple[str, tuple[int, ...]]:
 
 
 def _sections_of(pieces: Sequence[WordStitches], left: int, right: int) -> Sections:
-    """Return the pieces of a row of a pattern by sections, each with the columns that it covers in a chart."""
+    """Return the pieces of a row of a pattern by sections; each piece covers its columns of a chart."""
     sized = []
     for piece in pieces:
         crossed = any(loop.shift for loop in piece.loops)
@@ -352,7 +352,7 @@ def _sections_of(pieces: Sequence[WordStitches], left: int, right: int) -> Secti
 
 @lru_cache(maxsize=4096)
 def read_square(word: str) -> WordStitches:
-    """Return the stitches of the word of a square, of yarn 0.
+    """Return the stitches of the word of a square, in yarn 0.
 
     Raises:
         PatternError: the word is unknown, names a yarn, or describes more than one stitch or cable.
@@ -382,7 +382,7 @@ def mirrored_word(word: str) -> str:
 
 @lru_cache(maxsize=2 * LONGEST_SIDE)
 def _made_row(words: tuple[str, ...], squares: bytes, yarns: bytes, left: int, right: int) -> Row:
-    """Return a row without tucks; an edit of a chart changes a few of its rows, and the others are made already."""
+    """Return a row without tucks; an edit of a chart changes few of its rows, so the others come from the cache."""
     numbers, colours = (np.frombuffer(values, dtype=np.int64)[None] for values in (squares, yarns))
     return finish_row(KnitChart(numbers, words, colours, left, right).written_row(0, TextPlace("chart", 1, 1)))
 
@@ -399,7 +399,7 @@ def _with_yarns(piece: WordStitches, yarns: Sequence[int]) -> WordStitches:
 
 
 def _without_cut_cables(squares: IntArray, widths: IntArray, plain: int) -> IntArray:
-    """Return the squares with plain stitches in place of cables that lack a square, and of squares without a cable."""
+    """Return the squares, with plain stitches for incomplete cables and for covered squares without a cable."""
     covered = squares == COVERED
     wide = np.where(covered, 1, widths[squares]) > 1
     for row in np.flatnonzero((covered | wide).any(axis=1)).tolist():
@@ -417,7 +417,7 @@ def _without_cut_cables(squares: IntArray, widths: IntArray, plain: int) -> IntA
 def overlap(
     shape: tuple[int, int], part: tuple[int, int], row: int, column: int
 ) -> tuple[tuple[slice, slice], tuple[slice, slice]]:
-    """Return where a part that begins at a place lies in a chart, and which of its squares lie there."""
+    """Return the part of a chart that a second chart covers from a place on, and the part of the second one there."""
     target, own = [], []
     for start, size, limit in zip((row, column), part, shape, strict=True):
         first, last = max(start, 0), max(min(start + size, limit), start, 0)

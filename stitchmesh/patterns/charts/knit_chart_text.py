@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Knitting charts that are edited as text, and back; both know the line of each row.
+"""Knitting charts of the editor as text, and back; both know the line of each row.
 
-A chart is written in the shortest kind that can hold it: yarn numbers, letters, or words.
+A chart is written in the shortest kind of text that can hold it: yarn numbers, letters, or words.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class KnitChartText:
     text: str
     chart: KnitChart
     places: tuple[TextPlace, ...]
-    """Place in the text of each row of the chart, the lowest row first."""
+    """Place of each row of the chart in the text, the lowest row first."""
 
     def pattern(self) -> Pattern:
         """Return the pattern of the chart.
@@ -72,7 +72,7 @@ def parse_knit_chart(text: str, name: str = "pattern") -> KnitChartText:
     places = tuple(row.place for row in written.rows)
     # a short text can describe more stitches than the memory holds
     check_chart_shape((len(written.rows), max(len(row.pieces) for row in written.rows)))
-    if _has_turned_tuck(written.rows):  # no word of a chart means a tuck that was worked on the wrong side
+    if _has_turned_tuck(written.rows):  # no word of a chart describes a tuck that was worked on the wrong side
         rows = finish_rows(written.rows)
         chart = knit_chart(Pattern(written.name, written.source, rows, written.palette))
     else:
@@ -135,7 +135,7 @@ def _aligned(rows: list[list[tuple[int, str]]], chart: KnitChart) -> list[str]:
 
 
 def _placed(row: list[tuple[int, str]], at: np.ndarray, limits: set[int], end: int) -> str:
-    """Return the words of a row, each at the place of its column, with a bar before the columns in ``limits``."""
+    """Return the words of a row, each at the place of its column, and a bar before each column in ``limits``."""
     line = ""
     for start, word in row:
         bar = "| " if start in limits else ""

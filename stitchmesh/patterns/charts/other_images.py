@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Charts as GIF, BMP and TIFF images, which the library of images decodes in a process of its own.
+"""Charts as GIF, BMP and TIFF images; the library of images decodes them in a process of its own.
 
-Palettes of these formats are made by programs, so that only the colours of the pixels count.
+Programs choose the palettes of these formats, so only the colours of the pixels count.
 """
 
 from __future__ import annotations
@@ -33,14 +33,15 @@ def read_other_image(path: FilePath) -> np.ndarray[Any, np.dtype[np.uint8]]:
 
 
 def packed_image(name: str, file: Path) -> CheckpointFile:
-    """Decode an image for the parent of this process.
+    """Decode an image in a child process, for its parent.
 
     Args:
         name: the name of the file, for messages; its suffix decides the format.
         file: where its content lies.
 
     Raises:
-        FileError: as for ``read_other_image``.
+        FileError: the file cannot be read, is no image of its suffix, is too large, or has several pictures or
+            transparent pixels.
     """
     from PIL import Image
 
@@ -54,7 +55,7 @@ def packed_image(name: str, file: Path) -> CheckpointFile:
         if pictures != 1:
             raise FileError(f"{name}: holds {pictures} pictures; expected one, save the chart alone")
         return CheckpointFile({}, {"pixels": np.asarray(loaded_chart(name, image, kind).convert("RGB"))})
-    except (IndexError, KeyError, TypeError, AttributeError) as error:  # Of decoders that meet a damaged file.
+    except (IndexError, KeyError, TypeError, AttributeError) as error:  # Decoders raise them for damaged files.
         raise FileError(f"{name}: is not a whole {kind} ({type(error).__name__}); write it again as PNG") from error
 
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The text of a chart inside a PNG, so that a picture that was drawn to be looked at can be read again."""
+"""The text of a chart inside a PNG, so that the picture of a chart can be read as a chart again."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ BYTES_OF_CHARACTER = 130
 
 
 def picture_text(name: str, content: bytes) -> str | None:
-    """Return the text of the chart that a picture of ``chart_picture`` holds; None for any other content.
+    """Return the text of the chart in a picture of ``chart_picture``; None for any other content.
 
     Raises:
         FileError: the compressed text is very much longer than the file.

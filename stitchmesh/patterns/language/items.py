@@ -34,8 +34,8 @@ class ItemParser:
         Args:
             tokens: the tokens of a line, including the token that marks its end.
             yarn: the yarn of words that name no yarn.
-            leftwards: whether the words follow one another from right to left, in the order of working. This is true
-                of rows and false of charts.
+            leftwards: whether the words run from right to left, in the order of working, as in rows; charts run the
+                other way.
             own: stitches of the user's own by their codes.
         """
         self.tokens = tokens

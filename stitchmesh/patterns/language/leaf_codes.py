@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Texts of one chart alone: one line for each row, the last row first, without a statement of the language.
+"""Texts that hold one chart alone: one line for each row, the last row first, without a statement of the language.
 
 Lines of digits hold the yarn numbers of knit stitches. Lines of letters hold tile codes, as Leaf et al. 2018, section
 4, write patterns. The codes are those of table 2 of the paper; each code has as many characters as it has loops:
@@ -45,7 +45,7 @@ def parse_colour_digits(text: str, name: str = "pattern") -> Pattern:
         name: the name of the text in messages; without its folder and suffix it becomes the name of the pattern.
 
     Raises:
-        PatternError: as for ``parse_leaf_codes``.
+        PatternError: an error of ``parse_leaf_codes``.
     """
     return _bare_chart("colours", text, name)
 
@@ -57,7 +57,7 @@ def holds_digits(text: str) -> bool:
 
 
 def bare_chart_rows(kind: str, text: str, name: str) -> list[DescribedRow]:
-    """Read the rows of a text of one chart alone, from the bottom up, whether or not they fit together.
+    """Read the rows of a text that holds one chart alone, from the bottom up, whether or not they fit together.
 
     Args:
         kind: ``leaf`` or ``colours``.
@@ -65,7 +65,7 @@ def bare_chart_rows(kind: str, text: str, name: str) -> list[DescribedRow]:
         name: the name of the text in messages.
 
     Raises:
-        PatternError: as for ``parse_leaf_codes``.
+        PatternError: an error of ``parse_leaf_codes``.
     """
     return read_chart(kind, _rows(split_lines(text, name), name), 0, upwards=False)
 

@@ -54,7 +54,7 @@ def parse_pattern(text: str, name: str = "pattern", stitches: Iterable[OwnStitch
 
 @dataclass(frozen=True)
 class WrittenPattern:
-    """What a text says about a pattern, before its rows are checked against one another."""
+    """The words of a pattern in its text, before its rows are checked against one another."""
 
     name: str
     source: str
@@ -223,10 +223,10 @@ def _check_turns(row: DescribedRow) -> None:
 
 
 def quoted_text(tokens: list[Token]) -> str:
-    """Return the text of a statement of a word and a text in quotes.
+    """Return the quoted text of a statement that has one word before it.
 
     Raises:
-        PatternError: there is no such text, or more than this text.
+        PatternError: the text is missing, or more follows it.
     """
     if not tokens[1].text.startswith('"'):
         example = "cream, navy" if tokens[0].text.lower() == "colours" else "Seed stitch"

@@ -82,7 +82,7 @@ def _with_tucks(below: DescribedRow, row: DescribedRow) -> DescribedRow:
 
 
 def _stitch_sizes(piece: WordStitches) -> list[int]:
-    """Return the number of loops that each stitch of the next row is worked on: two above a tuck, otherwise one."""
+    """Return the number of loops on which each stitch of the next row is worked: two above a tuck, otherwise one."""
     return [2] if piece.tuck else [1] * sum(cell.n_top for cell in piece.cells)
 
 

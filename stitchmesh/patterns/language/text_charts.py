@@ -5,9 +5,9 @@
     chart [letters | leaf | colours] [upwards] [yarn N]:
 
 The lines of the chart follow this statement. The top row comes first, or the bottom row with ``upwards``; a blank line
-ends the chart. A chart without a kind holds words. ``letters`` and ``leaf`` hold one code after another without
-blanks. ``colours`` holds one digit or letter for each stitch, the number of the yarn with which the stitch is knit.
-``leaf`` reads the codes of Leaf et al. 2018, table 2; each code has as many characters as it has loops.
+ends the chart. A chart without a kind holds words. ``letters`` and ``leaf`` hold one code after another without blanks.
+``colours`` holds one digit or letter for each stitch: the number of its yarn. ``leaf`` reads the codes of Leaf et al.
+2018, table 2; each code has as many characters as it has loops.
 """
 
 from __future__ import annotations
@@ -86,7 +86,7 @@ def _read_codes(line: Line, yarn: int, split: _Split) -> DescribedRow:
 
 @lru_cache(maxsize=4096)
 def _one_word(word: str, yarn: int) -> list[WordStitches]:
-    """Return the stitches of a word; a chart has few words and many squares."""
+    """Return the stitches of a word; the result is kept, because a chart has few words and many squares."""
     return read_word(word, yarn)
 
 

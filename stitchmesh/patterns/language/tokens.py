@@ -36,7 +36,7 @@ class Token:
     place: TextPlace
 
     def unexpected(self, expected: str) -> PatternError:
-        """Return the error that this token was found where another token was expected."""
+        """Return an error that says that this token stands where another was expected."""
         found = END if self.text == END else repr(self.text)
         return self.place.error(f"got {found}; expected {expected}")
 

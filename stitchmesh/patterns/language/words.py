@@ -7,7 +7,7 @@ from right to left. An abbreviation describes what a hand knitter does. In a loo
 backward loop (make one, leaning left), the leg that comes from the right lies in front; this is a twist of -1.
 ``docs/patterns.md`` lists all words.
 
-The stitches of one word of a row and the loops below them, left to right as the reader faces the fabric.
+Each word describes its stitches and the loops below them, from left to right as the reader faces the fabric.
 """
 
 from __future__ import annotations
@@ -115,7 +115,7 @@ TUCK = "t"
 NO_STITCH = "none"
 """Word for a square of a chart that holds no stitch."""
 CROSSING_EXAMPLES = tuple("lt rt c4f c4b c6f c6b t3f t3b t4f t4b 2/1lc 2/1rc 2/1lpc 2/1rpc".split())
-"""Words for cables that are suggested if a word is unknown."""
+"""Words for cables that the message for an unknown word suggests."""
 
 _MARKS = re.compile(r"(?P<code>[a-z0-9/]+)(?P<twist>([+-][01])*)(~(?P<below>([+-][01])+))?(@(?P<yarn>\d{1,6}))?")
 _COUNTED = re.compile(r"(?P<word>[a-z]+)(?P<count>\d{1,6})")
@@ -175,7 +175,7 @@ def own_words(stitches: Iterable[OwnStitch]) -> OwnWords:
 
 
 def is_word(code: str) -> bool:
-    """Whether a word without a count and marks describes a stitch."""
+    """Return whether a word without a count and marks describes a stitch."""
     return code in ABBREVIATIONS or code in CODES or code in (TUCK, NO_STITCH)
 
 

@@ -2,9 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Patterns as text, written for flat knitting: odd rows on the right side, even rows on the wrong side.
 
-Reading the text gives the same pattern. An even row whose crossing has no word of its own is written from the right
-side, because the layers of such a crossing would change if it were turned over, and so is an even row with a stitch of
-the user's own.
+Reading the text gives the same pattern. Two kinds of even rows are written from the right side: rows with a crossing
+that has no word of its own, because turning it over would change its layers, and rows with a stitch of the user's own.
 """
 
 from __future__ import annotations
@@ -54,7 +53,7 @@ def _spans(row: Row) -> Iterator[tuple[range, range]]:
 
 
 def _piece_end(starts: list[int], cables: list[range], first: int) -> int:
-    """Return the index after the last cell of the piece that begins at ``first``; a piece never divides a cable."""
+    """Return the index after the last cell of the piece that begins at ``first``; no piece ends inside a cable."""
     last = first + 1
     while any(cable.start < starts[last] < cable.stop for cable in cables):
         last += 1
@@ -75,7 +74,7 @@ def _row(row: Row, number: int) -> str:
 
 
 def _only_from_right(piece: WordStitches) -> bool:
-    """Whether a piece has no word when it is turned over: a stitch of the user's own, or an unnamed crossing."""
+    """Return whether a piece has no word for the wrong side: a stitch of the user's own or an unnamed crossing."""
     own = any(isinstance(cell.stitch, OwnStitch) for cell in piece.cells)
     return own or (_is_cable(piece) and not _cable_word(piece.turned()))
 
@@ -127,12 +126,12 @@ def chart_word(piece: WordStitches, yarn: int = 0) -> str:
 
     Args:
         piece: the stitches, left to right as seen from the right side.
-        yarn: the yarn that the word does not name.
+        yarn: the yarn of the chart; the word does not name it.
     """
     if not piece.cells:
         return NO_STITCH
     word = _word(piece, yarn, leftwards=False)
-    return TUCK + word[2:] if piece.tuck else word  # a tuck is the stitch sy of which the next row works both loops
+    return TUCK + word[2:] if piece.tuck else word  # a tuck is the stitch sy; the next row works both of its loops
 
 
 def _word(piece: WordStitches, yarn: int, *, leftwards: bool = True) -> str:

@@ -48,25 +48,25 @@ REASONS = [
     "shaping or the end of a row cuts the repeat, and these stitches are knit or purled",
     "a loop of the cable is missing beside shaping or at the end of a row, and the cable does not cross",
 ]
-"""Why faces may be left out."""
+"""The reasons why faces may be left out."""
 
 
 @dataclass(frozen=True, eq=False)
 class LaidPattern:
-    """A fabric with a pattern, and what became of the stitches that were to take it."""
+    """A fabric with a pattern, and the list of stitches that could not take it."""
 
     fabric: StitchMesh
     """The fabric with the pattern."""
     changes: tuple[Change, ...]
     """Changes that make this fabric from the given one, in order; each has an exact inverse (``inverse_change``)."""
     faces_laid: int
-    """Number of faces that are in the pattern."""
+    """Number of faces that have the pattern."""
     reason: IntArray
     """Index in ``REASONS`` of the reason why each face is left out, -1 for all other faces, shape (F,)."""
 
     @cached_property
     def breaks_rounds(self) -> bool:
-        """Whether whole repeats of the pattern leave stitches of a round over."""
+        """Whether stitches of a round remain outside the whole repeats of the pattern."""
         beside = np.flatnonzero(self.reason == _LEFT_OVER).tolist()
         return any(course_through(self.fabric, face).closed for face in beside)
 
@@ -74,7 +74,7 @@ class LaidPattern:
     def left_out(self) -> tuple[LeftOut, ...]:
         """Faces that are not in the pattern although they belong to the region, largest groups first.
 
-        Cast-on rows and drawn-through loops, which no pattern changes, are not listed.
+        Cast-on rows and drawn-through loops are not listed, because no pattern changes them.
         """
         return find_left_out(self.fabric, self.reason, REASONS)
 
@@ -89,19 +89,19 @@ def apply_pattern(
     ground: str | None = None,
     centre: bool = False,
 ) -> StitchMesh:
-    """Replace the stitches of a fabric by those of a pattern, and return the new fabric; see ``lay_pattern``.
+    """Replace the stitches of a fabric by the stitches of a pattern, and return the new fabric; see ``lay_pattern``.
 
     Args:
         fabric: a mesh of stitches, relaxed or not.
         pattern: the pattern, its name in the library or the path of its file.
-        face: as for ``lay_pattern``.
-        faces: as for ``lay_pattern``.
-        remainder: as for ``lay_pattern``.
-        ground: as for ``lay_pattern``.
-        centre: as for ``lay_pattern``.
+        face: a plain stitch of the grid to fill.
+        faces: numbers of the faces of a region, in any order; without ``face`` and ``faces`` the whole fabric.
+        remainder: what happens to the loops of a row that whole tiles do not cover (see ``lay_pattern``).
+        ground: colour of the pattern, or number of one of its yarns, for the stitches left over.
+        centre: whether the middle of a tile lies in the middle of each first row.
 
     Raises:
-        ParameterError, FileError, PatternError, LabelError, MeshError: as for ``lay_pattern``.
+        ParameterError, FileError, PatternError, LabelError, MeshError: an error of ``lay_pattern``.
     """
     laid = lay_pattern(
         fabric, pattern, face=face, faces=faces, remainder=remainder, ground=ground, centre=centre
@@ -119,7 +119,7 @@ def lay_pattern(
     ground: str | None = None,
     centre: bool = False,
 ) -> LaidPattern:
-    """Replace the stitches of a fabric by those of a pattern, and report what could not be replaced.
+    """Replace the stitches of a fabric by the stitches of a pattern, and report the faces that keep theirs.
 
     On a whole fabric or a region, the columns of the pattern follow the wales and its rows are counted from the first
     row above the cast-on row, or from the lowest row of the region. Around a face, the pattern fills the largest grid
@@ -127,29 +127,28 @@ def lay_pattern(
     of the fabric keep their loops; an increase or a decrease becomes its knit or purl form. The borders of the pattern
     lie at the ends of flat rows.
 
-    The pattern continues to the last row. Where shaping or the end of a row cuts a repeat, the parts of the repeat that
-    leave as many loops as they are worked on are laid, such as a yarn-over with its decrease, and the other stitches
-    are knit or purled. A cable crosses if all its loops are there. New faces lie on the old course lines, so the mesh
+    The pattern continues to the last row. Shaping or the end of a row can cut a repeat. The pattern then lays the parts
+    of the repeat that make as many loops as they take, such as a yarn-over with its decrease, and knits or purls the
+    other stitches. A cable crosses if all its loops are there. New faces lie on the old course lines, so the mesh
     should be relaxed afterwards.
 
     Args:
         fabric: a mesh of stitches, relaxed or not.
         pattern: the pattern, its name in the library or the path of its file.
         face: a plain stitch of the grid.
-        faces: numbers of the faces of a region, in any order; the whole fabric if neither face nor faces are given.
+        faces: numbers of the faces of a region, in any order; without ``face`` and ``faces`` the whole fabric.
         remainder: what happens to the loops of a row that whole tiles do not cover. ``centre`` leaves them unchanged
             on both sides, or at the start of a ring; ``stretch`` stretches the tiles over them, or spreads them
             between the tiles if stitches cannot be doubled; ``refuse`` raises an error.
-        ground: colour of the pattern, or number of one of its yarns, that stitches left over take; the yarn of most of
-            its stitches if it is not given. A pattern of one yarn leaves the yarns of the fabric as they are.
-        centre: whether the middle of a tile lies in the middle of each first row: of its front if the row is a ring,
-            so that loops left over lie behind.
+        ground: colour of the pattern, or number of one of its yarns, for the stitches left over; by default the yarn of
+            most of its stitches. A pattern of one yarn leaves the yarns of the fabric as they are.
+        centre: whether the middle of a tile lies in the middle of each first row. In a ring this is the middle of its
+            front, so that loops left over lie behind.
 
     Raises:
-        ParameterError: the pattern fits nowhere, is not in the library or has no yarn of the colour ``ground``, the
-            face is not a plain stitch, the region is empty or holds a face that does not exist, both ``face`` and
-            ``faces`` are given, the mesh has panels, or ``remainder`` is unknown or refuses the loops that are left
-            over.
+        ParameterError: the pattern fits nowhere, is not in the library or has no yarn of the colour ``ground``; the
+            face is not a plain stitch; the region is empty or holds a face that does not exist; both ``face`` and
+            ``faces`` are given; the mesh has panels; or ``remainder`` is unknown or refuses the loops left over.
         FileError: the file of the pattern cannot be read.
         PatternError: the file does not describe a valid pattern, or the pattern has increases or decreases and does not
             close.
@@ -191,7 +190,7 @@ def lay_pattern(
 
 
 def _new_stitches(fabric: StitchMesh, pattern: Pattern) -> list[Change]:
-    """Return the change that adds the pattern's stitches of the user's own to those of the fabric."""
+    """Return the change that adds the user's own stitches of the pattern to the own stitches of the fabric."""
     new = tuple(stitch for stitch in pattern.own_stitches if stitch not in fabric.own_stitches)
     return [OwnStitchesChange((*fabric.own_stitches, *new))] if new else []
 
@@ -235,11 +234,11 @@ class _Laying:
         self.sites, self.in_site = find_sites(fabric, placement, self.cells, units.larger)
 
     def laid(self, before: list[Change], ground: int) -> LaidPattern:
-        """Apply the changes: stitches of faces that stay, then new faces, then the marks of loops.
+        """Apply the changes: first the stitches of faces that stay, then the new faces, then the marks of loops.
 
         Args:
-            before: changes that have made the fabric.
-            ground: number of the yarn that stitches left over take.
+            before: the changes that have made the fabric.
+            ground: number of the yarn for stitches left over.
         """
         fabric = self.fabric
         loops = LoopMarks(fabric, self.pattern, self.placement, self.cells, self.sites)
@@ -285,7 +284,7 @@ class _Laying:
 
 
 def _mark_after(fabric: StitchMesh, name: str, values: IntArray, side_after: IntArray) -> Marks:
-    """Return the marks that give sides new values, where they differ from those of the fabric.
+    """Return the marks that give sides new values, where these differ from the values of the fabric.
 
     Args:
         fabric: the fabric in which the marks change.

@@ -6,7 +6,7 @@
 et al. 2012, section 5.3). The border of the block equals the border of the plain stitches: one loop for each column
 at the bottom and top, and one wale edge for each row on the left and right.
 
-Positions of loops along the course lines of a tile whose rows have different numbers of loops.
+The positions of loops along the course lines of a tile whose rows have different numbers of loops.
 
 Wales should be nearly upright, and the loops of a line should have nearly equal widths. The positions u of the loop
 ends on all inner course lines minimise
@@ -107,8 +107,8 @@ class Block:
     """Face and place of the sides of each border, by their role; loops from the left, wale edges from below, shape
     (m, 2)."""
     twist: IntArray
-    """Half turn of the loop at each top side, 0 at other sides, shape (c,); at the top border only the half turn that
-    the stitches of the block give."""
+    """Half turn of the loop at each top side, 0 at other sides, shape (c,); at the top border, only the half turn from
+    the stitches of the block."""
     cable_shift: IntArray
     """Cable shift of each side, as in ``StitchMesh``, shape (c,)."""
     cable_layer: IntArray
@@ -132,7 +132,7 @@ class Block:
 
 
 def block_of(pattern: Pattern, section: int) -> Block | None:
-    """Return a section of a pattern that closes, or None if a row of the section is worked on no loops."""
+    """Return a section of a pattern that closes; None if a row of the section takes no loops."""
     rows = [row.sections[section] for row in pattern.rows]
     loops = [row.bottoms[section] for row in pattern.rows]
     if min(loops) < 1:
@@ -149,7 +149,7 @@ def build_block(
     Args:
         rows: stitches of each row, left to right.
         loops: number of loops on each course line, from below the first row to above the last row.
-        held: how each row holds the loops of the line below it.
+        held: for each row, how it holds the loops of the line below it.
         pattern: the pattern, which gives the type codes of the stitches.
     """
     return _Builder(loops, held, pattern).build(rows)
@@ -198,7 +198,7 @@ class _Builder:
         )
 
     def _add(self, row: int, place: int, count: int, cell: Cell, low: int, high: int, start: list[int]) -> None:
-        """Add the corners, edges and marks of one face; ``low`` and ``high`` loops lie to its left below and above."""
+        """Add the corners, edges and marks of one face; ``low`` loops below and ``high`` above lie to its left."""
         number, nb, nt = len(self.cells), cell.n_bottom, cell.n_top
         bottoms, tops = range(low, low + nb), range(high + nt - 1, high - 1, -1)
         self.corners += [start[row] + loop for loop in range(low, low + nb + 1)]

@@ -33,7 +33,7 @@ def is_tile(columns: IntArray) -> np.ndarray:
 
 
 def columns_of(section: int, columns: IntArray) -> IntArray:
-    """Return the columns of one section, counted from its first column; ``OUTSIDE`` for those of other sections."""
+    """Return the columns of one section, counted from its first column; the others become ``OUTSIDE``."""
     if section == TILE:
         return np.where(is_tile(columns), columns, OUTSIDE)
     base = LEFT_BASE if section == LEFT_BORDER else RIGHT_BASE
@@ -74,8 +74,8 @@ def lay_out(
             other loops outside. ``stretch`` stretches the tiles over all loops, or spreads the other loops between the
             tiles. ``refuse`` raises an error if the tiles do not cover the row.
         where: the name of the row in messages.
-        middle: number of loops of a ring before the place at which the middle of a tile lies; in an open row it lies
-            in the middle. None if the tiles lie as ``remainder`` says.
+        middle: number of loops of a ring before the place for the middle of a tile; in an open row a tile lies in the
+            middle. None if the tiles lie as ``remainder`` says.
 
     Raises:
         ParameterError: ``remainder`` is ``refuse`` and whole tiles do not cover the row.
@@ -120,7 +120,7 @@ def _resampled(count: int, width: int) -> IntArray:
 
 
 def spread_tiles(tiles: int, width: int, rest: int, *, closed: bool) -> IntArray:
-    """Return the columns of whole tiles with the remaining loops spread evenly between them, and at the ends of a row.
+    """Return the columns of whole tiles, and spread the remaining loops evenly between them and at the ends of a row.
 
     Args:
         tiles: number of tiles.

@@ -32,7 +32,7 @@ class StitchGrid:
 def grid_around(fabric: StitchMesh, face: int) -> StitchGrid:
     """Return the grid with the most stitches that contains a face.
 
-    The grid ends at shaping, short rows, borders and rows knit in the other direction.
+    The grid ends at shaping, short rows, borders and rows that are knit in the other direction.
 
     Raises:
         ParameterError: the face does not exist, or is not a plain stitch.
@@ -53,7 +53,7 @@ def grid_around(fabric: StitchMesh, face: int) -> StitchGrid:
 def fill_grid(
     fabric: StitchMesh, pattern: Pattern, grid: StitchGrid, remainder: Remainder, *, centre: bool = False
 ) -> Placement:
-    """Place a pattern on a grid, from the bottom of the grid; ``centre`` is as for ``lay_pattern``.
+    """Place a pattern on a grid, from the bottom of the grid; ``centre`` means the same as in ``lay_pattern``.
 
     Raises:
         ParameterError: the pattern is wider than the grid, or ``remainder`` is ``refuse`` and whole repeats do not
@@ -87,7 +87,7 @@ def _check_start(fabric: StitchMesh, face: int) -> None:
 
 
 class _Neighbours:
-    """Plain faces to the right and left of, above and below each plain face; ``BORDER`` where there is none."""
+    """The plain faces right of, left of, above and below each plain face; ``BORDER`` where there is none."""
 
     def __init__(self, fabric: StitchMesh) -> None:
         plain = is_plain(fabric)
@@ -125,7 +125,7 @@ class _Neighbours:
 
     @staticmethod
     def rows_beyond(faces: IntArray, step: IntArray, rows: int) -> list[IntArray]:
-        """Return a row and a number of rows beyond it."""
+        """Return a row and the rows beyond it, up to a given number."""
         result = [faces]
         for _ in range(rows):
             result.append(step[result[-1]])

@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Stitches of a pattern that keep the face on which they lie: numbers of faces change, but no faces.
+"""Stitches of a pattern that keep the face on which they lie: marks of faces change, but no face is replaced.
 
 A shaping stitch of the garment keeps its loops and takes its knit or purl form, according to the pattern at that place.
-A plain stitch of a unit that is not whole is knit or purled, whichever the pattern does there.
+A plain stitch of an incomplete unit is knit or purled as the pattern is there.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ from stitchmesh.patterns.placement.units import CellNumbers, Units
 
 
 class CellTable:
-    """What the plain stitches of each cell of a pattern become, by the number of the cell."""
+    """The new stitch of a plain face in each cell of a pattern, by the number of the cell."""
 
     def __init__(self, fabric: StitchMesh, pattern: Pattern, units: Units, cells: CellNumbers) -> None:
-        """Fill the table from the units of one stitch, and from the stitches near a cell for all other units."""
+        """Fill the table: units of one stitch give their stitch, and all other cells take a stitch near to them."""
         count = pattern.height * sum(pattern.rows[0].bottoms)
         self.is_single = np.zeros(count, dtype=bool)
         self.stitch = np.full(count, int(Stitch.KNIT))
@@ -43,13 +43,13 @@ class CellTable:
 
 
 def _cell_near(cells: tuple[Cell, ...], share: float) -> Cell:
-    """Return the stitch that works the loop at a share of a row's width."""
+    """Return the stitch that works the loop at a share of the width of a row."""
     below = [place for place, cell in enumerate(cells) for _ in range(cell.n_bottom)]
     return cells[below[int(share * len(below))]]
 
 
 def _plain_form(cell: Cell) -> Stitch:
-    """Return the purl stitch if a stitch is purled only, otherwise the knit stitch."""
+    """Return the purl stitch for a stitch that is purled only, otherwise the knit stitch."""
     return Stitch.PURL if set(cell.making.made) & {"k", "p"} == {"p"} else Stitch.KNIT
 
 
@@ -64,7 +64,7 @@ def changes_in_place(
         fabric: the mesh.
         pattern: the pattern.
         cells: number of each face's cell, ``BORDER`` outside the pattern, shape (F,).
-        table: what becomes of each cell.
+        table: the new stitch of each cell.
         kept: whether each face keeps its loops, shape (F,).
     """
     faces = np.flatnonzero((cells != BORDER) & kept)
@@ -81,13 +81,13 @@ def changes_in_place(
 
 
 def changed(fabric: StitchMesh, name: str, values: IntArray) -> Marks:
-    """Return the marks at which values differ from the values of a fabric."""
+    """Return the marks for the places where values differ from the values of a fabric."""
     places = np.flatnonzero(values != getattr(fabric, name))
     return Marks(name, places, values[places])
 
 
 def _flavoured(purl: bool) -> IntArray:
-    """Return the knit or purl form of each stitch whose loops are all of one kind, by type code.
+    """Return the knit or purl form of each stitch that has only one kind of loops, by type code.
 
     Front and back are exchanged where the form differs from the stitch.
     """

@@ -14,7 +14,7 @@ from stitchmesh.mesh.courses import course_through
 
 @dataclass(frozen=True, eq=False)
 class LeftOut:
-    """Adjacent faces that do not take a pattern, for one reason."""
+    """Adjacent faces that do not take a pattern, all for one reason."""
 
     faces: IntArray
     """Faces of the fabric with the pattern, ascending, shape (n,)."""
@@ -88,7 +88,7 @@ def _places(fabric: StitchMesh, faces: IntArray) -> IntArray:
 
 
 def left_out_lines(left_out: tuple[LeftOut, ...]) -> list[str]:
-    """Return one line of text for each reason: how many stitches are left out for it, in how many places, and where."""
+    """Return one line of text for each reason: how many stitches it leaves out, in how many places, and where."""
     by_reason: dict[str, list[LeftOut]] = {}
     for part in left_out:
         by_reason.setdefault(part.reason, []).append(part)

@@ -2,11 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Twists and cables of the loops that a pattern makes and works.
 
-A loop is twisted by the stitch that makes it and by the stitch that works it. The row above decides about crossings:
-old crossings below a stitch of the pattern are removed as a whole, and a crossing of the pattern is added if all its
-loops are there.
+Both the stitch that makes a loop and the stitch that works it can twist it. The row above decides about crossings: old
+crossings below a stitch of the pattern are removed as a whole, and a crossing of the pattern is added if all its loops
+are there.
 
-Cable marks that a pattern removes and adds; a crossing is always removed or added as a whole.
+This module also removes and adds cable marks; a crossing is always removed or added as a whole.
 
 A crossing is added only if all its loops lie side by side on one course line and adjacent plain stitches work them.
 Otherwise the stitches are worked without the crossing.
@@ -29,7 +29,7 @@ from stitchmesh.patterns.placement.units import CellNumbers, Site
 
 
 class CrossingMarks:
-    """Cable marks of all sides of a fabric, to be changed."""
+    """Cable marks of all sides of a fabric, which the methods change."""
 
     def __init__(self, fabric: StitchMesh) -> None:
         """Start with the marks of a fabric."""
@@ -85,7 +85,7 @@ def crossings_of(row: Row) -> list[tuple[int, range]]:
 
 
 class LoopMarks:
-    """Marks of the top sides of a fabric after a pattern is laid, at the sides before the faces are replaced."""
+    """Marks of the top sides of a fabric with a pattern, given for the sides before the faces are replaced."""
 
     def __init__(
         self, fabric: StitchMesh, pattern: Pattern, placement: Placement, cells: CellNumbers, sites: list[Site]
@@ -130,7 +130,7 @@ class LoopMarks:
         return held
 
     def crossings(self) -> tuple[CrossingMarks, IntArray]:
-        """Return the cable marks of all sides, and the faces above crossings of which a loop is missing."""
+        """Return the cable marks of all sides, and the faces above incomplete crossings."""
         fabric, marks = self.fabric, CrossingMarks(self.fabric)
         below = side_below(fabric, np.flatnonzero(self.works))
         inner = [fabric.face_start[site.grids[:, :-1]].ravel() + 2 for site in self.sites]
@@ -146,7 +146,7 @@ class LoopMarks:
         return marks, np.unique(np.concatenate(missed))
 
     def _runs(self, marks: CrossingMarks, number: int, section: int, cable: range) -> tuple[IntArray, IntArray]:
-        """Return the runs of faces above a crossing, shape (n, loops), and the faces above it in no whole run."""
+        """Return the runs of faces above a crossing, shape (n, loops), and the faces there that are in no whole run."""
         width = max(self.pattern.rows[0].bottoms[section], 1)
         columns = columns_of(section, self.placement.column)
         here = self.works & (self.placement.row == number) & (columns != OUTSIDE)

@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The colours of a pattern on a fabric, and the colour of the ground, which is that of the stitches left over.
+"""The colours of a pattern on a fabric, and the colour of the ground, which the stitches left over have.
 
-A pattern without colours numbers its yarns only, and its numbers are those of the fabric. A pattern with colours, such
-as a chart from an image, keeps them: a fabric of one yarn without a palette takes the ground of the pattern as its yarn
-0, and on another fabric the yarns of the pattern take the numbers of the equal colours there. Colours that the fabric
-does not have are added to it.
+A pattern without colours only numbers its yarns, and the fabric has the same numbers. A pattern with colours, such as a
+chart from an image, keeps them. A fabric of one yarn without a palette takes the ground of the pattern as its yarn 0.
+On any other fabric the yarns of the pattern take the numbers of the equal colours there, and the other colours are
+added to the fabric.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ def ground_of(pattern: Pattern, named: str | None) -> int:
 
     Args:
         pattern: the pattern.
-        named: a colour of the pattern (``parse_colour``), or the number of one of its yarns; the yarn of most stitches
-            (``Pattern.ground``) if it is None.
+        named: a colour of the pattern (``parse_colour``), or the number of one of its yarns; for None, the yarn of most
+            stitches (``Pattern.ground``).
 
     Raises:
         ParameterError: the text is no colour, or the pattern has no such colour or yarn.
@@ -51,7 +51,7 @@ def colour_on_fabric(pattern: Pattern, fabric: StitchMesh, ground: int) -> tuple
     Args:
         pattern: the pattern.
         fabric: the fabric.
-        ground: number of the yarn of its ground in the pattern.
+        ground: the pattern's number of the yarn of its ground.
 
     Returns:
         The pattern in the yarn numbers of the fabric, the number of its ground there, and the change of the palette of

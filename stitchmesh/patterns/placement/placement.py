@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The position of a pattern on a stitch mesh: the pattern's row and column for each face.
+"""The position of a pattern on a stitch mesh: the row and the column of the pattern for each face.
 
-A region of a fabric: a set of faces, and its pieces of courses.
+The module also finds a region of a fabric: a set of faces, and its pieces of courses.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from stitchmesh.mesh.stitch import VOCABULARY, Stitch
 from stitchmesh.patterns.placement.columns import OUTSIDE
 
 _WORKED = np.isin(np.arange(max(Stitch) + 1), list(VOCABULARY))
-"""Whether a stitch may be replaced by a pattern, by type code; cast-on and drawn-through loops may not."""
+"""Whether a pattern may replace a stitch, by type code; it may not replace cast-on and drawn-through loops."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,12 +39,12 @@ class Placement:
 
 
 def is_worked(fabric: StitchMesh) -> np.ndarray:
-    """Whether each face is a stitch that a pattern may change, shape (F,)."""
+    """Return whether each face is a stitch that a pattern may change, shape (F,)."""
     return _WORKED[fabric.built_in]
 
 
 def is_plain(fabric: StitchMesh) -> np.ndarray:
-    """Whether each face is a stitch with one loop below and one above that a pattern may change, shape (F,)."""
+    """Return whether each face has one loop below and one above, and a pattern may change it, shape (F,)."""
     return is_worked(fabric) & (fabric.n_bottom == 1) & (fabric.n_top == 1)
 
 

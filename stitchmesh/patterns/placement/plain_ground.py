@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The plain ground of a region: the region without the increases and decreases of the patterns it holds.
+"""The plain ground of a region: the region without the increases and decreases of the patterns in it.
 
 "All faces inside this region are removed from the stitch mesh and new faces are generated" (Yuksel et al. 2012, section
-5.3). A run of the region keeps the loops below and above it and the wale edges at its ends. As many increases or
-decreases remain as the two numbers of loops differ by; they stay where the old stitches leave or gain these loops. A
-run of increases alone, or of decreases alone, is the shaping of the garment and stays as it is.
+5.3). A run of the region keeps the loops below and above it and the wale edges at its ends. The number of increases or
+decreases that remain is the difference of the two numbers of loops; they stay where the old stitches leave or gain
+these loops. A run that has increases alone, or decreases alone, shapes the garment and stays as it is.
 """
 
 from __future__ import annotations
@@ -34,14 +34,14 @@ from stitchmesh.patterns.placement.rebuilt_runs import (
 )
 
 LONGEST_EXCESS = 4
-"""Largest number of adjacent course lines whose further loops belong to a pattern, for example the yarn-overs of tucks;
-on more lines they are the shaping of the garment."""
+"""Largest number of adjacent course lines whose extra loops count as a pattern, for example the yarn-overs of tucks; on
+more lines they shape the garment."""
 WIDEST_MOTIF = 12
-"""Largest number of stitches from an increase to a decrease that makes up for it in a pattern."""
+"""Largest number of stitches between an increase and a decrease that cancel one another in a pattern."""
 
 
 def plain_ground(fabric: StitchMesh, inside: NDArray[np.bool_]) -> Rebuilt | None:
-    """Return the patch that turns a region into plain stitches and the shaping that its loops need.
+    """Return the patch that turns a region into plain stitches with the shaping that its loops need.
 
     Args:
         fabric: stitch mesh.
@@ -70,7 +70,7 @@ class _Ground:
     new_loops: int = 0
 
     def plans(self) -> list[RunPlan]:
-        """Return the plans of all runs that hold a pattern, or that lie beside a course line with new loops."""
+        """Return the plans of all runs that hold a pattern, or that have a course line with new loops beside them."""
         fabric, runs = self.fabric, self.runs
         below, above = [line_below(fabric, run) for run in runs], [line_above(fabric, run) for run in runs]
         patterned = [_holds_pattern(fabric, run) for run in runs]
@@ -95,7 +95,7 @@ class _Ground:
         return plans
 
     def _chains(self, below: list[CourseLine], above: list[CourseLine]) -> list[list[int]]:
-        """Return the chains of runs in which each run is worked on exactly the loops of the run before."""
+        """Return the chains of runs in which each run takes exactly the loops of the run before."""
         fabric = self.fabric
         run_of = np.full(fabric.face_count, BORDER)
         for number, run in enumerate(self.runs):
@@ -117,7 +117,7 @@ class _Ground:
         return chains
 
     def _new_line(self, run: Course, above: CourseLine, below: CourseLine, count: int) -> tuple[CourseLine, CourseLine]:
-        """Return a course line with another number of loops, as the run below it and the run above it see the line."""
+        """Return a course line with another number of loops: as the run below it and as the run above it see it."""
         fabric, old = self.fabric, len(above.loops)
         loops = fabric.side_count + self.new_loops + np.arange(count)
         ends = len(fabric.vertices) + len(self.positions) + np.arange(count - 1)
@@ -147,11 +147,11 @@ def _holds_pattern(fabric: StitchMesh, run: Course) -> bool:
 
 
 _OF_PATTERNS = [Stitch.YARN_OVER, Stitch.SY, Stitch.YS, Stitch.YKY]
-"""Stitches with more loops above than below that no shaping of a garment has."""
+"""Stitches with more loops above than below with which no garment is shaped."""
 
 
 def _without_excess(counts: IntArray) -> IntArray:
-    """Return numbers of loops on course lines without those that occur on few adjacent lines only.
+    """Return numbers of loops on course lines, without excesses that last for a few adjacent lines only.
 
     This is a morphological opening followed by a closing. Both leave monotone sequences unchanged.
     """
@@ -165,7 +165,7 @@ def _without_excess(counts: IntArray) -> IntArray:
 
 
 def _steps(fabric: StitchMesh, run: Course) -> list[int]:
-    """Return the places on the narrower side of a run at which its wider side has each of its further loops."""
+    """Return the places on the narrower side of a run where its wider side has one loop more."""
     faces = np.array(run.faces)
     loops = np.cumsum(np.stack([fabric.n_bottom[faces], fabric.n_top[faces]], axis=1), axis=0)
     more = int(loops[-1, 1] - loops[-1, 0])
@@ -174,7 +174,7 @@ def _steps(fabric: StitchMesh, run: Course) -> list[int]:
 
 
 def _step(passed: IntArray, number: int) -> int:
-    """Return the place on the narrow side at which the wide side gains its n-th further loop.
+    """Return the place on the narrow side where the wide side gains its n-th extra loop.
 
     It is the place before which the fewest faces have gained the loop, and after which the fewest faces lack it.
     """

@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Runs of a region whose faces are removed and made anew, in one change of the mesh.
+"""Runs of a region with new faces, made in one change of the mesh.
 
-A run keeps the loops below it and above it, and the wale edges at its two ends. Its faces, and so its increases and
-decreases, are new. A course line between two rebuilt runs may be divided into another number of loops.
+A run keeps the loops below it and above it, and the wale edges at its two ends. All its faces are new, and so are its
+increases and decreases. A course line between two rebuilt runs may be divided into another number of loops.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ class CourseLine:
     """The loops of a course line along a run, from left to right."""
 
     loops: IntArray
-    """Side of each loop on the side of the run, or a number from the number of sides on for a new loop, shape (n,)."""
+    """Side of each loop as the run sees it, shape (n,); a new loop has a number from the number of sides on."""
     vertices: IntArray
     """Ends of the loops; a new vertex has a number from the number of vertices on, shape (n + 1,)."""
 
 
 @dataclass(frozen=True, eq=False)
 class RunPlan:
-    """A run, and the faces that it is to have."""
+    """A run, and its new faces."""
 
     run: Course
     """The run; a closed run may start with any of its faces."""
@@ -45,12 +45,12 @@ class RunPlan:
     loops: IntArray
     """Numbers of loops below and above each new face, left to right, shape (n, 2)."""
     stitch: IntArray
-    """Type of each new face, shape (n,); a plain face keeps the type of a plain face that was in its place."""
+    """Type of each new face, shape (n,); a plain face keeps the type of the plain face that was in its place."""
 
 
 @dataclass(frozen=True, eq=False)
 class Rebuilt:
-    """A patch that makes the faces of runs anew."""
+    """A patch that makes the faces of runs anew, with their numbers."""
 
     patch: Patch
     """The patch."""
@@ -116,13 +116,13 @@ def rebuild_runs(fabric: StitchMesh, plans: Sequence[RunPlan], positions: FloatA
 
 
 def _stays_plain(fabric: StitchMesh, loops: IntArray, old: IntArray) -> NDArray[np.bool_]:
-    """Whether each new face and the old face nearest to it have one loop below and one above, shape (n,)."""
+    """Return whether each new face and the nearest old face both have one loop below and one above, shape (n,)."""
     plain: NDArray[np.bool_] = (loops == 1).all(axis=1) & (fabric.n_bottom[old] == 1) & (fabric.n_top[old] == 1)
     return plain
 
 
 def _places(loops: IntArray) -> tuple[IntArray, IntArray, IntArray, IntArray]:
-    """Return the face and the place in it of each side, and the loops left of its face below and above, shape (c,)."""
+    """Return for each side its face, its place there, and the loops left of the face below and above, shape (c,)."""
     size = loops.sum(axis=1) + 2
     face = np.repeat(np.arange(len(loops)), size)
     place = np.arange(size.sum()) - np.repeat(np.cumsum(size) - size, size)
@@ -183,7 +183,7 @@ class _Sides:
     def twins(self, face: Renumbering) -> IntArray:
         """Return the twin of each new side, as in ``Patch.twin``."""
         fabric = self.fabric
-        new_of = np.full(fabric.side_count, BORDER)  # new side that takes the place of each old side
+        new_of = np.full(fabric.side_count, BORDER)  # the new side in the place of each old side
         known = (self.loop != BORDER) & (self.loop < fabric.side_count)
         new_of[self.loop[known]] = np.flatnonzero(known)
         new_of[self.outer[:, 0]] = self.outer[:, 1]
@@ -201,13 +201,13 @@ class _Sides:
         return np.where((new == BORDER)[:, None], stays, inner)
 
     def marks(self, name: str) -> IntArray:
-        """Return a mark of all new sides: that of the old loop, 0 for a new loop."""
+        """Return a mark of all new sides: the mark of the old loop, and 0 for a new loop."""
         kept = self.is_top & (self.loop < self.fabric.side_count)
         values: IntArray = np.where(kept, getattr(self.fabric, name)[np.where(kept, self.loop, 0)], 0)
         return values
 
     def half_turns(self, loops: IntArray, stitch: IntArray) -> IntArray:
-        """Return the half turn at each new side: those of new increases, and those of loops that no increase made.
+        """Return the half turn at each new side: of a new increase, or of the old loop if no increase made it.
 
         Args:
             loops: numbers of loops below and above each new face, shape (n, 2).
@@ -239,8 +239,7 @@ def spread_loops(below: int, above: int, at: Sequence[int] | None = None) -> Int
     Args:
         below: number of loops below the run.
         above: number of loops above the run.
-        at: places on the narrower side, in loops, at which the wider side has each of its further loops; even places
-            if None.
+        at: places on the narrower side, in loops, where the wider side has one loop more; None for even places.
 
     Returns:
         The numbers, shape (n, 2).

@@ -42,7 +42,7 @@ class Replacement:
     def _sides_after(self) -> IntArray:
         """Return the face and place of each old side after the change, shape (C, 2).
 
-        A side of a removed face maps to the side of the block that replaces it on the border.
+        A side of a removed face on the border of a grid maps to the side of the block that replaces it.
         """
         fabric = self.fabric
         after = np.stack([self.face.after[fabric.side_face], fabric.side_place], axis=1)
@@ -81,7 +81,7 @@ class Replacement:
         )
 
     def _type_codes(self) -> IntArray:
-        """Return the type code of each new face in the fabric, which may have other stitches of the user's own."""
+        """Return the type code of each new face in the fabric, where the user's own stitches may have other codes."""
         codes = self._of_faces("stitch")
         own = np.array([self.fabric.type_code(stitch) for stitch in self.pattern.own_stitches], dtype=np.int64)
         mine = codes >= FIRST_OWN
@@ -99,7 +99,7 @@ class Replacement:
         return numbers
 
     def _of_sides(self, name: str) -> IntArray:
-        """Return a mark of all added sides; cable marks on a top border are those of the replaced sides."""
+        """Return a mark of all added sides; a top border takes the cable marks of the replaced sides."""
         parts = []
         for site in self.sites:
             marks = np.tile(getattr(site.block, name), (len(site.grids), 1))
@@ -156,7 +156,7 @@ class Replacement:
     def sides_after(self, patch: Patch) -> IntArray:
         """Return the number after the patch of each old side, ``BORDER`` if the side is gone, shape (C,).
 
-        A side on the border of a removed grid becomes the side of the block there.
+        A side on the border of a removed grid maps to the side of the block at its place.
         """
         sizes = self.face.merged(np.diff(self.fabric.face_start), patch.face_size)
         start = np.concatenate([[0], np.cumsum(sizes)])

@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The units of a pattern: its smallest parts that leave as many loops as they are worked on.
+"""The units of a pattern: its smallest parts that make as many loops as they take.
 
-A knit stitch is a unit, and so are a yarn-over and the decrease that makes up for it. If shaping or the end of a row
-cuts a repeat, a knitter works the units whose loops are all there, and works the other stitches plain.
+A knit stitch is a unit, and so is a yarn-over together with the decrease that makes up for it. Where shaping or the end
+of a row cuts a repeat, a knitter works the units whose loops are all there, and works the other stitches plain.
 
-The sites of a pattern's units: the rectangles of plain stitches that take them.
+The module also finds the sites of the units: the rectangles of plain stitches that take them.
 """
 
 from __future__ import annotations
@@ -44,14 +44,14 @@ class Units:
     """All units of a pattern."""
 
     larger: tuple[Unit, ...]
-    """Whole sections if they hold increases or decreases, then the units of more than one stitch."""
+    """Whole sections that hold increases or decreases come first, then the units of more than one stitch."""
     single: dict[tuple[int, int, int], Cell]
     """Units of one stitch, by section, row and column."""
 
 
 @lru_cache(maxsize=32)
 def units_of(pattern: Pattern) -> Units:
-    """Divide a pattern into units; in each section, the last row makes as many loops as the first is worked on."""
+    """Divide a pattern into units; in each section, the last row makes as many loops as the first takes."""
     larger: list[Unit] = []
     single: dict[tuple[int, int, int], Cell] = {}
     sections = [section for section in range(3) if min(row.bottoms[section] for row in pattern.rows) >= 1]
@@ -69,7 +69,7 @@ def units_of(pattern: Pattern) -> Units:
 
 
 Cut = tuple[int, ...]
-"""A line between two columns: its place in the loops of each course line, from below."""
+"""A line between two columns, as its place in the loops of each course line, from below."""
 
 
 def _whole(pattern: Pattern, section: int) -> tuple[Cut, Cut]:
@@ -94,7 +94,7 @@ def _parts(pattern: Pattern, section: int) -> list[tuple[int, list[Cut]]]:
 
 
 def _cut(pattern: Pattern, section: int, start: int, end: int, place: int) -> Cut | None:
-    """Return a cut between stitches from one place of a course line to the same place of a higher one, if any exists.
+    """Return a cut between stitches from a place on one course line to the same place on a higher one, if there is one.
 
     A cut does not pass through a crossing on the lines between the two.
     """
@@ -181,7 +181,7 @@ class CellNumbers:
 def find_sites(
     fabric: StitchMesh, placement: Placement, cells: CellNumbers, units: tuple[Unit, ...]
 ) -> tuple[list[Site], NDArray[np.bool_]]:
-    """Find the sites of units, whose earlier ones go first.
+    """Find the sites of units; earlier units choose first.
 
     Args:
         fabric: the mesh.
@@ -190,7 +190,7 @@ def find_sites(
         units: units of the pattern, whole sections first.
 
     Returns:
-        The sites that have copies, and whether each face belongs to one of them, shape (F,).
+        The sites that have copies, and whether each face belongs to a site, shape (F,).
     """
     free = is_plain(fabric) & (cells.of_face != BORDER)
     taken = np.zeros(fabric.face_count, dtype=bool)

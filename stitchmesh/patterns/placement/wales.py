@@ -4,9 +4,9 @@
 
 Columns are assigned to the loops of every row that starts a fabric or a region, and are carried upwards from loop to
 loop. The pattern's row is counted from there, and it is the same along a whole course. A decrease passes on the column
-of the loop that shows. An increase makes new columns; they continue the columns of the neighbour on the side away from
-the increase's own loop. The pattern therefore opens or closes at the line of shaping, and its columns stay straight
-beside the line, as a knitter keeps them.
+of its visible loop. An increase makes new columns; they continue the columns of the neighbour on the side away from the
+increase's own loop. The pattern therefore opens or closes at the line of shaping, and its columns stay straight beside
+the line, as a knitter keeps them.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from stitchmesh.selection.wales import middle_of_front
 _UNKNOWN = OUTSIDE - 1
 """Column of a loop to which no row below passes on a column."""
 LOOPS_PER_SHAPING = 4
-"""Smallest number of loops for each increase or decrease of a run whose shaping moves; a crown has fewer."""
+"""A run whose shaping moves has at least this number of loops for each increase or decrease; a crown has fewer."""
 _FIRST_NEW_TILE = 1 << 20
 """Number of the first tile that begins above the first row."""
 
@@ -38,12 +38,12 @@ _FIRST_NEW_TILE = 1 << 20
 def follow_wales(
     fabric: StitchMesh, pattern: Pattern, remainder: Remainder, inside: NDArray[np.bool_], *, centre: bool = False
 ) -> tuple[Placement, Rebuilt | None]:
-    """Place a pattern on every stitch of a region; its first row is the first row that is not a cast-on row.
+    """Place a pattern on every stitch of a region; its first row lies on the first row that is not a cast-on row.
 
     Args:
         fabric: stitch mesh.
         pattern: the pattern.
-        remainder: treatment of the loops of a first row that whole tiles do not cover.
+        remainder: what happens to the loops of a first row that whole tiles do not cover.
         inside: whether each face belongs to the region, shape (F,).
         centre: whether the middle of a tile lies in the middle of the front of each first row.
 
@@ -89,7 +89,7 @@ class _WalePlacement:
         return Placement(np.where(placed & (level >= 0), self.column, OUTSIDE), level % self.pattern.height)
 
     def _runs_below(self) -> list[set[int]]:
-        """Return, for each run, the runs that its loops come from."""
+        """Return, for each run, the runs from which its loops come."""
         fabric = self.fabric
         sides = fabric.sides_of(np.flatnonzero(self.inside))
         across = sides_across(fabric, sides, TOP)
@@ -147,7 +147,7 @@ class _WalePlacement:
         return True
 
     def _columns_below(self, number: int) -> tuple[IntArray, bool]:
-        """Return the columns of the loops below a run, and whether any is known; set the level to the one below."""
+        """Return the columns of the loops below a run, and whether any is known; set the level from the run below."""
         fabric = self.fabric
         bottoms = np.array(bottom_sides(fabric, self.runs[number].faces), dtype=np.int64)
         sides = sides_across(fabric, bottoms, TOP)
@@ -158,7 +158,7 @@ class _WalePlacement:
         return columns, len(under) > 0
 
     def _begin_tiles(self, below: IntArray, run: Course) -> IntArray:
-        """Return the columns with new tiles where enough adjacent loops lie outside the pattern for a whole repeat."""
+        """Return the columns; new tiles begin where enough adjacent loops for a repeat lie outside the pattern."""
         width, outside = self.pattern.width, below == OUTSIDE
         if outside.all():
             whole = self._lay_out(np.array(bottom_sides(self.fabric, run.faces), dtype=np.int64), run)
@@ -197,7 +197,7 @@ class _WalePlacement:
 def _tile_start(fabric: StitchMesh, run: Course, below: IntArray, width: int) -> int:
     """Return the place of a face of a ring that begins a tile; 0 if no face does.
 
-    It is the first such face to whose limit of tiles no shaping is to move, if there is one.
+    It prefers the first such face next to a limit of tiles to which no shaping moves.
     """
     low, high = fabric.n_bottom[list(run.faces)], fabric.n_top[list(run.faces)]
     tile = (below // width)[(np.cumsum(low) - low) % len(below)]
@@ -211,7 +211,7 @@ def _tile_start(fabric: StitchMesh, run: Course, below: IntArray, width: int) ->
 
 
 def _without_yarn_overs(own: IntArray, n_bottom: IntArray) -> IntArray:
-    """Return the columns of faces, in which a face without a loop below continues the face on its left."""
+    """Return the columns of faces; a face without a loop below continues the column of the face on its left."""
     worked = np.flatnonzero(n_bottom)
     if not len(worked):
         return own
@@ -220,7 +220,7 @@ def _without_yarn_overs(own: IntArray, n_bottom: IntArray) -> IntArray:
 
 
 def _fill_unknown(columns: IntArray, closed: bool) -> IntArray:
-    """Return the columns with unknown ones continued from the left, or from the right if none is known on the left."""
+    """Return the columns; unknown columns continue from the left, or from the right if none is known on the left."""
     known = np.flatnonzero(columns != _UNKNOWN)
     if len(known) == len(columns):
         return columns
@@ -233,7 +233,7 @@ def _fill_unknown(columns: IntArray, closed: bool) -> IntArray:
 
 
 def _own_columns(fabric: StitchMesh, faces: IntArray, below: IntArray) -> IntArray:
-    """Return the column of each face: that of its loop or, for a decrease, that of the loop that shows."""
+    """Return the column of each face: the column of its loop, or of the visible loop of a decrease."""
     count = fabric.n_bottom[faces]
     shown = np.where(count > 1, _SHOWN[fabric.built_in[faces]], 0)
     places = np.minimum(np.cumsum(count) - count + shown, max(len(below) - 1, 0))
@@ -260,7 +260,8 @@ def _columns_made(fabric: StitchMesh, faces: IntArray, own: IntArray, closed: bo
 def _main_loop(making: Making) -> int:
     """Return the index of the loop of an increase that keeps the column.
 
-    It is the first loop, or the last loop if the first is a yarn-over, or the middle loop if both are yarn-overs.
+    The main loop is the first loop, the last loop if the first is a yarn-over, or the middle loop if both are
+    yarn-overs.
     """
     if making.made[0] != "y":
         return 0
@@ -270,8 +271,8 @@ def _main_loop(making: Making) -> int:
 def _column_beside(place: int, main: int, count: int, left: int, own: int, right: int) -> int:
     """Return the column of a loop of an increase.
 
-    New columns left of the main loop continue those of the left neighbour; new columns right of it continue those of
-    the right neighbour.
+    New columns left of the main loop continue the columns of the left neighbour, and new columns right of it those of
+    the right one.
 
     Args:
         place: index of the loop in the increase.

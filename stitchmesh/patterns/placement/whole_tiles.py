@@ -2,9 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Tiles that stay whole where a garment is shaped: new loops begin between tiles, and tiles lose loops at their limits.
 
-A knitter works increases plainly between two repeats until they are enough for a repeat, and decreases such loops
-first. If there are none, the repeat loses the column at one of its ends that matters least. The shaping stitches of a
-row are therefore moved to the nearest limit of a tile, and are worked with the stitch beside them that matters less.
+A knitter works increased loops plainly between two repeats until they are enough for a repeat, and decreases such loops
+first. If there are none, the repeat loses the less important of its two end columns. The shaping stitches of a row are
+therefore moved to the nearest limit of a tile, and are worked together with the less important of the stitches beside
+them.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from stitchmesh.patterns.placement.units import Units
 
 
 def column_weights(pattern: Pattern, units: Units) -> IntArray:
-    """Return in how many rows each column of a tile belongs to a crossing or to a unit of several stitches."""
+    """Return in how many rows each column of a tile is part of a crossing or of a unit of several stitches."""
     weights = np.zeros(pattern.width, dtype=np.int64)
     for number, row in enumerate(pattern.rows):
         crossed = {place for cable in crossings(row.loop_sections[TILE]) for place in cable}
@@ -43,9 +44,9 @@ class _Part:
     columns: list[int]
     """Columns of the loops, counted from the first column of the tile."""
     loops: int = 0
-    """Number of loops that the part is to have."""
+    """Number of loops that the part shall have."""
     near_left: bool = False
-    """Whether the place at which loops begin or end lies in the left half of the part."""
+    """Whether its loops begin or end in the left half of the part."""
 
 
 @dataclass
@@ -58,7 +59,7 @@ class _Line:
 
 
 class WholeTiles:
-    """The rules by which the tiles of one pattern follow the shaping of a garment."""
+    """The rules that tiles of one pattern obey where a garment is shaped."""
 
     def __init__(self, pattern: Pattern, units: Units) -> None:
         """Weigh the columns of the pattern."""
@@ -69,7 +70,7 @@ class WholeTiles:
 
         Args:
             below: columns of the loops below the run.
-            raw: column of the loop that each loop above continues.
+            raw: for each loop above, the column of the loop that it continues.
             new_tiles: numbers for tiles that begin in the run.
         """
         old, line = self._parts(below), self._parts(raw)
@@ -104,7 +105,7 @@ class WholeTiles:
         return line
 
     def _keep_whole(self, line: _Line, index: int) -> None:
-        """Give a part the loops that it lacks from the loops outside the pattern and from cut tiles beside it."""
+        """Give a part the loops that it lacks: loops outside the pattern, and loops of cut tiles beside it."""
         part = line.parts[index]
         for side in _sides(part, index) if part.in_tile else ():
             missing = max(len(part.columns) - part.loops, 0)
@@ -118,7 +119,7 @@ class WholeTiles:
                 part.loops += taken
 
     def _begin_tile(self, line: _Line, index: int, new_tiles: Iterator[int]) -> None:
-        """Pass the loops that a tile has too many to a cut tile beside it, or to a new tile."""
+        """Pass the excess loops of a tile to a cut tile beside it, or to a new tile."""
         part = line.parts[index]
         sides = _sides(part, index)
         surplus = part.loops - (self.width if part.in_tile else 1)
@@ -134,7 +135,7 @@ class WholeTiles:
             self._insert(line, index, surplus, sides[0] == index, next(new_tiles))
 
     def _insert(self, line: _Line, index: int, loops: int, on_left: bool, tile: int) -> None:
-        """Insert a new tile, which begins beside a part, or leave the loops to those outside the pattern there."""
+        """Insert a new tile that begins beside a part, or add the loops to those outside the pattern there."""
         side = index if on_left else index + 1
         if line.outside[side]:
             line.outside[side] += loops
@@ -152,7 +153,10 @@ class WholeTiles:
         return part if part.in_tile and len(part.columns) < self.width and part.loops < self.width else None
 
     def _choose_columns(self, line: _Line, index: int, part: _Part) -> None:
-        """Give the loops of a part adjacent columns, also to loops outside the pattern that complete the part."""
+        """Give the loops of a part adjacent columns.
+
+        Loops outside the pattern that complete the part get columns too.
+        """
         if not part.in_tile or not part.loops:
             part.columns = part.columns[: part.loops]
             return
@@ -166,7 +170,7 @@ class WholeTiles:
         part.columns = list(range(first - taken[0], last + taken[1] + 1))
 
     def _narrowed(self, part: _Part) -> tuple[int, int]:
-        """Return the first and the last column of a tile that loses columns at its ends."""
+        """Return the first and the last remaining column of a tile that loses columns at its ends."""
         first, last = part.columns[0], part.columns[-1]
         while last - first + 1 > part.loops:
             left, right = self.weights[first], self.weights[last]
@@ -185,12 +189,12 @@ class WholeTiles:
 
 
 def _sides(part: _Part, index: int) -> tuple[int, int]:
-    """Return the places before and after a part, the one nearer to its shaping first."""
+    """Return the place before and the place after a part; the one nearer to the shaping of the part comes first."""
     return (index, index + 1) if part.near_left else (index + 1, index)
 
 
 def _near_left(columns: list[int], before: list[int]) -> bool:
-    """Whether the place at which loops begin or end lies in the left half of a tile."""
+    """Return whether the loops of a tile begin or end in its left half."""
     steps = np.diff(columns) != 1
     if not steps.any():
         return columns[0] > before[0]
@@ -198,7 +202,7 @@ def _near_left(columns: list[int], before: list[int]) -> bool:
 
 
 def shaped_faces(below: IntArray, above: IntArray, weights: IntArray) -> tuple[IntArray, IntArray] | None:
-    """Return the faces of a run whose columns continue upwards, with all increases and decreases between them.
+    """Return the faces of a run. Columns continue upwards, and all increases and decreases lie between them.
 
     Args:
         below: columns of the loops below the run.
@@ -234,9 +238,9 @@ def shaped_faces(below: IntArray, above: IntArray, weights: IntArray) -> tuple[I
 
 
 def _belongs_right(left: list[int], gap: int, right: int, weights: IntArray) -> bool:
-    """Whether a column that begins or ends is worked with the column on its right, not with the one on its left.
+    """Return whether a column that begins or ends is worked with the column on its right, and not on its left.
 
-    It is worked with the column that weighs less; if both weigh the same, with the column of its own tile.
+    It is worked with the column of less weight; if both weigh the same, with the column of its own tile.
     """
     width = len(weights)
     if left and is_tile(np.array([*left, right])).all() and weights[left[0] % width] != weights[right % width]:
@@ -251,17 +255,17 @@ class _Faces:
     loops: list[list[int]] = field(default_factory=list)
     keeps: list[Keeps] = field(default_factory=list)
     pending: list[int] = field(default_factory=list)
-    """Loops below and above that the next face takes at its left."""
+    """Loops below and above that wait for the next face, which takes them at its left."""
 
     def add(self, below: int, above: int, keeps: Keeps) -> None:
-        """Add a face, which takes pending loops."""
+        """Add a face that takes the pending loops."""
         if self.pending:
             below, above, keeps, self.pending = below + self.pending[0], above + self.pending[1], "right", []
         self.loops.append([below, above])
         self.keeps.append(keeps)
 
     def fill(self, below: int, above: int, *, on_right: bool, last: bool) -> bool:
-        """Add the faces between two columns of the pattern; return whether stitches with so many loops exist."""
+        """Add the faces between two columns of the pattern; return whether there are stitches with so many loops."""
         if below and above:
             if max(below, above) > MOST_LOOPS * min(below, above):
                 return False

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A chart as symbols on coloured squares, and the squares in which two drawings differ."""
+"""A chart as symbols on coloured squares, and the squares that differ between two drawings."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from stitchmesh.periodic.weave.weave_chart import WeaveChart
 COVERED = 65535
 """Number of a square that is covered by the cable on its left."""
 POINT_PAPER = ("#f3ead8", "#3d4f63")
-"""Colours of wefts and warps if the weave has one colour: light and dark, as on the point paper of weavers."""
+"""Colours of wefts and warps in a weave of one colour: light and dark, as on the point paper of weavers."""
 MOST_CHANGES = 4000
 """Largest number of squares that are listed as changes."""
 
@@ -46,7 +46,7 @@ class ChartDrawing:
     """Colour and layer of each warp."""
 
     def changes_from(self, base: ChartDrawing) -> list[int] | None:
-        """Return index, symbol and colour of every square that differs from a base.
+        """Return the index, the symbol and the colour of every square that differs from a base.
 
         Args:
             base: an earlier drawing.
@@ -74,14 +74,14 @@ def draw_chart(chart: Chart, words: Sequence[str] = (), yarns: int = 1) -> Chart
 
     Args:
         chart: the chart.
-        words: further words with symbols, those that a user can paint next.
-        yarns: number of yarns that have a colour at least.
+        words: further words that need symbols, because a user can paint them next.
+        yarns: the smallest number of yarns that have a colour.
     """
     return _draw_weave(chart, yarns) if isinstance(chart, WeaveChart) else _draw_knit(chart, words, yarns)
 
 
 def palette_of(chart: Chart, count: int) -> tuple[str, ...]:
-    """Return the colours of the yarns of a chart as ``#rrggbb``, at least ``count`` and those in use."""
+    """Return the colours of the yarns of a chart as ``#rrggbb``: all that are in use, and at least ``count``."""
     own = np.array(chart.palette, dtype=np.uint8).reshape(-1, 3)
     colours = filled_palette(own, max(min(chart.yarn_count, LAST_YARN + 1), count))
     return tuple(colour_text(colour) for colour in colours)

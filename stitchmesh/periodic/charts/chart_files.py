@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Charts that are edited, of knits and of weaves: from patterns, texts and files, and back."""
+"""Charts of knits and weaves as they are edited: made from patterns, texts and files, and written back."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def read_chart(name: str, content: bytes) -> ChartText:
 
     Args:
         name: the name of the file, with a suffix of ``CHART_SUFFIXES``.
-        content: what the file holds; a picture that ``chart_picture`` made holds its chart.
+        content: the content of the file; a picture from ``chart_picture`` holds its chart.
 
     Raises:
         FileError: the content is empty, damaged or no text.
@@ -96,7 +96,7 @@ def read_chart(name: str, content: bytes) -> ChartText:
 
 
 def chart_image(chart: Chart) -> tuple[str, bytes]:
-    """Return a chart as a PNG with one pixel for each square.
+    """Return a chart as the name and the content of a PNG with one pixel for each square.
 
     Knit stitches in several yarns make a chart of colours, other stitches with tile codes a chart of these codes, and
     weaves a matrix of dark and light.

@@ -24,7 +24,7 @@ LONGEST_SIDE = 4000
 """Largest width and height of the squares of a picture [pixels]."""
 LARGEST_SQUARE = 32
 LEAST_WITH_SYMBOLS = 8
-"""Size of a square from which symbols are drawn [pixels]."""
+"""Smallest size of a square on which symbols are drawn [pixels]."""
 DARK, LIGHT, GREY, LINE = (27, 31, 36), (255, 255, 255), (150, 150, 150), (120, 120, 120)
 MARGIN = 34
 """Room for the numbers of rows and columns [pixels]."""
@@ -91,7 +91,7 @@ class _Painter:
             self.image.paste(self._tile(number, fill), (x + 1, y + 1))
 
     def _tile(self, number: int, fill: int) -> Image:
-        """Return a symbol on a tile of its own, so that nothing of it lies outside its squares."""
+        """Return a symbol on a tile of its own, so that the symbol stays inside its squares."""
         from PIL.Image import new
         from PIL.ImageDraw import Draw
 

@@ -33,7 +33,7 @@ def write_pattern(path: FilePath, pattern: Pattern) -> None:
     ``read_pattern`` reads both. The file is written atomically.
 
     Raises:
-        FileError: the suffix is another one, or the file cannot be written.
+        FileError: the file has another suffix, or it cannot be written.
         ParameterError: the chart is larger than ``grid.LONGEST_SIDE``.
     """
     check_kind("write_pattern", pattern, Pattern)

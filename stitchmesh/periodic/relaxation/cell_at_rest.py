@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The smallest cell of a swatch as it came to rest, with what acted on it, for questions about that state."""
+"""The smallest cell of a swatch at rest, with all that acted on it. Later questions about this state use it."""
 
 from __future__ import annotations
 
@@ -18,7 +18,10 @@ from stitchmesh.yarnrelax.relaxation_inputs import RelaxationInputs
 
 @dataclass(frozen=True, eq=False)
 class CellAtRest:
-    """A cell at rest. Lengths are gamma times those of the fabric, and the material belongs to them."""
+    """A cell at rest.
+
+    Its lengths are gamma times the lengths in the fabric, and its material is scaled in the same way.
+    """
 
     yarns: YarnSet
     """The relaxed yarns of the cell, on its lattice."""
@@ -29,17 +32,17 @@ class CellAtRest:
     cell: RelaxCell | None
     """The free changes of the periods and their loads; None for constant periods."""
     terms: Sequence[TermChoice]
-    """What the cell lies on."""
+    """The planes between which the cell lies; empty if it lies on nothing."""
     device: str | None
     """Device of the kernels."""
     gamma: float = 1.0
-    """Lengths over those of the fabric."""
+    """The lengths of the cell over the lengths in the fabric."""
     rubs: bool = False
-    """Whether friction between its yarns has held it on its way."""
+    """Whether friction between the yarns held the cell on its way to rest."""
 
     @classmethod
     def of(cls, prepared: PreparedSwatch, yarns: YarnSet) -> CellAtRest:
-        """Return the cell of a prepared repeat whose smallest cell came to rest with these yarns."""
+        """Return the cell of a prepared repeat, whose smallest cell came to rest with these yarns."""
         return cls(
             yarns, prepared.similar, prepared.quality, prepared.cell, prepared.terms, prepared.device,
             prepared.options.gamma, prepared.release is not None,

@@ -44,7 +44,7 @@ TOO_STRETCHED = (
 def change_radius(
     yarns: YarnSet, factor: float, material: YarnMaterial, quality: Quality, device: str | None = None
 ) -> YarnSet:
-    """Multiply the radius of yarns by a factor: in one step if the radius becomes smaller, otherwise in several steps.
+    """Multiply the radius of yarns by a factor: in one step if the radius falls, otherwise in several steps.
 
     Args:
         yarns: the yarns.
@@ -149,8 +149,8 @@ def _relax_between_steps(
 ) -> YarnSet:  # fmt: skip
     """Relax yarns for the iterations between two steps.
 
-    If the yarns cannot be separated, the error gives ``reason``: the change of this step is too large, because the
-    yarns were separated before it.
+    An error of these iterations becomes an error with ``reason``. The yarns were separated before the step, so the
+    change of the step is too large.
     """
     try:
         return relax_partly(

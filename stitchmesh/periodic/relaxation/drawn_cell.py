@@ -4,16 +4,16 @@
 
 Each state starts from the state before it. The cell is the smallest one of its repeat (``smallest_cell``): stitches
 that are alike lie alike at any strain, as they do in the free swatch. In a larger cell a rib falls over while it is
-drawn, every second course to the other side.
+drawn: every second course turns to the other side.
 
-Without friction a state of rest depends on the strain and on the branch. States are on one branch if the fabric goes
-from one to the next and back again. A fabric that snaps to another shape does not go back: it is on another branch, of
-which the energy at the strain before is another one. Each new state is therefore let back by one strain, and relaxed
-there; energies that differ by more than ``SAME_ENERGY`` belong to two branches.
+Without friction a state of rest depends on the strain and on the branch. Two states are on one branch if the fabric
+goes from one to the other and back again. A fabric that snaps to another shape does not go back: it is then on another
+branch, with another energy at the strain before. Each new state is therefore let back by one strain and relaxed there.
+If its energy differs from the earlier one by more than ``SAME_ENERGY``, the two states belong to two branches.
 
-With friction (``load_steps``) a state depends on the whole path, because yarns that have slipped do not slip back.
-Each way there, and each way back, is then a branch of its own. The cell is drawn by at most ``FRICTION_STRAIN`` at a
-time, so that the normal forces of one state hold up to the next.
+With friction (``load_steps``) a state depends on the whole path, because yarns that have slipped do not slip back. Each
+way out, and each way back, is then a branch of its own. The cell is drawn by at most ``FRICTION_STRAIN`` at a time, so
+that the normal forces of one state are still good for the next.
 """
 
 from __future__ import annotations
@@ -54,11 +54,11 @@ class DrawnState:
     """A cell at rest at a strain."""
 
     strain: float
-    """Size in the direction in which the cell is drawn over that of the free cell, minus one."""
+    """Size of the cell in the direction in which it is drawn, over the size of the free cell, minus one."""
     yarns: YarnSet
     """The yarns of the cell."""
     tension: tuple[float, float]
-    """Forces on the borders along the courses and along the wales, over the lengths of these in the free cell
+    """Force on the borders along the courses and along the wales, each over the length of the border in the free cell
     [dyn/cm]."""
     energy: float
     """Energy of the cell [erg]."""
@@ -72,7 +72,7 @@ class DrawnState:
 
 @dataclass(frozen=True, eq=False)
 class DrawnCell:
-    """What is drawn, and how it comes to rest."""
+    """A free cell, the direction in which it is drawn, and how it comes to rest."""
 
     free: YarnSet
     """The yarns of the free cell, on its lattice."""
@@ -85,7 +85,7 @@ class DrawnCell:
     quality: Quality
     """Resolution of each state."""
     terms: Sequence[TermChoice]
-    """What the cell lies on."""
+    """The planes between which the cell lies; empty if it lies on nothing."""
     device: str | None
     """Device of the kernels."""
     run: Run[YarnSet]
@@ -138,7 +138,7 @@ def _relaxed_at(drawn: DrawnCell, yarns: YarnSet, strain: float) -> Relaxation:
 
 
 def _branch(drawn: DrawnCell, found: Sequence[DrawnState], strain: float, rest: Relaxation) -> int:
-    """Return the branch of a new state: that of the state before it, that of an equal one, or a new one."""
+    """Return the branch of a new state: of the state before it, of an equal state, or a new one."""
     before, same = found[-1], SAME_ENERGY * max(abs(state.energy) for state in found)
     equal = [each.branch for each in found
              if each.strain == strain and abs(each.energy - rest.report["energy"]) <= same]  # fmt: skip
@@ -162,7 +162,9 @@ def _tension(drawn: DrawnCell, yarns: YarnSet) -> tuple[float, float]:
 
 
 def draw_with_friction(drawn: DrawnCell, strains: Sequence[float], friction: Friction) -> Iterator[DrawnState]:
-    """Yield the state at each strain, up to the last one that comes to rest in time; yarns have slipped nowhere before.
+    """Yield the state at each strain, up to the last one that comes to rest in time.
+
+    No yarn has slipped before the first.
 
     Raises:
         SolverError: the yarns cannot be drawn or relaxed.
@@ -189,7 +191,7 @@ def draw_with_friction(drawn: DrawnCell, strains: Sequence[float], friction: Fri
 
 
 def _ways(strains: Sequence[float]) -> list[int]:
-    """Return the number of the way, there or back, that leads to each strain, from 1."""
+    """Return the number of the way that leads to each strain, from 1; each way out and each way back counts."""
     turns = np.diff(np.sign(np.diff(strains))) != 0.0
     ways: list[int] = (1 + np.r_[0, 0, np.cumsum(turns)]).tolist()
     return ways

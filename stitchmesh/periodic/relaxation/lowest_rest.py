@@ -2,15 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """The lowest of several states of rest of a small free repeat.
 
-Fabrics have several states of rest, and which one the generated yarns come to is an accident: noise of a hundredth of a
+Fabrics have several states of rest, and chance decides which one the generated yarns reach: noise of a hundredth of a
 radius on their points takes slack ribs and moss stitch to states whose sizes differ by a tenth. A repeat with few
-stitches (``sampling.SMALL_CELL``) that lies between planes is therefore relaxed from ``STARTS`` displaced starts too,
-always the same ones, with the sampling of the coarsest preset. Of the states at rest the one with the least energy is
-kept, and all finer samplings continue from it. States whose energies differ by less than ``SAME_ENERGY`` count as
-equal, and the earliest of them is kept, so that the choice does not depend on rounding.
+stitches (``sampling.SMALL_CELL``) that lies between planes is therefore also relaxed from ``STARTS`` displaced starts,
+always the same ones, with the sampling of the coarsest preset. The state at rest with the least energy is kept, and all
+finer samplings continue from it. States whose energies differ by less than ``SAME_ENERGY`` count as equal, and the
+earliest of them is kept, so that the choice does not depend on rounding.
 
-A start is displaced by smooth waves (``perturbation``) and by the changes of size that are free. The lean of the cell
-is held, here as in every relaxation of a swatch: with it, ribs would lie on their side.
+Smooth waves (``perturbation``) and the free changes of size displace a start. The lean of the cell is held, here as in
+every relaxation of a swatch: if it were free, ribs would lie on their side.
 """
 
 from __future__ import annotations
@@ -38,28 +38,29 @@ STARTS = 4
 SAME_ENERGY = 1e-4
 """Relative difference of energies below which states count as equally low."""
 KICKS = 3
-"""Displacements of a start; the yarns are separated between them."""
+"""Number of displacements that make a start; the yarns are separated after each of them."""
 BETWEEN = 20
 """Iterations between two displacements."""
 
 Relax = Callable[[YarnSet, int], Relaxation]
-"""A relaxation of yarns, after a number of iterations that count for a limit of all of them."""
+"""A function that relaxes yarns. Its second argument is the number of iterations already made, which count for a common
+limit."""
 
 logger = logging.getLogger(__name__)
 
 
 def lowest_rest(prepared: PreparedSwatch, yarns: YarnSet, relax: Relax) -> Relaxation:
-    """Relax yarns, and displaced starts too if the repeat has states; return the way to the lowest state.
+    """Relax yarns, and displaced starts if the repeat has several states; return the way to the lowest state.
 
-    The report has ``starts``, the number of starts that came to rest, and the iterations and seconds of all of them,
-    which also number the entries of the history. Displaced starts are left out if the yarns themselves do not come to
-    rest, or where a limit on the time is reached. They do not depend on each other, unless they share a number of
-    iterations.
+    The report has ``starts``, the number of starts that came to rest, and the iterations and seconds of all starts
+    together. The entries of the history are numbered by these iterations. No displaced start is made if the yarns
+    themselves do not come to rest, or when a time limit is reached. The starts do not depend on each other, unless they
+    share a number of iterations.
 
     Args:
         prepared: the prepared repeat.
         yarns: its yarns, from which the first relaxation starts.
-        relax: the relaxation with the first sampling of the path, of yarns after a number of iterations.
+        relax: relaxes yarns with the first sampling of the path, after a given number of iterations.
 
     Raises:
         SolverError: the yarns cannot be relaxed.
@@ -114,7 +115,7 @@ def _from_start(
     """Relax from a displaced start; None where no time is left for it.
 
     Raises:
-        SolverError: this is not possible.
+        SolverError: the start cannot be relaxed.
     """
     if seconds_left() <= 0.0:
         return None

@@ -3,9 +3,9 @@
 """Dry, wet and full relaxation: a knit is let go off the needles, and friction holds a part of its stretch.
 
 On the needles a plain stitch is as wide as their pitch, about a third of the yarn that it takes (machines of gauge E18
-to E28 knit jersey of 2.7 to 3.1 pitches of yarn a loop), and the take-down draws its rows. Without friction a fabric
-forgets this. With friction the states of rest of a plain knit lie on a line, from tall and narrow to low and wide, and
-the path ends on it where friction first holds (Crassous, Poincloux and Steinberger 2024). The path is
+to E28 knit jersey with 2.7 to 3.1 pitches of yarn in a loop), and the take-down draws its rows. Without friction a
+fabric forgets this. With friction the states of rest of a plain knit lie on a line, from tall and narrow to low and
+wide, and the path ends on it where friction first holds (Crassous, Poincloux and Steinberger 2024). The path is
 
     on the needles    wale spacing = loop length / ``NEEDLES_K_W``, course spacing = loop length / ``NEEDLES_K_C``;
                       there the yarns come to rest with friction
@@ -15,12 +15,12 @@ the path ends on it where friction first holds (Crassous, Poincloux and Steinber
     full              friction falls in steps to zero
 
 Water and shaking do not lower the coefficient of friction (it even rises in wet wool). They move yarns against each
-other, and yarn that is moved resists a small steady force less, as if its friction were lower. Munden's dry, wet and
+other, and a yarn that is moved resists a small steady force less, as if its friction were lower. Munden's dry, wet and
 full knits have 19.0, 21.6 and 23.1 stitches on the square of the loop length: a wet relaxation goes 63 % of the path
-from dry to full, and ``WET`` is what is left.
+from dry to full, and ``WET`` is the remaining share.
 
-A knit whose size is free comes off the needles dry, unless another state is chosen. Without friction yarn slides
-from stitch to stitch, so that wide repeats end far from what was knitted: cables lose a quarter of their height.
+A knit whose size is free comes off the needles dry, unless the options choose another state. Without friction yarn
+slides from stitch to stitch, so that wide repeats end far from what was knitted: cables lose a quarter of their height.
 """
 
 from __future__ import annotations
@@ -49,21 +49,22 @@ NEEDLES_K_W, NEEDLES_K_C = 3.0, 4.6
 WET = 0.37
 """Share of friction that is left after a wet relaxation."""
 RELEASE_STEPS, LAST_FORCE = 12, 1e-3
-"""Steps in which the forces on the borders fall, and their last share before zero. A soft fabric such as garter gives
-half of its stretch back under the last hundredth of the force."""
+"""Number of steps in which the forces on the borders fall, and their last share before zero. A soft fabric such as
+garter recovers half of its stretch under the last hundredth of the force."""
 FRICTION_STEPS = 4
 """Steps in which friction falls to ``WET``, and from there to ``LAST_FRICTION``."""
 LAST_FRICTION = 0.02
 """Last share of friction before zero."""
 ON_NEEDLES = RelaxCell(course=None, wale=None, shear=False)
-"""A cell on the needles keeps its size. Knitting gives each stitch its yarn, which friction keeps there: without it the
-stitches of ribs and welts take yarn from each other on the needles, until some are wide and others narrow. Which ones
-noise, the sampling or the processor decides, and dry sizes then lie up to 14 % apart."""
+"""A cell on the needles keeps its size. Knitting gives each stitch its yarn, and friction keeps it there. Without
+friction the stitches of ribs and welts take yarn from each other on the needles, until some are wide and others narrow.
+Noise, the sampling or the processor then decides which ones are wide, and dry sizes differ by up to 14 %."""
 TOLERANCE = 5e-3
 """Largest residual of each step."""
 LARGEST_CHANGE = 2e-3
-"""Largest change of the size that is left after each step, by the exact step to its rest. A rope cable that balances on
-its way has 2 % to go by the forces there, and goes 30 %; ribs fold on the way where larger changes are left."""
+"""Largest change of the size that may remain after each step, as the exact step to rest predicts it. A rope cable that
+balances on its way has 2 % to go by the forces there, and goes 30 %; ribs fold on the way where larger changes
+remain."""
 
 
 @dataclass(frozen=True)
@@ -79,15 +80,15 @@ class Release:
 
 
 def state_of_rest(relax_cell: bool | RelaxCell, options: SwatchOptions, *, woven: bool) -> KnitState:
-    """Return the state that is meant: dry for a knit whose size is free, and without friction for everything else.
+    """Return the state to which the options lead: dry for a knit whose size is free, otherwise without friction.
 
-    A given size, a tension of blocking and the loads of a ``RelaxCell`` are reached without friction, and a weave comes
-    off no needles.
+    Relaxation without friction reaches a given size, a tension of blocking and the loads of a ``RelaxCell``. A weave
+    comes off no needles.
 
     Args:
-        relax_cell: as for ``swatch``.
+        relax_cell: whether the width and height of the repeat are relaxed, or a ``RelaxCell``.
         options: options of the swatch.
-        woven: whether it is a weave.
+        woven: whether the repeat is a weave.
     """
     if options.relaxation is not None:
         return options.relaxation
@@ -96,11 +97,11 @@ def state_of_rest(relax_cell: bool | RelaxCell, options: SwatchOptions, *, woven
 
 
 def chosen_release(relax_cell: bool | RelaxCell, options: SwatchOptions, *, woven: bool) -> Release | None:
-    """Check the choice of a relaxation; None without friction. Arguments as for ``state_of_rest``.
+    """Check the choice of a relaxation, and return it; None without friction. Arguments as for ``state_of_rest``.
 
     Raises:
-        ParameterError: a state of knits for a weave, a coefficient without friction or that no yarn has, or sizes or
-            loads beside a state.
+        ParameterError: the options ask for a state of knits for a weave, for a coefficient without friction or one that
+            no yarn has, or for sizes or loads beside a state.
     """
     meant = state_of_rest(relax_cell, options, woven=woven)
     if meant == "frictionless":
@@ -146,14 +147,14 @@ def let_go(
         material: material of the yarns.
         quality: resolution of all steps.
         device: device of the kernels.
-        terms: further energies after the fabric has left the needles: what it lies on.
-        run: as for ``relax_through_steps``.
+        terms: further energies that act after the fabric has left the needles, such as the planes on which it lies.
+        run: progress, states and checkpoints; a control is refused.
 
     Returns:
-        The relaxation. Its report counts the iterations of all steps and their seconds with those on the needles, and
+        The relaxation. Its report counts the iterations and the seconds of all steps, those on the needles included. It
         has ``relaxation``, ``friction``, ``needle_tension`` [dyn/cm] along courses and wales, ``steps`` and
-        ``steps_not_at_rest``: the number of steps before the last one, with that on the needles, and how many of these
-        ended before they were at rest. ``energy`` is that of the yarns alone.
+        ``steps_not_at_rest``: the number of steps before the last (also the one on the needles), and how many of these
+        ended before they were at rest. ``energy`` is the energy of the yarns alone.
 
     Raises:
         SolverError: the yarns cannot be drawn to that size, or a yarn passed through another one.
@@ -179,9 +180,9 @@ def on_needles(
     yarns: YarnSet, needles: tuple[float, float], release: Release, material: YarnMaterial, quality: Quality,
     device: str | None, terms: Sequence[TermChoice],
 ) -> StepAtRest:  # fmt: skip
-    """Draw yarns to their size on the needles, without friction, and let them come to rest there with it.
+    """Draw yarns to their size on the needles without friction, and let them come to rest there with friction.
 
-    Where the yarns as generated are too crowded to be drawn, they first relax to their free size.
+    Generated yarns that are too crowded to be drawn first relax to their free size.
 
     Raises:
         SolverError: the yarns cannot be drawn to that size, or a yarn passed through another one.
@@ -206,7 +207,7 @@ def _release(
     terms: Sequence[TermChoice], run: Run[YarnSet],
 ) -> list[StepAtRest]:  # fmt: skip
     """Let yarns go from the needles to the state."""
-    course, wale = (max(force, 0.0) for force in start.border_forces)  # none where the fabric pushes
+    course, wale = (max(force, 0.0) for force in start.border_forces)  # no force on a border where the fabric pushes
     steps = [LoadStep(share * course, share * wale) for share in falling(1.0, LAST_FORCE, RELEASE_STEPS)]
     steps += [LoadStep(friction=share) for share in friction_left(release.state)]
     return relax_through_steps(

@@ -12,7 +12,7 @@ homeomorphism that can be shrunk to the identity, and no yarn passes through ano
 other by at most the norm times their distance. Waves and strain are therefore scaled to ``STEEPEST`` and ``STRAIN``:
 yarns that touch then overlap by less than half of their thickness, which contact forces can separate.
 
-The splines follow their control points, and are moved like the yarns up to the curvature of u over a segment.
+The splines follow their control points, and so they move like the yarns, up to the curvature of u over a segment.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ from stitchmesh.mesh import FloatArray
 from stitchmesh.yarn import YarnSet
 
 WAVES = 2
-"""Most waves in a period of the cell, in each direction."""
+"""Largest number of waves in a period of the cell, in each direction."""
 STEEPEST = 0.25
 """Largest norm of the gradient of the waves."""
 STRAIN = 0.1
-"""Largest strain along the courses and along the wales, and largest lean."""
+"""Largest strain along the courses and along the wales, and largest change of the lean."""
 Random = np.random.Generator
 
 
@@ -41,7 +41,7 @@ def perturb(yarns: YarnSet, random: Random, free: NDArray[np.bool_]) -> YarnSet:
     Args:
         yarns: the yarns, on their lattice.
         random: source of random numbers.
-        free: whether the strain along the courses, that along the wales and the lean may change, shape (3,).
+        free: whether the strain along the courses, the strain along the wales and the lean may change, shape (3,).
     """
     assert yarns.lattice is not None
     e1, e2, normal = lattice_frame(yarns.lattice.periods)

@@ -1,11 +1,13 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A repeat before it comes to rest: its yarns have the radii, the lengths and the size that were asked for.
+"""A repeat before it comes to rest.
 
-If the yarn is as thick as the loops can hold, the loops are generated with thinner yarn, and the radius then grows in
+Its yarns already have the radii, the lengths and the size that the options ask for.
+
+If the yarn is thicker than the loops can hold, the loops are generated with thinner yarn, and the radius then grows in
 steps (``continuation``). To apply ``gamma``, the radius grows further, and the whole fabric is scaled by 1 / gamma once
 it is at rest: the yarn keeps its radius, and the fabric has 1 / gamma of its yarn length (Leaf et al. 2018, section
-6.2). Take-up changes the rest lengths of stitches and parts of stitches by factors, also in steps (section 6.1).
+6.2). Take-up multiplies the rest lengths of stitches and parts of stitches by factors, also in steps (section 6.1).
 """
 
 from __future__ import annotations
@@ -50,8 +52,8 @@ ROUNDING = 1e-12
 class PreparedSwatch:
     """A repeat whose yarns have their radii, lengths and given size, before it comes to rest.
 
-    Lengths are gamma times those of the fabric, and ``similar`` is the material that belongs to them. The yarns are
-    those of the smallest cell.
+    Its lengths are gamma times the lengths in the fabric, and ``similar`` is the material for them. Its yarns are those
+    of the smallest cell.
     """
 
     source: Source
@@ -67,11 +69,11 @@ class PreparedSwatch:
     fabric: StitchMesh | None
     """The stitch mesh; None for a weave."""
     smallest: SmallestCell
-    """The cell that comes to rest, of which the repeat is made."""
+    """The cell that comes to rest; its images make the repeat."""
     repeat: YarnSet
     """The yarns of the whole repeat as they are generated, with the first resolution of the path."""
     drawn: YarnSet
-    """Those of the smallest cell, with control points at equal distances if there is no friction."""
+    """The generated yarns of the smallest cell, with control points at equal distances if there is no friction."""
     yarns: YarnSet
     """The yarns from which the relaxation starts, with the first resolution of the path."""
     cell: RelaxCell | None
@@ -79,11 +81,11 @@ class PreparedSwatch:
     flat: FlatFabric
     """The fabric as it lies flat."""
     terms: Sequence[TermChoice]
-    """What the repeat lies on."""
+    """The planes between which the repeat lies; empty if it lies on nothing."""
     release: Release | None
     """How the knit is let go off the needles; None without friction."""
     has_states: bool
-    """Whether the lowest of several states of rest is searched for (``lowest_rest``)."""
+    """Whether ``lowest_rest`` searches for the lowest of several states of rest."""
 
     @property
     def quality(self) -> Quality:
@@ -116,9 +118,9 @@ def prepare_swatch(
     smallest: bool = True,
     **options: Any,
 ) -> PreparedSwatch:
-    """Generate a repeat, and change its radii, lengths and size to those asked for; arguments as for ``swatch``.
+    """Generate a repeat, and change its radii, lengths and size to those of the options; arguments as for ``swatch``.
 
-    Whether a free repeat comes to rest in its smallest cell is given by ``smallest``.
+    ``smallest`` says whether a free repeat comes to rest in its smallest cell.
     """
     chosen = SwatchOptions(**options)
     quality = quality_named(quality)
@@ -175,7 +177,7 @@ def check_repeat_memory(
         free: whether the size of the repeat relaxes too.
 
     Raises:
-        ParameterError: as for ``check_memory``.
+        ParameterError: the repeat needs more memory than there is (``check_memory``).
     """
     stitches = stitches_of(source) * options.columns * options.rows
     points = stitches * quality.control_points_per_stitch * (quality.refinement if free else 1.0)
@@ -186,12 +188,12 @@ def check_repeat_memory(
 def smallest_cell(
     generated: YarnSet, first: YarnSet, wanted: FloatArray, options: SwatchOptions, *, lies_alike: bool
 ) -> SmallestCell:
-    """Return the cell that comes to rest: the whole repeat if its stitches may lie differently.
+    """Return the cell that comes to rest: the whole repeat if stitches that are alike may lie differently.
 
     Args:
         generated: the yarns as generated with ``GENERATED``.
         first: the same yarns with other control points.
-        wanted: rest lengths of the segments of these [cm].
+        wanted: rest lengths of the segments of ``first`` [cm].
         options: options of the swatch; several repeats in one cell may lie differently.
         lies_alike: whether stitches that are alike in the pattern lie alike.
     """
@@ -225,7 +227,7 @@ def take_up_rest_lengths(drawn: YarnSet, fabric: StitchMesh | None, options: Swa
 
 
 def period_to_reach(drawn: YarnSet, options: SwatchOptions) -> list[float | None]:
-    """Return the given width and height [cm] of the fabric that is gamma times as large; None where not given.
+    """Return the width and height [cm] that the options give, at gamma times their size; None where not given.
 
     Raises:
         ParameterError: a size is far from the size of the generated repeat (``SIZES``).

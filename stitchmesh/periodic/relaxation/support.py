@@ -1,23 +1,24 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a swatch whose size relaxes lies on, and what pulls at it: two planes, and the pins that block it.
+"""The planes between which a swatch of free size lies, and the pins that block it.
 
-A knitter lays a swatch on a table, pats it flat and measures it. Its weight and friction keep it flat. Yarns here have
-neither, and a fabric without them buckles: the loops of most patterns can straighten further when courses or columns
-fold over one another. A free swatch therefore lies between two frictionless planes (``Confinement``), which are as far
-apart as the fabric needs to lie flat (``FlatFabric``) and ``CLEARANCE`` further. Stockinette does not touch them. They
-are elastic, and press on a fabric that would buckle about as much as its weight does (docs/swatches.md). A few stitches
-are thicker, such as decreases and cables. They press into the planes: between planes that are as far apart as the
-thickest stitch, plain courses slide behind one another, and the eyelets of lace close.
+A knitter lays a swatch on a table, pats it flat and measures it. Its weight and friction keep it flat. The yarns here
+have neither, and without them a fabric buckles: the loops of most patterns can straighten further when courses or
+columns fold over one another. A free swatch therefore lies between two frictionless planes (``Confinement``). Their
+distance is the flat thickness of the fabric (``FlatFabric``) and ``CLEARANCE`` more. Stockinette does not touch them.
+The planes are elastic, and press on a fabric that would buckle about as much as its weight does (docs/swatches.md). A
+few stitches are thicker, such as decreases and cables. They press into the planes: between planes that are as far apart
+as the thickest stitch, plain courses slide behind one another, and the eyelets of lace close.
 
-Knitters block lace: they wet it and pin it out. ``blocking`` replaces the pins by a tension in both directions, as
-dead loads on the borders of the repeat: the tension is over the size with which the repeat is generated. It is the
-nominal tension of a stretch test (``stretch``). The virial theorem gives a lower bound for the strain: the legs of the
-yarn carry the loads,
+Knitters block lace: they wet it and pin it out. ``blocking`` replaces the pins by a tension in both directions, as dead
+loads on the borders of the repeat. The tension is the force over the length of the border as the repeat is generated:
+the nominal tension of a stretch test (``stretch``). The virial theorem gives a lower bound for the strain: the legs of
+the yarn carry the loads,
 
     sum over legs of  f l (t1^2 + t2^2)  >=  P1 width + P2 height,    t1^2 + t2^2 <= 1
 
-since contacts only push, so that the mean force f of the yarn is at least the right side over the length of the yarn.
+because contacts only push. The mean force f of the yarn is therefore at least the right side over the length of the
+yarn.
 """
 
 from __future__ import annotations
@@ -42,7 +43,7 @@ CLEARANCE = 0.018
 loop. Stockinette with loops of 14 to 40 diameters rests 0.12 to 0.69 diameters thicker than it is generated, 0.007 to
 0.017 of its loops (``benchmarks/run.py free-swatches shapes``)."""
 TEARING_STRAIN = 0.3
-"""Strain at which yarn tears; wool breaks at 25 to 35 % (dry) and spun cotton at 5 to 10 %."""
+"""Strain at which a yarn tears; wool breaks at 25 to 35 % (dry) and spun cotton at 5 to 10 %."""
 
 
 def planes(
@@ -51,7 +52,7 @@ def planes(
     """Return the term of the planes; no term for a swatch of fixed size, an unsupported one, or a given ``RelaxCell``.
 
     Args:
-        relax_cell: as for ``swatch``.
+        relax_cell: whether the width and height of the repeat are relaxed, or a ``RelaxCell``.
         options: options of the swatch.
         flat: the fabric as it is generated.
         radius: radius of each yarn during the relaxation [cm], shape (Y,).
@@ -66,15 +67,15 @@ def planes(
 
 
 def planes_report(terms: Sequence[TermChoice], yarns: YarnSet, material: YarnMaterial, gamma: float) -> dict[str, Any]:
-    """Return what presses on a fabric at rest: ``planes_distance`` [cm] and ``planes_pressure`` [dyn/cm^2] of each.
+    """Return the action of the planes on a fabric at rest: ``planes_distance`` [cm] and ``planes_pressure`` [dyn/cm^2].
 
     Both are None for a fabric that lies on nothing.
 
     Args:
-        terms: what the fabric lies on.
-        yarns: the fabric at rest, gamma times as large as it is.
+        terms: the planes between which the fabric lies; empty if it lies on nothing.
+        yarns: the fabric at rest, at gamma times its size.
         material: material of the yarns at that size.
-        gamma: lengths over those of the fabric.
+        gamma: the ratio of these lengths to the lengths in the fabric.
     """
     if not terms:
         return {"planes_distance": None, "planes_pressure": None}
@@ -87,7 +88,7 @@ def planes_report(terms: Sequence[TermChoice], yarns: YarnSet, material: YarnMat
 
 
 def blocking(drawn: YarnSet, options: SwatchOptions, material: YarnMaterial) -> RelaxCell:
-    """Return a cell on whose borders the tension of a blocked swatch acts, for a fabric of its final size.
+    """Return a cell with the tension of a blocked swatch on its borders, for a fabric of its final size.
 
     Args:
         drawn: the generated yarns.
@@ -108,7 +109,7 @@ def blocking(drawn: YarnSet, options: SwatchOptions, material: YarnMaterial) -> 
 
 
 def remedy_of(cell: RelaxCell | None, *, lies: bool) -> str:
-    """Return what helps where a fabric does not lie flat.
+    """Return the advice for a fabric that does not lie flat.
 
     Args:
         cell: degrees of freedom of the cell; None for a repeat of fixed size.
@@ -134,7 +135,7 @@ def refuse_tearing(strain: float, options: SwatchOptions) -> None:
 
 @contextmanager
 def tearing(options: SwatchOptions) -> Iterator[None]:
-    """While a blocked swatch relaxes, replace the error of yarns that its tension presses through one another.
+    """While a blocked swatch relaxes, replace the error of yarns that are pressed through one another.
 
     Raises:
         ParameterError: the tension is too large for the contacts of the yarn.

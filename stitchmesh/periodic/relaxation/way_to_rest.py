@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The way of a free repeat to rest: from one sampling to the next, and to the lowest of its states.
 
-The yarn of a free repeat is distributed evenly over its segments, as it lies at rest, while some stitches are drawn far
-longer than they end: beside a double yarn over, decreases lose four tenths of their length. Their yarn then slides at
-once, and may wedge itself between other yarns, where it stays. A repeat that ends with axes nearer than ``WEDGED``
-radii therefore begins again from yarns that have settled at their generated size, each stitch with its own yarn.
+The yarn of a free repeat is distributed evenly over its segments, as it lies at rest, although some stitches are drawn
+far longer than they end: beside a double yarn over, decreases lose four tenths of their length. Their yarn then slides
+at once, and may wedge itself between other yarns, where it stays. If a repeat ends with axes nearer than ``WEDGED``
+radii, it therefore begins again from yarns that have settled at their generated size, each stitch with its own yarn.
 """
 
 from __future__ import annotations
@@ -30,18 +30,19 @@ from stitchmesh.yarnrelax.relax_partly import relax_partly
 from stitchmesh.yarnrelax.relaxation_result import Relaxation, continued
 
 WEDGED = 1.0
-"""Distance of two axes below which yarns are wedged, over their radius; 2 is touching, and pressed yarns keep 1.4."""
+"""Yarns are wedged if their axes are nearer than this multiple of their radius; axes of touching yarns are 2 apart, and
+of pressed yarns 1.4."""
 SETTLING = 1000
-"""Iterations in which generated yarns settle."""
+"""Number of iterations in which generated yarns settle."""
 
 logger = logging.getLogger(__name__)
 
 
 def relax_along(prepared: PreparedSwatch, yarns: YarnSet, run: Run[YarnSet]) -> Relaxation:
-    """Relax yarns through the samplings of their path; the iterations are those of all relaxations, one after another.
+    """Relax yarns through the samplings of their path; the iterations of all relaxations are numbered through.
 
-    The first sampling goes to the lowest state (``lowest_rest``), from which the others continue. The history is that
-    of the way to the result. A limit of iterations that is that of a preset holds for each relaxation, any other one
+    The first sampling goes to the lowest state (``lowest_rest``), and the others continue from it. The history follows
+    the way to the result. The limit of iterations of a preset holds for each relaxation alone; any other limit holds
     for all of them together.
 
     Raises:
@@ -56,7 +57,7 @@ def relax_along(prepared: PreparedSwatch, yarns: YarnSet, run: Run[YarnSet]) -> 
             if wedged and yarns is prepared.yarns:
                 try:
                     start = _settled(prepared)
-                except SolverError:  # They cannot be settled at that size, and the rest that was found stays.
+                except SolverError:  # They cannot be settled at that size, so the first state of rest stays.
                     continue
                 found = continued(relax(start, found.report["iterations"]), found)
         else:
@@ -98,9 +99,9 @@ def _relax(
 
 
 def relax_with_digits(yarns: YarnSet, quality: Quality, **given: Any) -> Relaxation:
-    """Relax yarns as ``relax_yarns``, and on in float64 where rounding hides whether they are at rest.
+    """Relax yarns with ``relax_yarns``, and continue in float64 where rounding hides whether they are at rest.
 
-    Rounding does so in satins, whose long floats carry small forces, and in fabrics whose yarns are stretched.
+    This happens in satins, whose long floats carry small forces, and in fabrics whose yarns are stretched.
 
     Raises:
         SolverError: the yarns cannot be relaxed, or a yarn passed through another one.

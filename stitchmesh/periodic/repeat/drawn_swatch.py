@@ -28,18 +28,18 @@ from stitchmesh.yarngen import belongs_to_loop_below, generate_yarns
 LOOP_OVER_WIDTH = 4.07
 """Yarn length of a generated plain loop over the stitch width, for a yarn radius of an eighth of the width."""
 LARGEST_RADIUS_OVER_WIDTH = 0.16
-"""Largest yarn radius over the stitch width for which loops are generated; thicker yarn grows from this radius."""
+"""Largest yarn radius over the stitch width with which loops are generated; thicker yarn grows from this radius."""
 
 WITHOUT_EFFECT = {
     "rest_lengths", "gamma", "period", "relaxation", "friction", "unsupported", "blocked", "mass_per_length"
 }  # fmt: skip
 """Options that do not change the yarns as they are generated."""
 KEPT = 16
-"""Number of repeats that are kept: variants of one repeat often differ in the material alone."""
+"""Number of repeats that are kept, because variants of one repeat often differ in the material alone."""
 
 
 def draw_swatch(source: Source, options: SwatchOptions, quality: Quality) -> tuple[StitchMesh | None, YarnSet]:
-    """Generate the yarns of a repeat, with a radius that the loops can hold; return the stitch mesh (if any) first.
+    """Generate the yarns of a repeat with a radius that its loops can hold; return the mesh or None, and the yarns.
 
     Raises:
         ParameterError: an option does not apply to the pattern.

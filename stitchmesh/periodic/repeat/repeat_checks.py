@@ -65,7 +65,7 @@ def _place(fabric: StitchMesh, face: int) -> str:
 
 
 def _slipped_from(fabric: StitchMesh) -> IntArray:
-    """Return the bottom side from which the slipped loop at each top side comes, else ``BORDER``, shape (C,)."""
+    """Return the bottom side from which the slipped loop at each top side comes, shape (C,); ``BORDER`` for no slip."""
     result = np.full(fabric.side_count, BORDER)
     for stitch, making in fabric.makings.items():
         first = fabric.face_start[:-1][fabric.stitch == stitch]

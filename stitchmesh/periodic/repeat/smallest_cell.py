@@ -3,19 +3,18 @@
 """The smallest cell of a repeat: stitches that are alike in a pattern rest alike.
 
 A repeat of a pattern often contains the same courses several times: both rows of a rib are alike, and moss stitch
-continues two rows above as it does one stitch aside. With u and v the periods of the repeat, the generated yarns are
-then taken to themselves by the translation
+repeats itself two rows above, one stitch aside. With u and v the periods of the repeat, the translation
 
     t = (k u + v) / n        n > 1,  0 <= k < n
 
-and the periods u and t span a smaller cell, with one n-th of the yarns. A fabric whose repeats lie alike lies like this
-in any of its larger cells too. In the larger cell the yarns have more ways to fall over: every second course of a slack
-rib turns to the other side, for example. Such states are found or missed by chance, are not what the pattern shows, and
-real fabrics do not go to them by themselves, since friction holds their loops. Free swatches therefore come to rest in
-their smallest cell, and the yarns of the repeat are its images.
+then takes the generated yarns to themselves, and the periods u and t span a smaller cell, with one n-th of the yarns. A
+fabric whose repeats lie alike lies like this in any of its larger cells too. In the larger cell the yarns have more
+ways to fall over: every second course of a slack rib turns to the other side, for example. Such states are found or
+missed by chance, and the pattern does not show them. Real fabrics do not go to them by themselves, since friction holds
+their loops. Free swatches therefore come to rest in their smallest cell, and the yarns of the repeat are its images.
 
-A yarn is the image of another one if its control points are, in their order, and if both have the same radius and
-length. Translations that take a yarn to itself are not used.
+A yarn is the image of another one if its control points are the images of the other's, in their order, and if both have
+the same radius and length. Translations that take a yarn to itself are not used.
 """
 
 from __future__ import annotations
@@ -43,15 +42,16 @@ class SmallestCell:
     copies: int
     """n, the number of images of the cell in the repeat."""
     aside: int
-    """k, the number of n-th parts of the first period by which the cell above lies aside."""
+    """k: the cell above is shifted along the first period by k n-th parts of it."""
     kept: IntArray
     """The yarns of the cell, in ascending order."""
     origin: IntArray
-    """Which of the kept yarns each yarn of the repeat is an image of, shape (Y,)."""
+    """The kept yarn whose image each yarn of the repeat is, shape (Y,)."""
     image: IntArray
-    """By how many t and how many u and v (added) each yarn is moved from that yarn, shape (Y, 3)."""
+    """The translation from that kept yarn to each yarn: how many t, and how many u and v in addition, shape (Y, 3)."""
     roll: FloatArray
-    """Place of the first control point of that yarn among those of the image, over their number, shape (Y,)."""
+    """Where the first control point of the kept yarn stands among the control points of the image, over their number,
+    shape (Y,)."""
 
     @classmethod
     def of(cls, yarns: YarnSet, lengths: FloatArray) -> SmallestCell:
@@ -101,19 +101,19 @@ class SmallestCell:
         )  # fmt: skip
 
     def cell_of(self, cell: RelaxCell) -> RelaxCell:
-        """Return the degrees of freedom of the smallest cell, with its share of the loads on those of the repeat.
+        """Return the degrees of freedom of the smallest cell, with its share of the loads that act on the repeat.
 
-        The load along the courses acts on the height of a cell, that along the wales on its width.
+        The load along the courses acts on the height of a cell, and the load along the wales on its width.
         """
         return cell if cell.course is None else replace(cell, course=cell.course / self.copies)
 
     def period_of(self, size: Sequence[float | None]) -> list[float | None]:
-        """Return width and height of the smallest cell of a repeat of some width and height; None stays None."""
+        """Return the width and height of the smallest cell for the width and height of a repeat; None stays None."""
         width, height = size
         return [width, None if height is None else height / self.copies]
 
     def whole_lattice(self, lattice: Lattice) -> Lattice:
-        """Return the lattice of the repeat from that of the smallest cell."""
+        """Return the lattice of the repeat from the lattice of the smallest cell."""
         u, t = lattice.periods
         return Lattice(np.stack([u, self.copies * t - self.aside * u]))
 
@@ -122,7 +122,7 @@ class SmallestCell:
         return (self.copies, self.aside) == (other.copies, other.aside) and np.array_equal(self.kept, other.kept)
 
     def repeated(self, yarns: YarnSet, like: YarnSet) -> YarnSet:
-        """Return the yarns of the repeat as images of those of the smallest cell.
+        """Return the yarns of the repeat as images of the yarns of the smallest cell.
 
         Args:
             yarns: the yarns of the smallest cell; each has equal rest lengths in all segments.
@@ -148,7 +148,7 @@ class SmallestCell:
 
 
 def _cell(yarns: YarnSet, lengths: FloatArray, copies: int, aside: int) -> SmallestCell | None:
-    """Return the cell of a translation; None if it does not take the yarns to others."""
+    """Return the cell of a translation; None if the translation does not take the yarns to one another."""
     assert yarns.lattice is not None
     u, v = yarns.lattice.periods
     move = (aside * u + v) / copies
@@ -173,7 +173,7 @@ def _cell(yarns: YarnSet, lengths: FloatArray, copies: int, aside: int) -> Small
 
 
 def _image_of(yarns: YarnSet, lengths: FloatArray, yarn: int, move: FloatArray) -> tuple[int, float, IntArray] | None:
-    """Return the yarn that a translation takes a yarn to, its roll, and the lattice image to add; None if none is."""
+    """Return the yarn to which a translation takes a yarn, its roll, and the lattice image to add; None without one."""
     assert yarns.lattice is not None and yarns.lattice_step is not None
     own = yarns.points[yarns.start[yarn] : yarns.start[yarn + 1]] + move
     near = SAME_PLACE * float(np.linalg.norm(yarns.lattice.periods[0]))

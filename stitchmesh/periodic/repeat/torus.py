@@ -38,7 +38,7 @@ def torus_mesh(
         stitch_height: course spacing [cm].
 
     Raises:
-        PatternError: the last row does not make the loops that the first row is worked on, or their twists do not fit.
+        PatternError: the last row does not make the loops on which the first row is worked, or their twists do not fit.
         ParameterError: a number or a size is not positive.
     """
     check_kind("torus_mesh", pattern, Pattern)
@@ -53,7 +53,7 @@ def torus_mesh(
 class _Tiling:
     """Copies of a block side by side and one above another, numbered row by row from the lower left.
 
-    The last copy of a row or column is adjacent to the first one.
+    The last copy of a row or column is adjacent to the first copy.
     """
 
     def __init__(self, block: Block, tile: Pattern, columns: int, rows: int) -> None:
@@ -99,7 +99,7 @@ class _Tiling:
         )
 
     def _vertices(self, stitch_width: float, stitch_height: float) -> FloatArray:
-        """Return the ends of the loops without the last end of each line and without the last line [cm], by copy."""
+        """Return the ends of the loops [cm], by copy; the last end of each line and the last line are left out."""
         x = np.concatenate([line[:-1] for line in self.block.lines[:-1]])
         y = np.repeat(np.arange(self.block.height), self.size[:-1])
         own = np.stack([x, y], axis=1)
@@ -143,7 +143,7 @@ class _Tiling:
         return corner
 
     def _marks(self) -> tuple[IntArray, IntArray, IntArray]:
-        """Return twists, shifts and layers of the sides of one copy; the first row of the tile works its top loops."""
+        """Return twists, shifts and layers of the sides of one copy. The first row of the tile works its top loops."""
         twist, shift, layer = (
             marks.copy() for marks in (self.block.twist, self.block.cable_shift, self.block.cable_layer)
         )

@@ -16,8 +16,8 @@ from stitchmesh.yarnrelax import RelaxCell
 
 CLOSER = 1.5
 """Exponent of the looseness in the number of contact samples. Contact spheres that interlock hold a loop back. In a
-looser loop the bends of the yarn are further apart, so both this force and the forces that straighten the yarn are
-smaller (docs/validation.md)."""
+looser loop the bends of the yarn are further apart, so both this holding force and the forces that straighten the yarn
+are smaller (docs/validation.md)."""
 LOOSEST = 4.0
 """Looseness above which the number of contact samples stays constant."""
 ROUNDING = 1e-12
@@ -41,7 +41,7 @@ def with_contacts(
 
 
 def is_small(fabric: StitchMesh | None, smallest: SmallestCell) -> bool:
-    """Whether the cell that comes to rest has few stitches; that of a weave (None) has none."""
+    """Return whether the cell that comes to rest has few stitches; for a weave (None) it has none."""
     return fabric is not None and fabric.face_count <= SMALL_CELL * smallest.copies
 
 

@@ -13,8 +13,8 @@ from the first control point: a yarn whose control points are symmetric about a 
 passes through the curve at these places (``control_points_through``). The first and the last knot of an open yarn stay
 where they are.
 
-Control points keep the stitches that made them. A stitch has as much yarn as its control points carry, which is the
-generated length up to the yarn between two control points.
+Control points keep the stitches that made them. The yarn of a stitch is the yarn that its control points carry; it
+equals the generated length up to the yarn between two control points.
 """
 
 from __future__ import annotations
@@ -31,11 +31,13 @@ from stitchmesh.yarngen.splines import control_points_through
 
 
 def sample_evenly(yarns: YarnSet, like: YarnSet) -> YarnSet:
-    """Return the curves of yarns with the control points of other yarns, at equal distances of yarn at rest.
+    """Return the curves of yarns with the control points of other yarns.
+
+    Equal lengths of yarn at rest lie between them.
 
     Args:
-        yarns: the yarns, whose curves, lengths, radii and lattice the result has.
-        like: the same yarns with other control points; their stitches, rows and parts are those of the result.
+        yarns: the yarns; the result has their curves, lengths, radii and lattice.
+        like: the same yarns with other control points; the result takes its stitches, rows and parts from them.
 
     Raises:
         YarnError: the yarns are not the same, or have a natural curvature.
@@ -59,7 +61,7 @@ def even_lengths(like: YarnSet, rest_length: FloatArray, segment_start: IntArray
     """Return equal rest lengths of the segments of each yarn [cm], shape (S,).
 
     Args:
-        like: the yarns whose segments get them.
+        like: the yarns that get these segments.
         rest_length: rest lengths of the same yarns, with any segments [cm].
         segment_start: first segment of each yarn among these, shape (Y + 1,).
     """
@@ -71,7 +73,7 @@ def even_lengths(like: YarnSet, rest_length: FloatArray, segment_start: IntArray
 def _knots(yarns: YarnSet, yarn: int, count: int) -> FloatArray:
     """Return the places through which a yarn passes at its ``count`` new control points [cm], shape (count, 3).
 
-    The knot of control point i is the begin of the segment i - 1.
+    The knot of control point i is the begin of segment i - 1.
     """
     first, last = yarns.segment_start[yarn : yarn + 2]
     numbers = np.arange(first, last)
@@ -92,7 +94,7 @@ def _knots(yarns: YarnSet, yarn: int, count: int) -> FloatArray:
 
 
 def _places(yarns: YarnSet, segments: IntArray, rest: FloatArray, along: FloatArray) -> tuple[FloatArray, IntArray]:
-    """Return places on successive segments [cm], shape (n, 3), and which of the segments they are on, shape (n,).
+    """Return places on successive segments [cm], shape (n, 3), and the segment of each place, shape (n,).
 
     Args:
         yarns: the yarns.

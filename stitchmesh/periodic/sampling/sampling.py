@@ -2,27 +2,28 @@
 # SPDX-License-Identifier: Apache-2.0
 """How finely the yarns of a repeat are sampled, and the samplings through which a free repeat comes to rest.
 
-A fabric has several states of rest, and a coarse sampling has some of its own. A repeat whose size relaxes therefore
+A fabric has several states of rest, and a coarse sampling adds some of its own. A repeat whose size relaxes therefore
 always follows one path. Its yarns are generated with one sampling (``GENERATED``), which gives their curves, their
 lengths and the planes between which the fabric lies. They relax with the sampling of the coarsest preset, and each
-relaxed yarn is sampled again (``even_sampling``) for the next preset, up to the quality that was asked for. All presets
-take the same path, and only the last of its steps are missing in a coarser one.
+relaxed yarn is sampled again (``even_sampling``) for the next preset, up to the quality that the caller asked for. All
+presets take the same path; a coarser preset only leaves out its last steps.
 
-The spacing of a sampled repeat differs from that of the fabric. The error falls with about the third power of the
-number of control points; ``Quality.refinement`` makes it smaller than what a preset promises (docs/accuracy.md). The
-contact samples and quadrature points of a segment fall as the segments become shorter, but not below ``FEWEST``.
+The spacing of a sampled repeat differs from the spacing of the fabric. The error falls with about the third power of
+the number of control points; ``Quality.refinement`` makes it smaller than the error that a preset promises
+(docs/accuracy.md). The numbers of contact samples and quadrature points of a segment fall as the segments become
+shorter, but not below ``FEWEST``.
 
-Contacts between samples of yarn are not quite smooth: the samples of one yarn lie between those of the other one. Such
-small hollows hold soft fabrics in places from which they slide with a finer sampling, sometimes to another state. A
-segment of a small cell (``SMALL_CELL``) therefore has at least ``CONTACTS`` samples, and a free repeat is at rest at a
-residual of at most ``RESIDUAL``. With three samples the size of slack ribs and of garter was up to 1.4 % off at
+Contacts between samples of yarn are not quite smooth: the samples of one yarn lie between the samples of the other.
+These small hollows hold soft fabrics at places from which a finer sampling lets them slide, sometimes to another state.
+A segment of a small cell (``SMALL_CELL``) therefore has at least ``CONTACTS`` samples, and a free repeat is at rest at
+a residual of at most ``RESIDUAL``. With three samples the size of slack ribs and of garter was up to 1.4 % off at
 ``standard``, and slack honeycomb, moss stitch and cartridge belt rib came to other states at ``draft`` than with every
 finer sampling. Larger cells, which take longest, keep three.
 
 A knit that is let go with friction (``off_needles``) has one sampling, so that the anchors of its friction last. The
-hollows hold it like more friction: with three samples a rope cable stayed 40 % wider than with nine
+hollows act on it like more friction: with three samples a rope cable stayed 40 % wider than with nine
 (``CONTACTS_RELEASED``). On the needles its yarns are bent more than at rest: with 16 control points a stitch, blocks of
-knit and purl were 9 % narrower and 1x1 rib with loops of 20 diameters 18 % narrower than with 26, with 20
+knit and purl were 9 % narrower, and 1x1 rib with loops of 20 diameters 18 % narrower, than with 26; with 20
 (``POINTS_RELEASED``) 4 % and 0.1 %.
 """
 
@@ -37,15 +38,15 @@ from stitchmesh.yarnrelax import RelaxCell
 GENERATED = PRESETS["reference"]
 """Quality with which the curves of every repeat are generated."""
 FEWEST = 3
-"""Contact samples and quadrature points of a segment below which refinement does not reduce them."""
+"""Smallest number of contact samples, and of quadrature points, to which refinement reduces a segment."""
 CONTACTS = 5
 """Smallest number of contact samples of a segment of a small cell."""
 CONTACTS_RELEASED = 9
 """Smallest number of contact samples of a segment of a knit that is let go with friction."""
 POINTS_RELEASED = 20
-"""Smallest number of control points a stitch of a knit that is let go, where its quality is refined."""
+"""Smallest number of control points of a stitch in a knit that is let go, if its quality is refined."""
 SMALL_CELL = 16
-"""Stitches of the largest cell that is small."""
+"""Largest number of stitches of a small cell."""
 RESIDUAL = 0.002
 """Largest residual of a refined repeat at rest."""
 ROUNDING = 1e-9
@@ -80,8 +81,9 @@ def released(quality: Quality) -> Quality:
 def path_to(quality: Quality, cell: RelaxCell | None) -> tuple[Quality, ...]:
     """Return the qualities through which a repeat comes to rest.
 
-    A repeat of constant size has only the given quality. A free one has presets, ever finer, which sample less than the
-    given quality, and then the given one, all refined. None has a larger limit of iterations than the given one.
+    A repeat of constant size has only the given quality. A free repeat first goes through presets, ever finer, that
+    sample less than the given quality, and ends with the given quality, all refined. No quality has a larger limit of
+    iterations than the given one.
     """
     if cell is None or not cell.free.any():
         return (quality,)

@@ -33,13 +33,13 @@ class Frame:
     """The stitches from which the yarns were generated; None for a weave."""
     report: Mapping[str, Any]
     """iteration, counted from the last change; residual and energy [erg], None before the first iteration; gamma, the
-    current value; relaxation, the state that is shown, as in the report of ``swatch``; preview, whether the yarns will
-    be let go off the needles next; at_rest; running, whether more frames follow without another change; seconds since
-    the change was requested."""
+    current value; relaxation, the state that the frame shows, as in the report of ``swatch``; preview, whether the
+    yarns will be let go off the needles next; at_rest; running, whether more frames follow without another change;
+    seconds since the user asked for the change."""
     material: YarnMaterial
     """Material of the yarns."""
     error: Exception | None = None
-    """Why the last change failed; the yarns are then those of the last accepted state. None if nothing failed."""
+    """Why the last change failed: the yarns are then in the last accepted state. None if nothing failed."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "report", MappingProxyType(dict(self.report)))

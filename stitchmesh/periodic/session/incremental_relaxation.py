@@ -5,12 +5,13 @@
 Increments and iterations alternate. An increment brings all lengths nearer to the target (``increments``); the yarns
 then relax for some iterations before the next increment. After the last increment the yarns relax until they have
 converged. If a relaxation fails, the swatch returns to the state before the last increment. Increments, changes and
-assessments fall between assessment intervals. How intervals are divided into frames therefore does not change a bit.
+assessments fall between assessment intervals. The division of intervals into frames therefore does not change a bit of
+the result.
 
-The size of a knit with friction follows from its path off the needles, and not from the state in which a change finds
-it. What moves with the changes is then a preview without friction. Once it is near to rest (``NEAR``), the knit is let
-go off the needles as ``swatch`` does it, with the same bits, and the result takes the place of the preview. A change
-that comes meanwhile ends this at once, and the preview goes on.
+The size of a knit with friction follows from its path off the needles, and not from its state when a change arrives.
+The yarns that move with the changes are then a preview without friction. Once the preview is near to rest (``NEAR``),
+the knit is let go off the needles as ``swatch`` does it, with the same bits, and the result takes the place of the
+preview. A change that arrives during this work ends it at once, and the preview goes on.
 """
 
 from __future__ import annotations
@@ -42,7 +43,7 @@ NO_ROOM = "yarns cannot be separated on the path to these sizes; take thinner or
 """Why yarns that were generated correctly cannot reach the target."""
 
 NEAR, LONGEST_PREVIEW = 0.02, 1000
-"""Residual at which a preview is near enough to rest, and the iterations after the last increment that suffice too."""
+"""The preview is near enough to rest at this residual, or after this number of iterations since the last increment."""
 
 logger = logging.getLogger(__name__)
 
@@ -60,7 +61,7 @@ class LiveSwatch:
     sampled: Quality
     """The quality, with as many contact samples as the loops of the settings need."""
     first: GeneratedRepeat
-    """The generated repeat from which the current yarns started."""
+    """The generated repeat from which the current yarns began."""
     state: SwatchInProgress
     """The current state."""
     previous: SwatchInProgress | None
@@ -84,14 +85,14 @@ class LiveSwatch:
         self, settings: SwatchSettings, device: str | None, requested_at: float, *, stopped: bool = False,
         is_interrupted: Callable[[], bool] = lambda: False,
     ) -> None:  # fmt: skip
-        """Generate the swatch; arguments as for ``take``.
+        """Generate the swatch; ``take`` describes the first arguments.
 
         Args:
-            settings: as for ``take``.
+            settings: the settings of the swatch.
             device: device of the kernels.
-            requested_at: as for ``take``.
+            requested_at: the time at which the user asked for the settings, by ``time.perf_counter`` [s].
             stopped: whether the user has stopped the relaxation.
-            is_interrupted: called while the knit is let go; whether something else is to be done first.
+            is_interrupted: called while the knit is let go; returns whether other work must be done first.
 
         Raises:
             StitchMeshError: the swatch of these settings cannot be generated.
@@ -111,11 +112,11 @@ class LiveSwatch:
         return self.error is not None or self.finished
 
     def take(self, settings: SwatchSettings, requested_at: float, *, restart: bool = False) -> None:
-        """Take other settings, and continue from the current state where that is possible.
+        """Take other settings, and continue from the current state where this is possible.
 
         Args:
             settings: the new settings.
-            requested_at: time at which the user asked for them, as ``time.perf_counter`` [s].
+            requested_at: the time at which the user asked for the settings, by ``time.perf_counter`` [s].
             restart: whether to start from the generated yarns in any case.
 
         Raises:
@@ -153,10 +154,10 @@ class LiveSwatch:
             self.frame = self._next_frame()
 
     def advance(self, most: int = INTERVAL) -> int:
-        """Make the next increment if the yarns have relaxed enough, and iterate, at most to the next assessment.
+        """Make the next increment if the yarns have relaxed enough, and iterate up to the next assessment at most.
 
         Args:
-            most: largest number of iterations; a Newton step, which is not divided, may take more.
+            most: largest number of iterations; a Newton step is not divided and may take more.
 
         Returns:
             The number of iterations.
@@ -216,10 +217,10 @@ class LiveSwatch:
         return increments_left(self.state, self.target) == 0 and loop.iteration > 0 and (is_near or self._has_ended())
 
     def _let_go(self) -> None:
-        """Let the knit go off the needles, as ``swatch``; nothing changes if something else is to be done first.
+        """Let the knit go off the needles, as ``swatch`` does; nothing changes if other work must be done first.
 
         Raises:
-            StitchMeshError: as for ``swatch``.
+            StitchMeshError: an error of ``swatch``.
         """
         try:
             with given_up_when(self.is_interrupted):
@@ -299,7 +300,7 @@ class LiveSwatch:
         self.frame = self._next_frame()
 
     def _yarns_now(self) -> YarnSet:
-        """Return the yarns of the repeat in the fabric; within an assessment interval, those not assessed yet."""
+        """Return the yarns of the repeat in the fabric; within an assessment interval, these are not assessed yet."""
         now = self.state
         if self.loop is not None and not self.loop.is_between_intervals:
             now = replace(now, yarns=self.loop.current_yarns())

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """How a live swatch moves to its target: in equal increments, so small that yarns can part between two of them.
 
-Each increment changes all lengths by the same part of their total change on a logarithmic scale. A length that is to
-stay as it is in the fabric, such as the yarn radius while gamma changes, therefore stays constant. The increments are
-those of ``continuation``. No increment moves a yarn through another: rest lengths and radii move nothing, and an
+Each increment changes all lengths by the same part of their total change on a logarithmic scale. A length that is
+constant in the fabric, such as the yarn radius while gamma changes, therefore stays constant. The increments have the
+limits of ``continuation``. No increment moves a yarn through another: rest lengths and radii move nothing, and an
 affine deformation of the whole lattice keeps separate yarns separate.
 """
 
@@ -43,7 +43,7 @@ class SwatchInProgress:
 
     @classmethod
     def start(cls, generated: GeneratedRepeat, target: Target) -> SwatchInProgress:
-        """Return a generated repeat, with the scale at which its yarn has the radius that it has in the fabric."""
+        """Return a generated repeat at the scale at which its yarn has the same radius as in the fabric."""
         yarns = generated.yarns
         if generated.fabric is None:
             # generated wefts and warps are nearly straight, so their rest lengths can equal their lengths at the start
@@ -54,7 +54,7 @@ class SwatchInProgress:
         return cls(yarns, reached, reached)
 
     def in_cell(self, before: SmallestCell, after: SmallestCell, like: YarnSet) -> SwatchInProgress:
-        """Return the same fabric in another cell; ``like`` are the yarns of the whole repeat, at any places."""
+        """Return the same fabric in another cell; ``like`` holds the yarns of the whole repeat, at any places."""
         return replace(self, yarns=after.part_of(before.repeated(self.yarns, like)))
 
     def enlarged(self, factor: float) -> SwatchInProgress:
@@ -102,7 +102,7 @@ def increment(state: SwatchInProgress, target: Target) -> SwatchInProgress:
 
 
 def _increment_count(factors: FloatArray, largest: float) -> float:
-    """Power of the largest factor of one increment, or of its inverse, that equals the most extreme factor."""
+    """Return how many increments of the largest factor, or of its inverse, make the most extreme factor."""
     return float(np.abs(np.log(factors)).max()) / math.log(largest)
 
 

@@ -48,7 +48,7 @@ class SwatchSession:
         stopped: bool = False,
         **options: Any,
     ) -> None:
-        """Generate the swatch, which is the first frame, and start its relaxation; other arguments as for ``swatch``.
+        """Generate the swatch as the first frame, and start its relaxation; ``swatch`` describes other arguments.
 
         Args:
             pattern: a pattern or a weave, its name, or the path of its file.
@@ -58,11 +58,11 @@ class SwatchSession:
             relax_cell: whether the width and height of the repeat are relaxed, or a ``RelaxCell``.
             iterations_per_frame: number of iterations between two frames.
             stopped: whether the relaxation waits for ``start`` or ``step``.
-            options: fields of ``SwatchOptions``. A knit with friction moves as a preview without it, and is then let
-                go off the needles in one piece of work, which other sessions wait for.
+            options: fields of ``SwatchOptions``. A knit with friction moves as a preview without friction. It is then
+                let go off the needles in one piece of work, and other sessions wait meanwhile.
 
         Raises:
-            StitchMeshError: as for ``swatch``, except for the errors of the relaxation.
+            StitchMeshError: an error of ``swatch``, except for the errors of the relaxation.
         """
         self._settings = SwatchSettings(pattern, material, relax_cell, SwatchOptions(**options), quality_named(quality))
         self._first_settings, self._requested_at = self._settings, time.perf_counter()
@@ -101,9 +101,9 @@ class SwatchSession:
     def iterations_per_frame(self) -> int:
         """Number of iterations between two frames.
 
-        The yarns are assessed every 20 iterations, and near rest after each Newton step, which is not divided and may
-        have more iterations than a frame. A frame between two assessments shows yarns whose energy has not
-        been checked yet, with the residual and the energy of the last assessment.
+        The yarns are assessed every 20 iterations. Near rest they are assessed after each Newton step, which is not
+        divided and may have more iterations than a frame. A frame between two assessments shows yarns whose energy has
+        not been checked yet, with the residual and the energy of the last assessment.
         """
         return self._iterations_per_frame
 
@@ -125,8 +125,8 @@ class SwatchSession:
     def stop(self) -> None:
         """Stop the relaxation; returns at once.
 
-        The iterations that are being made are completed, at most up to the next assessment, and a last frame shows
-        them. Settings can still change, but nothing relaxes before ``start`` or ``step``.
+        The iterations that run now are completed, at most up to the next assessment, and a last frame shows them.
+        Settings can still change, but nothing relaxes before ``start`` or ``step``.
 
         Raises:
             ParameterError: the session is closed.
@@ -147,7 +147,7 @@ class SwatchSession:
 
         Raises:
             ParameterError: the session is closed, or the number is less than 1.
-            SolverError: the iterations are not done in this time, or the session was closed before.
+            SolverError: the iterations do not end in this time, or the session was closed before.
             Exception: the ``error`` of the frame.
         """
         with self._condition:
@@ -177,8 +177,8 @@ class SwatchSession:
         chart that cannot be read, is the ``error`` of a frame.
 
         Args:
-            changes: arguments of ``swatch``: pattern, material, relax_cell, quality, and the
-                fields of ``SwatchOptions``; ``solver`` for another solver of the same quality.
+            changes: arguments of ``swatch``: pattern, material, relax_cell, quality, and the fields of
+                ``SwatchOptions``; or ``solver`` for another solver of the same quality.
 
         Raises:
             ParameterError: there is no such argument, it cannot change, a value is out of bounds, or the session is
@@ -269,7 +269,7 @@ class SwatchSession:
         self._wake()
 
     def _wake(self) -> None:
-        """Let the worker see what is requested."""
+        """Wake the worker, so that it sees the request."""
         self._quiet = False
         self._condition.notify_all()
 
@@ -317,7 +317,7 @@ class SwatchSession:
         return partial(self._make_frame, ends_step=False) if self._frame.report["running"] else lambda: None
 
     def _is_interrupted(self) -> bool:
-        """Whether the session shall do something else than to let the knit go."""
+        """Return whether the session must do other work before it lets the knit go."""
         return self._closed or self._changed or (self._stopped and self._steps == 0)
 
     def _has_nothing_to_do(self) -> bool:

@@ -68,7 +68,10 @@ class SwatchSettings:
 
     @property
     def freedom(self) -> bool | RelaxCell:
-        """Which changes of the size are free, as for ``swatch``; a knit that is let go finds its size."""
+        """Which changes of the size are free, as in ``swatch``.
+
+        A knit that is let go off the needles finds its size.
+        """
         return self.relax_cell or self.options.relaxation in get_args(LetGo)
 
     @property
@@ -81,7 +84,7 @@ class SwatchSettings:
         """Return how the knit is let go off the needles; None without friction.
 
         Raises:
-            ParameterError: as for ``chosen_release``.
+            ParameterError: an error of ``chosen_release``.
         """
         return chosen_release(self.relax_cell, self.options, woven=isinstance(source, Weave))
 

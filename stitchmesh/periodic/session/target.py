@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The target of a live swatch, and whether the swatch can reach it from its current state.
 
-All lengths are those with which ``swatch`` relaxes: gamma times the lengths in the fabric. A change of the settings may
-leave the yarns of the repeat as they are except for their lengths and colours. The current state can then move to the
-new target. The yarns are the same if the pattern is the same, or if the generated curves are the same.
+All lengths are gamma times the lengths in the fabric, as in ``swatch``. A change of the settings may leave the yarns of
+the repeat as they are except for their lengths and colours. The current state can then move to the new target. The
+yarns are the same if the pattern is the same, or if the generated curves are the same.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ class GeneratedRepeat:
         return size_of(self.yarns.lattice)[0]
 
     def has_same_yarns(self, other: GeneratedRepeat) -> bool:
-        """Whether the yarns are those of another repeat except for their lengths and colours."""
+        """Return whether two repeats have the same yarns, except for their lengths and colours."""
         for name in ("start", "closed", "lattice_step", "row", "face", "part"):
             if not np.array_equal(getattr(self.yarns, name), getattr(other.yarns, name)):
                 return False
@@ -77,7 +77,7 @@ class Target:
     """The values that a live swatch moves to; lengths are gamma times the lengths in the fabric."""
 
     smallest: SmallestCell
-    """The cell that relaxes, of which the repeat is made."""
+    """The cell that relaxes; its images make the repeat."""
     radius: FloatArray
     """Radius of each yarn of that cell [cm], shape (Y,)."""
     rest_length: FloatArray
@@ -93,7 +93,7 @@ class Target:
     cell: RelaxCell | None
     """The free changes of the periods; None for constant periods."""
     terms: tuple[TermChoice, ...]
-    """What the cell lies on."""
+    """The planes between which the cell lies; empty if it lies on nothing."""
     release: Release | None
     """How the knit is let go off the needles, once it has come near to rest without friction; None without friction."""
     colour: IntArray
@@ -103,14 +103,14 @@ class Target:
     drawn_over_contact: FloatArray
     """Apparent radius over contact radius of each yarn of the repeat."""
     mass_per_length: FloatArray
-    """Mass of a length that each yarn of the repeat states in the fabric [g/cm]; not a number if it states none."""
+    """Mass per length that each yarn of the repeat states in the fabric [g/cm]; not a number if it states none."""
 
 
 def generate_repeat(settings: SwatchSettings) -> GeneratedRepeat:
     """Generate the repeat of the settings.
 
     Raises:
-        StitchMeshError: as for ``swatch``.
+        StitchMeshError: an error of ``swatch``.
     """
     source = resolve_pattern(settings.pattern)
     fabric, generated = draw_swatch(source, settings.options, GENERATED)

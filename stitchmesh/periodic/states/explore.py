@@ -35,12 +35,12 @@ class Exploration:
     rests: tuple[Rest, ...]
     """The distinct states, in ascending order of energy."""
     starts: int
-    """Number of starts, that of ``swatch`` included."""
+    """Number of starts, the start of ``swatch`` included."""
     not_at_rest: int
     """Number of starts that did not come to rest; their states are not among the rests."""
     spread: tuple[float, float]
-    """Differences of the largest and the smallest width and height of the starts at rest, over their means; of all
-    starts where none is."""
+    """Largest minus smallest width and height of the starts at rest, over their means; of all starts if none is at
+    rest."""
 
     def __repr__(self) -> str:
         """Return one line: the number of states, and of starts."""
@@ -63,27 +63,28 @@ def explore(
     on_start: Callable[[int], None] | None = None,
     **options: Any,
 ) -> Exploration:
-    """List the distinct states of rest of a free swatch: that of ``swatch``, and those that perturbed starts reach.
+    """List the distinct states of rest of a free swatch: the state of ``swatch``, and states from perturbed starts.
 
-    From perturbed starts the whole repeat relaxes, so that stitches which are alike in the pattern may lie differently.
+    From perturbed starts the whole repeat relaxes, so that stitches that are alike in the pattern may lie differently.
     Without friction the cell may also lean, between planes unless ``unsupported``. With friction all starts take the
     same path off the needles. Equal seeds give equal starts.
 
     Args:
-        pattern: as for ``swatch``.
+        pattern: a pattern or a weave, the name of one in the library, or the path of a file.
         starts: number of perturbed starts, at least 1.
         seed: seed of the perturbations.
-        material: as for ``swatch``.
-        quality: as for ``swatch``.
-        device: as for ``swatch``.
-        progress: as for ``swatch``, for each relaxation.
-        on_start: called with the number of each start, 0 for that of ``swatch``.
-        options: fields of ``SwatchOptions``; relaxation and friction as for ``swatch``, but without friction where they
-            are not given.
+        material: material of the yarn; by default the material ``stitchmesh``, scaled to the radius of the yarn.
+        quality: a preset or a ``Quality``.
+        device: device of the kernels, for example ``cpu`` or ``cuda:0``; by default the first GPU, or the CPU if there
+            is no GPU.
+        progress: called with the progress of each relaxation, as ``swatch`` calls it.
+        on_start: called with the number of each start; 0 is the start of ``swatch``.
+        options: fields of ``SwatchOptions``. Relaxation and friction mean the same as in ``swatch``, but the default is
+            no friction.
 
     Raises:
-        ParameterError: fewer than one start, or as for ``swatch``.
-        FileError, PatternError: as for ``swatch``.
+        ParameterError: fewer than one start, or an error of ``swatch``.
+        FileError, PatternError: an error of ``swatch``.
         SolverError: no start can be relaxed.
     """
     if starts < 1:

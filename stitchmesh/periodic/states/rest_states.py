@@ -4,7 +4,7 @@
 
 Two relaxations of one repeat end in the same state if the fabric has the same size, lean and relief. Yarns may have
 moved along the fabric by any amount, to another image, along themselves, or to the place of an equal stitch, and the
-fabric may be mirrored. What is compared therefore depends on none of this:
+fabric may be mirrored. The comparison therefore uses only figures that depend on none of this:
 
     width, height        of the repeat, relative differences
     lean                 the magnitude of the shear of the repeat
@@ -12,8 +12,8 @@ fabric may be mirrored. What is compared therefore depends on none of this:
                          the thickness; the root mean square of the differences, of the fabric or of its back
 
 The distance of two states is the largest of these differences. It is symmetric and fulfils the triangle inequality up
-to the choice of the side. States at a distance below ``SAME`` are the same. States are compared in ascending order of
-their energy with the lowest state of each group, so that the result does not depend on the order of the starts.
+to the choice of the side. States at a distance below ``SAME`` are the same. Each state is compared with the lowest
+state of each group, in ascending order of energy, so that the result does not depend on the order of the starts.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ SAME = 0.05
 HEIGHTS = 256
 """Heights that are compared."""
 LEANED = 0.02
-"""Lean from which a fabric leans."""
+"""A fabric leans from this value of its lean."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +77,7 @@ def distinct_rests(swatches: Sequence[Swatch], usual: Swatch | None = None) -> l
 
     Args:
         swatches: the relaxed swatches.
-        usual: the one of these to whose state ``swatch`` comes.
+        usual: the swatch among these that ``swatch`` returns.
     """
     groups: list[list[Swatch]] = []
     for made in sorted(swatches, key=lambda made: float(made.report["energy_per_stitch"])):
@@ -104,7 +104,7 @@ def _relief_distance(first: YarnSet, second: YarnSet) -> float:
 
 
 def _relief(yarns: YarnSet) -> FloatArray:
-    """Return heights over their mean in ascending order [cm], shape (HEIGHTS,): quantiles along the yarn."""
+    """Return heights over their mean in ascending order [cm], shape (HEIGHTS,): they are quantiles along the yarn."""
     assert yarns.lattice is not None
     curves = [curve @ lattice_frame(yarns.lattice.periods)[2] for curve in yarns.sampled(8)]
     height = np.concatenate(curves)

@@ -32,7 +32,7 @@ class PixelGrid:
 
     @cached_property
     def axes(self) -> FloatArray:
-        """Directions of x, y and z in space, shape (3, 3)."""
+        """Directions of x, y and z of the plan in space, shape (3, 3)."""
         u, v = self.lattice.periods
         along, out = u / np.linalg.norm(u), np.cross(u, v)
         out = out / np.linalg.norm(out)

@@ -7,7 +7,7 @@ g = d c'_xy, the top f of the ball at parameter s has the derivatives
 
     f' = c'_z + g / w,    f'' = c''_z + (d c''_xy - c'_xy^2) / w - g^2 / w^3
 
-A step that does not increase f is rejected. The normal is that of the ball, (d, w) / r.
+A step that does not increase f is rejected. The normal is the normal of the ball, (d, w) / r.
 """
 
 from __future__ import annotations

@@ -6,9 +6,9 @@ Column i and row j of a map are fractions of the periods u and v (``plan``). If 
 map is sheared; a renderer that maps its texture coordinates to u and v shows the map correctly. Normals and directions
 are not sheared: x runs along u, y at right angles to u in the plane of the fabric, and z points to the right side.
 
-Each pixel is the mean of 2 by 2 samples of the yarns as exact round tubes of their apparent radius. The colours are
-those of the yarns. They are darker where the surrounding fabric is higher, because less light arrives there from all
-sides; no lamp is included.
+Each pixel is the mean of 2 by 2 samples of the yarns as exact round tubes of their apparent radius. The yarns have
+their own colours, darker where the surrounding fabric is higher, because less light arrives there from all sides; no
+lamp is included.
 """
 
 from __future__ import annotations
@@ -111,7 +111,7 @@ def check_texture_memory(width: int, height: int) -> None:
     """Refuse texture maps that do not fit into the memory; width and height in pixels.
 
     Raises:
-        ParameterError: as for ``check_memory``.
+        ParameterError: the maps need more memory than there is (``check_memory``).
     """
     check_memory(
         f"a texture of {width} x {height} pixels",
@@ -151,7 +151,7 @@ def _means(surface: PixelSurface, yarn_colours: FloatArray) -> dict[str, FloatAr
 
 
 def _tangents(surface: PixelSurface) -> FloatArray:
-    """Return the direction of the highest sample of each pixel; two yarns of opposite direction have no mean."""
+    """Return the direction of the highest sample of each pixel, as yarns of opposite direction have no mean."""
     height = np.where(surface.covered, surface.height, -np.inf)
     highest = _blocks(height).argmax(axis=2)
     direction = _blocks(surface.direction)

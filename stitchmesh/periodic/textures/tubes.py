@@ -24,7 +24,7 @@ from stitchmesh.yarn import YarnSet
 POWERS = np.array([[1, 4, 1, 0], [-3, 0, 3, 0], [3, -6, 3, 0], [-1, 3, -3, 1]]) / 6
 """Matrix from the control points of a segment to the coefficients of 1, s, s^2, s^3."""
 SHORTEST, LONGEST = 1 / 8, 1 / 2
-"""Smallest and largest length of a piece in yarn radii; between them a piece has the length of a pixel."""
+"""Smallest and largest length of a piece in yarn radii; between these limits a piece is as long as a pixel."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class Tubes:
 
 
 def tubes_above(yarns: YarnSet, plan: PixelGrid) -> Tubes:
-    """Return the tubes of yarns whose periods are those of the plan."""
+    """Return the tubes of yarns that have the periods of the plan."""
     corners = yarns.points[yarns.segment_points]
     if yarns.point_shift is not None:
         corners = corners + yarns.point_shift

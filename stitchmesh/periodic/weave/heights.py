@@ -3,10 +3,10 @@
 """Heights of woven yarns at their crossings, computed as if the yarns were taut strings.
 
 The heights minimise the energy of the strings, half the sum of (change of height)^2 / distance over neighbouring
-crossings, under the condition that at each crossing the two yarns have the distance that their radii need. Layers
-separate as a result, and floats are straight. Each height occurs in one condition only, so the projection onto the
-conditions has a closed form, and an accelerated projected gradient method converges (FISTA, Beck and Teboulle 2009,
-restarted as by O'Donoghue and Candes 2015 when the momentum points against the descent).
+crossings. The condition is that at each crossing the two yarns have the distance that their radii need. Layers separate
+as a result, and floats are straight. Each height occurs in one condition only, so the projection onto the conditions
+has a closed form, and an accelerated projected gradient method converges (FISTA, Beck and Teboulle 2009, restarted as
+by O'Donoghue and Candes 2015 when the momentum points against the descent).
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ TOLERANCE = 1e-4
 def taut_heights(
     over: NDArray[np.bool_], apart: FloatArray, along_wefts: FloatArray, along_warps: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the heights [cm] of wefts and of warps at their crossings, shape (wefts, warps) each; their middle is 0.
+    """Return the heights [cm] of wefts and of warps at their crossings, shape (wefts, warps) each; their mean is 0.
 
     Args:
         over: whether each weft passes over each warp, shape (wefts, warps).

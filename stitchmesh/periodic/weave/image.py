@@ -55,7 +55,7 @@ def weave_image(over: NDArray) -> bytes:
 
 
 def _two_colours(colour: np.ndarray, name: str) -> tuple[int, int]:
-    """Return the two colour numbers of an image, that of the upper left pixel first."""
+    """Return the two colour numbers of an image, the number of the upper left pixel first."""
     others = colour.ravel()[colour.ravel() != colour[0, 0]]
     if not len(others):
         raise PatternError(f"{name}: got one colour; expected light pixels (weft over) and dark ones (warp over)")

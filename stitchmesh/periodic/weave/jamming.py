@@ -35,7 +35,7 @@ from stitchmesh.periodic.weave.weave import Thread, Weave
 from stitchmesh.yarn import YarnSet
 
 DIGITS = 6
-"""Decimals to which the ratios of blocks are compared; of equal blocks the first one is reported."""
+"""Number of decimals to which the ratios of blocks are compared. If blocks are equal, the first one is reported."""
 
 logger = logging.getLogger(__name__)
 
@@ -87,13 +87,13 @@ def jam_report(weave: Weave, yarns: YarnSet) -> dict[str, Any]:
 
 
 def interlaced_blocks(weave: Weave, yarns: YarnSet) -> list[WeaveBlock]:
-    """Return all blocks of crossings that form a plain weave; the arguments are those of ``jam_report``."""
+    """Return all blocks of crossings that form a plain weave; arguments as for ``jam_report``."""
     count, place = len(weave.wefts), _places(yarns)
     found = []
     for layer in range(weave.layer_count):
         wefts, warps = (_of_layer(threads, layer) for threads in (weave.wefts, weave.warps))
         next_wefts, next_warps = np.roll(wefts, -1), np.roll(warps, -1)
-        # the last yarn of a repeat is followed by the first yarn of the next one; wefts are numbered downwards
+        # the first yarn of the next repeat follows the last yarn; wefts are numbered downwards
         between_warps = (place[count + next_warps, 0] - place[count + warps, 0]) % 1.0
         between_wefts = (place[wefts, 1] - place[next_wefts, 1]) % 1.0
         for row, column in np.argwhere(_is_plain(weave.over[np.ix_(wefts, warps)])).tolist():
@@ -106,7 +106,7 @@ def interlaced_blocks(weave: Weave, yarns: YarnSet) -> list[WeaveBlock]:
 
 
 def _is_plain(over: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Whether each crossing and the next ones along both yarns change sides to all their neighbours."""
+    """Return whether each crossing and its next crossings along both yarns all differ from their neighbours."""
     level = np.ones_like(over)
     for axis in (0, 1):
         changes = over != np.roll(over, -1, axis)

@@ -3,7 +3,7 @@
 """Several layers of cloth, each with its own wefts and warps, as one matrix.
 
 The yarns of all layers are distributed evenly over the repeat; the yarns of equal layers alternate. The spacing of each
-yarn is reduced so that each layer alone has the spacing of a single cloth.
+yarn is smaller, so that each layer alone has the spacing of a single cloth.
 """
 
 from __future__ import annotations

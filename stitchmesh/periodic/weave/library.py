@@ -38,7 +38,7 @@ def read_weave(name_or_path: FilePath) -> Weave:
     Raises:
         ParameterError: the library has no weave of that name.
         FileError: the file cannot be read, is empty or holds binary data.
-        PatternError: the file does not describe a weave, or describes one that falls apart.
+        PatternError: the file does not describe a weave, or describes a weave that falls apart.
     """
     check_path(name_or_path)
     path = Path(name_or_path)

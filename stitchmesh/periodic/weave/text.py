@@ -46,7 +46,7 @@ _YARN = re.compile(r"(\d{1,6})\.(\d{1,6})", re.ASCII)
 
 @dataclass(frozen=True)
 class WrittenWeave:
-    """What a text says about a weave, before the weave is checked; the fields are those of ``Weave``."""
+    """The content of a text about a weave, before the weave is checked; its fields are the fields of ``Weave``."""
 
     matrix: tuple[tuple[int, ...], ...]
     wefts: tuple[Thread, ...]
@@ -55,7 +55,7 @@ class WrittenWeave:
     source: str
     palette: tuple[tuple[int, int, int], ...]
     places: tuple[TextPlace, ...] = ()
-    """Place in the text of each row of the matrix; empty if there is no text yet."""
+    """Place of each row of the matrix in the text; empty if there is no text yet."""
 
 
 def parse_weave(text: str, name: str = "weave") -> Weave:

@@ -8,9 +8,8 @@ whole fabric: for a fabric of several layers it contains the yarns of all layers
 A yarn of the front layer then passes over the yarns of the layers behind, except where the layers are stitched
 together.
 
-A fabric hangs together if no set of yarns can be lifted off the others. This is so if every yarn can be reached from
-every other yarn along the relation "lies over at some crossing" (C. R. J. Clapham 1980, "When a fabric hangs
-together").
+A fabric hangs together if no set of yarns can be lifted off the others: each yarn can be reached from each other yarn
+along the relation "lies over at some crossing" (C. R. J. Clapham 1980, "When a fabric hangs together").
 """
 
 from __future__ import annotations
@@ -41,9 +40,10 @@ class Thread:
     radius: float = 1.0
     """Factor of the radius."""
     spacing: float = 1.0
-    """Factor of the width of the strip that the yarn occupies; two yarns have the mean of their widths as distance."""
+    """Factor of the width of the strip that the yarn occupies; the distance of two yarns is the mean of their
+    widths."""
     length: float = 1.0
-    """Factor of the rest length; with 1 the rest length is the generated length."""
+    """Factor of the rest length; with 1 the yarn has its generated length at rest."""
     colour: int = 0
     """Number of the colour."""
 
@@ -153,9 +153,9 @@ class Weave:
 def top_sheet(over: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Find a set of yarns that can be lifted off the others; all yarns if the fabric hangs together.
 
-    Consider the graph with an edge from each yarn to every yarn it lies over at some crossing. Yarns that hang together
-    are a strongly connected component of this graph. One repeat is sufficient, because two yarns cross in the same way
-    in all their images.
+    Consider the graph with an edge from each yarn to every yarn over which it lies at some crossing. Yarns that hang
+    together are a strongly connected component of this graph. One repeat is sufficient, because two yarns cross in the
+    same way in all their images.
 
     Args:
         over: whether each weft passes over each warp, shape (wefts, warps).

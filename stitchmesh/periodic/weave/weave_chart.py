@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A weave that is edited as a chart: the matrix with its wefts and warps, whether or not the fabric hangs together.
+"""A weave as an editable chart: the matrix with its wefts and warps, whether or not the fabric hangs together.
 
 A fabric of several layers is one chart of all yarns; ``layer_chart`` shows the crossings of one layer alone, and
 ``with_layer`` puts that chart back.
@@ -119,7 +119,7 @@ class WeaveChart:
 
         Args:
             kind: ``wefts`` or ``warps``.
-            numbers: indices of the threads from the top or the left, shape (n,); others than those are dropped.
+            numbers: indices of the threads from the top or the left, shape (n,); other numbers are dropped.
             colour: the colour number.
         """
         chosen = set(np.asarray(numbers, dtype=np.int64).ravel().tolist())
@@ -138,14 +138,14 @@ class WeaveChart:
         return replace(self, squares=self.squares[np.ix_(rows, columns)], wefts=wefts, warps=warps)
 
     def pasted(self, part: WeaveChart, row: int, column: int) -> WeaveChart:
-        """Put the crossings of another chart over those that begin at a place; the threads stay as they are."""
+        """Put the crossings of another chart over the crossings that begin at a place; the threads stay as they are."""
         squares = self.squares.copy()
         target, own = overlap(self.shape, part.shape, row, column)
         squares[target] = part.squares[own]
         return replace(self, squares=squares)
 
     def blanked(self, box: Box) -> WeaveChart:
-        """Return the chart with plain weave in a box, and layers one behind another."""
+        """Return the chart with plain weave in a box; layers there lie one behind another."""
         inside = box.within(self.shape)
         target = np.ix_(inside.rows, inside.columns)
         squares = self.squares.copy()
@@ -171,7 +171,7 @@ class WeaveChart:
         return self.taken(*self._of_layer(layer))
 
     def with_layer(self, layer: int, part: WeaveChart) -> WeaveChart:
-        """Return the chart with the crossings and threads of one layer as in a chart that ``layer_chart`` made.
+        """Return the chart with the crossings and threads of one layer taken from a chart that ``layer_chart`` made.
 
         Raises:
             ParameterError: the chart has another size than the layer.
@@ -263,6 +263,6 @@ def parse_weave_chart(text: str, name: str = "weave") -> WeaveChartText:
 
 
 def _repeating(index: IntArray, count: int) -> IntArray:
-    """Return indices of threads, with a new thread at a place as in a repeat of all threads."""
+    """Return indices of threads; each new thread gets the index that it has in a repeat of all threads."""
     places = np.arange(len(index))
     return np.where(np.asarray(index) == BLANK, places % count, index)

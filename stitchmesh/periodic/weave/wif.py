@@ -4,8 +4,8 @@
 
 ``THREADING`` gives the shafts of each warp from the left, ``TREADLING`` the treadles of each weft from the bottom, and
 ``TIEUP`` the shafts of each treadle; ``LIFTPLAN`` gives the shafts of each weft instead of the last two. A warp lies
-over a weft if the weft lifts one of its shafts; under it, if the loom has a falling shed. Colours are those of the
-sections ``COLOR TABLE``, ``WARP COLORS`` and ``WEFT COLORS``. Thickness, spacing and notes are not read. The weave is
+over a weft if the weft lifts one of its shafts; it lies under it if the loom has a falling shed. The sections ``COLOR
+TABLE``, ``WARP COLORS`` and ``WEFT COLORS`` give the colours. Thickness, spacing and notes are not read. The weave is
 the smallest repeat of the draft.
 """
 
@@ -113,7 +113,7 @@ def _lifted(sections: dict[str, Section], ends: int, picks: int) -> NDArray[np.b
 def _colours(
     sections: dict[str, Section], ends: int, picks: int
 ) -> tuple[list[int], list[int], tuple[tuple[int, int, int], ...]]:
-    """Return the colour number of each warp and of each weft, and the colours; numbers of 0 without colours."""
+    """Return the colour number of each warp and of each weft, and the colours; all numbers are 0 without colours."""
     table = sections.get("color table", {})
     used: dict[str, int] = {}
     numbers = []
@@ -128,7 +128,7 @@ def _colours(
 
 
 def _colour(text: str, sections: dict[str, Section]) -> tuple[int, int, int]:
-    """Return a colour of the table from 0 to 255, whatever the range of the table is."""
+    """Return a colour of the table scaled to 0 ... 255 from the range of the table."""
     limits = sections.get("color palette", {}).get("range", "0,255").split(",")
     parts = [part.strip() for part in [*text.split(",")[:3], *limits]]
     if len(parts) != 5 or not all(WHOLE.fullmatch(part) for part in parts) or int(parts[3]) >= int(parts[4]):

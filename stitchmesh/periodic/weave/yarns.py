@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Yarns of a weave: wefts along x and warps along y, which pass over and under one another as the matrix gives.
+"""Yarns of a weave: wefts along x and warps along y, which pass over and under one another as the matrix says.
 
 At each crossing the yarns have the heights of taut strings whose distance is the sum of the two radii. Between
 crossings a yarn changes from one height to the next monotonically (Fritsch and Carlson 1980). The spline interpolates
@@ -25,7 +25,8 @@ from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.yarn import UNKNOWN_FACE, YarnSet
 
 CROSSINGS_PER_STITCH = 3
-"""A crossing has a third of the control points of a knitted stitch, and at least 4: half a wave of a plain weave."""
+"""A crossing has a third of the control points of a knitted stitch, and at least 4: it is half a wave of a plain
+weave."""
 
 
 def weave_yarns(
@@ -101,7 +102,7 @@ def _places(threads: Sequence[Thread], spacing: float) -> tuple[FloatArray, floa
 
 
 def _steps(place: FloatArray, period: float) -> FloatArray:
-    """Return the distance from each position to the next; the last entry leads to the first one of the next period."""
+    """Return the distance from each position to the next; the last leads to the first of the next period."""
     return np.diff(place, append=place[0] + period)
 
 
@@ -136,7 +137,7 @@ def _interpolating(values: FloatArray) -> FloatArray:
 
 
 def _spacings(spacing: float | tuple[float, float]) -> tuple[float, float]:
-    """Check the spacings, and return those of the warps and of the wefts [cm]."""
+    """Check the spacings, and return the spacing of the warps and the spacing of the wefts [cm]."""
     both = spacing if isinstance(spacing, tuple) else (spacing, spacing)
     for name, value in zip(("warp", "weft"), both, strict=True):
         check_positive(f"{name} spacing", value, "cm")

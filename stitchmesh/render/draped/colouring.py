@@ -20,7 +20,7 @@ from stitchmesh.render.colour_scale import ColourScale
 from stitchmesh.yarn import YarnSet
 
 LEAST_TENSION = 1.0
-"""Smallest tension of the last colour [dyn, or dyn/cm]."""
+"""The last colour stands for at least this tension [dyn, or dyn/cm]."""
 ALPHA_SCALE = ColourScale(np.array([[128, 152, 184], [200, 176, 130], [196, 84, 60]]), 0.0, 1.0)
 """Colours of the blending field: triangles, hybrid region, yarns."""
 
@@ -50,13 +50,13 @@ class DrapedValues:
         return self._display.region.node_alpha[self.node], self._display.surface_alpha
 
     def cloth_tension(self) -> tuple[FloatArray, FloatArray]:
-        """Return the larger principal tension of the triangles [dyn/cm] at the same places."""
+        """Return the larger principal tension of the triangles [dyn/cm], at the control points and at the vertices."""
         tension = self._maps.triangle_tension
         own = tension[self.draped.prepared.fabric.yarns.triangle[self.node]]
         return own, self._display.at_surface(tension)
 
     def yarn_tension(self) -> FloatArray:
-        """Return the tension of the yarns [dyn] at the control points: the larger one of both yarns at a node."""
+        """Return the tension of the yarns [dyn] at the control points: the larger one of the two yarns at a node."""
         values = np.zeros(len(self._maps.nodes))
         np.maximum.at(values, self._maps.yarn_node, self._maps.yarn_tension)
         at_points: FloatArray = values[self.node]

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures of runs of mixed yarns and triangles: yarns everywhere, one run alone or several side by side."""
+"""Pictures of runs of mixed yarns and triangles, drawn as yarns everywhere: one run alone or several side by side."""
 
 from __future__ import annotations
 
@@ -30,21 +30,22 @@ if TYPE_CHECKING:
 NAME_HEIGHT = 0.03
 """Size of the letters of names, divided by the height of the picture."""
 AROUND = 0.1
-"""How far around a cloth bodies are shown whole, as a part of its size; a body may be much larger than a cloth."""
+"""Distance around a cloth within which bodies are shown whole, as a part of the size of the cloth; a body may be much
+larger than a cloth."""
 
 
 def render_draped(
     runs: Sequence[tuple[str, Draped]], path: FilePath, *, colour: str | None = None,
     view: tuple[float, float] | None = None, size: tuple[int, int] | None = None,
 ) -> None:  # fmt: skip
-    """Draw the ends of runs of one scene side by side, seen by the same camera.
+    """Draw the last states of runs of one scene side by side, seen by the same camera.
 
     Args:
         runs: name and result of each run.
         path: a ``.png`` file; missing folders are created.
-        colour: ``yarn``, ``alpha`` or ``tension``; that of the first scene by default.
-        view: azimuth and elevation of the camera [degrees]; those of the first scene by default.
-        size: width and height of each run in the picture [pixels]; that of the first scene by default.
+        colour: ``yarn``, ``alpha`` or ``tension``; by default the choice of the first scene.
+        view: azimuth and elevation of the camera [degrees]; by default those of the first scene.
+        size: width and height of each run in the picture [pixels]; by default those of the first scene.
 
     Raises:
         DisplayError: this machine cannot draw pictures.
@@ -75,7 +76,7 @@ def render_draped(
 
 
 def framed_points(cloth: FloatArray, bodies: Sequence[Mesh]) -> FloatArray:
-    """Return what a picture has to show: the cloth, and what of bodies lies around it.
+    """Return the points that a picture must show: the cloth, and the parts of bodies around it.
 
     Args:
         cloth: points of the cloth, shape (n, 3).
@@ -120,7 +121,7 @@ def camera_directions(azimuth: float, elevation: float) -> tuple[FloatArray, Flo
 
 
 def bodies_at_end(run: Draped) -> list[Mesh]:
-    """Return the bodies of a run where they are at its end."""
+    """Return the bodies of a run at their places at its end."""
     return bodies_at(run.prepared.bodies, run.end.time)
 
 
@@ -144,6 +145,6 @@ def colours_of_runs(runs: Sequence[Draped], curves: Sequence[YarnSet], colour: s
 
 
 def _values_at_points(run: Draped, curves: YarnSet, colour: str) -> FloatArray:
-    """Alpha or tension at each control point, shape (P,)."""
+    """Return alpha or tension at each control point, shape (P,)."""
     values = DrapedValues(run, run.end, nodes_at_points(run, run.end, curves))
     return values.alpha()[0] if colour == "alpha" else values.yarn_tension()

@@ -1,3 +1,3 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Plots: pictures that are drawn by Matplotlib."""
+"""Plots, which Matplotlib draws."""

@@ -26,7 +26,7 @@ DOTS_PER_INCH = 150
 INK, PALE_INK, GRID = "#26241f", "#7a756a", "#e4e0d6"
 """Colours of curves and text, of labels, and of grid lines."""
 STROKES = ("-", "--", ":")
-"""Line styles of the energy terms; the next style is used after all colours."""
+"""Line styles of the energy terms; after all colours are used, the next style begins."""
 FEW_ENTRIES = 12
 """Largest number of entries that are drawn with a marker each."""
 DECADES = 6
@@ -162,6 +162,6 @@ def _marker(history: Sequence[HistoryEntry]) -> str:
 
 
 def _positive(values: Sequence[float]) -> FloatArray:
-    """The positive finite values; all others become gaps, because a logarithmic axis cannot show them."""
+    """Return the positive finite values; all others become gaps, because a logarithmic axis cannot show them."""
     array = np.array(values, dtype=np.float64)
     return np.where(np.isfinite(array) & (array > 0.0), array, np.nan)

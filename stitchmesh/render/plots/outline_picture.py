@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Picture of the natural outline of a fabric: its stitches coloured by stretch, its borders, and its size.
 
-A dashed rectangle has the size of the same number of stitches and rows of plain knit, for a tube that of a round tube.
+A dashed rectangle has the size of the same number of stitches and rows of plain knit; for a tube, of a round plain
+tube.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ SIZE = (7.0, 6.4)
 SCALE = ColourScale(DIVERGING, 0.7, 1.3)
 """Colours of the mean stretch of a stitch."""
 LEAST_LINES = 20_000
-"""Number of stitches from which their sides are not drawn; they would cover the colours."""
+"""From this number of stitches their sides are not drawn, because they would cover the colours."""
 
 
 @own_settings()
@@ -68,11 +69,11 @@ def draw_outline(axes: Axes, shape: FreeShape, title: str) -> None:
     axes.spines[["top", "right"]].set_visible(False)
     axes.spines[["left", "bottom"]].set_color(PALE_INK)
     words = [line for line in (title, *summary(shape).split("; ")) if line]
-    axes.set_title("\n".join(words), loc="left", fontsize=10, color=INK, parse_math=False)  # A name is no formula.
+    axes.set_title("\n".join(words), loc="left", fontsize=10, color=INK, parse_math=False)  # A name is no formula
 
 
 def summary(shape: FreeShape) -> str:
-    """Return the size of an outline, and its size over that of plain knit, on one line."""
+    """Return the size of an outline, and its size over the size of plain knit, on one line."""
     measures = shape.measures()
     plain = f"{100 * measures['width_over_plain']:.0f} % x {100 * measures['height_over_plain']:.0f} % of plain knit"
     slant = f"; its wales lean {abs(shape.slant):.0f}° {'right' if shape.slant > 0 else 'left'}"
@@ -85,7 +86,7 @@ def _front_polygons(shape: FreeShape) -> tuple[list[Any], FloatArray]:
     front = np.flatnonzero(fabric.face_vector_area[:, 2] > 0.0)
     place = fabric.corner_position[:, :2]
     polygons = [place[fabric.face_start[face] : fabric.face_start[face + 1]] for face in front]
-    assert fabric.face_stretch is not None  # The relaxation fills it.
+    assert fabric.face_stretch is not None  # The relaxation has filled it.
     return polygons, np.nan_to_num(fabric.face_stretch[front], nan=1.0)
 
 

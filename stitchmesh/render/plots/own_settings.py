@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Matplotlib with its own settings: plots are the same whatever files of settings lie in a folder or a home.
+"""Matplotlib with its own settings, so that plots do not depend on files of settings in a folder or a home.
 
-Matplotlib reads a file ``matplotlibrc`` of the present folder when it is imported, which PyVista does too. Such a file
-may ask for LaTeX, for example.
+Matplotlib reads the file ``matplotlibrc`` of the present folder when it is imported, and PyVista imports it. Such a
+file may ask for LaTeX, for example.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ SETTINGS_FILE = "matplotlibrc"
 
 
 def import_matplotlib() -> None:
-    """Import matplotlib as in a folder without a file of settings."""
+    """Import matplotlib as if the folder had no file of settings."""
     if "matplotlib" in sys.modules or not os.path.lexists(SETTINGS_FILE):
         return
     present = os.open(os.curdir, os.O_RDONLY)
@@ -31,7 +31,7 @@ def import_matplotlib() -> None:
 
 @contextmanager
 def own_settings() -> Iterator[None]:
-    """Give matplotlib the settings that it comes with, for the time of a block or of a function."""
+    """Give matplotlib its default settings during a block or a function."""
     import_matplotlib()
     import matplotlib
 

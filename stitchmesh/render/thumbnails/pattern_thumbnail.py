@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Thumbnails of patterns: the yarns of a few repeats, drawn without a graphics library in some hundredths of a second.
 
-The yarns are those of a flat fabric before relaxation. Each sample of a yarn is drawn as a shaded ball, and of all
-balls at a pixel the foremost one is seen. A pattern of several yarns has their colours. In a pattern of one yarn the
-colours tell the stitches apart, as in the picture of a stitch mesh.
+The yarns are those of a flat fabric before relaxation. Each sample of a yarn is drawn as a shaded ball, and each pixel
+shows the foremost of its balls. A pattern of several yarns has their colours. In a pattern of one yarn the colours tell
+the stitches apart, as in the picture of a stitch mesh.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ from stitchmesh.yarngen import generate_yarns
 from stitchmesh.yarngen.templates.template import RADIUS_OVER_WIDTH, STITCH_HEIGHT
 
 LEAST_WIDTH = 8
-"""Least number of loops across a thumbnail; narrower patterns are repeated."""
+"""Smallest number of loops across a thumbnail; narrower patterns are repeated."""
 FINER = 2
-"""Pixels that are drawn for each pixel of the thumbnail, in each direction."""
+"""Number of drawn pixels for each pixel of the thumbnail, in each direction."""
 SAMPLES = 4
 """Balls for each segment of a yarn."""
 SIZES = range(16, 513)

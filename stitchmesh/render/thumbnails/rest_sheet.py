@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from PIL.Image import Image
 
 COLUMNS = 4
-"""Most pictures in a row."""
+"""Largest number of pictures in a row."""
 SIDE, GAP = 420, 12
 """Largest side of a picture, and the space between pictures [pixels]."""
 LETTERS = 18
@@ -27,7 +27,7 @@ LETTERS = 18
 LINES = 3
 """Lines of text over a picture."""
 STITCHES = 10
-"""Stitches along a side of a picture, at least one repeat."""
+"""Number of stitches along a side of a picture; at least one repeat is shown."""
 
 
 def draw_rests(exploration: Exploration, path: FilePath) -> None:

@@ -3,9 +3,9 @@
 """Small drawings of stitches as SVG: the yarn of one stitch, and of the loops below and above it.
 
 The curves are those from which yarns are generated (``yarngen.templates``), seen from the right side of the fabric.
-The curves are cut into short strokes. The strokes that lie over no other yarn are drawn first. The others follow from
-the rearmost one to the foremost one, each with a margin in the colour of the ground, so that the yarn in front is seen
-to pass over the yarn behind it.
+They are cut into short strokes. The strokes that lie over no other yarn are drawn first. The others follow from the
+rearmost to the foremost stroke, each with a margin in the colour of the ground, so that the front yarn visibly passes
+over the yarn behind it.
 """
 
 from __future__ import annotations
@@ -28,18 +28,19 @@ from stitchmesh.yarngen.templates.template import STITCH_HEIGHT, TemplatePart
 OWN = "#1b1815"
 """Colour of the yarn of the stitch's own row, black."""
 OTHER_ON_PALE, OTHER = "#8b5a2b", "#fffaf0"
-"""Colours of the loops that the stitch is worked on: brown on a pale ground and white on others. Ground and yarns thus
+"""Colours of the loops on which the stitch is worked: brown on a pale ground and white on others. Ground and yarns thus
 differ in lightness, which does not depend on the perception of hues."""
 PALE = 0.5
-"""Least relative luminance of a pale ground."""
+"""Smallest relative luminance of a pale ground."""
 STROKES_PER_WIDTH = 8.0
 """Number of strokes into which a curve of one stitch width is cut."""
 THICKNESS = 0.19
-"""Width of the yarn in the drawing, less than that of real yarn, so that the ground separates the strands."""
+"""Width of the yarn in the drawing; it is less than that of real yarn, so that the ground separates the strands."""
 MARGIN = 0.06
 """Margin of a stroke on either side [stitch widths]."""
 CROSSING = 0.6
-"""Smallest difference of the heights of two strokes that cross [yarn radii]; less is one strand that goes on."""
+"""Smallest difference of the heights of two strokes that cross [yarn radii]; with less, they are one continuous
+strand."""
 UNIT = 100
 """Units of the drawing in a stitch width; coordinates are whole numbers."""
 BESIDE, BELOW, ABOVE = 0.12, 0.42, 0.62
@@ -55,7 +56,7 @@ class _Stroke:
     points: FloatArray
     """Points (x, y, height), shape (n, 3)."""
     is_own: bool
-    """Whether the yarn is that of the stitch's own row."""
+    """Whether the yarn belongs to the stitch's own row."""
 
 
 @lru_cache(maxsize=128)
@@ -93,7 +94,7 @@ def _luminance(colour: tuple[int, int, int]) -> float:
 
 
 def _strokes(stitch: Stitch, low: int, high: int) -> list[_Stroke]:
-    """Return the strokes of a stitch, of the legs of the loops below it and of the heads of its loops above it."""
+    """Return the strokes of a stitch: its own, those of the legs below it, and those of the heads above it."""
     widest = max(low, high)
     parts = [(part, 0.0, 0.0, not part.is_head) for part in template(stitch, low, high).parts]
     plain = template(Stitch.KNIT, 1, 1).parts
@@ -115,7 +116,7 @@ def _cut(part: TemplatePart, offset: FloatArray, is_own: bool) -> list[_Stroke]:
 
 
 def _lines(strokes: list[_Stroke], ground: str, other: str) -> Markup:
-    """Return the lines of all strokes, from the rearmost one to the foremost one."""
+    """Return the lines of all strokes, from the rearmost to the foremost stroke."""
     height = np.array([stroke.points[:, 2].mean() for stroke in strokes])
     over = _lies_over(strokes, height)
     lines = [_core(np.concatenate(run), OWN if is_own else other) for run, is_own in _runs(strokes, ~over)]
@@ -129,7 +130,7 @@ def _lines(strokes: list[_Stroke], ground: str, other: str) -> Markup:
 
 
 def _lies_over(strokes: list[_Stroke], height: FloatArray) -> NDArray[np.bool_]:
-    """Whether each stroke covers a part of a stroke that lies clearly lower, shape (n,)."""
+    """Return whether each stroke covers a part of a stroke that lies clearly lower, shape (n,)."""
     middle = np.stack([stroke.points[1, :2] for stroke in strokes])
     apart = np.linalg.norm(middle[:, None] - middle[None], axis=2)
     near = apart < THICKNESS + MARGIN + 1.0 / STROKES_PER_WIDTH
@@ -138,7 +139,7 @@ def _lies_over(strokes: list[_Stroke], height: FloatArray) -> NDArray[np.bool_]:
 
 
 def _runs(strokes: list[_Stroke], chosen: NDArray[np.bool_]) -> list[tuple[list[FloatArray], bool]]:
-    """Return the points of the chosen strokes, joined where one goes on from another, and whose yarn each run is."""
+    """Return the points of the chosen strokes, joined where one continues another, and whose yarn each run is."""
     runs: list[tuple[list[FloatArray], bool]] = []
     for stroke, wanted in zip(strokes, chosen, strict=True):
         goes_on = runs and runs[-1][1] == stroke.is_own and np.array_equal(runs[-1][0][-1][-1], stroke.points[0])

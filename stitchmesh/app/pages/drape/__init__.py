@@ -1,3 +1,3 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The page Drape: the region of yarns of a scene is chosen, and the scene runs while it is watched."""
+"""The page Drape: the user chooses the region of yarns of a scene, runs the scene and watches the run."""

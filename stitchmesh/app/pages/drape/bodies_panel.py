@@ -24,11 +24,11 @@ from stitchmesh.mixed.scene.motion_section import STILL, BodySection
 from stitchmesh.mixed.scene.scene import Scene
 
 SHARE = 0.25
-"""Radius of a new ball, and half of a side of a new box, over the smaller one of the width and height of the cloth."""
+"""Radius of a new ball, and half the side of a new box, over the smaller of the width and height of the cloth."""
 GAP = 1.2
 """Distance of the middle of a new shape from the cloth, over its radius."""
 SIZE_WORDS = {"ball": "radius", "box": "sides", "arm": "radius, upper arm, forearm"}
-"""What the numbers of the size of a shape are."""
+"""The meaning of the numbers that give the size of a shape."""
 
 
 def body_of_file(path: Path, unit: str) -> BodySection:
@@ -37,7 +37,7 @@ def body_of_file(path: Path, unit: str) -> BodySection:
 
 
 def new_shape(opened: OpenedScene, shape: Literal["ball", "box"]) -> BodySection:
-    """Return a ball or a box in front of the cloth, or below a cloth that lies."""
+    """Return a ball or a box in front of the cloth, or below a cloth that lies flat."""
     low, high = opened.mesh.vertices.min(axis=0), opened.mesh.vertices.max(axis=0)
     radius = max(SHARE * float(np.sort(high - low)[1]), 0.1)
     middle, extent = (low + high) / 2.0, high - low
@@ -57,12 +57,12 @@ def with_body(scene: Scene, body: BodySection) -> Scene:
 
 
 def with_changed_body(scene: Scene, number: int, body: BodySection | None) -> Scene:
-    """Return a scene with another body in the place of one; None removes it."""
+    """Return a scene in which another body replaces one of its bodies; None removes it."""
     return replace(scene, bodies=with_entry(scene.bodies, number, body))
 
 
 def body_words(scene: Scene) -> list[str]:
-    """Return what each body is, and how it moves."""
+    """Return for each body what it is, and how it moves."""
     return [f"{body.name}: {_shape_words(body)}, {motion_words(body.keyframes)}" for body in scene.bodies]
 
 
@@ -75,7 +75,7 @@ def _shape_words(body: BodySection) -> str:
 SUFFIXES = (".obj", ".ply", ".off", ".stl")
 """Suffixes of the meshes of bodies."""
 WHAT = "bodies"
-"""Beginning of messages."""
+"""First words of messages."""
 CONTACT = (
     Field("contact.start_outside", "Put the cloth around", "A cloth that cuts a body at the start is moved out of it.",
           shown=lambda scene: bool(scene.bodies)),
@@ -90,7 +90,7 @@ SURFACE = (
 
 
 class BodiesPanel:
-    """The group of the bodies; a body is chosen to be changed."""
+    """The group of the bodies; the user chooses a body to change it."""
 
     def __init__(self, session: DrapeSession, controls: Controls) -> None:
         """Make the controls."""
@@ -127,7 +127,7 @@ class BodiesPanel:
             self._show_body(body)
 
     def _make_fields(self, controls: Controls) -> None:
-        """Make the typed numbers of the chosen body."""
+        """Make the fields of numbers for the chosen body."""
         self._centre = controls.text("Centre", "x, y, z of its middle [cm].", "")
         self._size = controls.text("Size", "Radius of a ball; the sides of a box [cm].", "")
         self._moved = controls.text("Body moved by", "x, y, z from the start to the end of the scene [cm].", "")
@@ -167,7 +167,7 @@ class BodiesPanel:
         self._list.chosen = len(scene.bodies)
 
     def _take(self, which: str) -> None:
-        """Take the typed numbers of the chosen body, or let it rest."""
+        """Take the typed numbers for the chosen body, or put the body at rest."""
         scene, (_, body) = self._session.opened_for(WHAT).scene, self._list.chosen_entry()
         if which == "Rests":
             self._change(replace(body, keyframes=()))

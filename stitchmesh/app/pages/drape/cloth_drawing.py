@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The drawing of a scene before it runs: the cloth in the colours of its region, what is held, bodies and a box."""
+"""The drawing of a scene before it runs: the cloth in the colours of its region, held vertices, bodies and a box."""
 
 from __future__ import annotations
 
@@ -29,24 +29,24 @@ COLOURS: tuple[ClothColour, ...] = ("Region", "Alpha")
 KIND_COLOURS = ALPHA_SCALE.table(3)
 """Colours of triangles without yarns, in the hybrid region, and with yarns alone; sRGB."""
 ALLOWED = np.array([170, 150, 190], dtype=np.uint8)
-"""Colour of triangles where an automatic region may have yarns."""
+"""Colour of triangles that an automatic region may fill with yarns."""
 ADDED: Colour = (222, 124, 20)
 REMOVED: Colour = (20, 96, 170)
-"""Colours of triangles that a drag adds to the region, and takes out of it."""
+"""Colours of triangles that a drag adds to the region, and of triangles that it removes."""
 EDGE: Colour = (60, 60, 66)
 HELD: Colour = (20, 96, 170)
 BODY_OPACITY = 0.4
-"""Opacity of bodies, which may stand before the cloth."""
+"""Opacity of bodies, because they may stand in front of the cloth."""
 MOST_EDGED = 12_000
 """Largest number of triangles whose edges are drawn."""
 MOST_WAYS = 200
-"""Largest number of lines from held vertices to where they go."""
+"""Largest number of lines from held vertices to their places at the end."""
 MARK_SIZE = 0.12
-"""Size of the mark of a held vertex over the mean length of an edge."""
+"""Size of the mark of a held vertex, over the mean length of an edge."""
 
 
 class ClothDrawing:
-    """Draws one scene; positions are sent again only for another cloth."""
+    """Draws one scene; it sends positions again only for another cloth."""
 
     def __init__(self, scene: Scene) -> None:
         """Draw nothing yet."""
@@ -60,8 +60,8 @@ class ClothDrawing:
 
         Args:
             opened: the scene.
-            colour: what decides the colours of the triangles.
-            takes_strokes: whether a drag on the cloth paints instead of turning the view.
+            colour: what the colours of the triangles show.
+            takes_strokes: whether a drag on the cloth paints; otherwise it turns the view.
         """
         mesh = opened.mesh
         if self._mesh is not mesh:
@@ -83,7 +83,7 @@ class ClothDrawing:
         self._scene.show("cloth", Surface(mesh.corner_position, self._corners, of_faces, takes_strokes=takes_strokes))
 
     def preview(self, triangles: IntArray, *, adds: bool) -> None:
-        """Mark the triangles that a drag covers; none removes the mark."""
+        """Mark the triangles that a drag covers; without any, remove the mark."""
         if self._mesh is None or not len(triangles):
             self._scene.remove("painted")
             return
@@ -92,7 +92,7 @@ class ClothDrawing:
         self._scene.show("painted", Surface(points, corners, ADDED if adds else REMOVED, opacity=0.6))
 
     def show_box(self, box: ClipBox | None) -> None:
-        """Draw the box that is about to be chosen; None removes it."""
+        """Draw the box that the user is about to choose; None removes it."""
         self._scene.show("box", None if box is None else box.edges())
 
     def look(self) -> None:
@@ -108,7 +108,7 @@ class ClothDrawing:
         self._mesh, self._loads = None, (None, None)
 
     def _show_edges(self, mesh: Mesh) -> None:
-        """Draw the edges of the triangles, unless they are too many."""
+        """Draw the edges of the triangles, unless there are too many."""
         if mesh.face_count <= MOST_EDGED:
             ends = np.stack([mesh.edge_side, mesh.side_next[mesh.edge_side]], axis=1)
             self._scene.show("cloth edges", Lines(self._lifted[ends], EDGE, 1.0))
@@ -116,7 +116,7 @@ class ClothDrawing:
             self._scene.remove("cloth edges")
 
     def _show_held(self, opened: OpenedScene) -> None:
-        """Mark the held vertices, and draw lines from those that move to where they go."""
+        """Mark the held vertices, and draw lines from the moving ones to their places at the end."""
         mesh, parts = opened.mesh, opened.prepared.held
         held = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *(one.vertices for one in parts)]))
         size = MARK_SIZE * float(mesh.side_length.mean())
@@ -138,7 +138,7 @@ class ClothDrawing:
 
 
 def region_colours(opened: OpenedScene) -> np.ndarray:
-    """Return the colour of each triangle by what is simulated there (sRGB), shape (T, 3)."""
+    """Return the colour of each triangle (sRGB), shape (T, 3), which shows what is simulated there."""
     colours = KIND_COLOURS[opened.region.triangle_kind]
     if opened.scene.region.yarns == "automatic":
         colours[opened.marked] = ALLOWED

@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the parts of the page Drape share: the scene, its changes with undo, and where both are kept.
+"""The state that the parts of the page Drape share: the scene, its changes with undo, and the folders of both.
 
-Each earlier scene is a file that is named by its checksum, so that a change writes one small file and a list of names.
+Each earlier scene is a file, named by its checksum, so that a change writes one small file and a list of names.
 """
 
 from __future__ import annotations
@@ -33,9 +33,9 @@ if TYPE_CHECKING:
 ORDER = "order.json"
 """Name of the list."""
 DIGITS = 20
-"""Digits of the checksum in the name of a scene."""
+"""Number of digits of the checksum in the name of a scene."""
 SCENE_NAME = re.compile(rf"[0-9a-f]{{{DIGITS}}}\.toml")
-"""Form of the name of a scene; other files in the folder are the user's."""
+"""Pattern of the name of a scene; other files in the folder belong to the user."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class _Order:
     before: tuple[str, ...]
     """Earlier scenes, the newest last."""
     after: tuple[str, ...]
-    """Scenes that were undone, the one to come back next last."""
+    """Scenes that were undone; the next one to redo is the last."""
 
 
 def write_history(folder: Path, history: UndoHistory[Scene]) -> None:
@@ -71,9 +71,9 @@ def write_history(folder: Path, history: UndoHistory[Scene]) -> None:
 
 
 def read_history(folder: Path, scene: Scene) -> UndoHistory[Scene]:
-    """Return the history of a scene that a folder holds; one without changes if there is none, or if it is damaged.
+    """Return the history of a scene from a folder; without a valid history there, one without changes.
 
-    A scene that was changed otherwise since, for example by hand, can be undone, and what was undone is forgotten.
+    A change of the scene from outside, for example by hand, can be undone; scenes to redo are then forgotten.
     """
     try:
         order = check_value(read_json(folder / ORDER), _Order)
@@ -90,11 +90,11 @@ def name_of(scene: Scene) -> str:
 
 
 FOLDER, RUN, FILES, HISTORY = "drape", "run", "files", "history"
-"""Folder in the project, and the folders in it: of the run, of files that were uploaded, and of earlier scenes."""
+"""Folder in the project, and the folders in it: for the run, for uploaded files, and for earlier scenes."""
 OPENING = "opening the scene"
-"""Name of the task that makes what a scene describes."""
+"""Name of the task that builds the objects of a scene."""
 MOST_KEPT = 100
-"""Largest number of earlier scenes that are kept for undo."""
+"""Largest number of earlier scenes that undo keeps."""
 
 
 class DrapeSession:
@@ -130,14 +130,14 @@ class DrapeSession:
         """Return the scene.
 
         Raises:
-            ParameterError: there is none; ``what`` needs it, and begins the message.
+            ParameterError: no scene is open; the message begins with ``what``, which needs one.
         """
         if self.opened is None:
             raise ParameterError(f"{what}: there is no cloth yet; open a scene first")
         return self.opened
 
     def open_path(self, path: Path) -> None:
-        """Open a scene, or a cloth as a new one; it replaces the scene of the project.
+        """Open a scene, or a new scene for a cloth; it replaces the scene of the project.
 
         Raises:
             ParameterError: another task runs.
@@ -150,7 +150,7 @@ class DrapeSession:
         self._open(lambda progress: open_scene(scene_of_file(path), folder, progress), done)
 
     def open_kept(self) -> None:
-        """Open the scene that the project holds, if there is one and no task runs."""
+        """Open the scene of the project, if it has one and no task runs."""
         if self.opened is None and self.scene_path.is_file() and not self.app.tasks.running:
             path, folder = self.scene_path, self.run_folder
             self._open(lambda progress: open_scene(read_scene(path), folder, progress), self._take_kept)
@@ -166,7 +166,7 @@ class DrapeSession:
             self._go_to(history.do(scene, most=MOST_KEPT))
 
     def change_region(self, change: Callable[[RegionSection, Cloth], RegionSection]) -> None:
-        """Change the region: the function gets the region and the cloth."""
+        """Change the region: the function takes the region and the cloth."""
         scene = self._history().present
         assert self.opened is not None
         self.change(replace(scene, region=change(scene.region, self.opened.cloth)))
@@ -177,12 +177,12 @@ class DrapeSession:
         self._go_to(history.undo("") if history.past else history)
 
     def redo(self) -> None:
-        """Make the change again that was undone last; without one, the scene stays."""
+        """Make the last undone change again; without one, the scene stays."""
         history = self._history()
         self._go_to(history.redo("") if history.future else history)
 
     def _go_to(self, history: UndoHistory[Scene]) -> None:
-        """Show the present scene of a history; a change of the region alone is shown at once."""
+        """Show the present scene of a history; a change of the region alone appears at once."""
         self._check_idle()
         opened, scene = self.opened, history.present
         assert opened is not None
@@ -197,7 +197,7 @@ class DrapeSession:
         self._open(lambda progress: with_scene(opened, scene, folder, progress), done)
 
     def _open(self, work: Callable[[Progress], OpenedScene], done: Callable[[OpenedScene], None]) -> None:
-        """Make a scene in the worker thread; errors become notices, and the scene before stays."""
+        """Build a scene in the worker thread; errors become notices, and the scene before stays."""
         project = self.app.project
 
         def make(progress: Progress) -> OpenedScene:
@@ -215,7 +215,7 @@ class DrapeSession:
         self.show()
 
     def _take(self, opened: OpenedScene, history: UndoHistory[Scene]) -> None:
-        """Keep a scene and its history, in the project too, and show it."""
+        """Keep a scene and its history, in the project too, and show the scene."""
         self.opened, self.history = opened, history
         write_scene(self.scene_path, opened.scene)
         write_history(self.history_folder, history)
@@ -227,10 +227,10 @@ class DrapeSession:
         return self.history
 
     def _check_idle(self) -> None:
-        """Check that nothing runs that uses the scene.
+        """Check that nothing that uses the scene runs.
 
         Raises:
-            ParameterError: something does.
+            ParameterError: something that uses the scene runs.
         """
         task = self.app.tasks.current
         if task is not None:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Lists of what a scene has: each entry can be removed, and one can be chosen to be changed."""
+"""Lists of the parts of a scene: the user can remove each entry, and choose one to change it."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ CHOSEN = "border-left:4px solid #1f5673;padding-left:.4em;"
 def entry_list(
     kind: str, entries: Iterable[str], *, chosen: int | None = None, choose: bool = False, rest: str = ""
 ) -> Markup:
-    """Return the entries as a list; an empty text without any.
+    """Return the entries as a list; an empty text if there are none.
 
-    The actions are ``drop-`` and ``choose-`` with the kind, and the number of the entry as their value.
+    The actions are ``drop-`` and ``choose-`` with the kind; their value is the number of the entry.
 
     Args:
         kind: word for an entry.
@@ -55,7 +55,7 @@ def entry_list(
 
 
 class EntryList(Generic[T]):
-    """The parts or the bodies of a scene as a list, one of which can be chosen to be changed."""
+    """The parts or the bodies of a scene as a list; the user can choose one to change it."""
 
     def __init__(
         self, session: DrapeSession, controls: Controls, kind: str, what: str, entries: Callable[[Scene], Sequence[T]],
@@ -65,17 +65,18 @@ class EntryList(Generic[T]):
 
         Args:
             session: the scene.
-            controls: where the list stands.
+            controls: the place of the list.
             kind: word for an entry.
-            what: beginning of messages.
+            what: the first words of messages.
             entries: returns the entries of a scene.
-            without: returns a scene without the entry of a number.
+            without: returns a scene without the entry that has a number.
             changed: called after another entry is chosen.
         """
         self._session, self._kind, self._what = session, kind, what
         self._entries, self._without, self._changed = entries, without, changed
         self.chosen: int | None = None
-        """Number of the chosen entry; the entry may not be there yet, because the worker thread makes the scene."""
+        """Number of the chosen entry; a new entry may be missing for a while, because the worker thread makes the
+        scene."""
         self._html = controls.html(Markup(), self._act)
 
     def show(self, scene: Scene, words: Iterable[str]) -> None:
@@ -100,7 +101,7 @@ class EntryList(Generic[T]):
         """Return the number of the chosen entry, and the entry.
 
         Raises:
-            ParameterError: none is chosen, or it is not there any more.
+            ParameterError: no entry is chosen, or the chosen one is gone.
         """
         entries = self._entries(self._session.opened_for(self._what).scene)
         if self.chosen is None or self.chosen >= len(entries):
@@ -121,6 +122,6 @@ class EntryList(Generic[T]):
 
 
 def with_entry(entries: tuple[T, ...], number: int, entry: T | None) -> tuple[T, ...]:
-    """Return entries with another one in the place of one; None removes it."""
+    """Return entries in which another entry replaces one of them; None removes it."""
     changed = () if entry is None else (entry,)
     return (*entries[:number], *changed, *entries[number + 1 :])

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What is held: the parts of the cloth that stay in place, move, or are let go, with their controls."""
+"""The group Held: the parts of the cloth that stay in place, move, or are let go, with their controls."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from stitchmesh.mixed.scene.scene import Scene
 
 
 def with_held_triangles(scene: Scene, part: int | None, triangles: IntArray) -> Scene:
-    """Return a scene that holds more triangles: by one of its parts, or by a new one, which is the last."""
+    """Return a scene that holds more triangles: in one of its parts, or in a new last part."""
     added = np.asarray(triangles, dtype=np.int64)
     if part is None:
         return replace(scene, attachments=(*scene.attachments, AttachmentSection(faces=_numbers(added))))
@@ -32,14 +32,14 @@ def with_held_triangles(scene: Scene, part: int | None, triangles: IntArray) -> 
 
 
 def with_held_box(scene: Scene, box: BoxSection) -> Scene:
-    """Return a scene with a new part: what lies in a box."""
+    """Return a scene with a new part that holds everything in a box."""
     return replace(scene, attachments=(*scene.attachments, AttachmentSection(boxes=(box,))))
 
 
 def without_held_triangles(opened: OpenedScene, triangles: IntArray) -> Scene:
     """Return a scene that does not hold some triangles.
 
-    A part that loses something becomes the numbers of its other triangles, and a part that loses all is removed.
+    A part that loses triangles becomes the numbers of its other triangles; a part that loses all of them is removed.
     """
     kept: list[AttachmentSection] = []
     for section, held in zip(opened.scene.attachments, opened.prepared.held, strict=True):
@@ -53,7 +53,7 @@ def without_held_triangles(opened: OpenedScene, triangles: IntArray) -> Scene:
 
 
 def with_part(scene: Scene, part: int, section: AttachmentSection | None) -> Scene:
-    """Return a scene with another part in the place of one; None removes it."""
+    """Return a scene in which another part replaces one of its parts; None removes it."""
     return replace(scene, attachments=with_entry(scene.attachments, part, section))
 
 
@@ -74,14 +74,14 @@ def moved_part(opened: OpenedScene, part: int, displacement: Triple, rotation: T
 
 
 def keyframes_to(scene: Scene, displacement: Triple, rotation: Triple) -> tuple[Keyframe, ...]:
-    """Return the keyframes of an even motion from the start to a place at the end of a scene; none for no motion."""
+    """Return the keyframes of an even motion over the whole scene to a place; none without motion."""
     if displacement == STILL and rotation == STILL:
         return ()
     return Keyframe(time=0.0), Keyframe(time=scene.duration, displacement=displacement, rotation=rotation)
 
 
 def motion_words(keyframes: tuple[Keyframe, ...], release: float | None = None) -> str:
-    """Return how something moves, in words."""
+    """Return a motion in words."""
     last = keyframes[-1] if keyframes else Keyframe(time=0.0)
     moved = [f"{part:g}" for part in last.displacement]
     words = [f"moves by {', '.join(moved)} cm"] if last.displacement != STILL else []
@@ -95,7 +95,7 @@ def motion_words(keyframes: tuple[Keyframe, ...], release: float | None = None) 
 
 
 def _triangles_of(opened: OpenedScene, section: AttachmentSection, vertices: IntArray) -> IntArray:
-    """The triangles that stand for a part: its own, and for boxes those whose vertices are all held."""
+    """Return the triangles that show a part: its own, and for its boxes those with all vertices held."""
     if not section.boxes and not section.vertices:
         return np.array(section.faces, dtype=np.int64)
     inside = np.isin(opened.cloth.triangles, vertices)
@@ -118,11 +118,11 @@ RELEASE = (
     Field("release", "Let go at", "Time from which the part is free [s]; 0 holds it to the end.",
           Number(0.0, 3600.0, 0.05, without=None)),
 )  # fmt: skip
-"""When a part is let go."""
+"""Choices of when a part is let go."""
 
 
 class HeldPanel:
-    """The group of what is held; a part is chosen to be changed or painted on."""
+    """The group of held parts; the user chooses a part to change it or to paint on it."""
 
     def __init__(self, session: DrapeSession, controls: Controls) -> None:
         """Make the controls."""
@@ -151,7 +151,7 @@ class HeldPanel:
             )  # fmt: skip
 
     def paint(self, triangles: IntArray, *, holds: bool) -> None:
-        """Hold triangles by the chosen part or by a new one, or let go of them."""
+        """Hold triangles in the chosen part or in a new one, or let go of them."""
         opened = self._session.opened_for(WHAT)
         if holds:
             part = self._list.chosen
@@ -180,7 +180,7 @@ class HeldPanel:
         self._turned.value = STILL_TEXT if last is None else as_text(last.rotation)
 
     def _move(self, which: str) -> None:
-        """Let the chosen part move, or hold it."""
+        """Make the chosen part move, or hold it."""
         opened, (number, _) = self._session.opened_for(WHAT), self._list.chosen_entry()
         moved = three_numbers("part moved by", self._moved.value) if which == "Moves" else STILL
         turned = three_numbers("part turned by", self._turned.value, "degrees") if which == "Moves" else STILL
@@ -192,7 +192,7 @@ class HeldPanel:
 
 
 def part_words(opened: OpenedScene) -> list[str]:
-    """Return what each part holds, and how it moves."""
+    """Return for each part what it holds, and how it moves."""
     parts = zip(opened.scene.attachments, opened.prepared.held, strict=True)
     return [
         f"part {number}: {len(held.vertices):,} vertices, {len(held.nodes):,} yarn nodes, "

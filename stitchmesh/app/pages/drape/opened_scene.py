@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A scene of a file, or a new one for a cloth, with what is made of it: mesh, yarns, region, and its costs."""
+"""A scene from a file, or a new one for a cloth, with its mesh, its yarns, its region and its costs."""
 
 from __future__ import annotations
 
@@ -33,27 +33,27 @@ from stitchmesh.progress import Progress, no_progress
 SUFFIXES = (".toml", ".obj", *STITCH_SUFFIXES)
 """Suffixes of the files that can be opened."""
 HELD = 1.1
-"""Height of what is held at the top of a new cloth over the mean length of an edge; the loops of the last row of a knit
-cross the others near the bottom of their stitches."""
+"""Height of the held strip at the top of a new cloth, over the mean length of an edge. The loops of the last row of a
+knit cross the others near the bottom of their stitches."""
 LOOP = 8.0
 """Width of a loop over the radius of its yarn."""
 MOST_LOOPS = 4
-"""Most loops along each side of a stitch of a new cloth."""
+"""Largest number of loops along each side of a stitch of a new cloth."""
 KNIT_TOLERANCE = 0.1
 """Largest unbalanced force at the equilibrium of a new knitted cloth [dyn]."""
 BESIDE = 1.0
-"""Distance by which the box around what is held is larger than the cloth [cm]."""
+"""Distance by which the box of the held part is larger than the cloth [cm]."""
 
 
 def scene_of_file(path: Path) -> Scene:
-    """Return the scene of a file, or a new scene whose cloth is in the file.
+    """Return the scene of a file, or a new scene for the cloth of a file.
 
-    The upper border of a new cloth is held, and gravity acts; its yarns are a plain weave, or the stitches of the file,
-    held by friction where they cross.
+    The upper border of a new cloth is held, and gravity acts. Its yarns are a plain weave, or the stitches of the file;
+    friction holds these where they cross.
 
     Raises:
         FileError: the file cannot be read.
-        ParameterError: a panel or a texture coordinate is not possible.
+        ParameterError: a panel or a texture coordinate is not valid.
         MeshError: the cloth is no surface.
     """
     suffix = path.suffix.lower()
@@ -71,7 +71,7 @@ def scene_of_file(path: Path) -> Scene:
 
 
 def stitch_yarns(section: ClothSection) -> YarnsSection:
-    """Return the yarns of a cloth of stitches: so many loops in each stitch that the yarn of the scene fills them."""
+    """Return the yarns of a cloth of stitches, with the number of loops in each stitch that the scene's yarn fills."""
     width, _ = section.stitch_size(section.stitches())
     loops = width / (LOOP * CrossingMaterial.named(DEFAULT).radius)
     return YarnsSection(knit=STITCHES, divisions=min(max(round(loops), 1), MOST_LOOPS))
@@ -88,22 +88,22 @@ def held_at_top(cloth: Cloth) -> AttachmentSection:
 
 
 LOADS = ("attachments", "bodies", "contact", "disturbance")
-"""Fields of a scene that act on the cloth and its yarns and do not change them."""
+"""Fields of a scene that act on the cloth and its yarns without changing them."""
 NO_TRIANGLES = np.zeros(0, dtype=np.int64)
 
 
 @dataclass(frozen=True, eq=False)
 class OpenedScene:
-    """A scene that can be shown and changed."""
+    """A scene that the page can show and change."""
 
     prepared: PreparedScene
     """The scene, with cloth, yarns and region."""
     mesh: Mesh
     """The triangles of the cloth at the start, by their numbers."""
     fabric: StitchMesh | None
-    """The stitches of the cloth, if it is one of stitches."""
+    """The stitches of the cloth; None for any other cloth."""
     trouble: str = ""
-    """Why the region of the scene is not possible; empty if it is."""
+    """Why the region of the scene is not possible; empty if it is possible."""
 
     @property
     def scene(self) -> Scene:
@@ -117,16 +117,16 @@ class OpenedScene:
 
     @property
     def region(self) -> Region:
-        """The region; that of an automatic one has no yarns before a run."""
+        """The region; an automatic region has no yarns before a run."""
         return self.prepared.region
 
     @cached_property
     def marked(self) -> IntArray:
-        """The triangles that the scene marks, ascending: those of yarns, or where an automatic region may be."""
+        """The triangles that the scene marks, ascending: those with yarns, or those allowed to an automatic region."""
         try:
             return marked_triangles(self.scene.region, self.cloth)
         except StitchMeshError:
-            return NO_TRIANGLES  # The trouble says why.
+            return NO_TRIANGLES  # ``trouble`` says why.
 
     @cached_property
     def counts(self) -> dict[str, int]:
@@ -140,16 +140,16 @@ class OpenedScene:
         return estimate_memory(self.region, contact=bool(scene.bodies) or scene.contact.self_collision).total
 
     def free_memory(self) -> float:
-        """Return the memory that is free where the scene would run [bytes]."""
+        """Return the free memory where the scene would run [bytes]."""
         return available_memory(device_named(self.scene.solver.device))
 
 
 def open_scene(scene: Scene, folder: Path | None = None, progress: Progress = no_progress) -> OpenedScene:
-    """Make what a scene describes; a region that is not possible is left out, and its ``trouble`` kept.
+    """Build the objects of a scene; an impossible region is left out, and ``trouble`` says why.
 
     Args:
         scene: the scene.
-        folder: where a material that is matched to the yarns is kept, and found again.
+        folder: the place where a material that was matched to the yarns is kept and found again.
         progress: called with the completed part of the matching.
 
     Raises:
@@ -165,9 +165,9 @@ def open_scene(scene: Scene, folder: Path | None = None, progress: Progress = no
 def with_scene(
     opened: OpenedScene, scene: Scene, folder: Path | None = None, progress: Progress = no_progress
 ) -> OpenedScene:
-    """Return another scene; what both share is not made again.
+    """Return another scene; it takes over the objects that both scenes share.
 
-    Other arguments and errors are those of ``open_scene``.
+    Other arguments and errors as for ``open_scene``.
     """
     before = opened.scene
     if scene.cloth != before.cloth or scene.yarns != before.yarns:

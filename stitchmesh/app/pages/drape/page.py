@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The page Drape: a scene is opened, its region of yarns is chosen or painted, and it runs while it is watched."""
+"""The page Drape: the user opens a scene, chooses or paints its region of yarns, runs it and watches the run."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ NO_SCENE = "There is no scene yet. Open a scene file, or a cloth: panels, a mesh
 
 
 def no_scene_html(project: Project) -> Markup:
-    """Return what can be opened where there is no scene: the garment of the project among it, if there is one."""
+    """Return what the user can open while there is no scene, such as the garment of the project."""
     if project.fabric is not None:
         return message(f"{NO_SCENE} The stitches of the garment of this project are a cloth too.", "info")
     if project.mesh is not None:
@@ -71,7 +71,7 @@ def counts_html(opened: OpenedScene) -> Markup:
 
 
 def run_words(run: AnyRun) -> str:
-    """Return how far a run is."""
+    """Return the progress of a run in words."""
     if run.newest is None:
         return f"Running: {run.task.stage}, {100 * run.task.done:.0f} %." if run.task.stage else "Preparing."
     now = run.newest
@@ -85,11 +85,11 @@ def run_words(run: AnyRun) -> str:
 
 
 def end_html(draped: Draped | None, *, current: bool) -> Markup:
-    """Return how a run ended; an empty text without one.
+    """Return how a run ended; an empty text without a run.
 
     Args:
         draped: the result.
-        current: whether it is that of the scene as it is now.
+        current: whether the run belongs to the present scene.
     """
     mixed = {} if draped is None else draped.report.get("mixed", {})
     if not mixed:
@@ -111,19 +111,19 @@ def _counted(count: int, one: str, many: str) -> str:
 RUN, RUN_AGAIN, CONTINUE = "Run the scene", "Run from the start again", "Continue the run"
 """Labels of the buttons that start a run."""
 SCENE, RESULT = "Scene", "Run"
-"""What the page can show."""
+"""The choices of what the page shows."""
 
 
 @dataclass(frozen=True)
 class DrapeState:
-    """What the page shows of its scene and its run."""
+    """What the page shows: scene or run, and their colours."""
 
     shows: str = SCENE
     """Whether the scene or the run is shown."""
     colour: ClothColour = COLOURS[0]
-    """What the colours of the scene mean."""
+    """What the colours of the scene show."""
     run_colour: str = next(iter(DRAPED_COLOURS))
-    """What decides the colours of the run, a word of ``DRAPED_COLOURS``."""
+    """What the colours of the run show, a word of ``DRAPED_COLOURS``."""
 
 
 class DrapePage(Page):
@@ -173,12 +173,12 @@ class DrapePage(Page):
         self._drawing.look()
 
     def leave(self) -> None:
-        """Let the run go on unseen."""
+        """Let the run continue unseen."""
         self.run.of_page.leave()
         self._is_built = False
 
     def refresh(self) -> None:
-        """Show the scene or the run, and what can be done."""
+        """Show the scene or the run, and the possible actions."""
         opened, live = self.session.opened, self.run.live
         self._counts.content = no_scene_html(self.app.project) if opened is None else counts_html(opened)
         self._end.content = Markup() if live is not None else end_html(self.run.result, current=self.run.is_current)
@@ -198,11 +198,11 @@ class DrapePage(Page):
         self._begin(resume=False)
 
     def resume(self) -> None:
-        """Continue the run that was stopped."""
+        """Continue the stopped run."""
         self._begin(resume=True)
 
     def picked(self, pick: Pick) -> None:
-        """Paint at a click, or say what of the run is there."""
+        """Paint at a click, or describe the place of the run there."""
         if self._state.shows == SCENE:
             self._paint.clicked(pick)
 
@@ -217,7 +217,7 @@ class DrapePage(Page):
             self._paint.boxed(box)
 
     def _make_look(self) -> None:
-        """Make the controls of what is shown."""
+        """Make the controls for the look of the scene and the run."""
         controls = self.app.controls
         self._look = FieldPanel(
             controls, self._look_fields(), lambda: self._state, lambda state, name: self._show(state)
@@ -252,7 +252,7 @@ class DrapePage(Page):
         return None if self.session.opened is None else self.session.opened.scene
 
     def _changed(self) -> None:
-        """Show a scene that was opened or changed; the first one folds the group in which it was opened."""
+        """Show an opened or changed scene; the first scene folds the group Open."""
         if self._is_built and self._was_empty and self.session.opened is not None:
             self.app.open_page(self.name)
         elif self._is_built:
@@ -264,7 +264,7 @@ class DrapePage(Page):
             self.refresh()
 
     def _newest(self) -> Draped | None:
-        """The state of the run that is shown: the newest one of a run that goes on, or the result of the last one."""
+        """The visible state of the run: the newest state of a present run, or the result of the last one."""
         live = self.run.live
         if live is not None:
             return None if live.newest is None else live.newest.state
@@ -306,12 +306,12 @@ class DrapePage(Page):
             self.app.scene.look_at(*self._view.bounds())
 
     def _is_sketched(self, draped: Draped) -> bool:
-        """Whether a run is so large that it is sketched while it goes on."""
+        """Return whether a run is so large that the page only sketches it while it runs."""
         live = self.run.live
         return live is not None and not live.paused and draped.prepared.fabric.yarns.node_count > LARGE
 
     def _draw_sketch(self, draped: Draped) -> None:
-        """Draw the newest state of a large run that goes on."""
+        """Draw the newest state of a large present run."""
         first = self._view is None and self._sketch is None
         if self._view is not None:
             self._view.clear(self.app.scene)
@@ -324,7 +324,6 @@ class DrapePage(Page):
             self.app.scene.look_at(*self._sketch.bounds())
 
     def _end_sketch(self) -> None:
-        """Remove the sketch."""
         if self._sketch is not None:
             self._sketch.clear(self.app.scene)
             self._sketch = None
@@ -342,7 +341,7 @@ class DrapePage(Page):
             self._draw()
 
     def _show(self, state: DrapeState) -> None:
-        """Show something else, or in other colours."""
+        """Show something else, or show it in other colours."""
         self._state = state
         self._draw()
 

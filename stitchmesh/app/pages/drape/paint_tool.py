@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Painting the region: a brush adds or removes the triangles under clicks, drags and rectangles of the screen."""
+"""Painting of the region: a brush adds or removes triangles by clicks, drags and rectangles on the screen."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ def covered_triangles(
 
     Args:
         cloth: the cloth.
-        vertices: where its vertices are shown [cm], shape (V, 3).
-        brush: ``Triangle``, the ``Panel`` of each triangle, the side of the ``Border`` that is nearest to each place,
-            or a ``Circle`` around it. A circle stays on the cloth: another layer behind it is not painted.
+        vertices: present positions of the vertices of the cloth [cm], shape (V, 3).
+        brush: ``Triangle``, the ``Panel`` of each triangle, the side of the ``Border`` nearest to each place, or a
+            ``Circle`` around each place. A circle stays on its layer: it does not paint another layer behind it.
         path: places under the pointer.
         radius: radius of the circle [cm].
     """
@@ -52,7 +52,7 @@ def covered_triangles(
 
 
 def _along_border(cloth: Cloth, vertices: FloatArray, path: Sequence[PickedPlace]) -> IntArray:
-    """The triangles that have an edge on the side of the border nearest to each place; none if there is no border."""
+    """Return the triangles with an edge on the border side nearest to each place; none without a border."""
     parts = border_sides(cloth)
     found = [np.zeros(0, dtype=np.int64)]
     for place in path if parts else ():
@@ -65,7 +65,7 @@ def _along_border(cloth: Cloth, vertices: FloatArray, path: Sequence[PickedPlace
 
 
 def _connected_within(cloth: Cloth, centre: FloatArray, place: PickedPlace, radius: float) -> set[int]:
-    """The triangle at a place, and those that it leads to across edges without leaving a ball around the place."""
+    """Return the triangle at a place, and those it leads to across edges within a ball around the place."""
     near = np.linalg.norm(centre - place.point, axis=1) <= radius
     found, edge = {place.face}, [place.face]
     while edge:
@@ -79,19 +79,19 @@ def _connected_within(cloth: Cloth, centre: FloatArray, place: PickedPlace, radi
 LOOK, ADD, REMOVE = "turns the view", "adds to the region", "takes out of the region"
 HOLD, FREE = "holds the cloth", "lets go of the cloth"
 DRAGS = (LOOK, ADD, REMOVE, HOLD, FREE)
-"""What a drag on the cloth does."""
+"""The choices of what a drag on the cloth does."""
 RADIUS = 0.8
-"""Radius of the circle at first, over the mean length of an edge."""
+"""Initial radius of the circle, over the mean length of an edge."""
 
 
 class PaintTool:
-    """The brush; a drag is painted at once and is one change."""
+    """The brush; a drag paints at once and is one change."""
 
     def __init__(self, session: DrapeSession, drawing: ClothDrawing) -> None:
-        """Start with a drag that turns the view."""
+        """Begin with drags that turn the view."""
         self._session, self._drawing = session, drawing
         self.hold: Callable[..., object] = lambda triangles, holds: None
-        """Called with triangles, and whether they are held or let go, where a drag does so."""
+        """Called with triangles, and whether to hold them or let them go, when a drag does so."""
         self._does, self._brush = LOOK, BRUSHES[0]
         self._drag, self._covered, self._seen = DragPath(), NO_TRIANGLES, 0
         self._pointer: Pointer | None = None
@@ -116,7 +116,7 @@ class PaintTool:
         return self._does != LOOK
 
     def refresh(self) -> None:
-        """Follow a scene that has changed; another cloth gets a circle of its own size."""
+        """Follow a changed scene; another cloth gets a circle that fits its size."""
         opened = self._session.opened
         if opened is not None and (self._pointer is None or self._pointer.mesh is not opened.mesh):
             self._pointer = Pointer(opened.mesh)
@@ -130,15 +130,15 @@ class PaintTool:
             self._take(self._covered_by([place]))
 
     def stroked(self, stroke: Stroke) -> None:
-        """Show what a drag covers so far, and paint it at its end."""
+        """Show the triangles that a drag has covered so far, and paint them at its end."""
         if stroke.phase == "start":
             self._end()
             self._stroking = stroke.client
         if self._pointer is None or stroke.client != self._stroking or not self.paints:
-            return  # Another browser has begun a drag since.
+            return  # Another browser has begun a drag since then.
         places = self._drag.follow(stroke, self._pointer)
         self._covered = np.union1d(self._covered, self._covered_by(places[self._seen :]))
-        # The next place may stand for the last one, if both are on one triangle.
+        # The next place may replace the last one, if both are on one triangle.
         self._seen = max(len(places) - 1, 0)
         if stroke.phase == "end":
             covered = self._covered

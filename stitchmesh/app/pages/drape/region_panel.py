@@ -29,11 +29,11 @@ Kind = Literal["none", "chosen", "all", "automatic"]
 KINDS: dict[str, Kind] = {
     "nowhere": "none", "in the region": "chosen", "where triangles err": "automatic", "everywhere": "all",
 }  # fmt: skip
-"""Where yarns are simulated, in the words of the page and of the scene."""
+"""The kinds of regions, by the words of the page."""
 BUDGET = 1000
-"""Largest number of yarn nodes at first, for an automatic region."""
+"""Initial limit of the number of yarn nodes, for an automatic region."""
 NODES, SECONDS = "number of nodes", "time of a step"
-"""What limits an automatic region."""
+"""The choices of a limit for an automatic region."""
 STEP_SECONDS = 0.5
 """Time of a step at first [s]."""
 BUDGETS = (
@@ -42,19 +42,19 @@ BUDGETS = (
     Field("seconds", "Seconds", "Time of a step, or of an equilibrium [s]; how many nodes it pays for is measured.",
           Number(1e-3, 3600.0, 0.05), lambda section: section.yarns == "automatic" and section.seconds is not None),
 )  # fmt: skip
-"""What limits an automatic region."""
+"""The fields of the limits of an automatic region."""
 WIDTHS = (
     Field("adapt_every", "Change every", "Steps after which the region may grow, shrink or move; 0 keeps it as it is.",
           Number(0, 1_000_000, 1, without=None), lambda section: section.yarns == "automatic"),
     Field("rings", "Hybrid rings", "Width of the region in which yarns and triangles overlap, in rings of triangles.",
           Number(1, 20, 1)),
 )  # fmt: skip
-"""How a region changes, and how wide the hybrid region is."""
+"""Fields for the changes of a region, and for the width of the hybrid region."""
 WORDS = "Such as hem 6 or rows 10-20 for stitches; names of panels, all, or faces 3, 10-20 for another cloth."
 THIRDS = (1 / 3, 2 / 3)
-"""Places of the left, right, lower and upper side of the box at first, over the box of the cloth."""
+"""Initial places of the left, right, lower and upper side of the box, over the box of the cloth."""
 BESIDE = 1.0
-"""Distance of the box at first from the front of the cloth, and from the back of a flat one [cm]."""
+"""Initial distance of the box from the front of the cloth, and from the back of a flat cloth [cm]."""
 
 
 class RegionPanel:
@@ -70,7 +70,7 @@ class RegionPanel:
             session: the scene.
             drawing: draws the box.
             paint: the brush.
-            controls: where the controls stand.
+            controls: the place of the controls.
             find: finds the region that a run would choose.
         """
         self._session, self._drawing, self._paint = session, drawing, paint
@@ -153,7 +153,7 @@ class RegionPanel:
         try:
             self._session.change_region(lambda section, cloth: change(section))
         finally:
-            self.refresh()  # A change that is refused leaves the controls as they were.
+            self.refresh()  # A refused change leaves the controls as they were.
 
     def _clear(self) -> None:
         self._set(yarns="chosen", nodes=None, seconds=None, boxes=(), faces=())
@@ -169,16 +169,16 @@ class RegionPanel:
         self._low.value, self._high.value = (", ".join(f"{x:.3g}" for x in corner) for corner in (first, last))
 
     def _box(self) -> BoxSection:
-        """The box that is typed.
+        """Return the typed box.
 
         Raises:
-            ParameterError: it is not one of three numbers each, or it is empty.
+            ParameterError: the box does not have three numbers at each end, or it is empty.
         """
         low, high = three_numbers("box from", self._low.value), three_numbers("box to", self._high.value)
         return BoxSection(low=low, high=high)
 
     def _draw_box(self) -> None:
-        """Draw the box as soon as it is one."""
+        """Draw the box as soon as its numbers are valid."""
         try:
             low, high = three_numbers("box from", self._low.value), three_numbers("box to", self._high.value)
         except ParameterError:

@@ -14,25 +14,25 @@ from stitchmesh.mixed.scene.scene_fabric import STITCHES
 from stitchmesh.mixed.triangles.material_file import material_names
 
 MODES = {"comes to rest": "static", "moves": "dynamic"}
-"""What the cloth does, in the words of the page and of the scene."""
+"""The two modes of a scene, by the words of the page."""
 DENSITY = Number(0.1, 1000.0, 0.5)
 """Yarns or stitches for each cm."""
 
 
 def yarn_materials(scene: Scene) -> Words:
-    """Return the materials that the yarns of a scene can have; a scene that names none has the default one."""
+    """Return the materials that the yarns of a scene can have; a scene without a named material has the default."""
     file = scene.yarns.material_file
     names = CrossingMaterial.names() if file is None else tuple(read_table(file))
     return {name: None if name == DEFAULT and scene.yarns.material is None else name for name in names}
 
 
 def is_knit(scene: Scene) -> bool:
-    """Whether the yarns of a scene are stitches of its own, apart from those of the cloth."""
+    """Return whether the yarns of a scene are stitches of their own, and not the stitches of the cloth."""
     return scene.yarns.weave is None and scene.yarns.knit != STITCHES
 
 
 def has_loops(scene: Scene) -> bool:
-    """Whether the yarns of a scene follow stitches of the cloth, as crossings."""
+    """Return whether the yarns of a scene follow stitches of the cloth, as crossings."""
     return scene.yarns.knit == STITCHES and scene.yarns.model == "crossings"
 
 

@@ -31,16 +31,16 @@ from stitchmesh.run_control import RunControl
 DRAPING, PLACING = "draping the cloth", "finding the region"
 """Names of the tasks."""
 CHECKPOINT_STEPS = 20
-"""Time steps, or iterations of an equilibrium, after which a run that is killed can go on."""
+"""A killed run can continue from the last multiple of this number of time steps, or of iterations of an equilibrium."""
 BYTES_PER_POINT = 12
-"""About how much a frame sends for each control point or vertex."""
+"""Approximate size of a frame for each control point or vertex."""
 
 
 class SceneRun:
-    """At most one run; all methods belong to the event thread."""
+    """Holds at most one run; all methods belong to the event thread."""
 
     def __init__(self, session: DrapeSession, of_page: PageRun[Draped, Draped]) -> None:
-        """Start without a result; the page starts and shows the run."""
+        """Begin without a result; the page starts and shows the run."""
         self._session, self.of_page = session, of_page
         self._result: Draped | None = None
 
@@ -51,7 +51,7 @@ class SceneRun:
 
     @property
     def result(self) -> Draped | None:
-        """The result of the last run; None while the scene has another cloth or other yarns."""
+        """The result of the last run; None if the scene has another cloth or other yarns since."""
         opened, made = self._session.opened, self._result
         return made if opened is None or made is None or same_fabric(opened.scene, made.prepared.scene) else None
 
@@ -66,7 +66,7 @@ class SceneRun:
         return same_scene(folder / SCENE_FILE, opened.scene)
 
     def start(self, *, resume: bool) -> None:
-        """Start a run, or continue the one that was stopped.
+        """Start a run, or continue the stopped one.
 
         Raises:
             ParameterError: there is no scene, its region is not possible, or another task runs.
@@ -93,10 +93,10 @@ class SceneRun:
         self._result = None
 
     def find_region(self) -> None:
-        """Run the triangles alone, and take the triangles with the largest errors as the region.
+        """Run the triangles alone, and make the triangles with the largest errors the region.
 
         Raises:
-            ParameterError: as for ``start``.
+            ParameterError: there is no scene, its region is not possible, or another task runs.
         """
         opened = self._checked()
 
@@ -111,14 +111,14 @@ class SceneRun:
 
     @property
     def is_current(self) -> bool:
-        """Whether the result is that of the scene as it is now."""
+        """Return whether the result belongs to the present scene."""
         opened = self._session.opened
         return (
             opened is None or self.result is None or scene_text(self.result.prepared.scene) == scene_text(opened.scene)
         )
 
     def read_result(self) -> None:
-        """Read the result that the project holds, if there is one; a damaged one is left out."""
+        """Read the result from the project, if it has one; a damaged one is ignored."""
         if self.live is None and self._result is None and (self._session.run_folder / SCENE_FILE).is_file():
             try:
                 self._result = read_draped(self._session.run_folder)
@@ -135,7 +135,7 @@ class SceneRun:
 
 
 def automatic_triangles(opened: OpenedScene, progress: Progress) -> tuple[int, ...]:
-    """Return the triangles with yarns alone that an automatic region would have, from a run with triangles alone.
+    """Return the triangles with yarns alone of an automatic region, from a run with triangles alone.
 
     Raises:
         StitchMeshError: the scene cannot run, or the budget is too small.
@@ -149,7 +149,7 @@ def automatic_triangles(opened: OpenedScene, progress: Progress) -> tuple[int, .
 
 
 def same_fabric(one: Scene, other: Scene) -> bool:
-    """Whether two scenes have the same cloth and the same yarns; files may be named in another way."""
+    """Return whether two scenes have the same cloth and the same yarns; their names of files may differ."""
     if (one.cloth, one.yarns) == (other.cloth, other.yarns):
         return True
     first, second = (scene_text(Scene(cloth=each.cloth, yarns=each.yarns)) for each in (one, other))
@@ -157,12 +157,12 @@ def same_fabric(one: Scene, other: Scene) -> bool:
 
 
 def chosen_region(section: RegionSection, triangles: tuple[int, ...]) -> RegionSection:
-    """Return an automatic region as a chosen one with the triangles that were found."""
+    """Return an automatic region as a chosen region with the triangles that were found."""
     return replace(section, yarns="chosen", nodes=None, seconds=None, boxes=(), faces=triangles)
 
 
 def same_scene(path: Path, scene: Scene) -> bool:
-    """Whether a scene file holds a scene; files may be named in another way."""
+    """Return whether a scene file holds a scene; the names of files may differ."""
     try:
         return scene_text(read_scene(path)) == scene_text(scene)
     except StitchMeshError:

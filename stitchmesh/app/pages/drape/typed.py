@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a user types on the page Drape: numbers in a row, and triangles in words."""
+"""The input that a user types on the page Drape: rows of numbers, and triangles in words."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def three_numbers(name: str, text: object, unit: str = "cm") -> tuple[float, flo
     """Return the three numbers of a text.
 
     Raises:
-        ParameterError: there are not three.
+        ParameterError: the text does not have three numbers.
     """
     numbers = typed_numbers(text)
     if len(numbers) != 3:
@@ -29,7 +29,7 @@ def three_numbers(name: str, text: object, unit: str = "cm") -> tuple[float, flo
 
 
 def typed_numbers(text: object) -> tuple[float, ...]:
-    """Return the finite numbers of a text, between commas; none if a part is no number."""
+    """Return the finite numbers of a text, separated by commas; none if a part is no number."""
     try:
         numbers = tuple(float(part) for part in str(text).replace(";", ",").split(","))
     except ValueError:
@@ -38,7 +38,7 @@ def typed_numbers(text: object) -> tuple[float, ...]:
 
 
 def as_text(numbers: tuple[float, ...]) -> str:
-    """Return numbers as a text that can be typed."""
+    """Return numbers as a text that a user could type."""
     return ", ".join(f"{number:g}" for number in numbers)
 
 

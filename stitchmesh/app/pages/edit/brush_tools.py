@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The tools with a brush: they paint stitches and yarns, or select, what a click or a drag covers."""
+"""The tools with a brush: they paint or select the stitches and yarns that a click or a drag covers."""
 
 from __future__ import annotations
 
@@ -49,23 +49,23 @@ def covered_faces(fabric: StitchMesh, brush: Brush, path: Sequence[int]) -> IntA
 
 
 class BrushTool(Tool):
-    """A tool that does something with the faces under a brush, by a click or at the end of a drag."""
+    """A tool that acts on the faces under a brush, by a click or at the end of a drag."""
 
     brush_label: ClassVar[str]
     """Label of the choice of the brush."""
 
     def __init__(self, session: EditSession) -> None:
-        """Start with no drag."""
+        """Begin without a drag."""
         super().__init__(session)
         self._drag = DragPath()
 
     @abstractmethod
     def take(self, path: list[int], pick: Pick) -> None:
-        """Do it with what the brush covers along faces, after a click or at the end of a stroke."""
+        """Act on the faces that the brush covers along a path, after a click or at the end of a stroke."""
 
     @abstractmethod
     def preview(self, path: list[int]) -> None:
-        """Show what a drag covers so far."""
+        """Show the faces that a drag covers so far."""
 
     def build(self, controls: Controls) -> None:
         """Make the choice of the brush."""
@@ -77,17 +77,17 @@ class BrushTool(Tool):
         self._brush.value = self.session.state.brush
 
     def refresh(self) -> None:
-        """Forget a drag over a fabric that has changed."""
+        """Forget a drag if the fabric has changed."""
         self._drag.clear()
 
     def clicked(self, place: PickedPlace, pick: Pick) -> None:
-        """Take what the brush covers."""
+        """Take the faces that the brush covers."""
         if self.session.state.brush == "Rectangle":
             raise ParameterError("rectangle: got one click; drag from one corner of the rectangle to the opposite one")
         self.take([place.face], pick)
 
     def stroked(self, stroke: Stroke) -> None:
-        """Show what a drag has covered so far, and take it at the end."""
+        """Show the faces that a drag has covered so far, and take them at the end."""
         path = [place.face for place in self._drag.follow(stroke, self.session.pointer)]
         if not path:
             return
@@ -98,7 +98,7 @@ class BrushTool(Tool):
             self.preview(path)
 
     def covered(self, path: list[int]) -> IntArray:
-        """Return the faces that the brush covers along faces.
+        """Return the faces that the brush covers along a path.
 
         Raises:
             ParameterError: no rectangle has the first and the last face as its corners.
@@ -110,14 +110,14 @@ class BrushTool(Tool):
 
 
 class Painting(BrushTool):
-    """A tool that gives all faces under a brush the same number. A drag is painted at once and is one edit."""
+    """A tool that gives the same number to all faces under a brush. A drag paints at once and is one edit."""
 
     kind: ClassVar[str]
-    """What is painted, for labels: ``stitch`` or ``yarn``."""
+    """The name of what it paints, for labels: ``stitch`` or ``yarn``."""
 
     @abstractmethod
     def number(self) -> int:
-        """Return the number that faces are given."""
+        """Return the number that the tool gives to faces."""
 
     @abstractmethod
     def can_take(self, faces: IntArray) -> IntArray:
@@ -125,7 +125,7 @@ class Painting(BrushTool):
 
     @abstractmethod
     def paint(self, arguments: dict[str, object], at: IntArray) -> bool:
-        """Make the edit on faces, which the arguments name; say whether it was made."""
+        """Make the edit on the faces that the arguments name; return whether it was made."""
 
     def build(self, controls: Controls) -> None:
         """Make the choice of the brush, and the button that fills the selection."""
@@ -142,7 +142,7 @@ class Painting(BrushTool):
         self._paint_faces(faces)
 
     def take(self, path: list[int], pick: Pick) -> None:
-        """Paint what the brush covers; a refusal marks the faces of the path."""
+        """Paint the faces that the brush covers; a refusal marks the faces of the path."""
         try:
             faces = self.covered(path)
         except StitchMeshError as error:
@@ -151,7 +151,7 @@ class Painting(BrushTool):
         self._paint_faces(faces)
 
     def _paint_faces(self, faces: IntArray) -> None:
-        """Paint the faces that can take the number; if there is none, the edit is tried on all, and refused."""
+        """Paint the faces that can take the number; if none can, try the edit on all faces, so that it is refused."""
         fitting = self.can_take(faces)
         wanted = fitting if len(fitting) else faces
         if len(wanted) and self.paint({"faces": wanted.tolist()}, wanted) and len(fitting) < len(faces):
@@ -166,7 +166,7 @@ class Painting(BrushTool):
         try:
             faces = self.can_take(self.covered(path))
         except StitchMeshError:
-            faces = NO_FACES  # A rectangle that does not exist yet; the end of the drag says so.
+            faces = NO_FACES  # The rectangle does not exist yet; the end of the drag reports this.
         marks = Marks(self.kind, faces, np.full(len(faces), self.number()))
         self.session.view.show(apply_change(fabric, marks) if len(faces) else fabric)
 
@@ -182,7 +182,7 @@ class PaintStitches(Painting):
         return int(self.session.state.stitch)
 
     def can_take(self, faces: IntArray) -> IntArray:
-        """Return the faces with the loops that the stitch needs."""
+        """Return the faces that have the loops of the stitch."""
         return faces_for_stitch(self.session.fabric, faces, name_of(self.session.state.stitch))
 
     def paint(self, arguments: dict[str, object], at: IntArray) -> bool:
@@ -205,7 +205,7 @@ class PaintYarns(Painting):
                         self.knit_stripes)  # fmt: skip
 
     def knit_stripes(self) -> None:
-        """Knit the selected stitches, or all, in stripes."""
+        """Knit the selected stitches, or all stitches, in stripes."""
         faces = self.session.state.selection.faces
         where = self.session.on_selection() if len(faces) else {}
         self.session.edit("stripes", {"bands": str(self._bands.value), **where}, faces)
@@ -229,13 +229,13 @@ class PaintYarns(Painting):
 
 
 class SelectStitches(BrushTool):
-    """Selects what the brush covers; with the control key held, adds to the selection or takes away from it."""
+    """Selects the faces under the brush; with the control key, adds them to the selection or removes them from it."""
 
     name, key, brush_label = "Select", "S", "Selects"
     hint = "Click or drag to select; hold ctrl to add or take away; shift+drag selects a rectangle of the screen."
 
     def take(self, path: list[int], pick: Pick) -> None:
-        """Select what the brush covers; with the control key, a click toggles it, and a drag adds it."""
+        """Select the faces under the brush; with the control key, a click toggles them, and a drag adds them."""
         self.session.view.unmark()
         faces = self.covered(path)
         if pick.modifier != "ctrl":
@@ -246,15 +246,15 @@ class SelectStitches(BrushTool):
             self._toggle(faces)
 
     def preview(self, path: list[int]) -> None:
-        """Mark what a drag covers."""
+        """Mark the faces that a drag covers."""
         try:
             faces = self.covered(path)
         except StitchMeshError:
-            faces = NO_FACES  # A rectangle that does not exist yet; the end of the drag says so.
+            faces = NO_FACES  # The rectangle does not exist yet; the end of the drag reports this.
         self.session.view.mark_faces(self.session.fabric, faces)
 
     def _toggle(self, faces: IntArray) -> None:
-        """Add faces to the selection; take them away if all of them are selected."""
+        """Add faces to the selection; if all of them are selected, remove them from it."""
         selected = self.session.state.selection.faces
         inside = np.isin(faces, selected).all()
         self.session.choose(np.setdiff1d(selected, faces) if inside else np.union1d(selected, faces))

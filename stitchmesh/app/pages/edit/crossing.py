@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The tool that crosses cables: a drag along a row over the loops that cross."""
+"""The tool that crosses cables, by a drag along a row over the loops that shall cross."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ MOST_LOOPS = 12
 
 
 class CrossCables(Tool):
-    """Crosses the loops under a drag in the middle, or as many loops as the controls say from a click to the right."""
+    """Crosses the loops under a drag at its middle, or a given number of loops from a click to the right."""
 
     name, key = "Cross a cable", "C"
     hint = "Drag along a row over the loops that cross, or click the leftmost loop of the cable."
@@ -32,7 +32,7 @@ class CrossCables(Tool):
         super().__init__(session)
         self.left, self.right, self.front = 2, 2, "left"
         self.order: tuple[int, ...] = ()
-        """Place to which each loop goes, from 1 at the left; empty for two groups that cross."""
+        """New place of each loop, from 1 at the left; empty if two groups cross."""
         self._first: int | None = None
         self._last = 0
 
@@ -52,11 +52,11 @@ class CrossCables(Tool):
                         self.clear_selection)  # fmt: skip
 
     def refresh(self) -> None:
-        """Forget a drag over a fabric that has changed."""
+        """Forget a drag if the fabric has changed."""
         self._first = None
 
     def clicked(self, place: PickedPlace, pick: Pick) -> None:
-        """Cross loops from the clicked one to the right; with the control key, clear the cable that is clicked."""
+        """Cross loops from the clicked one to the right; with the control key, clear the clicked cable."""
         try:
             side = nearest_side(self.session.fabric, place, "top side")
         except StitchMeshError as error:
@@ -107,7 +107,7 @@ class CrossCables(Tool):
         """Return the name and the arguments of the edit that crosses a number of loops.
 
         Raises:
-            ParameterError: the order is that of another number of loops.
+            ParameterError: the order has another number of loops.
         """
         if not self.order:
             left = self.left if count == self.left + self.right else count // 2
@@ -122,7 +122,7 @@ class CrossCables(Tool):
         self.front = FRONTS[words]
 
     def _set_order(self, text: str) -> None:
-        """Take an order that is whole; while it is typed, it is not."""
+        """Take an order if it is complete; a half-typed order is not."""
         words = text.replace(",", " ").split()
         places = tuple(int(word) for word in words if word.isdecimal())
         whole = len(places) == len(words) and sorted(places) == list(range(1, len(places) + 1))
@@ -136,9 +136,9 @@ class CrossCables(Tool):
 
 
 def loops_between(fabric: StitchMesh, first: int, last: int) -> IntArray:
-    """Return the top sides from one face of a row to another one, left to right; none if the rows are different.
+    """Return the top sides between two faces of a row, left to right; none if the rows are different.
 
-    Around a closed row, the sides are those of the shorter part.
+    Around a closed row, the shorter way counts.
     """
     course = course_through(fabric, first)
     place = {face: number for number, face in enumerate(course.faces)}

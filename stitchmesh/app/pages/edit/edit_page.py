@@ -40,7 +40,7 @@ TOOLS: tuple[type[Tool], ...] = (
 )  # fmt: skip
 """The tools in their order."""
 COLOURS: dict[str, ColourBy] = {"Stitches": "stitch", "Yarns": "yarn", "Rows": "row"}
-"""What decides the colours, by the words of the page."""
+"""What the colours show, by the words of the page."""
 VIEWS: dict[str, ViewName] = {"Front": "front", "Back": "back", "Left": "left", "Right": "right", "Top": "top"}
 """Views by the words of the page."""
 NEXT_PAGE = "Even out"
@@ -73,7 +73,7 @@ class EditPage(Page):
         self._stroking = -1
 
     def unavailable(self) -> str | None:
-        """Say that there are no stitches to edit."""
+        """Return what is missing while there are no stitches to edit."""
         if self.app.project.fabric is None:
             return "There are no stitches to edit yet: divide the labeled mesh into stitches first, on page Divide."
         return None
@@ -104,7 +104,7 @@ class EditPage(Page):
         self._show_state()
 
     def refresh(self) -> None:
-        """Show the fabric after it changed."""
+        """Show the fabric after a change."""
         if self.unavailable() is not None:
             self.app.open_page(self.name)
             return
@@ -135,7 +135,7 @@ class EditPage(Page):
             self._stroking = stroke.client
             self.session.view.unmark()
         if stroke.client != self._stroking:
-            return  # Another browser has begun a drag since.
+            return  # Another browser has begun a drag since then.
         self.tool.stroked(stroke)
         if stroke.phase == "end":
             self._selection.show()
@@ -167,7 +167,7 @@ class EditPage(Page):
         self.session.after_change(self.app.project.undo())
 
     def redo(self) -> None:
-        """Make the edit again that was undone last."""
+        """Make the last undone edit again."""
         self.session.after_change(self.app.project.redo())
 
     def _begin(self, tool: Tool) -> None:
@@ -207,12 +207,12 @@ class EditPage(Page):
         self._selection.show()
 
     def _take_stitch(self, stitch: Stitch) -> None:
-        """Take a stitch of the palette, and the tool that paints it."""
+        """Take a stitch of the palette, and take up the tool that paints it."""
         self.session.take(stitch=stitch)
         self.take_up(PaintStitches.name)
 
     def _take_yarn(self, yarn: int) -> None:
-        """Take a yarn of the palette, and the tool that paints it."""
+        """Take a yarn of the palette, and take up the tool that paints it."""
         self.session.take(yarn=yarn)
         self.take_up(PaintYarns.name)
 
@@ -234,7 +234,7 @@ class EditPage(Page):
         self.app.scene.look_at(fabric.vertices.min(axis=0), fabric.vertices.max(axis=0), view)
 
     def _show_state(self) -> None:
-        """Show what can be undone, and the counts."""
+        """Show which steps can be undone, and the counts."""
         project, fabric = self.app.project, self.session.fabric
         self._history.show(project.can_undo, project.can_redo)
         last = f"last edit: {project.edits[-1].name.replace('_', ' ')}" if project.edits else "no edits yet"
@@ -244,7 +244,7 @@ class EditPage(Page):
         self._palettes.refresh()
 
     def _say(self, face: int) -> None:
-        """Say what the clicked stitch is."""
+        """Describe the clicked stitch."""
         self._status.content = _status(_face_words(self.session.fabric, face))
 
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the tools of the page Edit share: the fabric, the selection, the chosen stitch and yarn, and how to edit."""
+"""The state that the tools of the page Edit share: fabric, selection, chosen stitch and yarn, and the edits."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 NO_FACES = np.zeros(0, dtype=np.int64)
 Brush = Literal["Stitch", "Row", "Wale", "Rectangle"]
-"""What one click paints or selects."""
+"""The faces that one click paints or selects."""
 BRUSHES: tuple[Brush, ...] = get_args(Brush)
 
 
@@ -40,7 +40,7 @@ class Chosen:
     faces: IntArray
     """Numbers of the faces, ascending, shape (n,)."""
     text: str = ""
-    """Text of the selection language that gave exactly these faces; empty if the faces were chosen one by one."""
+    """Text of the selection language for exactly these faces; empty if the user chose the faces one by one."""
 
     @property
     def as_text(self) -> str:
@@ -53,7 +53,7 @@ NOTHING = Chosen(NO_FACES)
 
 @dataclass(frozen=True, eq=False)
 class EditState:
-    """What the user has chosen on the page, for all tools."""
+    """The user's choices on the page, for all tools."""
 
     selection: Chosen = NOTHING
     """The selected faces."""
@@ -62,14 +62,14 @@ class EditState:
     yarn: int = 1
     """Number of the yarn that is painted."""
     brush: Brush = "Stitch"
-    """What one click paints or selects."""
+    """The faces that one click paints or selects."""
 
 
 class EditSession:
-    """The fabric of the page with its state, which all tools use."""
+    """The fabric of the page and its state; all tools use it."""
 
     def __init__(self, app: App) -> None:
-        """Start without a selection."""
+        """Begin without a selection."""
         self.app, self.view = app, FabricView(app.scene)
         self.state = EditState()
         self.saved = SavedSelections(app)
@@ -88,18 +88,18 @@ class EditSession:
 
     @property
     def pointer(self) -> Pointer:
-        """What finds places of the present fabric under the pointer."""
+        """The object that finds places of the present fabric under the pointer."""
         if self._pointer is None or self._pointer.mesh is not self.fabric:
             self._pointer = Pointer(self.fabric)
         return self._pointer
 
     def edit(self, name: str, arguments: Mapping[str, object], at: IntArray = NO_FACES) -> bool:
-        """Make an edit, and show the result; a refused edit is shown with its reason where it was tried.
+        """Make an edit, and show the result; a refusal and its reason appear at the place of the edit.
 
         Args:
             name: name of the edit.
             arguments: its arguments.
-            at: faces at which it is tried.
+            at: faces at which the edit is made or refused.
 
         Returns:
             Whether the edit was made.
@@ -113,14 +113,14 @@ class EditSession:
         return True
 
     def refuse(self, at: IntArray, message: str) -> None:
-        """Show why something was refused, and where."""
+        """Show the reason of a refusal at its place."""
         self.view.show(self.fabric)
         self.view.unmark()
         self.view.refuse(self.fabric, at[at < self.fabric.face_count], message)
         self.app.notice(message, "error")
 
     def after_change(self, dropped: tuple[str, ...]) -> None:
-        """Show the project after an edit, undo or redo; say what it dropped."""
+        """Show the project after an edit, undo or redo, and name the results that it dropped."""
         self.view.unmark()
         self.app.refresh()
         if dropped:
@@ -128,7 +128,7 @@ class EditSession:
                             "ready.", "warning")  # fmt: skip
 
     def show_fabric(self) -> None:
-        """Draw the fabric of the project, and let the selection follow what has changed."""
+        """Draw the fabric of the project, and adapt the selection to the changes."""
         fabric = self.fabric
         if self._seen is not None and self._seen is not fabric:
             self._follow(self._seen)
@@ -149,13 +149,14 @@ class EditSession:
         """Select the faces that a text names.
 
         Raises:
-            ParameterError: as for ``select``, or the text names a file, which a browser must not make the server read.
+            ParameterError: an error of ``select``, or the text names a file, because a browser must not make the server
+                read files.
         """
         with_paths(parse_selection(text), _refuse_file)
         self.choose(select(self.fabric, text), text)
 
     def on_selection(self) -> dict[str, object]:
-        """Return the argument of an edit that names the selection.
+        """Return the argument that names the selection for an edit.
 
         Raises:
             ParameterError: nothing is selected.
@@ -172,7 +173,7 @@ class EditSession:
             self.view.show(self.fabric)
 
     def _follow(self, before: StitchMesh) -> None:
-        """Let all selections follow the last change; faces that are gone are no longer selected."""
+        """Let all selections follow the last change; faces that are gone leave them."""
         numbers = places_after(np.arange(before.face_count), before.face_count, self.app.project.last_changes)
         if not _leads_to(before, self.fabric, numbers):
             self.take(selection=NOTHING)
@@ -189,7 +190,7 @@ def _refuse_file(path: str) -> str:
 
 
 def _leads_to(before: StitchMesh, after: StitchMesh, numbers: IntArray) -> bool:
-    """Whether the faces that two fabrics share have the same sizes; otherwise the fabric is another one."""
+    """Return whether the shared faces of two fabrics have the same sizes; if not, the fabric is another one."""
     kept = np.flatnonzero(numbers != REMOVED)
     if numbers.max(initial=REMOVED) >= after.face_count:
         return False

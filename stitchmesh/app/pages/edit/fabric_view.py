@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the page Edit draws: the fabric, the selection, the place of a tool, a preview, and a refused edit."""
+"""The drawing of the page Edit: the fabric, the selection, the place of a tool, a preview, and a refused edit."""
 
 from __future__ import annotations
 
@@ -24,21 +24,22 @@ PLACE: Colour = (20, 96, 170)
 INK: Colour = (38, 34, 30)
 """Colour of crossed and twisted loops, sRGB."""
 LIFT = 0.06
-"""Distance of marks from the surface, divided by the mean side length."""
+"""Distance of marks from the surface, over the mean side length."""
 LOOP_WIDTH = 2.5
 """Width of the lines of crossed and twisted loops [pixels]."""
 LINE_WIDTH = 4.0
 """Width of the lines around marked faces [pixels]."""
 NUMBERED = 5
-"""Rows from one number on the fabric to the next."""
+"""Number of rows from one row number on the fabric to the next."""
 MOST_EDGED = 12_000
-"""Largest number of faces whose edges are drawn from the start; more edges hide the colours and slow the browser."""
+"""Largest number of faces whose edges are drawn by default; more edges hide the colours and slow the browser down."""
 LONGEST_MESSAGE, LINE_LENGTH = 130, 36
-"""Numbers of characters of a message beside a refused edit, and of its lines; the whole message is in the notice."""
+"""Largest number of characters of a message beside a refused edit, and of one of its lines; the notice has the whole
+message."""
 
 
 class FabricView:
-    """Draws a fabric and what is marked on it."""
+    """Draws a fabric and the marks on it."""
 
     def __init__(self, scene: Scene) -> None:
         """Draw nothing yet."""
@@ -46,11 +47,11 @@ class FabricView:
         self._blocks = FabricBlocks(scene)
         self._side_length: float | None = None
         self.colour_by: ColourBy = "stitch"
-        """What decides the colours of the faces."""
+        """What the colours of the faces show."""
         self.edges: bool | None = None
-        """Whether edges are drawn; None for edges of fabrics with up to ``MOST_EDGED`` faces."""
+        """Whether edges are drawn; None draws them on fabrics of up to ``MOST_EDGED`` faces."""
         self.row_numbers = False
-        """Whether the numbers of rows stand on the fabric."""
+        """Whether the fabric shows its row numbers."""
         self.takes_strokes = True
         """Whether a drag on the fabric belongs to the tool; otherwise it turns the view."""
 
@@ -67,7 +68,7 @@ class FabricView:
         self._scene.show("rows/numbers", _row_labels(fabric, height) if self.row_numbers else None)
 
     def select(self, fabric: StitchMesh, faces: IntArray) -> None:
-        """Mark the selected faces, by colour and by a line around them."""
+        """Mark the selected faces with a colour and a line around them."""
         self._mark("selection", fabric, faces, SELECTED, 0.25)
 
     def mark_faces(self, fabric: StitchMesh, faces: IntArray) -> None:
@@ -84,7 +85,7 @@ class FabricView:
         self._mark("left out", fabric, faces, SELECTED, 0.6)
 
     def refuse(self, fabric: StitchMesh, faces: IntArray, message: str) -> None:
-        """Mark the faces at which an edit was refused, and write the reason beside them."""
+        """Mark the faces of a refused edit, and write the reason beside them."""
         self._mark("refused", fabric, faces, REFUSED, 0.6)
         if len(faces):
             corners = fabric.corner_position[fabric.sides_of(faces)]
@@ -100,12 +101,12 @@ class FabricView:
             self._clear(name)
 
     def forget(self) -> None:
-        """Forget what was drawn, after the scene was cleared."""
+        """Forget the drawing, after the scene was cleared."""
         self._blocks.forget()
         self._side_length = None
 
     def _height(self, fabric: StitchMesh) -> float:
-        """Return the distance of marks from the surface [cm], by the first fabric that was drawn."""
+        """Return the distance of marks from the surface [cm], which the first drawn fabric decides."""
         if self._side_length is None:
             self._side_length = float(fabric.side_length.mean())
         return LIFT * self._side_length
@@ -135,7 +136,7 @@ def _row_labels(fabric: StitchMesh, height: float) -> Labels:
 
 
 def _outline(fabric: StitchMesh, faces: IntArray) -> IntArray:
-    """Return the sides between some faces and the others."""
+    """Return the sides between some faces and all other faces."""
     inside = np.zeros(fabric.face_count, dtype=bool)
     inside[faces] = True
     sides = fabric.sides_of(faces)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The tool that lays patterns: it shows the pattern on the fabric before it is laid."""
+"""The tool that lays patterns; it first shows the pattern on the fabric."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ from stitchmesh.selection import select
 Area = Literal["Selection", "Around a click", "Whole fabric"]
 AREAS: tuple[Area, ...] = get_args(Area)
 REMAINDERS = {"leave them plain": "centre", "stretch the pattern": "stretch", "refuse": "refuse"}
-"""What happens to loops beside whole repeats, by the words of the page."""
+"""The treatment of loops beside whole repeats, by the words of the page."""
 MOVES: dict[str, Callable[[Pattern], Pattern]] = {
     "Left": lambda pattern: shifted_pattern(pattern, (0, *possible_shifts(pattern))[-1]),
     "Right": lambda pattern: shifted_pattern(pattern, (*possible_shifts(pattern), 0)[0]),
@@ -43,36 +43,36 @@ MOVES: dict[str, Callable[[Pattern], Pattern]] = {
     "Down": lambda pattern: shifted_pattern(pattern, 0, -1),
     "Mirror": mirrored_pattern,
 }
-"""What the buttons do with the pattern, by the words of the page."""
+"""The changes that the buttons make to the pattern, by the words of the page."""
 SUFFIXES = (".knit", ".txt", ".leaf", *CHART_IMAGES)
 SAVED = {"Text": TEXT_SUFFIX, "Chart": PICTURE_SUFFIX}
 """Suffix of the file of a pattern, by the words of the page."""
 LARGEST_FILE = 4_000_000
-"""Largest file of a pattern [bytes]."""
+"""Size of the largest file of a pattern [bytes]."""
 MOST_REASONS = 3
 """Largest number of groups of left-out stitches that are described."""
 
 
 class LayPatterns(Tool):
-    """Lays a pattern of the library, or of a file, on the selection, around a click, or on the whole fabric."""
+    """Lays a pattern from the library or a file on the selection, around a click, or on the whole fabric."""
 
     name, key = "Lay a pattern", "T"
     hint = "Choose a pattern on the left and where it goes; the fabric shows it before you lay it."
     takes_strokes = False
 
     def __init__(self, session: EditSession) -> None:
-        """Start without a pattern."""
+        """Begin without a pattern."""
         super().__init__(session)
         self.pattern = ""
-        """Name of the pattern in the library, or its text; empty if none is chosen."""
+        """Name of the pattern in the library, or its text; empty if the user has chosen none."""
         self.area: Area = "Around a click"
         self.remainder: str = DEFAULT_REMAINDER
         self.ground: str | None = None
-        """Colour of the pattern that stitches left over take; None for the commonest one."""
+        """Colour of the pattern for stitches left over; None for the commonest one."""
         self.centre = False
         """Whether the middle of a repeat lies in the middle of the front."""
         self.laid: LaidPattern | None = None
-        """The pattern on the fabric, as it is shown; None while there is no preview."""
+        """The fabric with the pattern, as the preview shows it; None without a preview."""
         self._face: int | None = None
         self._on = False
 
@@ -101,24 +101,24 @@ class LayPatterns(Tool):
         self._say(Markup())
 
     def taken_up(self) -> None:
-        """Show the pattern where it would go."""
+        """Show the pattern at the place where it would go."""
         self._on = True
         if len(self.session.state.selection.faces) and self._face is None:
             self.area = self._area.value = "Selection"
         self._preview()
 
     def laid_down(self) -> None:
-        """Show the fabric as it is."""
+        """Show the fabric without the pattern."""
         self._on = False
         self.discard()
 
     def refresh(self) -> None:
-        """Forget the preview of a fabric that has changed."""
+        """Forget the preview if the fabric has changed."""
         self._face, self.laid = None, None
         self._say(Markup())
 
     def choose(self, pattern: str) -> None:
-        """Take a pattern of the library, by its name, or a pattern as text."""
+        """Take a pattern: the name of one in the library, or a text."""
         self.pattern = pattern
         self._preview()
 
@@ -137,7 +137,7 @@ class LayPatterns(Tool):
         self.choose(format_pattern(pattern))
 
     def capture(self) -> None:
-        """Take one repeat of the selected stitches as the pattern, to be laid around a click.
+        """Take one repeat of the selected stitches as the pattern; a click then lays it elsewhere.
 
         Raises:
             ParameterError: nothing is selected.
@@ -188,7 +188,7 @@ class LayPatterns(Tool):
         self._say(Markup())
 
     def _where(self) -> dict[str, object] | None:
-        """Return the argument that says where the pattern goes; None if that is not chosen yet."""
+        """Return the argument that says where the pattern goes; None before the user has chosen this."""
         if self.area == "Whole fabric":
             return {}
         if self.area == "Around a click":
@@ -208,7 +208,7 @@ class LayPatterns(Tool):
         return "select stitches first" if self.area == "Selection" else "click a stitch of the fabric"
 
     def _preview(self) -> None:
-        """Show the pattern on the fabric, if it and its place are chosen."""
+        """Show the pattern on the fabric, if the pattern and its place are chosen."""
         if not self._on:
             return
         where = self._where()

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Crossed and twisted loops as lines: the loop in front is one line, and the loop behind is broken where it crosses."""
+"""Crossed and twisted loops as lines: the front loop is one line, and the rear loop is broken where it crosses."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.cable_groups import CableGroup, cable_groups
 
 REACH = 0.42
-"""Part of the face above and below a course line over which the lines of its loops reach."""
+"""Share of the face above and below a course line that the lines of its loops cover."""
 GAP = 0.36
-"""Part of the line of a loop behind that is left out in its middle."""
+"""Share of the line of a rear loop that is left out in its middle."""
 STEPS = 4
-"""Number of pieces into which the line from one loop to its neighbour is divided."""
+"""Number of pieces of the line from one loop to its neighbour."""
 TWIST_WIDTH = 0.28
-"""Half the width of the mark of a twisted loop, divided by the length of its side."""
+"""Half the width of the mark of a twisted loop, over the length of its side."""
 
 
 def loop_lines(fabric: StitchMesh, height: float) -> FloatArray:
@@ -54,9 +54,9 @@ class _Path:
 
 
 def _cable(fabric: StitchMesh, group: CableGroup) -> list[_Path]:
-    """Return the lines of a cable: from below the place of each loop to above the place to which it moves.
+    """Return the lines of a cable: each runs from below the place of a loop to above its new place.
 
-    A line passes the places between, so that it follows the surface.
+    A line passes through the places between, so that it follows the surface.
     """
     position = fabric.corner_position
     middle, up = 0.5 * (position[group.sides] + position[fabric.side_next[group.sides]]), _upwards(fabric, group.sides)
@@ -89,7 +89,7 @@ def _twist(fabric: StitchMesh, side: int) -> list[_Path]:
 
 
 def _pieces(points: FloatArray, side: int, *, behind: bool) -> list[_Path]:
-    """Return a line, in two pieces if it is behind."""
+    """Return a line; a line behind has two pieces."""
     if not behind:
         return [_Path(points, side)]
     first = max(round((0.5 - GAP / 2) * (len(points) - 1)), 1)

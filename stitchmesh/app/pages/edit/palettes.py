@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The panel on the left: the palette of stitches, of yarns, or of patterns, as the tool needs it."""
+"""The left panel: the palette of stitches, of yarns, or of patterns, as the tool needs it."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Palettes:
         self, session: EditSession, controls: Controls, take_stitch: Callable[[Stitch], object],
         take_yarn: Callable[[int], object], laying: Tool,
     ) -> None:  # fmt: skip
-        """Make the palettes; the functions are called with what the user takes."""
+        """Make the palettes; each function is called with the user's choice."""
         self._session, self._take_stitch, self._take_yarn = session, take_stitch, take_yarn
         self._stitch = controls.html(Markup())
         self._stitches = controls.html(stitch_palette_html(), lambda _, name: self._stitch_taken(name))
@@ -61,14 +61,14 @@ class Palettes:
         self.refresh()
 
     def refresh(self) -> None:
-        """Show what is chosen, and the yarns of the fabric."""
+        """Show the choices, and the yarns of the fabric."""
         session = self._session
         self._stitch.content = chosen_stitch_html(session.state.stitch)
         self._yarns.content = yarn_palette_html(session.fabric, session.state.yarn)
         self._patterns.show_chosen(self._laying.pattern if "\n" not in self._laying.pattern else "")
 
     def close(self) -> None:
-        """Draw no further thumbnails."""
+        """Stop drawing thumbnails."""
         self._patterns.close()
 
     def _stitch_taken(self, name: str) -> None:

@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The palette of patterns: a button with a thumbnail for each pattern of the library and of the user.
 
-The patterns of the library stand in families, and a search leaves those whose names hold its words.
+The patterns of the library stand in families. A search keeps the patterns whose names hold its words.
 
-A thumbnail takes some hundredths of a second. The palette therefore stands there at once with names. When it is
-first shown, the thumbnails follow one after another, each in an event of its own, so that the page answers meanwhile.
+A thumbnail takes some hundredths of a second. The palette therefore first appears with names alone. The thumbnails then
+follow one after another, each in an event of its own, so that the page still answers.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ CHOSEN = (
 )
 """Mark of the button of a pattern."""
 _PICTURES: dict[str, str] = {}
-"""Thumbnails that are drawn already, as sources of images, by the name of the pattern."""
+"""Finished thumbnails, as sources of images, by the name of the pattern."""
 
 
 class PatternPalette:
@@ -54,7 +54,7 @@ class PatternPalette:
 
         Args:
             controls: where they stand.
-            chosen: called with the name of the pattern that is pressed.
+            chosen: called with the name of the pressed pattern.
             post: calls a function later, after other events.
             own: the patterns of the user, by the names of their buttons.
         """
@@ -95,7 +95,7 @@ class PatternPalette:
         self._open = False
 
     def _draw(self, block: int) -> None:
-        """Draw one thumbnail that is missing, then the others in later events."""
+        """Draw one missing thumbnail, and the others in later events."""
         if not self._open or block >= len(self._families):
             return
         missing = [name for name in self._families[block][1] if name not in _PICTURES and name not in self._own]
@@ -113,7 +113,7 @@ class PatternPalette:
             block.content = self._block(number)
 
     def _block(self, number: int) -> Markup:
-        """Return the title and the buttons of a family; nothing if the search leaves none."""
+        """Return the title and the buttons of a family; nothing if the search keeps none of them."""
         title, names = self._families[number]
         buttons = [self._button(name) for name in names if self._is_found(name)]
         if not buttons:

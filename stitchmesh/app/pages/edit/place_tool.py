@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The tools that make an edit at the place of a click, or at each place of the selection, and these edits as data."""
+"""The tools that make an edit at the place of a click, or at each place of the selection; these edits are data."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from stitchmesh.markup import Markup
 from stitchmesh.mesh.picking import PickedPlace
 
 PlaceKind = Literal["face", "selection", "course side", "wale side", "top side"]
-"""What an edit is made at: a stitch, the selected stitches, or the nearest side of a kind."""
+"""The place of an edit: a stitch, the selected stitches, or the nearest side of a kind."""
 
 
 @dataclass(frozen=True)
 class PlaceArguments:
-    """Arguments of the edits beside their place, as the user has set them."""
+    """Arguments of the edits besides their place, as the user has set them."""
 
     twist: int = 1
     below: int = 1
@@ -47,7 +47,7 @@ class PlaceEdit:
     """Name of the edit."""
     place: PlaceKind
     settings: tuple[Field, ...] = ()
-    """Its arguments, fields of ``PlaceArguments``."""
+    """The arguments of the edit, as fields of ``PlaceArguments``."""
 
 
 TWIST = Field("twist", "Twist", "Which leg of the loop is in front",
@@ -96,11 +96,11 @@ class PlaceTool(Tool):
     edits: ClassVar[tuple[PlaceEdit, ...]]
     """The edits to choose from."""
     what: ClassVar[str]
-    """What the edits change, for labels."""
+    """Name of the things that the edits change, for labels."""
     takes_strokes = False
 
     def __init__(self, session: EditSession) -> None:
-        """Start with the first edit, and with the first value of each setting."""
+        """Begin with the first edit, and with the first value of each setting."""
         super().__init__(session)
         self.chosen = self.edits[0]
         self._values = PlaceArguments()

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Selections that the user has saved under names, in the settings of the project.
 
-A selection in words, such as ``hem 6``, is evaluated anew whenever it is used. A selection of single faces follows the
-faces when an edit gives them other numbers.
+A selection in words, such as ``hem 6``, is evaluated at each use. A selection of single faces follows the faces when an
+edit renumbers them.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ if TYPE_CHECKING:
     from stitchmesh.app.application import App
 
 PAGE, KEY = "Edit", "selections"
-"""Where the project keeps the selections."""
+"""The place of the selections in the project."""
 LONGEST_NAME = 40
 """Largest number of characters of a name."""
 LONGEST_SHOWN = 44
-"""Number of characters of a selection that are shown in the list."""
+"""Number of characters of a selection that the list shows."""
 
 
 class SavedSelections:
@@ -58,14 +58,14 @@ class SavedSelections:
         self._write({**self.texts, name: text})
 
     def delete(self, name: str) -> None:
-        """Delete a selection; an unknown name is no error, because another browser may have deleted it."""
+        """Delete a selection; an unknown name is no error, because another browser may have deleted the selection."""
         self._write({known: text for known, text in self.texts.items() if known != name})
 
     def text_of(self, name: str) -> str:
         """Return the text of a selection.
 
         Raises:
-            ParameterError: there is none of this name.
+            ParameterError: no selection has this name.
         """
         if name not in self.texts:
             raise ParameterError(f"selection {name!r}: is not saved; save it first")
@@ -97,7 +97,7 @@ class SavedSelections:
 
 
 def faces_after(faces: IntArray, numbers: IntArray) -> IntArray:
-    """Return the numbers of faces after an edit, ascending, without those that are gone."""
+    """Return the numbers of faces after an edit, ascending, without the faces that are gone."""
     after = numbers[faces]
     return np.sort(after[after != REMOVED])
 

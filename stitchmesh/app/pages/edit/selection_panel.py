@@ -32,7 +32,7 @@ class SelectionPanel:
         self.show()
 
     def show(self) -> None:
-        """Show how many stitches are selected, and what is saved."""
+        """Show how many stitches are selected, and the saved selections."""
         count = len(self._session.state.selection.faces)
         verb = "stitch is" if count == 1 else "stitches are"
         selected = markup("<b>{}</b> {} selected.", count, verb) if count else "Nothing is selected."

@@ -61,7 +61,7 @@ def stitch_palette_html() -> Markup:
 
 
 def chosen_stitch_html(stitch: Stitch) -> Markup:
-    """Return which stitch is chosen, with a larger drawing, and the mark of its button in the palette."""
+    """Return the chosen stitch with a larger drawing, and mark its button in the palette."""
     words = markup("<b>{}</b><br>{}", stitch_word(stitch, right_side=True), described(stitch))
     row = "display:flex;gap:.6em;align-items:center;font-size:.85em;line-height:1.3;margin:0 0 .3em"
     return markup(
@@ -73,7 +73,7 @@ def chosen_stitch_html(stitch: Stitch) -> Markup:
 
 @cache
 def picture_of(stitch: Stitch, size: int) -> Markup:
-    """Return the drawing of a stitch as an image; an image is one node of the page, whatever its lines."""
+    """Return the drawing of a stitch as an image, because an image is one node of the page for all its lines."""
     data = quote(draw_stitch(stitch), safe="/:=<>' ")
     source = f"data:image/svg+xml,{data}".replace("<", "%3C").replace(">", "%3E")
     return markup('<img src="{}" width="{}" height="{}" alt="">', source, size, size)

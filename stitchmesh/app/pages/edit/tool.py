@@ -17,38 +17,38 @@ from stitchmesh.mesh.picking import PickedPlace
 
 
 class Tool:
-    """A tool. A rectangle on the screen selects stitches, unless a tool does something else with it."""
+    """A tool. By default, a rectangle on the screen selects stitches."""
 
     name: ClassVar[str]
     """Name of the tool."""
     hint: ClassVar[str]
-    """One line that says what to do with the mouse."""
+    """One line that tells the user what to do with the mouse."""
     key: ClassVar[str]
     """Key that takes up the tool."""
     takes_strokes: ClassVar[bool] = True
     """Whether a drag on the fabric belongs to the tool; otherwise it turns the view."""
 
     def __init__(self, session: EditSession) -> None:
-        """Keep what the tools share."""
+        """Keep the state that all tools share."""
         self.session = session
 
     def build(self, controls: Controls) -> None:
         """Make the controls of the tool."""
 
     def taken_up(self) -> None:
-        """Begin, after the user has chosen the tool or the page was opened with it."""
+        """Begin, after the user has chosen the tool or opened the page with it."""
 
     def laid_down(self) -> None:
-        """End, before another tool is taken up or the page is left."""
+        """End, before the user takes up another tool or leaves the page."""
 
     def refresh(self) -> None:
-        """Show the fabric after it changed."""
+        """Show the fabric after a change."""
 
     def clicked(self, place: PickedPlace, pick: Pick) -> None:
         """Handle a click on the fabric."""
 
     def stroked(self, stroke: Stroke) -> None:
-        """Handle a moment of a drag on the fabric."""
+        """Handle one moment of a drag on the fabric."""
 
     def boxed(self, faces: IntArray) -> None:
         """Handle the faces in a rectangle on the screen."""
@@ -82,7 +82,7 @@ def nearest_side(fabric: StitchMesh, place: PickedPlace, kind: str) -> int:
 
 
 def _nearest_top_side(fabric: StitchMesh, place: PickedPlace, sides: IntArray, role: IntArray) -> int:
-    """Return the nearest top side: one of the face, or the one of a face below across a bottom side."""
+    """Return the nearest top side: of the face, or of a face below across a bottom side."""
     below = sides[role == BOTTOM]
     below = below[fabric.twin[below] != BORDER]
     below = below[fabric.role_of(fabric.twin[below]) == TOP] if len(below) else below
@@ -94,7 +94,6 @@ def _nearest_top_side(fabric: StitchMesh, place: PickedPlace, sides: IntArray, r
 
 
 def _nearest(fabric: StitchMesh, place: PickedPlace, sides: IntArray) -> int:
-    """Return the side that is nearest to a place."""
     start, end = fabric.corner_position[sides], fabric.corner_position[fabric.side_next[sides]]
     along = end - start
     length = np.einsum("ij,ij->i", along, along)

@@ -17,14 +17,14 @@ from stitchmesh.mesh.picking import PickedPlace
 
 
 class ChangeFabric(Tool):
-    """Turns rings into a spiral and back, and grafts two borders that are clicked one after another."""
+    """Turns rings into a spiral and back, and grafts two borders that the user clicks one after another."""
 
     name, key = "Whole fabric", "W"
     hint = "Press a button; to graft, click the two borders that are joined, one after the other."
     takes_strokes = False
 
     def __init__(self, session: EditSession) -> None:
-        """Start with no border clicked."""
+        """Begin without a clicked border."""
         super().__init__(session)
         self._first: int | None = None
 
@@ -36,11 +36,11 @@ class ChangeFabric(Tool):
         self._say()
 
     def taken_up(self) -> None:
-        """Begin with no border clicked."""
+        """Begin without a clicked border."""
         self.refresh()
 
     def refresh(self) -> None:
-        """Forget a border of a fabric that has changed."""
+        """Forget a clicked border if the fabric has changed."""
         self._first = None
         self._say()
 
@@ -53,7 +53,7 @@ class ChangeFabric(Tool):
         self.session.edit("unspiral", {})
 
     def clicked(self, place: PickedPlace, pick: Pick) -> None:
-        """Keep the first border, and graft it to the second one."""
+        """Keep the first border, and graft the second one to it."""
         fabric, at = self.session.fabric, np.array([place.face])
         try:
             side = nearest_side(fabric, place, "border side")
@@ -75,7 +75,7 @@ class ChangeFabric(Tool):
 
 
 class LookAround(Tool):
-    """Changes nothing: a drag turns the view, a click says what a stitch is."""
+    """Changes nothing: a drag turns the view, and a click describes a stitch."""
 
     name, key = "Look around", "V"
     hint = "Drag to turn the fabric, scroll to come closer; a click says what a stitch is."

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The points of tips and lines, as small octahedra that a drag takes along."""
+"""The points of tips and lines, as small octahedra that a drag moves."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from stitchmesh.mesh import FloatArray
 SIZE = 0.014
 """Size of a handle, over the size of the mesh."""
 REACH = 0.01
-"""Largest angle between a click and the handle that it means [rad], about eleven pixels."""
+"""Largest angle between a click and the handle that it selects [rad], about eleven pixels."""
 
 
 class MarkHandles:
     """Draws the points of marks, and finds them under the pointer."""
 
     def __init__(self, scene: Scene, size: float) -> None:
-        """Draw nothing yet; ``size`` is that of the mesh [cm]."""
+        """Draw nothing yet; ``size`` is the size of the mesh [cm]."""
         self._scene, self._size = scene, size
         self._names: list[tuple[int, int]] = []
         self._points: FloatArray = np.zeros((0, 3))
@@ -32,7 +32,7 @@ class MarkHandles:
     def show(
         self, marks: Marks, chosen: tuple[int, int] | None, colours: Mapping[str, Colour], chosen_colour: Colour
     ) -> None:
-        """Draw the points; handles that are as many as before move in place, so that a drag of one goes on."""
+        """Draw the points; if their number is the same, the handles move in place, so that a drag of one goes on."""
         self._names = [
             (number, place)
             for number, mark in enumerate(marks)
@@ -51,11 +51,12 @@ class MarkHandles:
         self._scene.show("handles", Surface(drawn.points, self._triangles, of_faces, takes_strokes=True))
 
     def under(self, pick: Pick, depth: float | None) -> tuple[int, int] | None:
-        """Return the mark and the point whose handle is under the pointer; None if there is none.
+        """Return the mark and the point whose handle is under the pointer; None without one.
 
         Args:
             pick: the ray.
-            depth: distance along the ray at which the surface hides what lies behind it [cm]; None if it meets nothing.
+            depth: distance along the ray from which the surface hides everything [cm]; None if the ray misses the
+                surface.
         """
         if not self._names:
             return None

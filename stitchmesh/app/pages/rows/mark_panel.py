@@ -34,7 +34,7 @@ LONGEST = 10_000.0
 
 
 class MarkPanel:
-    """The marks as a list, with the controls of the chosen one below it."""
+    """The list of the marks, and below it the controls of the chosen mark."""
 
     def __init__(self, state: RowsState, controls: Controls, take: Callable[[RowsState], object]) -> None:
         """Make the controls; ``take`` is called with the state after each action."""
@@ -64,7 +64,7 @@ class MarkPanel:
         Args:
             state: the state.
             borders: the borders of the mesh.
-            found: the rows, from which a mark without a time gets one; None if there are none.
+            found: the rows, which give a time to a mark without one; None if there are none.
         """
         self._state, self._borders, self._found = state, borders, found
         self._list.content = mark_list(state.marks, state.chosen, borders)
@@ -110,7 +110,7 @@ class MarkPanel:
         return None if self._state.chosen is None else self._state.marks[self._state.chosen]
 
     def _time_now(self, mark: TimeMark) -> float:
-        """Return the time that the place of a mark has now [cm]."""
+        """Return the present time at the place of a mark [cm]."""
         return 0.0 if self._found is None else round(self._found.time_at(mark.points[0]), 1)
 
     def _fields(self) -> tuple[Field, ...]:
@@ -124,7 +124,7 @@ class MarkPanel:
         )  # fmt: skip
 
     def _take_mark(self, mark: TimeMark, name: str) -> None:
-        """Take another time or radius; values that follow each other are undone together."""
+        """Take another time or radius; consecutive changes are undone together."""
         number, before = self._state.chosen_mark()
         typed = getattr(before, name) is not None and getattr(mark, name) is not None
         marks = with_mark(self._state.marks, number, mark)

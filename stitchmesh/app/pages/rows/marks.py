@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The marks of the page Rows, the borders of a mesh that they name, and changes of a list of marks."""
+"""The marks of the page Rows, the borders of a mesh that they name, and the changes of a list of marks."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from stitchmesh.shaping.marks import UNTIMED, TimeMark
 AUTOMATIC = "automatic"
 """Role of a border without a mark."""
 CYCLE = (AUTOMATIC, "begin", "end", "side")
-"""Roles that clicks at a border give it, one after another."""
+"""The roles that consecutive clicks give a border."""
 
 
 class MeshBorders:
@@ -45,7 +45,7 @@ class MeshBorders:
         return x, y, z
 
     def nearest(self, point: Sequence[float]) -> int | None:
-        """Return the border nearest to a point [cm], as a mark of a border means it; None if there is no border."""
+        """Return the border nearest to a point [cm], which is the border of a mark there; None without borders."""
         position, place = self.mesh.corner_position, np.asarray(point, dtype=np.float64)
         away = [float(np.linalg.norm(position[loop] - place, axis=1).min()) for loop in self.loops]
         return int(np.argmin(away)) if away else None
@@ -63,7 +63,7 @@ class MeshBorders:
         return AUTOMATIC if mark is None else marks[mark].role
 
     def words(self, number: int) -> str:
-        """Say which border it is, by its length and its height above the lowest point of the mesh."""
+        """Describe a border by its length and its height above the lowest point of the mesh."""
         loop = self.loops[number]
         length = float(self.mesh.side_length[loop].sum())
         height = float(self.mesh.corner_position[loop, 1].mean() - self.mesh.vertices[:, 1].min())
@@ -71,7 +71,7 @@ class MeshBorders:
 
 
 def role_after(role: str) -> str:
-    """Return the role that the next click at a border gives it."""
+    """Return the role that the next click gives to a border."""
     return CYCLE[(CYCLE.index(role) + 1) % len(CYCLE)] if role in CYCLE else AUTOMATIC
 
 
@@ -85,7 +85,7 @@ def with_next_role(marks: Marks, borders: MeshBorders, number: int) -> Marks:
 
 
 def with_border_role(marks: Marks, borders: MeshBorders, number: int, role: Any) -> Marks:
-    """Return the marks with another role of a border; an automatic one has no mark."""
+    """Return the marks after a change of the role of a border; a border with an automatic role has no mark."""
     mark = borders.mark_of(marks, number)
     if role == AUTOMATIC:
         return marks if mark is None else without_mark(marks, mark)
@@ -111,7 +111,7 @@ def with_line(marks: Marks, points: tuple[Point, ...]) -> Marks:
 
 
 def with_role(marks: Marks, number: int, role: Any) -> Marks:
-    """Return the marks with another role of one; only some roles have a time, and only plain places a radius.
+    """Return the marks with another role of one mark; only some roles have a time, and only plain places a radius.
 
     Raises:
         ParameterError: the mark cannot have the role.
@@ -122,7 +122,7 @@ def with_role(marks: Marks, number: int, role: Any) -> Marks:
 
 
 def with_point(marks: Marks, number: int, place: int, point: Point) -> Marks:
-    """Return the marks with a point of one at another place.
+    """Return the marks after one point of a mark has moved.
 
     Raises:
         ParameterError: the mark is a border.
@@ -135,7 +135,7 @@ def with_point(marks: Marks, number: int, place: int, point: Point) -> Marks:
 
 
 def without_point(marks: Marks, number: int, place: int) -> Marks:
-    """Return the marks without a point of one; a line with a single point left goes too."""
+    """Return the marks without one point of a mark; a line that keeps only one point is dropped."""
     points = [*marks[number].points[:place], *marks[number].points[place + 1 :]]
     if len(points) < 2:
         return without_mark(marks, number)
@@ -143,10 +143,10 @@ def without_point(marks: Marks, number: int, place: int) -> Marks:
 
 
 def without_mark(marks: Marks, number: int) -> Marks:
-    """Return the marks without one."""
+    """Return the marks without one of them."""
     return (*marks[:number], *marks[number + 1 :])
 
 
 def with_mark(marks: Marks, number: int, mark: TimeMark) -> Marks:
-    """Return the marks with another one in the place of one."""
+    """Return the marks in which another mark replaces one of them."""
     return (*marks[:number], mark, *marks[number + 1 :])

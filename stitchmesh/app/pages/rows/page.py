@@ -38,17 +38,17 @@ if TYPE_CHECKING:
 
 
 class HandleDrag:
-    """Shows the point where it is dragged, and moves it at the end of the drag."""
+    """Shows the dragged point on its way, and moves it at the end of the drag."""
 
     def __init__(self, view: RowsView, pointer: Pointer, take: Callable[[RowsState], object]) -> None:
-        """Drag nothing yet; ``take`` is called with the state after each drag."""
+        """Begin without a drag; ``take`` is called with the state after each drag."""
         self._view, self._pointer, self._take = view, pointer, take
         self._held: tuple[int, int] | None = None
         self._client = -1
         self._moved: Marks | None = None
 
     def stroked(self, stroke: Stroke, state: RowsState) -> None:
-        """Handle one moment of a drag; only the browser that began the drag moves the point."""
+        """Handle one moment of a drag; only the browser that began the drag can move the point."""
         place = self._pointer.place(stroke)
         if stroke.phase == "start":
             self._held = self._view.handles.under(stroke, None if place is None else place.depth)
@@ -67,7 +67,7 @@ class HandleDrag:
 
 
 def as_point(position: FloatArray) -> Point:
-    """Return a position as numbers that a project keeps, to the hundredth of a millimetre [cm]."""
+    """Return a position as numbers that a project keeps, rounded to a hundredth of a millimetre [cm]."""
     x, y, z = (round(float(number), 3) for number in position)
     return x, y, z
 
@@ -76,13 +76,13 @@ UPWARDS: dict[str, Point] = {
     "+y": UP, "+z": (0.0, 0.0, 1.0), "+x": (1.0, 0.0, 0.0), "-y": (0.0, -1.0, 0.0), "-z": (0.0, 0.0, -1.0),
     "-x": (-1.0, 0.0, 0.0),
 }  # fmt: skip
-"""Directions upwards, by the axis along which they point."""
+"""Upward directions, by the axis along which they point."""
 SHAPING_PARTS: dict[str, float | None] = {
     "as many as the mesh asks": None, **{f"1 in {count}": 1.0 / count for count in (2, 3, 4, 6, 8)},
 }  # fmt: skip
-"""Largest parts of the stitches of a row that are increases or decreases, in words."""
+"""Largest shares of the stitches of a row that are increases or decreases, by the words of the page."""
 PLACEMENTS: dict[str, Placement] = {"spread over the row": "spread", "at seams and edges": "seams"}
-"""Where increases and decreases stand, in words."""
+"""The places of increases and decreases, by the words of the page."""
 SHAPING_FIELDS = (
     Field("up", "Knitted towards", "Direction in which the garment is knitted, where no mark says it.", UPWARDS),
     Field("multiple", "Multiple of", "The stitches of each round are a multiple of this number, for a pattern that "
@@ -98,14 +98,14 @@ SHAPING_FIELDS = (
 
 
 REACH = 0.008
-"""Largest angle between a click and a border that it means [rad], about nine pixels."""
+"""Largest angle between a click and the border that it selects [rad], about nine pixels."""
 MEANINGS = {
     BORDER: "Click a border: knitting begins there, ends there, rows end there, or it is automatic again.",
     TIP: "Click where a tip is: knitting ends there. Its role can be changed below.",
     LINE: "Click the points of a line along which a row runs, and press Finish the line (F).",
     MOVE: "Click the place to which the chosen point of a tip or a line goes.",
 }
-"""What a click means, and the hint for it."""
+"""The meanings of a click, each with its hint."""
 
 
 class RowsPage(Page):
@@ -121,7 +121,7 @@ class RowsPage(Page):
         self._finder = RowsFinder(app.tasks, self._take_found)
 
     def unavailable(self) -> str | None:
-        """Say what is missing."""
+        """Return what is missing before rows can be found."""
         if self.app.project.mesh is not None:
             return None
         if self.app.project.fabric is not None:
@@ -151,7 +151,7 @@ class RowsPage(Page):
         self._view.look()
 
     def _make_main_controls(self) -> None:
-        """Make the controls of the next step, of the view and of what a click does."""
+        """Make the controls of the next step, of the view and of the meaning of a click."""
         controls = self.app.controls
         self._find = controls.button(
             "Find the stitches", "Find stitches of the full size along these rows.", self._find_stitches, main=True
@@ -190,7 +190,7 @@ class RowsPage(Page):
         controls.key("Finish the line", "Make a mark of the points that were clicked.", "F", None, self._finish_line)
 
     def refresh(self) -> None:
-        """Show the rows of the project's mesh, as it is after the repair."""
+        """Show the rows of the project's mesh after its repair."""
         mesh = self.app.project.surface
         if mesh is None:
             return
@@ -202,12 +202,12 @@ class RowsPage(Page):
         self._show_all()
 
     def leave(self) -> None:
-        """End the search for rows, so that it holds up no other page; stitches are found unseen."""
+        """End the search for rows, because it would hold up other pages; a search for stitches goes on unseen."""
         if self._finder.running == FINDING_ROWS:
             self._finder.stop()
 
     def picked(self, pick: Pick) -> None:
-        """Do what a click means; a click at a point of a mark chooses it."""
+        """Do what a click means; a click at a point of a mark chooses this mark."""
         if self.unavailable() is not None:
             return
         place = self._pointer.place(pick)
@@ -242,7 +242,7 @@ class RowsPage(Page):
         self._show_all()
 
     def _take_shaping(self, shaping: Shaping, name: str) -> None:
-        """Take another shaping; changes of a number that follow each other are undone together."""
+        """Take another shaping; consecutive changes of a number are undone together."""
         self._take(self._state.with_shaping(shaping, "multiple" if name == "multiple" else ""))
 
     def _take_size(self, width: float, height: float | None, what: str) -> None:
@@ -250,7 +250,7 @@ class RowsPage(Page):
         self._take(self._state.with_shaping(shaping, what))
 
     def _act_at(self, point: Point) -> None:
-        """Do what a click at a place of the mesh means."""
+        """Do what a click at this place of the mesh means."""
         state = self._state
         if state.meaning == BORDER:
             border = self._borders.nearest(point)
@@ -274,11 +274,11 @@ class RowsPage(Page):
             self._next_role(int(value))
 
     def _act_at_typed_place(self) -> None:
-        """Do what a click means at the vertex or the place of the mesh that is nearest to the typed place."""
+        """Do what a click means, at the vertex or the place of the mesh nearest to the typed place."""
         self._act_at(as_point(self._nearest_place(typed_point(self._place.value))))
 
     def _nearest_place(self, point: Point) -> np.ndarray:
-        """The corner or the middle of a face nearest to a point [cm]."""
+        """Return the corner or the middle of a face that is nearest to a point [cm]."""
         places = np.concatenate([self._table.mesh.vertices, self._table.centre])
         nearest: np.ndarray = places[np.linalg.norm(places - np.array(point), axis=1).argmin()]
         return nearest
@@ -293,7 +293,7 @@ class RowsPage(Page):
         self._take(self._state.redone())
 
     def _mean(self, meaning: str) -> None:
-        """Take what a click means; a line that is begun is given up."""
+        """Take the meaning of clicks; an unfinished line is dropped."""
         self._take(replace(self._state, meaning=meaning, line=()))
 
     def _find_rows(self) -> None:
@@ -305,7 +305,7 @@ class RowsPage(Page):
         self._show_all()
 
     def _take_found(self, new_stitches: bool) -> None:
-        """Show what was found, if the page is still open on its project."""
+        """Show the result of a search, if the page is still open on its project."""
         if self.app.page is self and self.app.project.surface is self._finder.mesh:
             self._take(replace(self._state, shown=STITCHES) if new_stitches else self._state)
 
@@ -321,7 +321,7 @@ class RowsPage(Page):
         self.app.refresh()
 
     def _fabric(self) -> StitchMesh | None:
-        """The stitches of the present marks; None if there are none yet."""
+        """The stitches for the present marks; None before they are found."""
         project, shaping = self.app.project, self._state.shaping
         if project.shaping == shaping:
             return project.fabric
@@ -355,7 +355,7 @@ class RowsPage(Page):
         return begun + MEANINGS[LINE if points else self._state.meaning]
 
     def _show_status(self) -> None:
-        """Show what runs, the figures, or why there are no rows."""
+        """Show the running work, the figures, or the reason why there are no rows."""
         finder = self._finder
         finds, blocked = finder.running == FINDING_STITCHES, finder.blocked_by is not None
         self._find.disabled = finds or blocked or bool(finder.error)

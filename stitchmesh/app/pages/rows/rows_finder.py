@@ -1,8 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Rows and stitches that are found on a mesh in a worker thread: the time of each place, and where knitting begins.
+"""The search for rows and stitches of a mesh in a worker thread: the time of each place, and where knitting begins.
 
-Rows without their stitches take a fraction of the time. They are found first on large triangles, then on smaller ones.
+Rows without their stitches take a fraction of the time. The search first finds them on large triangles, then on smaller
+ones.
 """
 
 from __future__ import annotations
@@ -27,15 +28,16 @@ from stitchmesh.shaping.time_function import knitting_time
 from stitchmesh.shaping.triangle_surface import TriangleSurface, connected_parts, divided
 
 LIFT = 0.06
-"""Distance of lines from the surface, divided by the mean length of sides; it keeps them visible."""
+"""Distance of lines from the surface, over the mean length of sides; it keeps the lines visible."""
 
 
 @dataclass(frozen=True, eq=False)
 class EndPlace:
-    """A border, a line or a tip that is knitted at one time."""
+    """A border, a line or a tip that has one time."""
 
     vertices: IntArray
-    """Vertices of the surface along it, shape (n,); a closed line repeats its first vertex, a tip is one vertex."""
+    """Vertices of the surface along the place, shape (n,); a closed line repeats its first vertex, a tip is one
+    vertex."""
     role: str
     """``begin``, ``end`` or ``row``."""
     time: float
@@ -49,7 +51,7 @@ class FoundRows:
     surface: TriangleSurface
     """The surface."""
     time: FloatArray
-    """Distance along the fabric from where knitting begins [cm], shape (V,)."""
+    """Distance of each vertex along the fabric from where knitting begins [cm], shape (V,)."""
     course_height: float
     """Height of a row [cm]."""
     places: tuple[EndPlace, ...]
@@ -72,7 +74,7 @@ class FoundRows:
 
     @cached_property
     def in_front(self) -> FloatArray:
-        """Positions a little outside of the vertices, where lines on the surface can be seen [cm], shape (V, 3)."""
+        """Positions a little outside the vertices, where lines are visible above the surface [cm], shape (V, 3)."""
         mesh = self.surface.mesh
         return self.surface.vertices + LIFT * float(mesh.side_length.mean()) * mesh.vertex_normal
 
@@ -88,7 +90,7 @@ class FoundRows:
 
 
 def rows_of_fabric(shaped: ShapedFabric, shaping: Shaping) -> FoundRows:
-    """Return the rows that stitches were made of."""
+    """Return the rows from which stitches were made."""
     return found_rows(shaped.surface, shaped.time, shaped.ends, shaping)
 
 
@@ -99,7 +101,7 @@ def found_rows(surface: TriangleSurface, courses: FloatArray, ends: Sequence[End
         surface: the surface.
         courses: time of each vertex in courses, shape (V,).
         ends: the ends of each connected part.
-        shaping: how the time was found; if no mark has a time, the smallest time becomes 0.
+        shaping: the options that gave the time; if no mark has a time, the smallest time becomes 0.
     """
     time = courses * shaping.height
     if all(mark.time is None for mark in shaping.marks):
@@ -115,21 +117,21 @@ def found_rows(surface: TriangleSurface, courses: FloatArray, ends: Sequence[End
 
 
 def _roles(ends: Ends) -> list[tuple[str, IntArray]]:
-    """The role and the vertices of each end."""
+    """Return the role and the vertices of each end."""
     root, other = ("begin", "end") if ends.begins else ("end", "begin")
     groups = (root, ends.roots), (other, (*ends.others, *ends.grafts)), ("row", ends.lines)
     return [(role, end.vertices) for role, group in groups for end in group]
 
 
 def _place(surface: TriangleSurface, time: FloatArray, path: IntArray, role: str) -> EndPlace:
-    """The place of some vertices in order; a whole border is a closed line."""
+    """Return the place of some vertices in order; a whole border is a closed line."""
     closed = any(len(border) == len(path) and np.isin(path, border).all() for border in surface.borders)
     along = np.append(path, path[0]) if closed else path
     return EndPlace(along, role, float(time[path[0]]))
 
 
 def _tips(surface: TriangleSurface, time: FloatArray, used: np.ndarray) -> list[EndPlace]:
-    """The tips of closed limbs: vertices, neither at a border nor in an end, that are earlier or later than all around.
+    """Return the tips of closed limbs: vertices earlier or later than all around, outside borders and ends.
 
     Args:
         surface: the surface.
@@ -153,18 +155,18 @@ FINDING_ROWS, FINDING_STITCHES = "finding the rows", "finding the stitches"
 COARSE, FINE = 500.0, 1_500.0
 """Area of a surface over the square of the longest edge of its triangles: about 3,000 and 10,000 triangles."""
 Stitches = tuple[ShapedFabric, FoundRows]
-"""Stitches, and the rows that they were made of."""
+"""Stitches, and the rows from which they were made."""
 
 
 class RowsFinder:
-    """Rows and stitches of one mesh after another. All methods belong to the event thread."""
+    """Finds rows and stitches of one mesh after another. All methods belong to the event thread."""
 
     def __init__(self, tasks: TaskRunner, on_found: Callable[[bool], object]) -> None:
         """Find nothing yet.
 
         Args:
             tasks: runs the work.
-            on_found: called when something was found or the search has ended, with whether there are new stitches.
+            on_found: called after a result or the end of the search, with whether there are new stitches.
         """
         self._newest, self._on_found = NewestTask(tasks), on_found
         self.mesh: Mesh | None = None
@@ -173,31 +175,31 @@ class RowsFinder:
 
     @property
     def running(self) -> str | None:
-        """Name of the task that runs or waits; None if none does."""
+        """Name of the task that runs or waits; None without one."""
         work = self._newest.work
         return None if work is None else work.name
 
     @property
     def blocked_by(self) -> str | None:
-        """What another page does, which must end first; None if there is nothing."""
+        """Name of the work of another page that must end first; None if there is none."""
         return self._newest.blocked_by
 
     def take_mesh(self, mesh: Mesh) -> None:
-        """Take a mesh; what was found on another one is forgotten."""
+        """Take a mesh, and forget the results for another one."""
         if mesh is not self.mesh:
             self.mesh = mesh
             self._forget()
 
     def knows(self, shaping: Shaping) -> bool:
-        """Whether the rows of a shaping, or the reason why there are none, are known."""
+        """Return whether the rows of a shaping, or the reason why there are none, are known."""
         return self._found_for == shaping
 
     def shaped(self, shaping: Shaping) -> ShapedFabric | None:
-        """Return the stitches of a shaping; None if they have not been found."""
+        """Return the stitches of a shaping; None before they are found."""
         return self._stitches if self._stitches is not None and self._stitches_for == shaping else None
 
     def find_rows(self, shaping: Shaping) -> None:
-        """Find the rows, unless another page does something."""
+        """Find the rows, unless another page is at work."""
         mesh = self.mesh
         if mesh is None or self.blocked_by is not None:
             return
@@ -212,7 +214,7 @@ class RowsFinder:
         """Find the stitches.
 
         Raises:
-            ParameterError: another page does something.
+            ParameterError: another page is at work.
         """
         mesh = self.mesh
         assert mesh is not None
@@ -229,27 +231,27 @@ class RowsFinder:
 
     def _forget(self) -> None:
         self.found: FoundRows | None = None
-        """The rows that were found last; None if there are none."""
+        """The newest rows; None if there are none."""
         self.error = ""
-        """Why no rows or stitches could be found; empty if they were."""
+        """Why the search found no rows or stitches; empty if it did."""
         self._found_for: Shaping | None = None
         self._stitches: ShapedFabric | None = None
         self._stitches_for: Shaping | None = None
 
     def _take_frame(self, mesh: Mesh, found: FoundRows) -> None:
-        """Take the first rows, while better ones are found."""
+        """Take the first rows, while the search finds better ones."""
         if mesh is self.mesh:
             self.found, self.error = found, ""
             self._on_found(False)
 
     def _take_rows(self, mesh: Mesh, shaping: Shaping, found: FoundRows | Refused | None) -> None:
-        """Take the rows, or the reason why there are none; nothing where the search was stopped."""
+        """Take the rows, or the reason why there are none; do nothing after a stopped search."""
         if self._take(mesh, shaping, found):
             self.found = found if isinstance(found, FoundRows) else None
         self._on_found(False)
 
     def _take_stitches(self, mesh: Mesh, shaping: Shaping, found: Stitches | Refused | None) -> None:
-        """Take the stitches, or the reason why there are none; nothing where the search was stopped."""
+        """Take the stitches, or the reason why there are none; do nothing after a stopped search."""
         taken = self._take(mesh, shaping, found) and isinstance(found, tuple)
         if taken and isinstance(found, tuple):
             self._stitches, self.found = found
@@ -257,7 +259,7 @@ class RowsFinder:
         self._on_found(taken)
 
     def _take(self, mesh: Mesh, shaping: Shaping, found: object) -> bool:
-        """Keep for what something was found, and the error; return whether it belongs to the mesh."""
+        """Keep the shaping of a result, and its error; return whether the result belongs to the mesh."""
         if mesh is not self.mesh or found is None:
             return False
         self._found_for, self.error = shaping, found.reason if isinstance(found, Refused) else ""
@@ -265,10 +267,10 @@ class RowsFinder:
 
 
 def preview(mesh: Mesh, shaping: Shaping, control: TaskControl) -> FoundRows:
-    """Find rows on large triangles, publish them as a frame, and return those on smaller triangles.
+    """Find rows on large triangles, publish them as a frame, and return the rows on smaller triangles.
 
     Raises:
-        StitchMeshError: the marks contradict each other; on large triangles neighbouring marks may only seem to.
+        StitchMeshError: the marks contradict each other. On large triangles, neighbouring marks may only seem to do so.
     """
     area = float(np.linalg.norm(mesh.face_vector_area, axis=1).sum())
     control.progress("shape", 0.0, "large triangles")
@@ -283,7 +285,7 @@ def preview(mesh: Mesh, shaping: Shaping, control: TaskControl) -> FoundRows:
 
 
 def rows_on(mesh: Mesh, shaping: Shaping, longest_edge: float) -> FoundRows:
-    """Find rows on triangles whose edges are at most so long [cm].
+    """Find rows on triangles whose edges have at most a given length [cm].
 
     Raises:
         StitchMeshError: the marks contradict each other, or are off the surface.

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The state of the page Rows: sizes and marks with undo, what is chosen of them, and what a click means."""
+"""The state of the page Rows: sizes and marks with undo, the chosen mark, and the meaning of a click."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.shaping.marks import TimeMark
 
 BORDER, TIP, LINE, MOVE = "marks a border", "puts a tip", "draws a line", "moves the chosen point"
-"""What a click can mean."""
+"""The meanings of a click."""
 ROWS, STITCHES = "rows", "stitches"
-"""What can be shown."""
+"""The choices of what the page shows."""
 
 
 @dataclass(frozen=True)
 class RowsState:
-    """A shaping that the user prepares, with what is chosen of it. Each method returns the state after an action."""
+    """A shaping that the user prepares, and the user's choices. Each method returns the state after an action."""
 
     history: UndoHistory[Shaping]
     """The sizes and marks, with undo."""
@@ -30,15 +30,15 @@ class RowsState:
     point: int = 0
     """Number of the chosen point of the chosen mark."""
     line: tuple[Point, ...] = ()
-    """Points of a line that is begun."""
+    """Points of an unfinished line."""
     meaning: str = BORDER
-    """What a click means."""
+    """The meaning of a click."""
     shown: str = ROWS
-    """Whether rows or stitches are shown, where there are stitches."""
+    """Whether the page shows rows or, where there are any, stitches."""
 
     @classmethod
     def of_settings(cls, settings: dict[str, Any], otherwise: Shaping) -> RowsState:
-        """Return the state that a project has kept; one with another shaping if it has kept none."""
+        """Return the state from a project's settings; without one, a state with another shaping."""
         return cls(UndoHistory(shaping_of(settings["draft"]) if "draft" in settings else otherwise))
 
     @property
@@ -48,7 +48,7 @@ class RowsState:
 
     @property
     def table(self) -> dict[str, Any]:
-        """The shaping as a project can keep it."""
+        """The shaping as a table that a project can keep."""
         return shaping_table(self.shaping)
 
     @property
@@ -63,25 +63,25 @@ class RowsState:
 
     @property
     def aims(self) -> bool:
-        """Whether a click means a place, even where a point of a mark is."""
+        """Whether a click means a place even on a point of a mark."""
         return bool(self.line) or (self.meaning == MOVE and self.chosen is not None)
 
     def chosen_mark(self) -> tuple[int, TimeMark]:
         """Return the chosen mark and its number.
 
         Raises:
-            ParameterError: none is chosen.
+            ParameterError: no mark is chosen.
         """
         if self.chosen is None:
             raise ParameterError("mark: none is chosen; click one, or choose one in the list")
         return self.chosen, self.marks[self.chosen]
 
     def with_shaping(self, shaping: Shaping, what: str = "") -> RowsState:
-        """Take another shaping; changes of the same thing that follow each other are undone together."""
+        """Take another shaping; consecutive changes of the same thing are undone together."""
         return self._with(history=self.history if shaping == self.shaping else self.history.do(shaping, what))
 
     def with_marks(self, marks: Marks, chosen: int | None = None, what: str = "") -> RowsState:
-        """Take other marks, and choose one of them; none if it does not exist."""
+        """Take other marks, and choose one of them; choose none if it does not exist."""
         return replace(self, chosen=chosen).with_shaping(replace(self.shaping, marks=marks), what)
 
     def choosing(self, mark: int | None, point: int = 0) -> RowsState:
@@ -89,11 +89,11 @@ class RowsState:
         return self._with(chosen=mark, point=point)
 
     def with_line_point(self, point: Point) -> RowsState:
-        """Add a point to the line that is begun, or begin one."""
+        """Add a point to the unfinished line, or begin one."""
         return replace(self, line=(*self.line, point))
 
     def with_finished_line(self) -> RowsState:
-        """Make a mark of the line that is begun.
+        """Make a mark of the unfinished line.
 
         Raises:
             ParameterError: the line has fewer than two points.
@@ -103,7 +103,7 @@ class RowsState:
         return replace(self, line=()).with_marks(with_line(self.marks, self.line), len(self.marks))
 
     def undone(self) -> RowsState:
-        """Take back the last point of a line that is begun, or else the last change.
+        """Remove the last point of an unfinished line, or else undo the last change.
 
         Raises:
             ParameterError: there is none.
@@ -113,7 +113,7 @@ class RowsState:
         return self._with(history=self.history.undo("undo: there is no change of the rows to undo"))
 
     def redone(self) -> RowsState:
-        """Make the change again that was undone last.
+        """Make the last undone change again.
 
         Raises:
             ParameterError: there is none.
@@ -121,7 +121,7 @@ class RowsState:
         return self._with(history=self.history.redo("redo: there is no change of the rows to redo"))
 
     def _with(self, **values: Any) -> RowsState:
-        """Return the state with other values, in which nothing is chosen that does not exist."""
+        """Return the state with other values; choices that do not exist any more are dropped."""
         state = replace(self, **values)
         chosen = state.chosen
         if chosen is not None and not 0 <= chosen < len(state.marks):

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the page Rows says, as HTML: figures, the colours of the time, and the lists of marks and borders."""
+"""The texts of the page Rows as HTML: figures, the colours of the time, and the lists of marks and borders."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ ROLE_WORDS = {
     "begin": "knitting begins here", "end": "knitting ends here", "row": "a row runs along this line",
     "side": "rows end at this border", "plain": "no increases or decreases near here",
 }  # fmt: skip
-"""What each role means."""
+"""The meaning of each role, in words."""
 
 
 def text_line(text: str) -> Markup:
-    """Return a line of text that a screen reader reads out when it changes."""
+    """Return a line of text that a screen reader reads out after each change."""
     return markup('<p role="status" style="{}">{}</p>', PLAIN_TEXT, text)
 
 
 def preview_figures(found: FoundRows, shaping: Shaping) -> Markup:
-    """Return the numbers that are known before there are stitches."""
+    """Return the figures that are known before there are stitches."""
     stitches = found.area / (shaping.stitch_width * shaping.height)
     return figures([
         ("Rows, one above the other", f"{found.rows:,}"),
@@ -39,7 +39,7 @@ def preview_figures(found: FoundRows, shaping: Shaping) -> Markup:
 
 
 def report_figures(report: ShapingReport) -> Markup:
-    """Return the figures of stitches that were found."""
+    """Return the figures of the stitches."""
     return figures([
         ("Stitches", f"{report.stitches:,} in {report.rows:,} rows"),
         ("Increases and decreases", f"{report.irregular_per_thousand:.1f} in 1,000 stitches"),
@@ -52,7 +52,7 @@ def report_figures(report: ShapingReport) -> Markup:
 
 
 def time_legend(found: FoundRows) -> Markup:
-    """Return what the colours and lines of the rows mean."""
+    """Return the legend of the colours and lines of the rows."""
     low, high = float(found.time.min()), float(found.time.max())
     marks = [f"{low:.0f} cm", f"{0.5 * (low + high):.0f}", f"{high:.0f} cm"]
     every = lines_every(found)
@@ -65,7 +65,7 @@ def time_legend(found: FoundRows) -> Markup:
 
 
 def mark_list(marks: Marks, chosen: int | None, borders: MeshBorders) -> Markup:
-    """Return a button for each mark, which chooses it, and one that removes it."""
+    """Return for each mark a button that chooses it, and a button that removes it."""
     if not marks:
         return text_line("There are no marks: begins and ends are found automatically.")
     items = joined(_mark_item(number, mark, number == chosen, borders) for number, mark in enumerate(marks))
@@ -84,7 +84,7 @@ def _mark_item(number: int, mark: TimeMark, chosen: bool, borders: MeshBorders) 
 
 
 def mark_words(mark: TimeMark, borders: MeshBorders) -> str:
-    """Say what a mark is, its role and its time."""
+    """Describe a mark by its kind, its role and its time."""
     what = KIND_WORDS[mark.kind]
     if mark.kind == "border":
         number = borders.nearest(mark.points[0])
@@ -97,7 +97,7 @@ def mark_words(mark: TimeMark, borders: MeshBorders) -> str:
 
 
 def border_list(borders: MeshBorders, marks: Marks) -> Markup:
-    """Return a button for each border, which gives it the next role."""
+    """Return for each border a button that gives it the next role."""
     if not borders.loops:
         return text_line("The mesh has no border.")
     heading = markup('<p style="{}">Give a border its next role:</p>', PLAIN_TEXT)

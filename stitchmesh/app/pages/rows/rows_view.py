@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the page Rows draws: the time and the rows on the surface, begins and ends, marks, or the stitches."""
+"""The drawing of the page Rows: the time and the rows on the surface, begins and ends, and marks; or the stitches."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def line_on_surface(table: PickingTable, points: Sequence[Point]) -> FloatArray:
 
 
 def _between(table: PickingTable, start: FloatArray, end: FloatArray) -> FloatArray:
-    """The pieces between two points, shape (n, 2, 3)."""
+    """Return the pieces between two points, shape (n, 2, 3)."""
     size = float(np.linalg.norm(np.ptp(table.mesh.vertices, axis=0)))
     normals = np.stack([_normal(table, start), _normal(table, end)])
     outward = normals.mean(axis=0)
@@ -55,29 +55,29 @@ def _between(table: PickingTable, start: FloatArray, end: FloatArray) -> FloatAr
 
 
 def _normal(table: PickingTable, point: FloatArray) -> FloatArray:
-    """The normal of the mesh at the vertex nearest to a point, shape (3,)."""
+    """Return the normal of the mesh at the vertex nearest to a point, shape (3,)."""
     nearest = int(np.linalg.norm(table.mesh.vertices - point, axis=1).argmin())
     normal: FloatArray = table.mesh.vertex_normal[nearest]
     return normal
 
 
 TIME_COLOURS = np.array([[250, 244, 226], [214, 226, 220], [160, 195, 210], [104, 150, 190]])
-"""Colours from the first row to the last one, sRGB; dark lines can be seen on all of them."""
+"""Colours from the first row to the last one, sRGB; dark lines are visible on all of them."""
 ROLE_COLOURS: dict[str, Colour] = {
     "begin": (22, 130, 60), "end": (196, 40, 40), "row": (30, 70, 170), "side": (130, 110, 150),
     "plain": (110, 90, 60),
 }  # fmt: skip
 """Colour of each role."""
 LINE_COLOUR: Colour = (232, 140, 20)
-"""Colour of a line that is begun, and of the chosen point."""
+"""Colour of an unfinished line, and of the chosen point."""
 BARE: Colour = (226, 222, 212)
 """Colour of the mesh while it has no rows."""
 STEPS = (1, 2, 5, 10, 20, 50, 100, 200)
-"""Numbers of rows that can lie between two lines."""
+"""Possible numbers of rows between two lines."""
 MOST_LINES = 50
-"""Number of lines, one above the other, up to which every row is drawn."""
+"""Largest number of lines, one above the other, with which every row has a line."""
 MOST_TEXTS = 24
-"""Number of begins and ends that are named."""
+"""Largest number of begins and ends that have a text."""
 TIP_SIZE = 0.008
 """Size of the mark of a tip, over the size of the mesh."""
 OF_ROWS = ("surface", "row lines", "tips of begin", "tips of end", "tips of row", "times", "borders",
@@ -89,13 +89,13 @@ class RowsView:
     """Draws one mesh."""
 
     def __init__(self, scene: Scene, borders: MeshBorders, table: PickingTable) -> None:
-        """Draw nothing yet; ``table`` is the mesh of the borders, prepared for picking."""
+        """Draw nothing yet; ``table`` holds the mesh of the borders, prepared for picking."""
         self._scene, self._borders, self._table = scene, borders, table
         self._drawing = MeshDrawing(scene, borders.mesh)
         self._size = float(np.linalg.norm(np.ptp(borders.mesh.vertices, axis=0)))
         self._shown: object = self
         self.handles = MarkHandles(scene, self._size)
-        """The points of the marks, which can be dragged."""
+        """The points of the marks, which the user can drag."""
 
     def look(self) -> None:
         """Show the whole mesh."""
@@ -135,12 +135,12 @@ class RowsView:
         show_stitches(self._scene, fabric)
 
     def show_marks(self, marks: Marks, chosen: tuple[int, int] | None, line: Sequence[Point]) -> None:
-        """Draw the points of tips and lines, and a line that is begun.
+        """Draw the points of tips and lines, and an unfinished line.
 
         Args:
             marks: the marks.
             chosen: number of the chosen mark, and of its chosen point.
-            line: points of the line that is begun.
+            line: points of the unfinished line.
         """
         self.handles.show(marks, chosen, ROLE_COLOURS, LINE_COLOUR)
         points = np.array(line, dtype=np.float64).reshape(-1, 3)
@@ -148,7 +148,7 @@ class RowsView:
         self._scene.show("begun points", point_marks(points, TIP_SIZE * self._size, LINE_COLOUR))
 
     def _forget(self, shown: object, names: Sequence[str]) -> None:
-        """Remove some drawings, because something else is shown now."""
+        """Remove some drawings, because the page shows something else now."""
         self._shown = shown
         for name in names:
             self._scene.remove(name)
@@ -162,19 +162,19 @@ class RowsView:
         self._scene.show(f"tips of {role}", point_marks(tips, TIP_SIZE * self._size, ROLE_COLOURS[role]))
 
     def _name_places(self, found: FoundRows) -> None:
-        """Write the role and the time of each begin and end beside it, at its front."""
+        """Write the role and the time of each begin and end at its front."""
         named = [place for place in found.places if place.role != "row"][:MOST_TEXTS]
         points = np.array([_front(found, place) for place in named]).reshape(-1, 3)
         self._scene.show("times", Labels(points, tuple(f"{place.role} {place.time:.0f} cm" for place in named)))
 
 
 def lines_every(found: FoundRows) -> int:
-    """Return the number of rows between two lines, with which the lines can still be told apart."""
+    """Return a number of rows between two lines at which the lines remain distinct."""
     return next((step for step in STEPS if found.rows <= MOST_LINES * step), STEPS[-1])
 
 
 def _front(found: FoundRows, place: EndPlace) -> FloatArray:
-    """The point of a place that is nearest to a viewer in front of the garment [cm], shape (3,)."""
+    """Return the point of a place that is nearest to a viewer in front of the garment [cm], shape (3,)."""
     points = found.in_front[place.vertices]
     front: FloatArray = points[points[:, 2].argmax()]
     return front

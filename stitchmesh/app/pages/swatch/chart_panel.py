@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The panel on the left: the library of patterns, and the chart in which a pattern is painted."""
+"""The left panel: the library of patterns, and the chart in which the user paints a pattern."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from stitchmesh.app.application import App
 
 OWN = "own chart"
-"""Entry of the list of patterns while the chart is painted by hand."""
+"""Entry of the list of patterns while the user paints the chart."""
 
 
 class ChartPanel:
@@ -31,7 +31,7 @@ class ChartPanel:
         Args:
             app: the application.
             source: the last valid pattern.
-            text: the text of the chart, valid or not; the pattern is shown if it is empty.
+            text: the text of the chart, valid or not; if it is empty, the chart shows the pattern.
             changed: called with each new pattern.
             edited: called with the text of the chart after each change.
         """
@@ -40,7 +40,7 @@ class ChartPanel:
         self._build(source, text)
 
     def show(self, source: Source, text: str) -> None:
-        """Show the chart of another variant, whose steps are its own."""
+        """Show the chart of another variant, with its own steps."""
         self._app.left_controls.clear()
         self._build(source, text)
 
@@ -61,7 +61,7 @@ class ChartPanel:
             self._library.value = name
 
     def _keep(self, source: Source) -> None:
-        """Add a pattern that was read from a file to the list."""
+        """Add a pattern from a file to the list."""
         if isinstance(source, Pattern):
             self._own.keep(source)
             self._library.options = self._names()

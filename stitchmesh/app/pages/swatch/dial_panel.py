@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The dials of a design as controls; those that do not act on the pattern are hidden."""
+"""The dials of a design as controls; dials without effect on the pattern are hidden."""
 
 from __future__ import annotations
 
@@ -62,11 +62,11 @@ SIZES = (
     ("width", "Hold the width", "Width of a repeat [cm]"),
     ("height", "Hold the height", "Height of a repeat [cm]"),
 )
-"""Field of ``SwatchDials``, the box that holds a size of the repeat, and the number that it is held at."""
+"""Field of ``SwatchDials``, the box that holds a size of the repeat, and the number of the held size."""
 
 
 def dials_of_yarn(yarn: Yarn, design: SwatchDesign) -> dict[str, float]:
-    """Return the dials that a yarn sets: thickness where it touches, weight, and in a knit the loops of its gauge."""
+    """Return the dials that a yarn sets: its contact thickness, its weight, and in a knit the loops of its gauge."""
     dials = {
         "yarn_radius": yarn.core_radius, "loop_length": yarn.gauge.loop_length,
         "mass": GRAMS_OF_100_METRES * yarn.grams_per_metre,
@@ -76,7 +76,7 @@ def dials_of_yarn(yarn: Yarn, design: SwatchDesign) -> dict[str, float]:
 
 
 def yarn_of_dials(design: SwatchDesign) -> Yarn | None:
-    """Return the yarn to which the dials of a design are set; None if they are set to none."""
+    """Return the yarn to which the dials of a design are set; None if they match no yarn."""
     for yarn in map(Yarn.named, yarn_names()):
         if all(getattr(design.dials, name) == value for name, value in dials_of_yarn(yarn, design).items()):
             return yarn
@@ -111,7 +111,7 @@ class DialPanel:
         self.show(design)
 
     def show(self, design: SwatchDesign, frame: Frame | None = None) -> None:
-        """Show the dials of a design; a frame tells the size that a hold takes."""
+        """Show the dials of a design; a frame gives the size at which a hold begins."""
         self._frame = frame or self._frame
         if design.pattern is not self._design.pattern:
             self._acting = acting_dials(design.pattern)
@@ -133,10 +133,10 @@ class DialPanel:
             yield self._field((name, label, HELD_HINT, Number(0.01, 1000.0, 0.01, without=None, box=box)))
 
     def _size(self, axis: int, design: SwatchDesign) -> float:
-        """Return the present width or height of the repeat, at which it is held first."""
+        """Return the present width or height of the repeat, at which a hold begins."""
         return 1.0 if self._frame is None else round(self._frame.size[axis], 2)
 
     def _take_yarn(self, yarn: Yarn | None) -> None:
-        """Take thickness, weight and loops of a yarn."""
+        """Set thickness, weight and loops from a yarn."""
         if yarn is not None:
             self._changed(self._design.turned(**dials_of_yarn(yarn, self._design)))

@@ -26,11 +26,11 @@ FORMATS = {
     "piece, curves (.bcc)": ("bcc", True), "piece, curves (.usda)": ("usda", True),
     "piece, curves (.obj)": ("obj", True), "piece, tubes (.glb)": ("glb", True),
 }  # fmt: skip
-"""Suffix of each format of yarns, and whether it holds the piece that is shown."""
+"""Suffix of each format of yarns, and whether the file holds the whole visible piece."""
 PICTURE = (1600, 1000)
 """Width and height of a picture [pixels]."""
 FOLDER = "exports"
-"""Folder of the project in which the files are made."""
+"""Folder of the project for the files."""
 
 
 class ExportPanel:
@@ -104,7 +104,7 @@ class ExportPanel:
         return design, frame, look
 
     def _send(self, name: str, write: Callable[[Path], object]) -> None:
-        """Write a file in the project, and send it."""
+        """Write a file into the project, and send it."""
         path = self._app.project.folder / FOLDER / name
         write(path)
         self._app.download(name, path.read_bytes())

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The fabric of one variant, or of two beside each other, in the scene."""
+"""The fabric of one variant, or of two side by side, in the scene."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ AXIS = np.array([1.0, 0.0, 0.0])
 NAMES_OF_VARIANTS = "names of variants"
 """Name of the drawing of the labels."""
 ABOVE = 0.07
-"""Height of the labels above the fabric, and of the room above them, over the larger side of the picture."""
+"""Height of the labels above the fabric, and of the space above them, over the larger side of the picture."""
 REFIT = 1.3
-"""Factor by which the fabric grows or shrinks before the camera is placed again."""
+"""The camera is placed again after the fabric has grown or shrunk by this factor."""
 
 
 class FabricDrawing:
@@ -50,7 +50,7 @@ class FabricDrawing:
         self._fit([drawing for _, drawing in drawings], places)
 
     def remove(self, variant: Variant) -> None:
-        """Draw a variant no more."""
+        """Remove the drawing of a variant."""
         for number in range(self._parts.pop(variant, 0)):
             self._scene.remove(_name(variant, number))
 
@@ -70,27 +70,27 @@ class FabricDrawing:
         low, high = _bounds([drawing for _, drawing in drawings], places)
         room = ABOVE * float((high - low).max())
         points = np.array([[place, high[1] + room, 0.0] for place in places])
-        # A browser that is sent a label in every frame shows none of them.
+        # A browser that gets a label with every frame shows none of them.
         if self._named is None or np.abs(points - self._named).max() > 0.5 * room:
             self._named = points
             self._scene.show(NAMES_OF_VARIANTS, Labels(points, tuple(name for name, _ in drawings)))
 
     def expect_other_size(self) -> None:
-        """Place the camera again when the fabric has come to rest, because another pattern was chosen."""
+        """Place the camera again when the fabric is at rest, because the user has chosen another pattern."""
         self._settling = True
 
     def fit_next(self) -> None:
-        """Place the camera at the next drawing, because another number of copies or variants is shown."""
+        """Place the camera at the next drawing, because the number of copies or variants has changed."""
         self._fitted = None
 
     def fit_at_rest(self) -> None:
-        """Place the camera at the size of the fabric at rest, once after another pattern was chosen."""
+        """Place the camera for the size of the fabric at rest, once after a change of the pattern."""
         if self._settling and self._box is not None:
             self._settling = False
             self._place_camera(self._box)
 
     def _fit(self, drawings: Sequence[TileDrawing], places: Sequence[float]) -> None:
-        """Place the camera if the fabric has quite another size than when the camera was placed."""
+        """Place the camera if the size of the fabric has changed much since it was placed last."""
         low, high = _bounds(drawings, places)
         if len(drawings) > 1:
             high = high + np.array([0.0, 2.0 * ABOVE * float((high - low).max()), 0.0])
@@ -106,7 +106,7 @@ class FabricDrawing:
 
 
 def _places(drawings: Sequence[TileDrawing]) -> list[float]:
-    """Return the middle of each fabric along x [cm]; the middle of the gap between two lies at 0."""
+    """Return the middle of each fabric along x [cm]; between two fabrics, the middle of the gap lies at 0."""
     if len(drawings) == 1:
         return [0.0]
     half = [float(drawing.high[0]) for drawing in drawings]
@@ -115,7 +115,7 @@ def _places(drawings: Sequence[TileDrawing]) -> list[float]:
 
 
 def _bounds(drawings: Sequence[TileDrawing], places: Sequence[float]) -> tuple[FloatArray, FloatArray]:
-    """Return the least and the largest coordinates of all fabrics [cm], shape (3,) each."""
+    """Return the smallest and the largest coordinates of all fabrics [cm], shape (3,) each."""
     moves = np.stack([place * AXIS for place in places])
     low: FloatArray = (np.stack([drawing.low for drawing in drawings]) + moves).min(axis=0)
     high: FloatArray = (np.stack([drawing.high for drawing in drawings]) + moves).max(axis=0)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the fabric measures, and what it is doing, in words."""
+"""The measures of the fabric, and its present state in words."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ GRAMS_PER_SQUARE_METRE = 1e4
 
 
 class MeasuresPanel:
-    """A line about each variant, and a table with a column for each."""
+    """A line on each variant, and a table with a column for each."""
 
     def __init__(self, controls: Controls) -> None:
-        """Make the panel; it stays empty until ``show``."""
+        """Make the panel, which stays empty until ``show``."""
         self._html = controls.html(Markup())
 
     def show(self, variants: Sequence[Variant]) -> None:
@@ -42,7 +42,7 @@ class MeasuresPanel:
 
 
 def state_of(variant: Variant) -> tuple[str, bool]:
-    """Return in words what a variant is doing, and whether something is wrong."""
+    """Return the present state of a variant in words, and whether it is a problem."""
     frame = variant.frame
     if variant.refusal is not None:
         return variant.refusal, True
@@ -84,7 +84,7 @@ def _state(variant: Variant, several: bool) -> Markup:
 
 
 def _table(variants: Sequence[Variant], several: bool) -> Markup:
-    """Return the table; variants of which one is knitted and one woven have the words of the first."""
+    """Return the table; if one variant is knitted and one woven, it uses the words of the first."""
     frames = [variant.frame for variant in variants if variant.frame is not None]
     columns = [rows_of(frame.measures, frame.fabric is None) for frame in frames]
     names = joined(markup('<th scope="col">{}</th>', variant.name) for variant in variants)

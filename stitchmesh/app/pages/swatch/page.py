@@ -40,11 +40,11 @@ if TYPE_CHECKING:
     from stitchmesh.app.application import App
 
 RUN, PAUSE, STEP, AGAIN = "Start", "Stop", "Step", "From the start"
-"""What the yarns can be told to do."""
+"""The commands to the yarns."""
 BYTES_A_SECOND = 30e6
-"""Positions that a browser is sent in a second at most; larger fabrics get fewer frames."""
+"""Bytes of positions that a browser gets in a second at most; larger fabrics get fewer frames."""
 PART_OF_TIME = 0.25
-"""Largest part of the time that the event thread spends on drawings."""
+"""Largest share of its time that the event thread spends on drawings."""
 
 
 class SwatchPage(Page):
@@ -75,7 +75,7 @@ class SwatchPage(Page):
         self._show()
 
     def refresh(self) -> None:
-        """Do nothing: the garment of the project is not part of this page."""
+        """Do nothing, because the garment of the project is not part of this page."""
 
     def leave(self) -> None:
         """End the sessions, and a stretch test."""
@@ -86,11 +86,11 @@ class SwatchPage(Page):
 
     @property
     def variant(self) -> Variant:
-        """The variant that chart and dials change."""
+        """The variant that the chart and the dials change."""
         return self.variants[self.state.edited]
 
     def change(self, design: SwatchDesign) -> None:
-        """Take another design of the edited variant, and let its fabric follow."""
+        """Take another design for the edited variant, and let its fabric follow."""
         if design.pattern != self.state.design.pattern:
             self._drawing.expect_other_size()
         self.variant.change(design)
@@ -128,7 +128,7 @@ class SwatchPage(Page):
         self._stretch = StretchPanel(self.app, self._named_designs, self._exports.curve)
 
     def _saved_state(self) -> SwatchState:
-        """Return what the project keeps; if that is damaged, say so and begin anew."""
+        """Return the state from the project; if it is damaged, say so and begin anew."""
         try:
             return read_state(self.app.project.settings(self.name))
         except StitchMeshError as error:
@@ -147,7 +147,7 @@ class SwatchPage(Page):
         variant.change(design)
 
     def _take_frame(self, variant: Variant, frame: Frame) -> None:
-        """Show a frame of a variant; a frame that waited while the page was left is none of the page."""
+        """Show a frame of a variant, but not one that was waiting while the user left the page."""
         if variant not in self.variants:
             return
         began = time.perf_counter()
@@ -182,7 +182,7 @@ class SwatchPage(Page):
         self._measures.show(self.variants)
 
     def _take_pattern(self, source: Source) -> None:
-        """Take a pattern of the chart; another size of the repeat has other numbers of copies, and no held size."""
+        """Take a pattern from the chart; another size of the repeat gets other numbers of copies, and no held size."""
         design, before = replace(self.state.design, pattern=source), self.state.design
         if design.pattern == before.pattern:
             return
@@ -226,7 +226,7 @@ class SwatchPage(Page):
         self._tell(RUN if self._stopped else PAUSE)
 
     def _compare(self, compare: bool) -> None:
-        """Add a second variant, equal to the first, or keep the edited one alone."""
+        """Add a second variant, equal to the first, or keep only the edited one."""
         edited = self.state.edited
         self._keep(self.state.compared(compare))
         if compare:
@@ -243,7 +243,7 @@ class SwatchPage(Page):
         self._show()
 
     def _edit(self, name: str) -> None:
-        """Let chart and dials change another variant."""
+        """Make chart and dials change another variant."""
         self._keep(replace(self.state, edited=NAMES.index(name)))
         self._chart.show(self.state.design.pattern, self.state.charts[self.state.edited])
         self._show()

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the user has set on the page: one or two designs, and how they are shown. The project keeps it."""
+"""The user's settings on the page: one or two designs, and their look. The project keeps them."""
 
 from __future__ import annotations
 
@@ -16,33 +16,33 @@ from stitchmesh.periodic.resolve_pattern import Source, resolve_pattern
 from stitchmesh.periodic.swatch_design import SwatchDesign, design_table, read_design
 
 FIRST_PATTERN = "rib2x2"
-"""Pattern of a new project: its two kinds of stitches show at once what relaxation does."""
+"""Pattern of a new project; its two kinds of stitches show at once what relaxation does."""
 NAMES = ("A", "B")
 """Names of the variants."""
 COLOURINGS = ("yarn", "stitch", "row", "strain")
-"""What may decide the colours."""
+"""The choices of what the colours show."""
 SHOWN = (12, 16)
-"""Numbers of wales and of courses that a new pattern shows, in whole repeats; such a piece is about square."""
+"""Numbers of wales and courses that a new pattern shows, in whole repeats; such a piece is roughly square."""
 MOST_TILES = 12
-"""Largest number of repeats that are shown in one direction."""
+"""Largest number of repeats in one direction."""
 
 
 @dataclass(frozen=True)
 class Look:
-    """How the fabric is shown.
+    """The look of the fabric.
 
     Raises:
         ParameterError: a value is out of bounds.
     """
 
     columns: int = 3
-    """Number of repeats that are shown side by side."""
+    """Number of repeats side by side."""
     rows: int = 3
-    """Number of repeats that are shown one above another."""
+    """Number of repeats one above another."""
     colour_by: str = "yarn"
-    """What decides the colours."""
+    """What the colours show."""
     blend: float = 0.7
-    """Weight of the colours of stitches or rows, from 0, those of the yarns, to 1."""
+    """Weight of the colours of stitches or rows; 0 leaves the colours of the yarns."""
 
     def __post_init__(self) -> None:
         if not (1 <= self.columns <= MOST_TILES and 1 <= self.rows <= MOST_TILES):
@@ -53,7 +53,7 @@ class Look:
             raise ParameterError(f"blend: got {self.blend:g}; expected 0 to 1")
 
     def fitted(self, source: Source) -> Look:
-        """Return the look with so many repeats of a pattern that about ``SHOWN`` wales and courses are seen."""
+        """Return the look with the number of repeats of a pattern that shows about ``SHOWN`` wales and courses."""
         counts = zip(SHOWN, repeat_shape(source), strict=True)
         columns, rows = (min(max(round(shown / own), 1), MOST_TILES) for shown, own in counts)
         return replace(self, columns=columns, rows=rows)
@@ -64,14 +64,14 @@ class SwatchState:
     """All that the page shows."""
 
     designs: tuple[SwatchDesign, ...]
-    """One design, or two that are compared."""
+    """One design, or two designs to compare."""
     edited: int = 0
-    """Number of the design that chart and dials change."""
+    """Number of the design that the chart and the dials change."""
     look: Look = Look()
     iterations: int = 20
-    """Iterations from one frame to the next."""
+    """Number of iterations from one frame to the next."""
     charts: tuple[str, ...] = ()
-    """The text of the chart of each design, valid or not; an empty text is that of its pattern."""
+    """The text of the chart of each design, valid or not; an empty text stands for the text of its pattern."""
 
     def __post_init__(self) -> None:
         charts = (*self.charts, *[""] * len(self.designs))[: len(self.designs)]
@@ -79,23 +79,23 @@ class SwatchState:
 
     @property
     def design(self) -> SwatchDesign:
-        """The design that chart and dials change."""
+        """The design that the chart and the dials change."""
         return self.designs[self.edited]
 
     def with_design(self, design: SwatchDesign) -> SwatchState:
-        """Return the state with another design in the place of the edited one."""
+        """Return the state with another design in place of the edited one."""
         designs = list(self.designs)
         designs[self.edited] = design
         return replace(self, designs=tuple(designs))
 
     def with_chart(self, text: str) -> SwatchState:
-        """Return the state with another text of the chart of the edited design."""
+        """Return the state with another chart text for the edited design."""
         charts = list(self.charts)
         charts[self.edited] = text
         return replace(self, charts=tuple(charts))
 
     def compared(self, compare: bool) -> SwatchState:
-        """Return the state with a second variant, a copy of the first one, or with the edited design alone."""
+        """Return the state with a second variant, a copy of the first, or with only the edited design."""
         if compare == (len(self.designs) == 2):
             return self
         count, chart = (2 if compare else 1), self.charts[self.edited]
@@ -103,12 +103,12 @@ class SwatchState:
 
 
 def is_knit(state: SwatchState) -> bool:
-    """Whether the edited design is a knit, whose stitches and rows can have colours."""
+    """Return whether the edited design is a knit, whose stitches and rows can have colours."""
     return isinstance(state.design.pattern, Pattern)
 
 
 def has_strength(state: SwatchState) -> bool:
-    """Whether the colours of stitches or rows cover those of the yarns."""
+    """Return whether the colours of stitches or rows cover the colours of the yarns."""
     return is_knit(state) and state.look.colour_by in ("stitch", "row")
 
 
@@ -122,7 +122,7 @@ LOOK_FIELDS = (
     Field("look.blend", "Strength", "How much these colours cover those of the yarns; 0 shows the yarns alone",
           Number(0.0, 1.0, 0.05, slider=True), has_strength),
 )  # fmt: skip
-"""How the fabric is shown, with the controls that apply to the edited design."""
+"""Fields for the look of the fabric; the design decides which of them are visible."""
 
 
 def repeat_shape(source: Source) -> tuple[int, int]:
@@ -139,7 +139,7 @@ def first_state() -> SwatchState:
 
 
 def state_table(state: SwatchState) -> dict[str, Any]:
-    """Return the state as JSON can hold it."""
+    """Return the state as a table for JSON."""
     look = {"columns": state.look.columns, "rows": state.look.rows, "colour_by": state.look.colour_by,
             "blend": state.look.blend}  # fmt: skip
     designs = [design_table(design) for design in state.designs]
@@ -150,7 +150,7 @@ def state_table(state: SwatchState) -> dict[str, Any]:
 
 
 def read_state(table: Mapping[str, Any]) -> SwatchState:
-    """Return the state of a table of ``state_table``; that of a new project if the table is empty.
+    """Return the state from a table of ``state_table``; the state of a new project if the table is empty.
 
     Raises:
         ParameterError: a key is missing, or a value is of another type or out of bounds.
@@ -168,14 +168,14 @@ def read_state(table: Mapping[str, Any]) -> SwatchState:
 
 
 def swatch_patterns(table: Mapping[str, Any]) -> dict[str, Pattern]:
-    """Return the patterns that the page holds, by the names under which other pages list them; weaves are left out.
+    """Return the patterns of the page, by the names under which other pages list them, without weaves.
 
     Args:
-        table: a table of ``state_table``; there are no patterns if it is empty or damaged.
+        table: a table of ``state_table``; an empty or damaged one gives no patterns.
     """
     try:
         designs = read_state(table).designs if table else ()
     except StitchMeshError:
-        return {}  # The page itself says so.
+        return {}  # The page itself reports the damage.
     knits = [design.pattern for design in designs if isinstance(design.pattern, Pattern)]
     return {f"swatch {number}: {pattern.name or 'own chart'}": pattern for number, pattern in enumerate(knits, start=1)}

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The stretch test: the tension of each variant at growing strains, as a plot."""
+"""The stretch test: the tension of each variant at increasing strains, as a plot."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ COLOURS = ("#1f5673", "#c97d10")
 DASHES = ("solid", "dash")
 MARKS = ("circle", "square")
 STEPS = 7
-"""Number of states of a curve, the free one included."""
+"""Number of states of a curve, the free state included."""
 
 
 @dataclass(frozen=True)
 class Curve:
-    """The points of a variant that are measured so far."""
+    """The points of a variant that have been measured so far."""
 
     name: str
     points: tuple[StretchPoint, ...]
@@ -100,7 +100,7 @@ class StretchPanel:
         self._say_progress(0)
 
     def leave(self) -> None:
-        """End a test that runs; its controls are about to be removed."""
+        """End a running test, because its controls will be removed."""
         self._left = True
         if self._task is not None and self._task is self._app.tasks.current:
             self._app.tasks.cancel()
@@ -131,7 +131,7 @@ class StretchPanel:
             self._plot.figure = stretch_figure(curves)
 
     def _say_progress(self, count: int) -> None:
-        """Say how many states of the test are at rest."""
+        """Show how many states of the test are at rest."""
         of_all = f"{count} of {STEPS * len(self._designs())} states are at rest"
         self._snaps.content = message(f"The stretch test runs: {of_all}. The live fabric waits meanwhile.", "info")
 
@@ -146,7 +146,7 @@ class StretchPanel:
 
 
 def stretch_figure(curves: Sequence[Curve]) -> go.Figure:
-    """Return the plot of tensions over strains; curves differ in colour, dashes and marks."""
+    """Return the plot of tensions over strains; the curves differ in colour, dashes and marks."""
     import plotly.graph_objects as go
 
     figure = go.Figure()
@@ -163,7 +163,7 @@ def stretch_figure(curves: Sequence[Curve]) -> go.Figure:
 
 
 def snap_texts(curves: Sequence[tuple[str, StretchCurve]]) -> list[str]:
-    """Return a sentence about each place where a fabric snapped to another shape."""
+    """Return a sentence on each strain at which a fabric snapped to another shape."""
     return [
         f"{name}: {text}." if len(curves) > 1 else f"{text[0].upper()}{text[1:]}."
         for name, curve in curves

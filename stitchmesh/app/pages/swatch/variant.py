@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A variant of the swatch: a design, the session that relaxes it, its frames, and what the scene shows of it."""
+"""A variant of the swatch: a design, the session that relaxes it, its frames, and their drawing in the scene."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from stitchmesh.render.lettering import Colour
 from stitchmesh.render.tile_drawing import TileDrawing, draw_tiles
 
 URGENT_FRAMES = 6
-"""Number of frames after a change that do not wait for the time of the next frame: those that the session was making
-before, the drawing, and how it moves."""
+"""Number of frames after a change that do not wait for the time of the next frame: frames that the session was already
+making, the newly drawn yarns, and their first movements."""
 
 
 class FrameWatcher:
@@ -32,17 +32,17 @@ class FrameWatcher:
 
         Args:
             session: the session; its present frame is not delivered.
-            queue: the queue in which ``deliver`` is called.
-            deliver: function of each frame; a frame that waits while a newer one arrives is left out.
+            queue: the queue that calls ``deliver``.
+            deliver: called with each frame; a waiting frame is dropped when a newer one arrives.
         """
         self.seconds = FRAME_SECONDS
-        """Least time between two frames [s]."""
+        """Shortest time between two frames [s]."""
         self._session, self._queue, self._deliver = session, queue, deliver
         self._urgent = threading.Event()
         threading.Thread(target=self._watch, args=(session.frame.number,), name="frames", daemon=True).start()
 
     def hurry(self) -> None:
-        """Deliver the next frames as soon as they come, because the user has changed something."""
+        """Deliver the next frames without delay, because the user has changed something."""
         self._urgent.set()
 
     def _watch(self, seen: int) -> None:
@@ -57,10 +57,10 @@ class FrameWatcher:
 
 
 PLAIN = parse_pattern("round 1: k1")
-"""Pattern with which a session begins. The design follows as a change, so that a design that cannot be generated is an
-error of a frame, and the thread of events does not wait until a large design is generated."""
+"""Pattern with which a session begins. The design then follows as a change. An impossible design is therefore an error
+of a frame, and the event thread does not wait for the generation of a large design."""
 MOST_STITCHES = 10_000
-"""Number of stitches up to which a chart is relaxed live; a frame of so many takes a second on one core."""
+"""Largest number of stitches of a chart that is relaxed live; a frame of this size takes a second on one core."""
 
 
 class Variant:
@@ -74,7 +74,7 @@ class Variant:
         Args:
             name: name of the variant.
             queue: the queue of the event thread.
-            iterations: iterations from one frame to the next.
+            iterations: number of iterations from one frame to the next.
             stopped: whether the yarns wait for ``start`` or ``step``.
             deliver: called with the variant and each of its frames.
         """
@@ -82,11 +82,11 @@ class Variant:
         self.frame: Frame | None = None
         """The newest frame of the design; None before the first one."""
         self.drawing: TileDrawing | None = None
-        """What the scene shows of the newest frame."""
+        """The drawing of the newest frame in the scene."""
         self.legend: tuple[tuple[str, Colour], ...] = ()
-        """Names and colours of what the colours of the drawing mean; empty for the colours of yarns."""
+        """Names and colours of the legend of the drawing; empty if it has the colours of the yarns."""
         self.refusal: str | None = None
-        """Why the design is not relaxed; None if it is."""
+        """Why the design is not relaxed; None if it is relaxed."""
         self.session = SwatchSession(PLAIN, quality="draft", stopped=True, iterations_per_frame=iterations)
         self._stopped = stopped
         self._watcher = FrameWatcher(self.session, queue, lambda frame: deliver(self, frame))
@@ -97,7 +97,7 @@ class Variant:
         return self._stopped
 
     def change(self, design: SwatchDesign) -> None:
-        """Move to another design, from the present state if the yarns are the same."""
+        """Move to another design; start from the present state if the yarns are the same."""
         self._watcher.hurry()
         try:
             check_size(design)
@@ -117,18 +117,18 @@ class Variant:
         self.session.start()
 
     def stop(self) -> None:
-        """Let the yarns stand."""
+        """Stop the relaxation."""
         self._stopped = True
         self.session.stop()
 
     def step(self) -> None:
-        """Relax for one frame; a session that runs stops."""
+        """Relax for one frame; a running session stops."""
         self._stopped = True
         self._watcher.hurry()
         self.session.request_steps()
 
     def restart(self) -> None:
-        """Return to the yarns as drawn."""
+        """Return to the yarns as they were generated."""
         self._watcher.hurry()
         self.session.restart()
 
@@ -152,7 +152,7 @@ class Variant:
 
 
 def check_size(design: SwatchDesign) -> None:
-    """Check that a design is small enough to be relaxed live.
+    """Check that a design is small enough to relax live.
 
     Raises:
         ParameterError: it has more than ``MOST_STITCHES`` stitches.

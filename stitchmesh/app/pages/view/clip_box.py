@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A box with sides along the axes; what lies outside it is not drawn."""
+"""A box with sides along the axes; everything outside it is hidden."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from stitchmesh.mesh import FloatArray
 SIDES: Mapping[str, tuple[int, float]] = {
     "Left": (0, 0.0), "Right": (0, 100.0), "Bottom": (1, 0.0), "Top": (1, 100.0), "Back": (2, 0.0), "Front": (2, 100.0),
 }  # fmt: skip
-"""Axis of each side of the box, and its place where nothing is cut off [% of the thing]."""
+"""Axis of each side of the box, and the place of the side where it hides nothing [% of the thing]."""
 BOX_COLOUR = (224, 138, 30)
 
 
@@ -26,12 +26,12 @@ class ClipBox:
     """A box."""
 
     low: tuple[float, float, float]
-    """Least coordinates [cm]."""
+    """Smallest coordinates [cm]."""
     high: tuple[float, float, float]
     """Largest coordinates [cm]."""
 
     def inside(self, points: FloatArray) -> NDArray[np.bool_]:
-        """Whether points lie in the box, shape (n, 3) to (n,)."""
+        """Return whether points lie in the box, shape (n, 3) to (n,)."""
         return np.all((points >= self.low) & (points <= self.high), axis=1)
 
     def edges(self) -> Lines:
@@ -43,18 +43,18 @@ class ClipBox:
 
 
 def box_of_shares(low: FloatArray, high: FloatArray, shares: Mapping[str, float]) -> ClipBox:
-    """Return the box between shares of the box of a thing.
+    """Return the box between given shares of the bounds of a thing.
 
     Args:
-        low: least coordinates of the thing [cm], shape (3,).
+        low: smallest coordinates of the thing [cm], shape (3,).
         high: largest coordinates of the thing [cm], shape (3,).
-        shares: place of each side of ``SIDES`` [% from low to high]; sides that have changed places are exchanged.
+        shares: place of each side of ``SIDES`` [% from low to high]; opposite sides in the wrong order are exchanged.
     """
     ends = np.zeros((2, 3))
     for side, (axis, far) in SIDES.items():
         share = shares.get(side, far)
         ends[int(far > 0.0), axis] = low[axis] + 0.01 * share * (high[axis] - low[axis])
-    # Rounding of coordinates must not cut off the outermost points.
+    # Rounding of coordinates must not hide the outermost points.
     slack = 1e-9 * (1.0 + np.abs(ends).max())
     least, most = ends.min(axis=0) - slack, ends.max(axis=0) + slack
     return ClipBox(tuple(least.tolist()), tuple(most.tolist()))

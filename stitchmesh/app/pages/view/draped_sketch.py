@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A state of a large run that goes on, in few lines and triangles: it is drawn in a small part of a second.
+"""A state of a large run in progress, in few lines and triangles, which are drawn in a small part of a second.
 
-The triangles of the cloth are drawn as they are, without subdivision. Of the simulated yarns some are drawn, as
-straight lines from node to node. The whole picture (``draped_view``) needs the curves of all yarns.
+The triangles of the cloth are drawn without subdivision. Only some of the simulated yarns are drawn, as straight lines
+from node to node. The whole picture (``draped_view``) needs the curves of all yarns.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ from stitchmesh.render.draped.colouring import ALPHA_SCALE
 LINES = "sketched yarns"
 """Name of the drawing of the yarns."""
 LARGE = 40_000
-"""Number of yarn nodes of a cloth above which a run that goes on is sketched."""
+"""A run in progress is sketched if its cloth has more yarn nodes than this."""
 MOST_LINES = 20_000
 """Largest number of lines of a sketch."""
 PIECE = 64
-"""Number of passages of a piece of yarn, of which some are drawn where the cloth has few yarns."""
+"""Number of passages in a piece of yarn; a cloth with few yarns shows some of the pieces."""
 WIDTH = 1.5
 """Width of the lines [pixels]."""
 WORDS = "A large run is sketched while it goes on; a pause or its end shows it whole."
@@ -49,7 +49,7 @@ class SketchLines:
 
     @classmethod
     def of(cls, yarns: LaidYarns, region: Region) -> SketchLines:
-        """Choose the lines: those of every k-th yarn, or of every k-th piece where there are few yarns."""
+        """Choose the lines: every k-th yarn, or every k-th piece if there are few yarns."""
         number = region.node_number[yarns.yarn_node]
         yarn = np.repeat(np.arange(len(yarns.yarn_start) - 1), np.diff(yarns.yarn_start))
         joined = np.flatnonzero((yarn[1:] == yarn[:-1]) & (number[1:] >= 0) & (number[:-1] >= 0))
@@ -61,10 +61,10 @@ class SketchLines:
 
 
 class DrapedSketch:
-    """The newest state of a run that goes on."""
+    """The newest state of a run in progress."""
 
     def __init__(self, draped: Draped, before: object = None) -> None:
-        """Prepare the state; the sketch of an earlier one with the same region is used again."""
+        """Prepare the state; an earlier sketch of the same region is used again."""
         self.draped, self.frame = draped, draped.end
         region, yarns = draped.prepared.region, draped.prepared.fabric.yarns
         known: SketchLines | None = before.lines if isinstance(before, DrapedSketch) else None
@@ -80,7 +80,7 @@ class DrapedSketch:
 
         Args:
             scene: the scene.
-            alpha: whether alpha decides the colours, instead of the yarns.
+            alpha: whether the colours show alpha instead of the yarns.
         """
         frame, region = self.frame, self.lines.region
         corners = region.triangles[frame.triangle_kind != YARNS]
@@ -97,7 +97,7 @@ class DrapedSketch:
         remove_bodies(scene, self.draped.prepared.bodies)
 
     def _line_colours(self, *, alpha: bool) -> NDArray[np.uint8]:
-        """Colours of the ends of the lines, shape (n, 2, 3)."""
+        """Return the colours of the ends of the lines, shape (n, 2, 3)."""
         if alpha:
             region = self.lines.region
             found: NDArray[np.uint8] = ALPHA_SCALE.of(region.node_alpha[region.nodes][self.lines.node.ravel()])

@@ -38,11 +38,11 @@ BODIES = "viewed bodies"
 """Name of the drawing of the bodies."""
 CLOTH_COLOUR: Colour = (214, 208, 196)
 BODY_OPACITY = 0.4
-"""Opacity of bodies, which may stand before the cloth."""
+"""Opacity of bodies, because they may stand in front of the cloth."""
 THICKNESS = 4.0
-"""Thickness of the cloth over the radius of its yarns, within which a yarn belongs to the triangle before it."""
+"""Thickness of the cloth over the radius of its yarns; a yarn within it belongs to the triangle in front of it."""
 KINDS = ("triangles are simulated", "triangles and yarns are simulated", "yarns are simulated")
-"""What is simulated at a place, by the kind of the triangle there."""
+"""What is simulated in a triangle, by its kind."""
 
 
 class DrapedView:
@@ -55,9 +55,9 @@ class DrapedView:
 
         Args:
             draped: the run.
-            before: the view of another frame, whose structure is used again if it is of the same run.
+            before: the view of another frame; its structure is used again if it belongs to the same run.
             frame: number of the frame; the last one by default.
-            everywhere: whether all yarns are drawn, and no triangles.
+            everywhere: whether to draw all yarns and no triangles.
         """
         self.draped, self.everywhere = draped, everywhere
         self.frame: DrapeFrame = draped.frames[-1 if frame is None else frame]
@@ -92,7 +92,7 @@ class DrapedView:
         return False
 
     def coloured(self, colour: str, fabric: StitchMesh | None, body: Mesh | None) -> Coloured:
-        """Return the colours of the control points, and then those of the vertices of the surface."""
+        """Return the colours of the control points, followed by those of the vertices of the surface."""
         values = DrapedValues(self.draped, self.frame, self.node)
         if colour == "alpha":
             return self._scaled(*values.alpha(), ALPHA_SCALE, "alpha")
@@ -110,7 +110,7 @@ class DrapedView:
         return self._on_plain_cloth(Coloured(found_colours.points, found_colours.key))
 
     def draw(self, scene: Scene, colours: NDArray[np.uint8], clip: ClipBox | None) -> None:
-        """Draw the yarns and the surface in the box, and the bodies."""
+        """Draw the yarns and the surface inside the box, and the bodies."""
         scene.remove(EDGES)
         self._draw_yarns(scene, colours[: self._of_yarns], clip)
         self._draw_surface(scene, colours[self._of_yarns :], clip)
@@ -161,7 +161,7 @@ class DrapedView:
             scene.show(SURFACE, Surface(self.shown.surface, corners, Colours.of(colours), flat=False))
 
     def _segments(self, clip: ClipBox | None) -> IntArray:
-        """Segments that are drawn: those that are simulated, or all, in the box."""
+        """Return the segments to draw: the simulated ones, or all, inside the box."""
         middle = self.yarns.segment_points[:, 1:3]
         drawn = np.ones(len(middle), dtype=bool)
         if not self.everywhere:
@@ -181,13 +181,13 @@ class DrapedView:
         return Coloured(scale.of(values), scale.key(lambda value: f"{value:{form}} {unit}"), scale)
 
     def _on_plain_cloth(self, of_yarns: Coloured) -> Coloured:
-        """The colours of yarns, and one colour for the surface."""
+        """Return the colours of the yarns, with one colour for the surface."""
         plain = np.tile(np.array(CLOTH_COLOUR, dtype=np.uint8), (len(self.shown.surface), 1))
         return replace(of_yarns, points=np.concatenate([of_yarns.points, plain]))
 
 
 def draw_bodies(scene: Scene, bodies: Sequence[LoadedBody], time: float) -> None:
-    """Draw bodies where they are at a time [s]; the cloth shows through them."""
+    """Draw bodies at their places at a time [s]; the cloth shows through them."""
     for number, mesh in enumerate(bodies_at(bodies, time)):
         scene.show(f"{BODIES} {number}", plain_surface(mesh, BODY_COLOUR, flat=False, opacity=BODY_OPACITY))
 
@@ -205,10 +205,10 @@ BACK, ON, LAST = "Frame before", "Next frame", "Newest"
 
 
 class FramePanel:
-    """Chooses a frame; at the end of the slider the newest frame is shown, also of a run that goes on."""
+    """Chooses a frame; the end of the slider shows the newest frame, also of a run in progress."""
 
     def __init__(self, controls: Controls, changed: Callable[[], object]) -> None:
-        """Make the controls, hidden; ``changed`` is called when something else is to be drawn."""
+        """Make the controls, hidden; ``changed`` is called when another frame or yarns must be drawn."""
         self._draped: Draped | None = None
         self._changed = changed
         self._moment = controls.slider(
@@ -228,14 +228,14 @@ class FramePanel:
         return min(round(float(self._moment.value) / NEWEST * (count - 1)), count - 1)
 
     def show(self, draped: Draped | None) -> None:
-        """Show the controls that a run needs; None hides them."""
+        """Show the controls for a run; None hides them."""
         self._draped = draped
         many = draped is not None and len(draped.frames) > 1
         self._moment.visible = self._steps.visible = many
         self._everywhere.visible = draped is not None
 
     def view(self, draped: Draped, before: object = None) -> DrapedView:
-        """Return the view of the chosen frame of a run, which is shown from now on."""
+        """Return the view of the chosen frame of a run, and make it the visible one."""
         self.show(draped)
         return DrapedView(draped, before, frame=self.frame, everywhere=bool(self._everywhere.value))
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The distance between two places that were clicked."""
+"""The distance between two places that the user has clicked."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ class Measurement:
     """Two places; a third click begins again."""
 
     places: tuple[Place, ...] = ()
-    """The places that were clicked, at most two."""
+    """The clicked places, at most two."""
 
     def with_place(self, place: Place) -> Measurement:
         """Return the measurement after a click."""
         return Measurement((place,) if len(self.places) == 2 else (*self.places, place))
 
     def text(self, thing: Thing | None) -> str:
-        """Return what was measured, or what to do next."""
+        """Return the measured distance in words, or what to do next."""
         if not self.places:
             return "Click the first place."
         if len(self.places) == 1:
@@ -47,7 +47,7 @@ class Measurement:
         return float(np.linalg.norm(second.point - first.point))
 
     def draw(self, scene: Scene) -> None:
-        """Draw the line between the places and its length; nothing while there are fewer than two."""
+        """Draw the line between the places and its length; without two places, nothing."""
         if len(self.places) < 2:
             scene.remove(LINE)
             scene.remove(LABEL)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The file or the output folder of a job that the user has opened; a folder is read again when the job writes."""
+"""The opened file, or the opened output folder of a job; a folder is read again after the job has written into it."""
 
 from __future__ import annotations
 
@@ -31,31 +31,31 @@ from stitchmesh.yarnrelax.checkpoint_yarns import checkpoint_yarns
 
 @dataclass(frozen=True)
 class JobFiles:
-    """The files of a job, with the times at which they were changed."""
+    """The files of a job, with the times of their last changes."""
 
     folder: Path
     times: tuple[tuple[str, int, int], ...]
-    """Name, time of the last change [ns] and size of each file that is there."""
+    """Name, time of the last change [ns] and size of each existing file."""
     status: JobStatus | None = None
-    """How far the job is, if `stitchmesh run` has started it."""
+    """Progress of the job, if `stitchmesh run` has started it."""
 
     def time_of(self, name: str) -> int:
-        """Return the time at which a file was changed [ns]; 0 if it is not there."""
+        """Return the time of the last change of a file [ns]; 0 if there is no such file."""
         return next((time for found, time, _ in self.times if found == name), 0)
 
 
 STATES = ("stitches.h5", "yarns.h5", "convergence.csv", "report.json", SCENE_FILE, FRAMES)
-"""Files of a job that are looked at; the folder of the frames changes with each frame."""
+"""Files of a job that are watched; the folder of the frames changes with each frame."""
 EVERY_SECONDS = 1.0
-"""Time between two looks at the folder."""
+"""Time between two checks of the folder."""
 WAITING = "Waiting for the first result: the folder holds no stitches.h5, no yarns.h5 and no frames yet."
 
 
 def job_files(folder: Path) -> JobFiles:
-    """Return the files of a job that are there now.
+    """Return the present files of a job.
 
     Raises:
-        ParameterError: there is no such folder.
+        ParameterError: the folder does not exist.
     """
     if not is_folder(folder):
         raise ParameterError(f"folder: {folder} is no folder; expected the output folder of a job")
@@ -64,18 +64,18 @@ def job_files(folder: Path) -> JobFiles:
         try:
             found = path.stat()
         except OSError:
-            continue  # The job has not written it yet, or replaces it at this moment.
+            continue  # The job has not written the file yet, or is replacing it.
         times.append((name, found.st_mtime_ns, found.st_size))
     return JobFiles(folder, tuple(times), _status(folder))
 
 
 def read_job(files: JobFiles, earlier: tuple[JobFiles, Viewed] | None = None) -> Viewed:
-    """Read the newest state of a job: its yarns, or its stitches while it has no yarns, or its frames.
+    """Read the newest state of a job: its yarns, its stitches if it has no yarns yet, or its frames.
 
     Args:
         files: the files of the job.
-        earlier: an earlier state of the same folder, which is kept if only the status of the job is newer. A run with
-            the same scene keeps what it has prepared.
+        earlier: an earlier state of the same folder. It is kept if only the status of the job is newer, and a run of
+            the same scene keeps its preparation.
 
     Raises:
         StitchMeshError: a file cannot be read, or there is none.
@@ -85,7 +85,7 @@ def read_job(files: JobFiles, earlier: tuple[JobFiles, Viewed] | None = None) ->
         return replace(earlier[1], job=files.status)
     if {SCENE_FILE, FRAMES} <= here:
         return _read_run(files, earlier)
-    # A job writes its convergence last; an earlier job may have left its own in the folder.
+    # A job writes its convergence last; the file of an earlier job may still be in the folder.
     finished = files.time_of("convergence.csv") >= files.time_of("yarns.h5") > 0
     state = "finished" if finished else "running, or was stopped"
     line = f"The job in {folder.name} is {state}." if files.status is None else ""
@@ -102,10 +102,10 @@ def read_job(files: JobFiles, earlier: tuple[JobFiles, Viewed] | None = None) ->
 
 
 class FolderWatch:
-    """A thread that looks at a folder until it is stopped."""
+    """A thread that watches a folder until it is stopped."""
 
     def __init__(self, folder: Path, changed: Callable[[JobFiles], object], every: float = EVERY_SECONDS) -> None:
-        """Start; ``changed`` is called in the thread of the watch, with the files after each change."""
+        """Start; the thread of the watch calls ``changed`` with the files after each change."""
         self.folder = folder
         self._changed, self._every = changed, every
         self._stopped = threading.Event()
@@ -121,14 +121,14 @@ class FolderWatch:
             try:
                 files = job_files(self.folder)
             except StitchMeshError:
-                continue  # The folder may come back, for example on a disk of another computer.
+                continue  # The folder may return, for example on a disk of another computer.
             if files != self._seen and not self._stopped.is_set():
                 self._seen = files
                 self._changed(files)
 
 
 def _status(folder: Path) -> JobStatus | None:
-    """Return how far a job is that `stitchmesh run` has started; None if there is none, or its file is damaged."""
+    """Return the progress of a job that `stitchmesh run` has started; None without one, or if its file is damaged."""
     try:
         return read_status(folder)
     except FileError:
@@ -148,13 +148,13 @@ def _read_run(files: JobFiles, earlier: tuple[JobFiles, Viewed] | None) -> Viewe
 
 
 def _checkpoint_path(folder: Path) -> Path:
-    """Return the newest checkpoint of the relaxation of a garment: beside the yarns, or among the kept stages."""
+    """Return the newest checkpoint of a garment's relaxation: beside the yarns, or among the kept stages."""
     found = [folder / CHECKPOINT, *folder.glob(f"{STAGES}/relax_yarns-*/{CHECKPOINT}")]
     return max(found, key=_time)
 
 
 def _time(path: Path) -> int:
-    """Return the time of the last change of a file [ns]; 0 if it is not there."""
+    """Return the time of the last change of a file [ns]; 0 if there is no such file."""
     try:
         return path.stat().st_mtime_ns
     except OSError:
@@ -162,7 +162,7 @@ def _time(path: Path) -> int:
 
 
 def _newest_checkpoint(folder: Path) -> Viewed:
-    """Read the newest checkpoint that is whole and fits the yarns in the folder; these themselves if there is none."""
+    """Read the newest intact checkpoint that fits the yarns in the folder; without one, read these yarns."""
     path, beside = _checkpoint_path(folder), folder / "yarns.h5"
     before = read_viewed(beside)
     assert isinstance(before.thing, YarnSet)
@@ -173,13 +173,13 @@ def _newest_checkpoint(folder: Path) -> Viewed:
 
 
 class Opened:
-    """What was opened, and the watch of its folder if it is a job. All methods belong to the event thread."""
+    """The opened thing, and the watch of its folder if it is a job. All methods belong to the event thread."""
 
     def __init__(self, post: Callable[..., None], changed: Callable[[], object]) -> None:
         """Start with nothing.
 
         Args:
-            post: calls a function in the event thread; may be called from any thread.
+            post: calls a function in the event thread; any thread may call it.
             changed: called in the event thread when a job has a newer state.
         """
         self.viewed: Viewed | None = None
@@ -188,10 +188,10 @@ class Opened:
         self._files: JobFiles | None = None
 
     def open_path(self, path: Path) -> None:
-        """Open a file, or the output folder of a job, which is followed from now on.
+        """Open a file, or the output folder of a job, and follow the job from now on.
 
         Raises:
-            StitchMeshError: it cannot be read.
+            StitchMeshError: the file or the folder cannot be read.
         """
         if not is_there(path):
             raise FileError(f"{path}: does not exist; expected a file, or the output folder of a job")
@@ -207,13 +207,13 @@ class Opened:
         """Open an uploaded file.
 
         Raises:
-            StitchMeshError: it cannot be read.
+            StitchMeshError: the file cannot be read.
         """
         self.viewed = read_upload(name, content)
         self.stop()
 
     def take_state(self, files: JobFiles) -> None:
-        """Read the newest state of the job, unless something else was opened.
+        """Read the newest state of the job, unless the user has opened something else.
 
         Raises:
             StitchMeshError: a file cannot be read.
@@ -223,25 +223,25 @@ class Opened:
             self._changed()
 
     def _read(self, files: JobFiles) -> Viewed:
-        """Read a state of a job; a state of the same folder before it saves work."""
+        """Read a state of a job; an earlier state of the same folder saves work."""
         before, self._files = self._files, files
         if before is None or self.viewed is None or before.folder != files.folder:
             return read_job(files)
         return read_job(files, (before, self.viewed))
 
     def follow_again(self) -> None:
-        """Watch the folder again after a stop, and read what has changed."""
+        """Watch the folder again after a pause, and read its changes."""
         if self.watch is not None:
             self.open_path(self.watch.folder)
 
     def stop(self) -> None:
-        """Watch no folder any more."""
+        """Stop watching the folder."""
         if self.watch is not None:
             self.watch.stop()
             self.watch = None
 
     def pause(self) -> None:
-        """End the watch, but keep its folder for ``follow_again``."""
+        """End the watch, but keep the folder for ``follow_again``."""
         if self.watch is not None:
             self.watch.stop()
 

@@ -47,12 +47,12 @@ if TYPE_CHECKING:
     from stitchmesh.app.task import TaskControl
 
 OPENED = "Opened file"
-"""Entry of the list for a file or a folder that was opened."""
+"""Entry of the list for the opened file or folder."""
 VIEWS: tuple[ViewName, ...] = ("front", "back", "left", "right", "top")
 LARGEST_PICTURE = 4096
 """Largest side of a saved picture [pixels]."""
 MOST_STITCHES = 99_999_999
-"""Largest number of a stitch that can be typed."""
+"""Largest number of a stitch that a user can type."""
 COLOURING = "finding the colours"
 """Name of the task that computes colours."""
 BODY = "viewed body"
@@ -68,7 +68,7 @@ class ViewPage(Page):
     hint = "Choose what to see, or open a file. Click it to read what is there."
 
     def __init__(self, app: App) -> None:
-        """Make the page; what was opened last is opened again."""
+        """Make the page, and open again what was opened last."""
         super().__init__(app)
         self._state = ViewState.of_table(app.project.settings(self.name))
         self._viewed: Viewed | None = None
@@ -90,18 +90,18 @@ class ViewPage(Page):
         self.refresh()
 
     def refresh(self) -> None:
-        """Show the newest state of what is chosen."""
+        """Show the newest state of the chosen thing."""
         found = self._sources()
         chosen = self._state.show if self._state.show in found else next(iter(found), "")
         self._list.content = list_of_results(tuple(found), chosen)
         self._show(found.get(chosen))
 
     def leave(self) -> None:
-        """Watch no folder while another page is open."""
+        """End the watch of a folder while another page is open."""
         self._opened.pause()
 
     def picked(self, pick: Pick) -> None:
-        """Say what was clicked, or take it as a place to measure."""
+        """Describe the clicked place, or take it as a place to measure."""
         if self._view is None or self._viewed is None:
             return
         place = self._view.pick(pick.ray_origin, pick.ray_direction, self._viewed.fabric)
@@ -116,7 +116,7 @@ class ViewPage(Page):
         """Open a file, or the output folder of a job.
 
         Raises:
-            StitchMeshError: it cannot be read.
+            StitchMeshError: the file or the folder cannot be read.
         """
         path = Path(text).expanduser()
         self._opened.open_path(path)
@@ -127,7 +127,7 @@ class ViewPage(Page):
         """Open a file or a folder, and show it.
 
         Raises:
-            StitchMeshError: it cannot be read.
+            StitchMeshError: the file or the folder cannot be read.
         """
         self.open_path(text)
         self._look_again = True
@@ -205,12 +205,12 @@ class ViewPage(Page):
     # ---- what is shown -----------------------------------------------------------------------------------------------
 
     def _sources(self) -> dict[str, Viewed]:
-        """Return what can be shown, by its name in the list."""
+        """Return the things that the page can show, by their names in the list."""
         opened = self._opened.viewed
         return ({} if opened is None else {OPENED: opened}) | project_results(self.app.project)
 
     def _show(self, viewed: Viewed | None) -> None:
-        """Show something else, or another state of the same."""
+        """Show another thing, or another state of the same one."""
         changed = viewed is None or self._viewed is None or viewed.thing is not self._viewed.thing
         self._viewed = viewed
         if viewed is None or viewed.thing is None:
@@ -231,7 +231,7 @@ class ViewPage(Page):
             self._turn("front")
 
     def _view_of(self, thing: Thing) -> ThingView:
-        """Return the view of something; that of an earlier state of the same thing saves work."""
+        """Return the view of a thing; the view of an earlier state of the same thing saves work."""
         before = self._view
         if isinstance(thing, Draped):
             if not isinstance(before, DrapedView):
@@ -243,7 +243,7 @@ class ViewPage(Page):
         return YarnView(thing, before) if isinstance(thing, YarnSet) else MeshView(thing)
 
     def _frame_chosen(self) -> None:
-        """Show the frame that was chosen; of several choices the newest one."""
+        """Show the chosen frame; of several choices, only the newest counts."""
         self.app.queue.post_newest((id(self), "frame"), self._show_frame)
 
     def _show_frame(self) -> None:
@@ -254,7 +254,7 @@ class ViewPage(Page):
             self._colour()
 
     def _show_controls(self) -> None:
-        """Show the controls that what is shown needs."""
+        """Show the controls that the visible thing needs."""
         thing = None if self._viewed is None else self._viewed.thing
         self._colours.show()
         self._one_colour.visible = thing is not None and self._colour_word().startswith("#")
@@ -264,7 +264,7 @@ class ViewPage(Page):
         return self._viewed is not None and isinstance(self._viewed.thing, kind)
 
     def _describe(self) -> None:
-        """Show the figures, the picture, the text and the plot of what is shown."""
+        """Show the figures, the picture, the text and the plot of the visible thing."""
         viewed = self._viewed
         rows = [] if self._view is None else self._view.figures()
         title = "" if viewed is None else viewed.name
@@ -291,7 +291,7 @@ class ViewPage(Page):
             return
         self._draw()
         if self._is_colouring():
-            return  # The colours of this state are found after those of the state before.
+            return  # The colours of this state follow after those of the earlier one.
 
         def work(control: TaskControl) -> Coloured:
             control.progress("colours", 0.0, "")
@@ -306,7 +306,7 @@ class ViewPage(Page):
         if self.app.page is not self:
             return
         if view is not self._view:
-            self._colour()  # Something else is shown by now.
+            self._colour()  # The page shows something else by now.
             return
         if self._coloured is not None and np.array_equal(self._coloured.points, coloured.points):
             coloured = replace(coloured, points=self._coloured.points)  # The same array is not sent again.
@@ -315,7 +315,7 @@ class ViewPage(Page):
         self._draw()
 
     def _draw(self) -> None:
-        """Draw the thing and what belongs to it, in its last colours until it has new ones."""
+        """Draw the thing and its marks, in its last colours until new ones are found."""
         if self._view is None or self.app.page is not self:
             return
         colours = self._plain_colours() if self._coloured is None else self._coloured.points
@@ -326,7 +326,7 @@ class ViewPage(Page):
         self._draw_measurement()
 
     def _draw_body(self) -> None:
-        """Draw the body while distances from it are shown."""
+        """Draw the body while the colours show distances from it."""
         body = self._state.body
         if body is None or self._colour_word() != "body-distance":
             self.app.scene.remove(BODY)
@@ -334,7 +334,7 @@ class ViewPage(Page):
         self.app.scene.show(BODY, plain_surface(body, BODY_COLOUR, flat=False, opacity=0.6))
 
     def _plain_colours(self) -> NDArray[np.uint8]:
-        """Return one colour for everything, until the colours are found."""
+        """Return one colour for everything, for the time until the colours are found."""
         assert self._view is not None
         return self._view.coloured(ONE_COLOUR, None, None).points
 
@@ -368,7 +368,7 @@ class ViewPage(Page):
         self._colour()
 
     def _job_changed(self) -> None:
-        """Show the newest state of the job that is followed; often only its status is newer."""
+        """Show the newest state of the followed job; often only its status is newer."""
         before, now = self._viewed, self._opened.viewed
         if self.app.page is not self:
             return
@@ -448,6 +448,6 @@ class ViewPage(Page):
             self.app.report(error)
 
     def _keep(self, **values: Any) -> None:
-        """Take another state, in the project too."""
+        """Take another state, and keep it in the project too."""
         self._state = replace(self._state, **values)
         self.app.project.set_settings(self.name, self._state.table)

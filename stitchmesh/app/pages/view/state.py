@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the user has chosen on the page; the project keeps what is shown, and the colours."""
+"""The user's choices on the page; the project keeps the visible thing and the colours."""
 
 from __future__ import annotations
 
@@ -39,42 +39,42 @@ COLOUR_FIELDS = {
     Draped: Field("run_colour", "Colour the run by", "What decides the colours of yarns and triangles.",
                   same_words(tuple(DRAPED_COLOURS))),
 }  # fmt: skip
-"""The choice of the colours of each kind of thing."""
+"""The field for the colours of each kind of thing."""
 ONE_COLOUR = "#c9b89a"
 """The one colour at first."""
 KEPT: Mapping[str, Mapping[str, str] | None] = {
     "show": None, "path": None, "yarn colour": YARN_COLOURS, "face colour": FACE_COLOURS, "run colour": DRAPED_COLOURS,
     "one colour": None,
 }  # fmt: skip
-"""What the project keeps, by its name there, with the words that it can be; None for any text."""
+"""The values that the project keeps, by their names there, with the words that each may be; None for any text."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ViewState:
-    """What is shown, and how."""
+    """The user's choices: what the page shows, and in which colours."""
 
     show: str = ""
-    """Name of what is shown, as in the list."""
+    """Name of the visible thing in the list."""
     path: str = ""
-    """Path of the file or the folder that was opened last."""
+    """Path of the last opened file or folder."""
     yarn_colour: str = "Rows"
-    """What decides the colours of yarns, a word of ``YARN_COLOURS``."""
+    """What the colours of yarns show, a word of ``YARN_COLOURS``."""
     face_colour: str = "Stitch types"
-    """What decides the colours of faces, a word of ``FACE_COLOURS``."""
+    """What the colours of faces show, a word of ``FACE_COLOURS``."""
     run_colour: str = "Colours of the yarns"
-    """What decides the colours of a run, a word of ``DRAPED_COLOURS``."""
+    """What the colours of a run show, a word of ``DRAPED_COLOURS``."""
     one_colour: str = ONE_COLOUR
     """The one colour of everything."""
     body: Mesh | None = None
     """The body from which distances are measured."""
     shares: Mapping[str, float] = field(default_factory=dict)
-    """Place of each side of the clip box that was moved [% of the thing]."""
+    """Place of each side of the clip box that the user has moved [% of the thing]."""
     measurement: Measurement = field(default_factory=Measurement)
-    """The places between which is measured."""
+    """The two places of a measurement."""
 
     @classmethod
     def of_table(cls, table: Mapping[str, Any]) -> ViewState:
-        """Return the state that a project keeps; a word that the page does not know is left out."""
+        """Return the state from a project's table; unknown words are left out."""
         known = {
             name: table[name]
             for name, words in KEPT.items()
@@ -84,11 +84,11 @@ class ViewState:
 
     @property
     def table(self) -> dict[str, str]:
-        """What a project keeps."""
+        """The part of the state that a project keeps."""
         return {name: getattr(self, name.replace(" ", "_")) for name in KEPT}
 
     def colour_word(self, thing: Thing | None) -> str:
-        """Return what decides the colours of a thing, as a word of the library, or one colour."""
+        """Return what the colours of a thing show, as a word of the library, or one colour."""
         if isinstance(thing, YarnSet):
             return YARN_COLOURS[self.yarn_colour] or self.one_colour
         if isinstance(thing, Draped):

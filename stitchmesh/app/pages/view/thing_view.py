@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Yarns or a mesh in the scene: drawn in colours, cut by a box, and picked."""
+"""Yarns or a mesh in the scene: colours, a clip box, and picking."""
 
 from __future__ import annotations
 
@@ -33,10 +33,10 @@ NAME = "viewed"
 EDGES = "viewed edges"
 """Name of the drawing of the edges of a mesh."""
 MOST_EDGES = 60_000
-"""Largest number of faces for which the edges are drawn."""
+"""Largest number of faces of a mesh whose edges are drawn."""
 EDGE_COLOUR = (60, 60, 66)
 SLOW_COLOURS: Mapping[str, int] = {"contact": 5_000, "distance": 10_000, "body-distance": 10_000}
-"""Largest numbers of control points whose colours are computed at once; more are computed as a task."""
+"""Largest numbers of control points whose colours are computed at once; larger ones become a task."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +46,7 @@ class Place:
     point: FloatArray
     """The point [cm], shape (3,)."""
     text: str
-    """What is there."""
+    """A description of the place."""
     yarn: PickedYarn | None = None
     """The place on a yarn."""
 
@@ -55,35 +55,35 @@ class ThingView(Protocol):
     """Something in the scene."""
 
     coloured_count: int
-    """Number of control points or faces that have a colour each."""
+    """Number of control points or faces, each of which has a colour."""
 
     def bounds(self) -> tuple[FloatArray, FloatArray]:
-        """Return the least and the largest coordinates [cm], shape (3,) each."""
+        """Return the smallest and the largest coordinates [cm], shape (3,) each."""
 
     def figures(self) -> list[tuple[str, str]]:
-        """Return names and values of what can be said about it."""
+        """Return names and values of the figures of the thing."""
 
     def is_slow(self, colour: str) -> bool:
         """Whether the colours take long."""
 
     def coloured(self, colour: str, fabric: StitchMesh | None, body: Mesh | None) -> Coloured:
-        """Return its colours and their legend; may be called in any thread."""
+        """Return the colours and their legend; any thread may call this."""
 
     def draw(self, scene: Scene, colours: NDArray[np.uint8], clip: ClipBox | None) -> None:
-        """Draw it."""
+        """Draw the thing."""
 
     def pick(self, origin: FloatArray, direction: FloatArray, fabric: StitchMesh | None) -> Place | None:
-        """Return the place at which a ray meets it first."""
+        """Return the first place at which a ray meets the thing."""
 
     def stitch(self, number: int, fabric: StitchMesh | None) -> Place | None:
-        """Return the middle of a stitch, or of a face of a mesh; None if there is none of this number."""
+        """Return the middle of a stitch, or of a face of a mesh; None if the number does not exist."""
 
 
 class YarnView:
-    """Yarns in the scene; one cell of periodic yarns is drawn with its copies."""
+    """Yarns in the scene; periodic yarns appear as one cell and its copies."""
 
     def __init__(self, yarns: YarnSet, before: ThingView | None = None) -> None:
-        """Keep the yarns; the blocks are those of the view before if both have the same segments."""
+        """Keep the yarns; the blocks of the view before are used again if both have the same segments."""
         self.yarns, self.coloured_count = yarns, len(yarns.points)
         self._table: YarnPickingTable | None = None
         self._blocks: tuple[ClipBox | None, YarnBlocks] | None = None
@@ -111,7 +111,7 @@ class YarnView:
         ]  # fmt: skip
 
     def is_slow(self, colour: str) -> bool:
-        """Whether the colours are computed as a task."""
+        """Return whether the colours need a task."""
         return len(self.yarns.points) > SLOW_COLOURS.get(colour, len(self.yarns.points))
 
     def coloured(self, colour: str, fabric: StitchMesh | None, body: Mesh | None) -> Coloured:
@@ -119,7 +119,7 @@ class YarnView:
         return colour_yarns(self.yarns, colour, fabric=fabric, body=body)
 
     def draw(self, scene: Scene, colours: NDArray[np.uint8], clip: ClipBox | None) -> None:
-        """Draw the segments in the box as tubes."""
+        """Draw the segments inside the box as tubes."""
         scene.remove(EDGES)
         if self._blocks is None or self._blocks[0] != clip:
             segments = self._inside(clip)
@@ -192,7 +192,7 @@ class MeshView:
         return [(what, f"{mesh.face_count:,}"), *rows, ("Vertices", f"{len(mesh.vertices):,}"), ("Size", f"{size} cm")]
 
     def is_slow(self, colour: str) -> bool:
-        """Return False: the colours of faces are quick."""
+        """Return False, because the colours of faces are quick."""
         return False
 
     def coloured(self, colour: str, fabric: StitchMesh | None, body: Mesh | None) -> Coloured:
@@ -245,7 +245,7 @@ class MeshView:
 
 
 def _same_segments(first: YarnSet, second: YarnSet) -> bool:
-    """Whether two sets of yarns have the same segments, so that only positions differ."""
+    """Return whether two sets of yarns have the same segments, so that only their positions differ."""
     alike = np.array_equal(first.start, second.start) and np.array_equal(first.closed, second.closed)
     radii = alike and np.array_equal(first.drawn_radius, second.drawn_radius)
     return radii and first.lattice is None and second.lattice is None
@@ -265,5 +265,5 @@ def _stitch_name(fabric: StitchMesh | None, face: int) -> str:
 
 
 def _is_panel(mesh: StitchMesh) -> bool:
-    """Whether a stitch mesh is labeled only, and not divided yet."""
+    """Return whether a stitch mesh is only labeled, and not divided yet."""
     return bool((mesh.stitch == Stitch.PANEL).all())

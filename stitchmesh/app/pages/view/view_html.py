@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the page says about what it shows: the list of results, legends, pictures, texts, jobs, reports and the plot."""
+"""The texts of the page as HTML: the list of results, legends, pictures, texts, jobs, reports and the plot."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ FRAMES = markup(
 )
 """The element that the script ``frame_rate.js`` fills."""
 MOST = 0.99
-"""Largest part of a stage that is shown as completed while it runs."""
+"""Largest share of a running stage that is shown as completed."""
 
 
 def list_of_results(names: Sequence[str], chosen: str) -> Markup:
-    """Return the list of what can be shown, as buttons."""
+    """Return the list of things to show, as buttons."""
     if not names:
         return markup('<p style="font-size:.86em;margin:.2em 0">{}</p>', NOTHING)
     buttons = joined(
@@ -43,7 +43,7 @@ def list_of_results(names: Sequence[str], chosen: str) -> Markup:
 
 
 def legend_of(coloured: Coloured) -> Markup:
-    """Return the legend of colours as HTML: names, or a bar for numbers; an empty text where they need none."""
+    """Return the legend of colours as HTML: names, or a bar for numbers; an empty text if they need none."""
     if coloured.scale is None:
         return legend_of_key(coloured.key) if coloured.key else Markup()
     numbers, units = zip(*(text.split(" ", 1) for text, _ in reversed(coloured.key)), strict=True)
@@ -62,12 +62,12 @@ def shown_in_panel(viewed: Viewed) -> Markup:
 
 
 def status_line(text: str) -> Markup:
-    """Return a line that a screen reader announces; an empty text for none."""
+    """Return a line that a screen reader announces; an empty text gives none."""
     return markup('<p role="status" style="font-size:.86em;margin:.3em 0">{}</p>', text) if text else Markup()
 
 
 def job_html(status: JobStatus | None) -> Markup:
-    """Return the state of a job; an empty text for what is no job."""
+    """Return the state of a job; an empty text without a job."""
     if status is None:
         return Markup()
     rows = [(one.name, "kept" if one.kept else f"{one.seconds:.1f} s") for one in status.stages]
@@ -128,6 +128,6 @@ def _state(status: JobStatus) -> str:
 
 
 def _number(table: Mapping[str, Any], name: str) -> float:
-    """A number of a table; 0 if the table has none of this name."""
+    """Return a number of a table; 0 if the table has none of this name."""
     value = table.get(name)
     return float(value) if isinstance(value, int | float) else 0.0

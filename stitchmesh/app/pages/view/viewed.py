@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the page shows: a mesh, stitches, yarns or a run with what belongs to them, a picture, or a text."""
+"""The things that the page shows: a mesh, stitches, yarns or a run with their companions, a picture, or a text."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from stitchmesh.yarngen.face_yarns.generate import face_yarns
 from stitchmesh.yarnrelax.checkpoint_yarns import checkpoint_yarns
 
 MOST_CHARACTERS = 20_000
-"""Longest text that is shown; the rest is left out."""
+"""Number of characters of a text that are shown; the rest is left out."""
 TEXTS = (".json", ".toml", ".txt", ".md", ".k")
 """Suffixes of files whose text is shown."""
 SUFFIXES = (
@@ -40,19 +40,19 @@ SUFFIXES = (
 
 
 Thing: TypeAlias = Mesh | YarnSet | Draped
-"""What can stand in the scene; a run is one of mixed yarns and triangles."""
+"""The things that can stand in the scene; a run is a run of mixed yarns and triangles."""
 
 
 @dataclass(frozen=True, eq=False)
 class Viewed:
-    """Something to look at, with what is known about it."""
+    """Something to look at, with the facts about it."""
 
     name: str
-    """What it is, in the words of the user."""
+    """Name of the thing, in the words of the user."""
     thing: Thing | None = None
     """The mesh, the stitches, the yarns or the run; None for a picture, a plot or a text alone."""
     fabric: StitchMesh | None = None
-    """The stitches from which yarns were made, for colours by stitch."""
+    """The stitches from which the yarns were made, for colours by stitch."""
     history: Sequence[HistoryEntry] = ()
     """Assessments of the relaxation."""
     picture: bytes = b""
@@ -60,11 +60,11 @@ class Viewed:
     text: str = ""
     """Text of a file, or a line about a running job."""
     job: JobStatus | None = None
-    """How far the job is that makes it; None for anything else."""
+    """Progress of the job that makes it; None for anything else."""
 
 
 def project_results(project: Project) -> dict[str, Viewed]:
-    """Return the results that a project holds, the newest first, by their names in the list of the page."""
+    """Return the results of a project, the newest first, by their names in the list of the page."""
     stitches = project.evened if project.evened is not None else project.fabric
     history = project.history or ()
     found = {
@@ -79,7 +79,7 @@ def project_results(project: Project) -> dict[str, Viewed]:
 
 
 def read_viewed(path: Path) -> Viewed:
-    """Read a file; yarns get the stitches ``stitches.h5`` in the same folder if these fit.
+    """Read a file; yarns get the stitches of ``stitches.h5`` in the same folder if these fit.
 
     Raises:
         StitchMeshError: the file cannot be read.
@@ -98,7 +98,7 @@ def _read_thing(path: Path) -> Viewed:
 
 
 def stitches_beside(path: Path, yarns: YarnSet) -> StitchMesh | None:
-    """Return the stitches in the folder of a file of yarns if the yarns can have been made from them."""
+    """Return the stitches in the folder of a file of yarns if the yarns can come from them."""
     beside = path.with_name("stitches.h5")
     if not is_file(beside) or yarns.face.max(initial=-1) < 0:
         return None
@@ -110,7 +110,7 @@ def stitches_beside(path: Path, yarns: YarnSet) -> StitchMesh | None:
 
 
 def read_checkpoint_file(path: Path) -> Viewed:
-    """Read a checkpoint; the yarns stand in the same folder, or beside a folder of checkpoints."""
+    """Read a checkpoint; its yarns are in the same folder, or beside the folder of checkpoints."""
     stem = path.parent.name.removesuffix(".checkpoints")
     places = [path.with_name("yarns.h5"), path.parent.with_name(f"{stem}.h5")]
     beside = next((place for place in places if is_file(place)), None)
@@ -121,7 +121,7 @@ def read_checkpoint_file(path: Path) -> Viewed:
 
 
 def _read_table(path: Path) -> Viewed:
-    """Read the convergence of a relaxation, or any other table as a text."""
+    """Read the convergence of a relaxation, or read any other table as a text."""
     try:
         return Viewed("", history=read_history(path))
     except FileError:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The body that the yarns lie on: its file is kept in the project."""
+"""The body on which the yarns lie; the project keeps its file."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class BodyPanel:
             app: the application.
             view: draws the body.
             settings: returns the present settings.
-            changed: called with the fields of the settings that change.
+            changed: called with the changed fields of the settings.
         """
         self._app, self._view, self._settings, self._changed = app, view, settings, changed
         controls = app.controls
@@ -46,7 +46,7 @@ class BodyPanel:
         self._show()
 
     def _receive(self, name: str, content: bytes) -> None:
-        """Keep the mesh of a body in the project, if it can be one; else a body of the same name stays as it was."""
+        """Keep the mesh of a body in the project if it is valid; otherwise a body of the same name stays."""
         path = body_path(self._app.project.folder, name)
         with temporary_file(name, content) as file:
             Body(read_body(file, unit=self._settings().body_unit, up=self._app.project.up))
@@ -62,7 +62,7 @@ class BodyPanel:
         self._text.content = paragraph(f"Body: {settings.body or 'none'}")
         self._remove.visible = bool(settings.body)
         path = body_path(self._app.project.folder, settings.body)
-        if settings.body and not path.exists():  # The folder of the project was changed by hand.
+        if settings.body and not path.exists():  # Someone has changed the folder of the project by hand.
             self._changed(body="")
             self._app.notice(f"The body {settings.body} is not in the project any more; choose it again.", "warning")
             return self._show()

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The plot of a relaxation: the energies above, the residual below, against the iterations."""
+"""The plot of a relaxation: energies at the top and the residual below, against the iterations."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ import plotly.graph_objects as go
 from stitchmesh.markup import markup
 
 MOST_POINTS = 400
-"""Most points of a curve; more cannot be seen, and each costs time at every update."""
+"""Largest number of points of a curve; more are invisible, and each costs time at every update."""
 COLOURS = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#f0e442")
 """Colours of curves that colour-blind people can tell apart (Okabe and Ito)."""
 DASHES = ("solid", "dash", "dot", "dashdot")
-"""Dashes of curves, so that colours are not needed."""
+"""Dashes of curves, so that no user needs the colours."""
 RESIDUAL, LIMIT = "#444444", "#d55e00"
 """Colours of the residual and of the residual at rest."""
 MICROJOULES_PER_ERG = 0.1
@@ -47,7 +47,7 @@ def energy_plot(assessed: Sequence[Assessed], tolerance: float) -> go.Figure | N
     chosen = [assessed[k] for k in np.unique(np.linspace(0, len(assessed) - 1, MOST_POINTS).astype(int)).tolist()]
     iterations = [entry.iteration for entry in chosen]
     names = dict.fromkeys(name for entry in chosen for name in entry.energies)
-    # Gravity, for example, has energies of both signs, which a logarithmic axis cannot show.
+    # Some energies, such as that of gravity, have both signs, which a logarithmic axis cannot show.
     positive = all(energy >= 0.0 for entry in chosen for energy in entry.energies.values())
     figure = go.Figure()
     for number, name in enumerate(names):
@@ -69,6 +69,6 @@ def energy_plot(assessed: Sequence[Assessed], tolerance: float) -> go.Figure | N
 
 
 def _microjoules(entry: Assessed, name: str, *, logarithmic: bool) -> float | None:
-    """Return an energy; None where a logarithmic axis has no place for it."""
+    """Return an energy; None if a logarithmic axis has no place for it."""
     energy = MICROJOULES_PER_ERG * entry.energies.get(name, 0.0)
     return None if logarithmic and energy == 0.0 else energy

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The page Yarns: generate the yarns, look at them, and relax them while they are watched."""
+"""The page Yarns: the user generates the yarns, looks at them, relaxes them and watches the relaxation."""
 
 from __future__ import annotations
 
@@ -61,10 +61,10 @@ if TYPE_CHECKING:
 
 GENERATE, GENERATE_AGAIN = "Generate the yarns", "Generate the yarns again"
 RELAX, RELAX_AGAIN, CONTINUE = "Relax the yarns", "Relax from the start again", "Continue the relaxation"
-"""Labels of the buttons that start something."""
+"""Labels of the buttons that start a relaxation."""
 OTHER_SETTINGS = "The yarns were generated with other settings. Generate them again to use yours."
 BYTES_PER_POINT = 6
-"""What a frame sends for each control point."""
+"""Size of a frame for each control point."""
 PLOT_SECONDS = 1.0
 """Shortest time between two updates of the plot while the yarns relax [s]."""
 INTERRUPTED = "interrupted"
@@ -92,7 +92,7 @@ class YarnsPage(Page):
 
     @property
     def fabric(self) -> StitchMesh | None:
-        """The stitches from which yarns are generated; None if they are not even yet."""
+        """The stitches from which yarns are generated; None before mesh relaxation."""
         project = self.app.project
         if project.evened is not None:
             return project.evened
@@ -100,7 +100,7 @@ class YarnsPage(Page):
         return project.fabric if project.fabric is not None and project.fabric.stretch is not None else None
 
     def unavailable(self) -> str | None:
-        """Return what to do first while there are no even stitches."""
+        """Return what the user must do first while there are no even stitches."""
         if self.fabric is None:
             return "The stitches are not even yet. Even them out first, on the page Even out."
         return None
@@ -143,7 +143,7 @@ class YarnsPage(Page):
         self._run.leave()
 
     def refresh(self) -> None:
-        """Show the yarns of the project and what can be done with them."""
+        """Show the yarns of the project and the possible actions."""
         if self.unavailable() is not None:
             return
         self._run.refresh()
@@ -227,7 +227,7 @@ class YarnsPage(Page):
             self.refresh()
 
     def _show_buttons(self) -> None:
-        """Show the buttons that make sense now."""
+        """Show the buttons for the possible actions."""
         project, idle = self.app.project, not self.app.tasks.running
         has_yarns, has_result = project.yarns is not None, project.relaxed is not None
         can_continue = has_yarns and self._is_unfinished()
@@ -239,12 +239,12 @@ class YarnsPage(Page):
         self._figure_group.visible = project.report is not None and self._run.live is None
 
     def _is_unfinished(self) -> bool:
-        """Return whether a relaxation with the present choices was stopped or killed, and its checkpoint is there."""
+        """Return whether a relaxation with the present choices was stopped or killed and has left its checkpoint."""
         choices = self.app.project.settings(self.name).get(INTERRUPTED)
         return choices == decisive_choices(self.settings) and self.settings.checkpoints(self.app.project).path.exists()
 
     def _show_result(self) -> None:
-        """Show the yarns while nothing runs, and what is said about them."""
+        """Show the yarns while nothing runs, and the texts about them."""
         project = self.app.project
         yarns = project.relaxed or project.yarns
         self._colouring.visible = yarns is not None
@@ -282,14 +282,14 @@ class YarnsPage(Page):
         return markup('{}{}<p style="font-size:.86em;margin:.3em 0 0">{}</p>', self._changed_note(), box, amount)
 
     def _changed_note(self) -> Markup:
-        """Return a box that says that the yarns do not have the present settings; nothing if they have."""
+        """Return a box that says that the yarns do not match the present settings; nothing if they do."""
         made = self.app.project.yarn_settings
         if made is None or made == self.settings.generation(yarn_of(self.app.project)):
             return Markup()
         return message(OTHER_SETTINGS, "doubtful")
 
     def _amount(self, yarns: YarnSet) -> str:
-        """Return how much yarn there is, as a sentence."""
+        """Return the amount of yarn as a sentence."""
         metres = float(yarns.lengths.sum()) / 100.0
         own = yarn_of(self.app.project)
         known = own or yarn_for_gauge(fabric_gauge(self._even_fabric()))
@@ -302,13 +302,13 @@ class YarnsPage(Page):
         )
 
     def _usual_radius(self) -> float:
-        """Return the radius of the yarn of the project, or an eighth of the width of a stitch [cm]."""
+        """Return the radius of the project's yarn, or else an eighth of the width of a stitch [cm]."""
         yarn = yarn_of(self.app.project)
         width = fabric_gauge(self._even_fabric()).stitch_width
         return round(width / WIDTH_OVER_CORE if yarn is None else yarn.core_radius, DIGITS)
 
     def _gauge_content(self) -> Markup:
-        """Return the gauge of the stitches, and the one that the relaxed yarns have reached."""
+        """Return the gauge of the stitches, and the gauge of the relaxed yarns."""
         project, even = self.app.project, self._even_fabric()
         lines = [paragraph(f"Even stitches: {gauge_words(fabric_gauge(even))}")]
         sizes = project.division or project.shaping
@@ -330,10 +330,10 @@ class YarnsPage(Page):
             self._plot.figure = energy_plot(history, snapshot.tolerance)
 
     def _recolour(self, colouring: str) -> None:
-        """Show other colours; those that take long are found in the worker thread.
+        """Show other colours; the worker thread finds those that take long.
 
         Raises:
-            ParameterError: colours that take long are chosen while another task runs.
+            ParameterError: the colours take long, and another task runs.
         """
         if not self._view.is_slow(colouring):
             self._view.set_colouring(colouring)
@@ -342,7 +342,7 @@ class YarnsPage(Page):
         try:
             work, done = self._view.colouring_work(colouring), partial(self._take_colours, colouring)
             self.app.tasks.start("finding the colours", lambda task: work(), done, lambda error: self._after())
-        finally:  # If a task runs, the list shows what the colours still mean.
+        finally:  # If a task runs, the list still shows what the present colours mean.
             self._show_legend()
         self._legend.content = message(f"Finding the colours of {colouring.lower()}.", "info")
         self._show_buttons()
@@ -362,11 +362,10 @@ class YarnsPage(Page):
         self._take(self.settings)
 
     def _set(self, **changes: Any) -> None:
-        """Take changed choices."""
         self._take(replace(self.settings, **changes))
 
     def _take(self, settings: YarnSettings, name: str = "") -> None:
-        """Keep the choices, and show what follows from them."""
+        """Keep the choices, and show their consequences."""
         self._keep(choices=settings_table(settings))
         if self._run.live is None and self.app.page is self:
             self._verdict.content = self._verdict_content()

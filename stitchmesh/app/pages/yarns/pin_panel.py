@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Stitches that do not move, chosen by clicks and rectangles."""
+"""Stitches that must not move; the user chooses them by clicks and rectangles."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class PinPanel:
             app: the application.
             view: shows the yarns, and marks the pins.
             settings: returns the present settings.
-            changed: called with the fields of the settings that change.
+            changed: called with the changed fields of the settings.
         """
         self._view, self._settings, self._changed = view, settings, changed
         controls = app.controls
@@ -86,7 +86,7 @@ def check_pins(faces: Sequence[int], yarns: YarnSet) -> None:
     """Check that pinned stitches have yarns.
 
     Raises:
-        ParameterError: a stitch has none, for example because the fabric was edited.
+        ParameterError: a stitch has no yarn, for example because the user has edited the fabric.
     """
     unknown = np.setdiff1d(faces, yarns.face)
     if len(unknown):

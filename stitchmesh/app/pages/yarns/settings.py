@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the user chooses on the page Yarns, and the arguments of the library that follow from it."""
+"""The user's choices on the page Yarns, and the arguments of the library that follow from them."""
 
 from __future__ import annotations
 
@@ -37,18 +37,18 @@ BODIES = "bodies"
 CHECKPOINT_WORK = 40_000_000
 """Control points times iterations between two checkpoints: about half a minute of a processor."""
 MOST_BETWEEN = 400
-"""Most iterations between two checkpoints: a few seconds of a small garment."""
+"""Largest number of iterations between two checkpoints: a few seconds for a small garment."""
 AUTOMATIC = "automatic"
-"""Name of the preferred device."""
+"""Entry of the list for the preferred device."""
 DEFAULT_MOST = 1000
-"""Iterations that are proposed where the user limits them."""
+"""Proposed number of iterations if the user limits them."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class YarnSettings:
-    """The choices on the page, as JSON can hold them.
+    """The choices on the page, in a form that JSON can hold.
 
-    Zero means that a radius or a limit is automatic, and that a force does not act.
+    Zero stands for an automatic radius or limit, and for no force.
     """
 
     quality: str = DEFAULT_QUALITY
@@ -61,9 +61,9 @@ class YarnSettings:
     rest_length: float = 1.0
     """Factor of all rest lengths."""
     keep_shape: bool = True
-    """Whether the borders and the shape of the garment are kept."""
+    """Whether the borders and the shape of the garment are held."""
     gravity: float = 0.0
-    """Weight of the yarn over that on Earth."""
+    """Weight of the yarn over its weight on Earth."""
     friction: float = 0.0
     """Coefficient of friction."""
     body: str = ""
@@ -73,11 +73,11 @@ class YarnSettings:
     pins: tuple[int, ...] = ()
     """Stitches that do not move."""
     most_iterations: int = 0
-    """Iterations after which the relaxation ends."""
+    """Largest number of iterations of the relaxation."""
     device: str = AUTOMATIC
 
     def generation(self, yarn: Yarn | None) -> dict[str, Any]:
-        """Return the arguments of ``generate_yarns``; the yarn of the project has its own radii and its own mass."""
+        """Return the arguments of ``generate_yarns``; the project's yarn has its own radii and its own mass."""
         size = stitch_size(yarn, yarn_radius=self.yarn_radius or None)
         own = {"drawn_radius": size.drawn_radius, "mass_per_length": size.mass_per_length}
         return {
@@ -89,7 +89,7 @@ class YarnSettings:
         """Return the quality of the relaxation.
 
         Raises:
-            ParameterError: there is no preset of that name.
+            ParameterError: no preset has this name.
         """
         return quality_named(quality_with(self.quality, max_iterations=self.most_iterations or None))
 
@@ -98,7 +98,7 @@ class YarnSettings:
         return None if self.device == AUTOMATIC else self.device
 
     def checkpoints(self, project: Project) -> Checkpoints:
-        """Return where and how often checkpoints are written: less work is lost than a user would notice."""
+        """Return the place and the interval of checkpoints; a loss of so little work is hardly noticed."""
         points = 1 if project.yarns is None else len(project.yarns.points)
         return Checkpoints(project.checkpoint_folder, max(1, min(MOST_BETWEEN, CHECKPOINT_WORK // points)))
 
@@ -106,7 +106,7 @@ class YarnSettings:
         """Return the options of the relaxation; the project holds the body.
 
         Raises:
-            StitchMeshError: a name or a number is not accepted, or the body cannot be read.
+            StitchMeshError: a name or a number is not valid, or the body cannot be read.
         """
         return RelaxOptions(
             material=self.material, rest_lengths=RestLengths(factor=self.rest_length),
@@ -139,7 +139,7 @@ FORCES = (
 
 
 def accuracy_fields(usual_radius: float) -> tuple[Field, ...]:
-    """Return the fields of the accuracy and the edges; the usual radius of the yarn [cm] is proposed."""
+    """Return the fields of the accuracy and the edges; they propose the usual radius of the yarn [cm]."""
     radius = TickBox("Automatic yarn radius", "Take the radius of the yarn, or an eighth of the width of a stitch",
                  lambda settings: usual_radius)  # fmt: skip
     end = TickBox("Automatic end", "End at rest, or after the iterations of the quality", lambda settings: DEFAULT_MOST)
@@ -161,20 +161,20 @@ def accuracy_fields(usual_radius: float) -> tuple[Field, ...]:
 
 
 def settings_of(table: Mapping[str, Any]) -> YarnSettings:
-    """Return the settings of a table that ``settings_table`` made; the default settings if it has another form."""
+    """Return the settings from a table of ``settings_table``; the default settings if it has another form."""
     try:
         return check_table({**table, "pins": list(table.get("pins", ()))}, YarnSettings)
-    except (StitchMeshError, TypeError):  # The file was written by another version, or by hand.
+    except (StitchMeshError, TypeError):  # Another version of the program, or a user, wrote the file.
         return YarnSettings()
 
 
 def settings_table(settings: YarnSettings) -> dict[str, Any]:
-    """Return the settings as JSON can hold them."""
+    """Return the settings as a table for JSON."""
     return asdict(settings) | {"pins": list(settings.pins)}
 
 
 def decisive_choices(settings: YarnSettings) -> dict[str, Any]:
-    """Return the choices that must stay the same if a relaxation is to continue: all but the most iterations."""
+    """Return the choices that a continued relaxation must keep: all but the limit of iterations."""
     return {name: value for name, value in settings_table(settings).items() if name != "most_iterations"}
 
 

@@ -28,7 +28,7 @@ COLOURINGS = {
 }  # fmt: skip
 """What the colours can show, by the words of the user."""
 MOVING = ("strain",)
-"""Colours that change while the yarns move and are computed fast enough to follow them."""
+"""Colours that change while the yarns move, and that are quick enough to follow them."""
 PIN_COLOUR: Colour = (230, 120, 0)
 BODY_OPACITY = 0.75
 PIN_SIZE = 3.0
@@ -36,7 +36,7 @@ PIN_SIZE = 3.0
 
 
 class GarmentYarnView:
-    """Draws yarns that move, with the same structure in every frame."""
+    """Draws moving yarns, with the same structure in every frame."""
 
     def __init__(self, scene: Scene, colouring: str = "Yarn") -> None:
         """Draw nothing yet."""
@@ -48,7 +48,7 @@ class GarmentYarnView:
 
     @property
     def yarns(self) -> YarnSet | None:
-        """The yarns that are shown."""
+        """The visible yarns."""
         return self._yarns
 
     def show(self, yarns: YarnSet, fabric: StitchMesh | None, *, moving: bool = False) -> None:
@@ -57,7 +57,7 @@ class GarmentYarnView:
         Args:
             yarns: the yarns.
             fabric: the stitch mesh from which they were generated.
-            moving: whether the yarns are a frame of a relaxation; colours that take long then stay as they are.
+            moving: whether the yarns are a frame of a relaxation; slow colours then stay as they are.
         """
         if self._yarns is None or not np.array_equal(self._yarns.start, yarns.start):
             self._blocks = self._coloured = None
@@ -73,7 +73,7 @@ class GarmentYarnView:
         self._scene.show("yarns", YarnTubes(self._blocks, yarns.points, self._coloured.points))
 
     def show_stitches(self, fabric: StitchMesh) -> None:
-        """Draw the stitches from which yarns will be generated; the yarns take their place."""
+        """Draw the stitches; their yarns will replace them."""
         draw_plainly(self._scene, fabric)
 
     def set_colouring(self, colouring: str) -> None:
@@ -83,16 +83,16 @@ class GarmentYarnView:
             self.show(self._yarns, self._fabric)
 
     def is_slow(self, colouring: str) -> bool:
-        """Return whether colours of the yarns that are shown take long to find."""
+        """Return whether colours of the visible yarns take long to find."""
         return self._yarns is not None and len(self._yarns.points) > SLOW_COLOURS.get(COLOURINGS[colouring], np.inf)
 
     def colouring_work(self, colouring: str) -> Callable[[], Coloured]:
-        """Return a function that finds colours of the yarns that are shown; any thread may call it."""
+        """Return a function that finds colours of the visible yarns; any thread may call it."""
         assert self._yarns is not None
         return partial(colour_yarns, self._yarns, COLOURINGS[colouring], fabric=self._fabric)
 
     def take_colours(self, colouring: str, coloured: Coloured) -> None:
-        """Show colours that were found for the yarns that are shown."""
+        """Show colours that were found for the visible yarns."""
         if self._yarns is not None and self._blocks is not None and len(coloured.points) == len(self._yarns.points):
             self.colouring, self._coloured = colouring, coloured
             self._scene.show("yarns", YarnTubes(self._blocks, self._yarns.points, coloured.points))
@@ -104,7 +104,7 @@ class GarmentYarnView:
         return legend([LegendEntry(text, (colour,)) for text, colour in self._coloured.key])
 
     def show_pins(self, faces: Sequence[int]) -> None:
-        """Mark the stitches that do not move."""
+        """Mark the pinned stitches."""
         if self._yarns is None:
             self._scene.remove("pins")
             return
