@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Stitches with found rows, on any mesh or on the panels of a sewing pattern, and what a report says of them."""
+"""The search for rows and stitches on any mesh or on the panels of a sewing pattern, and the figures of its report."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ logger = logging.getLogger(__name__)
 AFTER_MESH_RELAXATION = ("rms_distance", "largest_distance", "rms_stretch", "rms_edge_stretch")
 """Figures that are measured again after mesh relaxation."""
 OF_WHOLE_MESHES = ("lost",)
-"""Figures that panels do not have: the seams that are left to be sewn are borders, and no loss."""
+"""Figures that panels do not have: a seam that is left to be sewn is a border, but no loss."""
 MOST_CROSSINGS = 100
-"""Pairs of faces of a given mesh that cross each other after which the search ends."""
+"""The search for faces of a given mesh that cross each other ends after this number of pairs."""
 Entry = dict[str, Any]
-"""What a report says of the stitches, by the names of the figures."""
+"""The figures of a report on stitches, by name."""
 
 
 def found_on_mesh(

@@ -61,10 +61,10 @@ class _CurveHeader(TypedDict):
 
 
 class _Header(TypedDict):
-    """What the child hands over beside the arrays of the curves."""
+    """The header that the child hands over with the arrays of the curves."""
 
     error: str
-    """Empty: the stage was read."""
+    """Error message; empty if the stage was read."""
     curves: list[_CurveHeader]
 
 
@@ -191,7 +191,7 @@ def _primvar(prim: Usd.Prim, name: str, count: int) -> IntArray | None:
 
 
 def _float_primvar(prim: Usd.Prim, name: str, shape: tuple[int, ...]) -> FloatArray | None:
-    """Return a primvar of numbers of a shape; a constant one is repeated. None if the prim has no such primvar."""
+    """Return a primvar of numbers of a shape, repeated if it is constant; None if the prim has no such primvar."""
     from pxr import Usd, UsdGeom
 
     primvar = UsdGeom.PrimvarsAPI(prim).GetPrimvar(name)

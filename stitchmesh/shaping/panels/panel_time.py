@@ -6,9 +6,8 @@ With X the unit vector along the gradient of the texture coordinate in that dire
 
     integral of |grad(t) - X|^2,
 
-so that a row is one course high wherever the surface allows it. Each hem has one time, a whole number of courses.
-
-The hems of a panel: the lines at which its rows begin or end, with the stitches of their parts.
+so that a row is one course high wherever the surface allows it. Hems are the lines at which the rows of a panel begin
+or end. Each hem has one time, a whole number of courses, and a number of stitches for each of its parts.
 """
 
 from __future__ import annotations

@@ -8,11 +8,10 @@ therefore cross between two stitches: the yarn, at a ninth of the height, and th
 first of these legs passes in front, the second behind. No loop is passed over the first loop; the yarn itself is drawn
 through the last loop.
 
-Default first and last stitches: the backward-loop cast-on, and a yarn drawn through the last loops.
-
-A backward loop is a yarn-over whose legs cross, so that it does not open although there is no row below (Yuksel et al.
-2012, section 4.3, y with a twisted top). The loops of the last row are held by a yarn that runs behind the left leg and
-in front of the right leg of each loop.
+The default first and last stitches are the backward-loop cast-on, and a yarn drawn through the last loops. A backward
+loop is a yarn-over whose legs cross, so that it does not open although there is no row below (Yuksel et al. 2012,
+section 4.3, y with a twisted top). The loops of the last row are held by a yarn that runs behind the left leg and in
+front of the right leg of each loop.
 """
 
 from __future__ import annotations
