@@ -85,8 +85,7 @@ def answer_of_child(module: str, path: FilePath, *, in_place: bool = False) -> C
 
 
 def answer_parent(read: Callable[[str, Path], CheckpointFile], *libraries: str) -> None:
-    """Do the work of a child: read the file that the arguments of this process name, and write its content or the
-    error.
+    """Do the work of a child: read the file that the arguments of this process name; write its content or the error.
 
     Args:
         read: reads the file; its arguments are the name for messages, and the file.

@@ -122,8 +122,7 @@ def stored_format(path: FilePath) -> str:
 
 
 def _check_heaps(name: str, content: bytes) -> None:
-    """Check the lengths in the heaps of texts: where a length leads back to its own place, the HDF5 library reads for
-    ever.
+    """Check the lengths in the heaps of texts: the HDF5 library reads for ever where one leads back to its place.
 
     A heap begins with the letters ``GCOL``, its version, three zeros, and its size in eight bytes. Each object in it
     has a head of 16 bytes, of which the first two are its number and the last eight are its size. The size of the

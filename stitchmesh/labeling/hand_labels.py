@@ -72,7 +72,7 @@ def _with_faces_examined(mesh: Mesh, labels: EdgeLabels, faces: IntArray) -> Edg
         if (known == UNKNOWN).any() or len(wales) != 2:
             row[face] = left[face] = right[face] = UNLABELED
         elif row[face] == UNLABELED:
-            row[face] = row.max() + 1  # A row of its own, which `find_rows` joins with the rows beside it.
+            row[face] = row.max() + 1  # The face gets its own row, which `find_rows` joins with the rows beside it.
             left[face], right[face] = wales
     around = ranges(mesh.face_start, faces)
     around = np.concatenate([around, mesh.twin[around]])

@@ -22,11 +22,11 @@ from stitchmesh.memory_need import BYTES_PER_STITCH_OF_GARMENT, GIGABYTE, check_
 from stitchmesh.mesh import BOTTOM, FloatArray, IntArray, StitchMesh
 
 ALLOWED_DEVIATION = 0.2
-"""Relative deviation of the median from the size that was asked for, above which a warning is given."""
+"""A warning is given if the median deviates from the requested size by more than this part of it."""
 SMALLEST_RATIO = 0.25
-"""Median divided by the size that was asked for, below which the size is refused."""
+"""A size is refused if the median, divided by the requested size, is below this."""
 DIGITS = 9
-"""Decimal digits to which that ratio is rounded, so that no last bit decides."""
+"""Decimal digits to which this ratio is rounded, so that the last bit does not decide."""
 logger = logging.getLogger(__name__)
 
 EdgeName = int | tuple[int, int]
@@ -47,7 +47,7 @@ def reached_sizes(fabric: StitchMesh) -> dict[str, dict[str, float]]:
 
 
 def doubt_of_size(labeled: StitchMesh, counts: IntArray, stitch_width: float, stitch_height: float) -> str:
-    """Refuse a stitch size that is far from possible, and say in one line where it is not met; no text if it is met.
+    """Refuse a stitch size that is far from possible, and say in one line where it is not met; else no text.
 
     Args:
         labeled: the labeled mesh.
@@ -112,7 +112,7 @@ def counts_and_doubt(
 ) -> tuple[IntArray, str]:
     """Return the number of stitches along each edge, shape (E,), and why the size may be wrong, or no text.
 
-    The arguments and the errors are those of ``edge_counts``.
+    The arguments and the errors are the same as for ``edge_counts``.
     """
     _check_size(labeled, stitch_width, stitch_height)
     first = labeled.edge_side

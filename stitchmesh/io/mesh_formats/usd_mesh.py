@@ -150,7 +150,7 @@ def packed_mesh(stage: str) -> CheckpointFile:
 
 
 def _meshes_of(name: str, stage: Usd.Stage) -> CheckpointFile:
-    """Return the only mesh with all its samples, or all meshes at their first samples, and whether there are curves."""
+    """Return the only mesh with all its samples, or all meshes at their first samples, and counts of other prims."""
     from pxr import Usd, UsdGeom
 
     prims = list(stage.Traverse(Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)))

@@ -200,9 +200,7 @@ def _right_neighbours(stitches: Sequence[_Traced]) -> dict[int, int]:
 
 
 def _are_beside(before: _Traced, after: _Traced) -> bool:
-    """Return whether two successive stitches of a yarn lie side by side; at the end of a row the yarn goes
-    elsewhere.
-    """
+    """Return whether two successive stitches of a yarn lie side by side; at a row end the yarn goes elsewhere."""
     ends = before.type == "e" != after.type or after.type == "s" != before.type
     return before.direction == after.direction and not ends
 

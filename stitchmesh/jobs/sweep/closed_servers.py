@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The servers of Dask without their pages.
 
-Each of them serves pages and numbers by HTTP too, to anyone, even where its tasks need a certificate and no dashboard
-is asked for.
+By default each server also serves pages and numbers by HTTP to anyone, even if its tasks need a certificate and no
+dashboard is asked for.
 """
 
 from __future__ import annotations
