@@ -32,7 +32,7 @@ MARKER = "sm"
 
 
 def repeats(items: Sequence[Hashable]) -> list[Block]:
-    """Divide a sequence into blocks, each of which occurs once or several times in succession.
+    """Divide a sequence into blocks; each block occurs once or several times in succession.
 
     The search goes from left to right. At each place it takes the block whose repeats shorten the sequence most, and
     among equally good blocks the shortest.

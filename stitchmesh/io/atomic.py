@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Atomic writes: the content is written to a temporary file, which replaces the target when it is complete.
 
-The new file has the mode of the one that it replaces. Within a command it replaces no input, and no file of the user's
+The new file has the mode of the file that it replaces. Within a command it replaces no input, and no file of the user's
 (``stitchmesh.io.outputs``). Content without a place of its own on disk, such as an upload, gets a temporary file,
 because readers and writers need a path.
 """
@@ -117,7 +117,7 @@ def _flush_to_disk(path: Path) -> None:
 def temporary_file(name: str, content: bytes | None = None) -> Iterator[Path]:
     """Provide the path of a file in a temporary folder, which is removed after the block.
 
-    An error that the block raises names the file without the folder, of which the user knows nothing.
+    An error that the block raises names the file without this folder, because the user does not know it.
 
     Args:
         name: name of the file; folders in it are left out, even folders in the form of Windows.

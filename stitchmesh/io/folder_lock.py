@@ -93,7 +93,7 @@ class FolderLock:
             raise FileError(f"{self._path.parent}: {held}")
 
     def _is_of_folder(self) -> bool:
-        """Whether the open file is still the one in the folder."""
+        """Whether the open file is still the lock's file in the folder."""
         try:
             return self._file is not None and os.path.samestat(os.fstat(self._file.fileno()), self._path.lstat())
         except FileNotFoundError:

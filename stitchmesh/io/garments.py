@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The mesh of a garment from a file that may say little about it.
 
-It may hold other objects too, such as a body, and a garment with a thickness has two layers, one of which is knitted.
-Its unit and its direction upwards may differ from those of the program. glTF fixes both. For other files the shape of
-the mesh shows which direction is up, or the caller says it.
+The file may hold other objects too, such as a body. A garment with a thickness has two layers, and one of them is
+knitted. Its unit and its direction upwards may differ from those of the program. glTF fixes both. For other files the
+shape of the mesh shows which direction is up, or the caller says it.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ class MeshReading:
 
 @dataclass(frozen=True, eq=False)
 class GarmentMesh:
-    """The mesh of a garment, and what was found out about its file."""
+    """The mesh of a garment, and facts about its file."""
 
     mesh: Mesh
     """The mesh in centimetres, with y up."""

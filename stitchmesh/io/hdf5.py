@@ -125,10 +125,10 @@ def _check_heaps(name: str, content: bytes) -> None:
     """Check the lengths in the heaps of texts: the HDF5 library reads for ever where one leads back to its place.
 
     A heap begins with the letters ``GCOL``, its version, three zeros, and its size in eight bytes. Each object in it
-    has a head of 16 bytes, of which the first two are its number and the last eight are its size. The size of the
-    object of number 0, the free space, contains its head. The contents of the other objects are filled up to eight
-    bytes. They must be texts. Heaps can also hold lists of the parts of virtual datasets, which begin with a version
-    that is no letter; at a damaged list the library ends the process.
+    has a head of 16 bytes: the first two are its number, and the last eight are its size. The size of the object of
+    number 0, the free space, contains its head. The contents of the other objects are filled up to eight bytes. They
+    must be texts. Heaps can also hold lists of the parts of virtual datasets, which begin with a version that is no
+    letter; at a damaged list the library ends the process.
     """
     heap = content.find(HEAP)
     while heap >= 0:

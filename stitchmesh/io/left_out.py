@@ -22,7 +22,7 @@ def say_left_out(path: FilePath, counts: Mapping[str, int], what: str) -> None:
     Args:
         path: the file.
         counts: number of the things that were left out, by their name in the file.
-        what: what the things are, in the plural, such as ``lines``.
+        what: word for the things, in the plural, such as ``lines``.
     """
     if not counts:
         return

@@ -41,7 +41,7 @@ class _Guard:
     planned: list[Path] = field(default_factory=list)
     """Outputs that the command has named."""
     folders: list[Path] = field(default_factory=list)
-    """Output folders, in which the command keeps what its next run reads."""
+    """Output folders, in which the command keeps files for its next run."""
     claimed: list[Path] = field(default_factory=list)
     """Folders that belong to the program with all their content, even damaged files."""
     written: set[Path] = field(default_factory=set)

@@ -142,8 +142,8 @@ def _make_parts(parts: Path) -> None:
 def _check_owner(parts: Path, folder: Path) -> None:
     """Check that nobody else can rename a new folder in the folder of parts; remove it if somebody can.
 
-    The owner and the mode are compared with those of the new folder, because some file systems give every file one
-    owner and one mode.
+    The owner and the mode are compared with the owner and the mode of the new folder, because some file systems give
+    all files the same owner and mode.
 
     Raises:
         FileError: another user can rename it.

@@ -81,7 +81,7 @@ def whole_path(path: FilePath) -> Path:
 
 
 def _mode(path: FilePath) -> int | None:
-    """Return the mode of what stands at a path; None if nothing does."""
+    """Return the mode of the file or folder at a path; None if there is neither."""
     try:
         return os.stat(path).st_mode
     except (FileNotFoundError, NotADirectoryError):

@@ -245,7 +245,7 @@ class PartialLabeling(EdgeLabels):
     def finish(self) -> StitchMesh:
         """Return the labeled mesh as a stitch mesh of ``Stitch.PANEL`` faces.
 
-        Rows have the order of their growth. After flips, they are numbered anew (``renumbered_rows``).
+        Rows have the order of their growth. After flips, they are numbered again (``renumbered_rows``).
 
         Raises:
             LabelError: a face has no row; the message names faces and the reason.

@@ -225,7 +225,7 @@ def _divided(mesh: Mesh, faces: IntArray, taken: IntArray | None) -> IntArray:
 
 
 def _faces_that_clash(mesh: Mesh, corners: IntArray) -> tuple[IntArray, IntArray]:
-    """Faces with a diagonal that is also an edge, or a diagonal of another face, and the pairs of vertices taken there.
+    """Faces with a diagonal that is also an edge or a diagonal of another face, and the vertex pairs to avoid.
 
     Args:
         mesh: the mesh.

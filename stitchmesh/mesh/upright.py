@@ -23,7 +23,7 @@ from stitchmesh.mesh.polygon_mesh import FloatArray, Mesh
 Direction = tuple[float, float, float]
 """A direction in space."""
 Y, Z = (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
-"""Directions that point up: in the program, and in many files."""
+"""The direction that points up in the program, and the other usual direction."""
 CLEARLY = 8.0
 """z is up if the vector area of openings along z is at least this multiple of the area along y. The ratio is 6 for the
 coat of a sheep that stands, and 12 or more for a sweater, a dress and a skirt that lie."""

@@ -75,8 +75,8 @@ class MovingMesh:
         """Return the motion of a mesh that is given at some times [s].
 
         Raises:
-            ParameterError: there is no frame, the faces of a frame differ from those of the first one, or the times do
-                not increase.
+            ParameterError: there is no frame, the faces of a frame differ from the faces of the first frame, or the
+                times do not increase.
         """
         if not frames:
             raise ParameterError("moving mesh: got no frame; expected at least one")

@@ -47,7 +47,7 @@ class Dressed:
     yarns: YarnSet
     """The yarns, with their rest lengths unchanged."""
     fabric: StitchMesh
-    """The stitches of which the yarns were made."""
+    """The stitches from which the yarns were made."""
     depth: float
     """How deep the yarns were in a body [cm]; 0 if no yarn was in a body."""
     farthest: float

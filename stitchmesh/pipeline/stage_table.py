@@ -168,8 +168,8 @@ RELAX_YARNS = Stage(
 )  # fmt: skip
 
 ROWS = (LABEL, AUTO_STITCHES, SHAPE_PANELS)
-"""Stages that find the rows of a mesh, of which a garment asks for one."""
+"""Stages that find the rows of a mesh; a garment asks for one of them."""
 STITCHES = (TESSELLATE, APPLY_PATTERN, APPLY_EDIT, RELAX_MESH, EDGE_FORMS, MAKE_SPIRAL)
-"""Stages from the rows to the stitches of which yarns are generated."""
+"""Stages from the rows to the stitches for which yarns are generated."""
 YARNS = (BUDGET, GENERATE_YARNS)
 """Stages from the stitches to the yarns that ``RELAX_YARNS`` relaxes."""

@@ -56,7 +56,7 @@ SHARE_OF_TIME, SHARE_OF_ROWS = 0.25, 0.95
 
 @dataclass(frozen=True, eq=False)
 class ShapedFabric:
-    """Stitches on a surface, with what they follow from."""
+    """Stitches on a surface, with the data from which they follow."""
 
     fabric: StitchMesh
     """The stitches, before mesh relaxation."""
@@ -114,7 +114,7 @@ def shape_fabric(
     increase: Increase = DEFAULT_INCREASE, options: ShapingOptions = AUTOMATIC,
     progress: Progress | Literal[False] | None = None,
 ) -> ShapedFabric:  # fmt: skip
-    """Knit any surface as ``auto_stitches`` does, and return also what the stitches follow from.
+    """Knit any surface as ``auto_stitches`` does, and also return the data from which the stitches follow.
 
     The arguments and the errors are the same. ``progress`` is called with the progress of each stage, and an error
     that it raises ends the search; by default a line shows the progress on a terminal or in a notebook, and False
@@ -244,7 +244,7 @@ def shaping_surface(
 ) -> tuple[TriangleSurface, TriangleSurface, FloatArray]:
     """Check the arguments; return the given triangles, those without fine features, and the unit vector upwards.
 
-    Leave out what is finer than the stitches, with a warning.
+    Features that are finer than the stitches are left out, with a warning.
 
     Raises:
         ParameterError, MeshError, TessellationError: as for ``auto_stitches``.

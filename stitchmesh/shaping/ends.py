@@ -193,7 +193,7 @@ class End:
     """Vertices that are knitted at one time: a border, a tip, or a line on the surface."""
 
     vertices: IntArray
-    """The vertices; those of a border or a line are in order."""
+    """The vertices; the vertices of a border or a line are in order."""
     time: float | None = None
     """Distance along the fabric from where knitting begins [cm]; None if it follows from the size of the surface."""
 

@@ -38,7 +38,7 @@ Entry = dict[str, Any]
 def found_on_mesh(
     mesh: Mesh, options: ShapingOptions, *, stitch_width: float, stitch_height: float | None, progress: Progress
 ) -> tuple[FoundStitches, Entry]:
-    """Find rows and stitches on a mesh of any kind, and warn of what is lost and of faces that cross each other.
+    """Find rows and stitches on a mesh of any kind, and warn of lost features and of faces that cross each other.
 
     Raises:
         StitchMeshError: as for ``shape_fabric``.
@@ -81,7 +81,7 @@ def found_on_panels(
 def after_mesh_relaxation(fabric: StitchMesh, surface: TriangleSurface, stitch_width: float, entry: Entry) -> Entry:
     """Return the entry with the distances from the given surface and the stretch of the relaxed stitches.
 
-    Counts stay those of the stitches that were found, before patterns and edits.
+    The counts still refer to the stitches that were found, before patterns and edits.
     """
     relaxed = asdict(shaping_report(fabric, surface, stitch_width, 0.0))
     return {**entry, **{name: relaxed[name] for name in AFTER_MESH_RELAXATION}}

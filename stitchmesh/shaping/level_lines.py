@@ -288,7 +288,7 @@ def _sorted(lines: list[LevelLine], sides: _Sides, first_border: int) -> LevelLi
     """Sort lines by level, then by place, and gather the lines of each band.
 
     Args:
-        lines: the lines; those of borders come last.
+        lines: the lines; lines of borders come last.
         sides: the graph that says which sides of lines lie in one band.
         first_border: number of the first line of a border.
     """

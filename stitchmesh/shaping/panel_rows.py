@@ -241,7 +241,7 @@ class _PanelRows(MadeRows):
     def __init__(
         self, courses: LevelLines, saddles: FloatArray, size: StitchSize, plain: PlainPlaces, stitches: int
     ) -> None:
-        """Start without a course; the arguments are those of ``panels_between``."""
+        """Start without a course; the arguments are the same as for ``panels_between``."""
         super().__init__(higher_bands(courses, stitches), saddles, size, plain)
         self.across = stitches
         self.face_width = stitches * size.width
@@ -280,7 +280,7 @@ class _PanelRows(MadeRows):
         return owner
 
     def _panels(self, stitches: int, before: int | None, closed: bool) -> int:
-        """Number of panels of a course, near that of the course below."""
+        """Number of panels of a course, near the number of the course below."""
         least, most = stitches / (self.across * (1.0 + SPREAD)), stitches / (self.across * (1.0 - SPREAD))
         panels = round(stitches / self.across) if before is None or not least <= before <= most else before
         panels = max(panels, FEWEST_PANELS if closed else 1)

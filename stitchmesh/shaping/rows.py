@@ -4,8 +4,8 @@
 
 Each line becomes a course of equally wide stitches, each band a row, or one row for each of the limbs that meet in it.
 The last course before a tip is left open: yarn generation draws a yarn through its loops. Rows are numbered tube by
-tube: first those that begin at the longest line, such as the hem, then all rows of one sleeve, those of the other one,
-and those of the body above them.
+tube: first the tube that begins at the longest line, such as the hem, then one sleeve, the other sleeve, and the body
+above them.
 """
 
 from __future__ import annotations
@@ -100,7 +100,7 @@ class MadeRows:
     """Vertices at each end of an open row that increases and decreases keep from: two stitches, as knitters do."""
 
     def __init__(self, levels: LevelLines, saddles: FloatArray, size: StitchSize, plain: PlainPlaces) -> None:
-        """Start without a course; the arguments are those of ``stitches_between``."""
+        """Start without a course; the arguments are the same as for ``stitches_between``."""
         self.levels, self.saddles, self.size, self.plain = levels, saddles, size, plain
         self.face_width = size.width  # the unit of the distances between two courses when they are joined
         self.exact = exact_counts(levels, size)

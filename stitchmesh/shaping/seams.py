@@ -11,8 +11,8 @@ Both ends of a flat row are seams. A tube has
   leg;
 - else two seams, at its left and at its right side.
 
-Rows with increases or decreases follow one another in a rhythm that is as steady as the number of stitches that fit
-(``counts``) allows: each number differs from the one that fits by at most ``SLACK`` of a change.
+Rows with increases or decreases follow one another in a rhythm that is as steady as the exact numbers of stitches
+(``counts``) allow: each number differs from the exact number by at most ``SLACK`` of a change.
 
 The wales at the ends of a gore lean by half of the difference in length between the row and the row below. Where they
 would be stretched by more than a fifth, or where a change is too coarse for a narrow round, increases and decreases are

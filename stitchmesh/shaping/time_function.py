@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The time at which each place of a surface is knitted, counted in courses.
 
-The first time is that of a steady flow: rain falls evenly on the surface and runs off at the roots,
+The first time comes from a steady flow: rain falls evenly on the surface and runs off at the roots,
 
     -laplace(u) = 1,    u = 0 at the roots,
 
@@ -57,7 +57,7 @@ MOST_ROUNDS = 8
 ROUNDS = 8
 """How often the direction of the gradient is renewed."""
 STEEP_WEIGHT = 8.0
-"""Weight of places where rows would be lower than a course, over that of places where they are higher."""
+"""Weight of places where rows would be lower than a course, over the weight of places where they are higher."""
 LAST_ROUNDS = 3
 """How often the direction is renewed after small summits are smoothed out."""
 INFLOW = 0.25
@@ -211,7 +211,7 @@ class Knots:
     """Vertices that share one value: the vertices of an end are one unknown, each other vertex is its own."""
 
     unknown: IntArray
-    """Unknown of each vertex, shape (V,); those of the ends come first, in their order."""
+    """Unknown of each vertex, shape (V,); the unknowns of the ends come first, in their order."""
     count: int
     """Number of unknowns."""
 
@@ -248,7 +248,7 @@ class Knots:
 
 
 def knots(surface: TriangleSurface, ends: Ends) -> Knots:
-    """Return the unknowns of a time on a surface: those of the ends, then all other vertices."""
+    """Return the unknowns of a time on a surface: first one for each end, then one for each other vertex."""
     unknown = np.full(len(surface.vertices), -1)
     for number, end in enumerate(ends.all):
         unknown[end.vertices] = number

@@ -169,9 +169,9 @@ def connected_parts(surface: TriangleSurface) -> list[tuple[TriangleSurface, Int
 def without_fine_features(surface: TriangleSurface, size: float) -> TriangleSurface:
     """Return the surface without dents and ridges that are finer than a length; borders stay where they are.
 
-    A fabric spans what is finer than its stitches. The positions are those after one implicit step of diffusion in the
-    time t = ``size``^2, in which a place of mean curvature H moves by about 2 H t (Desbrun, Meyer, Schroeder and Barr,
-    *Implicit fairing of irregular meshes*, 1999).
+    A fabric spans features that are finer than its stitches. The positions follow from one implicit step of diffusion
+    over the time t = ``size``^2, in which a place of mean curvature H moves by about 2 H t (Desbrun, Meyer, Schroeder
+    and Barr, *Implicit fairing of irregular meshes*, 1999).
 
     Args:
         surface: the surface.

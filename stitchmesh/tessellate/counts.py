@@ -6,8 +6,8 @@ The count of a course edge is its length divided by the stitch width. All wale e
 mean length divided by the stitch height, so that the two wale edges of every face agree.
 
 Each edge of the mesh is divided into whole stitches, at least one. Stitches can therefore not be wider or higher than
-the faces of the mesh. Where faces are much smaller, as on a fine mesh or on a mesh in a wrong unit, the size that was
-asked for is not possible.
+the faces of the mesh. Where faces are much smaller, as on a fine mesh or on a mesh in a wrong unit, the requested size
+is not possible.
 """
 
 from __future__ import annotations
@@ -52,11 +52,11 @@ def doubt_of_size(labeled: StitchMesh, counts: IntArray, stitch_width: float, st
     Args:
         labeled: the labeled mesh.
         counts: number of stitches along each edge that follows from the size, shape (E,).
-        stitch_width: wale spacing that was asked for [cm].
-        stitch_height: course spacing that was asked for [cm].
+        stitch_width: requested wale spacing [cm].
+        stitch_height: requested course spacing [cm].
 
     Raises:
-        TessellationError: the median of the stitches' widths or heights is less than a quarter of what was asked for.
+        TessellationError: the median of the stitches' widths or heights is less than a quarter of the requested size.
     """
     wale = labeled.is_wale[labeled.edge_side]
     length = labeled.side_length[labeled.edge_side]

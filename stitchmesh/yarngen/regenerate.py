@@ -62,7 +62,7 @@ def regenerate_yarns(
     """Yarns of an edited fabric: as generated, and at the positions at which a new relaxation starts.
 
     Pass both results to ``relax_yarns(generated, keep_shape=after, run=Run(start=blended))``. ``relax_edited`` does so,
-    and also relaxes fabrics of which hardly any stitch is unchanged.
+    and also relaxes a fabric if hardly any of its stitches is unchanged.
 
     Args:
         relaxed: relaxed yarns of the fabric before the edit.

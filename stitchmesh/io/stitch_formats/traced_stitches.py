@@ -188,7 +188,7 @@ def _join(contents: SmobjContents, first: tuple[int, int], second: tuple[int, in
 
 
 def _right_neighbours(stitches: Sequence[_Traced]) -> dict[int, int]:
-    """Return the stitch to the right of each stitch that has one: the next one of its yarn, or the one before."""
+    """Return the stitch to the right of each stitch that has one: the next stitch of its yarn, or the one before."""
     last: dict[int, int] = {}
     pairs: list[tuple[int, int]] = []
     for index, stitch in enumerate(stitches):

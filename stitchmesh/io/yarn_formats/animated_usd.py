@@ -7,9 +7,8 @@
     /yarns/open     the same of open yarns
     /yarns/cloth    Mesh of triangles with samples of the points; left out without triangles
 
-Where the triangles of a frame differ from those of the frame before it, the mesh has samples of its topology too. The
-primvars of the mesh, such as ``alpha``, belong to its vertices. Time codes are frames: the stage states how many of
-them make a second.
+Where the triangles change from one frame to the next, the mesh has samples of its topology too. The primvars of the
+mesh, such as ``alpha``, belong to its vertices. Time codes are frames: the stage states how many of them make a second.
 """
 
 from __future__ import annotations

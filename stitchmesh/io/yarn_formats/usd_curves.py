@@ -115,7 +115,7 @@ def _arrays(curve: UsdCurve) -> list[tuple[str, NDArray[Any]]]:
 
 
 def _unpacked(content: CheckpointFile, number: int, head: _CurveHeader) -> UsdCurve:
-    """Return a curve from what the child has handed over."""
+    """Return a curve from the data that the child has handed over."""
     own = {label: content.arrays.get(f"{number} {label}") for label in ("points", "display_colour", *LABELS)}
     labels = {label: values for label in LABELS if (values := own[label]) is not None}
     points = content.arrays[f"{number} points"]

@@ -84,7 +84,7 @@ def write_table(folder: Path, jobs: Sequence[SweptJob], rows: Mapping[str, Row])
     columns = {name: _column([row.get(name) for row in full]) for name in names}
     table = pyarrow.table(columns)
     fields = [field.with_metadata({UNIT: unit_of(field.name) or ""}) for field in table.schema]
-    with atomic_path(folder / TABLE) as temporary, temporary.open("wb") as file:  # whose errors are those of the system
+    with atomic_path(folder / TABLE) as temporary, temporary.open("wb") as file:  # its errors are errors of the system
         parquet.write_table(table.cast(pyarrow.schema(fields)), file)
     text = io.StringIO()
     lines = csv.writer(text, lineterminator="\n")

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a repair may change, and what it changed, in numbers and in words."""
+"""The changes that a repair may make, and the changes that it made, in numbers and in words."""
 
 from __future__ import annotations
 

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The stitches of panels: rows that end at the sides of the outline.
 
-Where a row is a little shorter than the one below, it has decreases; where it is much shorter, the loops beside it are
-left to be bound off. A row that is much longer casts on beside the one below. In the same way a row parts into two at a
-neck, whose loops are bound off, and two rows become one.
+A row that is a little shorter than the row below has decreases. If it is much shorter, the loops beside it are left to
+be bound off. A row that is much longer casts on beside the row below. In the same way a row parts into two at a neck,
+whose loops are bound off, and two rows become one.
 """
 
 from __future__ import annotations
@@ -87,8 +87,8 @@ class _Course:
         """Return the place, in the chain, of the vertex just outside an end of another line.
 
         ``point`` is that end in the flat pattern. Rows of loops that are bound off then follow the outline without
-        going back. Distances are those in the flat pattern, because the two sides of a panel may lie on each other in
-        space, as those of a sleeve do.
+        going back. Distances are measured in the flat pattern, because the two sides of a panel may lie on each other
+        in space, as the sides of a sleeve do.
         """
         flat = self.line.flat_at(self.place)
         spacing = self.line.length / len(self.chain.edges)
@@ -346,8 +346,8 @@ def _widened(
     """Widen each range to the ends of its course where these are near; leave out a range that another one covers.
 
     Args:
-        courses: the courses below a band, or those above it.
-        exact: ranges of each pair of courses in the course below and in the one above.
+        courses: the courses below a band, or the courses above it.
+        exact: for each pair of courses, its range in the course below and its range in the course above.
         own: 0 for the courses below, 1 for those above.
     """
     found = {}

@@ -142,7 +142,7 @@ def read_panels(path: FilePath, *, unit: str = DEFAULT_UNIT, up: Direction = Y) 
 
 
 def _panels(read: ObjTexture, transform: FloatArray) -> PanelMesh:
-    """Cut the polygons where texture vertices or groups change; ``transform`` is that of points as columns."""
+    """Cut the polygons where texture vertices or groups change; ``transform`` acts on points as columns."""
     second = read.face_texture or _group_numbers(read)
     start = np.concatenate([[0], np.cumsum([len(face) for face in read.faces])])
     vertex, other = (np.array([v for face in faces for v in face]) for faces in (read.faces, second))

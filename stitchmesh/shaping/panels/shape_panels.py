@@ -168,8 +168,8 @@ def shape_panels(
         panels: the panels, from ``read_panels``.
         stitch_width: wale spacing [cm].
         stitch_height: course spacing [cm]; by default 0.77 times the width.
-        directions: direction of knitting in the texture (u, v), by panel; by default those of ``panels``. A name stands
-            for all panels whose object, group or material has it.
+        directions: direction of knitting in the texture (u, v), by panel; by default the directions of ``panels``. A
+            name stands for all panels whose object, group or material has it.
         sewn: pairs of panels whose seams are left to be sewn, also where their stitches fit.
         shaping: where increases and decreases stand: ``spread`` over the row, or ``seams``: at both ends of it, one
             stitch from the edge, in a steady rhythm. Where a panel needs more of them, they are spread in spite of

@@ -45,7 +45,7 @@ NEAR = 0.5
 """Two ends that meet become one point if their distance is below this share of the strands' steps there."""
 
 NO_LIBRARY = FaceLibrary()
-"""No drawings, beside those of the stitches and of the labels."""
+"""A library without drawings; the drawings then come from stitches and labels."""
 
 logger = logging.getLogger(__name__)
 

@@ -4,7 +4,7 @@
 
 A drawing is mapped to its face by mean value coordinates of its polygon. A height moves a point along the normal of the
 face, in the scale of the face. Where two sides are joined, each crossing of one side meets the nearest crossing of the
-other. Yarns end at crossings that meet no other. An exception are the two legs of a loop on a side that is not joined:
+other. Yarns end at crossings that meet no other. The two legs of a loop on a side that is not joined are an exception:
 they meet each other.
 
 The drawing of a type of face comes from the user's libraries, from the stitch that the type is, or from its labels. A
@@ -133,7 +133,7 @@ def _polygon(kind: FaceType) -> FloatArray:
 
 
 def _arches(entering: list[Place], polygon: FloatArray, kind: FaceType) -> list[Strand]:
-    """Return loops that enter and turn back; those of a purl turn in front of the legs."""
+    """Return loops that enter and turn back; the loops of a purl turn in front of the legs."""
     front = -1.0 if kind.name.startswith("purl") else 1.0
     return [_arch(place, polygon, front) for place in entering]
 

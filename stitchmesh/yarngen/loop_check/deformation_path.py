@@ -107,7 +107,7 @@ class DeformationPath:
     end: YarnSet
     """The yarns at time 1."""
     smoothing_steps: int
-    """Number of times that rotations are averaged with those of their neighbours."""
+    """Number of times that rotations are averaged with the rotations of their neighbours."""
     neighbour_count: int
     """Number of control points from which each rotation is computed."""
 

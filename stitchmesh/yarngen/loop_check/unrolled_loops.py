@@ -93,7 +93,7 @@ class UnrolledLoops:
     yarns: YarnSet
     """The yarns of the arcs, without a lattice."""
     links: NDArray[np.bool_]
-    """Which links are checked, shape (links,): those of the middle cell."""
+    """Which links are checked, shape (links,): the links of the middle cell."""
     loops: NDArray[np.bool_]
     """Which loops the links are checked against, shape (loops,): the loops that do not cross the border of the
     supercell."""

@@ -14,7 +14,7 @@ of the stitch gives. The yarn of the stitch's own row runs from loop to loop:
 - The two legs of a slipped loop continue upwards. The yarn of the row passes behind them, or once around them.
 
 The waypoints come from rough drawings (``assets/stitches/rough.json``). A program (``assets/stitches/refine.py``) moved
-them apart in small steps, none of which lets yarn pass through yarn.
+them apart in small steps that never let yarn pass through yarn.
 
 Source: Yuksel et al. 2012, section 4.2, figures 4 and 5.
 """
