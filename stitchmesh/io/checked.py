@@ -65,7 +65,7 @@ def check_depth(value: T) -> T:
     """Check that lists and objects do not lie too deep within one another, and return the value.
 
     Raises:
-        ParameterError: they are nested more than ``DEEPEST`` times.
+        ParameterError: lists and objects are nested more than ``DEEPEST`` times.
     """
     level: list[Any] = [value]
     for _ in range(DEEPEST + 1):

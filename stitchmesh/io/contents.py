@@ -105,7 +105,7 @@ def _size(name: str, found: os.stat_result) -> int:
     """Return the size of a regular file that may be read [bytes].
 
     Raises:
-        FileError: it is something else, or larger than ``LARGEST_FILE``.
+        FileError: the file is no regular file, or larger than ``LARGEST_FILE``.
     """
     if stat.S_ISDIR(found.st_mode):
         raise FileError(f"{name}: is a folder; expected a file")

@@ -93,7 +93,7 @@ def note_input(path: str | os.PathLike[str]) -> None:
     """Note that a file is read.
 
     Raises:
-        FileError: it is one of the outputs that the command has named.
+        FileError: the file is one of the outputs that the command has named.
     """
     guard, found = _present.get(), _identity(path)
     if guard is None or found is None or _place(Path(path)) in guard.written:
@@ -107,7 +107,7 @@ def check_output(path: Path) -> None:
     """Check that a file may be written, and replaced if it is there.
 
     Raises:
-        FileError: it may not be replaced.
+        FileError: the file may not be replaced.
     """
     guard = _present.get()
     if guard is not None:

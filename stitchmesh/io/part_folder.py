@@ -127,7 +127,7 @@ def _make_parts(parts: Path) -> None:
     """Make the folder of parts, in which only this user may write.
 
     Raises:
-        FileError: there is a link or a file of its name.
+        FileError: a link or a file has the name of the folder.
         OSError: the folder cannot be made.
     """
     try:

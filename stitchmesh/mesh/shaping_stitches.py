@@ -71,7 +71,7 @@ def check_increase(increase: str) -> None:
     """Check that there is a form of increases of that name.
 
     Raises:
-        ParameterError: there is none.
+        ParameterError: there is no such form of increases.
     """
     if increase not in _FORMS:
         raise ParameterError(f"increase: got {increase!r}; expected one of {', '.join(_FORMS)}")

@@ -128,7 +128,7 @@ def whole_mesh(mesh: Mesh | PanelMesh) -> Mesh:
     """Return a mesh that is not divided into the panels of a sewing pattern.
 
     Raises:
-        ParameterError: it is a sewing pattern, and the options do not say how its panels are knitted.
+        ParameterError: the mesh is a sewing pattern, and the options do not say how its panels are knitted.
     """
     if isinstance(mesh, PanelMesh):
         raise ParameterError("mesh: got the panels of a sewing pattern; set panels=PanelOptions() in the options")

@@ -318,7 +318,7 @@ def _check_memory(found: str, count: float, remedy: str) -> None:
         remedy: what to ask for instead.
 
     Raises:
-        TessellationError: they are too many.
+        TessellationError: the stitches are too many.
         ParameterError: as for ``check_memory``.
     """
     found = f"{found} with {count:.3g} stitches"

@@ -199,7 +199,7 @@ def _check_apart(found: list[tuple[TimeMark, End]]) -> None:
     """Check that no two marks share a vertex.
 
     Raises:
-        ParameterError: two marks do.
+        ParameterError: two marks share a vertex.
     """
     for number, (mark, end) in enumerate(found):
         for other, (second, later) in enumerate(found[number + 1 :], start=number + 1):
@@ -214,7 +214,7 @@ def _check_times(surface: TriangleSurface, found: list[tuple[TimeMark, End]]) ->
     """Check that times agree with roles and with distances in space.
 
     Raises:
-        ParameterError: they do not.
+        ParameterError: the times do not agree.
     """
     timed = [(number, mark, end) for number, (mark, end) in enumerate(found) if mark.time is not None]
     for place, (number, mark, end) in enumerate(timed):

@@ -209,7 +209,7 @@ def _check_extensions(name: str, needed: Iterable[str]) -> None:
     """Refuse a file that needs an extension, by the name of the extension.
 
     Raises:
-        FileError: there is one.
+        FileError: the file needs an extension.
     """
     for one in needed:
         found = f"its meshes are compressed by {one}" if one in COMPRESSIONS else f"it needs the extension {one[:60]}"

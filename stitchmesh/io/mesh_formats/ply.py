@@ -67,7 +67,7 @@ class _Body(Protocol):
         """Begin a vertex, a face or another element."""
 
     def end_row(self, element: str) -> None:
-        """End it."""
+        """End the element."""
 
     def read_numbers(self, number: str, count: int) -> list[float]:
         """Return the next numbers of a type, or fewer if the file ends before them."""

@@ -17,11 +17,11 @@ class ClosedScheduler(Scheduler):
     """A scheduler that serves no pages."""
 
     def start_http_server(self, *_arguments: Any, **_options: Any) -> None:
-        """Start none."""
+        """Start no server for pages."""
 
 
 class ClosedWorker(Worker):
     """A worker that serves no pages."""
 
     def start_http_server(self, *_arguments: Any, **_options: Any) -> None:
-        """Start none."""
+        """Start no server for pages."""

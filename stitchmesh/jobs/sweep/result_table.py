@@ -113,7 +113,7 @@ def import_pyarrow() -> None:
     """Import pyarrow.
 
     Raises:
-        ParameterError: it is not installed.
+        ParameterError: pyarrow is not installed.
     """
     try:
         import pyarrow  # noqa: F401

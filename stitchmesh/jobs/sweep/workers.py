@@ -50,7 +50,7 @@ def import_dask() -> None:
     """Import the package of Dask that starts processes.
 
     Raises:
-        ParameterError: it is not installed.
+        ParameterError: the package is not installed.
     """
     try:
         import distributed  # noqa: F401
