@@ -113,10 +113,10 @@ def _is_nested(value: object) -> bool:
 
 
 def _check_text(value: str) -> None:
-    """Refuse a text that is the name of a file whose bytes are no text.
+    """Refuse a text that UTF-8 cannot hold, such as the names of some files.
 
     Raises:
-        ParameterError: the text holds such bytes.
+        ParameterError: UTF-8 cannot hold the text.
     """
     try:
         value.encode("utf-8")
