@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The options of a budget, which let measured tables choose the quality, and the time that a command needs besides."""
+"""The options of a budget, with which measured tables choose the quality, and the time that a command needs besides."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What ``swatch --explore`` writes and prints."""
+"""The files and the lines that ``swatch --explore`` writes."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The last resort of the program: an exception that no part of it expects is a fault of its own, in one line."""
+"""The last handler of exceptions: it reports an unexpected exception as a fault of the program, in one line."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Reports of a job: a bar if standard error is a terminal, and lines of JSON if standard output is none."""
+"""Reports of a job: a bar if standard error is a terminal, and lines of JSON if standard output is not a terminal."""
 
 from __future__ import annotations
 

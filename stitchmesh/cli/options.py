@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Options of several commands that are no settings of a recipe, and single settings that commands take.
+"""Options of several commands that are not settings of a recipe, and groups of single settings for commands.
 
 Each group is a frozen dataclass. The docstring of a field is the help text of the option.
 """

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Progress reports on standard error: two lines with a bar on a terminal, and lines some seconds apart in a file."""
+"""Progress reports on standard error: two lines with a bar on a terminal, and a line every few seconds in a file."""
 
 from __future__ import annotations
 

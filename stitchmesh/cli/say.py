@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The one place in which the command line prints.
+"""All output of the command line is printed here.
 
-Names of files, and texts in them, may hold characters that command a terminal, such as one that clears it, and ones
-that no text can hold, of names that are not UTF-8.
+Names of files, and texts in files, may hold control characters, for example one that clears the terminal. Names that
+are not UTF-8 also give characters that no text can hold.
 """
 
 from __future__ import annotations

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Flags of the command line from declared settings (``stitchmesh.settings``).
 
-A command holds a dataclass of settings as a field, and has a flag for each of them: with the name of the setting, or
-the one that its declaration gives. A setting that is true by default has the flag ``--no-NAME``. A setting whose value
-is a tuple of any length may be given several times.
+A command holds a dataclass of settings as a field, and has a flag for each of them. The flag has the name of the
+setting, or the name that the declaration gives. A setting that is true by default has the flag ``--no-NAME``. A setting
+whose value is a tuple of any length may be given several times.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The signals with which a scheduler of a cluster, a shell or a user ask a command to stop."""
+"""The signals by which a scheduler of a cluster, a shell or a user asks a command to stop."""
 
 from __future__ import annotations
 

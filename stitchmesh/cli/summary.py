@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a command has made, in a few lines: what it is, whether it is good, and which file to open.
+"""A summary of the result of a command in a few lines: what it is, whether it is good, and which file to open.
 
 The report of the command has all numbers; the option ``--json`` prints it instead of these lines.
 """

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Words of the command line, and the values that they become: numbers, pairs, directions, panels and sizes.
+"""Conversion of words of the command line to values: numbers, pairs, directions, panels and sizes.
 
 The error messages state what was found and what was expected.
 """

@@ -52,12 +52,12 @@ class FaceDrawing:
 
 @dataclass(frozen=True)
 class FaceLibrary:
-    """Drawings of types of faces; of two drawings of one type the first is used."""
+    """Drawings of types of faces; if a type has two drawings, the first is used."""
 
     drawings: tuple[FaceDrawing, ...] = ()
 
     def find(self, kind: FaceType) -> FaceDrawing | None:
-        """Return the drawing of a type: that of the very type, else one whose varying counts fit, else None."""
+        """Return the drawing of exactly this type, else a drawing whose varying counts fit, else None."""
         exact = (drawing for drawing in self.drawings if drawing.type == kind)
         fitting = (drawing for drawing in self.drawings if drawing.type.stands_for(kind))
         return next(exact, None) or next(fitting, None)
@@ -68,11 +68,11 @@ def derived(source: FaceDrawing, kind: FaceType, operations: Iterable[str]) -> F
 
     Args:
         source: the drawing to start with.
-        kind: type of the new drawing. Its labels decide which side is the first one.
+        kind: type of the new drawing. Its labels decide which side is the first side.
         operations: ``mirror-x``, ``mirror-z`` and ``reverse-yarn``.
 
     Raises:
-        ParameterError: an operation is unknown, or the labels of the result are not those of the type.
+        ParameterError: an operation is unknown, or the result does not have the labels of the type.
     """
     result = source
     for operation in operations:
@@ -119,7 +119,7 @@ def _reversed(drawing: FaceDrawing) -> FaceDrawing:
 
 
 def _turned(drawing: FaceDrawing, turn: int) -> FaceDrawing:
-    """Return a drawing whose first side is another one."""
+    """Return a drawing that begins with another side."""
     count = len(drawing.polygon)
     labels = drawing.type.labels[turn:] + drawing.type.labels[:turn]
 

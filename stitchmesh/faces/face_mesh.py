@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Face meshes: polygons of any type, joined side by side, with everything that an ``.smobj`` file says about them.
+"""Face meshes: polygons of any type, joined side by side, with all data of an ``.smobj`` file about them.
 
 A face mesh is not a surface. The same point may be several vertices, faces that are joined need not touch, a join may
 turn the side of the cloth, and a face may have no area. A face mesh whose faces are all stitches is also a stitch mesh
@@ -45,8 +45,8 @@ class FaceMesh:
     V, F, C and J below are the numbers of vertices, faces, corners and joins.
 
     Raises:
-        MeshError: an array has the wrong shape, a number is out of range or not finite, a face has not as many corners
-            as its type has sides, or a side is joined twice.
+        MeshError: an array has the wrong shape, a number is out of range or not finite, a face does not have as many
+            corners as its type has sides, or a side is joined twice.
     """
 
     types: tuple[FaceType, ...]
@@ -74,7 +74,7 @@ class FaceMesh:
     texture: tuple[Record, ...] = ()
     """Records of texture and material, in order."""
     corner_texture: tuple[str, ...] = field(default=())
-    """What follows the vertex of each corner, such as ``/2``; empty if no corner has a texture."""
+    """Text after the vertex of each corner, such as ``/2``; empty if no corner has a texture."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "vertices", frozen_array(np.reshape(self.vertices, (-1, 3)), np.float64))

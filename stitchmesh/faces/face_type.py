@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Types of faces: a name, and a label for each side of the face.
 
-Names of stitches as types of faces.
+The module also holds the names of stitches as types of faces.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from functools import cached_property
 from stitchmesh.mesh.stitch import VOCABULARY, Stitch
 
 ENTERING, LEAVING, UNDIRECTED = -1, 1, 0
-"""Directions of a side: what crosses it enters the face, leaves it, or has no direction."""
+"""Directions of a side: the loops or yarns that cross it enter the face, leave it, or have no direction."""
 NOTHING = "x"
 """Kind of a side that nothing crosses."""
 VARYING = "X"
@@ -121,7 +121,7 @@ def _agree(a: SideLabel, b: SideLabel) -> bool:
 
 
 def stitch_of(kind: FaceType) -> Stitch | None:
-    """Return the stitch that a type of face is; None if it is none.
+    """Return the stitch that a type of face stands for; None if it stands for none.
 
     The sides of a stitch are loops in, yarn, loops out, yarn. Each of them has one strand, except the lower sides of a
     cast-on and the upper sides of a bind-off.
@@ -137,7 +137,7 @@ def stitch_of(kind: FaceType) -> Stitch | None:
 
 
 def is_foreign(kind: FaceType) -> bool:
-    """Return whether a type is no stitch by its name, or has other counts of loops or yarns than the stitch."""
+    """Return whether the name of a type is no stitch, or its counts of loops or yarns differ from the stitch."""
     return kind.name not in STITCHES_OF_NAMES or (is_framed(kind) and stitch_of(kind) is None)
 
 

@@ -179,7 +179,7 @@ def _legend() -> list[tuple[str, str]]:
 
 
 def _period(items: Sequence[tuple[str, ...]]) -> int:
-    """Length of the shortest block of which the whole sequence is a repetition."""
+    """Length of the shortest block whose repetition gives the whole sequence."""
     count = len(items)
     for length in range(1, count):
         if count % length == 0 and all(items[place] == items[place % length] for place in range(length, count)):

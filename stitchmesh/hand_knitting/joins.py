@@ -47,7 +47,7 @@ class Joins:
         return ", ".join(parts)
 
     def describe_remaining(self, piece: Piece) -> list[str]:
-        """Describe what is done with the loops that remain on the needle of a piece, one line for each run of loops."""
+        """Describe the treatment of the loops that remain on the needle of a piece, one line for each run of loops."""
         lines = []
         for instruction, run in groupby(piece.needle[::-1], self._loop_instruction):
             places = [self.loop[side][1] for side in run]

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Reading of written instructions: the stitches of each row, from the text that ``knitting_instructions`` writes.
 
-The lines of the pieces, of their cast-on and of their rows are read. The legend, charts, and what is done with loops
-that remain say nothing more about the stitches, and are not read.
+The parser reads the lines of the pieces, of their cast-on and of their rows. It skips the legend, the charts and the
+treatment of remaining loops, because they say nothing more about the stitches.
 """
 
 from __future__ import annotations
@@ -289,9 +289,9 @@ def _between_commas(text: str) -> Iterator[str]:
 
 
 def _crossing(word: str) -> tuple[tuple[int, ...], tuple[int, ...]] | None:
-    """Return, for each loop in working order, its new place and how far in front of the others it is.
+    """Return, for each loop in working order, its new place, and how far in front of the others it is.
 
-    The result is None if the word crosses no loops.
+    None if the word crosses no loops.
     """
     if match := _HALVES.fullmatch(word):
         return _bundles(int(match[1]) // 2, int(match[1]) // 2, match[2] == "f")

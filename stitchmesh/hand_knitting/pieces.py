@@ -3,10 +3,9 @@
 """The pieces of a fabric, in the order in which a hand knitter makes them.
 
 A piece consists of rows that are worked on one needle. Each row of a piece takes loops that the previous row left on
-the needle. A row continues the piece in two cases. In the first case it takes all loops that are not bound off. In the
-second case it is a short row: it takes some of the loops, and a later row takes the others together with the loops of
-the short row. A row starts a new piece if it takes loops of several pieces, or some loops of a piece whose other loops
-are taken elsewhere.
+the needle. A row continues the piece in two cases: it takes all loops that are not bound off, or it is a short row. A
+short row takes some of the loops, and a later row takes the other loops together with the loops of the short row. A row
+starts a new piece if it takes loops of several pieces, or some loops of a piece whose other loops are taken elsewhere.
 """
 
 from __future__ import annotations
@@ -56,7 +55,7 @@ class Piece:
     sources: list[int] = field(default_factory=list)
     """Top sides whose loops the piece starts with, in working order; ``BORDER`` for a loop that is cast on."""
     needle: list[int] = field(default_factory=list)
-    """Top sides whose loops are on the needle, from left to right; in a round the last one is worked first."""
+    """Top sides whose loops are on the needle, from left to right; in a round the last loop is worked first."""
     position: int = 0
     """Number of loops on the needle to the right of the yarn."""
 

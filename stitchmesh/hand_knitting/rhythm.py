@@ -6,11 +6,10 @@
     rounds. (84 to 72 sts)
 
 All rows between the shaped ones are plain. The shaped rows are the same, except for runs of ``k`` or ``p`` that become
-longer or shorter. Such a run is worked up to a number of stitches before the end of its part of the row, which is the
-end of the row or a marker. Markers stay between the same stitches: a part has as many stitches as the shaped row before
-has left of it.
-
-Repeats in a row of words and in a list of rows, as knitting patterns write them: ``k3, [k2tog, yo] 4 times``.
+longer or shorter. Such a run is worked up to a number of stitches before the end of its part of the row; a part ends at
+a marker or at the end of the row. Markers stay between the same stitches, so a part begins with the stitches that the
+shaped row before has left in it. The module also writes repeats in a row of words and in a list of rows, as knitting
+patterns do: ``k3, [k2tog, yo] 4 times``.
 """
 
 from __future__ import annotations
@@ -33,10 +32,10 @@ MARKER = "sm"
 
 
 def repeats(items: Sequence[Hashable]) -> list[Block]:
-    """Divide a sequence into blocks, each of which occurs once or several times in succession.
+    """Divide a sequence into blocks; each block occurs once or several times in succession.
 
     The search goes from left to right. At each place it takes the block whose repeats shorten the sequence most, and
-    the shortest of equally good blocks.
+    among equally good blocks the shortest.
     """
     blocks: list[Block] = []
     place = 0
@@ -94,7 +93,7 @@ class RowForRhythm:
     words: tuple[ShapedWord, ...]
     """Its words in working order."""
     before: str
-    """What the line of the row says before its words, such as its side and its yarn."""
+    """Text of the line before the words of the row, such as its side and its yarn."""
 
     @property
     def loops(self) -> int:
@@ -103,7 +102,7 @@ class RowForRhythm:
 
     @property
     def change(self) -> int:
-        """By how many loops the row changes this number."""
+        """By how many loops the row changes the number on the needle."""
         return sum(word.made for word in self.words) - self.loops
 
     @property
@@ -117,20 +116,20 @@ class Rhythm:
     """Shaped rows at equal distances."""
 
     first: int
-    """Place of the first one among all rows."""
+    """Place of the first shaped row among all rows."""
     apart: int
-    """Distance from each to the next, in rows."""
+    """Distance from each shaped row to the next, in rows."""
     times: int
     """Number of shaped rows."""
 
     @property
     def last(self) -> int:
-        """Place of the last one."""
+        """Place of the last shaped row."""
         return self.first + self.apart * (self.times - 1)
 
 
 def rhythms(rows: Sequence[RowForRhythm | None]) -> list[tuple[Rhythm, list[_Part]]]:
-    """Return all rhythms of some rows, from the first on, each as long as possible, with the parts of its rows.
+    """Find rhythms from the first row on, each as long as possible; return them with the parts of their rows.
 
     Args:
         rows: the rows; None for a row that belongs to no rhythm.
@@ -161,7 +160,7 @@ def rhythm_line(rows: Sequence[RowForRhythm | None], rhythm: Rhythm, parts: list
         rows: the rows.
         rhythm: the rhythm.
         parts: the parts of its rows.
-        first: number of the first one of the rows.
+        first: number of the first of the rows.
         name: ``Row`` or ``Round``.
     """
     row, last = rows[rhythm.first], rows[rhythm.last]
@@ -189,7 +188,7 @@ class _Part:
     run: ShapedWord
     """The word of the run."""
     count: int
-    """How often the run has it in the first row."""
+    """How often the run repeats the word in the first row."""
     end: tuple[ShapedWord, ...]
     """Words after the run."""
 
@@ -205,7 +204,7 @@ class _Part:
         return before, after
 
     def words(self, *, is_last: bool) -> list[str]:
-        """The words of the part, with the marker at its end unless it is the last one."""
+        """The words of the part, with the marker at its end unless it is the last part."""
         left = sum(word.taken for word in self.end)
         if is_last:
             run = f"{self.run.word} to last {left}" if left else f"{self.run.word} to end"
@@ -223,7 +222,7 @@ def _runs(row: RowForRhythm) -> _Runs:
 
 
 def _parts(one: RowForRhythm | None, other: RowForRhythm | None) -> list[_Part]:
-    """Divide a shaped row at the runs that are longer or shorter in another one; no part if the rows differ else."""
+    """Divide a shaped row at runs that are longer or shorter in another row; no parts if the rows differ otherwise."""
     if one is None or other is None or one.before != other.before:
         return []
     first, second = _runs(one), _runs(other)
@@ -246,13 +245,13 @@ def _parts(one: RowForRhythm | None, other: RowForRhythm | None) -> list[_Part]:
 
 
 def _cut(words: Sequence[ShapedWord], change: int) -> int | None:
-    """The place nearest to the middle of some words before which they change the number of loops by an amount."""
+    """The place nearest to the middle of some words, before which they change the number of loops by ``change``."""
     places = [place for place in range(len(words) + 1) if _change(words[:place]) == change]
     return min(places, key=lambda place: abs(2 * place - len(words)), default=None)
 
 
 def _follows(one: RowForRhythm | None, other: RowForRhythm | None, parts: list[_Part]) -> bool:
-    """Whether a shaped row has the same parts as the one before it, each with the stitches that this one has left."""
+    """Whether a shaped row has the same parts as the one before, each with the stitches that the latter has left."""
     if one is None or other is None or one.before != other.before or one.loops + one.change != other.loops:
         return False
     found = _parts(one, other)
@@ -260,7 +259,7 @@ def _follows(one: RowForRhythm | None, other: RowForRhythm | None, parts: list[_
 
 
 def _is_plain(rows: Sequence[RowForRhythm | None], shaped: RowForRhythm | None) -> bool:
-    """Whether rows between shaped ones are plain, of the same yarn, and the shaped ones are all on one side."""
+    """Whether the rows between shaped rows are plain and of the same yarn, and all shaped rows are on one side."""
     assert shaped is not None
     if "S)" in shaped.before and len(rows) % 2 == 0:
         return False

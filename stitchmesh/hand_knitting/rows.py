@@ -68,7 +68,7 @@ class CableCrossings:
 
 
 def row_words(fabric: StitchMesh, row: PieceRow, crossings: CableCrossings) -> list[str]:
-    """Return one word per stitch, and one before loops that cross; with the yarn if the row has several yarns."""
+    """Return one word per stitch, and a word before loops that cross; with the yarn if the row has several yarns."""
     coloured = len(set(fabric.yarn[list(row.faces)].tolist())) > 1
     words = []
     for face, word in _worked(fabric, row, crossings):

@@ -134,13 +134,13 @@ def _row(fabric: StitchMesh, row: PieceRow, loops: int, crossings: CableCrossing
 
 
 def _for_rhythm(fabric: StitchMesh, row: PieceRow, crossings: CableCrossings, before: str) -> RowForRhythm | None:
-    """The words of a row with the loops that they take and make; None if it has more than words of known stitches.
+    """The words of a row with the loops that they take and make; None for a row with anything else, such as a cable.
 
     Args:
         fabric: the stitch mesh.
         row: the row.
         crossings: the cables of the fabric.
-        before: what the line of the row says before the words.
+        before: text of the line of the row before the words.
     """
     faces = row.faces[::-1] if row.right_side else row.faces
     several = len(set(fabric.yarn[list(faces)].tolist())) > 1
@@ -161,7 +161,7 @@ def _for_rhythm(fabric: StitchMesh, row: PieceRow, crossings: CableCrossings, be
 def _numbered_rhythms(
     bodies: list[tuple[str, str]], in_rhythm: list[RowForRhythm | None], first: int, name: str
 ) -> list[str]:
-    """Rows with their numbers; those that are shaped in a rhythm in one line."""
+    """Rows with their numbers; rows that are shaped in a rhythm share one line."""
     lines, done = [], 0
     for rhythm, parts in rhythms(in_rhythm):
         lines += _numbered(bodies[done : rhythm.first], first + done, name)

@@ -118,7 +118,7 @@ def stitch_named(name: str) -> Stitch:
 def without_yarn_overs(stitch: StitchType) -> tuple[int, StitchType | None, int]:
     """Return the number of yarn-overs on the left of a stitch, the stitch without them, and their number on the right.
 
-    The stitch is None if it is nothing but yarn-overs. Tucks stay whole, and so do stitches of the user's own.
+    The stitch is None if it consists of yarn-overs only. Tucks stay whole, and so do stitches of the user's own.
     """
     if isinstance(stitch, OwnStitch) or stitch not in VOCABULARY or "s" in VOCABULARY[stitch].made:
         return 0, stitch, 0
@@ -192,7 +192,7 @@ def cable_word(group: CableGroup, right_side: bool) -> str:
 def cable_meanings(rows: str) -> list[str]:
     """Return the explanations of all crossings in the text of some rows, the short words first.
 
-    Each crossing of ``cable_word`` has its own explanation, and so have ``c4f`` and its like, the crossings of two
+    Each crossing of ``cable_word`` has its own explanation. So has each short word such as ``c4f``, which crosses two
     equal bundles that are knit.
     """
     short = sorted({(int(count), side) for count, side in re.findall(r"\bc(\d+)([fb])\b", rows)})

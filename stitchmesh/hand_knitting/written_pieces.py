@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What written instructions say about the stitches of a fabric, as a value: pieces, rows, stitches and crossings.
+"""The content of written instructions as a value: pieces, rows, stitches and crossings.
 
 ``written_pieces`` takes the value from a fabric. ``parse_instructions`` takes the same value from the text that
 ``knitting_instructions`` writes.
@@ -61,7 +61,7 @@ class WrittenPiece:
 
 
 def written_pieces(fabric: StitchMesh) -> tuple[WrittenPiece, ...]:
-    """Return what the instructions of a fabric say about its stitches.
+    """Return the content of the instructions of a fabric.
 
     Raises:
         ParameterError, LabelError: as for ``knitting_instructions``.
@@ -76,7 +76,7 @@ def over_pairs(destination: Sequence[int], depth: Sequence[int]) -> frozenset[tu
 
     Args:
         destination: place to which each loop moves.
-        depth: number of each loop; of two loops that cross, the higher number is in front.
+        depth: number of each loop; where two loops cross, the loop with the higher number is in front.
     """
     count = range(len(destination))
     crossed = [(one, other) for other in count for one in range(other) if destination[one] > destination[other]]

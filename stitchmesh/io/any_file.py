@@ -29,7 +29,7 @@ from stitchmesh.yarn import YarnSet
 def read_any(path: FilePath, *, unit: str = DEFAULT_UNIT, radius: float | None = None) -> Mesh | YarnSet | FaceMesh:
     """Read a polygon mesh, a stitch mesh or yarns; the suffix and the content of the file decide which.
 
-    A file of faces of which some are no stitches is read as a face mesh.
+    If some faces of a file are no stitches, the file is read as a face mesh.
 
     Args:
         path: any file that ``read_mesh``, ``read_stitches`` or ``read_yarns`` reads.

@@ -2,10 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Atomic writes: the content is written to a temporary file, which replaces the target when it is complete.
 
-The new file has the mode of the one that it replaces. Within a command it replaces no input, and no file of the user's
-(``stitchmesh.io.outputs``).
-
-Files for content that has no place of its own on disk, such as an upload: readers and writers need a path.
+The new file has the mode of the file that it replaces. Within a command it replaces no input, and no file of the user's
+(``stitchmesh.io.outputs``). Content without a place of its own on disk, such as an upload, gets a temporary file,
+because readers and writers need a path.
 """
 
 from __future__ import annotations
@@ -32,7 +31,8 @@ def atomic_path(path: FilePath) -> Iterator[Path]:
     """Provide the path of a temporary file, which replaces the target after the block.
 
     Missing folders are made. If the block raises an exception or is interrupted, the temporary file is removed and the
-    target stays unchanged; after a kill the next write removes it (``part_folder``). It has the name of the target.
+    target stays unchanged; after a kill the next write removes it (``part_folder``). The temporary file has the name of
+    the target.
 
     Raises:
         FileError: the folder cannot be made or written, the target is a folder or may not be replaced, or the disk
@@ -71,7 +71,7 @@ def write_text(path: FilePath, text: str) -> None:
     """Write a text file atomically, in UTF-8 with plain newlines.
 
     Raises:
-        FileError: as for ``atomic_path``, or a name in the text is that of a file that is no text.
+        FileError: as for ``atomic_path``, or the text contains the name of a file whose bytes are no text.
     """
     try:
         content = text.encode("utf-8")
@@ -117,10 +117,10 @@ def _flush_to_disk(path: Path) -> None:
 def temporary_file(name: str, content: bytes | None = None) -> Iterator[Path]:
     """Provide the path of a file in a temporary folder, which is removed after the block.
 
-    An error that the block raises names the file without the folder, of which the user knows nothing.
+    An error that the block raises names the file without this folder, because the user does not know it.
 
     Args:
-        name: name of the file; folders in it are left out, as those of Windows too.
+        name: name of the file; folders in it are left out, even folders in the form of Windows.
         content: what the file holds; there is no file yet if it is None.
 
     Raises:

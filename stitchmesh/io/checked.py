@@ -4,9 +4,7 @@
 
 The library msgspec finds the first error and its path in the value. This module converts msgspec's message into one
 line that names the key, shows what was found and says in words what is expected. For an unknown key the line also names
-the most similar known key.
-
-JSON files, of which damaged ones cost one error of a line.
+the most similar known key. A damaged JSON file also gives an error of one line.
 """
 
 from __future__ import annotations
@@ -42,8 +40,8 @@ MAX_CHARACTERS = 60
 """Number of characters of a value that a message shows."""
 
 DEEPEST = 50
-"""Largest number of lists and objects within one another. What follows a value calls itself a few times for each of
-them, and Python permits 1,000 calls in all; no file of this program has more than ten."""
+"""Largest number of lists and objects within one another. Functions that walk through a value call themselves a few
+times for each level, and Python permits 1,000 calls in all; no file of this program has more than ten levels."""
 TOO_DEEP = f"is nested too deeply; expected at most {DEEPEST} lists and objects within one another"
 
 T = TypeVar("T")
@@ -67,7 +65,7 @@ def check_depth(value: T) -> T:
     """Check that lists and objects do not lie too deep within one another, and return the value.
 
     Raises:
-        ParameterError: they are nested more than ``DEEPEST`` times.
+        ParameterError: lists and objects are nested more than ``DEEPEST`` times.
     """
     level: list[Any] = [value]
     for _ in range(DEEPEST + 1):
@@ -98,8 +96,8 @@ def plain_value(value: object) -> object:
 def check_value(value: object, kind: type[T]) -> T:
     """Check a value against a type, and return it as an instance of the type.
 
-    Only objects become instances of classes, and lists and tuples become each other; no other value is converted, for
-    example no text to a number.
+    Only objects become instances of classes, and lists and tuples become each other. No other value is converted; for
+    example, a text does not become a number.
 
     Args:
         value: a value from a JSON or TOML file, or an equal value made in Python.
@@ -147,7 +145,7 @@ def _strict(kind: Any) -> Any:
 
 @cache
 def _type_hints(kind: type) -> dict[str, Any]:
-    """Return the types of the fields of a dataclass; to evaluate their texts takes half a millisecond."""
+    """Return the types of the fields of a dataclass; the evaluation of their texts takes half a millisecond."""
     return get_type_hints(kind)
 
 
@@ -238,7 +236,7 @@ def _keys_at(kind: Any, steps: list[int | str]) -> list[str]:
 
 
 def _choices_at(kind: Any, steps: list[int | str]) -> list[object]:
-    """Return the values between which the type lets choose at a path."""
+    """Return the values that the type permits at a path."""
     options = _options_at(kind, steps)
     return [value for option in options if isinstance(option, inspect.LiteralType) for value in option.values]
 

@@ -77,7 +77,7 @@ def write_checkpoint(path: FilePath, content: CheckpointFile) -> None:
 
     Raises:
         FileError: the file cannot be written; the existing checkpoint is then still there, under its own name or under
-            that of the previous one.
+            the name of the previous one.
     """
     target = Path(path)
     with atomic_path(target) as temporary:
@@ -87,7 +87,7 @@ def write_checkpoint(path: FilePath, content: CheckpointFile) -> None:
 
 
 def was_written(path: FilePath) -> bool:
-    """Return whether there is a checkpoint at a path, or the previous one beside it."""
+    """Return whether there is a checkpoint at a path, or a previous checkpoint beside it."""
     return is_file(path) or is_file(previous_path(path))
 
 
@@ -112,7 +112,7 @@ def checked_header(path: FilePath, content: CheckpointFile, kind: type[T]) -> T:
 
     Args:
         path: the file, for the message.
-        content: what ``read_checkpoint`` has read.
+        content: the content that ``read_checkpoint`` returned.
         kind: a dataclass or a ``TypedDict``.
 
     Raises:
@@ -177,7 +177,7 @@ def _arrays(content: memoryview, table: list[tuple[str, str, list[int]]]) -> dic
     """Return the arrays of a checkpoint, given the table of their names, types and shapes.
 
     Raises:
-        ParameterError: a type is none of numbers, or the arrays are not as long as the content.
+        ParameterError: a type is no type of numbers, or the arrays are not as long as the content.
     """
     arrays, offset = {}, 0
     for name, kind, shape in table:

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Reading of files that users name, and checks that are common to all formats.
 
-Every reader begins with ``read_bytes``. Libraries get the content or a copy of the file and not the name: they would
-wait for ever at a pipe, read a device without end, or find another file than the one that was checked.
+Every reader begins with ``read_bytes``. Libraries get the content or a copy of the file and not the name. With the name
+they could wait for ever at a pipe, read a device without end, or find another file than the checked one.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from stitchmesh.lattice import LARGEST_LENGTH
 from stitchmesh.mesh import FloatArray
 
 READING = os.O_RDONLY | getattr(os, "O_BINARY", 0) | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOCTTY", 0)
-"""How a file is opened that may be anything: at once, and without becoming the terminal of this process."""
+"""Flags to open a file that may be anything: at once, and without making it the terminal of this process."""
 LARGEST_FILE = 4 * 2**30
 """Largest size of a file that is read [bytes]."""
 LARGEST_EXPANSION, FREE_EXPANSION = 100, 2**24
-"""Bytes of numbers that a compressed file may hold for each of its bytes, and bytes that each file may hold beyond."""
+"""Bytes of numbers that a compressed file may hold for each of its bytes, and additional bytes for each file."""
 
 
 def check_path(path: FilePath) -> None:
@@ -59,11 +59,11 @@ def suffix_of(path: FilePath, known: Iterable[str]) -> str:
 def read_bytes(path: FilePath, *, may_be_empty: bool = False) -> bytes:
     """Return the content of a regular file.
 
-    A pipe or a device is refused at once: it is opened without waiting, and what has been opened is looked at.
+    A pipe or a device is refused at once: the file is opened without waiting, and its kind is checked after this.
 
     Raises:
-        FileError: the file is missing, a folder, no regular file, unreadable, or larger than ``LARGEST_FILE``; or it is
-            empty and ``may_be_empty`` is False.
+        FileError: the file is missing, a folder, no regular file, unreadable, larger than ``LARGEST_FILE``, or empty
+            although ``may_be_empty`` is False.
     """
     name = fspath(path)
     note_input(path)
@@ -72,7 +72,7 @@ def read_bytes(path: FilePath, *, may_be_empty: bool = False) -> bytes:
         try:
             size = _size(name, os.fstat(opened))
             with os.fdopen(opened, "rb", closefd=False) as file:
-                content = file.read(size)  # And not what others append meanwhile.
+                content = file.read(size)  # Without bytes that others append meanwhile.
         finally:
             os.close(opened)
     except FileNotFoundError as error:
@@ -105,7 +105,7 @@ def _size(name: str, found: os.stat_result) -> int:
     """Return the size of a regular file that may be read [bytes].
 
     Raises:
-        FileError: it is something else, or larger than ``LARGEST_FILE``.
+        FileError: the file is no regular file, or larger than ``LARGEST_FILE``.
     """
     if stat.S_ISDIR(found.st_mode):
         raise FileError(f"{name}: is a folder; expected a file")
@@ -125,7 +125,7 @@ def check_expansion(expanded: int, size: int) -> None:
         size: bytes of the file.
 
     Raises:
-        ValueError: they do; the message has no path.
+        ValueError: the numbers need more; the message has no path.
     """
     if expanded > FREE_EXPANSION + LARGEST_EXPANSION * size:
         found = f"a file of {size} bytes states {expanded} bytes of numbers"
@@ -136,7 +136,7 @@ def check_points(place: str, points: FloatArray) -> None:
     """Check that coordinates are finite, and so small that areas and volumes are finite too.
 
     Args:
-        place: the file and what the points are, for the message, such as ``yarns.bcc: curve 3, point``.
+        place: the name of the file and of the points, for the message, such as ``yarns.bcc: curve 3, point``.
         points: shape (n, 3).
 
     Raises:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Why the operating system refuses to write a file, and what the user can do."""
+"""Messages that say why the operating system refuses to write a file, and what the user can do."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import errno
 import os
 
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
-"""Numbers of the errors of a disk, a share of a disk or a file that may not become larger."""
+"""Numbers of the errors that say that a disk, a share of a disk or a file cannot become larger."""
 SPACE = "free space on this disk, or choose a folder on another one"
 FORBIDDEN = "choose a folder that you may write"
 REMEDIES = {
@@ -21,7 +21,7 @@ REMEDIES = {
     errno.EPERM: FORBIDDEN,
     errno.EROFS: FORBIDDEN,
 }
-"""What the user can do, by the number of the error; a write that was cut short has none."""
+"""The remedy for the user, by the number of the error; a write that was cut short has no number."""
 
 
 def refusal(error: OSError) -> str:
@@ -30,6 +30,6 @@ def refusal(error: OSError) -> str:
 
 
 def as_refusal(reason: str) -> OSError:
-    """Return the error of a library, whose text quotes that of the operating system, as an error of the system."""
+    """Turn the text of a library's error, which quotes an error of the operating system, into such an error."""
     quoted = (number for number in REMEDIES if number is not None and os.strerror(number) in reason)
     return OSError(next(quoted, errno.EIO), reason)

@@ -18,7 +18,7 @@ _PLACES = (_PACKAGE, _PACKAGE.parent)
 MESHES, OTHERS = Path("assets") / "meshes", Path("examples")
 """Folders of the meshes, and of the recipes and scenes that use them."""
 DATA = (".obj", ".toml", ".knit", ".png", ".smobj", ".json")
-"""Suffixes of the files of examples; others, such as programs, do not come with the package."""
+"""Suffixes of the files of examples; other files, such as programs, do not come with the package."""
 
 
 def example_names() -> tuple[str, ...]:
@@ -40,7 +40,7 @@ def read_example(name: str) -> tuple[str, bytes]:
 
 
 def mesh_file(path: FilePath) -> FilePath:
-    """Return the file of the garment whose name a word is; every other path, and a file of that name, as it is.
+    """Return the file of a garment for its name. Any other path stays as it is, even a file that has such a name.
 
     Raises:
         ParameterError: the path is neither a text nor a ``Path``.

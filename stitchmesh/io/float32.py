@@ -15,11 +15,11 @@ from stitchmesh.io.contents import FilePath
 from stitchmesh.mesh import FloatArray
 
 LARGEST_FLOAT32 = 1e38
-"""Largest number that is written; a third of the largest float32, so that boxes around what is written are finite."""
+"""Largest number that is written: a third of the largest float32, so that bounding boxes stay finite."""
 
 
 def from_float32(values: NDArray[Any]) -> FloatArray:
-    """Return numbers of a file as float64; a NaN of any bits becomes a quiet one, which a later check refuses."""
+    """Return numbers of a file as float64; a NaN of any bits becomes a quiet NaN, which a later check refuses."""
     with np.errstate(invalid="ignore"):
         return values.astype(np.float64)
 

@@ -3,7 +3,7 @@
 """A lock on the folder of a project or of a job, so that two programs never write into it at once.
 
 The lock belongs to the process: the operating system releases it when the process ends, also when it is killed. Where
-there are no locks (Windows, some network file systems), a second program is not refused.
+there are no locks (Windows, some network file systems), a second program can write too.
 """
 
 from __future__ import annotations
@@ -27,7 +27,8 @@ except ImportError:  # Windows has no such locks.
 NAME = ".lock"
 """Name of the lock's file in the folder."""
 NO_LOCK = (errno.ENOENT, errno.EINVAL, errno.ELOOP)
-"""Numbers of the errors where there is no file of a lock, or something else has its name: nobody can hold that."""
+"""Numbers of the errors that mean: the lock's file is missing, or something else has its name, so nobody holds the
+lock."""
 
 
 class FolderLock:
@@ -45,7 +46,7 @@ class FolderLock:
         """
         self._path = folder / NAME
         self._file: IO[str] | None = None
-        is_there(folder)  # Raises the error of a name that no folder can have.
+        is_there(folder)  # This raises the error for a name that no folder can have.
         try:
             folder.mkdir(parents=True, exist_ok=True)
             self._was_there = os.path.lexists(self._path)
@@ -56,7 +57,7 @@ class FolderLock:
             raise FileError(f"{folder}: cannot be written {refusal(error)}") from error
 
     def check(self) -> None:
-        """Return if the lock is still that of the folder.
+        """Check that this lock still belongs to the folder.
 
         Raises:
             FileError: another program has removed the folder, or the file of the lock.
@@ -71,7 +72,7 @@ class FolderLock:
             self._file = None
 
     def give_up(self) -> None:
-        """Release the lock of a folder that is not used after all, and leave no file that was not there before."""
+        """Release the lock of a folder that is not used after all, and remove the lock's file if it is new."""
         if self._file is not None and not self._was_there:
             with contextlib.suppress(OSError):  # Windows removes no open file.
                 self._path.unlink(missing_ok=True)
@@ -92,7 +93,7 @@ class FolderLock:
             raise FileError(f"{self._path.parent}: {held}")
 
     def _is_of_folder(self) -> bool:
-        """Whether the open file is still the one in the folder."""
+        """Whether the open file is still the lock's file in the folder."""
         try:
             return self._file is not None and os.path.samestat(os.fstat(self._file.fileno()), self._path.lstat())
         except FileNotFoundError:

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The mesh of a garment from a file that may say little about it.
 
-It may hold other objects too, such as a body, and a garment with a thickness has two layers, one of which is knitted.
-Its unit and its direction upwards may be other ones than those of the program. glTF fixes both; of other files the
-shape of the mesh tells which direction is up, or the caller says it.
+The file may hold other objects too, such as a body. A garment with a thickness has two layers, and one of them is
+knitted. Its unit and its direction upwards may differ from those of the program. glTF fixes both. For other files the
+shape of the mesh shows which direction is up, or the caller says it.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ from stitchmesh.mesh.repair import RepairAction, repair_mesh
 from stitchmesh.mesh.upright import Direction, Y, Z, turned_upright, up_of_openings
 
 LYING = "z was taken as up, because the openings of the mesh face along it; --up y leaves it as it lies in the file"
-"""What is said of a mesh that was found to lie in its file."""
+"""Note on a mesh that lies in its file."""
 UNSURE = "y was taken as up, but the openings of the mesh face along z; if it lies in its file, --up z turns it"
-"""What is said of a mesh whose openings do not tell."""
+"""Note on a mesh whose openings do not show which direction is up."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,14 +40,14 @@ class MeshReading:
     """Direction in the coordinates of the file that points up; if it is None, glTF states y, and the shape of another
     mesh tells whether it is y or z (``up_of_openings``)."""
     objects: tuple[str, ...] = ()
-    """Names of objects or groups of the file that are the garment; if it is empty, all that can be garments are."""
+    """Names of objects or groups of the file that are the garment; if it is empty, all objects that can be garments."""
     layer: Layer = "outer"
     """Layer of a garment with a thickness: outer, inner or middle."""
 
 
 @dataclass(frozen=True, eq=False)
 class GarmentMesh:
-    """The mesh of a garment, and what was found out about its file."""
+    """The mesh of a garment, and facts about its file."""
 
     mesh: Mesh
     """The mesh in centimetres, with y up."""
@@ -56,7 +56,7 @@ class GarmentMesh:
     repairs: tuple[RepairAction, ...] | None
     """What a repair has changed; None if the mesh was not repaired."""
     notes: tuple[str, ...]
-    """Sentences about what was taken where the file does not say it, and how to take something else."""
+    """Sentences about each choice that the file leaves open, and about how to choose otherwise."""
     objects: tuple[str, ...]
     """Names of all objects of the file (``SceneObjects``)."""
     has_layers: bool
@@ -69,7 +69,7 @@ def read_garment(path: FilePath, reading: MeshReading, *, repaired: bool) -> Gar
     Args:
         path: a file, as for ``read_mesh``.
         reading: how it is read.
-        repaired: whether the polygons need not form a surface, and a valid mesh is made of them.
+        repaired: whether a valid mesh is made of polygons that need not form a surface.
 
     Raises:
         ParameterError: as for ``read_mesh``, or nothing in the file has the name of a chosen object.
@@ -102,7 +102,7 @@ def read_garment(path: FilePath, reading: MeshReading, *, repaired: bool) -> Gar
 
 
 def _about_layers(layers: ParallelLayers, layer: Layer) -> str:
-    """Return a sentence about the two layers of a garment, of which one is taken."""
+    """Return a sentence about the two layers of a garment, and about the layer that is taken."""
     others = " or ".join(other for other in get_args(Layer) if other != layer)
     return (
         f"the mesh has two layers {layers.thickness:.2g} cm apart, of which the {layer} one is knitted; "
@@ -111,7 +111,7 @@ def _about_layers(layers: ParallelLayers, layer: Layer) -> str:
 
 
 def found_up(path: FilePath, mesh: Mesh) -> tuple[Direction, str]:
-    """Return the direction that points up in a file, and a sentence about it unless it is clearly the usual one.
+    """Return the direction that points up in a file, and a sentence about it unless it is clearly y.
 
     Args:
         path: the file.
@@ -124,7 +124,7 @@ def found_up(path: FilePath, mesh: Mesh) -> tuple[Direction, str]:
 
 
 def read_body(path: FilePath, *, unit: str, up: Direction) -> Mesh:
-    """Read the mesh of a body, which stands as its garment does in its file, unless its own format fixes what is up.
+    """Read the mesh of a body. Its upward direction is that of the garment's file, unless its own format fixes it.
 
     Args:
         path: a file, as for ``read_mesh``.
@@ -138,7 +138,7 @@ def read_body(path: FilePath, *, unit: str, up: Direction) -> Mesh:
 
 
 def doubt_of_unit(path: FilePath, mesh: Mesh, unit: str) -> str:
-    """Return a sentence about a mesh whose size cannot be that of a garment (``size_doubt``); no text if it can.
+    """Return a sentence about a mesh that cannot have the size of a garment (``size_doubt``); no text if it can.
 
     Args:
         path: its file.

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Reading of files by libraries that may end their process, ask for any memory, or not come to an end.
 
-A child process therefore lets the library read, within limits of memory and time that grow with the file, and hands
-over what it has read in a file with a checksum (``stitchmesh.io.checkpoint_file``). The end of the child is an error as
-any other one. It is a module of this package, whose main part calls ``answer_parent``:
+The library therefore reads in a child process, within limits of memory and time that grow with the file. The child
+hands over the result in a file with a checksum (``stitchmesh.io.checkpoint_file``). If the child ends early, this is an
+ordinary error. The child is a module of this package, whose main part calls ``answer_parent``:
 
     python -m MODULE NAME FILE ANSWER
 
@@ -38,22 +38,24 @@ MEMORY = 2**29, 300
 SECONDS = 6.0, 2e-6
 """Processor time that the child may take: a constant [s], and seconds for each byte of the file."""
 WAITING = 20.0
-"""Time over processor time beyond which the child counts as waiting for ever; a machine may be busy otherwise."""
+"""The child counts as waiting for ever beyond this multiple of its processor time; the machine may be busy
+otherwise."""
 ONE_THREAD = {
     "PXR_WORK_THREAD_LIMIT": "1", "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MALLOC_ARENA_MAX": "1",
     "ARROW_DEFAULT_MEMORY_POOL": "system",
 }  # fmt: skip
-"""Each thread of a library reserves memory, so that the limit would depend on the number of processors."""
+"""Each thread of a library reserves memory; without these settings the limit would depend on the number of
+processors."""
 
 
 def answer_of_child(module: str, path: FilePath, *, in_place: bool = False) -> CheckpointFile:
-    """Return what a module hands over that reads a file in a process of its own (``answer_parent``).
+    """Let a module read a file in a process of its own, and return what it hands over (``answer_parent``).
 
     Args:
         module: the module.
         path: the file.
-        in_place: whether the child opens the file itself, because other files of its folder belong to it. Otherwise it
-            gets a copy of the content, which nobody changes meanwhile.
+        in_place: whether the child opens the file itself, because other files of its folder belong to it. Otherwise the
+            child gets a copy of the content, which nobody can change meanwhile.
 
     Raises:
         FileError: the file cannot be read or is malformed, or the process ends.
@@ -83,11 +85,11 @@ def answer_of_child(module: str, path: FilePath, *, in_place: bool = False) -> C
 
 
 def answer_parent(read: Callable[[str, Path], CheckpointFile], *libraries: str) -> None:
-    """Read the file that the arguments of this process name, and write its content or the error. The work of a child.
+    """Do the work of a child: read the file that the arguments of this process name; write its content or the error.
 
     Args:
         read: reads the file; its arguments are the name for messages, and the file.
-        libraries: modules to load first; what they take is not counted.
+        libraries: modules to load first; their memory and time do not count.
     """
     name, file, answer = sys.argv[1:]
     for library in libraries:

@@ -31,9 +31,10 @@ Data = TypeVar("Data")
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 VERSION = 1
 DRAWINGS = "own_stitches"
-"""Field of the drawings of stitches of the user's own; its dataset holds their JSON text as bytes, if there are any."""
+"""Field with the drawings of the user's own stitches; its dataset, if there is one, holds their JSON text as bytes."""
 FREE_CHUNKS, SMALLEST_CHUNK = 1000, 1024
-"""Number of chunks that each file may have, and mean size of further ones [bytes]; h5py chooses 8 kB and more."""
+"""Number of chunks that each file may have, and least mean size of further chunks [bytes]; h5py chooses 8 kB and
+more."""
 HEAP, HEAP_HEAD = b"GCOL\x01\0\0\0", 16
 """First bytes of a heap of texts, and the size of its head and of the heads of its objects."""
 
@@ -121,13 +122,13 @@ def stored_format(path: FilePath) -> str:
 
 
 def _check_heaps(name: str, content: bytes) -> None:
-    """Check the lengths in the heaps of texts; the library of HDF5 reads for ever where one leads back to its place.
+    """Check the lengths in the heaps of texts: the HDF5 library reads for ever where one leads back to its place.
 
     A heap begins with the letters ``GCOL``, its version, three zeros, and its size in eight bytes. Each object in it
-    has a head of 16 bytes, of which the first two are its number and the last eight are its size. The size of the
-    object of number 0, the free space, contains its head. The contents of the other objects are filled up to eight
-    bytes. They must be texts: the other use of heaps, lists of the parts of virtual datasets, begins with a version
-    that is no letter, and the library ends the process where such a list is damaged.
+    has a head of 16 bytes: the first two are its number, and the last eight are its size. The size of the object of
+    number 0, the free space, contains its head. The contents of the other objects are filled up to eight bytes. They
+    must be texts. Heaps can also hold lists of the parts of virtual datasets, which begin with a version that is no
+    letter; at a damaged list the library ends the process.
     """
     heap = content.find(HEAP)
     while heap >= 0:
@@ -185,7 +186,7 @@ def _dataset(name: str, file: h5py.File, label: str) -> h5py.Dataset | None:
 
 
 def _check_sizes(name: str, size: int, datasets: Iterable[h5py.Dataset | None]) -> None:
-    """Check that the datasets need neither much more memory than the file of a size [bytes], nor very many chunks.
+    """Check that the datasets need neither much more memory than the file has bytes (``size``), nor very many chunks.
 
     The library takes about 4 kB for each chunk that it reads, also for a chunk that the file does not hold.
     """

@@ -65,7 +65,7 @@ def read_history(path: FilePath) -> list[HistoryEntry]:
     """Read a history that ``write_history`` wrote.
 
     Raises:
-        FileError: the file cannot be read, or a line is not one of a history.
+        FileError: the file cannot be read, or a line is not a line of a history.
     """
     try:
         names, *rows = csv.reader(read_lines(path))

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a reader leaves out of a file, said in one line: a reader reads all that it understands."""
+"""One line about the parts of a file that a reader left out: a reader reads everything that it understands."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ MOST_NAMES = 8
 
 
 def say_left_out(path: FilePath, counts: Mapping[str, int], what: str) -> None:
-    """Log what was left out of a file as a warning; nothing if that is nothing.
+    """Log a warning about what was left out of a file, if anything was.
 
     Args:
         path: the file.
         counts: number of the things that were left out, by their name in the file.
-        what: what the things are, in the plural, such as ``lines``.
+        what: word for the things, in the plural, such as ``lines``.
     """
     if not counts:
         return

@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Meshes of the libraries trimesh, meshio and pyvista: what they hold as our meshes, and our values as theirs.
+"""Conversion from and to the meshes of the libraries trimesh, meshio and pyvista.
 
-Lengths are in centimetres, unless another unit is given. None of the libraries is imported for a value of another one.
+Lengths are in centimetres, unless another unit is given. A library is imported only for a value of its own.
 """
 
 from __future__ import annotations
@@ -96,14 +96,14 @@ FACES = {"trimesh.Trimesh": _of_trimesh, "meshio.Mesh": _of_meshio, "pyvista.Pol
 
 
 def to_trimesh(value: Any) -> trimesh.Trimesh:
-    """Return triangles in centimetres: those of the faces of a mesh or of a fabric, or tubes around yarns.
+    """Return triangles in centimetres: the faces of a mesh or of a fabric, divided, or tubes around yarns.
 
     Args:
         value: a ``Mesh``, a ``StitchMesh``, a ``YarnSet``, or a value with ``yarns``, such as a ``Swatch``. Of yarns on
             a lattice, one period is taken.
 
     Returns:
-        The triangles; those of yarns have the colours of the yarns.
+        The triangles; triangles of tubes have the colours of the yarns.
 
     Raises:
         ParameterError: the value is none of these.

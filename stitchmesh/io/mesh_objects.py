@@ -5,8 +5,8 @@
 OBJ names objects (``o``) and groups (``g``), glTF names nodes and meshes, and USD names prims. In other files, and
 where a file names nothing, the connected parts are the objects, ``part 1`` and so on in the order of their first faces.
 
-A garment has openings, or two layers; a body and a button have neither. Where a file holds both and the caller chooses
-no object, what has neither is left out.
+A garment has openings, or two layers; a body and a button have neither. If a file also holds objects without them and
+the caller chooses no object, these objects are left out.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from stitchmesh.mesh import FloatArray, IntArray, Mesh
 from stitchmesh.mesh.layers import parallel_layers
 
 SMALLEST_GARMENT_PART = 0.05
-"""Area of a connected part with openings, over that of all faces, below which it is no garment, such as an eyelash."""
+"""A connected part with openings is no garment if its area, over the area of all faces, is below this: an eyelash."""
 MOST_NAMES = 12
 """Number of names of objects that a message lists."""
 
@@ -53,7 +53,7 @@ class SceneObjects:
 
         size = np.array([len(face) for face in self.faces])
         corner = np.array([vertex for face in self.faces for vertex in face])
-        # Programs repeat a vertex for its normals; positions tell what is connected.
+        # Programs repeat a vertex for its normals, so positions show what is connected.
         place = np.unique(self.vertices, axis=0, return_inverse=True)[1].reshape(-1)[corner]
         face = np.repeat(np.arange(len(size)), size)
         count = len(self.vertices) + len(size)
@@ -65,7 +65,7 @@ class SceneObjects:
 
     @cached_property
     def names(self) -> list[tuple[str, ...]]:
-        """Names of each face; those of the connected parts if the file names nothing."""
+        """Names of each face; the names of the connected parts if the file names nothing."""
         return self.face_names if any(self.face_names) else [(f"part {number + 1}",) for number in self.part.tolist()]
 
     @cached_property
@@ -74,7 +74,7 @@ class SceneObjects:
         return tuple(dict.fromkeys(names[0] for names in self.names if names))
 
     def chosen(self, objects: Sequence[str]) -> NDArray[np.bool_]:
-        """Return whether each face belongs to one of some objects or groups, shape (F,).
+        """Return whether each face belongs to one of the given objects or groups, shape (F,).
 
         Raises:
             ParameterError: nothing in the file has one of the names.
@@ -86,7 +86,7 @@ class SceneObjects:
         return np.array([not set(objects).isdisjoint(names) for names in self.names])
 
     def garments(self) -> NDArray[np.bool_]:
-        """Return whether each face is of a garment, as far as that can be told, shape (F,)."""
+        """Return whether each face probably belongs to a garment, shape (F,)."""
         part_count = int(self.part.max()) + 1
         if part_count == 1:
             return np.ones(len(self.faces), dtype=bool)
@@ -139,7 +139,7 @@ def faces_alone(
 
 
 def about_objects(scene: SceneObjects, kept: NDArray[np.bool_]) -> str:
-    """Return a sentence about a file of several objects that lie apart, of which no one was chosen; else no text.
+    """Return a sentence about a file of several separate objects if none was chosen; else no text.
 
     Args:
         scene: the objects.
@@ -156,7 +156,7 @@ def about_objects(scene: SceneObjects, kept: NDArray[np.bool_]) -> str:
 
 
 def _listed(names: Sequence[str]) -> str:
-    """Return names in one line; those of a large scene are not all listed."""
+    """Return names in one line; a large scene has more names than the line lists."""
     return ", ".join(names[:MOST_NAMES]) + (" ..." if len(names) > MOST_NAMES else "")
 
 

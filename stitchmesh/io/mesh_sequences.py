@@ -78,7 +78,7 @@ def _of_folder(folder: Path, unit: str, up: Direction, frames_per_second: float)
 
 
 def _numbered(folder: Path) -> dict[int, Path]:
-    """The mesh files of a folder by their numbers, in the order of these."""
+    """The mesh files of a folder by their numbers, in ascending order."""
     files: dict[int, Path] = {}
     for path in entries_of(folder):
         found = re.search(r"(\d+)$", path.stem)

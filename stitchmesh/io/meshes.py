@@ -70,7 +70,7 @@ FORMATS: dict[str, MeshFormat] = {
 }
 """Formats of polygon meshes, by suffix."""
 DEFAULT_REPAIR = RepairOptions()
-"""What a repair may change if nothing else is said."""
+"""What a repair may change by default."""
 
 
 def read_mesh(path: FilePath, *, unit: str = DEFAULT_UNIT) -> Mesh:
@@ -100,10 +100,10 @@ def read_mesh(path: FilePath, *, unit: str = DEFAULT_UNIT) -> Mesh:
 
 
 def read_strict_polygons(path: FilePath, *, unit: str = DEFAULT_UNIT) -> tuple[FloatArray, list[list[int]]]:
-    """Read polygons of three corners or more; the arguments, the result and the errors are those of ``read_polygons``.
+    """Read polygons of three corners or more; arguments, result and errors are the same as for ``read_polygons``.
 
     Raises:
-        FileError: also for a face with fewer than three corners.
+        FileError: a face has fewer than three corners, in addition to the errors of ``read_polygons``.
     """
     path = mesh_file(path)
     mesh_format = FORMATS[suffix_of(path, FORMATS)]
@@ -140,8 +140,8 @@ def read_repaired_mesh(
         options: what the repair may change.
 
     Returns:
-        The mesh in centimetres, and what was changed. The numbers of vertices and faces of the actions count from 0 in
-        the order of the file; those of STL and glTF files count the different points.
+        The mesh in centimetres, and what was changed. The actions count vertices and faces from 0 in the order of the
+        file; for STL and glTF files they count the different points.
 
     Raises:
         ParameterError: as for ``read_mesh`` and ``repair_mesh``.

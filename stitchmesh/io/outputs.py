@@ -1,16 +1,16 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a command may replace: no file that it reads, and no file of the user's.
+"""Guards the files that a command may not replace: its inputs, and the user's own files.
 
 While a command runs, its outputs are guarded. Every reader notes the file that it reads (``note_input``), and every
 write asks before it replaces a file (``check_output``) and enters the new one into the record of its folder
 (``stitchmesh.io.own_files``). A file may be replaced if the program wrote it and nobody changed it since, or if the
-user allows it by ``--overwrite``. An input is never replaced. The exception is what a command keeps for its next run,
-such as checkpoints and finished stages: it reads them from its own output folder, and replaces them.
+user allows it by ``--overwrite``. An input is never replaced. There is one exception: a command reads and replaces the
+files that it keeps in its own output folder for its next run, such as checkpoints and finished stages.
 
 A command names its main outputs before a long computation (``plan_outputs``), so that it is refused at its start.
 
-Functions of the library that are called from Python, without a guard, replace what the caller names.
+Functions of the library that are called from Python, without a guard, replace the files that the caller names.
 """
 
 from __future__ import annotations
@@ -37,13 +37,13 @@ class _Guard:
     overwrite: bool
     """Whether files of the user's may be replaced."""
     inputs: set[Identity] = field(default_factory=set)
-    """The files that were read, except for those that were written before."""
+    """The files that were read, except for files that the command had written before."""
     planned: list[Path] = field(default_factory=list)
     """Outputs that the command has named."""
     folders: list[Path] = field(default_factory=list)
-    """Output folders, in which the command keeps what its next run reads."""
+    """Output folders, in which the command keeps files for its next run."""
     claimed: list[Path] = field(default_factory=list)
-    """Folders that belong to the program with all that is in them, also with what was damaged since."""
+    """Folders that belong to the program with all their content, even damaged files."""
     written: set[Path] = field(default_factory=set)
     """Files that the command has written."""
 
@@ -73,7 +73,7 @@ def plan_outputs(paths: Iterable[Path], *, folder: Path | None = None) -> None:
 
     Args:
         paths: files that will be written.
-        folder: an output folder; what it holds of the program's own may be read and replaced.
+        folder: an output folder; the program's own files in it may be read and replaced.
 
     Raises:
         FileError: one of the files may not be replaced or is a folder, or no file or folder can have the name.
@@ -93,7 +93,7 @@ def note_input(path: str | os.PathLike[str]) -> None:
     """Note that a file is read.
 
     Raises:
-        FileError: it is one of the outputs that the command has named.
+        FileError: the file is one of the outputs that the command has named.
     """
     guard, found = _present.get(), _identity(path)
     if guard is None or found is None or _place(Path(path)) in guard.written:
@@ -107,7 +107,7 @@ def check_output(path: Path) -> None:
     """Check that a file may be written, and replaced if it is there.
 
     Raises:
-        FileError: it may not be replaced.
+        FileError: the file may not be replaced.
     """
     guard = _present.get()
     if guard is not None:
@@ -131,7 +131,7 @@ def claim_folder(folder: Path, inside: Iterable[str] = ()) -> None:
 
     Args:
         folder: the folder, which is made if it is missing.
-        inside: names of what the program alone may make in it; by default the folder must be new or empty.
+        inside: names that only the program gives to its files there; by default the folder must be new or empty.
 
     Raises:
         FileError: the folder is a link, or holds something that the program did not make; or it cannot be made.

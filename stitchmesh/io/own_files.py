@@ -1,17 +1,16 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Which files and folders are the program's own, and how they are opened and removed.
+"""The record of the files and folders that are the program's own, and the functions that open and remove them.
 
 A folder in which a command writes has a record, ``.stitchmesh``: a line for each file that was written, with its
 SHA-256 checksum and its name as ``sha256sum`` writes them. A file is the program's own if its record holds its checksum
-under its name; one that the user made, or changed since, is not. A folder with a record was made or used by the
+under its name. A file that the user made, or changed later, is not. A folder with a record was made or used by the
 program.
 
-Lines are appended, each by one write, before the file replaces the one before it. Two commands may therefore write into
-one folder at the same time, and a process that is killed in between leaves a file that the record still knows.
-
-Other users may write in a folder too. What is opened here is never behind a symbolic link, and a pipe or a device in
-the place of a file does not block.
+A line is appended by one write, before the new file replaces the old one. Two commands may therefore write into one
+folder at the same time, and if a process is killed between the two steps, the record still knows the old file. Other
+users may write in a folder too. These functions therefore follow no symbolic link, and a pipe or a device in the place
+of a file does not block them.
 """
 
 from __future__ import annotations
@@ -33,7 +32,7 @@ RECORD = ".stitchmesh"
 HEAD = b"# StitchMesh wrote these files, and replaces them while they are unchanged.\n"
 """First line of a record."""
 LONGEST_RECORD = 2**20
-"""Size from which a record is written anew with the last two lines of each name [bytes]."""
+"""A record of at least this size is written again with only the last two lines of each name [bytes]."""
 NO_FOLLOW = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)  # Windows has neither.
 MADE = os.O_RDWR | os.O_CREAT
 """Flags of ``open_own`` with which a missing file is made."""
@@ -62,7 +61,7 @@ def opened_folder(folder: str | Path, above: int | None = None) -> Iterator[int 
     """Open a folder for the block, to work in it by its number.
 
     Args:
-        folder: the folder, which may be a link that the user has named.
+        folder: the folder; a link that the user has named is followed.
         above: an open folder that holds it; a link in it is not followed.
 
     Yields:
@@ -99,7 +98,7 @@ def is_marked(folder: Path) -> bool:
 
 
 def note_file(path: Path, written: Path) -> None:
-    """Write into the record of a folder that a file is about to replace the one at a path.
+    """Write into the record of a folder that a new file is about to replace the file at a path.
 
     Args:
         path: the path.
@@ -114,7 +113,7 @@ def note_file(path: Path, written: Path) -> None:
 
 
 def is_own(path: Path) -> bool:
-    """Return whether a file is one that the program wrote and nobody changed since; no if it cannot be read."""
+    """Return whether the program wrote a file and nobody has changed it; False if it cannot be read."""
     lines, end = _lines(path.with_name(RECORD)), _name_in_line(path.name)
     if lines is None or not any(line.endswith(end) for line in lines):
         return False
@@ -148,7 +147,7 @@ def _append(record: Path, line: bytes) -> None:
 
 
 def _shorten(record: Path) -> None:
-    """Write a record anew with the last two lines of each name; a line that is appended meanwhile may be lost."""
+    """Keep only the last two lines of each name in a record; a line that is appended meanwhile may be lost."""
     last: dict[bytes, list[bytes]] = {}
     for line in _lines(record) or []:
         name = line.partition(b"  ")[2]

@@ -92,7 +92,7 @@ def _own(code: str, content: object) -> OwnStitch:
 
 
 def _check_points(where: str, points: list[tuple[float, float, float]]) -> None:
-    """Check that coordinates are those of a face, and that a curve can pass through the points one after another."""
+    """Check that coordinates are possible on a face, and that a curve can pass through the points in their order."""
     for point, following in zip(points, [*points[1:], None], strict=True):
         if not all(abs(coordinate) <= LARGEST_COORDINATE for coordinate in point):
             raise ParameterError(f"{where}: got the point {point}; expected coordinates within {LARGEST_COORDINATE:g}")

@@ -3,14 +3,12 @@
 """Folders of parts: a file is written in a hidden folder beside its target, and moved when it is complete.
 
 Each write has a folder of its own in ``.stitchmesh-parts``, with a lock that belongs to its process. Libraries that
-write files of their own beside a file leave them there too. A process that is killed leaves the folder without its
-lock; the next write into the same target folder removes it, and so does the next run there. What another process
-writes at the same time, also on another machine that shares the folder, keeps its lock and stays.
-
-Other users may write in the target folder too. Only folders are therefore removed that have the form of name and the
-lock's file of a part, and never what lies behind a symbolic link: each step of the removal opens a folder by its name
-in the folder above, without following links. A file is not written in a folder of parts that is a link, or that
-others may change.
+write additional files beside a file leave them there too. If a process is killed, its folder stays without a lock, and
+the next write or run in the same target folder removes it. The folder of a process that is still writing, even on
+another machine that shares the target folder, has its lock and stays. Other users may write in the target folder too.
+Therefore a folder is removed only if it has the name and the lock's file of a part, and nothing behind a symbolic link
+is removed: each step of the removal opens a folder by its name in the folder above, without following links. No file is
+written into a folder of parts that is a link, or that others may change.
 """
 
 from __future__ import annotations
@@ -31,10 +29,10 @@ from stitchmesh.io.own_files import open_own, opened_folder
 PARTS = ".stitchmesh-parts"
 """Name of the folder with the folders of parts; it exists only while there are any."""
 PREFIX = "part-"
-"""First letters of the name of the folder of a part; random ones follow."""
+"""First letters of the name of the folder of a part; random letters follow."""
 PART_NAME = re.compile(re.escape(PREFIX) + r"[a-z0-9_]{8}")
 MOST_TRIES = 100
-"""Number of folders that are tried: another process may remove an empty one before it is locked."""
+"""Number of folders that are tried: another process may remove an empty folder before it is locked."""
 OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
 
 
@@ -42,7 +40,7 @@ class PartFolder:
     """An empty folder for a file that is being written, from its construction until ``remove``."""
 
     def __init__(self, beside: Path) -> None:
-        """Make and lock the folder in the folder of the target; that one is made if it is missing.
+        """Make and lock the folder; the folder of the target is made if it is missing.
 
         Raises:
             FileError: the folder of parts is a link, or belongs to another user.
@@ -83,19 +81,19 @@ def _remove_stale(folder: int | None) -> None:
 
 
 def _remove_if_stale(name: str, parts: int) -> None:
-    """Remove a folder of a part unless a process holds its lock, or it is not known whether one does."""
+    """Remove a folder of a part, but only if it is known that no process holds its lock."""
     with opened_folder(name, parts) as part, suppress(OSError):  # It was removed meanwhile, or belongs to another user.
         if part is None:
             return
         try:
             lock = os.fdopen(open_own(NAME, os.O_RDWR, above=part), "r+")
         except FileNotFoundError:
-            os.rmdir(name, dir_fd=parts)  # Its process ended before it had made the lock; a folder with files stays.
+            os.rmdir(name, dir_fd=parts)  # The process ended before it made the lock; a folder with files stays.
             return
         with lock:
             if not try_lock(lock):
                 return
-            # Under the lock, so that no process begins to write in the folder.
+            # The removal is done under the lock, so that no process begins to write in the folder.
             shutil.rmtree(name, ignore_errors=True, dir_fd=parts)
         shutil.rmtree(name, ignore_errors=True, dir_fd=parts)  # A network file system keeps a folder with an open file.
 
@@ -129,7 +127,7 @@ def _make_parts(parts: Path) -> None:
     """Make the folder of parts, in which only this user may write.
 
     Raises:
-        FileError: there is a link or a file of its name.
+        FileError: a link or a file has the name of the folder.
         OSError: the folder cannot be made.
     """
     try:
@@ -144,11 +142,11 @@ def _make_parts(parts: Path) -> None:
 def _check_owner(parts: Path, folder: Path) -> None:
     """Check that nobody else can rename a new folder in the folder of parts; remove it if somebody can.
 
-    The owner and the mode are compared with those of the new folder, because some file systems give every file one
-    owner and one mode.
+    The owner and the mode are compared with the owner and the mode of the new folder, because some file systems give
+    all files the same owner and mode.
 
     Raises:
-        FileError: another user can.
+        FileError: another user can rename it.
     """
     outer, inner = parts.lstat(), folder.lstat()
     if outer.st_uid != inner.st_uid or outer.st_mode & OTHERS_WRITE & ~inner.st_mode:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What stands at a path: nothing, a file or a folder; a system that does not say it costs one error of a line.
+"""Tells whether nothing, a file or a folder stands at a path; a refusal of the system gives an error of one line.
 
 ``pathlib`` asks the same, but raises ``PermissionError`` in a folder that may not be searched, and ``OSError`` for a
 name that is too long.
@@ -22,7 +22,7 @@ REMEDIES = {
     errno.ENAMETOOLONG: "choose a shorter name",
     errno.ELOOP: "remove the symbolic links that lead in a circle",
 }
-"""What the user can do, by the number of the error."""
+"""The remedy for the user, by the number of the error."""
 
 
 def is_there(path: FilePath) -> bool:
@@ -81,12 +81,12 @@ def whole_path(path: FilePath) -> Path:
 
 
 def _mode(path: FilePath) -> int | None:
-    """Return the mode of what stands at a path; None if nothing does."""
+    """Return the mode of the file or folder at a path; None if there is neither."""
     try:
         return os.stat(path).st_mode
     except (FileNotFoundError, NotADirectoryError):
         return None
-    except (OSError, ValueError) as error:  # A ValueError: a name with a zero byte, or with half of a character.
+    except (OSError, ValueError) as error:  # A ValueError means a name with a zero byte, or with half of a character.
         raise _refused(path, error) from error
 
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The yarns and the report of a garment as files, at its end and while it is relaxed."""
+"""Files with the yarns and the report of a garment, at the end of its relaxation and during it."""
 
 from __future__ import annotations
 

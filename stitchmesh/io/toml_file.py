@@ -21,10 +21,10 @@ from stitchmesh.io.contents import FilePath, read_bytes, suffix_of
 
 SUFFIX = ".toml"
 KEY_ENDS = re.compile(r"[,\[\]{}=\n]")
-"""Characters between which a key with dots lies."""
+"""Characters that bound a key with dots."""
 USUAL_PARTS, MOST_PARTS = 3, 1000
-"""Number of parts of a key that costs nothing, and of one key of the largest cost that all keys together may have; the
-time and the memory of ``tomllib`` for a key grow with the square of the number."""
+"""Largest number of parts of a key that counts as cheap, and number of parts of a single key whose cost all keys
+together may have: the time and memory of ``tomllib`` for a key grow with the square of this number."""
 T = TypeVar("T")
 
 
@@ -42,7 +42,7 @@ def read_table(path: FilePath) -> dict[str, Any]:
         if sum(count**2 for count in parts if count > USUAL_PARTS) > MOST_PARTS**2:
             raise FileError(f"{name}: has keys of very many parts; expected at most {USUAL_PARTS} each")
         return check_depth(tomllib.loads(text))
-    except ValueError as error:  # Of the syntax, of the encoding, or of a number with thousands of digits.
+    except ValueError as error:  # The syntax or the encoding is wrong, or a number has thousands of digits.
         raise FileError(f"{name}: is no TOML ({error})") from error
     except RecursionError as error:
         raise FileError(f"{name}: {TOO_DEEP}") from error
@@ -54,8 +54,8 @@ def read_dataclass(path: FilePath, kind: type[T]) -> T:
     """Read a dataclass from a TOML file.
 
     Raises:
-        FileError: as for ``read_table``, or a key or a value is not one of the dataclass; the message names the key
-            and, for an unknown key, the nearest known one.
+        FileError: as for ``read_table``, or the dataclass does not have a key or does not accept a value; the message
+            names the key and, for an unknown key, the nearest known key.
     """
     table = read_table(path)
     try:
@@ -86,7 +86,8 @@ def table_lines(
     Args:
         table: the table.
         inline: keys whose tables are written within one line.
-        comments: comments beside keys, by the path of the key with dots; each at the first place of its key.
+        comments: comments beside keys, by the path of the key with dots; each is written once, beside the first such
+            key.
     """
     yield from _lines(table, "", inline, dict(comments or {}))
 
@@ -112,10 +113,10 @@ def _is_nested(value: object) -> bool:
 
 
 def _check_text(value: str) -> None:
-    """Refuse the name of a file whose bytes are no text.
+    """Refuse a text that UTF-8 cannot hold, such as the names of some files.
 
     Raises:
-        ParameterError: it holds such bytes.
+        ParameterError: UTF-8 cannot hold the text.
     """
     try:
         value.encode("utf-8")

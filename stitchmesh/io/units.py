@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Units of length in files, and what the size of a mesh says about its unit. In the program lengths are in centimetres.
+"""Units of length in files, and tests of the unit by the size of a mesh. In the program lengths are in centimetres.
 
 A mesh that is smaller than a doll's garment or larger than a train of lace was probably read in a wrong unit.
 """
@@ -20,7 +20,8 @@ CENTIMETRES: dict[str, float] = {"mm": 0.1, "cm": 1.0, "dm": 10.0, "m": 100.0, "
 DEFAULT_UNIT = "cm"
 """Unit of a file if neither the file nor the caller states a unit."""
 SMALLEST_GARMENT, LARGEST_GARMENT = 10.0, 400.0
-"""Largest dimension of the smallest garment, of a doll, and of the largest one, such as a blanket or a train [cm]."""
+"""Largest dimension of the smallest garment, for a doll, and of the largest garment, such as a blanket or a train
+[cm]."""
 
 
 def centimetres(unit: str) -> float:
@@ -49,7 +50,7 @@ def check_unit_left_out(path: FilePath, scale: float) -> None:
 
 
 def other_units(points: FloatArray, unit: str) -> dict[str, str]:
-    """Return the units in which a mesh would have the size of a garment that it does not have.
+    """Return the units in which a mesh would have the size of a garment, if it does not have it already.
 
     Args:
         points: vertices of the mesh, read in ``unit`` [cm], shape (V, 3).
@@ -65,12 +66,12 @@ def other_units(points: FloatArray, unit: str) -> dict[str, str]:
 
 
 def size_doubt(points: FloatArray, unit: str, *, stated: bool) -> str:
-    """Return a sentence about a mesh that cannot be a garment, with what other units make of it; no text if it can.
+    """Return a sentence about a mesh of impossible size, with its size in other units; no text if the size is possible.
 
     Args:
         points: vertices of the mesh, read in ``unit`` [cm], shape (V, 3).
         unit: the unit in which its file was read.
-        stated: whether the file or its format states the unit, so that no other one can be given.
+        stated: whether the file or its format states the unit, so that the user cannot give another one.
     """
     if _garment_sized(points):
         return ""
@@ -86,5 +87,5 @@ def size_doubt(points: FloatArray, unit: str, *, stated: bool) -> str:
 
 
 def _garment_sized(points: FloatArray) -> bool:
-    """Return whether points [cm] can be those of a garment by its largest dimension."""
+    """Return whether points [cm] have a largest dimension that a garment can have."""
     return SMALLEST_GARMENT <= float(np.ptp(points, axis=0).max()) <= LARGEST_GARMENT

@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""USD stages: how one is opened, its unit, its axes, and its error messages.
+"""USD stages: how a stage is opened, its unit, its axes, and its error messages.
 
-A stage may be composed only of regular files in the folder of its own file. They are found and looked at before the
-library composes the stage, because it would wait for ever at a pipe.
+A stage may be composed only of regular files in the folder of its own file. These files are found and checked before
+the library composes the stage, because the library would wait for ever at a pipe.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 LIBRARIES = ("pxr.Usd", "pxr.UsdGeom")
-"""What a process loads before it reads a stage."""
+"""Modules that a process loads before it reads a stage."""
 METRES_PER_UNIT = 0.01
 """Unit of the coordinates in files that are written [m]."""
 Z_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
@@ -81,7 +81,7 @@ def reason_of(error: Any) -> str:
 
 
 def _check_layers(name: str) -> None:
-    """Refuse a stage that is composed of other files than regular ones in its own folder, before they are opened."""
+    """Refuse a stage that needs anything but regular files in its own folder, before any of them is opened."""
     from pxr import Sdf
 
     folder, seen, left = Path(name).resolve().parent, set(), [name]

@@ -3,7 +3,7 @@
 """VTK's XML formats of points with cells, poly data (``.vtp``) and unstructured grids (``.vtu``), read without VTK.
 
 VTK's own reader ends the process at some damaged files, for example at a number of points that memory cannot hold. This
-reader takes no size from the file without a comparison with what the file holds.
+reader compares each size in the file with the content of the file before it uses the size.
 
 The root element ``VTKFile`` has the attributes ``type``, ``byte_order``, ``header_type`` (of the sizes before binary
 numbers) and ``compressor``. A ``Piece`` holds sections (``Points``, ``PointData``, ``Lines``, ``Polys``, ``Cells``) of
@@ -93,7 +93,7 @@ class _Piece:
 
 @dataclass
 class _Document:
-    """What the XML of a file holds."""
+    """The content of the XML of a file."""
 
     root: dict[str, str] = field(default_factory=dict)
     pieces: list[_Piece] = field(default_factory=list)
@@ -153,7 +153,7 @@ def read_vtk_points(path: FilePath, kind: str, sections: Sequence[str]) -> VtkPo
 
 
 class _Reader:
-    """The content of a file, of which the XML has been read and the numbers have not."""
+    """The content of a file; its XML has been read, its numbers have not."""
 
     def __init__(self, content: bytes, kind: str) -> None:
         self.content = content

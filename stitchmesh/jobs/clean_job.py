@@ -28,7 +28,7 @@ class CleanedJob:
 
 
 def clean_job(folder: str | PathLike[str]) -> CleanedJob:
-    """Remove the stages of other options, and checkpoints of runs with other options, from the folder of a job.
+    """Remove stages and checkpoints from the folder of a job if they belong to other options than the last run.
 
     Raises:
         FileError: the folder has no job, its last run has not finished, a run is going on in it, or a file cannot be

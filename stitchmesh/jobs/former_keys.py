@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Keys of job files that have other names now: a job about a mesh has the keys of a recipe.
 
-Files with the former keys keep working. They stood in tables with the names of public functions.
+Files with the former keys keep working. The former keys stood in tables with the names of public functions.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A job that makes a garment: the table of stages, of which each value is kept."""
+"""A job that makes a garment: it runs the table of stages, and keeps the value of each stage."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def make_garment(run: JobRun) -> Garment:
     decisive = _with_contents(options)
 
     def work(stage: Stage[T], garment: Garment) -> Made[T]:
-        """Provide what a stage makes: what an earlier run has kept, or a new value."""
+        """Provide the result of a stage: the result that an earlier run has kept, or a new result."""
         return run.keep(_kept(stage, garment, decisive), lambda: stage.run(garment, Run(run.progress)))
 
     garment = Garment.begin(found.mesh, options, budget=run.budget, repair=found.repairs)
@@ -59,7 +59,7 @@ def make_garment(run: JobRun) -> Garment:
 
 
 def _with_contents(options: KnitOptions) -> KnitOptions:
-    """Return the options with the content of files in the place of their paths."""
+    """Return the options with paths replaced by the content of the files."""
     regions = [
         region if region.on is None else replace(region, on=with_paths(region.on, _content))
         for region in options.patterns
@@ -73,12 +73,12 @@ def _content(path: str) -> str:
 
 
 def _kept(stage: Stage[T], garment: Garment, decisive: KnitOptions) -> KeptStage[T]:
-    """Return the stage under the key of its inputs, and of its settings among the options that decide bits."""
+    """Return the stage with the key of its inputs and of those of its settings that decide bits."""
     return KeptStage(stage.name, stage_key(stage.name, stage.inputs(garment), stage.settings(decisive)), stage.kind)
 
 
 def _checked_memory(run: JobRun, garment: Garment) -> dict[str, float]:
-    """Refuse a job that does not fit into the memory, and return what it needs, for the report.
+    """Refuse a job that does not fit into the memory, and return the memory that it needs, for the report.
 
     Raises:
         ParameterError: as for ``check_job_memory``.

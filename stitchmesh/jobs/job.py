@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A job as a value: what is made, by which stages with which options, and what is written.
+"""A job as a value: its product, the options of its stages, and its output files.
 
 A job holds names, numbers and paths only. It makes a garment from a mesh or from a recipe, or one repeat of a pattern.
 """
@@ -21,21 +21,21 @@ from stitchmesh.recipe.recipe import Recipe
 from stitchmesh.settings import check_settings, setting
 
 SOURCES = {"garment": "mesh", "recipe": "recipe", "swatch": "[swatch]"}
-"""Fields that say what a job makes, each with the key of a file that does; each job has one of them."""
+"""Fields that say what a job makes, each with its key in a job file; each job has exactly one of them."""
 CHECKPOINT_EVERY, CHECKPOINT_OF_SWATCH = 200, 1000
 """Default number of iterations between two checkpoints of a garment, and of a swatch, whose iterations are faster."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Job:
-    """What is made from a mesh, from a recipe or from a pattern.
+    """A job that makes a garment from a mesh or a recipe, or a swatch from a pattern.
 
-    Paths of what is read are relative to the present folder; ``read_job`` makes them so. In a file, the keys of the
-    garment stand beside those of the job.
+    Paths of input files are relative to the present folder; ``read_job`` makes them so. In a file, the keys of the
+    garment stand beside the keys of the job.
 
     Raises:
         ParameterError: there is not exactly one source, a name or an amount is not accepted, or the name of an output
-            is not that of a file in the folder of the job.
+            does not name a file in the folder of the job.
     """
 
     garment: Recipe | None = None
@@ -43,7 +43,7 @@ class Job:
     recipe: str | None = None
     """Path of the recipe of a garment."""
     swatch: SwatchTable | None = None
-    """One repeat of a pattern or weave in the place of a garment."""
+    """One repeat of a pattern or weave, instead of a garment."""
     quality: str | None = setting(
         None, "draft, standard or reference", unset="that of the recipe, standard, or the choice of the budget",
         example="draft",
@@ -110,7 +110,7 @@ def recipe_of(job: Job) -> Recipe:
 
 
 def _check_outputs(key: str, names: Iterable[str], suffixes: Iterable[str]) -> None:
-    """Return if each name is that of a file in the folder of the job, with a known suffix."""
+    """Check that each name names a file in the folder of the job, with a known suffix."""
     known = tuple(suffixes)
     for name in names:
         if Path(name).name != name or name.startswith(".") or Path(name).suffix.lower() not in known:

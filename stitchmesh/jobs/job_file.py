@@ -39,12 +39,12 @@ def read_job(path: FilePath, *, allow_paths: Sequence[FilePath] = ()) -> Job:
 
     Args:
         path: the file.
-        allow_paths: folders in which files may be that the job names, besides the folder of the file and the present
-            one (``job_paths``).
+        allow_paths: additional folders for the files that the job names, besides the folder of the file and the present
+            folder (``job_paths``).
 
     Raises:
         FileError: the file cannot be read, is not TOML, or has a key or a value that no job has; the message names the
-            key and, for an unknown key, the nearest known one. Or the job names a file in another folder.
+            key and, for an unknown key, the nearest known key. Or the job names a file in another folder.
     """
     job = job_of_table(read_table(path), fspath(path))
     check_job_paths(job, path, allow_paths)
@@ -52,7 +52,7 @@ def read_job(path: FilePath, *, allow_paths: Sequence[FilePath] = ()) -> Job:
 
 
 def job_of_table(table: dict[str, Any], name: str) -> Job:
-    """Return the job of a table; where its files are is not checked (``check_job_paths``).
+    """Return the job of a table; the places of its files are not checked (``check_job_paths``).
 
     Args:
         table: the table of a job file, in which paths are relative to the folder of the file.
@@ -84,7 +84,7 @@ def _check_keys(table: dict[str, Any]) -> None:
 
 
 def _checked_job(table: dict[str, Any]) -> Job:
-    """Return the job of a table without edits, in which the keys of the garment stand beside those of the job."""
+    """Return the job of a table without edits, in which the keys of the garment stand beside the keys of the job."""
     garment = {key: value for key, value in table.items() if key not in OWN_KEYS}
     own = {key: value for key, value in table.items() if key in OWN_KEYS}
     try:
@@ -128,7 +128,7 @@ def _defaults(value: Any) -> Any:
 
 
 _NOTHING = "\0"
-"""Mark in the place of None, which TOML does not have."""
+"""Mark that stands for None, which TOML does not have."""
 
 
 EXAMPLES = {"view": "back", "colour": "strain"} | {

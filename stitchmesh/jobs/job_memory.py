@@ -1,9 +1,10 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Memory that a job needs, estimated before its long stages, and compared with what its device has.
+"""Memory that a job needs, estimated before its long stages, and compared with the memory of its device.
 
-On a CPU it is that of the process, and on a GPU that of the relaxation on the device. ``benchmarks/run.py job-memory``
-compares the estimates with the largest resident memory of jobs, or with the largest use of the memory of a GPU.
+On a CPU it is the memory of the process, and on a GPU the memory of the relaxation on the device. ``benchmarks/run.py
+job-memory`` compares the estimates with the largest resident memory of jobs, or with the largest use of the memory of a
+GPU.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ of checkpoints [bytes]."""
 def garment_memory(
     labeled: StitchMesh, options: KnitOptions, quality: Quality, device: str, pictures: Sequence[RenderTable]
 ) -> float:
-    """Return the largest memory that a job which makes a garment takes of its device [bytes]."""
+    """Return the largest memory on its device of a job that makes a garment [bytes]."""
     estimate = estimate_garment(
         labeled, stitch_width=options.stitch_width, stitch_height=options.stitch_height, counts=options.counts,
         marked=options.marked, quality=quality, device=device,
@@ -52,14 +53,14 @@ def found_memory(fabric: StitchMesh, quality: Quality, device: str, pictures: Se
 def _largest_memory(
     largest: float, points: int, quality: Quality, device: str, pictures: Sequence[RenderTable]
 ) -> float:
-    """Memory of a job, given the largest one of its stages on a CPU [bytes]."""
+    """Memory of a job, from the largest memory of its stages on a CPU [bytes]."""
     if device_named(device).is_cuda:
         return relaxation_memory(points, quality, on_gpu=True)
     return max(largest + _kept_memory(points, quality), _picture_memory(points, pictures))
 
 
 def swatch_memory(swatch: SwatchTable, quality: Quality, device: str, pictures: Sequence[RenderTable]) -> float:
-    """Return the largest memory that a job which relaxes a swatch takes of its device [bytes]."""
+    """Return the largest memory on its device of a job that relaxes a swatch [bytes]."""
     free = has_free_size(relax_cell=swatch.relax_cell, relaxation=swatch.relaxation, blocked=swatch.blocked)
     stitches = stitches_of(resolve_pattern(swatch.pattern)) * swatch.columns * swatch.rows
     points = stitches * quality.control_points_per_stitch * (quality.refinement if free else 1.0)
@@ -71,7 +72,7 @@ def swatch_memory(swatch: SwatchTable, quality: Quality, device: str, pictures: 
 
 
 def _kept_memory(points: float, quality: Quality) -> float:
-    """Return what a job needs beside its stages [bytes]."""
+    """Return the memory that a job needs besides its stages [bytes]."""
     return KEPT + BYTES_PER_KEPT_POINT * points * (2.0 if quality.precision == "float64" else 1.0)
 
 
@@ -86,14 +87,14 @@ def _picture_memory(points: float, pictures: Sequence[RenderTable]) -> float:
 def check_job_memory(
     memory_at: Callable[[Quality], float], quality: Quality, device: str, smaller: str, available: float | None = None
 ) -> dict[str, float]:
-    """Compare the memory of a job with what its device has, and return both for the report [GB].
+    """Compare the memory of a job with the memory of its device, and return both for the report [GB].
 
     Args:
         memory_at: memory of the job at a quality [bytes].
         quality: quality of the job.
         device: Warp's name of the device.
         smaller: what makes a job smaller if no quality fits, for the message.
-        available: memory that is free [bytes]; by default that of the device.
+        available: free memory [bytes]; by default the free memory of the device.
 
     Raises:
         ParameterError: the job does not fit; the message has the memory that it needs, and the quality that would fit.

@@ -3,8 +3,8 @@
 """The files that a job names, and where they may be.
 
 A job file may come from somebody else, and names files that the program opens. They have to be in the project: in the
-folder of the job file, in the folder in which the program runs, or in one that the command line names; each with all
-folders inside it. Symbolic links count as what they lead to.
+folder of the job file, in the folder in which the program runs, in a folder that the command line names, or in any
+folder inside these. A symbolic link counts as the file to which it leads.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ from stitchmesh.recipe.recipe_file import (
 
 
 def check_job_paths(job: Job, file: FilePath, allowed: Sequence[FilePath] = ()) -> list[str]:
-    """Return the paths of all files that a job reads, those too that its recipe names, if all are in the project.
+    """Return the paths of all files that a job reads, including the files of its recipe, if all are in the project.
 
     Args:
         job: the job, whose paths are relative to the present folder.
-        file: the file that names them: a job file, or one from which many jobs are made.
+        file: the file that names them: a job file, or a file from which many jobs are made.
         allowed: further folders in which files may be, from the command line.
 
     Raises:
@@ -45,9 +45,9 @@ def check_job_paths(job: Job, file: FilePath, allowed: Sequence[FilePath] = ()) 
 
 
 def job_with_paths(job: Job, change: Callable[[str], str]) -> Job:
-    """Return a job with all paths of what it reads changed, those in selections too."""
+    """Return a job with all paths of its input files changed, including the paths in selections."""
     swatch, changes = job.swatch, dict[str, Any]()
-    if swatch is not None:  # The jobs of a sweep are many, and most of them are swatches of the library.
+    if swatch is not None:  # A sweep has many jobs, and most of them are swatches of the library, without paths.
         pattern = pattern_with_path(swatch.pattern, change)
         changes |= {} if pattern == swatch.pattern else {"swatch": replace(swatch, pattern=pattern)}
     if job.garment is not None:
@@ -58,7 +58,7 @@ def job_with_paths(job: Job, change: Callable[[str], str]) -> Job:
 
 
 def _checked(file: FilePath, folders: Sequence[FilePath], seen: list[str]) -> Callable[[str], str]:
-    """Return a function that notes a path that a file names, if it leads into one of the folders, and returns it."""
+    """Return a function that checks that a path leads into one of the folders, notes the path, and returns it."""
 
     def check(path: str) -> str:
         """Return a path that leads into one of the folders."""

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How far a job is, as a file that another process can read at any moment."""
+"""The progress of a job, as a file that another process can read at any moment."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ STATUS = "status.json"
 WRITE_SECONDS = 1.0
 """Shortest time between two writes of the file while a stage runs [s]."""
 State = Literal["running", "finished", "stopped", "failed", "killed"]
-"""State of a job. A job that was killed has left the file of a running one, and holds no lock any more."""
+"""State of a job. The file of a killed job still says that it runs, but nobody holds its lock."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,7 +44,7 @@ class StageStatus:
 
 @dataclass(frozen=True, kw_only=True)
 class JobStatus:
-    """How far a job is: one report of its progress."""
+    """One report of the progress of a job."""
 
     time: str
     """Moment of the report, in UTC."""
@@ -55,11 +55,11 @@ class JobStatus:
     done: float
     """Completed part of the stage, from 0 to 1."""
     seconds: float
-    """Time since the start of the job, with that of the runs which it continues [s]."""
+    """Time since the start of the job, including the time of the runs that it continues [s]."""
     seconds_left: tuple[float, float] | None = None
-    """Least and most remaining time of the stage, as they are estimated [s]; None where they are not known."""
+    """Estimated least and most remaining time of the stage [s]; None if it is not known."""
     note: str = ""
-    """What the stage reports, such as iteration and residual."""
+    """Text that the stage reports, such as iteration and residual."""
     stages: tuple[StageStatus, ...] = ()
     """The stages that have ended."""
     process: int = 0
@@ -88,7 +88,7 @@ class JobLog:
     """Reports of a running job: to the file, and to a listener."""
 
     def __init__(self, folder: Path, lock: FolderLock, listener: Listener) -> None:
-        """Begin the reports: to a file in the folder of the job, whose lock the job holds, and to a listener."""
+        """Begin the reports to a listener and to a file in the folder of the job, whose lock the job holds."""
         self._path, self._lock, self._listener = folder / STATUS, lock, listener
         self._began, self._stage_began, self._written = time.monotonic(), 0.0, 0.0
         self._now = JobStatus(
@@ -106,7 +106,7 @@ class JobLog:
         return time.monotonic() - self._began
 
     def add(self, seconds: float) -> None:
-        """Add the time of the runs that this one continues [s]."""
+        """Add the time of the runs that this run continues [s]."""
         self._began -= seconds
 
     def begin(self, stage: str) -> None:
@@ -141,7 +141,7 @@ class JobLog:
 
 
 def read_status(folder: Path) -> JobStatus:
-    """Read how far the job in a folder is; a job whose process has ended without a word was killed.
+    """Read the last report of the job in a folder; if its process ended without a last report, the job was killed.
 
     Raises:
         FileError: the folder has no job, or its file is damaged.

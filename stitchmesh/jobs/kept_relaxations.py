@@ -1,12 +1,11 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Checkpoints of a computation that relaxes yarns several times, such as a swatch that searches its lowest state.
+"""Checkpoints of a computation that relaxes yarns several times, such as the search for the lowest state of a swatch.
 
-Each relaxation of the computation has a folder of checkpoints, with the checksum of its inputs as name. The
-last checkpoint is written at its end, and a relaxation that continues from its end gives the same result without an
-iteration. A computation that begins again therefore passes through the relaxations that had ended, continues the one
-that was stopped, and ends with the same bits as one that was never stopped. The short work between the relaxations is
-done again.
+Each relaxation of the computation has a folder of checkpoints, whose name is the checksum of the inputs. The last
+checkpoint is written at the end of the relaxation; a relaxation that continues from it gives the same result without an
+iteration. A computation that begins again therefore passes through the finished relaxations, continues the stopped
+relaxation, and ends with the same bits as without a stop. The short work between the relaxations is done again.
 """
 
 from __future__ import annotations
@@ -28,7 +27,7 @@ from stitchmesh.yarnrelax.load_steps import relax_through_steps
 FOLDER = "relaxations"
 """Folder of the folders of the relaxations."""
 NO_INPUTS = ("run", "device")
-"""Arguments of relaxations that decide no bit; the kind of the device is a part of each checkpoint."""
+"""Arguments of relaxations that decide no bit; each checkpoint holds the kind of the device."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +44,7 @@ class KeptRelaxations(Worker):
     """Called every few seconds with the last accepted state of the present relaxation."""
 
     def do(self, call: Call) -> Any:
-        """Do one piece of work; a relaxation writes checkpoints, and continues from one if there is one."""
+        """Do one piece of work; a relaxation writes checkpoints, and continues from the last one if there is any."""
         self.check()
         return self._relax(call) if call.function in (relax_yarns, relax_through_steps) else call.do()
 

@@ -4,7 +4,7 @@
 
 Each stage has a folder ``stages/NAME-KEY`` in the folder of the job. The key is the checksum of the version of
 StitchMesh, the name of the stage, its inputs with all their bits, and its options. ``stage.json`` is written last, so
-that a folder with it is complete; it holds a checksum of itself, so that a stage with a damaged report is computed
+that a folder with it is complete; it holds a checksum of its content, so that a stage with a damaged report is computed
 again.
 
 Only folders with such a name and the program's mark (``stitchmesh.io.own_files``) are ever removed. Everything else in
@@ -57,7 +57,7 @@ class KeptStage(Generic[T]):
     key: str
     """Checksum of everything that decides the value."""
     kind: type[T]
-    """Class of the value, of which ``stage_files`` knows the files."""
+    """Class of the value; ``stage_files`` knows its files."""
 
     @property
     def folder(self) -> str:
@@ -82,14 +82,15 @@ def stage_key(name: str, *inputs: Any) -> str:
 
 @dataclass(frozen=True, kw_only=True)
 class StageRecord:
-    """What is known of a finished stage besides its result."""
+    """The time and the report of a finished stage."""
 
     seconds: float
     """Time of the stage [s]."""
     report: dict[str, Any]
     """Its entries in ``report.json``."""
     within: str | None = None
-    """Time of the whole job, if it cut the stage short; the stage is finished for jobs with the same time only."""
+    """Time limit of the whole job, if it cut the stage short; the stage then counts as finished only for jobs with this
+    limit."""
 
 
 @dataclass(frozen=True)
@@ -101,7 +102,7 @@ class _RecordFile:
 
 
 def _checksum(record: StageRecord) -> str:
-    """Return the SHA-256 checksum of a record, also of one that JSON has turned from tuples to lists."""
+    """Return the SHA-256 checksum of a record, which does not change if JSON turns tuples into lists."""
     return hashlib.sha256(json.dumps(asdict(record)).encode()).hexdigest()
 
 
@@ -109,7 +110,7 @@ class KeptStages:
     """The finished stages in the folder of a job."""
 
     def __init__(self, folder: Path) -> None:
-        """Look at the stages of the folder of a job.
+        """Open the stages in the folder of a job.
 
         Raises:
             FileError: the folder of the stages is a link.
@@ -133,7 +134,7 @@ class KeptStages:
         return read.record if read is not None and read.checksum == _checksum(read.record) else None
 
     def load(self, stage: KeptStage[T], record: StageRecord) -> Made[T] | None:
-        """Return what a finished stage has made; None if a file is missing or damaged, or its record was altered."""
+        """Return the result of a finished stage; None if a file is missing or damaged, or if the record was altered."""
         try:
             return Made(read_value(self.folder_of(stage), stage.kind, record.report), record.report)
         except StitchMeshError:
@@ -166,13 +167,13 @@ class KeptStages:
         return [path for path in self.folders() if not (path / RECORD).is_file()]
 
     def say_what_stays(self) -> None:
-        """Print what else is in the folder of the stages: the program did not make it, and never removes it."""
+        """Print the names of other files in the folder of the stages, which the program did not make."""
         others = [path.name for path in self._inside() if not self._is_stage(path) and path.name not in (MARK, PARTS)]
         if others:
             logger.warning(f"{self.folder}: left alone what StitchMesh did not make: {first_few(others)}")
 
     def remove_others(self, names: Collection[str]) -> tuple[tuple[str, ...], int]:
-        """Remove the folders of all stages except for some, and return their names and their size [bytes].
+        """Remove the folders of all stages whose names are not given; return the removed names and their size [bytes].
 
         Raises:
             FileError: a file cannot be removed.
@@ -185,7 +186,7 @@ class KeptStages:
         return tuple(path.name for path in others), freed
 
     def tidy(self, checkpoint: str) -> None:
-        """Remove what killed runs have left: parts of files, and unfinished stages without a checkpoint.
+        """Remove the remains of killed runs: parts of files, and unfinished stages without a checkpoint.
 
         Raises:
             FileError: a file cannot be removed.
@@ -204,9 +205,9 @@ class KeptStages:
         return STAGE_NAME.fullmatch(path.name) is not None and is_marked(path)
 
     def _remove(self, path: Path) -> None:
-        """Remove the folder of a stage, never through a link, which may take its place meanwhile.
+        """Remove the folder of a stage, but never follow a link, which may take its place meanwhile.
 
-        The record of the stage goes first: a stage that is only partly removed is unfinished.
+        The record of the stage is removed first, so that a partly removed stage is unfinished.
         """
         with opened_folder(path.parent) as stages, opened_folder(path.name, stages) as stage:
             try:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The pictures of a job: the convergence, and the relaxed yarns. They are kept as the results of stages are."""
+"""The pictures of a job: the convergence, and the relaxed yarns. They are kept like the results of stages."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def draw_convergence(run: JobRun, history: Sequence[HistoryEntry], tolerance: fl
 
 
 def draw_yarns(run: JobRun, fabric: StitchMesh | None, yarns: YarnSet) -> str | None:
-    """Draw the pictures that the job asks for; returns why there are none, or None if they are drawn."""
+    """Draw the pictures that the job asks for; return why there are none, or None if they are drawn."""
     try:
         for table in run.job.render:
             _draw_one(run, table, fabric, yarns)
@@ -56,7 +56,7 @@ def _draw_one(run: JobRun, table: RenderTable, fabric: StitchMesh | None, yarns:
 
 
 def _draw(run: JobRun, name: str, output: str, draw: Callable[[Path], None], *inputs: Any) -> None:
-    """Draw a picture into the folder of its stage, unless it is there, and write it into the folder of the job."""
+    """Draw a picture in the folder of its stage, unless it exists there, and write it into the folder of the job."""
     stage = KeptStage(name, stage_key(name, *inputs), bytes)
 
     def make() -> Made[bytes]:

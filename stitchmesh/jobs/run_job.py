@@ -69,25 +69,25 @@ def run_job(
 ) -> FinishedJob:  # fmt: skip
     """Run a job in its folder; stages that an earlier run has finished are not computed again.
 
-    The function writes the files of the job, ``report.json``, ``convergence.csv``, ``convergence.png``, and
-    ``status.json`` while it runs. Finished stages are kept in ``stages`` (``kept_stages``).
+    The function writes the files of the job, ``report.json``, ``convergence.csv`` and ``convergence.png``, and keeps
+    ``status.json`` up to date while it runs. Finished stages are kept in ``stages`` (``kept_stages``).
 
     Args:
         job: the job (``read_job``).
         folder: folder of the job, which only one run may use at a time; it is made if it is missing.
         resume: whether a relaxation of yarns continues from its checkpoint; the result has the bits of a run that was
             never stopped.
-        stop: a wish to stop, which may be uttered in a signal handler or in another thread.
+        stop: the request to stop, which a signal handler or another thread may make.
         listener: called with each report of the progress.
         began: reading of ``time.perf_counter`` from which the time of the budget counts [s]; by default the present
-            one.
-        load: how much slower the machine is at present than one that has nothing else to do; the budget keeps so much
-            more time for files and pictures.
-        overwrite: whether files in the folder may be replaced that StitchMesh did not write, or that were changed
-            since; a file that the job reads is never replaced.
+            reading.
+        load: factor by which the machine is slower at present than without other work; the budget multiplies the time
+            that it keeps for files and pictures by it.
+        overwrite: whether the job may replace files in the folder that StitchMesh did not write, or that were changed
+            later; a file that the job reads is never replaced.
 
     Raises:
-        FileError: another run works in the folder, a file cannot be read or written, or it may not be replaced.
+        FileError: another run works in the folder, or a file cannot be read or written, or may not be replaced.
         ParameterError: an option is not possible, the job does not fit into the memory, its time is over, or there is a
             checkpoint and ``resume`` is false.
         JobStopped: the job was stopped; ``resume`` continues it.
@@ -134,7 +134,7 @@ def _run(run: JobRun) -> FinishedJob:
         report["no_picture"] = refused
     report["job"] = {"seconds": round(run.log.seconds, 2), "stages": [asdict(stage) for stage in run.log.stages]}
     write_json(folder / REPORT, report)
-    write_history(folder / HISTORY, relaxed.history)  # Last: a page that follows the folder takes it as the end.
+    write_history(folder / HISTORY, relaxed.history)  # A page that follows the folder takes this file as the end.
     return FinishedJob(relaxed.yarns, fabric, report, drawn=bool(job.render) and refused is None)
 
 
@@ -145,7 +145,7 @@ def _tolerance(report: dict[str, Any]) -> float:
 
 
 def _budget(job: Job, began: float, load: float) -> Budget | None:
-    """Return the budget with the time for the files, and for pictures if they leave half of it."""
+    """Return the budget, which keeps time for the files, and for pictures if at least half of the time is left."""
     given = job.budget
     if given is None:
         return None
@@ -155,7 +155,7 @@ def _budget(job: Job, began: float, load: float) -> Budget | None:
 
 
 def _drawn_in_time(run: JobRun, fabric: StitchMesh | None, yarns: YarnSet) -> str | None:
-    """Draw the pictures if the renderer can start within the budget; returns why there are none, if there are none."""
+    """Draw the pictures if the renderer can start within the budget; return why there are none, or None."""
     budget = run.budget
     if budget is not None and budget.within is not None:
         if budget.began + budget.within - time.perf_counter() < START_OF_RENDERER:
@@ -166,20 +166,20 @@ def _drawn_in_time(run: JobRun, fabric: StitchMesh | None, yarns: YarnSet) -> st
 
 @contextmanager
 def end_reported(log: JobLog) -> Iterator[None]:
-    """Report how the block ends, whatever ends it; only a killed process cannot say it."""
+    """Report how the block ends, whatever ends it; only a killed process cannot report."""
     try:
         yield
     except BaseException as error:
         stopped = isinstance(error, JobStopped) or is_interrupt(error)
         note = str(error) if isinstance(error, StitchMeshError) else f"{type(error).__name__}: {error}"
-        with suppress(FileError):  # A full disk refuses the status too, and a folder that was removed.
+        with suppress(FileError):  # A full disk refuses the status too, and so does a removed folder.
             _close(log, "stopped", "") if stopped else _close(log, "failed", note)
         raise
     _close(log, "finished", "")
 
 
 def _close(log: JobLog, state: State, note: str) -> None:
-    """Report the end; a second interrupt, while the first is reported, does not leave the job running."""
+    """Report the end; after a second interrupt during this report, the file does not say that the job is running."""
     try:
         log.close(state, note)
     except KeyboardInterrupt:

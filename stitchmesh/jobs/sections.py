@@ -41,7 +41,7 @@ class SwatchTable(RepeatSettings, ReleaseSettings):
     max_iterations: int | None = declared_in(SolverSection, "max_iterations")
 
     def __post_init__(self) -> None:
-        """Check no bounds: ``options`` does, so that a job of a sweep keeps its error in its own row."""
+        """Leave the check of bounds to ``options``, so that a job of a sweep keeps its error in its own row."""
 
     def options(self) -> SwatchOptions:
         """Return the options of the swatch.

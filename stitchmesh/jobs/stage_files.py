@@ -27,7 +27,8 @@ from stitchmesh.yarnrelax.relaxation_result import Relaxation
 
 STITCHES, YARNS, HISTORY = "stitches.h5", "yarns.h5", "convergence.csv"
 GIVEN, SURFACE, SURFACE_FORMAT = "given.h5", "surface.h5", "stitchmesh surface"
-"""Files of the surface on which stitches were found, as given and without fine features, and their format."""
+"""Files of the given surface and of the surface without fine features, on which stitches were found, and their
+format."""
 PLAN = "plan.json"
 """File of the quality that a budget has chosen."""
 PICTURE = "picture.png"
@@ -48,7 +49,7 @@ def read_value(folder: Path, kind: type[T], report: dict[str, Any]) -> T:
     """Read a value of a kind from the folder of its stage, given the report of the stage.
 
     Raises:
-        FileError: a file is missing or damaged, or the report is that of another stage.
+        FileError: a file is missing or damaged, or the report belongs to another stage.
     """
     value: T = FILES[kind].read(folder, report)
     return value
@@ -101,7 +102,7 @@ def _entry(report: dict[str, Any], name: str) -> dict[str, Any]:
     """Return an entry of the report of a stage.
 
     Raises:
-        FileError: the report has no such entry, because it is that of another stage.
+        FileError: the report has no such entry, because it belongs to another stage.
     """
     if not isinstance(report.get(name), dict):
         raise FileError(f"report of a stage: has no entry {name!r}; the stage is computed again")

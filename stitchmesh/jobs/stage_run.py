@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the stages of a running job share, and the way in which each of them is run."""
+"""The state that the stages of a running job share, and the function that runs each stage."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class JobRun:
     resume: bool
     """Whether a stage continues from its checkpoint."""
     stop: StopRequest
-    """The wish to stop."""
+    """The request to stop."""
     log: JobLog
     """Where progress is reported."""
     kept: KeptStages
@@ -62,10 +62,10 @@ class JobRun:
 
         Args:
             stage: the stage.
-            stopped: whether there is a checkpoint of it.
+            stopped: whether the stage has a checkpoint.
 
         Raises:
-            ParameterError: there is one, and the job shall not continue.
+            ParameterError: the stage has a checkpoint, and the job shall not continue from it.
         """
         if stopped and not self.resume and self.finished(stage) is None:
             raise ParameterError(
@@ -74,7 +74,7 @@ class JobRun:
             )
 
     def keep(self, stage: KeptStage[T], make: Callable[[], Made[T]]) -> Made[T]:
-        """Return what a stage makes: what an earlier run has kept, or a new value, which is kept.
+        """Return the result of a stage: the result that an earlier run has kept, or a new one, which is kept.
 
         Args:
             stage: the stage.
@@ -104,7 +104,7 @@ class JobRun:
 
     @contextmanager
     def continued(self, seconds: float) -> Iterator[None]:
-        """Count the time of the stages before, and of the part of a stage that a run continues in the block [s].
+        """In the block, count the time of earlier stages, and of the part of a stage that an earlier run has done [s].
 
         Raises:
             ParameterError: no time is left.
@@ -120,5 +120,5 @@ class JobRun:
 
 
 def cut_short(entry: Mapping[str, Any]) -> bool:
-    """Return whether the time has ended a relaxation, given its report."""
+    """Return whether the time limit has ended a relaxation, given its report."""
     return any(entry.get(name) for name in ("out_of_time", "stopped", "search_out_of_time"))

@@ -1,19 +1,19 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The wish that a running job stops, for example because the process got a signal."""
+"""The request to stop a running job, for example because the process got a signal."""
 
 from __future__ import annotations
 
 
 class JobStopped(Exception):
-    """A job has been stopped at the wish of the user; its relaxation has written a checkpoint."""
+    """The user has stopped a job; its relaxation has written a checkpoint."""
 
 
 class StopRequest:
-    """A wish to stop. A job looks at it between stages and at each report of its progress."""
+    """A request to stop. A job checks it between stages and at each report of its progress."""
 
     def __init__(self) -> None:
-        """Begin without a wish."""
+        """Begin without a request."""
         self.asked = False
         """Whether the job shall stop."""
 
@@ -25,7 +25,7 @@ class StopRequest:
         """Return if nobody has asked.
 
         Raises:
-            JobStopped: somebody has.
+            JobStopped: somebody has asked.
         """
         if self.asked:
             raise JobStopped

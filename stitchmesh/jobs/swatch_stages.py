@@ -32,7 +32,7 @@ from stitchmesh.time_limit import seconds_left
 
 
 def relax_swatch(run: JobRun, table: SwatchTable) -> Made[Swatch]:
-    """Relax the repeat; returns it with the report of the job.
+    """Relax the repeat, and return it with the report of the job.
 
     Raises:
         StitchMeshError: the repeat cannot be relaxed, or does not fit into the memory, or there is a checkpoint and
@@ -64,7 +64,7 @@ def relax_swatch(run: JobRun, table: SwatchTable) -> Made[Swatch]:
 
 
 def _planned(run: JobRun, table: SwatchTable, source: Source, given: Quality, device: str) -> Made[Quality]:
-    """Return the quality that the budget of a job chooses, which is kept, because a calibration is not repeatable."""
+    """Return the quality that the budget of a job chooses. It is kept, because a calibration is not repeatable."""
     budget = run.budget
     if budget is None:
         return Made(given, {})
@@ -104,7 +104,7 @@ def _relaxed(
             saving = replace(relaxations, on_state=lambda state: saver.keep(in_fabric(state, prepared.options)))
             with done_by(saving):
                 made = relax_shaken(prepared, table.shaken, Run(show))
-            late = seconds_left() <= 0.0  # starts of the search for the lowest state may be left out
+            late = seconds_left() <= 0.0  # the search for the lowest state may leave starts out
         own = {"seconds": before + time.perf_counter() - began, "search_out_of_time": late}
         made = replace(made, report=made.report | own)
         return Made(made, {"swatch": made.report})

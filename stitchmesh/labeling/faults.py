@@ -14,7 +14,7 @@ from stitchmesh.labeling.seeds import parts_of
 from stitchmesh.mesh import BORDER, IntArray, Mesh
 
 MOSTLY = 0.5
-"""Part of the faces that are triangles above which a mesh is called a mesh of triangles."""
+"""A mesh is called a mesh of triangles if a larger part of its faces than this are triangles."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class LabelingFault:
 
 
 def find_faults(mesh: Mesh, labels: EdgeLabels) -> tuple[LabelingFault, ...]:
-    """Find the faces that cannot be labeled: those with contradicting edges, and parts without a start."""
+    """Find the faces that cannot be labeled: faces with contradicting edges, and parts without a start."""
     rest = np.flatnonzero(labels.row < 0)
     if len(rest) == 0:
         return ()
@@ -84,7 +84,7 @@ def _contradiction(mesh: Mesh, labels: EdgeLabels, side: int) -> LabelingFault:
 
 
 def _corner_of_row(mesh: Mesh, labels: EdgeLabels, face: int) -> int | None:
-    """A side of a face all of whose edges except two are course edges, and which is one of these two; else None.
+    """One of the two sides that are no course sides, for a face whose other edges are all course edges; else None.
 
     The two edges can be wale edges, although the rule of growth would choose others. The user decides whether a row
     should turn there.

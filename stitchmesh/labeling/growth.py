@@ -9,7 +9,8 @@ edge through which the row enters. In any other polygon, the second wale edge is
 Edges that the user has labeled have precedence over these rules, so that the two wale edges of a quad can also be
 neighbours.
 
-A face whose labels would contradict those of its edges stays unlabeled, and its row ends before it.
+If the labels that a face needs contradict the labels of its edges, the face stays unlabeled, and the row ends before
+it.
 """
 
 from __future__ import annotations
@@ -297,7 +298,7 @@ class RowGrowth:
         while passed < count - 2 and self._label[self._edge[side]] == COURSE:
             side, passed = forward[side], passed + 1
         if passed == 0 and count > 4 and self._label[self._edge[side]] == UNKNOWN:
-            side = forward[side]  # No bottom side is known, so that the face gets one, as a quad does.
+            side = forward[side]  # No bottom side is known, so the face gets one, as a quad does.
         return side
 
     def _exit_by_hand(self, entry: int) -> int | None:

@@ -26,7 +26,7 @@ LABEL_NAMES = {COURSE: "course", WALE: "wale", UNKNOWN: "unknown"}
 def with_edge_label(mesh: Mesh, labels: EdgeLabels, side: int, label: int) -> EdgeLabels:
     """Return labels in which the user has labeled one edge; ``UNKNOWN`` clears the label.
 
-    The rows of the result must be found anew with ``find_rows``, because rows may be divided or joined.
+    The rows of the result must be found again with ``find_rows``, because rows may be divided or joined.
 
     Raises:
         LabelError: the label contradicts other labels that the user has set.
@@ -72,7 +72,7 @@ def _with_faces_examined(mesh: Mesh, labels: EdgeLabels, faces: IntArray) -> Edg
         if (known == UNKNOWN).any() or len(wales) != 2:
             row[face] = left[face] = right[face] = UNLABELED
         elif row[face] == UNLABELED:
-            row[face] = row.max() + 1  # A row of its own, which `find_rows` joins with the rows beside it.
+            row[face] = row.max() + 1  # The face gets its own row, which `find_rows` joins with the rows beside it.
             left[face], right[face] = wales
     around = ranges(mesh.face_start, faces)
     around = np.concatenate([around, mesh.twin[around]])
@@ -87,7 +87,7 @@ def _with_faces_examined(mesh: Mesh, labels: EdgeLabels, faces: IntArray) -> Edg
 
 
 def find_rows(mesh: Mesh, labels: EdgeLabels) -> tuple[EdgeLabels, IntArray]:
-    """Find the rows anew: faces joined by wale edges get one row, and rows are numbered without gaps.
+    """Find the rows again: faces joined by wale edges get one row, and rows are numbered without gaps.
 
     A row gets the direction and the rank of the first row that it contains.
 

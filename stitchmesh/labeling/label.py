@@ -29,8 +29,8 @@ def label(
     the shortest seams.
 
     Args:
-        mesh: any oriented polygon mesh, also one of trimesh, meshio or pyvista in centimetres (``as_mesh``).
-        borders: edges of borders to start from first, each the whole border whatever its corners.
+        mesh: any oriented polygon mesh, or a mesh of trimesh, meshio or pyvista in centimetres (``as_mesh``).
+        borders: edges of borders to start from first; each stands for its whole border, even if this has corners.
         seeds: course edges to start from, in order; a border edge means its border up to the next corners, an inner
             edge means the edge loop through it.
         flip: faces whose rows are reversed at the end.

@@ -169,7 +169,7 @@ class PartialLabeling(EdgeLabels):
         return self._after(growth, seeded)
 
     def label_row_at(self, edge: EdgeName) -> PartialLabeling:
-        """Label one row more, with a labeled course edge at its bottom.
+        """Label one more row, with a labeled course edge at its bottom.
 
         Args:
             edge: a course edge between a labeled and an unlabeled face.
@@ -204,9 +204,8 @@ class PartialLabeling(EdgeLabels):
     def set_edge(self, edge: EdgeName, label: EdgeLabel | None) -> PartialLabeling:
         """Label one edge by hand; the rules of growth respect this label.
 
-        A face all of whose edges are labeled and that has exactly two wale edges becomes part of a row, also a quad
-        whose wale edges are neighbours. A face that does not have two wale edges any more loses its row, and
-        ``faults`` lists it.
+        A face becomes part of a row if all its edges are labeled and exactly two of them are wale edges, even if these
+        are neighbours in a quad. A face that no longer has two wale edges loses its row, and ``faults`` lists it.
 
         Args:
             edge: the edge.
@@ -246,7 +245,7 @@ class PartialLabeling(EdgeLabels):
     def finish(self) -> StitchMesh:
         """Return the labeled mesh as a stitch mesh of ``Stitch.PANEL`` faces.
 
-        Rows have the order of their growth. After flips, they are numbered anew (``renumbered_rows``).
+        Rows have the order of their growth. After flips, they are numbered again (``renumbered_rows``).
 
         Raises:
             LabelError: a face has no row; the message names faces and the reason.
@@ -344,7 +343,7 @@ class PartialLabeling(EdgeLabels):
         return self._replaced(growth.labels(), kept, held)
 
     def _regrouped(self, labels: EdgeLabels, seeded: NDArray[np.bool_], held: IntArray) -> PartialLabeling:
-        """The labeling with rows that are found anew; further rows of ``labels`` are neither seeded nor held."""
+        """The labeling after ``find_rows``; additional rows of ``labels`` are neither seeded nor held."""
         more = labels.row_count - len(seeded)
         labels, former = find_rows(self.mesh, labels)
         seeded = np.concatenate([seeded, np.zeros(max(more, 0), dtype=bool)])
@@ -390,7 +389,7 @@ def _check(labeling: PartialLabeling) -> None:
     """Check that the arrays of a labeling fit the mesh and each other.
 
     Raises:
-        LabelError: they do not.
+        LabelError: the arrays do not fit.
     """
     mesh, rows = labeling.mesh, labeling.row_count
     counts = {"edge_label": len(mesh.edge_side), "by_hand": len(mesh.edge_side), "seeded": rows, "held_direction": rows}

@@ -1,8 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The labeling step that a user means who points at a face of a partly labeled mesh.
+"""The labeling step that follows when a user points at a face of a partly labeled mesh.
 
-Pointing at a border starts the first row, pointing on makes the next rows (Yuksel et al. 2012, Figure 11).
+The user points at a border to start the first row, and at further faces to make the next rows (Yuksel et al. 2012,
+Figure 11).
 """
 
 from __future__ import annotations

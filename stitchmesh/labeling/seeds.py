@@ -12,7 +12,8 @@ from stitchmesh.errors import ParameterError, first_few
 from stitchmesh.mesh import BORDER, IntArray, Mesh
 
 EdgeName = int | tuple[int, int]
-"""A side number, or the two vertices of an edge. The seeded row is to the left of the side (of the directed edge)."""
+"""A side number, or the two vertices of an edge. The seeded row is to the left of the side, or of the edge directed
+from the first vertex to the second."""
 REGULAR_BORDER_FACES = 2
 """Number of faces at a border vertex that is not a corner; one wale edge starts there."""
 

@@ -11,8 +11,8 @@ Loops that are worked together are stacked on one needle. A purl stitch is made 
 there until a stitch needs it on the bed of its half: ribs are transferred once, not in every row.
 
 The cast-on tucks loops on every second needle and then on the needles between, each on the bed where the next row needs
-it. The bind-off is a chain along the edge, in which each loop is knit together with the chain before it. Loops through
-which a yarn would be drawn are also bound off.
+it. The bind-off is a chain along the edge, in which each loop is knit together with the chain before it. Where the
+fabric has a yarn drawn through its last loops, the machine binds them off too.
 """
 
 from __future__ import annotations
@@ -31,7 +31,8 @@ from stitchmesh.mesh.courses import bottom_sides, top_sides
 from stitchmesh.mesh.stitch import VOCABULARY, Stitch
 
 UNEVEN = 3
-"""Difference in width between the halves of a tube, in stitches, from which a stitch is moved around the fold."""
+"""A stitch is moved around the fold if the widths of the halves of a tube differ by at least this number of
+stitches."""
 
 
 @dataclass

@@ -4,9 +4,9 @@
 
 A machine makes a knit stitch on the bed that holds the loop, and a purl stitch on the other bed. It can make every
 decrease, because transfers can stack loops on one needle. It makes an increase as a stitch with yarn-overs, which are
-tucks on empty needles beside the stitch. The tuck of a made one, a yarn-over with crossed legs, runs against the
-direction of the row, so that the yarn crosses itself below the hook; which leg comes to lie in front is not chosen. It
-cannot work two stitches into one loop, because a needle makes one loop at a time.
+tucks on empty needles beside the stitch. The tuck of a make one, a yarn-over with crossed legs, runs against the
+direction of the row, so that the yarn crosses itself below the hook. The program does not choose which leg lies in
+front. It cannot work two stitches into one loop, because a needle makes one loop at a time.
 """
 
 from __future__ import annotations

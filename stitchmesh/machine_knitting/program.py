@@ -6,10 +6,9 @@ At racking R the back needle B faces the front needle B + R. Yarn carriers are n
 beside the needle that it passed last. If it is on the wrong side of its next needle, it is first moved back without
 knitting (``miss``).
 
-The loops of a flat piece, or of one half of a folded tube, and their moves between and along the beds.
-
-A half has a bed on the outside of the fabric, where knit stitches are made; purl stitches are made on the opposite
-needle of the other bed. A loop stays on the bed where it was made until a stitch needs it on the other one.
+``Half`` holds the loops of a flat piece, or of one half of a folded tube, and moves them between and along the beds. A
+half has a bed on the outside of the fabric, where knit stitches are made; purl stitches are made on the opposite needle
+of the other bed. A loop stays on the bed where it was made until a stitch needs it on the other bed.
 
 To move along a bed, a loop is transferred to the other bed, the beds are racked (shifted against each other), and the
 loop is transferred back. The needles across are free for this, because the two halves of a tube use alternate needles.

@@ -19,7 +19,7 @@ import numpy as np
 from stitchmesh.mesh.polygon_mesh import FloatArray, IntArray
 
 NARROWING = 0.2
-"""Narrowing of a stitch beyond the border above which its row leans out of the fabric."""
+"""If a stitch beyond the border narrows by more than this, its row leans out of the fabric."""
 LEAN_RATE = 6.0
 """Increase of the lean l with the narrowing above ``NARROWING``."""
 

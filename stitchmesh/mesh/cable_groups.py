@@ -30,7 +30,7 @@ class CableGroup:
     destination: IntArray
     """Place in the group to which each loop moves, a permutation of 0 to n - 1, shape (n,)."""
     layer: IntArray
-    """Layer of each loop, shape (n,); of two loops that cross, the loop of the higher layer is in front."""
+    """Layer of each loop, shape (n,); where two loops cross, the loop of the higher layer is in front."""
     image: IntArray
     """Lattice image of the face of each side, relative to the face of the first side, shape (n, 2)."""
 

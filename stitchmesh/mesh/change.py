@@ -81,7 +81,7 @@ class PaletteChange:
 
 @dataclass(frozen=True, eq=False)
 class OwnStitchesChange:
-    """New stitches of the user's own; those that faces use keep their places."""
+    """New stitches of the user's own; stitches that faces use keep their places."""
 
     own_stitches: tuple[OwnStitch, ...]
     """The new ``StitchMesh.own_stitches``."""

@@ -1,13 +1,12 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The faces of a mesh as triangles, for all that draws, cuts or measures a surface.
+"""The faces of a mesh as triangles, for all code that draws, cuts or measures a surface.
 
-Division of polygons into triangles by their ears, also of a polygon that passes a bridge twice.
-
-An ear is a triangle of three successive corners that holds no other corner (Meisters, *Polygons have ears*, 1975). The
-ear with the best shape is cut off first; a quad is cut along the diagonal whose worse triangle has the better shape.
-The search begins at the corner with the lowest vertex, so that the triangles are the same for every first corner.
-Polygons with the same number of corners are divided together.
+Polygons are divided into triangles by their ears, even a polygon that passes a bridge twice. An ear is a triangle of
+three successive corners that holds no other corner (Meisters, *Polygons have ears*, 1975). The ear with the best shape
+is cut off first; a quad is cut along the diagonal whose worse triangle has the better shape. The search begins at the
+corner with the lowest vertex, so that the triangles are the same for every first corner. Polygons with the same number
+of corners are divided together.
 """
 
 from __future__ import annotations
@@ -21,12 +20,13 @@ from numpy.typing import NDArray
 from stitchmesh.mesh.polygon_mesh import FloatArray, IntArray, Mesh, ranges
 
 FLAT = 1e-11
-"""Twice the area of a triangle that is no ear, over the area of the square around the polygon. It is above the area
-that ``Mesh`` calls zero."""
+"""A triangle is no ear if twice its area, over the area of the square around the polygon, is at most this. The limit is
+above the area that ``Mesh`` calls zero."""
 MOST_CORNERS = 2048
-"""Number of corners beyond which a polygon is divided as a fan, since the time of ears grows with its square."""
+"""A polygon with more corners is divided as a fan, because the time to find ears grows with the square of this
+number."""
 EQUAL = 1e-9
-"""Relative difference of shapes that count as equal, as those of the two diagonals of a rectangle after rounding."""
+"""Shapes count as equal up to this relative difference, which the two diagonals of a rectangle may have by rounding."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,15 +36,15 @@ class Ears:
     triangles: IntArray
     """Corners of each triangle, polygon by polygon, n - 2 triangles for n corners, shape (T, 3)."""
     whole: NDArray[np.bool_]
-    """Whether the triangles cover their polygon without overlap, shape (F,); not so if a polygon crosses itself
-    or has more than ``MOST_CORNERS``."""
+    """Whether the triangles cover their polygon without overlap, shape (F,); False if a polygon crosses itself or has
+    more than ``MOST_CORNERS`` corners."""
 
 
 def clip_ears(points: FloatArray, vertex: IntArray, size: IntArray, taken: IntArray | None = None) -> Ears:
     """Divide polygons into triangles.
 
     Args:
-        points: positions of the corners, polygon by polygon, shape (C, 3), those of a polygon nearly in one plane.
+        points: positions of the corners, polygon by polygon, shape (C, 3); each polygon lies nearly in one plane.
         vertex: vertex at each corner, shape (C,); corners at one vertex do not hide each other.
         size: number of corners of each polygon, 3 or more, shape (F,).
         taken: pairs of vertices that no diagonal may join, each as ``pair_keys`` numbers it, in any order.
@@ -129,7 +129,7 @@ def _in_plane(points: FloatArray) -> NDArray[np.complex128]:
 
 
 def _best_ears(polygons: _Polygons, left: IntArray, taken: IntArray | None) -> tuple[IntArray, NDArray[np.bool_]]:
-    """Find the best ear of what is left of each polygon.
+    """Find the best ear of the rest of each polygon.
 
     Args:
         polygons: the polygons.
@@ -137,7 +137,7 @@ def _best_ears(polygons: _Polygons, left: IntArray, taken: IntArray | None) -> t
         taken: as for ``clip_ears``.
 
     Returns:
-        The place of the ear in ``left``, and whether it is an ear, shape (F,) each.
+        The place of the best triangle in ``left``, and whether it is an ear, shape (F,) each.
     """
     column, size = np.arange(left.shape[1]), len(left)
     b = polygons.flat[left, column]
@@ -204,9 +204,9 @@ def face_triangles(mesh: Mesh) -> FaceTriangles:
     """Divide the faces into triangles by their ears (``clip_ears``).
 
     A face with n corners has n - 2 triangles, the same ones whichever corner is its first. They cover a concave face
-    too, and none is flat where a corner lies on the straight line between its neighbours. Two faces can share two sides
-    that meet; then neither is cut along the diagonal between the ends of these sides, which would be one edge of four
-    triangles. The triangles of a mesh without a lattice therefore form a mesh too.
+    too, and none of them is flat, even if a corner lies on the straight line between its neighbours. Two faces can
+    share two sides that meet. Then neither face is cut along the diagonal between the ends of these sides, because this
+    diagonal would be one edge of four triangles. The triangles of a mesh without a lattice therefore form a mesh too.
     """
     corners = _divided(mesh, np.arange(mesh.face_count), None)
     size = np.diff(mesh.face_start) - 2
@@ -225,7 +225,7 @@ def _divided(mesh: Mesh, faces: IntArray, taken: IntArray | None) -> IntArray:
 
 
 def _faces_that_clash(mesh: Mesh, corners: IntArray) -> tuple[IntArray, IntArray]:
-    """Faces with a diagonal that is an edge or a diagonal of another face too, and the pairs that are taken for them.
+    """Faces with a diagonal that is also an edge or a diagonal of another face, and the vertex pairs to avoid.
 
     Args:
         mesh: the mesh.

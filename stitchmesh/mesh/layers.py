@@ -2,10 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """The two layers of a garment that is modelled with a thickness, such as by Blender's modifier Solidify.
 
-Such a mesh is the surface of thin matter: the face on the other side of the matter lies at the same small distance
-everywhere, faces the other way, and belongs to the other layer. The rim that joins the layers at a hem has no such face
-near it. The layers are therefore the parts into which the mesh falls without its rims. The front and the back of a
-garment that lies flat are joined too, at its sides, but its mesh is open at hem and neck.
+Such a mesh is the surface of a thin solid. Each face has a counterpart on the other side of the solid, which lies at
+the same small distance everywhere, faces the other way, and belongs to the other layer. The rim that joins the layers
+at a hem has no such counterpart. The layers are therefore the parts into which the mesh falls without its rims. The
+front and the back of a garment that lies flat are not such layers: they are also joined at the sides, but the mesh is
+open at hem and neck.
 """
 
 from __future__ import annotations
@@ -25,14 +26,14 @@ Layer = Literal["outer", "inner", "middle"]
 OPPOSITE = -0.7
 """Cosine of the angle between the normals of two faces below which they face opposite ways."""
 TURNED_AWAY = 0.1
-"""Distance, over the size of the mesh, that counts as much in the search for the face on the other side as a normal
-that is wrong by a radian."""
+"""In the search for the face on the other side, this distance, over the size of the mesh, counts as much as a deviation
+of the normal by a radian."""
 THINNEST, THICKEST = 1e-4, 0.05
 """Thickness of a garment over the largest dimension of its mesh."""
 EVEN = 0.5
 """Largest deviation of the thickness at a face from its median, over the median."""
 COVERED = 0.8
-"""Part of the area of a mesh that has another side at this thickness, from which the mesh has two layers."""
+"""A mesh has two layers if at least this part of its area has another side at the distance of the thickness."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +52,7 @@ def parallel_layers(mesh: Mesh) -> ParallelLayers | None:
     """Find the two layers of a garment with a thickness; None if the mesh has one layer.
 
     Args:
-        mesh: a mesh without a lattice, whose faces point out of the matter.
+        mesh: a mesh without a lattice, whose faces point out of the solid.
     """
     from scipy.spatial import cKDTree
 
@@ -105,7 +106,7 @@ def _joined_at_sides(mesh: Mesh, across: IntArray, thin: NDArray[np.bool_]) -> b
 def _parts_without_rims(mesh: Mesh, thin: NDArray[np.bool_]) -> IntArray:
     """Return the number of the part of each face, -1 on a rim, shape (F,).
 
-    Faces without another side that touch one part only belong to it; those that touch several parts are a rim.
+    A face without another side belongs to the part that it touches; faces that touch several parts are a rim.
     """
     pairs = np.flatnonzero(mesh.twin > np.arange(mesh.side_count))
     one, other = mesh.side_face[pairs], mesh.side_face[mesh.twin[pairs]]
@@ -142,8 +143,8 @@ def _two_sides(part: IntArray, across: IntArray, area: FloatArray) -> tuple[IntA
         area: area of each face [cm^2], shape (F,).
 
     Returns:
-        The faces of the larger and of the smaller one of each two parts that lie across each other; None if a part
-        lies across itself, or parts do not lie across each other in pairs.
+        The faces of the outer and of the inner layer: of each two parts that lie across each other, the larger part is
+        outer. None if a part lies across itself, or if parts do not lie across each other in pairs.
     """
     parts = np.unique(part[part >= 0])
     seen = {int(number): across[(part == number) & (across >= 0)] for number in parts}

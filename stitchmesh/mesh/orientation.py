@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Whether a mesh is inside out, and the same mesh turned.
+"""The test whether a mesh is inside out, and the mesh with all faces reversed.
 
 The winding number of a surface at a point is the solid angle of the surface as seen from the point, divided by the
 whole sphere. Averaged over the surface itself it is 1/2 for a closed surface with outward normals, -1/2 for a closed

@@ -62,7 +62,7 @@ def _is_hexadecimal(name: str) -> bool:
 
 
 def make_palette(colours: Sequence[str]) -> Palette:
-    """Return the palette of some colours as texts, shape (P, 3).
+    """Return the palette of colours that are given as texts, shape (P, 3).
 
     Raises:
         ParameterError: a text is no colour.
@@ -101,7 +101,7 @@ def check_yarn_number(yarn: int) -> int:
 
 
 def recolour_palette(palette: Palette, colours: Mapping[int, NDArray[np.uint8]]) -> Palette:
-    """Return a palette with other colours of some yarns; yarns below them that had none keep their stock colours."""
+    """Return a palette with new colours for some yarns; other yarns without a colour keep their stock colours."""
     changed = filled_palette(palette, max(colours, default=-1) + 1)
     for yarn, colour in colours.items():
         changed[yarn] = colour

@@ -17,7 +17,7 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.mesh.polygon_mesh import FloatArray, IntArray, Mesh
 
 ON_EDGE = 1e-9
-"""Barycentric coordinate [-] by which a ray may miss a triangle, so that a ray between two triangles hits both."""
+"""A ray may miss a triangle by this barycentric coordinate [-], so that a ray between two triangles hits both."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +54,7 @@ def picking_table(mesh: Mesh) -> PickingTable:
     """Prepare a mesh for picking.
 
     Args:
-        mesh: the mesh; of a periodic mesh, the faces are picked where they are stored.
+        mesh: the mesh; the faces of a periodic mesh are picked at their stored positions.
     """
     position, first = mesh.corner_position, mesh.face_start[:-1]
     centre = np.add.reduceat(position, first, axis=0) / np.diff(mesh.face_start)[:, None]
@@ -90,7 +90,7 @@ def pick(table: PickingTable, origin: ArrayLike, direction: ArrayLike) -> Picked
 def side_near_ray(
     table: PickingTable, sides: IntArray, origin: ArrayLike, direction: ArrayLike, reach: float
 ) -> int | None:
-    """Return the one of some sides that a ray passes most closely, or None if it passes none within reach.
+    """Return the side that a ray passes most closely, among some sides; None if no side is within reach.
 
     A click beside a thin line should find the line. Distances are therefore compared as angles, which are the distances
     on the screen. Sides behind the first face on the ray are left out.

@@ -330,7 +330,7 @@ class Mesh:
 
 
 def outline_sides(mesh: Mesh, faces: IntArray) -> IntArray:
-    """Return the sides of some faces that no other of these faces touches, shape (n,).
+    """Return the sides at the outline of a set of faces, shape (n,).
 
     Args:
         mesh: the mesh.

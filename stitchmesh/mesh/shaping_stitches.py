@@ -2,23 +2,23 @@
 # SPDX-License-Identifier: Apache-2.0
 """The stitches that shape a fabric: increases and decreases, as a knitter chooses them.
 
-A decrease has the loop in front that continues its wale: ``k2tog`` leans to the right, ``ssk`` to the left. The two
+In a decrease, the loop that continues the wale is in front: ``k2tog`` leans to the right, ``ssk`` to the left. The two
 ends of a row mirror each other, so that decreases lean in pairs, along the edges of the narrowing fabric.
 
 An increase has four forms:
 
-- ``m1``: make one. The new loop is a yarn-over with crossed legs, which closes (``StitchMesh.twist``). It is the
-  backward loop on the needle, and also the bar between two stitches that is lifted in the next row and knitted through
-  its back loop: both put the same yarn through the same loops. Left of the stitch the right leg of the loop is in front
-  (m1l), right of the stitch the left leg (m1r), so that increases mirror each other too.
+- ``m1``: make one. The new loop is a yarn-over with crossed legs, which closes (``StitchMesh.twist``). A knitter makes
+  it as a backward loop on the needle, or lifts the bar between two stitches in the next row and knits it through its
+  back loop: both ways put the same yarn through the same loops. Left of the stitch the right leg of the loop is in
+  front (m1l), right of the stitch the left leg (m1r), so that increases mirror each other too.
 - ``kfb``: knit front and back, knit and purl into one loop. The second loop goes through the back of the loop below,
-  which is turned by half a turn there: so it goes through this loop the other way, as a purl does, and has its bump.
-  The bump is always on the left of the knit loop, at both edges, as a knitter makes it.
+  which is turned by half a turn there. It therefore goes through this loop the other way, as a purl does, and has the
+  bump of a purl. The bump is always on the left of the knit loop, at both edges, as a knitter makes it.
 - ``lifted``: the loop below stays on the needle beside the new loop, and the next row works both.
 - ``yo``: a yarn-over, whose legs do not cross. It leaves a hole.
 
-Increases by two loops are make one on both sides, except that the form ``yo`` is knit, yarn over and knit in one loop,
-and the form ``kfb`` knit, purl and knit in one loop.
+An increase by two loops is make one on both sides. There are two exceptions: the form ``yo`` works knit, yarn over and
+knit into one loop, and the form ``kfb`` knit, purl and knit.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ _FORMS: dict[Increase, tuple[Stitch, Stitch, Stitch]] = {
     "lifted": (Stitch.KS, Stitch.SK, Stitch.YKY),
     "yo": (Stitch.KY, Stitch.YK, Stitch.KYK),
 }
-"""Stitches of each form: with a new loop on the right, with one on the left, and with two."""
+"""Stitches of each form: with a new loop on the right, with a new loop on the left, and with two new loops."""
 
 
 def shaping_stitch(below: int, above: int, *, keeps: Keeps) -> Stitch:
@@ -71,7 +71,7 @@ def check_increase(increase: str) -> None:
     """Check that there is a form of increases of that name.
 
     Raises:
-        ParameterError: there is none.
+        ParameterError: there is no such form of increases.
     """
     if increase not in _FORMS:
         raise ParameterError(f"increase: got {increase!r}; expected one of {', '.join(_FORMS)}")

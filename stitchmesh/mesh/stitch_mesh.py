@@ -63,7 +63,7 @@ class StitchMesh(Mesh):
     cable_shift: IntArray = field(default_factory=_unmarked)
     """Number of places by which the loop on each top side moves to the right before it is worked, shape (C,)."""
     cable_layer: IntArray = field(default_factory=_unmarked)
-    """Layer of the loop on each top side, shape (C,); of two loops that cross, the higher layer is in front."""
+    """Layer of the loop on each top side, shape (C,); where two loops cross, the higher layer is in front."""
     stretch: FloatArray | None = None
     """Length divided by rest length of each edge after mesh relaxation, shape (E,); None before mesh relaxation."""
     palette: Palette = field(default_factory=empty_palette)
@@ -165,13 +165,13 @@ class StitchMesh(Mesh):
         """Return the stitch of a type code.
 
         Raises:
-            ValueError: the code is neither one of ``Stitch`` nor that of a stitch of the user's own.
+            ValueError: the code belongs neither to ``Stitch`` nor to a stitch of the user's own.
         """
         return self.own_stitches[code - FIRST_OWN] if code >= FIRST_OWN else Stitch(code)
 
     @cached_property
     def makings(self) -> dict[int, Making]:
-        """How each stitch of a pattern is made, by type code: the built-in stitches, then those of the user's own."""
+        """How each stitch of a pattern is made, by type code: the built-in stitches, then the user's own stitches."""
         own = {FIRST_OWN + number: stitch.making for number, stitch in enumerate(self.own_stitches)}
         return {**{int(stitch): making for stitch, making in VOCABULARY.items()}, **own}
 

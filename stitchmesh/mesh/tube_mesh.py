@@ -9,16 +9,14 @@ step. The angles of the frames are the cumulative sums of the turns, so that all
 operations. On a closed curve the frame does not return to its start; the remaining angle is distributed uniformly over
 the points of the curve. A curve that continues in a shifted copy of itself is treated in the same way.
 
-Plies: the twisted strands of a yarn, as helices around its centre line.
-
-The strands of a yarn of n plies are circles that touch one another inside the circle of the yarn. In a yarn of radius R
-the radius of a strand is
+Plies are the twisted strands of a yarn, as helices around its centre line. The strands of a yarn of n plies are circles
+that touch one another inside the circle of the yarn. In a yarn of radius R the radius of a strand is
 
     r = R / (1 + 1 / sin(pi / n)),
 
-and its centre line has the distance R - r from that of the yarn. The helices turn to the right (a Z twist is seen, as
-in most knitting yarn after plying from singles of S twist) once in ``LAY`` radii, relative to the twist-free frame of
-the centre line. On a closed curve the number of turns is whole, so that every strand is closed.
+and its centre line has the distance R - r from the centre line of the yarn. The helices turn to the right once in
+``LAY`` radii (a Z twist, as in most knitting yarn that is plied from singles of S twist), relative to the twist-free
+frame of the centre line. On a closed curve the number of turns is whole, so that every strand is closed.
 """
 
 from __future__ import annotations
@@ -39,7 +37,7 @@ LAY = 9.0
 POINTS_PER_TURN = 10
 """Fewest points of a curve in one turn of its strands."""
 FULLNESS = 1.12
-"""Drawn radius of a strand over that of touching circles: soft strands are pressed together."""
+"""Drawn radius of a strand over the radius of touching circles: soft strands are pressed together."""
 
 
 @dataclass(frozen=True)

@@ -72,7 +72,7 @@ def _turn(fabric: StitchMesh, lower: int, upper: int) -> tuple[int, int, int] | 
 
 
 def tip_beside(base: FloatArray, inner: FloatArray) -> FloatArray:
-    """Return the position of a tip [cm], from those of the base and of the inner vertex, shape (3,) or (n, 3)."""
+    """Return the position of a tip [cm], from the positions of the base and the inner vertex, shape (3,) or (n, 3)."""
     tip: FloatArray = base + TIP * (inner - base)
     return tip
 

@@ -1,13 +1,14 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The direction of a mesh that points up, and the mesh turned so that it is y.
+"""The direction of a mesh that points up, and the mesh turned so that this direction is y.
 
-Everywhere in the program y points up. Modelling programs, CAD and scanners also write files in which z does. The
-openings of a garment tell: hem, neck, waist and cuffs of a standing wearer lie more or less level, so that the vector
-areas of their borders, half the sum of p_i x p_(i+1) over the border, point up or down. A garment also has a left and a
-right side that mirror each other, across a plane that contains the vertical. A mesh is therefore lying, with z up, if
-its openings face along z far more than along y, and if it mirrors itself across z no better than across x or y. Flat
-pieces and meshes without openings tell nothing, nor does the coat of a sheep, which has openings along both.
+Everywhere in the program y points up. Modelling programs, CAD and scanners also write files in which z points up. The
+openings of a garment show which axis it is: hem, neck, waist and cuffs of a standing wearer lie more or less level, so
+that the vector areas of their borders, half the sum of p_i x p_(i+1) over the border, point up or down. A garment also
+has a left and a right side that mirror each other, across a plane that contains the vertical. A mesh is therefore
+lying, with z up, if its openings face along z far more than along y, and if it mirrors itself across z no better than
+across x or y. Flat pieces and meshes without openings show nothing, and neither does the coat of a sheep, which has
+openings along both axes.
 """
 
 from __future__ import annotations
@@ -22,13 +23,13 @@ from stitchmesh.mesh.polygon_mesh import FloatArray, Mesh
 Direction = tuple[float, float, float]
 """A direction in space."""
 Y, Z = (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
-"""Directions that point up: that of the program, and the other usual one."""
+"""The direction that points up in the program, and the other usual direction."""
 CLEARLY = 8.0
-"""Vector area of openings along z over that along y from which z is up. It is 6 for the coat of a sheep that stands,
-and 12 or more for a sweater, a dress and a skirt that lie."""
+"""z is up if the vector area of openings along z is at least this multiple of the area along y. The ratio is 6 for the
+coat of a sheep that stands, and 12 or more for a sweater, a dress and a skirt that lie."""
 OPEN = 0.6
-"""Length of the sum of all vector areas of the faces over their area, from which a mesh is a flat or open piece and its
-border is no opening. It is 1 for a flat piece, 1/2 for half a sphere and less for a hat."""
+"""A mesh is a flat or open piece, whose border is no opening, if the length of the sum of all vector areas is at least
+this multiple of the area. The ratio is 1 for a flat piece, 1/2 for half a sphere and less for a hat."""
 MOST_POINTS = 2000
 """Largest number of vertices whose mirror images are looked for."""
 
@@ -59,7 +60,7 @@ def upright_turn(up: Direction) -> FloatArray:
 
 
 def turned_upright(mesh: Mesh, up: Direction) -> Mesh:
-    """Return a mesh turned so that a direction of it is y; a mesh whose y is up is returned as it is.
+    """Return a mesh turned so that one of its directions becomes y; a mesh whose y points up is returned as it is.
 
     Raises:
         ParameterError: as for ``upright_turn``.

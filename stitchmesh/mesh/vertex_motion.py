@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Motion of a mesh that is deformed: the positions of its vertices at given times, linear between them.
+"""Motion of a deforming mesh: the positions of its vertices at given times, and linear motion between them.
 
 Before the first time and after the last one nothing moves.
 """
@@ -16,7 +16,7 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.mesh.polygon_mesh import FloatArray, Mesh, frozen_array
 
 FRAMES_PER_SECOND = 30.0
-"""Frames for each second where a caller states no other number."""
+"""Frames per second if the caller gives no other number."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,8 +75,8 @@ class MovingMesh:
         """Return the motion of a mesh that is given at some times [s].
 
         Raises:
-            ParameterError: there is no frame, the faces of a frame differ from those of the first one, or the times do
-                not increase.
+            ParameterError: there is no frame, the faces of a frame differ from the faces of the first frame, or the
+                times do not increase.
         """
         if not frames:
             raise ParameterError("moving mesh: got no frame; expected at least one")

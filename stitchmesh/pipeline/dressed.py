@@ -1,16 +1,17 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A knitted garment put on bodies that it cuts, before its yarns are relaxed.
+"""Puts a knitted garment on bodies that its yarns cut, before the yarns are relaxed.
 
 The stitches go round the bodies as the cloth of a scene does (``mixed.contact.dressing``): their triangles are moved
-out, and the strain spreads over the garment, whose shape at rest is the one that it had. The yarns are carried along:
-each control point keeps its foot on its stitch and its height above it (``mixed.layout.splines_on_stitches``). The
-stitches keep away from a body by the reach of its contact and by the height of the yarns, so that the yarns begin
+out, and the strain spreads over the garment. The given shape of the garment is its shape at rest. The yarns are carried
+along: each control point keeps its foot on its stitch and its height above it (``mixed.layout.splines_on_stitches``).
+The stitches keep away from a body by the reach of its contact and by the height of the yarns, so that the yarns begin
 outside.
 
 A map that carries points with a surface takes no yarn through another one as long as the surface does not fold. The
 linking of the yarns is compared nevertheless. Where a limb of a body goes through the garment, as the arms of a
-standing body through a poncho, no small move takes the stitches round it: they would be drawn out, and are refused.
+standing body go through a poncho, no small move takes the stitches round the limb. They would be drawn out, so the
+garment is refused.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ from stitchmesh.yarnrelax.energies.body import Body
 from stitchmesh.yarnrelax.linking.certificate import refuse_pull_through
 
 MOST_HEIGHTS = 0.95
-"""Part of the control points whose heights above the stitches are counted; the others are tails and floats."""
+"""The heights above the stitches of this part of the control points count; the other points are tails and floats."""
 MOST_STRETCH = 2.0
 """Largest stretch of the side of a stitch: a loop of twice its width is nearly a straight yarn."""
 
@@ -44,26 +45,26 @@ class Dressed:
     """A garment outside of the bodies that it is put on."""
 
     yarns: YarnSet
-    """The yarns, with the rest lengths that they had."""
+    """The yarns, with their rest lengths unchanged."""
     fabric: StitchMesh
-    """The stitches of which the yarns were made."""
+    """The stitches from which the yarns were made."""
     depth: float
-    """How deep the yarns were in a body [cm], 0 without any in one."""
+    """How deep the yarns were in a body [cm]; 0 if no yarn was in a body."""
     farthest: float
     """Farthest move of a control point [cm]."""
 
 
 def dressed(yarns: YarnSet, fabric: StitchMesh, bodies: Sequence[Body], *, device: str | None = None) -> Dressed:
-    """Put a garment on bodies that its yarns are in; yarns that are outside stay as they are, to the last bit.
+    """Move a garment out of the bodies that its yarns are in; yarns outside of all bodies keep all their bits.
 
     Args:
         yarns: the yarns, as generated or as relaxed without the bodies.
-        fabric: the stitches of which they were made.
-        bodies: the bodies; of an open one no yarn is inside.
-        device: "cpu", "cuda:0" ...; the first GPU, else the CPU, where not given.
+        fabric: the stitches from which the yarns were made.
+        bodies: the bodies; no yarn counts as inside an open body.
+        device: "cpu", "cuda:0" ...; by default the first GPU, or the CPU without a GPU.
 
     Raises:
-        ParameterError: the yarns are not those of the fabric, a part of the garment finds no way out, or a body goes
+        ParameterError: the yarns do not belong to the fabric, a part of the garment finds no way out, or a body goes
             through the garment.
         SolverError: the moved yarns are linked in another way.
     """
@@ -90,7 +91,7 @@ def _depth(yarns: YarnSet, body: Body, device: str | None) -> float:
 
 
 def _refuse_drawn_out(fabric: StitchMesh, vertices: FloatArray) -> None:
-    """Refuse places of the vertices at which the side of a stitch is stretched too far; the message names the place."""
+    """Refuse positions of the vertices if they stretch the side of a stitch too far; the message names the place."""
     stretch = replace(fabric, vertices=vertices).side_length / fabric.side_length
     side = int(stretch.argmax())
     if stretch[side] > MOST_STRETCH:
@@ -103,7 +104,7 @@ def _refuse_drawn_out(fabric: StitchMesh, vertices: FloatArray) -> None:
 
 
 def _cloth_at_rest(fabric: StitchMesh) -> Cloth:
-    """The stitches as triangles that are at rest where they are."""
+    """The stitches as triangles that are at rest at their present positions."""
     triangles = fabric.face_vertex[stitch_triangles(fabric)]
     return Cloth(
         vertices=fabric.vertices, triangles=triangles, rest=_flat(fabric.vertices[triangles]),

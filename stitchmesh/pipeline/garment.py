@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A garment between two stages: its mesh, its options, and what the stages have made of it so far."""
+"""A garment between two stages: its mesh, its options, and the values that the stages have made so far."""
 
 from __future__ import annotations
 
@@ -54,13 +54,13 @@ class Garment:
         cls, mesh: Mesh | PanelMesh, options: KnitOptions, *, budget: Budget | None = None,
         repair: Sequence[RepairAction] | None = None,
     ) -> Garment:  # fmt: skip
-        """Return a garment before its first stage, with the head of its report.
+        """Return a garment before its first stage, with the first entries of its report.
 
         Args:
             mesh: the polygon mesh, or the panels of a sewing pattern.
             options: options of all stages.
             budget: limits on the time and on the error.
-            repair: what was changed in the mesh before, for the report; None if the mesh was not repaired.
+            repair: earlier changes of the mesh, for the report; None if the mesh was not repaired.
 
         Raises:
             ParameterError: there is no such device.
@@ -84,13 +84,13 @@ class Garment:
 
     @property
     def quality(self) -> Quality:
-        """The quality: that of the options, until a budget has chosen one."""
+        """The quality that a budget has chosen, else the quality of the options."""
         chosen: Quality | None = self.values.get(Quality)
         return quality_named(self.options.quality) if chosen is None else chosen
 
     @property
     def quality_entry(self) -> str | dict[str, Any]:
-        """The quality of the options as it stands in the report."""
+        """The quality of the options in the form of the report."""
         given = self.options.quality
         return given if isinstance(given, str) else asdict(given)
 
@@ -128,7 +128,7 @@ def whole_mesh(mesh: Mesh | PanelMesh) -> Mesh:
     """Return a mesh that is not divided into the panels of a sewing pattern.
 
     Raises:
-        ParameterError: it is a sewing pattern, and the options do not say how its panels are knitted.
+        ParameterError: the mesh is a sewing pattern, and the options do not say how its panels are knitted.
     """
     if isinstance(mesh, PanelMesh):
         raise ParameterError("mesh: got the panels of a sewing pattern; set panels=PanelOptions() in the options")

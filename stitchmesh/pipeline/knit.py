@@ -58,7 +58,7 @@ def knit(
 ) -> Knitted:  # fmt: skip
     """Make relaxed yarns from a polygon mesh.
 
-    ``knit_recipe`` makes a garment with all that can be chosen.
+    ``knit_recipe`` makes a garment with all possible settings.
 
     Args:
         mesh: a ``Mesh``, or a ``trimesh.Trimesh``, ``meshio.Mesh`` or ``pyvista.PolyData`` with lengths in centimetres.
@@ -73,7 +73,7 @@ def knit(
     Raises:
         ParameterError: the mesh is no mesh, or a number is out of bounds.
         LabelError: rows are to be labeled, and the mesh has none.
-        StitchMeshError: another stage cannot continue; the error is that of the stage.
+        StitchMeshError: another stage cannot continue; the stage raises the error.
     """
     options = KnitOptions(
         stitch_width=stitch_width,
@@ -105,15 +105,15 @@ def knit_and_write(
         folder: output folder; None writes no files.
         options: options of all stages.
         budget: limits on the time of all stages and on the error; measured tables then choose the quality once the
-            stitches are known, unless it is another than the default, and the report says what they chose. The
-            stitches may take half of the time, and the yarns take what is left.
+            stitches are known, unless it differs from the default, and the report says what they chose. The stitches
+            may take half of the time, and the yarns take the rest.
         repair: what was changed in the mesh before, for the report; None if the mesh was not repaired.
         run: progress of all stages; checkpoints and control of the relaxation of yarns.
         seconds_after: function of the yarns that estimates the time of the caller's own work after this function [s];
             the progress of the last stage counts this time.
 
     Raises:
-        StitchMeshError: a stage cannot continue; the error is that of the stage.
+        StitchMeshError: a stage cannot continue; the stage raises the error.
     """
     with limited_to(limit_of(budget)), shown_stages(run.progress) as progress:
         garment = Garment.begin(mesh, options, budget=budget, repair=repair)
@@ -149,5 +149,5 @@ def _knit(
 
 
 def _keeping_nothing(run: Run[YarnSet]) -> Work:
-    """Return the function that runs each stage, and keeps nothing of it."""
+    """Return the function that runs each stage and keeps no value of it."""
     return lambda stage, garment: stage.run(garment, run)

@@ -88,7 +88,7 @@ class KnitOptions:
     drawn_radius: float | None = None
     """Radius of the yarn in pictures and files for renderers [cm]; by default 1.7 yarn radii (``generate_yarns``)."""
     mass_per_length: float | None = None
-    """Mass of a length of yarn [g/cm]; by default that of the material."""
+    """Mass of a length of yarn [g/cm]; by default the mass of the material."""
     quality: str | Quality = DEFAULT_QUALITY
     """Name of a preset of ``quality.py``, or a ``Quality``."""
     device: str | None = None
@@ -132,12 +132,12 @@ class KnitOptions:
 
     @property
     def finds_rows(self) -> bool:
-        """Whether rows are found, on a mesh of any kind or on panels, in the place of labeled rows."""
+        """Whether rows are found, on a mesh of any kind or on panels, instead of labeled."""
         return self.shaping is not None or self.panels is not None
 
     @property
     def mesh_relax_options(self) -> MeshRelaxOptions:
-        """Options of ``relax_mesh``; the aspect is that of the stitches where it is not given."""
+        """Options of ``relax_mesh``; the aspect of the stitches is the default of its aspect."""
         height = self.stitch_height
         aspect = COURSE_OVER_WALE_SPACING if height is None else height / self.stitch_width
         given = self.mesh_relaxation.aspect

@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Errors about the yarns of a garment in the words of who knits it: the place in space, the panel, and what helps.
+"""Errors about the yarns of a garment in the words of its maker: the place in space, the panel, and a remedy.
 
-The numbers of the stitches say nothing to somebody who gave a mesh. A thinner yarn is proposed only after it was tried.
+Numbers of stitches say nothing to a user who gave a mesh. A thinner yarn is proposed only after a trial.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from stitchmesh.mesh import StitchMesh
 from stitchmesh.yarn import YarnSet
 
 THINNER = (0.8, 0.6, 0.45)
-"""Parts of the radius of the yarn that are tried; a thinner yarn would not look knitted."""
+"""Factors of the radius of the yarn that are tried; a still thinner yarn would not look knitted."""
 
 
 def with_place_and_remedy(
@@ -50,7 +50,7 @@ def with_place_and_remedy(
 
 
 def _thinner(made: Callable[[float], YarnSet], radius: float) -> float | None:
-    """Return the largest radius of those that are tried whose yarns are made, as it is written; None without one."""
+    """Return the largest tried radius whose yarns can be made, rounded as in the message; None if there is none."""
     for part in THINNER:
         thinner = float(f"{part * radius:.2g}")
         try:

@@ -36,9 +36,10 @@ class Stage(Generic[T]):
     make: Callable[[Garment, Run[YarnSet]], Made[T]]
     """Makes the value, and reports its progress to a run."""
     inputs: Callable[[Garment], tuple[object, ...]] = lambda garment: (garment.fabric,)
-    """What decides the value beside the settings: the stitches so far, or other values of the stages before."""
+    """Values that decide the result besides the settings: the stitches so far, or other results of earlier stages."""
     settings: Callable[[KnitOptions], tuple[object, ...]] = lambda options: ()
-    """The options that decide the value; a job asks for those with the content of files in place of their paths."""
+    """The options that decide the value; a job passes options that hold the content of files in place of their
+    paths."""
     asked: Callable[[Garment], bool] = lambda garment: True
     """Whether a garment asks for the stage."""
 
@@ -56,7 +57,7 @@ class Stage(Generic[T]):
 
 
 Work = Callable[[Stage[Any], Garment], Made[Any]]
-"""Function that provides what a stage makes of a garment: it runs the stage, or reads what was kept."""
+"""Function that provides the result of a stage for a garment: it runs the stage, or reads the kept result."""
 
 
 def run_stages(table: Sequence[Stage[Any]], garment: Garment, work: Work) -> Garment:
@@ -167,8 +168,8 @@ RELAX_YARNS = Stage(
 )  # fmt: skip
 
 ROWS = (LABEL, AUTO_STITCHES, SHAPE_PANELS)
-"""Stages that find the rows of a mesh, of which a garment asks for one."""
+"""Stages that find the rows of a mesh; a garment asks for one of them."""
 STITCHES = (TESSELLATE, APPLY_PATTERN, APPLY_EDIT, RELAX_MESH, EDGE_FORMS, MAKE_SPIRAL)
-"""Stages from the rows to the stitches of which yarns are generated."""
+"""Stages from the rows to the stitches for which yarns are generated."""
 YARNS = (BUDGET, GENERATE_YARNS)
 """Stages from the stitches to the yarns that ``RELAX_YARNS`` relaxes."""

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The stages from a mesh to relaxed yarns, each a function from a garment to a value and its report.
 
-``stage_table`` has their order. Each function takes a run too, and reports its progress to it.
+``stage_table`` has their order. Each function also takes a run, and reports its progress to this run.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ from stitchmesh.yarnrelax import Relaxation
 logger = logging.getLogger(__name__)
 
 SHARE_OF_MESH = 0.5
-"""Largest part of the time of a budget for the relaxation of the stitch mesh; the other part is for the yarns."""
+"""Largest part of the time of a budget that the relaxation of the stitch mesh may take; the rest is for the yarns."""
 
 
 def label_stage(garment: Garment, run: Run[YarnSet]) -> Made[StitchMesh]:
@@ -138,7 +138,7 @@ def _pattern_entry(region: PatternRegion, laid: LaidPattern, options: KnitOption
 
 
 def _multiple_line(region: PatternRegion, laid: LaidPattern, options: KnitOptions) -> list[str]:
-    """Return a line that proposes rounds of whole repeats, if rounds have stitches that are left over."""
+    """Return a line that proposes rounds of whole repeats, if the repeats leave stitches of rounds over."""
     width = region.pattern.width
     made = options.shaping is not None and options.shaping.multiple % width == 0
     if made or not laid.breaks_rounds or options.panels is not None:
@@ -228,7 +228,7 @@ def budget_stage(garment: Garment, run: Run[YarnSet]) -> Made[Quality]:
     """Choose the quality by the budget and the number of stitches.
 
     Raises:
-        ParameterError: a quality beside an error.
+        ParameterError: the options state a quality, and the budget states an error.
     """
     assert garment.budget is not None
     scene = BudgetScene(kind="garment", stitches=garment.fabric.face_count)
@@ -238,7 +238,7 @@ def budget_stage(garment: Garment, run: Run[YarnSet]) -> Made[Quality]:
 
 
 def planned_quality(plan: Plan, given: str | dict[str, Any]) -> Made[Quality]:
-    """Return the quality of a plan; ``given`` is how the quality of the options stands in the report."""
+    """Return the quality of a plan; ``given`` is the quality of the options in the form of the report."""
     entry = plan.report()
     return Made(plan.quality, {"budget": entry, "quality": entry["quality"] or given})
 
@@ -246,11 +246,11 @@ def planned_quality(plan: Plan, given: str | dict[str, Any]) -> Made[Quality]:
 def generate_yarns_stage(garment: Garment, run: Run[YarnSet]) -> Made[YarnSet]:
     """Generate the yarns of a fabric.
 
-    Loops are checked on panels, because not every direction has room for the yarns at every seam and tip.
+    The loops of panels are checked, because some directions of knitting leave no room for the yarns at a seam or tip.
 
     Raises:
-        YarnError: as for ``generate_yarns``, and for panels also as for ``check_loops``; the message names the place,
-            the panel, and a remedy.
+        YarnError: as for ``generate_yarns``, and on panels as for ``check_loops`` too; the message names the place, the
+            panel, and a remedy.
     """
     began = time.perf_counter()
     fabric = garment.fabric

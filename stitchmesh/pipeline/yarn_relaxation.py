@@ -22,7 +22,7 @@ from stitchmesh.yarnrelax import Relaxation, relax_yarns
 from stitchmesh.yarnrelax.energies.body import Body
 
 POINTS_OF_STITCH = 20
-"""Control points of a plain stitch, for the number of stitches of yarns that name no stitches."""
+"""Control points of a plain stitch, from which the number of stitches of yarns without stitches is estimated."""
 
 
 def relax_with_options(
@@ -31,8 +31,8 @@ def relax_with_options(
 ) -> Relaxation:  # fmt: skip
     """Change the rest lengths of yarns, put them on the bodies among the terms, and relax them.
 
-    Yarns of a known fabric that are in a body are moved out of it first (``dressed``); the relaxation keeps borders and
-    shape as they are then, and the report has an entry ``dressed``.
+    If yarns of a known fabric are in a body, they are moved out of it first (``dressed``). The relaxation then keeps
+    the borders and the shape after this move, and the report has an entry ``dressed``.
 
     Args:
         yarns: the yarns.
@@ -70,7 +70,7 @@ def relax_within_budget(
 ) -> Relaxation:  # fmt: skip
     """Relax yarns as ``relax_with_options`` does, within limits on the time and on the error.
 
-    Measured tables choose the quality, unless it is another than the default; the yarns keep their sampling.
+    Measured tables choose the quality, unless it differs from the default; the yarns keep their sampling.
 
     Args:
         budget: the limits.
@@ -81,7 +81,7 @@ def relax_within_budget(
         **arguments: the other arguments of ``relax_with_options``.
 
     Raises:
-        StitchMeshError: a quality beside an error, a time that is over, or as for ``relax_with_options``.
+        StitchMeshError: a quality is given beside an error, the time is over, or as for ``relax_with_options``.
     """
     stitches = max(round(len(yarns.points) / POINTS_OF_STITCH), 1)
     with limited_to(limit_of(budget)):

@@ -3,9 +3,9 @@
 """What a garment will cost, estimated from its labeled mesh and the sizes alone: yarn, control points, time and memory.
 
 The numbers of stitches and rows are exact, because the mesh is divided by the same rule. Yarn length and control points
-follow from the size of each stitch. Time and memory are those of a shared server processor, with the threads that a
-relaxation uses here; another machine may be twice as fast or as slow. ``benchmarks/run.py garments estimates`` compares
-all of them with garments that were made.
+follow from the size of each stitch. Time and memory were measured on a shared server processor, and count the threads
+that a relaxation uses here; another machine may be twice as fast or as slow. ``benchmarks/run.py garments estimates``
+compares all estimates with finished garments.
 """
 
 from __future__ import annotations
@@ -28,27 +28,28 @@ from stitchmesh.yarngen.bind_off import SMALL_RING_LOOPS
 YARN_PER_WIDTH, YARN_PER_HEIGHT = 1.0, 4.0
 """Yarn in a plain stitch: centimetres for each centimetre of its width and of its height."""
 YARN_PER_BIND_OFF = 5.0
-"""Yarn of the bind-off in a chain for each loop, divided by the stitch width."""
+"""Yarn of a chain bind-off for each loop, divided by the stitch width."""
 POINTS_PER_BIND_OFF = 1.5
-"""Control points of the bind-off in a chain for each loop, divided by those of a plain stitch."""
+"""Control points of a chain bind-off for each loop, divided by the control points of a plain stitch."""
 POINTS_PER_SHAPED_LOOP = 0.65
-"""Additional control points for each loop that is increased or decreased, divided by those of a plain stitch."""
+"""Additional control points for each increased or decreased loop, divided by the control points of a plain stitch."""
 LARGE_GARMENT = 20_000
-"""Number of stitches of a garment that needs the iterations below."""
+"""Number of stitches of a garment that needs ``ITERATIONS``."""
 ITERATIONS, ITERATIONS_OF_PANELS = 300.0, 100.0
-"""Iterations in which its yarns come to rest at quality ``draft``, with the shape kept: closed yarns, and the open ones
-of flat panels, which end as soon as their energy hardly falls (``yarnrelax.convergence``)."""
+"""Iterations in which the yarns of such a garment come to rest at quality ``draft``, with the shape kept: for closed
+yarns, and for the open yarns of flat panels, which end as soon as their energy hardly falls
+(``yarnrelax.convergence``)."""
 SMALLER_NEEDS_MORE, SMALLER_PANELS_NEED_MORE = 0.15, 0.4
 """Exponents of the increase of iterations with decreasing numbers of stitches."""
 FINER_NEEDS_MORE, FINER_PANELS_NEED_MORE = 1.4, 0.5
-"""Exponents of the increase with decreasing ``Quality.largest_change``, and for panels with decreasing tolerance."""
+"""Exponents of the increase of iterations with decreasing ``Quality.largest_change``, or tolerance for panels."""
 SECONDS_PER_STITCH = {"tessellate": 35e-6, "meshrelax": 140e-6}
 """Time of the stages before the yarns [s]."""
 SECONDS_OF_YARNGEN = 0.08, 4e-6
-"""Time of the generation of yarns: always, and for each control point [s]."""
+"""Time of the generation of yarns: a constant, and an addition for each control point [s]."""
 SECONDS_PER_POINT_ITERATION = {"cpu": 6.3e-7, "cuda": 1.5e-9}
 """Time of the relaxation of yarns for each control point and iteration, with lists of contacts and assessments [s].
-On a CPU it is that of one thread."""
+On a CPU it is the time of one thread."""
 GAIN_OF_THREADS = 0.9
 """Exponent of the gain of speed with the number of threads of a CPU."""
 SECONDS_PER_ITERATION = {"cpu": 2e-4, "cuda": 2e-4}
@@ -161,7 +162,7 @@ def control_points(stitches: int, bind_off: int, shaped: int, quality: Quality) 
 
 
 def loops_in_chains(mesh: StitchMesh, loops: IntArray) -> int:
-    """Return the number of loops that are bound off in a chain; a yarn is drawn through those of small rings.
+    """Return the number of loops that are bound off in a chain, without small rings, which a yarn is drawn through.
 
     Args:
         mesh: a labeled mesh or a fabric.

@@ -29,14 +29,14 @@ def knit_recipe(
 ) -> Knitted:  # fmt: skip
     """Make the garment of a recipe, and write it.
 
-    The function writes the files of ``knit_and_write``, and the recipe as ``garment.toml``, which gives the same bits
-    again on the same processor.
+    The function writes the files of ``knit_and_write``, and the recipe as ``garment.toml``. This recipe gives the same
+    bits again on the same processor.
 
     Args:
         recipe: the recipe.
         folder: output folder.
-        budget: limits on the time and on the error, as for ``knit_and_write``. The recipe that is written then has the
-            quality that was chosen, and the number of iterations if the time ended the relaxation.
+        budget: limits on the time and on the error, as for ``knit_and_write``. The written recipe then has the chosen
+            quality, and the number of iterations if the time ended the relaxation.
         run: as for ``knit_and_write``.
         seconds_after: estimated time of the caller's own work afterwards, as for ``knit_and_write``.
 
@@ -44,7 +44,7 @@ def knit_recipe(
         StitchMeshError: the recipe cannot be carried out; nothing is written if the error is in the recipe.
     """
     if run.resume is not None:
-        read_checkpoint(run.resume)  # One that cannot be read is refused before the garment is made.
+        read_checkpoint(run.resume)  # A checkpoint that cannot be read is refused before the garment is made.
     pattern_regions(recipe)  # A pattern that cannot be read is refused before the mesh is read.
     found = recipe.read_mesh()
     made = knit_and_write(

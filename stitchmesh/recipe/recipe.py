@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A recipe: all that makes a garment, as a value.
+"""A recipe: everything that decides a garment, as a value.
 
 A recipe holds names, numbers and paths only. ``recipe_options`` reads the patterns and returns the options of the
 pipeline.
@@ -72,7 +72,7 @@ class Recipe(GarmentSettings):
     def read_mesh(self) -> RecipeMesh:
         """Read the mesh, with y up; if rows are found on it, make a valid mesh of polygons of any kind, or panels.
 
-        A warning says what the file does not state and was taken.
+        A warning says which choices were made where the file states nothing.
 
         Raises:
             StitchMeshError: as for ``read_garment`` or ``read_panels``.
@@ -80,7 +80,7 @@ class Recipe(GarmentSettings):
         from stitchmesh.io.garments import read_garment
         from stitchmesh.mesh.orientation import turn_inside_out
 
-        # A direction of knitting of its own is one of the mesh as it lies.
+        # A given direction of knitting refers to the mesh before it is turned.
         up = Y if self.up is None and self.rows.up != Y else self.up
         if self.panels.knit:
             return self._read_panels(up)
@@ -90,7 +90,7 @@ class Recipe(GarmentSettings):
         return RecipeMesh(mesh, found.up, found.repairs)
 
     def _read_panels(self, up: Direction | None) -> RecipeMesh:
-        """Read the panels of a sewing pattern; ``up`` is None if their openings tell which direction points up."""
+        """Read the panels of a sewing pattern; ``up`` is None if their openings decide which direction points up."""
         from stitchmesh.io.garments import doubt_of_unit, found_up
         from stitchmesh.io.meshes import read_repaired_mesh
         from stitchmesh.shaping.panels.read_panels import read_panels
@@ -99,7 +99,7 @@ class Recipe(GarmentSettings):
             raise ParameterError("objects: are panels of a sewing pattern; leave --object out")
         panels = read_panels(self.mesh, unit=self.unit)
         self._warn(doubt_of_unit(self.mesh, panels.mesh, self.unit))
-        if up is None:  # Panels have borders at their seams, the whole garment has none there.
+        if up is None:  # Panels have borders at their seams, where the whole garment has none.
             up, said = found_up(self.mesh, read_repaired_mesh(self.mesh, unit=self.unit).mesh)
             self._warn(said)
         if up != Y:
@@ -107,13 +107,13 @@ class Recipe(GarmentSettings):
         return RecipeMesh(panels.turned_inside_out() if self.label.turn_inside_out else panels, up, None)
 
     def _warn(self, *notes: str) -> None:
-        """Warn of what the file of the mesh does not state."""
+        """Warn of choices that the file of the mesh leaves open."""
         for note in filter(None, notes):
             logger.warning(f"{self.mesh}: {note}")
 
 
 def recipe_options(recipe: Recipe, up: Direction = Y) -> KnitOptions:
-    """Return the options of the pipeline for a recipe; the files that the recipe names, except for the mesh, are read.
+    """Read all files that a recipe names, except for the mesh, and return the options of the pipeline.
 
     Args:
         recipe: the recipe.
@@ -164,7 +164,7 @@ def relax_options(
         material: material of the yarn.
         physics: additional energies.
         rest_lengths: changes of the rest lengths.
-        up: direction that points up in the file of a body that does not say it.
+        up: direction that points up in the file of a body whose format does not fix it.
 
     Raises:
         FileError: the body cannot be read.

@@ -60,20 +60,20 @@ def write_recipe(path: FilePath, recipe: Recipe) -> None:
 
 
 def _recipe(table: dict[str, Any]) -> Recipe:
-    """Return the recipe of a table whose paths stay as they are.
+    """Return the recipe of a table without a change of its paths.
 
     Raises:
-        ParameterError: a key or a value is not that of a recipe.
+        ParameterError: a key or a value is not possible in a recipe.
     """
     edits = pop_edits(table, "edits")
     return replace(check_table(table, Recipe), edits=edits)
 
 
 def pop_edits(table: dict[str, Any], key: str) -> tuple[Edit, ...]:
-    """Remove the edits from a table, and return them; each has its name as ``edit`` and its arguments as other keys.
+    """Remove the edits from a table and return them; each has its name under ``edit`` and its arguments as other keys.
 
     Raises:
-        ParameterError: they are no list of tables, or an edit is unknown or has other arguments.
+        ParameterError: the edits are no list of tables, or an edit is unknown or has other arguments.
     """
     edits = table.pop(key, [])
     if not isinstance(edits, list) or not all(isinstance(edit, dict) for edit in edits):
@@ -96,7 +96,7 @@ def _edit(table: dict[str, Any], place: str) -> Edit:
 
 
 def recipe_with_paths(recipe: Recipe, change: Callable[[str], str]) -> Recipe:
-    """Return a recipe with all paths changed: those of files, and those in selections."""
+    """Return a recipe with all paths changed: paths of files, and paths in selections."""
     edges, body = recipe.stitches.edges, recipe.physics.body
     return replace(
         recipe,
@@ -110,7 +110,7 @@ def recipe_with_paths(recipe: Recipe, change: Callable[[str], str]) -> Recipe:
 
 
 def patterns_with_paths(parts: Sequence[RecipePattern], change: Callable[[str], str]) -> tuple[RecipePattern, ...]:
-    """Return patterns with all paths changed: those of pattern files, and those in selections."""
+    """Return patterns with all paths changed: paths of pattern files, and paths in selections."""
     return tuple(
         replace(
             part, pattern=pattern_with_path(part.pattern, change),
@@ -121,7 +121,7 @@ def patterns_with_paths(parts: Sequence[RecipePattern], change: Callable[[str], 
 
 
 def edits_with_paths(edits: Sequence[Edit], change: Callable[[str], str]) -> tuple[Edit, ...]:
-    """Return edits with all paths changed: those of pattern files, and those in selections."""
+    """Return edits with all paths changed: paths of pattern files, and paths in selections."""
     return tuple(Edit(edit.name, _arguments_with_paths(edit, change)) for edit in edits)
 
 
@@ -135,7 +135,7 @@ def _arguments_with_paths(edit: Edit, change: Callable[[str], str]) -> dict[str,
 
 
 def pattern_with_path(name: str, change: Callable[[str], str]) -> str:
-    """Return the name of a pattern of the library as it is, and a path changed."""
+    """Return a name of the library unchanged, and a path changed."""
     return change(name) if Path(name).suffix or Path(name).name != name else name
 
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The settings of a garment: their sections, as numbers, texts and lists, and what the stages take that follows.
+"""The settings of a garment: their sections, as numbers, texts and lists, and the options of the stages that follow.
 
 The names of the fields are the keys of recipes, of jobs and of sweeps, and the options of commands follow from them
 (``stitchmesh.settings``).
@@ -71,11 +71,11 @@ class LabelSection:
 
 @dataclass(frozen=True, kw_only=True)
 class RowsSection(ShapingOptions):
-    """Rows that are found on a mesh of any kind, in the place of the labeled rows of a modelled mesh.
+    """Rows that are found on a mesh of any kind, instead of the labeled rows of a modelled mesh.
 
     Raises:
-        ParameterError: another key is given without ``auto``, or as for ``ShapingOptions``. The placement of
-            increases and decreases may also be for panels, so ``GarmentSettings`` checks it.
+        ParameterError: another key is given without ``auto``, or as for ``ShapingOptions``. ``GarmentSettings`` checks
+            the placement of increases and decreases, because it may also apply to panels.
     """
 
     auto: bool = setting(False, "find rows and stitches on any mesh, also of triangles; the mesh is repaired first")
@@ -90,7 +90,7 @@ class RowsSection(ShapingOptions):
         """Return how rows are found; None if the rows of the mesh are labeled.
 
         Args:
-            up: direction that points up where the marks were set; they are turned so that it is y.
+            up: direction that points up in the coordinates of the marks; the marks are turned so that it becomes y.
         """
         if not self.auto:
             return None
@@ -106,7 +106,7 @@ class DirectionTable:
     """The direction of knitting of a panel."""
 
     panel: int | str
-    """Number of the panel, or a name: then of all panels whose object, group or material has it."""
+    """Number of the panel, or the name of an object, a group or a material: then all panels of this name."""
     direction: tuple[float, float]
     """Direction in the texture (u, v)."""
 
@@ -279,7 +279,8 @@ class PhysicsSection:
         """Return the energies whose keys are given; the modules of the other energies are not imported.
 
         Args:
-            up: direction that points up in the file of the garment, and in that of a body that does not say it.
+            up: direction that points up in the file of the garment, and in the file of a body whose format does not fix
+                it.
 
         Raises:
             FileError: the body cannot be read.
@@ -366,7 +367,7 @@ class RecipeColour:
     """A colour on a part of the garment: the number of a yarn, or its colour.
 
     Raises:
-        ParameterError: both are given, or none.
+        ParameterError: both are given, or neither.
     """
 
     on: str
@@ -383,7 +384,7 @@ class RecipeColour:
 
 @dataclass(frozen=True, kw_only=True)
 class MeshInFile:
-    """What of the file of a mesh is knitted, and how it stands."""
+    """The part of a mesh file that is knitted, and its upward direction."""
 
     unit: str = setting(
         DEFAULT_UNIT, f"unit of a file that states no unit: {', '.join(CENTIMETRES)}", form="UNIT"
@@ -409,7 +410,7 @@ class MeshInFile:
 
 @dataclass(frozen=True, kw_only=True)
 class YarnAndGauge:
-    """A yarn and a gauge, from which the sizes follow that are not given."""
+    """A yarn and a gauge, which decide all sizes that are not given."""
 
     yarn: str | None = setting(
         None, f"hand-knitting yarn: {', '.join(yarn_names())}", form="NAME", unset="none", example="dk"
@@ -420,7 +421,7 @@ class YarnAndGauge:
     )  # fmt: skip
 
     def measures(self, **lengths: float | None) -> StitchMeasures:
-        """Return the sizes of stitches and yarn; ``lengths`` are the given ones, as for ``stitch_size``.
+        """Return the sizes of stitches and yarn; ``lengths`` are the given sizes, as for ``stitch_size``.
 
         Raises:
             ParameterError: the yarn is unknown, the gauge is malformed, or a gauge and a stitch size are both given.
@@ -428,7 +429,7 @@ class YarnAndGauge:
         return stitch_size(self.yarn, self.gauge, **lengths)
 
     def named(self) -> Yarn | None:
-        """Return the yarn that is named; None if there is none.
+        """Return the yarn of the given name; None without a name.
 
         Raises:
             ParameterError: the yarn is unknown.
@@ -438,7 +439,7 @@ class YarnAndGauge:
 
 @dataclass(frozen=True, kw_only=True)
 class GarmentSettings(YarnAndGauge, MeshInFile):
-    """All that a user chooses about a garment, apart from its mesh, its patterns, its edits and the quality.
+    """All settings of a garment, apart from its mesh, its patterns, its edits and the quality.
 
     Raises:
         ParameterError: increases and decreases are placed, but rows are neither found nor knitted on panels.

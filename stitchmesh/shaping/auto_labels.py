@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A labeled mesh of large panels on any surface: rows to edit before they are divided into stitches.
 
-The level lines are those of all courses. Only some of them are kept, and panels stand between these.
+The search finds the level lines of all courses, keeps some of them, and puts panels between these.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ def auto_labels(
 ) -> StitchMesh:  # fmt: skip
     """Find rows of large panels on any surface: a labeled mesh, as ``label`` returns it for modelled rows.
 
-    Rows are those of ``auto_stitches``, several of them together. Edit the labeled mesh, divide it by ``tessellate``
+    Each row of panels stands for several rows of ``auto_stitches``. Edit the labeled mesh, divide it by ``tessellate``
     with the same size of stitches, and relax the stitches on the given mesh.
 
     Args:
@@ -56,7 +56,7 @@ def auto_labels(
             wider, and rows are lower where limbs meet or rows end.
         marks: where knitting begins and ends, and lines along which rows run; automatic without any.
         up: direction in which garments are knitted where nothing else decides, shape (3,).
-        multiple: number that the stitches of each round are a multiple of; at another size of stitches they are not.
+        multiple: the stitches of each round are a multiple of this number, but not at another size of stitches.
         progress: called with the progress; by default a line shows it on a terminal or in a notebook, and False shows
             nothing.
 

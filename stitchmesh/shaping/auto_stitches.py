@@ -51,12 +51,12 @@ FINEST_FEATURE = 0.3
 MOST_STITCHES = 3_000_000
 """Largest number of stitches; the tables of more would not fit in the memory of a usual machine."""
 SHARE_OF_TIME, SHARE_OF_ROWS = 0.25, 0.95
-"""Completed parts of the search when the time is known, and when all rows are."""
+"""Completed parts of the search when it knows the time, and when it knows all rows."""
 
 
 @dataclass(frozen=True, eq=False)
 class ShapedFabric:
-    """Stitches on a surface, with what they follow from."""
+    """Stitches on a surface, with the data from which they follow."""
 
     fabric: StitchMesh
     """The stitches, before mesh relaxation."""
@@ -114,7 +114,7 @@ def shape_fabric(
     increase: Increase = DEFAULT_INCREASE, options: ShapingOptions = AUTOMATIC,
     progress: Progress | Literal[False] | None = None,
 ) -> ShapedFabric:  # fmt: skip
-    """Knit any surface as ``auto_stitches`` does, and return also what the stitches follow from.
+    """Knit any surface as ``auto_stitches`` does, and also return the data from which the stitches follow.
 
     The arguments and the errors are the same. ``progress`` is called with the progress of each stage, and an error
     that it raises ends the search; by default a line shows the progress on a terminal or in a notebook, and False
@@ -148,13 +148,14 @@ def shape_fabric(
 
 
 PartProgress = Callable[[float, str], None]
-"""Function that is called with the completed part of one part of the surface, from 0 to 1, and what is done."""
+"""Function that the search of one part of the surface calls with its progress, from 0 to 1, and the name of its
+step."""
 
 
 def progress_of_part(
     report_stage: Progress, stage: str, number: int, parts: Sequence[tuple[TriangleSurface, IntArray]]
 ) -> PartProgress:
-    """Return the progress function of one of the parts of a surface, which count by their triangles."""
+    """Return the progress function of one part of a surface. Each part counts by the number of its triangles."""
     sizes = [len(part.triangles) for part, _ in parts]
     before, own, whole = sum(sizes[:number]), sizes[number], sum(sizes)
     place = "" if len(sizes) == 1 else f", part {number + 1} of {len(sizes)}"
@@ -241,9 +242,9 @@ def levels_of_part(
 def shaping_surface(
     mesh: Mesh, size: StitchSize, up: ArrayLike, marks: Sequence[TimeMark]
 ) -> tuple[TriangleSurface, TriangleSurface, FloatArray]:
-    """Check the arguments; return the triangles of a mesh, those without fine features, and the unit vector upwards.
+    """Check the arguments; return the given triangles, those without fine features, and the unit vector upwards.
 
-    What is finer than the stitches is left out, with a warning.
+    Features that are finer than the stitches are left out, with a warning.
 
     Raises:
         ParameterError, MeshError, TessellationError: as for ``auto_stitches``.
@@ -304,7 +305,7 @@ def joined(fabrics: Sequence[StitchMesh]) -> StitchMesh:
 
 
 def _first_numbers(counts: Sequence[int]) -> list[int]:
-    """The number of the first element of each part, if parts are numbered one after another."""
+    """The number of the first element of each part, if the elements of all parts are numbered in sequence."""
     return [0, *np.cumsum(counts).tolist()]
 
 
@@ -317,7 +318,7 @@ def _check_memory(found: str, count: float, remedy: str) -> None:
         remedy: what to ask for instead.
 
     Raises:
-        TessellationError: they are too many.
+        TessellationError: the stitches are too many.
         ParameterError: as for ``check_memory``.
     """
     found = f"{found} with {count:.3g} stitches"

@@ -19,13 +19,13 @@ from stitchmesh.shaping.triangle_surface import TriangleSurface
 SLIT_TURNING = -np.pi
 """Turning below which a border is a hole in a surface that is flat around it [rad]."""
 SLIT_ELONGATION = 1.6
-"""Extent along over extent across from which a hole is a slit, whose long sides rows run into."""
+"""Length of a hole over its width, from which it is a slit: rows end at its long sides."""
 CORNER = np.radians(40.0)
 """Turning of an outline within a fiftieth of its length that makes a corner [rad]."""
 FACING = 0.7
 """Cosine of the angle between the direction of knitting and the normal of a border that begins or ends rows."""
 FACING_BESIDE = 0.5
-"""The same for a part of a border beside one that begins or ends rows, such as the front of a neck."""
+"""The same cosine for a part of a border beside a part that begins or ends rows, such as the front of a neck."""
 LEVEL = 0.02
 """Difference of height, over the size of the surface, below which two borders are equally high."""
 
@@ -46,7 +46,7 @@ def corner_angles(surface: TriangleSurface) -> FloatArray:
 
 
 def is_slit(surface: TriangleSurface, border: IntArray) -> bool:
-    """Return whether rows end at a border: a hole in a surface that is flat around it, and much longer than wide."""
+    """Return whether a border is a slit, at which rows end: a long, narrow hole in a surface that is flat around it."""
     if turning(surface, border) > SLIT_TURNING:
         return False
     points = surface.vertices[border]
@@ -58,7 +58,7 @@ def is_slit(surface: TriangleSurface, border: IntArray) -> bool:
 
 
 def is_wide_hole(surface: TriangleSurface, row: IntArray) -> bool:
-    """Return whether a row is a border around which the surface is flat and through which a hand goes."""
+    """Return whether a row is a wide hole: the surface is flat around it, and a hand goes through."""
     return (
         is_whole_border(surface, row)
         and length_of(surface, row) >= CLOSED_LENGTH
@@ -134,7 +134,7 @@ def length_of(surface: TriangleSurface, border: IntArray, *, closed: bool = True
 
 
 def highest_border(surface: TriangleSurface, borders: list[IntArray], up: FloatArray) -> int:
-    """Return the place of the highest border; of equally high ones, of the shortest, then the first along the axes."""
+    """Return the place of the highest border; among equally high ones the shortest, then the first along the axes."""
     height = np.array([surface.vertices[border].mean(axis=0) @ up for border in borders])
     size = float(np.linalg.norm(np.ptp(surface.vertices, axis=0)))
     high = np.flatnonzero(height > height.max() - LEVEL * size)

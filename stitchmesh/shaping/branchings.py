@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Places at which limbs join or part, and one more row where limbs would do both within one row.
+"""Places at which limbs join or part, and an added row where limbs would join and part within one row.
 
 A row lies between two neighbouring level lines of the time. It joins several limbs to one, or parts one into several.
-Where a hole begins beside a place at which another one ends, or a bar between two holes is lower than a row, a band has
-several lines on both of its sides. The time is then stretched around this band, so that one more level lies between the
-joins and the parts. Joins and parts that are equally high are first moved apart by a part of a row.
+A band has several lines on both of its sides where a hole begins beside the end of another hole, or where the bar
+between two holes is lower than a row. The time is then stretched around this band, so that one more level lies between
+the joins and the parts. Joins and parts that are equally high are first moved apart by a part of a row.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ MOST_ADDED = 12
 STRETCHED = 3
 """Rows below and above a band over which one more row is spread, as far as no row ends there."""
 APART = 0.15
-"""Least difference of the times of a join and of the level between it and the parts, in courses."""
+"""Least difference between the time of a join and the level that lies between it and the parts, in courses."""
 REACH = 2.0
-"""Distance from a join or a part, in courses, at which its motion has fallen to a part of 1 / e."""
+"""Distance from a join or a part, in courses, at which the motion around it has fallen to 1 / e."""
 
 
 @dataclass(frozen=True)
@@ -69,8 +69,8 @@ def with_joins_and_parts_apart(
 def branchings(surface: TriangleSurface, time: FloatArray, ends: Ends, level: int) -> Branchings:
     """Find the places from a level to below the next one at which limbs join or part.
 
-    At a part of a border at which loops are bound off while the rows beside it go on, such as the foot of a hole, limbs
-    part at one time; one of its vertices stands for it.
+    Limbs also part at a piece of a border where loops are bound off while the rows beside it go on, such as the foot of
+    a hole. The whole piece has one time, and one of its vertices stands for it.
     """
     inside = (time >= level) & (time < level + 1)
     inside[np.concatenate([end.vertices for end in ends.all])] = False
@@ -109,7 +109,7 @@ def _divided(
     """Stretch a time by one course, so that a level lies between the joins and the parts between two levels.
 
     Returns:
-        The time; None if there is nothing between which a level could lie.
+        The time; None if there are no joins and parts between which a level could lie.
     """
     found = branchings(surface, time, ends, level)
     if not len(found.joins) or not len(found.parts):

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Courses as chains of course edges, and their division where the rows of a band branch.
 
-Where two limbs meet, the course of the joined limb is divided among the courses of the limbs by their distance. The
-parts that a limb gets are completed by a graft: a chain of course edges through the saddle, which the limbs on its two
-sides share, as a knitter grafts an underarm. Where rows end at the sides of a slit, the course is only cut.
+Where two limbs meet, the course of the joined limb is divided among the courses of the limbs by their distance. A graft
+completes the parts that a limb gets. It is a chain of course edges through the saddle, which the limbs on its two sides
+share, as a knitter grafts an underarm. Where rows end at the sides of a slit, the course is only cut.
 """
 
 from __future__ import annotations
@@ -129,7 +129,7 @@ def _chain_of(chain: Chain, runs: list[_Run], number: int, is_ring: bool, grafts
 
 
 def owners(points: FloatArray, lines: Sequence[FloatArray], closed: bool) -> IntArray:
-    """Return the number of the line nearest to each point of a course, in as few runs as the lines allow.
+    """Return the number of the line nearest to each point of a course, with as few runs of points as possible.
 
     Args:
         points: middles of the edges of the course [cm], shape (n, 3).
@@ -147,7 +147,7 @@ def owners(points: FloatArray, lines: Sequence[FloatArray], closed: bool) -> Int
 
 
 def _without_shortest_run(owner: IntArray, runs: list[_Run], closed: bool) -> IntArray:
-    """Give the shortest run, of an owner that has a longer one, to its neighbour."""
+    """Find the shortest run whose owner has a longer run too, and give it to the neighbour of the run."""
     counts = np.bincount([run.owner for run in runs])
     order = sorted(range(len(runs)), key=lambda k: (counts[runs[k].owner] == 1, runs[k].last - runs[k].first))
     shortest = order[0]

@@ -3,9 +3,9 @@
 """How many stitches each course has.
 
 A course has as many stitches as fit on its line, unless its neighbour would differ by more than a row of stitches can
-take. Then the counts of the whole tube are changed: the logarithm of each count is the mean of the smallest function
-above the exact ones, and of the largest one below them, whose steps are small enough. No other choice has a smaller
-largest factor between a count and the exact one.
+take. Then the counts of the whole tube change. Two functions have small enough steps: the smallest one above the
+logarithms of the exact counts, and the largest one below them. The logarithm of each new count is the mean of the two.
+This choice makes the largest factor between a count and the exact count as small as possible.
 """
 
 from __future__ import annotations
@@ -23,11 +23,12 @@ SLACK = 0.7
 SMALLEST_RING = 4
 """Stitches in the smallest round."""
 SMALLEST_TIP = 5
-"""Stitches in the smallest round at a tip; through fewer loops the drawn yarn does not pass as it should."""
+"""Stitches in the smallest round at a tip; the drawn yarn does not pass well through fewer loops."""
 LARGEST_FACTOR = 3.0
-"""Factor by which neighbouring courses may differ: a stitch makes up to three loops of one, or one of three."""
+"""Factor by which neighbouring courses may differ: a stitch makes three loops of one loop, or one of three, at most."""
 MOST_BESIDE = 0.5
-"""Part of a course below which an open course beside it is short, as that of a strap beside the neck."""
+"""An open course is short if it is below this part of the course beside it, as the course of a strap beside the
+neck."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +40,7 @@ class StitchSize:
     height: float
     """Height of a stitch [cm]."""
     multiple: int = 1
-    """Number that the stitches of each round are a multiple of."""
+    """The number of stitches of each round is a multiple of this number."""
     most_shaping: float | None = None
     """Largest part of the stitches of a row that are increases or decreases; None for as many as the surface asks."""
     shaping: Placement = DEFAULT_PLACEMENT
@@ -51,7 +52,7 @@ class StitchSize:
         return LARGEST_FACTOR if self.most_shaping is None else 1.0 + self.most_shaping
 
     def step(self, line: LevelLine) -> int:
-        """Number that the stitches of a line are a multiple of."""
+        """The number of stitches of a line is a multiple of this number."""
         return self.multiple if line.closed else 1
 
 
@@ -80,7 +81,7 @@ def rounded_count(line: LevelLine, exact: float, size: StitchSize, *, tip: bool 
 
 
 def count_beside(line: LevelLine, exact: float, other: int, size: StitchSize) -> int:
-    """Return the number of stitches of a line that a row joins to a course of ``other`` stitches.
+    """Return the number of stitches of a line, such that a row can join it to a course of ``other`` stitches.
 
     One increase or decrease, or one multiple, is always permitted, because a limb could not grow otherwise.
     """

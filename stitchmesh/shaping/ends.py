@@ -6,15 +6,12 @@ Rows are level lines of a time. It begins and ends at borders that are rows (hem
 lines, and at the tips of closed limbs, which need no mark. Other borders are sides, at which rows end: slits, and the
 sides of flat pieces.
 
-The parts of a border that are rows.
+A border may be divided. The border of a garment that is open in front, or whose skirt has a slit, has corners: its
+parts that face downwards and upwards are rows, and the parts between them are sides.
 
-The border of a garment that is open in front, or whose skirt has a slit, has corners: its parts that face downwards and
-upwards are rows, and those between them are sides.
-
-Straps and bibs: borders at which part of a row is bound off while the rest of it goes on.
-
-The upper border of a camisole is bound off in front and behind, its straps are knitted on from there, and the last rows
-of the two halves of a strap are grafted to each other where the strap is highest.
+At straps and bibs part of a row is bound off while the rest of it goes on. The upper border of a camisole is bound off
+in front and behind, its straps are knitted on from there, and the last rows of the two halves of a strap are grafted to
+each other where the strap is highest.
 """
 
 from __future__ import annotations
@@ -47,7 +44,7 @@ from stitchmesh.shaping.borders import (
 from stitchmesh.shaping.triangle_surface import TriangleSurface
 
 OPEN_SIDES = 0.15
-"""Part of a border that faces neither upwards nor downwards from which its corners divide it."""
+"""A border is divided at its corners if at least this part of it faces neither upwards nor downwards."""
 LEVEL_PART = 0.15
 """Range of heights, over the length, below which a part of a border is level."""
 FLAT_TURNING = np.pi
@@ -85,9 +82,9 @@ def rows_of_border(surface: TriangleSurface, border: IntArray, up: FloatArray) -
 
 
 def _with_part_facing(surface: TriangleSurface, pieces: list[IntArray], direction: FloatArray) -> list[IntArray]:
-    """Divide one of the parts of a border where it passes smoothly into a row that faces a direction, if one does.
+    """Divide a part of a border where it passes smoothly into a row that faces a direction, if there is such a row.
 
-    So do the fronts of a cardigan pass into its V-neck, or into a rounded hem. The longest such row is taken.
+    The fronts of a cardigan pass so into its V-neck, or into a rounded hem. The longest such row is taken.
     """
     found = []
     for number, piece in enumerate(pieces):
@@ -106,9 +103,9 @@ def _with_part_facing(surface: TriangleSurface, pieces: list[IntArray], directio
 
 
 def _cosine_of_edges(surface: TriangleSurface, piece: IntArray, up: FloatArray) -> FloatArray:
-    """Cosine between the upward direction and that in which the border faces around each edge, shape (n - 1,).
+    """Cosine between the upward direction and the direction in which the border faces at each edge, shape (n - 1,).
 
-    It is the mean over a length of a border that is no tip, because the border of a scan is jagged.
+    It is a mean over the length of the shortest border that is no tip, because the border of a scan is jagged.
     """
     outward, step = outward_of_edges(surface, piece)
     place = np.cumsum(step) - 0.5 * step
@@ -128,9 +125,9 @@ def bound_off(
 ) -> list[IntArray]:
     """Return the rows of a border that end part of a row, while the rest goes on, as at the neck between straps.
 
-    These are the lower ones of the rows of one border that face upwards, such as the back of a bib, and all of them
-    where the border rises between them, as along straps. Of a hole in the side, such as an armhole, they are the parts
-    below it.
+    Among the rows of one border that face upwards, these are the lower ones, such as the back of a bib, or all of them
+    where the border rises between them, as along straps. At a hole in the side, such as an armhole, they are the rows
+    below the hole.
 
     Args:
         surface: the surface.
@@ -172,7 +169,7 @@ def tops_of_straps(surface: TriangleSurface, border: IntArray, rows: list[IntArr
 
 
 def across_strap(surface: TriangleSurface, top: int) -> IntArray:
-    """Return the shortest path over edges from a vertex of a border to another border, or the vertex without one."""
+    """Return the shortest path over edges from a vertex of a border to another border; without one, the vertex."""
     from scipy.sparse.csgraph import dijkstra
 
     others = [border for border in surface.borders if top not in border]
@@ -196,7 +193,7 @@ class End:
     """Vertices that are knitted at one time: a border, a tip, or a line on the surface."""
 
     vertices: IntArray
-    """The vertices; those of a border or a line are in order."""
+    """The vertices; the vertices of a border or a line are in order."""
     time: float | None = None
     """Distance along the fabric from where knitting begins [cm]; None if it follows from the size of the surface."""
 
@@ -206,7 +203,7 @@ class Ends:
     """Where the time begins and ends."""
 
     roots: tuple[End, ...]
-    """The ends at one side: those where knitting begins, or those where it ends."""
+    """The ends at one side: all ends where knitting begins, or all ends where it ends."""
     others: tuple[End, ...] = ()
     """The ends at the other side, apart from the tips of closed limbs."""
     lines: tuple[End, ...] = ()
@@ -216,7 +213,7 @@ class Ends:
     begins: bool = True
     """Whether knitting begins at the roots; if not, it ends there."""
     automatic: bool = False
-    """Whether no mark chose an end, so that those of short limbs can be left out."""
+    """Whether no mark chose an end, so that the ends of short limbs can be left out."""
 
     @property
     def all(self) -> tuple[End, ...]:
@@ -242,8 +239,8 @@ def automatic_ends(surface: TriangleSurface, up: FloatArray) -> Ends:
     shoulder. Where the face of a hood is the only upper border, knitting begins at all others and ends at the tip of
     the hood; where a garment has straps, it ends at their tops. A single border is where knitting begins if it is the
     lower end, as the brim of a hat, and where it ends if it is the upper one: a sock is knitted from the toe. Borders
-    that no finger goes through are tips, as those of a glove, and do not count if there are others. A closed surface
-    begins at an end of its longest axis.
+    that no finger goes through are tips, as at the fingers of a glove, and do not count if there are others. A closed
+    surface begins at an end of its longest axis.
 
     Args:
         surface: a connected surface.
@@ -277,9 +274,9 @@ def automatic_ends(surface: TriangleSurface, up: FloatArray) -> Ends:
 
 
 def _without_holes(surface: TriangleSurface, rows: list[IntArray], root: IntArray) -> list[IntArray]:
-    """The borders other than the root; of these, only those that are no wide holes in a flat surface, if there are any.
+    """The borders other than the root, without wide holes in a flat surface if any other border is left.
 
-    Narrow ones are tips, such as those of fingers.
+    Narrow holes stay, because they are tips, such as the tips of fingers.
     """
     others = [border for border in rows if border is not root]
     kept = [border for border in others if not is_wide_hole(surface, border)]
@@ -287,9 +284,9 @@ def _without_holes(surface: TriangleSurface, rows: list[IntArray], root: IntArra
 
 
 def _ends_of_closed(surface: TriangleSurface, up: FloatArray) -> Ends:
-    """The ends of a closed surface: the farther end of its longest axis is a tip, the other one is the root.
+    """The ends of a closed surface: one end of its longest axis is a tip, the other one is the root.
 
-    Of the two ends, the root is the one nearer to the axis, so that a body begins at its head and not at one foot.
+    The root is the end nearer to the axis, so that a body begins at its head and not at one foot.
     """
     centred = surface.vertices - np.average(surface.vertices, axis=0, weights=surface.vertex_area)
     moment = (centred * surface.vertex_area[:, None]).T @ centred
@@ -313,7 +310,7 @@ def _ends_of_outline(surface: TriangleSurface, outline: IntArray, up: FloatArray
     if not below or len(pieces) < 2:
         return None
     begin = max(below, key=lambda piece: length_of(surface, piece, closed=False))
-    # Two rows have no point in common: a slanting side that begins at a corner of the first row is no last row.
+    # Two rows share no point, so a slanting side that begins at a corner of the first row is not a last row.
     return Ends((End(begin),), tuple(End(piece) for piece in above if not np.isin(piece, begin).any()))
 
 

@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What of a mesh is finer than its stitches, as in a scan: small holes are spanned, and debris is left out.
+"""Features of a mesh that are finer than its stitches, as in a scan: small holes are spanned, and debris is left out.
 
-A hole is a border that the surface surrounds. Its turning is that of a hole in a plane, -2 pi, or a part of it where
-the surface bulges; the end of a tube has no turning, and the outline of a flat piece 2 pi. Fingertips and toes are
-often modelled as small holes too, but wider ones: through their last loops a yarn is drawn. Debris are parts without a
-connection to others that are smaller than the smallest tube, two rounds of ``SMALLEST_RING`` stitches.
+A hole is a border that the surface surrounds. Its turning is -2 pi in a plane, and nearer to 0 where the surface
+bulges. The end of a tube has the turning 0, and the outline of a flat piece 2 pi. Fingertips and toes are often
+modelled as small holes too, but these are wider: a yarn is drawn through their last loops. Debris is a part without a
+connection to others, smaller than the smallest tube, which has two rounds of ``SMALLEST_RING`` stitches.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from stitchmesh.shaping.triangle_surface import TriangleSurface, connected_parts
 SPANNED_OVER_WIDTH = 4.0
 """Perimeter of the largest hole that is spanned, in stitch widths: it is little wider than a stitch."""
 HOLE_TURNING = -np.pi
-"""Largest turning of a hole [rad]: half of that in a plane."""
+"""Largest turning of a hole [rad]: half of the turning of a hole in a plane."""
 
 
 def knitted_surface(mesh: Mesh, size: StitchSize, marks: Sequence[TimeMark]) -> tuple[TriangleSurface, list[str]]:
-    """Return the triangles of a mesh that are knitted, and a sentence for what is not knitted as it is.
+    """Return the triangles of a mesh that are knitted, and a sentence for each kind of feature that was changed.
 
     Args:
         mesh: the mesh.

@@ -3,8 +3,8 @@
 """Flat pieces with corners, such as the front of a vest: they are knitted as the panels of a sewing pattern are.
 
 The direction of knitting of a flat piece is the same everywhere, so that its time is the height along this direction.
-Parts of the outline that run across it begin and end rows, and all others are sides: a row is bound off or cast on
-beside a corner, and parts at the foot of a hole or a notch.
+Rows begin and end at the parts of the outline that run across this direction. All other parts are sides. Beside a
+corner a row is bound off or cast on, and at the foot of a hole or a notch a row parts into two.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ def knitted_flat_piece(
 
     Returns:
         The stitches, where rows have increases and decreases, the time of each vertex of the part in courses, shape
-        (V,), and the ends; None if the part is no such piece, as a disc is none.
+        (V,), and the ends; None if the part is no such piece, for example a disc.
 
     Raises:
         TessellationError: the piece is narrower than two stitches or lower than a row, or neighbouring rows differ too

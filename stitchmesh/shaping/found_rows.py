@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Stitches with found rows, on any mesh or on the panels of a sewing pattern, and what a report says of them."""
+"""The search for rows and stitches on any mesh or on the panels of a sewing pattern, and the figures of its report."""
 
 from __future__ import annotations
 
@@ -28,17 +28,17 @@ logger = logging.getLogger(__name__)
 AFTER_MESH_RELAXATION = ("rms_distance", "largest_distance", "rms_stretch", "rms_edge_stretch")
 """Figures that are measured again after mesh relaxation."""
 OF_WHOLE_MESHES = ("lost",)
-"""Figures that panels do not have: the seams that are left to be sewn are borders, and no loss."""
+"""Figures that panels do not have: a seam that is left to be sewn is a border, but no loss."""
 MOST_CROSSINGS = 100
-"""Pairs of faces of a given mesh that cross each other after which the search ends."""
+"""The search for faces of a given mesh that cross each other ends after this number of pairs."""
 Entry = dict[str, Any]
-"""What a report says of the stitches, by the names of the figures."""
+"""The figures of a report on stitches, by name."""
 
 
 def found_on_mesh(
     mesh: Mesh, options: ShapingOptions, *, stitch_width: float, stitch_height: float | None, progress: Progress
 ) -> tuple[FoundStitches, Entry]:
-    """Find rows and stitches on a mesh of any kind, and warn of what is lost and of faces that cross each other.
+    """Find rows and stitches on a mesh of any kind, and warn of lost features and of faces that cross each other.
 
     Raises:
         StitchMeshError: as for ``shape_fabric``.
@@ -81,7 +81,7 @@ def found_on_panels(
 def after_mesh_relaxation(fabric: StitchMesh, surface: TriangleSurface, stitch_width: float, entry: Entry) -> Entry:
     """Return the entry with the distances from the given surface and the stretch of the relaxed stitches.
 
-    Counts stay those of the stitches that were found, before patterns and edits.
+    The counts still refer to the stitches that were found, before patterns and edits.
     """
     relaxed = asdict(shaping_report(fabric, surface, stitch_width, 0.0))
     return {**entry, **{name: relaxed[name] for name in AFTER_MESH_RELAXATION}}

@@ -19,8 +19,8 @@ class FoundStitches:
     given: TriangleSurface
     """The triangles of the mesh, from which the distance of the stitches is measured."""
     surface: TriangleSurface | None
-    """The triangles for mesh relaxation: those of the mesh without features finer than a stitch. None for stitches on
-    panels and flat pieces, whose own faces are the surface."""
+    """The triangles of the mesh for mesh relaxation, without features finer than a stitch. None for stitches on panels
+    and flat pieces, whose own faces are the surface."""
 
     @property
     def surface_mesh(self) -> Mesh:

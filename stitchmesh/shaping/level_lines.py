@@ -20,7 +20,8 @@ from stitchmesh.shaping.ends import Ends
 from stitchmesh.shaping.triangle_surface import TriangleSurface
 
 NARROWEST_TIP = 0.66
-"""Smallest length of the last ring at a tip over that of the ring below it; yarns start too close in a shorter one."""
+"""Smallest length of the last ring at a tip, over the length of the ring below it; in a shorter ring, yarns start too
+close."""
 BESIDE_LEVEL = 1e-6
 """Distance of a vertex from a level, in courses, below which the vertex is moved off the level."""
 
@@ -62,7 +63,7 @@ class LevelLine:
         return np.stack([np.interp(place, self.along, self.flat[:, k]) for k in range(2)], axis=1)
 
     def nearest(self, point: FloatArray) -> tuple[float, float]:
-        """Return the length along the line of the point of it nearest to a point, and their distance [cm]."""
+        """Return where the line is nearest to a point, as a length along the line, and the distance there [cm]."""
         start = self.points
         end = np.roll(start, -1, axis=0) if self.closed else start[1:]
         start = start[: len(end)]
@@ -152,7 +153,7 @@ def _off_the_levels(
 
 
 def _beside(surface: TriangleSurface, ring: IntArray) -> IntArray:
-    """Vertices across the edges of an end, or around a tip; what lies beyond the corners of a hole does not count."""
+    """Vertices across the edges of an end, or around a tip; vertices beyond the corners of a hole do not count."""
     own = np.isin(surface.triangles, ring)
     across = own.sum(axis=1) == min(len(ring), 2)
     return surface.triangles[across][~own[across]]
@@ -245,7 +246,7 @@ def lines_between(surface: TriangleSurface, high: NDArray[np.bool_]) -> tuple[In
 
 @dataclass
 class _Sides:
-    """A graph that joins what lies in one band: vertices, parts of triangles, and the two sides of lines."""
+    """A graph whose connected parts are the bands; its nodes are vertices, parts of triangles and sides of lines."""
 
     lines: int
     vertices: int
@@ -287,8 +288,8 @@ def _sorted(lines: list[LevelLine], sides: _Sides, first_border: int) -> LevelLi
     """Sort lines by level, then by place, and gather the lines of each band.
 
     Args:
-        lines: the lines; those of borders come last.
-        sides: what lies in one band.
+        lines: the lines; lines of borders come last.
+        sides: the graph that says which sides of lines lie in one band.
         first_border: number of the first line of a border.
     """
     keys = [(line.level, *np.round(line.points.mean(axis=0), 6)) for line in lines]
@@ -320,7 +321,7 @@ def _is_too_short(levels: LevelLines, line: int, beside: Band, shortest: float) 
 def without_small_tips(levels: LevelLines, shortest: float) -> LevelLines:
     """Leave out rings at tips that are too short; the rows then begin one course later, or end one course earlier.
 
-    A border that no finger goes through is such a ring too: a yarn is drawn through the loops there.
+    A border that no finger goes through also counts as such a ring: a yarn is drawn through the loops there.
 
     Args:
         levels: the lines and the bands.

@@ -17,9 +17,9 @@ from stitchmesh.shaping.ends import End, Ends, automatic_ends
 from stitchmesh.shaping.triangle_surface import TriangleSurface
 
 OFF_SURFACE = 0.05
-"""Distance from the surface, over its size, from which a mark does not lie on it."""
+"""A mark at this distance from the surface or farther, over the size of the surface, does not lie on it."""
 STEEPEST = 20.0
-"""Difference of the times of two marks over their distance in space from which the times contradict each other."""
+"""The times of two marks contradict each other if their difference, over the distance in space, is larger than this."""
 KINDS = ("border", "stroke", "point")
 """Kinds of marks."""
 ROLES = ("begin", "end", "row", "side", "plain")
@@ -77,9 +77,9 @@ class TimeMark:
 def marked_ends(surface: TriangleSurface, marks: Sequence[TimeMark], up: FloatArray) -> Ends:
     """Return the ends that marks name; what they leave open is chosen automatically.
 
-    Borders without a mark keep their automatic roles. They have the opposite ones, because the garment is knitted the
-    other way round, if all marked borders have the opposite of their automatic roles, or if knitting would otherwise
-    only begin or only end. Tips without a mark follow from the flow.
+    Borders without a mark keep their automatic roles, with one exception: they get the opposite roles if all marked
+    borders have the opposite of their automatic roles, or if knitting would otherwise only begin or only end. The
+    garment is then knitted the other way round. Tips without a mark follow from the flow.
 
     Args:
         surface: a connected surface.
@@ -199,7 +199,7 @@ def _check_apart(found: list[tuple[TimeMark, End]]) -> None:
     """Check that no two marks share a vertex.
 
     Raises:
-        ParameterError: two marks do.
+        ParameterError: two marks share a vertex.
     """
     for number, (mark, end) in enumerate(found):
         for other, (second, later) in enumerate(found[number + 1 :], start=number + 1):
@@ -214,7 +214,7 @@ def _check_times(surface: TriangleSurface, found: list[tuple[TimeMark, End]]) ->
     """Check that times agree with roles and with distances in space.
 
     Raises:
-        ParameterError: they do not.
+        ParameterError: the times do not agree.
     """
     timed = [(number, mark, end) for number, (mark, end) in enumerate(found) if mark.time is not None]
     for place, (number, mark, end) in enumerate(timed):

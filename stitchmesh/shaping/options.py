@@ -69,7 +69,7 @@ def check_most_shaping(part: float | None) -> None:
     """Check the largest part of the stitches of a row that are increases or decreases.
 
     Raises:
-        ParameterError: it is not above 0, or above 1.
+        ParameterError: the part is not above 0, or it is above 1.
     """
     setting_named(ShapingOptions, "most_shaping").check("most shaping", part)
 
@@ -78,7 +78,7 @@ def check_placement(shaping: str) -> None:
     """Check that there is a placement of increases and decreases of that name.
 
     Raises:
-        ParameterError: there is none.
+        ParameterError: there is no such placement.
     """
     setting_named(ShapingOptions, "shaping").check("shaping", shaping)
 

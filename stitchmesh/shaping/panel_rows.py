@@ -7,14 +7,12 @@ course again, although it rounds the length of each edge alone. Panels become na
 their number changes only where they would become too narrow or too wide. There is a corner where a course is divided
 among limbs, and where it meets the end of a slit.
 
-Fewer level lines: bands of several courses.
-
-Between two places where limbs meet, or where rows begin or end, the bands of a limb follow one another. They are joined
-to bands that are about equally high. A band in which limbs meet becomes part of the last rows of these limbs; its other
-line stays, so that the graft through the saddle stays short. At the foot and at the head of a slit, the band becomes
-part of the rows beside the slit, so that the slit keeps its length. The lines at which rows begin and end stay too.
-
-Where the courses of panels are cut: between the limbs that divide a course, and at the ends of slits.
+There are fewer level lines, so that each band has several courses. Between two places where limbs meet, or where rows
+begin or end, the bands of a limb follow one another. They are joined to bands that are about equally high. A band in
+which limbs meet becomes part of the last rows of these limbs; its other line stays, so that the graft through the
+saddle stays short. At the foot and at the head of a slit, the band becomes part of the rows beside the slit, so that
+the slit keeps its length. The lines at which rows begin and end stay too. The courses of panels are cut between the
+limbs that divide a course, and at the ends of slits.
 """
 
 from __future__ import annotations
@@ -33,13 +31,13 @@ from stitchmesh.shaping.plain_places import PlainPlaces
 from stitchmesh.shaping.rows import MadeRows
 
 PIECES_OF_STITCH = 2
-"""Pieces of a line, for each stitch, that are given to limbs."""
+"""Number of equal pieces for each stitch, into which a line is divided; each piece goes to one limb."""
 SPREAD = 1.0 / 3.0
 """Part by which panels may be narrower or wider before their number changes. The widest panel is then twice the
 narrowest one, so that the number need not change before the number of stitches has doubled or halved."""
 FEWEST_PANELS = 6
-"""Panels in the smallest round. Straight edges are shorter than a round: those of six panels by a twentieth, which is
-a third of a stitch in six and is lost in rounding; with fewer panels ``tessellate`` would find fewer stitches."""
+"""Panels in the smallest round. The straight edges of six panels are shorter than the round by a twentieth. This is a
+third of a stitch in six and is lost in rounding; with fewer panels ``tessellate`` would find fewer stitches."""
 MOST_CHANGE = 2
 """Largest factor by which the number of panels changes from course to course."""
 
@@ -56,7 +54,7 @@ class _Limb:
     """Whether the band above the last line belongs to this limb."""
 
     def left_out(self, courses: int) -> list[int]:
-        """Return the lines that are left out if rows are some courses high."""
+        """Return the lines to leave out, so that each row is about ``courses`` courses high."""
         high = len(self.lines) - 1 + self.opens + self.closes
         rows = max(round(high / courses), 1 + (self.opens and self.closes))
         kept = {round(high * row / rows) - self.opens for row in range(rows + 1)}
@@ -64,7 +62,7 @@ class _Limb:
 
 
 def higher_bands(levels: LevelLines, courses: int) -> LevelLines:
-    """Leave out lines, so that bands are about some courses high.
+    """Leave out lines, so that each band is about ``courses`` courses high.
 
     Args:
         levels: the lines of all courses, and the bands.
@@ -86,9 +84,10 @@ def higher_bands(levels: LevelLines, courses: int) -> LevelLines:
 
 
 def facing_lines(levels: LevelLines, whole: int, others: Sequence[int], *, above: bool) -> list[LevelLine]:
-    """Return, for each line at the other side of a joined band, the line of all courses that is next to a single line.
+    """Return, for each line at the other side of a joined band, the line of its limb that is next to a single line.
 
-    Where limbs meet, their next lines say what each of them gets; lines several courses away do not.
+    Where limbs meet, the lines next to the single line show which part of it each limb gets; lines several courses away
+    do not.
 
     Args:
         levels: the lines of all courses, and the bands.
@@ -159,10 +158,14 @@ def _is_part(levels: LevelLines, line: int, own: list[int], others: list[int]) -
 
 @dataclass(frozen=True)
 class Divisions:
-    """The divisions of lines, by the number of the line and whether the other lines are above it."""
+    """How lines are divided among other lines.
+
+    The keys are the number of a line, and whether the other lines are above it.
+    """
 
     owner: dict[tuple[int, bool], IntArray] = field(default_factory=dict)
-    """Place, among the other lines, of the one that gets each of equal pieces of the line, shape (pieces,)."""
+    """The line is divided into equal pieces; the place, among the other lines, of the line that gets each, shape
+    (pieces,)."""
     places: dict[tuple[int, bool], FloatArray] = field(default_factory=dict)
     """Lengths along the line at which its course is cut [cm], shape (n,)."""
 
@@ -196,14 +199,14 @@ def divisions(courses: LevelLines, levels: LevelLines, width: float) -> Division
 
 
 def _pieces(line: LevelLine, others: Sequence[LevelLine], width: float) -> IntArray:
-    """Place, among some lines, of the one that gets each of equal pieces of another line, shape (n,)."""
+    """Divide a line into equal pieces; return the place, among the others, of the line that gets each, shape (n,)."""
     count = max(1, round(PIECES_OF_STITCH * line.length / width))
     middles = line.at(line.length * (np.arange(count) + 0.5) / count)
     return owners(middles, [other.points for other in others], line.closed)
 
 
 def _changes(pieces: IntArray, *, closed: bool) -> FloatArray:
-    """Places at which a piece has another owner than the piece before, over the length of the line, shape (n,)."""
+    """Places, over the length of the line, at which the owner of the pieces changes, shape (n,)."""
     changes = np.flatnonzero(pieces != np.roll(pieces, 1))
     return changes[closed | (changes > 0)] / len(pieces)
 
@@ -238,7 +241,7 @@ class _PanelRows(MadeRows):
     def __init__(
         self, courses: LevelLines, saddles: FloatArray, size: StitchSize, plain: PlainPlaces, stitches: int
     ) -> None:
-        """Start without a course; the arguments are those of ``panels_between``."""
+        """Start without a course; the arguments are the same as for ``panels_between``."""
         super().__init__(higher_bands(courses, stitches), saddles, size, plain)
         self.across = stitches
         self.face_width = stitches * size.width
@@ -268,7 +271,7 @@ class _PanelRows(MadeRows):
         return np.concatenate(parts)
 
     def _owners(self, whole: int, limbs: Sequence[int]) -> IntArray:
-        """Place, among some lines, of the line that gets each panel of the course on another one, shape (edges,)."""
+        """Place, in ``limbs``, of the line that gets each panel of the course on ``whole``, shape (edges,)."""
         line = self.levels.lines[whole]
         pieces = self.divisions.owner[whole, self.levels.lines[limbs[0]].level > line.level]
         stitches = np.array([self.stitches[edge] for edge in self.course[whole].edges])
@@ -277,7 +280,7 @@ class _PanelRows(MadeRows):
         return owner
 
     def _panels(self, stitches: int, before: int | None, closed: bool) -> int:
-        """Number of panels of a course, near that of the course below."""
+        """Number of panels of a course, near the number of the course below."""
         least, most = stitches / (self.across * (1.0 + SPREAD)), stitches / (self.across * (1.0 - SPREAD))
         panels = round(stitches / self.across) if before is None or not least <= before <= most else before
         panels = max(panels, FEWEST_PANELS if closed else 1)

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 USUAL_RADIUS = 3.0
 """Radius of a plain place that has none, in stitch widths."""
 DETOUR = 1.5
-"""Longest path over the edges of triangles to a place, over its distance in space; a longer one leads around a limb."""
+"""Longest path over the edges of triangles, over the distance in space; a longer path leads around a limb."""
 SAMPLING = 8.0
 """Points along a mark for each radius."""
 

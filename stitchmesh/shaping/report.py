@@ -1,10 +1,8 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How well stitches fit the surface that they were made for.
+"""How well stitches fit the surface that they were made for, and which borders, handles and joins of it they lack.
 
-What a fabric lacks of its surface: borders, handles, and places where parts are joined.
-
-Features that are smaller than a stitch are lost: a hole closes, or a narrow strap between two holes parts. The numbers
+Features that are smaller than a stitch are lost: a hole closes, or a narrow strap between two holes breaks. The numbers
 of parts, borders and handles describe a surface up to deformation, by its Euler characteristic.
 """
 
@@ -92,7 +90,7 @@ class ShapingReport:
     irregular_per_thousand: float
     """The same for each thousand stitches."""
     short_rows: int
-    """Short rows: each ends at one turn of the yarn within the fabric, and turns are what is counted."""
+    """Number of short rows: the turns of the yarn within the fabric, because each short row ends at one turn."""
     mismatched_edges: int
     """Edges at grafts, where wale directions differ."""
     largest_shaping: float
@@ -110,7 +108,7 @@ class ShapingReport:
     rms_stretch: float | None
     """Root mean square deviation of the stretch of stitches from their mean; None before mesh relaxation."""
     rms_edge_stretch: float | None
-    """The same of single edges, which differ more: an increase has one wide side and two narrow ones."""
+    """The same for single edges, which differ more: an increase has one wide side and two narrow ones."""
 
 
 def shaping_report(
@@ -125,7 +123,7 @@ def shaping_report(
         width: width of a stitch [cm].
         seconds: time that it took to find the stitches.
         tips: number of borders of the fabric at which a yarn is drawn through the loops, and which the surface lacks.
-        rows: numbers of the rows that have their increases and decreases at seams, and all along.
+        rows: the number of rows with increases and decreases at seams, and the number of rows with spread ones.
     """
     counts = stitch_counts(fabric)
     closings = int((fabric.stitch == Stitch.DRAW_THROUGH).sum())
@@ -158,7 +156,7 @@ def _largest_shaping(fabric: StitchMesh) -> float:
 
 
 def _counted_stretch(fabric: StitchMesh) -> FloatArray:
-    """Stretch of each edge, shape (E,), without the row ends at turns, which are meant to be short; NaN there."""
+    """Stretch of each edge, shape (E,); NaN at the row ends at turns, which are meant to be short."""
     assert fabric.stretch is not None
     return np.where(turn_edges(fabric), np.nan, fabric.stretch)
 

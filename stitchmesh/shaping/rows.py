@@ -4,8 +4,8 @@
 
 Each line becomes a course of equally wide stitches, each band a row, or one row for each of the limbs that meet in it.
 The last course before a tip is left open: yarn generation draws a yarn through its loops. Rows are numbered tube by
-tube: first those that begin at the longest line, such as the hem, then all rows of one sleeve, those of the other one,
-and those of the body above them.
+tube: first the tube that begins at the longest line, such as the hem, then one sleeve, the other sleeve, and the body
+above them.
 """
 
 from __future__ import annotations
@@ -44,23 +44,25 @@ from stitchmesh.tessellate.panel import StitchFaces, stitch_for
 from stitchmesh.tessellate.tessellate import twins_of_edges, with_cast_on
 
 LARGEST_TIP = 20
-"""Stitches in the largest round below the last one at a tip whose stitches are all plain: the yarn that is drawn
-through the last loops does not pass well through a decrease and its neighbours."""
+"""If the round below the last one at a tip has at most this number of stitches, all of them are plain: the yarn that is
+drawn through the last loops does not pass well through a decrease and its neighbours."""
 FADING = 0.8
-"""Part of the mark of an increase or a decrease that stays from row to row, so that the next one stands elsewhere."""
+"""Part of the mark of an increase or a decrease that remains in the next row. Marks make the next one stand
+elsewhere."""
 KEPT_AWAY = 1000.0
 """Cost of an increase or a decrease in a plain place, in squared stitch widths; wales lean rather than pay it."""
 AT_EDGE = 6.0
 """Cost of an increase or a decrease near an end of an open row, in squared stitch widths."""
 BESIDE = 0.5
-"""Stitches by which the middle of a stitch lies beside an open course from which no row joins them."""
+"""No row joins a stitch to an open course if its middle lies at least this number of stitches beside the course."""
 GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
-"""Turn, from one round with increases or decreases to the next, of the place at which stitches stand exactly above each
-other: the golden ratio spreads any number of places evenly."""
+"""In each round there is one place at which stitches stand exactly above each other. From one round with increases or
+decreases to the next, it moves by this part of a round: the golden ratio spreads any number of places evenly."""
 MOST_TURNED = 2
-"""Increases or decreases of a round up to which their place turns; more of them stand all around anyway."""
+"""The place turns if a round has at most this number of increases or decreases; more of them stand all around
+anyway."""
 STITCHES_TO_TURN = 10
-"""Stitches that a round has at least to each of them."""
+"""Least number of stitches of such a round for each increase or decrease."""
 BANDS_OF_REPORT = 20
 """Bands from one report of the progress to the next."""
 
@@ -98,7 +100,7 @@ class MadeRows:
     """Vertices at each end of an open row that increases and decreases keep from: two stitches, as knitters do."""
 
     def __init__(self, levels: LevelLines, saddles: FloatArray, size: StitchSize, plain: PlainPlaces) -> None:
-        """Start without a course; the arguments are those of ``stitches_between``."""
+        """Start without a course; the arguments are the same as for ``stitches_between``."""
         self.levels, self.saddles, self.size, self.plain = levels, saddles, size, plain
         self.face_width = size.width  # the unit of the distances between two courses when they are joined
         self.exact = exact_counts(levels, size)
@@ -119,7 +121,7 @@ class MadeRows:
         stacks = size.shaping == "seams" and size.multiple == 1
         self.seam_plan = seam_plan(levels, self.exact, size) if stacks else SeamPlan({}, {})
         self.seams: dict[int, IntArray] = {}  # places of the seams along each course
-        self.gores: dict[int, list[Gore]] = {}  # those of the row below a line, if its shaping is at seams
+        self.gores: dict[int, list[Gore]] = {}  # the gores of the row below a line, if its shaping is at seams
 
     def knitted(self, report_part: Callable[[float], None]) -> StitchMesh:
         """Add the rows of all bands, and join their faces to a stitch mesh."""
@@ -147,14 +149,14 @@ class MadeRows:
             self._part(band.below[0], band.above)
 
     def _join(self, below: Sequence[int], above: int) -> None:
-        """Add the rows from the courses on one or several lines to the one on the line above them."""
+        """Add the rows from the courses on one or several lines to the course on the line above them."""
         self.tube[above] = self.tube[below[0]] if len(below) == 1 else self._new_tube()
         for line, high in zip(below, self._divided(above, below), strict=True):
             if high is not None:
                 self._add_row(self._opened(self.course[line], high), high, self.tube[line], above)
 
     def _part(self, below: int, above: Sequence[int]) -> None:
-        """Add the rows from the course on a line to those on several lines above it."""
+        """Add the rows from the course on a line to the courses on several lines above it."""
         for line, low in zip(above, self._divided(below, above), strict=True):
             self.tube[line] = self._new_tube()
             if low is not None:
@@ -226,7 +228,7 @@ class MadeRows:
         return count_beside(target, self.exact[line], below, self.size)
 
     def _fit_to(self, line: int, below: int, count: int) -> None:
-        """Make the course of a limb anew if no row joins it to the stitches of the course below that it gets.
+        """Make the course of a limb again if no row can join it to the part of the course below that the limb gets.
 
         Args:
             line: number of the line of the limb.
@@ -297,7 +299,7 @@ class MadeRows:
         return float(first + np.mean(away - target.length * np.rint(away / target.length))) if target.closed else 0.0
 
     def _turns(self, target: LevelLine, count: int, below: Chain) -> bool:
-        """Whether a course is a round with so few increases or decreases that they would all stand in one place.
+        """Whether a course is a round with so few increases or decreases that all of them would stand in one place.
 
         Args:
             target: line of the course.
@@ -310,8 +312,8 @@ class MadeRows:
     def _phase(self, target: LevelLine, start: float, count: int, below: Chain, tube: int) -> float:
         """Length by which a round moves along its line [cm], up to about half a stitch.
 
-        The stitches of two rounds are equally wide. If their numbers differ, the increases and decreases stand far
-        from the place at which the rounds fit, which therefore turns from one such round of a tube to the next.
+        The stitches of two rounds are equally wide. If their numbers differ, increases and decreases stand far from the
+        place at which the rounds fit. This place therefore turns from one such round of a tube to the next.
         """
         turn = self.turns[tube] = self.turns.get(tube, 0) + 1
         fitting = below.vertices[int(GOLDEN * turn % 1.0 * len(below.edges))]
@@ -337,7 +339,7 @@ class MadeRows:
         return tuple(range(first, len(self.stitches)))
 
     def _divided(self, whole: int, limbs: Sequence[int]) -> list[Chain | None]:
-        """Divide the course on a line among those on the lines at the other side of its band."""
+        """Divide the course on a line among the courses on the lines at the other side of its band."""
         course, others = self.course[whole], [self.course[line] for line in limbs]
         if len(others) == 1:
             return [self._opened(course, others[0])]
@@ -348,7 +350,7 @@ class MadeRows:
         ]
 
     def _owners(self, whole: int, limbs: Sequence[int]) -> IntArray:
-        """Place, among some lines, of the line that gets each edge of the course on another one, shape (edges,)."""
+        """Place, in ``limbs``, of the line that gets each edge of the course on ``whole``, shape (edges,)."""
         course, others = self.course[whole], [self.course[line].vertices for line in limbs]
         position = np.array([self.points[vertex] for vertex in course.vertices])
         lines = [np.array([self.points[vertex] for vertex in vertices]) for vertices in others]
@@ -411,7 +413,7 @@ class MadeRows:
         return np.ones(count, dtype=np.int64)
 
     def _add_row(self, low: Chain, high: Chain, tube: int, line: int | None = None) -> None:
-        """Add the stitches between two chains of a tube; ``line`` is that of the upper one if it is a whole course."""
+        """Add the stitches between two chains of a tube; ``line`` is the line of the upper one if that is whole."""
         gores = None if line is None else self.gores.get(line)
         if gores is None:
             if low.closed and high.closed:

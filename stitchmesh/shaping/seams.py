@@ -2,19 +2,20 @@
 # SPDX-License-Identifier: Apache-2.0
 """Increases and decreases that are stacked at seams, where makers put them.
 
-A seam is a line along the fabric. On both of its sides one stitch is plain, and beside this stitch stand an increase or
-a decrease, which mirror each other, so that the wales of a gore, the part between two seams, stay parallel. Both ends
-of a flat row are seams. A tube has
+A seam is a line along the fabric. On both of its sides one stitch is plain, and an increase or a decrease stands beside
+this stitch. The two sides mirror each other, so that the wales of a gore, the part between two seams, stay parallel.
+Both ends of a flat row are seams. A tube has
 
 - four seams where three limbs become one: the raglan lines, from the ends of the two grafts upwards;
-- one seam for each other limb beside it, where limbs meet: the underarms of a body and of sleeves, the inner leg;
+- elsewhere, where limbs meet, one seam for each other limb beside it: the underarms of a body and of sleeves, the inner
+  leg;
 - else two seams, at its left and at its right side.
 
-Rows with increases or decreases follow one another in a rhythm that is as steady as the number of stitches that fit
-(``counts``) allows: each number differs from the one that fits by at most ``SLACK`` of a change.
+Rows with increases or decreases follow one another in a rhythm that is as steady as the exact numbers of stitches
+(``counts``) allow: each number differs from the exact number by at most ``SLACK`` of a change.
 
-The wales at the ends of a gore lean, by half of what the row is longer or shorter than the one below. Where they would
-be stretched by more than a fifth, or where a change is too coarse for a narrow round, increases and decreases are
+The wales at the ends of a gore lean by half of the difference in length between the row and the row below. Where they
+would be stretched by more than a fifth, or where a change is too coarse for a narrow round, increases and decreases are
 spread over the row (``wales``).
 """
 
@@ -45,11 +46,11 @@ COARSEST_CHANGE = 0.1
 MOST_SEAMS = 4
 """Largest number of seams of a tube."""
 FAST = 3
-"""Rows from one change to the next from which changes are on one side of a fabric that is knitted to and fro."""
+"""If changes are at least this number of rows apart, they are on one side of a fabric that is knitted to and fro."""
 AS_WIDE = 0.9
-"""Width of a round along an axis, over its largest width, from which the axis leads to its sides."""
+"""An axis leads to the sides of a round if the width along it, over the largest width, is at least this."""
 SLEEVE = 0.75
-"""Length of the shorter of two limbs that meet, over that of the longer one, up to which it is a sleeve."""
+"""The shorter of two limbs that meet is a sleeve if its length, over the length of the longer one, is at most this."""
 SAME_HEIGHT = 4
 """Largest number of courses between two sleeves that join a body at the same height."""
 SAMPLES = 4.0
@@ -80,7 +81,7 @@ class Gore:
 
 @dataclass
 class ShapedRows:
-    """Which rows have their increases and decreases where."""
+    """Where each row has its increases and decreases."""
 
     at_seams: list[bool] = field(default_factory=list)
     """Whether each row, in the order in which rows are made, has them at seams."""
@@ -104,9 +105,9 @@ class ShapedRows:
         return sum(self.along)
 
     def leaning(self, tube_of_row: Sequence[int]) -> NDArray[np.bool_]:
-        """Return whether each row is among those of its tube from the first to the last with shaping at seams.
+        """Return whether each row lies from the first to the last row of its tube with shaping at seams.
 
-        Their wales lean beside the seams.
+        The wales of these rows lean beside the seams.
         """
         tube, stacked = np.array(tube_of_row), np.array(self.at_seams, dtype=bool)
         leaning = np.zeros(len(tube), dtype=bool)
@@ -149,7 +150,7 @@ def steady_counts(exact: FloatArray, step: int, *, to_and_fro: bool = False) -> 
 
     Args:
         exact: the exact numbers, shape (n,); the first one is 0.
-        step: what the number changes by at once.
+        step: by how much the number changes at once.
         to_and_fro: whether rows are knitted to and fro: numbers then change at even places, which are rows on the right
             side if the first one is cast on, unless they change too fast.
     """
@@ -171,7 +172,7 @@ _Window = tuple[int, int, int]
 
 
 def _windows(exact: FloatArray, step: int) -> list[_Window]:
-    """Return where each change may be if no number differs from the exact one by more than ``SLACK`` of a step."""
+    """Return where each change may be, so that no number differs from the exact one by more than ``SLACK`` steps."""
     most, count, last = SLACK * step + 1e-6, 0, 1
     found: list[_Window] = []
     while len(beyond := np.flatnonzero(np.abs(exact[last:] - count) > most)):
@@ -184,7 +185,7 @@ def _windows(exact: FloatArray, step: int) -> list[_Window]:
 
 
 def _longest_rhythm(windows: Sequence[_Window], least: int, to_and_fro: bool) -> tuple[int, int, int]:
-    """Return the first place, the distance and the number of the most changes at equal distances.
+    """Return the longest sequence of changes at equal distances: its first place, the distance and its length.
 
     Args:
         windows: where each change may be.
@@ -290,8 +291,8 @@ def _steady_changes(
 ) -> list[RowChange | None]:
     """The changes of the rows between neighbouring lines that are all rings or all open, upwards.
 
-    At each end of an open row as many stitches come or go as the end moves along the course. By what a row is longer or
-    shorter within, both sides of all seams change, or both ends of a row without seams.
+    At each end of an open row as many stitches come or go as the end moves along the course. The rest of the difference
+    in length changes both sides of all seams, or both ends of a row without seams.
 
     Args:
         tube: the lines.
@@ -300,7 +301,7 @@ def _steady_changes(
         size: size of the stitches.
 
     Returns:
-        None for a row that changes too fast or at once by too large a part of it.
+        None for a row that changes too fast, or by too large a part of its stitches at once.
     """
     moved = np.zeros((len(tube) - 1, 2))
     if not tube[0].closed:
@@ -385,7 +386,8 @@ def _beside_limbs(limbs: list[LevelLine], others: FloatArray, width: float) -> d
     found: dict[int, list[FloatArray]] = {}
     for one, other in np.argwhere(tree | tree.T).tolist():
         if limbs[one].closed or limbs[other].closed:
-            # The middle of all that is nearly as near, so that rounding does not choose between equal places.
+            # Take the middle of all places that are nearly as near, so that rounding does not choose between equal
+            # places.
             near = apart[one][other] < nearest[one, other] + 0.5 * width
             found.setdefault(one, []).append(_nearest_on(limbs[one], points[one][near].mean(axis=0)))
     for point in others:
@@ -402,10 +404,10 @@ def _off_the_ends(line: LevelLine, points: FloatArray, width: float) -> FloatArr
 
 
 def _between_limbs(whole: LevelLine, limbs: list[LevelLine], older: FloatArray, width: float) -> FloatArray:
-    """The points at which a line is divided among limbs, with the nearest ones to older seams [cm], shape (n, 3).
+    """The points at which a line is divided among limbs, and the points nearest to older seams [cm], shape (n, 3).
 
-    Two limbs that are about equally wide, as legs are, leave none: their tube is shaped at its sides. Neither do limbs
-    that are all open, as those beside a neck.
+    Two limbs that are about equally wide, such as legs, leave no points: their tube is shaped at its sides. Limbs that
+    are all open, such as the parts beside a neck, leave none either.
     """
     lengths = sorted(limb.length for limb in limbs)
     if (len(limbs) == 2 and lengths[0] > SLEEVE * lengths[1]) or not any(limb.closed for limb in limbs):
@@ -443,7 +445,7 @@ def _sides(ring: LevelLine) -> FloatArray:
 
 
 def _ends_moved(low: LevelLine, high: LevelLine) -> tuple[float, float]:
-    """How far the left and the right end of a line reach beyond those of the line below, along the lines [cm]."""
+    """How far the left and the right end of a line reach beyond the ends of the line below, along the lines [cm]."""
     one, other = (
         line if line.flat is None else LevelLine(0, np.pad(line.flat, ((0, 0), (0, 1))), closed=False)
         for line in (low, high)

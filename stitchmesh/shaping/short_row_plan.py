@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Short rows where a surface asks for them: at a heel, on the outer side of a bend, where limbs meet.
 
-Rows on level lines are higher where the lines are farther apart. What a stitch is too high is carried from row to row
-along the wales. Where the sum over neighbouring stitches reaches one row, the yarn turns back and comes again, and two
-rows are taken off the sum. The sum is spread along the row first, so that runs are not shorter than a knitter would
-work.
+Rows on level lines are higher where the lines are farther apart. The excess height of each stitch is carried from row
+to row along the wales. Where neighbouring stitches have gathered more than one row (``ASKED``), the yarn turns back and
+comes again, and two rows are taken off the sum. The sum is spread along the row first, so that runs are not shorter
+than a knitter would work.
 """
 
 from __future__ import annotations
@@ -25,20 +25,20 @@ from stitchmesh.selection.parts import face_centres
 from stitchmesh.shaping.plain_places import PlainPlaces
 
 ADDED = 2.0
-"""Rows that the yarn works more where it turns back and comes again."""
+"""Additional rows that the yarn works where it turns back and comes again."""
 ASKED = 1.3
-"""Missing rows from which it does."""
+"""Missing rows from which the yarn turns back."""
 BEARABLE = 0.15
-"""Part by which a stitch may be too high without that it counts: short rows cost more stretch at their turns than they
-save where rows are only a little too high."""
+"""Part by which a stitch may be too high before the excess counts. Where rows are only a little too high, short rows
+cost more stretch at their turns than they save."""
 SHORTEST_RUN = 8
 """Stitches in the shortest run; in shorter ones the loops at the two turns are crowded."""
 FREE_AROUND = 3
 """Stitches beside a turn, and rows above and below it, without another turn, increase or decrease."""
 SPREAD = 0.25
-"""Part of what is missing that each stitch shares with its two neighbours, for each row."""
+"""Part of its missing height that each stitch shares with its two neighbours, for each row."""
 MOST_CARRIED = 6.0
-"""Rows that a place may miss at most; what a wider gap misses is left to the stretch of the stitches."""
+"""Largest number of rows that a place may miss; the stretch of the stitches fills the rest of a wider gap."""
 
 
 @dataclass(frozen=True)
@@ -113,7 +113,7 @@ def height_across(fabric: StitchMesh) -> FloatArray:
 
 
 def _faces_below(fabric: StitchMesh) -> list[IntArray]:
-    """The faces across the bottom sides of each face whose tops they are."""
+    """The faces below each face: those whose top sides meet its bottom sides."""
     found = []
     for face in range(fabric.face_count):
         start = int(fabric.face_start[face])

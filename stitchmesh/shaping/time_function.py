@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The time at which each place of a surface is knitted, counted in courses.
 
-The first time is that of a steady flow: rain falls evenly on the surface and runs off at the roots,
+The first time comes from a steady flow: rain falls evenly on the surface and runs off at the roots,
 
     -laplace(u) = 1,    u = 0 at the roots,
 
@@ -18,12 +18,11 @@ Sources: the alternation of a unit field and a Poisson equation follows Crane, W
 heat* (2013). A time whose level lines are rows: Narayanan, Albaugh, Hodgins, Coros and McCann, *Automatic machine
 knitting of 3D meshes* (2018).
 
-Summits and hollows of a function on a surface, and a smooth function without the small ones.
-
-The height of a summit above its highest saddle (its persistence) tells a limb from a bump; a bump beside an end of rows
-is measured from its saddle to that end, even if the end is lower. The part of a small summit above its saddle, and some
-surface around it, gets the harmonic function with the values at its rim. By the maximum principle it has no summit,
-whatever the triangles, because the weights of the edges are positive.
+Small summits and hollows of the time are smoothed out. The height of a summit above its highest saddle (its
+persistence) tells a limb from a bump; a bump beside an end of rows is measured from its saddle to that end, even if the
+end is lower. The part of a small summit above its saddle, with some surface around it, gets the harmonic function that
+has the given values at its rim. By the maximum principle it has no summit, whatever the triangles, because the weights
+of the edges are positive.
 
 Source: Edelsbrunner, Letscher and Zomorodian, *Topological persistence and simplification* (2002).
 """
@@ -58,9 +57,9 @@ MOST_ROUNDS = 8
 ROUNDS = 8
 """How often the direction of the gradient is renewed."""
 STEEP_WEIGHT = 8.0
-"""Weight of places where rows would be lower than a course, over that of places where they are higher."""
+"""Weight of places where rows would be lower than a course, over the weight of places where they are higher."""
 LAST_ROUNDS = 3
-"""How often it is renewed after small summits are smoothed out."""
+"""How often the direction is renewed after small summits are smoothed out."""
 INFLOW = 0.25
 """Water that enters at an end, over the length of the end times the size of the surface."""
 FLAT_SLOPE = 0.15
@@ -84,15 +83,16 @@ def neighbours(surface: TriangleSurface) -> tuple[IntArray, IntArray]:
 def summits(
     surface: TriangleSurface, values: FloatArray, kept: NDArray[np.bool_] | None = None
 ) -> list[tuple[int, float, float]]:
-    """Return the vertex of each summit, its height above the saddle where it joins a higher one, and that saddle.
+    """Return the vertex of each summit, its height above the saddle where it joins a higher summit, and that saddle.
 
-    The highest summit of a surface has infinite height. Equal values are ordered by vertex number, but those beside a
-    higher value come last, so that the level border of an end has summits apart from a bump that touches it.
+    The highest summit of a surface has infinite height. Equal values are ordered by vertex number, but vertices beside
+    a higher value come last, so that the level border of an end has summits apart from a bump that touches it.
 
     Args:
         surface: the surface.
         values: the function, shape (V,).
-        kept: whether a summit at a vertex counts as higher than those at all other ones, shape (V,); none if None.
+        kept: whether a summit at each vertex counts as higher than the summits at all other vertices, shape (V,); no
+            summit does if None.
     """
     start, beside = (part.tolist() for part in neighbours(surface))
     order = np.lexsort((np.arange(len(values)), _has_higher_neighbour(surface, values), -values)).tolist()
@@ -211,12 +211,12 @@ class Knots:
     """Vertices that share one value: the vertices of an end are one unknown, each other vertex is its own."""
 
     unknown: IntArray
-    """Unknown of each vertex, shape (V,); those of the ends come first, in their order."""
+    """Unknown of each vertex, shape (V,); the unknowns of the ends come first, in their order."""
     count: int
     """Number of unknowns."""
 
     def matrix(self, full: csr_array) -> csr_array:
-        """Return the matrix of the unknowns from that of the vertices."""
+        """Return the matrix of the unknowns from the matrix of the vertices."""
         from scipy.sparse import coo_array
 
         entries = full.tocoo()
@@ -248,7 +248,7 @@ class Knots:
 
 
 def knots(surface: TriangleSurface, ends: Ends) -> Knots:
-    """Return the unknowns of a time on a surface: those of the ends, then all other vertices."""
+    """Return the unknowns of a time on a surface: first one for each end, then one for each other vertex."""
     unknown = np.full(len(surface.vertices), -1)
     for number, end in enumerate(ends.all):
         unknown[end.vertices] = number
@@ -282,7 +282,7 @@ def given_times(ends: Ends) -> dict[int, float]:
 
 
 def even_slope(surface: TriangleSurface, time: FloatArray, ends: Ends, rounds: int = ROUNDS) -> FloatArray:
-    """Return a time [cm] whose slope is near 1, from one whose gradient has the right directions, shape (V,)."""
+    """Return a time [cm] whose slope is near 1, from a time whose gradient has the right directions, shape (V,)."""
     parts, known = knots(surface, ends), given_times(ends)
     weight = np.ones(len(surface.triangles))
     for _ in range(rounds):
@@ -300,7 +300,7 @@ def even_slope(surface: TriangleSurface, time: FloatArray, ends: Ends, rounds: i
 def whole_rows(surface: TriangleSurface, time: FloatArray, ends: Ends) -> FloatArray:
     """Move the times of all ends to whole numbers; elsewhere the gradient changes as little as possible.
 
-    Those of grafts are halves.
+    The times of grafts become halves.
 
     Args:
         surface: the surface.
@@ -346,7 +346,7 @@ def _even_time(
     surface: TriangleSurface, ends: Ends, sides: Sequence[End], course_height: float,
     report_part: Callable[[float], None],
 ) -> tuple[FloatArray, Ends]:  # fmt: skip
-    """The time above the roots in courses, shape (V,), and the ends with the tips in slits that are not among sides."""
+    """The time above the roots in courses, shape (V,), and the ends with added tips in slits that are no sides."""
     report_part(0.0)
     flow = first_flow(surface, ends)
     tips = _tips_in_slits(surface, flow, ends, sides)
@@ -377,9 +377,9 @@ def _pinched(surface: TriangleSurface, time: FloatArray) -> MeshError:
 
 
 def _without_short_limbs(surface: TriangleSurface, time: FloatArray, ends: Ends) -> Ends:
-    """The ends without those of limbs on which no row closes, if no mark chose them.
+    """The ends without the ends of limbs on which no row closes, if no mark chose them.
 
-    The leg openings of briefs are such ends, all of them; knitting then begins at the crotch between them.
+    All leg openings of briefs are such ends; knitting then begins at the crotch between them.
 
     Args:
         surface: the surface.

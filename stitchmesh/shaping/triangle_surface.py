@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A surface of triangles, fine enough to carry a function that rows are read from.
+"""A surface of triangles, fine enough for a function from which rows are read.
 
-The faces of a mesh are divided into triangles, and edges longer than a given length into halves, until none is left.
-An edge is divided for both of its triangles at once, so that the surface stays closed along it. New vertices lie on
-the given faces: the surface keeps its shape.
+The faces of a mesh are divided into triangles. Edges longer than a given length are halved until none is left. An edge
+is divided for both of its triangles at once, so that the surface stays closed along it. New vertices lie on the given
+faces: the surface keeps its shape.
 
 Gradients of functions that are linear on each triangle, and the stiffness matrix of the Laplacian (cotangent formula),
 follow Pinkall and Polthier 1993.
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
 MOST_TRIANGLES = 400_000
-"""Number of triangles beyond which edges are not divided any more, which limits the time to about a minute."""
+"""Edges are not divided any more beyond this number of triangles; this limits the time to about a minute."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,7 +123,7 @@ class TriangleSurface:
 
 
 def triangle_surface(mesh: Mesh, longest_edge: float) -> TriangleSurface:
-    """Divide the faces of a mesh into triangles whose edges are at most so long.
+    """Divide the faces of a mesh into triangles whose edges are at most ``longest_edge`` long.
 
     Args:
         mesh: the mesh.
@@ -138,7 +138,7 @@ def in_triangles(mesh: Mesh) -> TriangleSurface:
 
 
 def divided(surface: TriangleSurface, longest_edge: float) -> TriangleSurface:
-    """Divide triangles until their edges are at most so long [cm], or there are ``MOST_TRIANGLES``."""
+    """Divide triangles until their edges are at most ``longest_edge`` long [cm], or there are ``MOST_TRIANGLES``."""
     vertices, triangles = surface.vertices, surface.triangles
     while len(triangles) < MOST_TRIANGLES:
         halved = _halve_long_edges(vertices, triangles, longest_edge)
@@ -169,9 +169,9 @@ def connected_parts(surface: TriangleSurface) -> list[tuple[TriangleSurface, Int
 def without_fine_features(surface: TriangleSurface, size: float) -> TriangleSurface:
     """Return the surface without dents and ridges that are finer than a length; borders stay where they are.
 
-    A fabric spans what is finer than its stitches. The positions are those after one implicit step of diffusion in the
-    time t = ``size``^2, in which a place of mean curvature H moves by about 2 H t (Desbrun, Meyer, Schroeder and Barr,
-    *Implicit fairing of irregular meshes*, 1999).
+    A fabric spans features that are finer than its stitches. The positions follow from one implicit step of diffusion
+    over the time t = ``size``^2, in which a place of mean curvature H moves by about 2 H t (Desbrun, Meyer, Schroeder
+    and Barr, *Implicit fairing of irregular meshes*, 1999).
 
     Args:
         surface: the surface.

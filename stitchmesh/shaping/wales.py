@@ -5,7 +5,7 @@
 The stitches of a course are equally wide. Between a course and the next, wale edges join vertices so that the sum of
 their squared lengths is small and few stitches are increases or decreases. The choice is a shortest path through the
 pairs of vertices (dynamic programming); increases and decreases cost more beside others of the same row and above
-those of the rows before, so that they are spread out.
+others of earlier rows, so that they spread out.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ SHAPING = 3.0
 DOUBLE_SHAPING = 12.0
 """Cost of an increase or a decrease by two loops."""
 APART = 5
-"""Stitches between two increases or decreases of a row from which they do not cost more."""
+"""If at least this number of stitches lies between two increases or decreases of a row, they cost no more."""
 CROWDED = 4.0
 """Cost of an increase or a decrease directly beside another one."""
 ABOVE = 4.0
 """Cost of an increase or a decrease directly above another one."""
 MOVES = ((1, 1), (1, 2), (2, 1), (1, 3), (3, 1))
-"""Loops below and above of the stitches that a row may have."""
+"""The numbers of loops below and above that a stitch of a row may have."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,8 +6,8 @@ The count of a course edge is its length divided by the stitch width. All wale e
 mean length divided by the stitch height, so that the two wale edges of every face agree.
 
 Each edge of the mesh is divided into whole stitches, at least one. Stitches can therefore not be wider or higher than
-the faces of the mesh. Where faces are much smaller, as on a fine mesh or on a mesh in a wrong unit, the size that was
-asked for is not possible.
+the faces of the mesh. Where faces are much smaller, as on a fine mesh or on a mesh in a wrong unit, the requested size
+is not possible.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ from stitchmesh.memory_need import BYTES_PER_STITCH_OF_GARMENT, GIGABYTE, check_
 from stitchmesh.mesh import BOTTOM, FloatArray, IntArray, StitchMesh
 
 ALLOWED_DEVIATION = 0.2
-"""Relative deviation of the median from the size that was asked for, above which a warning is given."""
+"""A warning is given if the median deviates from the requested size by more than this part of it."""
 SMALLEST_RATIO = 0.25
-"""Median divided by the size that was asked for, below which the size is refused."""
+"""A size is refused if the median, divided by the requested size, is below this."""
 DIGITS = 9
-"""Decimal digits to which that ratio is rounded, so that no last bit decides."""
+"""Decimal digits to which this ratio is rounded, so that the last bit does not decide."""
 logger = logging.getLogger(__name__)
 
 EdgeName = int | tuple[int, int]
@@ -47,16 +47,16 @@ def reached_sizes(fabric: StitchMesh) -> dict[str, dict[str, float]]:
 
 
 def doubt_of_size(labeled: StitchMesh, counts: IntArray, stitch_width: float, stitch_height: float) -> str:
-    """Refuse a stitch size that is far from possible, and say in one line where it is not met; no text if it is met.
+    """Refuse a stitch size that is far from possible, and say in one line where it is not met; else no text.
 
     Args:
         labeled: the labeled mesh.
         counts: number of stitches along each edge that follows from the size, shape (E,).
-        stitch_width: wale spacing that was asked for [cm].
-        stitch_height: course spacing that was asked for [cm].
+        stitch_width: requested wale spacing [cm].
+        stitch_height: requested course spacing [cm].
 
     Raises:
-        TessellationError: the median of the stitches' widths or heights is less than a quarter of what was asked for.
+        TessellationError: the median of the stitches' widths or heights is less than a quarter of the requested size.
     """
     wale = labeled.is_wale[labeled.edge_side]
     length = labeled.side_length[labeled.edge_side]
@@ -112,7 +112,7 @@ def counts_and_doubt(
 ) -> tuple[IntArray, str]:
     """Return the number of stitches along each edge, shape (E,), and why the size may be wrong, or no text.
 
-    The arguments and the errors are those of ``edge_counts``.
+    The arguments and the errors are the same as for ``edge_counts``.
     """
     _check_size(labeled, stitch_width, stitch_height)
     first = labeled.edge_side

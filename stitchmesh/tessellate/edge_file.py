@@ -92,7 +92,7 @@ def parse_edge_settings(lines: Iterable[str], name: str) -> EdgeSettings:
 
     Args:
         lines: the lines.
-        name: what holds the lines, for messages.
+        name: name of the source of the lines, for messages.
 
     Raises:
         FileError: a line has another form; the message names the line.

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Colours of rows in pictures.
 
-Rows alternate between two tones, and the hue changes gradually along the garment. The colours of yarns are those of
-their palette (``mesh.palette``).
+Rows alternate between two tones, and the hue changes gradually along the garment. Yarns have the colours of their
+palette (``mesh.palette``).
 """
 
 from __future__ import annotations

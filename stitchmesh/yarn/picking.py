@@ -42,7 +42,7 @@ class PickedYarn:
 
 
 def yarn_picking_table(yarns: YarnSet) -> YarnPickingTable:
-    """Prepare yarns for picking; of periodic yarns, the segments are picked where they are stored."""
+    """Prepare yarns for picking; the segments of periodic yarns are picked at their stored positions."""
     corners = yarns.points[yarns.segment_points]
     if yarns.point_shift is not None:
         corners = corners + yarns.point_shift
@@ -64,7 +64,7 @@ def pick_yarn(table: YarnPickingTable, origin: ArrayLike, direction: ArrayLike) 
     ray = np.asarray(direction, dtype=np.float64) / np.linalg.norm(direction)
     from_start, chord = table.start - begin, table.end - table.start
     depth, step = from_start @ ray, chord @ ray
-    # What counts is the distance from the ray, that is across it.
+    # Only the distance across the ray counts.
     across, leaning = from_start - depth[:, None] * ray, chord - step[:, None] * ray
     square = np.maximum(np.einsum("ij,ij->i", leaning, leaning), np.finfo(np.float64).tiny)
     share = np.clip(-np.einsum("ij,ij->i", across, leaning) / square, 0.0, 1.0)
@@ -83,7 +83,7 @@ def pick_yarn(table: YarnPickingTable, origin: ArrayLike, direction: ArrayLike) 
 
 
 def length_between(yarns: YarnSet, first: PickedYarn, second: PickedYarn) -> float | None:
-    """Return the length of yarn between two places of one yarn [cm], the shorter way of a closed yarn; else None."""
+    """Return the length of yarn between two places [cm], the shorter way if it is closed; None for two yarns."""
     if first.yarn != second.yarn:
         return None
     length = abs(second.along - first.along)

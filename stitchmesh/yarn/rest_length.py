@@ -7,24 +7,23 @@ The rest length l of a segment becomes
     l * a * factor * factor of its stitch type * factor of its row * factor of its yarn * factors of its part
 
 If a loop length is given (Yuksel et al. 2012, section 6.3), a = loop length / rest length of the yarn in the stitch,
-so that every plain stitch has the loop length before the factors are applied; otherwise a = 1. Plain stitches are the
-knit and purl stitches inside the fabric that are not part of a cable. All other yarn that stitches made (increases,
-decreases, cables, row ends with their turns, cast-on and bind-off) takes the median of a over the plain stitches, so
-that its length relative to plain stitches does not change. Floats behind stitches of other yarns take the median too:
-a float is no part of the loop that it starts from, and that loop has the loop length beside its float. Yarn that no
-stitch made keeps its rest length.
+so that every plain stitch has the loop length before the factors are applied; without a loop length, a = 1. Plain
+stitches are the knit and purl stitches inside the fabric that are not part of a cable. All other yarn that stitches
+made (increases, decreases, cables, row ends with their turns, cast-on and bind-off) takes the median of a over the
+plain stitches, so that its length relative to plain stitches does not change. Floats behind stitches of other yarns
+take the median too: a float is no part of the loop that it starts from, and that loop has the loop length without the
+float. Yarn that no stitch made keeps its rest length.
 
 A segment extends approximately from its second to its third control point, and belongs to the stitch and to the row of
-the second one. The yarn of a plain stitch consists of its own foot and legs and of the head that they are drawn
-through. Together these are as long as one loop.
+its second control point. The yarn of a plain stitch consists of its own foot and legs and of the head through which
+they are drawn. Together these are as long as one loop.
 
 The parts whose yarn length varies most have names (Leaf et al. 2018, section 6.1). A slip stitch has a *float*, the
 yarn of its own row that passes the stitch, and a *held* loop, which comes from a row below. The row of a segment
 distinguishes the two. A tuck has a held loop as well, but its own yarn is a loop and not a float. Yarn that is carried
 along a row behind stitches of other yarns is also a float; it belongs to the stitch that it comes from. The *warp* of a
-weave advances along the second period of the lattice, the *weft* along the first.
-
-Rest lengths from marks on a yarn that state the length of yarn up to the next mark.
+weave advances along the second period of the lattice, the *weft* along the first. Rest lengths can also come from marks
+on a yarn, each of which states the length of yarn up to the next mark.
 """
 
 from __future__ import annotations
@@ -298,8 +297,8 @@ def _segments_of_weave(yarns: YarnSet, name: str) -> NDArray[np.bool_]:
 def marked_stretches(marks: Mapping[float, float], lengths: FloatArray) -> FloatArray:
     """Return the factor of each segment's length that gives the parts between marks their stated lengths.
 
-    A segment belongs to the part in which its middle lies. What lies before the first mark, or in a part that is stated
-    to have no length, keeps its length. The last mark reaches to the end of the yarn.
+    A segment belongs to the part in which its middle lies. Segments before the first mark, and segments in a part whose
+    stated length is zero, keep their length. The last mark reaches to the end of the yarn.
 
     Args:
         marks: place of each mark, in segments from the start of the yarn, and the length up to the next one [cm].

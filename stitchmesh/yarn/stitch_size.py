@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The sizes of stitches, and the sizes and the mass of their yarn, by the name of a yarn, a gauge and single values."""
+"""The sizes of stitches, and the sizes and mass of their yarn, from the name of a yarn, a gauge and single values."""
 
 from __future__ import annotations
 
@@ -39,13 +39,13 @@ def stitch_size(
 ) -> StitchMeasures:  # fmt: skip
     """Return the sizes of a stitch and of its yarn, and the mass of the yarn.
 
-    A given length is returned unchanged. The other sizes follow from the yarn and the gauge; the gauge is that of the
-    yarn if it is not given. A stitch width without a gauge replaces the gauge of the yarn, in the proportions of
-    stockinette.
+    A given length is returned unchanged. The other sizes follow from the yarn and the gauge; without a given gauge,
+    they follow from the usual gauge of the yarn. A stitch width without a gauge replaces the gauge of the yarn, in the
+    proportions of stockinette.
 
     Args:
         yarn: a yarn, or its name (``Yarn.named``).
-        gauge: stitches and rows in 10 cm, also as a text such as ``22`` or ``22x30``.
+        gauge: stitches and rows in 10 cm, or a text such as ``22`` or ``22x30``.
         stitch_width: wale spacing [cm].
         stitch_height: course spacing [cm].
         yarn_radius: radius of the core of the yarn [cm].
@@ -82,7 +82,7 @@ def stitch_size(
 def _gauge(
     yarn: Yarn | None, gauge: Gauge | None, stitch_width: float | None, stitch_height: float | None
 ) -> Gauge | None:
-    """Return the gauge that is given, or that of the stitch width, or that of the yarn; None without any of them."""
+    """Return the given gauge, else the gauge of the stitch width, else the gauge of the yarn, else None."""
     if gauge is not None:
         for name, length in {"stitch width": stitch_width, "stitch height": stitch_height}.items():
             if length is not None:
@@ -97,21 +97,21 @@ def _gauge(
 def fabric_gauge(fabric: StitchMesh) -> Gauge:
     """Return the gauge of the median stitch of a fabric.
 
-    The wale spacing is the median length of the course sides, and the course spacing that of the wale sides.
+    The wale spacing is the median length of the course sides, the course spacing the median length of the wale sides.
     """
     width, height = (float(np.median(fabric.side_length[sides])) for sides in (~fabric.is_wale, fabric.is_wale))
     return Gauge.of_stitch(width, height)
 
 
 def yarn_gauge(yarns: YarnSet, fabric: StitchMesh) -> Gauge | None:
-    """Return the gauge that yarns have reached: that of the median distances between neighbouring stitches.
+    """Return the gauge that yarns have reached, from the median distances between neighbouring stitches.
 
-    A stitch is where the middle of its control points is. Neighbours in a row share a wale side, neighbours in a wale a
-    course side.
+    The place of a stitch is the middle of its control points. Neighbours in a row share a wale side, neighbours in a
+    wale a course side.
 
     Args:
         yarns: the yarns, for example after their relaxation.
-        fabric: the stitches of which they were made.
+        fabric: the stitches from which the yarns were made.
 
     Returns:
         The gauge; None if no two neighbours of a row or of a wale have yarn, as in a fabric of one row.

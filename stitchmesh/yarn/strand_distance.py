@@ -25,7 +25,7 @@ NEIGHBOURS = 48
 
 @dataclass(frozen=True, eq=False)
 class _Chords:
-    """Chords along yarns, those of the near images of a periodic cell included."""
+    """Chords along yarns, including the chords in the near images of a periodic cell."""
 
     start: FloatArray
     """Start of each chord [cm], shape (n, 3)."""
@@ -40,14 +40,15 @@ class _Chords:
 
 
 def strand_distance(yarns: YarnSet, *, within: float | None = None) -> FloatArray:
-    """Return the gap between the surface of each segment and that of the nearest other strand [cm], shape (S,).
+    """Return the gap between the surface of each segment and the surface of the nearest other strand [cm], shape (S,).
 
-    The gap is measured from the middle of the segment. It is negative where the yarns are pressed together, since the
-    radius is that of yarn without pressure.
+    The gap is measured from the middle of the segment. It is negative where the yarns are pressed together, because the
+    radius belongs to yarn without pressure.
 
     Args:
         yarns: the yarns; on a lattice, the strands of the repeats around the cell count too.
-        within: largest gap that is searched [cm]; gaps beyond it have this value. By default four of the largest radii.
+        within: largest gap that is searched [cm]; gaps beyond it have this value. By default four times the largest
+            radius.
     """
     from scipy.spatial import cKDTree
 

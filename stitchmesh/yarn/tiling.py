@@ -11,7 +11,7 @@ are closed: a strand continues until it returns to its first copy.
 
 Faces are numbered tile by tile, first along the courses and then along the wales. Rows are numbered by rows of tiles.
 The row of a control point that no stitch made is the number of its yarn. A control point in a tile outside the box has
-the labels of the tile inside the box that is equal to it by the period of the box.
+the labels of the tile inside the box from which it differs by periods of the box.
 """
 
 from __future__ import annotations

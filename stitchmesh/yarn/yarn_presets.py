@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Hand-knitting yarns by name, and the gauge at which they are knitted.
 
-The table holds what is published: the stitches in 4 inches (10.16 cm) of stockinette and the needle of the Craft Yarn
-Council's standard yarn weight system, the wraps per inch (WPI) of Spin-Off's chart, in which yarn is wound side by side
-around a ruler, and the length of 100 g that shops state. All sizes are derived from the middle of a range:
+The table holds published values. The Craft Yarn Council's standard yarn weight system gives the stitches in 4 inches
+(10.16 cm) of stockinette and the needle. Spin-Off's chart gives the wraps per inch (WPI), for which yarn is wound side
+by side around a ruler. Shops state the length of 100 g. All sizes are derived from the middle of a range:
 
     stitch width      w = 10.16 cm / stitches
     stitch height     h = w / 1.3, with Munden's ratio of course and wale counts in relaxed stockinette
@@ -13,10 +13,10 @@ around a ruler, and the length of 100 g that shops state. All sizes are derived 
     apparent radius   R = 2.54 cm / WPI / 2
     weight            m = 100 g / length
 
-Yarn is soft and hairy: what the eye sees is thicker than what resists. Loops of incompressible yarn at Peirce's loop
-length of 16.67 diameters would be 8.2 radii wide, but hand-knitted stitches are 4 to 5 apparent radii wide. A yarn
-therefore has two radii. Its core, with 16.2 diameters in a loop, is what touches in a simulation. Its apparent radius,
-1.2 to 2 times that of the core, is what a picture shows; fibres of adjacent yarns overlap there.
+Yarn is soft and hairy: its visible part is thicker than the part that resists compression. Loops of incompressible yarn
+at Peirce's loop length of 16.67 diameters would be 8.2 radii wide, but hand-knitted stitches are 4 to 5 apparent radii
+wide. A yarn therefore has two radii. The core, with 16.2 diameters in a loop, touches other yarns in a simulation. The
+apparent radius, 1.2 to 2 times the core radius, is the radius in a picture; fibres of adjacent yarns overlap there.
 """
 
 from __future__ import annotations
@@ -170,7 +170,7 @@ class _YarnWeight:
     """One row of the table: the lowest and the highest value of each range."""
 
     names: tuple[str, ...]
-    """Names of the yarn; the first one is its own."""
+    """Names of the yarn; ``Yarn.name`` is the first one."""
     stitches: tuple[float, float]
     """Stitches in 10.16 cm of stockinette."""
     needle: tuple[float, float]
@@ -206,8 +206,8 @@ _TABLE = (
     _YarnWeight(("bulky", "chunky"), (12, 15), (5.5, 8.0), (8, 9), (100, 130)),
     _YarnWeight(("super-bulky", "super-chunky"), (6, 11), (8.0, 12.75), (7, 7), (50, 100)),
 )
-"""Yarns from thin to thick. Wraps of the first and the last yarn are one-sided ranges (18 or more, 7 or fewer), of
-which the bound is taken; so are the needle and the length of the last yarn (8 mm and more, less than 100 m)."""
+"""Yarns from thin to thick. Wraps of the first and the last yarn are one-sided ranges (18 or more, 7 or fewer), whose
+bound is taken. The same holds for the needle and the length of the last yarn (8 mm and more, less than 100 m)."""
 
 _NAMED = {name: row.yarn() for row in _TABLE for name in row.names}
 
@@ -218,5 +218,5 @@ def yarn_names() -> tuple[str, ...]:
 
 
 def yarn_for_gauge(gauge: Gauge) -> Yarn:
-    """Return the named yarn whose usual number of stitches is nearest, by ratio, to that of a gauge."""
+    """Return the named yarn whose usual number of stitches is nearest, by ratio, to the number of a gauge."""
     return min(_NAMED.values(), key=lambda yarn: abs(math.log(yarn.gauge.stitches / gauge.stitches)))

@@ -113,9 +113,9 @@ class YarnSet:
 
     Pictures and files for renderers draw yarns with it. The relaxation never reads it."""
     mass_per_length: FloatArray = field(default_factory=_no_numbers)
-    """Mass of a length of each yarn [g/cm], shape (Y,); not a number where a yarn states no mass, as by default.
+    """Mass of a length of each yarn [g/cm], shape (Y,); NaN where a yarn states no mass, which is the default.
 
-    A stated mass goes before the mass of the material."""
+    A stated mass has precedence over the mass of the material."""
 
     def __post_init__(self) -> None:
         kinds = {"points": np.float64, "start": np.int64, "closed": np.bool_, "radius": np.float64,
@@ -202,7 +202,7 @@ class YarnSet:
         return np.where(np.isnan(self.mass_per_length), unstated, self.mass_per_length)
 
     def mass(self, unstated: float) -> float:
-        """Return the mass of all yarn [g]; ``unstated`` is that of a length of yarns that state no mass [g/cm]."""
+        """Return the mass of all yarn [g]; ``unstated`` is the mass of a length of yarn that states none [g/cm]."""
         return float(self.masses_per_length(unstated)[self.segment_yarn] @ self.lengths)
 
     @property

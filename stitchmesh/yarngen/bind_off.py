@@ -25,8 +25,9 @@ SMALL_RING_LOOPS = 16
 """Largest number of loops of a small border ring. Such a ring is too short for a chain bind-off; knitters break the
 yarn and draw it through these loops."""
 DRAWN_OUT = 2.0
-"""Width of a stitch of a chain above over that below from which a yarn is drawn through its row, if the row has no more
-loops than a small ring: in a notch, the loops of a chain would be drawn out so far that they miss one another."""
+"""A yarn is drawn through a row with no more loops than a small ring if a stitch of a chain would be more than this
+many times as wide as the stitch below. In a notch, the loops of a chain would be drawn out so far that they miss one
+another."""
 
 
 def with_bind_off(fabric: StitchMesh, height: float = DRAWN_HEIGHT) -> StitchMesh:
@@ -36,7 +37,7 @@ def with_bind_off(fabric: StitchMesh, height: float = DRAWN_HEIGHT) -> StitchMes
 
     Args:
         fabric: stitch faces.
-        height: height of the new faces, over the mean height of the stitches below; those of ``drawn_sides`` always
+        height: height of the new faces, over the mean height of the stitches below; faces above ``drawn_sides`` always
             have ``DRAWN_HEIGHT``.
     """
     sides = np.flatnonzero((fabric.side_role == TOP) & (fabric.twin == BORDER))
@@ -76,7 +77,7 @@ def with_bind_off(fabric: StitchMesh, height: float = DRAWN_HEIGHT) -> StitchMes
 def _with_one_yarn_per_bind_off(whole: StitchMesh, first: int) -> StitchMesh:
     """The mesh with one yarn in each bind-off row: the most frequent yarn of the stitches below it.
 
-    Of equally frequent yarns the one with the lowest number is taken.
+    If several yarns are equally frequent, the row takes the lowest number.
 
     Args:
         whole: the stitch mesh with its bind-off rows.
@@ -93,7 +94,7 @@ def _with_one_yarn_per_bind_off(whole: StitchMesh, first: int) -> StitchMesh:
 def drawn_sides(fabric: StitchMesh) -> IntArray:
     """Return the top sides through whose loops a yarn is always drawn, because a chain has no room there.
 
-    They are those of small rings, such as a crown or a fingertip, of touching borders, and of short rows in a notch.
+    They belong to small rings, such as a crown or a fingertip, to touching borders, and to short rows in a notch.
     """
     found = [loop for loop in fabric.boundary_loops if len(loop) <= SMALL_RING_LOOPS and _is_top(fabric, loop).all()]
     found += [loop[_is_top(fabric, loop)] for loop in _touching_borders(fabric)]
@@ -136,9 +137,9 @@ def _is_top(fabric: StitchMesh, sides: IntArray) -> NDArray[np.bool_]:
 
 
 def _touching_borders(fabric: StitchMesh) -> list[IntArray]:
-    """Return the sides of each border that has no room for a chain between itself and another one.
+    """Return the sides of each border that has no room for a chain between itself and another border.
 
-    They touch, as where a fabric was separated.
+    The two borders touch, for example where a fabric was separated.
     """
     from scipy.spatial import cKDTree
 

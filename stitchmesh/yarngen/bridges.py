@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Bridges and tails: yarn that does not continue in the face across the side.
+"""Bridges and tails, where yarn leaves a face through a side but does not continue in the face across it.
 
 A crossing is a place where yarn crosses a side of a stitch face. It has the number ``side * SLOTS + slot``. Yarn that
 leaves a face through a crossing normally continues in the face across that side (``tracing.py``). There are two

@@ -45,7 +45,7 @@ def crowded_points(yarns: YarnSet, within: float) -> IntArray:
 
 
 def _pairs_that_may_touch(yarns: YarnSet, within: float) -> tuple[IntArray, FloatArray]:
-    """Segments of which sample points are close, shape (n, 2), and the distances of the points [cm], shape (n,)."""
+    """Segments with sample points that are close, shape (n, 2), and the distances of the points [cm], shape (n,)."""
     points = np.concatenate(
         [
             curve[: len(curve) // SAMPLES_PER_SEGMENT * SAMPLES_PER_SEGMENT]

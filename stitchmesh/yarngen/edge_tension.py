@@ -2,24 +2,23 @@
 # SPDX-License-Identifier: Apache-2.0
 """Tension at the edges of a fabric: a knitter works first and last rows, and ribs at edges, with shorter loops.
 
-Backward loops and the loops of a chain are drawn as high as plain stitches, and nothing pulls them together: with the
-drawn lengths at rest they hang as floppy loops. A rib at an edge is worked on a needle that is two sizes smaller, such
-as 4.0 mm in the place of 4.5 mm, which shortens its loops by a tenth. A rib that goes over the whole fabric keeps its
-loops.
+Backward loops and the loops of a chain are drawn as high as plain stitches, and nothing pulls them together. If they
+had the drawn lengths at rest, they would hang loosely. A rib at an edge is worked on a needle that is two sizes
+smaller, such as 4.0 mm in the place of 4.5 mm, which shortens its loops by a tenth. A rib that covers the whole fabric
+keeps the size of its loops.
 
 Where a first or last row is drawn out, as at its ends beside a corner of the fabric, its loops are drawn longer than
 others. A knitter does not work them so: no loop is drawn more than ``LONGEST`` times the median of its row.
 
-Rest lengths of the yarn in decreases and increases: a knitter works the same length of yarn into every loop.
+In decreases and increases too, a knitter works the same length of yarn into every loop. A decrease holds two or three
+loops of the row below in the place of one stitch, and its face is wider than that of a plain stitch. Its drawing
+therefore contains more yarn than a knitter works into it: the heads of the loops that it holds and the feet and legs of
+its own loop are up to half longer than those of plain stitches. If it had these lengths at rest, a decrease would stand
+out as a lump.
 
-A decrease holds two or three loops of the row below in the place of one stitch, and its face is wider than that of a
-plain stitch. Its drawing therefore contains more yarn than a knitter works into it: the heads of the loops that it
-holds and the feet and legs of its own loop are up to half longer than those of plain stitches. With these lengths at
-rest a decrease stands out as a lump.
-
-The rest length of each head in a decrease or an increase, and that of the feet and legs of a decrease, is therefore the
-mean drawn length of the same parts in the plain stitches of its row, or of the whole fabric if the row has few, times
-``HELD``. It is never longer than drawn.
+Each head in a decrease or an increase, and the feet and legs of a decrease, therefore get another rest length: the mean
+drawn length of the same parts in the plain stitches of the row, or of the whole fabric if the row has few, times
+``HELD``. It is never longer than the drawn length.
 """
 
 from __future__ import annotations
@@ -39,14 +38,14 @@ CAST_ON, CHAIN, RIB = 0.7, 0.9, 0.9
 LONGEST = 1.1
 """Longest loop of a first or last row over the median of its row; longer ones are shortened to it."""
 RIB_SHARE = 0.2
-"""Smallest part of the plain stitches of a row of rib that are knit, and that are purled."""
+"""In a row of rib, at least this part of the plain stitches is knit, and at least this part is purl."""
 SAME_SHARE = 0.9
-"""Smallest part of the stitches of two rows of a rib that are above a stitch of their own kind."""
+"""In two neighbouring rows of a rib, at least this part of the stitches stands above a stitch of its own kind."""
 PLAIN = (Stitch.KNIT, Stitch.PURL)
 FEWEST_PLAIN = 4
 """Smallest number of plain stitches of a row that give the lengths for its other stitches."""
 HELD = 1.05
-"""Length of the yarn in a decrease, divided by that in a plain stitch: it lies around several loops."""
+"""Length of the yarn in a decrease, divided by the length in a plain stitch, because it lies around several loops."""
 SHORTEST_RATIO = 0.6
 """Smallest rest length divided by drawn length; the relaxation starts from a strain of at most two thirds."""
 
@@ -68,7 +67,7 @@ def edge_tension(fabric: StitchMesh, edge: IntArray, parts: PlacedParts) -> Floa
 
 
 def _share_of_long_loops(fabric: StitchMesh, faces: IntArray, parts: PlacedParts) -> FloatArray:
-    """Return the share of the yarn in each face that is not longer than in the other faces of its row, shape (n,)."""
+    """Return the share of its yarn that each face keeps, so that no loop is too long for its row, shape (n,)."""
     drawn: FloatArray = np.bincount(parts.face, parts.lengths, fabric.face_count)[faces] / np.maximum(
         fabric.n_bottom[faces], fabric.n_top[faces]
     )

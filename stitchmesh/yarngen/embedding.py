@@ -67,7 +67,7 @@ def place_parts(
         fabric: stitch faces.
         radius: yarn radius [cm].
         points_per_stitch: points along one plain loop; other parts have points in proportion to their length.
-        corner_position: positions of the corners of the faces [cm], shape (C, 3); those of the fabric if not given.
+        corner_position: positions of the corners of the faces [cm], shape (C, 3); by default the corners of the fabric.
         edge: templates of the faces of first and last rows (``Edge``), shape (F,); the templates of their stitches if
             not given.
 

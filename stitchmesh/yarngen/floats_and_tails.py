@@ -9,9 +9,9 @@ between two stitches, the yarn with the lower number crosses the wale side below
 therefore keep the same order along the whole row and never twist around each other. Where a row has more than two
 yarns, others float past such a change. All lanes then have heights of their own, and are further behind
 (``DEEP_CLEARANCE``): a yarn reaches the height of its lane in front of the other lanes, and passes between them. A
-knitter makes such a float no longer than one directly behind the stitches, whose length it has at rest. With the drawn
-length it is slack, and its loops sink into the fabric, each by another amount. A yarn is cut where its float would be
-too long.
+knitter makes such a float no longer than a float directly behind the stitches, so it has the rest length of that float.
+With its drawn length it would be slack, and its loops would sink into the fabric, each by another amount. A yarn is cut
+where its float would be too long.
 """
 
 from __future__ import annotations
@@ -134,7 +134,7 @@ class FloatRows:
         Args:
             faces: the faces, from left to right.
             yarn: number of the yarn.
-            clearance: distance behind the deepest yarn of each face [radii]; that of the row if it is None.
+            clearance: distance behind the deepest yarn of each face [radii]; the clearance of the row if it is None.
         """
         count = max(2, round(self.points_per_width))
         shares = (np.arange(count) + 0.5) / count

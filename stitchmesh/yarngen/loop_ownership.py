@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Which yarn of a stitch belongs to the loop below, through which the stitch is worked, and which to the stitch itself.
+"""Tells the yarn of a stitch from the yarn of the loop below, through which the stitch is worked.
 
 Row and yarn numbers distinguish the two, except in a periodic fabric of one row, where a stitch is worked through its
 own image.

@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Other colours on yarns that exist already.
 
-Colours change no topology: yarns, relaxed or not, stay where they are if the colours of their palette change, or if the
-numbers of the yarns change and each yarn still takes the same way. The numbers decide the ways in three places: the
-yarns of a row lie in the order of their numbers (``floats_and_tails``), a row end is joined to a row end of the same
-number (``row_ends``), and a yarn is cut where rows of different numbers meet side by side.
+Colours do not change the topology. Yarns, relaxed or not, stay where they are if the colours of their palette change.
+They also stay if the numbers of the yarns change but each yarn takes the same way. The numbers decide the ways in three
+places: the yarns of a row lie in the order of their numbers (``floats_and_tails``), a row end is joined to a row end of
+the same number (``row_ends``), and a yarn is cut where rows of different numbers meet side by side.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ def changes_colours_only(changes: Sequence[Change]) -> bool:
 def keeps_yarn_routes(before: StitchMesh, after: StitchMesh) -> bool:
     """Return whether the yarns of two fabrics, which differ in the numbers of their yarns only, take the same ways.
 
-    The answer may be False for fabrics whose yarns take the same ways, but it is never True for others.
+    The answer may be False although the yarns take the same ways, but it is never True if they do not.
     """
     if np.array_equal(before.yarn, after.yarn):
         return True

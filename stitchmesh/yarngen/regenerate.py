@@ -2,11 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Yarns of an edited fabric, placed by the relaxed yarns of the fabric before the edit.
 
-An edit discards the relaxation; Leaf et al. 2018 name this as their first limitation. Here the yarns are generated
-twice, from the fabric before the edit and from the edited fabric. A new control point that coincides with an old one
-belongs to a stitch that the edit did not change; the point takes the relaxed position of the old one. All other new
-control points follow the displacement field of the unchanged ones. The displacement u(x) from generated to relaxed
-positions is known at the unchanged points. A changed point x takes
+In the program of Leaf et al. 2018 an edit discards the relaxation; they name this as their first limitation. Here the
+yarns are generated twice, from the fabric before the edit and from the edited fabric. A new control point that
+coincides with an old one belongs to a stitch that the edit did not change; the point takes the relaxed position of the
+old one. All other new control points follow the displacement field of the unchanged ones. The displacement u(x) from
+generated to relaxed positions is known at the unchanged points. A changed point x takes
 
     u(x) = the value at x of the affine map that fits u best at its nearest unchanged neighbours x_k,
     with weights w_k = exp(-|x_k - x|^2 / h^2) / (|x_k - x|^2 / h^2 + 1e-2)
@@ -62,7 +62,7 @@ def regenerate_yarns(
     """Yarns of an edited fabric: as generated, and at the positions at which a new relaxation starts.
 
     Pass both results to ``relax_yarns(generated, keep_shape=after, run=Run(start=blended))``. ``relax_edited`` does so,
-    and also relaxes fabrics of which hardly any stitch is unchanged.
+    and also relaxes a fabric if hardly any of its stitches is unchanged.
 
     Args:
         relaxed: relaxed yarns of the fabric before the edit.
@@ -150,8 +150,8 @@ def _as_edited(
 ) -> YarnSet:
     """Return the yarns of the edited fabric before its stitches were evened out, whose points coincide with old ones.
 
-    These yarns may be too close together for a relaxation. If evening out has changed the number of their points, for
-    example of a float, the new yarns are returned.
+    These yarns may be too close together for a relaxation. If evening out has changed the number of points, for example
+    of a float, the result is the new yarns.
     """
     if evened is None:
         return new
@@ -219,8 +219,8 @@ def _faded(points: FloatArray, shift: FloatArray, changed: FloatArray, width: fl
 def _rest_lengths(relaxed: YarnSet, old: YarnSet, new: YarnSet, old_number: IntArray) -> FloatArray:
     """Rest lengths of the new yarns [cm], shape (S,).
 
-    The generated rest lengths are multiplied by the ratio of relaxed to generated rest length before the edit:
-    unchanged segments by their own ratio, the other segments by the median of all ratios.
+    The generated rest lengths are multiplied by the ratio of relaxed to generated rest length before the edit. An
+    unchanged segment takes its own ratio, every other segment the median of all ratios.
     """
     factor = relaxed.rest_length / old.rest_length
     segment_of = np.full(len(old.points), -1)

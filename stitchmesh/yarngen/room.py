@@ -3,25 +3,24 @@
 """Room for the yarns where a surface is folded more sharply than a stitch.
 
 At the corners of a mouth or between toes, two parts of a surface come closer to each other than the centre lines of two
-yarns may start. A fabric spans such places. Stitches around them are therefore smoothed, each vertex by half of the way
-to the mean of its neighbours, and the yarns are looked at again, until they have room. All other stitches stay where
-they are. Borders stay too at first. If the yarns get no room so, the vertices of borders are also moved, towards their
-neighbours on the border, and only its corners stay: mesh relaxation can press the vertices of a border together. A ring
-that is moved all around, as at a tip, keeps its length: without, it would shrink to a point.
+yarns may start. A fabric spans such places. Stitches around them are therefore smoothed: each vertex moves by half of
+the way to the mean of its neighbours, and the yarns are generated again, until they have room. All other stitches stay
+where they are. Borders stay too at first. If the yarns get no room in this way, the vertices of borders also move,
+towards their neighbours on the border, and only the corners stay: mesh relaxation can press the vertices of a border
+together. A ring that is moved all around, as at a tip, keeps its length; otherwise it would shrink to a point.
 
-A row can end where a border is straight, as where the front of a cardigan passes smoothly into its neck. Its last
-stitch then has two sides along one line, between which its yarns have little room or none. If they have none, or its
-loops do not hold, its corner is moved away from the stitch first, by a fifth of a stitch.
+A row can end where a border is straight, for example where the front of a cardigan passes smoothly into its neck. The
+last stitch of the row then has two sides along one line, between which its yarns have little room or none. If they have
+none, or if its loops do not hold, the corner between these sides is first moved away from the stitch, by a fifth of a
+stitch.
 
 Two layers of a fabric that lie too close, such as a brim that is folded up, get no room by smoothing. They are then
 moved apart (``layers_apart``). Beside a sewn seam, as at a shoulder, the loops at the borders of two layers can hang in
 each other although their yarns have room (``check_loops``); layers are then moved apart further.
 
-Room between two layers of a fabric that lie closer than their loops are thick, such as a brim that is folded up.
-
-A vertex has another layer beside it if a vertex to which no edge leads lies across from it, in the direction of its
-normal. Both are moved apart along their normals by half of what their distance lacks. The moves are
-smoothed over the fabric, so that they end gently where the layers part or join.
+A vertex has another layer beside it if another vertex lies across from it, in the direction of its normal, and no edge
+joins the two. Both move apart along their normals, each by half of the distance that is missing. The moves are smoothed
+over the fabric, so that they end gently where the layers part or join.
 """
 
 from __future__ import annotations
@@ -61,33 +60,33 @@ THICKNESS_OVER_RADIUS = 5.0
 """Distance that layers get, over the yarn radius. Yarns of two flat layers start 1.5 radii apart at this distance and
 0.5 at 3 radii; beside a fold, where the layers meet, a smaller distance leaves them too close."""
 PARALLEL = 0.5
-"""Cosine of the angle between the normals of two layers from which they lie beside each other."""
+"""Two layers lie beside each other if the cosine of the angle between their normals is at least this."""
 SMOOTHINGS = 2
 """How often a move is smoothed over the neighbours of its vertex."""
 MOST_LAYER_ROUNDS = 10
-"""Number of looks for layers that are too close."""
+"""Largest number of searches for layers that are too close."""
 ROUNDING = 1e-3
-"""Part of the wanted distance that may lack."""
+"""Part of the wanted distance that may be missing."""
 WANTED_OVER_SMALLEST = 1.1
-"""Distance that yarns get over the smallest permitted one, so that rounding does not decide what is permitted."""
+"""Distance that yarns get, over the smallest permitted distance, so that rounding does not decide what is permitted."""
 RINGS = 4
-"""Edges from a crowded stitch up to which vertices are smoothed. With fewer, the stitches of a deep fold are pressed
-together in its middle."""
+"""Vertices are smoothed up to this number of edges from a crowded stitch. With a smaller number, the stitches of a deep
+fold are pressed together in its middle."""
 ROUNDS_OF_RING = 3
-"""Looks at the yarns after which one more ring of vertices is smoothed: what does not get room by itself takes part of
-its neighbours'."""
+"""After this number of checks of the yarns, one more ring of vertices is smoothed: stitches that do not get room by
+themselves take some from their neighbours."""
 HALF_STEPS = 6
-"""Number of smoothing steps between two looks at the yarns."""
+"""Number of smoothing steps between two checks of the yarns."""
 STRAIGHT = np.radians(150.0)
-"""Angle of a border at the corner of a stitch from which the corner is moved away."""
+"""The corner of a stitch on a border is moved away if the angle of the border there is at least this."""
 CORNER_HEIGHT = 0.3
-"""How far it is moved, over half the distance of its two neighbours. The angle is then below ``STRAIGHT``: this is more
-than the tangent of half of what that lacks to a straight one."""
+"""How far the corner is moved, over half the distance of its two neighbours. The angle is then below ``STRAIGHT``,
+because the value is above tan((180 degrees - ``STRAIGHT``) / 2)."""
 APART = (THICKNESS_OVER_RADIUS, 2.0 * THICKNESS_OVER_RADIUS)
-"""Distances to which layers are moved apart, one after the other, over the radius: the thickness of a fabric, and one
-at which the loops at two borders hang beside each other."""
+"""Distances to which layers are moved apart, one after the other, over the radius: the thickness of a fabric, and a
+distance at which the loops at two borders hang beside each other."""
 MOST_ROUNDS = 18
-"""Number of looks at the yarns after which the stitches stay as they are."""
+"""If the yarns have no room after this number of checks, the stitches stay as they were."""
 
 
 def layers_apart(fabric: StitchMesh, distance: float) -> StitchMesh:
@@ -172,7 +171,7 @@ def make_room(
 ) -> StitchMesh:  # fmt: skip
     """Smooth stitches where the yarns of a fabric would start too close, until the yarns have room.
 
-    The arguments and the errors are those of ``make_room_with_report``.
+    The arguments and the errors are the same as for ``make_room_with_report``.
 
     Returns:
         The fabric; the same one if its yarns have room, or cannot be given any.
@@ -184,7 +183,7 @@ def make_room_with_report(
     fabric: StitchMesh, *, yarn_radius: float | None = None, quality: str | Quality = DEFAULT_QUALITY,
     finish: YarnFinish = DEFAULT_FINISH,
 ) -> tuple[StitchMesh, Room]:  # fmt: skip
-    """Smooth stitches as ``make_room`` does, and return also what was moved.
+    """Smooth stitches as ``make_room`` does, and also return what was moved.
 
     Args:
         fabric: stitch faces after mesh relaxation.
@@ -193,11 +192,11 @@ def make_room_with_report(
         finish: how rows are cast on and bound off, and which floats are cut.
 
     Returns:
-        The fabric, and what was moved. If the yarns are still crowded after ``MOST_ROUNDS``, the given fabric and no
-        faces.
+        The fabric, and what was moved; the given fabric and no faces if the yarns are still crowded after
+        ``MOST_ROUNDS``.
 
     Raises:
-        ParameterError, YarnError: as for ``generate_yarns``; also a fabric on a lattice is a ``YarnError``.
+        ParameterError, YarnError: as for ``generate_yarns``; a fabric on a lattice is a ``YarnError`` too.
     """
     check_kind("make_room", fabric, StitchMesh)
     if fabric.lattice is not None:
@@ -228,7 +227,7 @@ def _yarns(fabric: StitchMesh, radius: float, points_per_stitch: int, finish: Ya
 
 
 def _starts(fabric: StitchMesh, distances: Sequence[float]) -> Iterator[StitchMesh]:
-    """Yield the fabric, and for each distance [cm], if it has two layers that are closer, with these moved apart."""
+    """Yield the fabric, and for each distance [cm] the fabric with layers moved apart, if any are closer."""
     yield fabric
     for distance in distances:
         apart = layers_apart(fabric, distance)
@@ -237,7 +236,7 @@ def _starts(fabric: StitchMesh, distances: Sequence[float]) -> Iterator[StitchMe
 
 
 def _tangled(fabric: StitchMesh, yarns: YarnSet, finish: YarnFinish) -> set[int]:
-    """Return the stitch that is named as one whose loops do not hold as they should, or nothing."""
+    """Return the first stitch whose loops do not hold as they should, or nothing."""
     try:
         check_loops(fabric, yarns, finish=finish)
     except YarnError as error:
@@ -259,8 +258,8 @@ def _with_room(
         along_borders: whether vertices of borders are moved too.
 
     Returns:
-        The fabric, None if its yarns are still crowded after ``MOST_ROUNDS``; the stitches that were crowded; and one
-        whose loops do not hold as they should, if there is one.
+        The fabric, None if its yarns are still crowded after ``MOST_ROUNDS``; the stitches that were crowded; and a
+        stitch whose loops do not hold as they should, if there is one.
     """
     found: set[int] = set()
     smooth = None
@@ -288,7 +287,7 @@ def _with_raised_corners(fabric: StitchMesh, near: IntArray) -> StitchMesh:
         The fabric; the given one if none of its corners there is straight.
     """
     at_border, following, points = fabric.twin == BORDER, fabric.side_next, fabric.vertices
-    # The corner is between a side and the next one, of which one ends the row and the other is cast on or bound off.
+    # The corner lies between two successive sides: the row ends at one, and the other is cast on or bound off.
     side = np.flatnonzero(at_border & at_border[following] & (fabric.is_wale != fabric.is_wale[following]))
     before, corner, after = fabric.face_vertex[np.stack([side, following[side], following[following[side]]])]
     beside = np.isin(np.stack([before, corner, after]), fabric.face_vertex[fabric.sides_of(near)]).any(axis=0)
@@ -329,18 +328,18 @@ def _moved(fabric: StitchMesh, vertices: FloatArray) -> StitchMesh:
 
 @dataclass(frozen=True, eq=False)
 class _Smoothing:
-    """Towards which vertices smoothing moves each vertex; matrices that are 1 there, shape (V, V)."""
+    """The vertices towards which smoothing moves each vertex, as matrices that are 1 there, shape (V, V)."""
 
     beside: csr_array
     """The vertices at the other ends of its edges."""
     towards: csr_array
-    """The same for inner vertices; those of a border have none, or those beside them on the border."""
+    """The same for inner vertices; a vertex of a border has none, or the vertices beside it on the border."""
     rings: tuple[IntArray, ...]
     """Vertices of the borders along which vertices are moved."""
 
     @classmethod
     def of(cls, fabric: StitchMesh, *, along_borders: bool) -> _Smoothing:
-        """Find the vertices; at the corners of a border, one stitch or three and more meet, and none is moved."""
+        """Find the vertices. The corners of a border, at which one stitch or at least three meet, do not move."""
         ends = np.stack([fabric.face_vertex, fabric.face_vertex[fabric.side_next]])
         on_border = fabric.twin == BORDER
         stitches = np.bincount(fabric.face_vertex, minlength=len(fabric.vertices))
@@ -352,7 +351,7 @@ class _Smoothing:
         return cls(_links(edges, len(stitches)), towards, rings)
 
     def moved(self, fabric: StitchMesh, faces: IntArray, rings: int) -> FloatArray:
-        """Positions after smoothing up to some edges from some faces [cm]."""
+        """Positions after smoothing of the vertices up to ``rings`` edges from some faces [cm]."""
         near = np.zeros(len(fabric.vertices))
         near[fabric.face_vertex[fabric.sides_of(faces)]] = 1.0
         for _ in range(rings):

@@ -101,7 +101,7 @@ def _strand_of_stitch(fabric: StitchMesh, side: int) -> dict[int, RowEndStrand]:
 def _join_strands(
     fabric: StitchMesh, bridges: Bridges, strands: tuple[RowEndStrand, RowEndStrand], side: int, turn: FloatArray
 ) -> None:
-    """Join two strands by a turn, behind the border by the larger depth of the two."""
+    """Join two strands by a turn, which lies behind the border by the larger depth of the two strands."""
     first, second = strands
     turn = turn - max(first.depth, second.depth) * fabric.vertex_normal[fabric.face_vertex[side]]
     bridges.join(first.crossing, second.crossing, np.concatenate([first.points, turn, second.points[::-1]]))

@@ -3,7 +3,7 @@
 """Polygon meshes of the formats that the library meshio reads and writes.
 
 meshio prints some errors, ends the process with ``sys.exit``, and makes large arrays for small files. It therefore
-reads in a process of its own (``stitchmesh.io.guarded_child``), and this module converts what it says to ``FileError``.
+reads in a process of its own (``stitchmesh.io.guarded_child``), and this module converts its errors to ``FileError``.
 """
 
 from __future__ import annotations

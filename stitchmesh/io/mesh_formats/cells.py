@@ -2,9 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Cells of grids that become faces, and cells that are left out beside them.
 
-A cell of second order becomes a polygon through its corners and the middles of its sides.
-
-Triangles of strips, as files hold them, and of polygons, for formats that limit the number of corners of a face.
+A cell of second order becomes a polygon through its corners and the middles of its sides. The module also divides
+strips into triangles, and polygons for formats that limit the number of corners of a face.
 """
 
 from __future__ import annotations
@@ -39,7 +38,7 @@ def check_cells_left_out(name: str, faces: int, others: Mapping[str, int]) -> No
         others: number of cells of each other type.
 
     Raises:
-        FileError: it has not.
+        FileError: the grid has no faces, or other cells are surfaces.
     """
     solid = [kind for kind in others if kind not in ("vertex", "poly_vertex", "line", "polyline", "line3")]
     unknown = [kind for kind in others if kind not in BESIDE]

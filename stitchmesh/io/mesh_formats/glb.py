@@ -55,11 +55,11 @@ TRIANGLES, STRIP, FAN = 4, 5, 6
 BYTES = 24, 300
 """Memory that is counted for a point and for a triangle, of which lists are made [bytes]."""
 SKIN_BYTES = 128
-"""Memory that is counted for the matrix of a point with a skin, and for that of a joint [bytes]."""
+"""Memory that is counted for the matrix of a point with a skin, and for the matrix of a joint [bytes]."""
 DEEPEST = 256
 """Largest number of nodes within each other; skeletons of characters have tens of them."""
 COMPRESSIONS = {"KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression"}
-"""Extensions by which positions lie in the file in another form."""
+"""Extensions that store positions in another form."""
 LOOKS = ("KHR_materials_", "KHR_texture_", "EXT_texture_", "MSFT_texture_", "KHR_lights_", "EXT_lights_", "KHR_xmp",
          "KHR_animation_pointer", "KHR_mesh_quantization")  # fmt: skip
 """Beginnings of the names of extensions that leave positions as they are, or that this reader obeys."""
@@ -85,7 +85,7 @@ class _Values(_Stated):
 
 
 class _Sparse(_Stated):
-    """Numbers that differ from those of the accessor, or from zeros."""
+    """Numbers that replace numbers of the accessor, or zeros."""
 
     count: int
     indices: _Indices
@@ -209,7 +209,7 @@ def _check_extensions(name: str, needed: Iterable[str]) -> None:
     """Refuse a file that needs an extension, by the name of the extension.
 
     Raises:
-        FileError: there is one.
+        FileError: the file needs an extension.
     """
     for one in needed:
         found = f"its meshes are compressed by {one}" if one in COMPRESSIONS else f"it needs the extension {one[:60]}"
@@ -217,7 +217,7 @@ def _check_extensions(name: str, needed: Iterable[str]) -> None:
 
 
 def _bytes_of(path: FilePath, buffer: _Buffer, binary: bytes | None) -> bytes | None:
-    """Return the bytes of a buffer: those behind the head, those of a text in the head, or those of another file.
+    """Return the bytes of a buffer, which lie behind the head, in a text in the head, or in another file.
 
     Raises:
         FileError: the other file cannot be read.
@@ -434,7 +434,7 @@ def _carrying(
 
 
 def _numbers(file: _File, number: int, kind: str) -> FloatArray:
-    """Return the numbers of an accessor of a kind; whole numbers may stand for those from -1 to 1."""
+    """Return the numbers of an accessor of a kind; whole numbers may stand for numbers from -1 to 1."""
     accessor = _item(file.head.accessors, number, "accessor")
     values = _accessed(file, accessor, kind)
     numbers: FloatArray = values.astype(np.float64)

@@ -5,8 +5,8 @@
 The reader uses ``v x y z`` lines, whose further columns are ignored, and ``f`` lines with corners of the form ``v``,
 ``v/vt``, ``v//vn`` or ``v/vt/vn``. Vertices are counted from 1, or, if negative, back from the last vertex. A line that
 ends in a backslash continues in the next line. Normals, texture coordinates, groups, materials and comments are
-ignored, because they do not change the surface. All other lines, such as those of lines, points and curved surfaces
-and of the states of simulators, are left out, and one line says which.
+ignored, because they do not change the surface. All other elements, such as lines, points, curved surfaces and the
+states of simulators, are left out, and one line of the log names them.
 """
 
 from __future__ import annotations

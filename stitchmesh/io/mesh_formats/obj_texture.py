@@ -77,7 +77,7 @@ def read_obj_texture(path: FilePath) -> ObjTexture:
 
 
 def _texture_position(path: str, number: int, fields: list[str]) -> tuple[float, float]:
-    """Return the texture coordinates in the fields of a ``vt`` line; a second one that is left out is 0."""
+    """Return the texture coordinates in the fields of a ``vt`` line; the second one is 0 if it is missing."""
     try:
         u, v = (float(text) for text in [*fields[1:3], "0"][:2])
     except ValueError:

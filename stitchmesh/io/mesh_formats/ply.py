@@ -4,9 +4,9 @@
 
 The header names elements, each with a count and its properties. A property is a number, or a list of numbers with its
 length. The reader uses the properties x, y and z of ``vertex`` and the list ``vertex_indices`` or ``vertex_index`` of
-``face`` or of ``tristrips``, whose strips end at -1, and leaves out all other properties and elements. In text, a row
-with more numbers than the header says is read up to these; a row may also go on in the next line. This module exists
-because meshio does not terminate for a header that was cut short, and knows only one of the two names of the list.
+``face`` or of ``tristrips``, whose strips end at -1, and leaves out all other properties and elements. In a text,
+additional numbers at the end of a row are ignored, and a row may continue in the next line. This module exists because
+meshio does not terminate for a header that was cut short, and knows only one of the two names of the list.
 """
 
 from __future__ import annotations
@@ -67,13 +67,13 @@ class _Body(Protocol):
         """Begin a vertex, a face or another element."""
 
     def end_row(self, element: str) -> None:
-        """End it."""
+        """End the element."""
 
     def read_numbers(self, number: str, count: int) -> list[float]:
         """Return the next numbers of a type, or fewer if the file ends before them."""
 
     def remaining(self) -> int:
-        """Return an upper bound of the number of numbers that have not been read, or of those of the row."""
+        """Return an upper bound of how many numbers of the file, or of the row, have not been read."""
 
     def rows_left(self) -> int:
         """Return an upper bound of the number of rows that have not been read."""

@@ -150,7 +150,7 @@ def packed_mesh(stage: str) -> CheckpointFile:
 
 
 def _meshes_of(name: str, stage: Usd.Stage) -> CheckpointFile:
-    """Return the only mesh with all its samples, or all meshes at their first samples, and what else there is."""
+    """Return the only mesh with all its samples, or all meshes at their first samples, and counts of other prims."""
     from pxr import Usd, UsdGeom
 
     prims = list(stage.Traverse(Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)))
@@ -181,7 +181,7 @@ def _meshes_of(name: str, stage: Usd.Stage) -> CheckpointFile:
 
 
 def _names(mesh: UsdGeom.Mesh) -> list[str]:
-    """The name of a mesh, and those of the prims around it, from the inside outwards."""
+    """The names of a mesh and of the prims around it, from the inside outwards."""
     names = str(mesh.GetPath()).strip("/").split("/")
     return names[::-1]
 
@@ -197,7 +197,7 @@ def _is_turned(mesh: Any, code: float) -> bool:
 def _reversed(size: IntArray, corners: IntArray) -> IntArray:
     """Return the corners of faces in the other direction; their first corners stay first."""
     if (size < 1).any() or size.sum() != len(corners):
-        return corners  # The faces are damaged, which their mesh says.
+        return corners  # The faces are damaged; the check of the mesh reports it.
     first = np.repeat(np.cumsum(size) - size, size)
     place = np.arange(len(corners)) - first
     return corners[first + (np.repeat(size, size) - place) % np.repeat(size, size)]

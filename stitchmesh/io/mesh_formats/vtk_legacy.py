@@ -3,9 +3,9 @@
 """VTK's legacy format (``.vtk``): poly data in text and binary. meshio reads the other kinds of data.
 
 Three lines are followed by the kind of data, and by blocks that begin with a word and their sizes. Until version 5.0 a
-list of cells is the number of points of each cell followed by the points; since 5.1 it is an array of offsets and one
-of points. Binary numbers have the highest byte first. Arrays behind ``POINT_DATA`` and ``CELL_DATA`` are not read.
-Sizes are compared with the content before they are used.
+list of cells holds the number of points of each cell, followed by the points; since 5.1 it is an array of offsets and
+an array of points. Binary numbers have the highest byte first. Arrays behind ``POINT_DATA`` and ``CELL_DATA`` are not
+read. Sizes are compared with the content before they are used.
 """
 
 from __future__ import annotations
@@ -108,7 +108,7 @@ class _Blocks:
                 raise ValueError(f"got the word {word[:20].decode('latin-1')}")
 
     def _lists(self, first: int, second: int) -> list[NDArray]:
-        """Return the points of each cell of a list; the two sizes are those of its line."""
+        """Return the points of each cell of a list; its line states the two sizes."""
         if self.version >= WITH_OFFSETS:
             offsets, points = (self._numbers(self._words_of_line()[1], size) for size in (first, second))
             if (np.diff(offsets) < 0).any() or (len(offsets) and (offsets[0] != 0 or offsets[-1] != len(points))):
@@ -137,7 +137,7 @@ class _Blocks:
             raise ValueError(f"it ends within {count} numbers")
         self.place = words[-1].end() if words else self.place
         read = float if number.kind == "f" else int
-        with np.errstate(over="ignore"):  # What is too large for float32 becomes infinite.
+        with np.errstate(over="ignore"):  # A number that is too large for float32 becomes infinite.
             return np.array([read(word[0]) for word in words], dtype=number.newbyteorder("="))
 
     def _words_of_line(self) -> list[bytes]:

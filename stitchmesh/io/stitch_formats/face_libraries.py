@@ -5,7 +5,8 @@
 - ``face name``: begins a face.
 - ``edge (x,y) label``: a corner, and the label of the side that starts there. The sides run counter-clockwise.
 - ``yarn [side:along,z] (x,y,z) ... [side:along,z]``: a strand between two sides, which are counted from 0 here.
-- ``derive name labels by operations from name labels``: a face that is another one, mirrored or with reversed yarn.
+- ``derive name labels by operations from name labels``: a face derived from another face, mirrored or with reversed
+  yarn.
 """
 
 from __future__ import annotations
@@ -77,8 +78,8 @@ def read_face_library(path: FilePath) -> FaceLibrary:
     """Read a library of drawn faces.
 
     Raises:
-        FileError: the file is missing, a folder, empty, binary or malformed, or a face is derived from none of the
-            faces. The message names the line.
+        FileError: the file is missing, a folder, empty, binary or malformed, or a face is derived from an unknown face.
+            The message names the line.
     """
     faces: list[_Face] = []
     derivations: list[tuple[int, _Derivation]] = []
@@ -97,7 +98,7 @@ def read_face_library(path: FilePath) -> FaceLibrary:
 
 
 def read_face_libraries(paths: Iterable[FilePath]) -> FaceLibrary:
-    """Read several libraries as one; the drawings of the first ones go before those of the others.
+    """Read several libraries as one; a drawing of an earlier library is preferred to one of a later library.
 
     Raises:
         FileError: as for ``read_face_library``.
@@ -161,7 +162,7 @@ def _drawings(path: str, faces: list[_Face]) -> list[FaceDrawing]:
 def _with_derived(
     path: str, drawings: list[FaceDrawing], derivations: list[tuple[int, _Derivation]]
 ) -> tuple[FaceDrawing, ...]:
-    """Return the drawings, and those that are derived from them or from other derived ones."""
+    """Return the drawings, and all drawings that are derived from them, directly or through others."""
     known = {drawing.type: drawing for drawing in drawings}
     while derivations:
         later = []

@@ -33,7 +33,7 @@ from stitchmesh.io.contents import FilePath, is_coordinate, read_lines
 HINTS = ("h", "o", "t", "I", "ci", "xfer")
 """First words of hints for a machine."""
 ON_FACES = ("h", "t")
-"""Hints whose face must exist; those of instructions may name face 0 or later ones, for instructions of no face."""
+"""Hints whose face must exist; hints on instructions of no face may name face 0 or faces beyond the last one."""
 TEXTURE = ("vt", "vt2", "vn", "tex", "tex2", "usemtl", "mtllib")
 """First words of records of texture."""
 UNKNOWN_SOURCE = -1
@@ -100,7 +100,7 @@ def read_face_mesh(path: FilePath) -> FaceMesh:
 
 
 def holds_foreign_faces(path: FilePath) -> bool:
-    """Return whether a face of a file is no stitch; what is malformed is no face.
+    """Return whether a face of a file is no stitch; a malformed record is no face.
 
     Raises:
         FileError: the file is missing, a folder, empty or binary.
@@ -134,7 +134,7 @@ def _read_record(reading: _Reading, words: Sequence[str]) -> None:
     """Read the words of a line.
 
     Raises:
-        ValueError: they are no record of the format; the message says what was expected.
+        ValueError: the words are no record of the format; the message says what was expected.
     """
     if words[0] in HINTS:
         reading.hints.append(_hint(reading, words))
@@ -269,7 +269,7 @@ def _whole(word: str, expected: str) -> int:
 
 
 def write_face_mesh(path: FilePath, mesh: FaceMesh) -> None:
-    """Write a mesh of faces; what ``read_face_mesh`` reads of the file is the same again.
+    """Write a mesh of faces; ``read_face_mesh`` reads the same mesh from the file.
 
     Raises:
         FileError: the file cannot be written.

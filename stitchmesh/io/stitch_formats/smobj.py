@@ -15,9 +15,9 @@ Faces have the names of the library ``illustration.sf``; stitches that the libra
 same style (``FACE_NAMES``). Data for which the format has no place are written as comments, which other programs
 ignore: the row and yarn of a face, twisted loops, cables, and the periods of a lattice. Stretch is not written.
 
-The stitch mesh of a face mesh: its stitches, without faces that only end loops or lead yarn from row to row.
-
-A stitch mesh needs neither: loops on an upper border are live, and rows are joined at their ends when yarns are made.
+The stitch mesh of a face mesh consists of its stitches, without faces that only end loops or lead yarn from row to row.
+A stitch mesh needs no such faces: loops on an upper border are live, and rows are joined at their ends when yarns are
+made.
 """
 
 from __future__ import annotations
@@ -236,7 +236,7 @@ def _with_marks(contents: SmobjContents, fabric: StitchMesh) -> StitchMesh:
 def _rows(fabric: StitchMesh) -> IntArray:
     """Return the row of each face: one row for each course, in knitting order.
 
-    Courses that have no knitting order, because each lies above another one in a circle, come last.
+    Courses without a knitting order come last: they form a circle in which each lies above another one.
     """
     courses = find_courses(fabric)
     order, rest = knitting_order(courses_below(fabric, courses))

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The lines of an ``.smobj`` file, read and checked; the module ``smobj`` makes the stitch mesh and describes them."""
+"""The lines of an ``.smobj`` file, read and checked; the module ``smobj`` describes them and makes the stitch mesh."""
 
 from __future__ import annotations
 
@@ -134,7 +134,7 @@ def _small_number(text: str) -> int:
     """Return a whole number of a comment, such as a row or a lattice step.
 
     Raises:
-        ValueError: it is none, or too large to count anything.
+        ValueError: it is no whole number, or too large to count anything.
     """
     number = int(text)
     if abs(number) > _LARGEST_NUMBER:

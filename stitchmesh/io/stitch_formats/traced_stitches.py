@@ -40,7 +40,7 @@ STITCHES = {
     ("m", "a"): Stitch.SLIP_BACK, ("m", "c"): Stitch.SLIP_BACK, ("i", "a"): Stitch.KY, ("i", "c"): Stitch.YK,
     ("d", "a"): Stitch.D12K, ("d", "c"): Stitch.D21K,
 }  # fmt: skip
-"""Stitch of each type and direction. The second loop of an increase is the new one; the first one of a decrease is in
+"""Stitch of each type and direction. The second loop of an increase is the new loop; the first loop of a decrease is in
 front. The end of a wale is a knit whose loop is bound off when yarns are made."""
 NONE = -1
 _WHOLE = re.compile(r"-1|[0-9]{1,9}")
@@ -116,7 +116,7 @@ def _position(words: Sequence[str]) -> tuple[float, float, float]:
 
 
 def _check_links(name: str, stitches: Sequence[_Traced], lines: Sequence[int]) -> None:
-    """Check that linked stitches name each other, and that each is made after those below it."""
+    """Check that linked stitches name each other, and that each is made after the stitches below it."""
     for index, stitch in enumerate(stitches):
         for other in stitch.below:
             if other >= index or stitches[other].above.count(index) != 1 or stitch.below.count(other) != 1:
@@ -153,8 +153,8 @@ def _contents(name: str, stitches: Sequence[_Traced]) -> SmobjContents:
 def _open_pinches(contents: SmobjContents, stitches: Sequence[_Traced]) -> None:
     """Remove joins along the yarn until no side on a border begins and ends in one vertex.
 
-    Where a tube divides, the yarn of one branch crosses the gap between the branches, and such a join would pinch the
-    gap together. Of the joins at a pinched vertex the longest one goes.
+    Where a tube divides, the yarn of one branch crosses the gap between the branches, and a join along it would pinch
+    the gap together. At a pinched vertex, the longest join is removed.
     """
     start = np.concatenate([[0], np.cumsum([len(face) for face in contents.faces])])
     following = next_sides(start)
@@ -172,7 +172,7 @@ def _open_pinches(contents: SmobjContents, stitches: Sequence[_Traced]) -> None:
 def _joins_at(
     contents: SmobjContents, stitches: Sequence[_Traced], vertex: IntArray, start: IntArray, at: int
 ) -> list[tuple[float, tuple[int, int], tuple[int, int]]]:
-    """Return the joins along the yarn of which an end is a vertex: length, right side and left side."""
+    """Return the joins along the yarn that have an end at a vertex: length, right side and left side."""
     found = []
     for index, stitch in enumerate(stitches):
         side = stitch.kind.n_bottom
@@ -188,7 +188,7 @@ def _join(contents: SmobjContents, first: tuple[int, int], second: tuple[int, in
 
 
 def _right_neighbours(stitches: Sequence[_Traced]) -> dict[int, int]:
-    """Return the stitch to the right of each stitch that has one: the next one of its yarn, or the one before."""
+    """Return the stitch to the right of each stitch that has one: the next stitch of its yarn, or the one before."""
     last: dict[int, int] = {}
     pairs: list[tuple[int, int]] = []
     for index, stitch in enumerate(stitches):
@@ -200,7 +200,7 @@ def _right_neighbours(stitches: Sequence[_Traced]) -> dict[int, int]:
 
 
 def _are_beside(before: _Traced, after: _Traced) -> bool:
-    """Return whether two stitches that follow one another on a yarn lie side by side; at an end it goes elsewhere."""
+    """Return whether two successive stitches of a yarn lie side by side; at a row end the yarn goes elsewhere."""
     ends = before.type == "e" != after.type or after.type == "s" != before.type
     return before.direction == after.direction and not ends
 

@@ -7,9 +7,8 @@
     /yarns/open     the same of open yarns
     /yarns/cloth    Mesh of triangles with samples of the points; left out without triangles
 
-Where the triangles of a frame differ from those of the frame before it, the mesh has samples of its topology too. The
-primvars of the mesh, such as ``alpha``, belong to its vertices. Time codes are frames: the stage states how many of
-them make a second.
+Where the triangles change from one frame to the next, the mesh has samples of its topology too. The primvars of the
+mesh, such as ``alpha``, belong to its vertices. Time codes are frames: the stage states how many of them make a second.
 """
 
 from __future__ import annotations
@@ -37,7 +36,7 @@ class UsdFrame:
     time: float
     """Time [s]."""
     yarns: YarnSet
-    """The yarns; their numbers and those of their points are the same in all frames."""
+    """The yarns; the number of yarns and the numbers of their points are the same in all frames."""
     surface: FloatArray
     """Vertices of the surface [cm], shape (W, 3)."""
     triangles: IntArray
@@ -83,7 +82,7 @@ def write_animated_usd(path: FilePath, frames: Iterable[UsdFrame], *, frames_per
 
 
 def _define_curves(path: FilePath, stage: Any, frame: UsdFrame) -> list[tuple[Any, Any]]:
-    """Define the curves of closed and of open yarns; return the schema of each, and which points it has."""
+    """Define the curves of closed and of open yarns; return the schema of each, and the numbers of its points."""
     from pxr import UsdGeom, UsdShade
 
     yarns, wool = frame.yarns, define_wool(stage, "/yarns/wool")
@@ -138,7 +137,7 @@ class _Surface:
         self.triangles, self.since = triangles, code
 
     def _change(self, triangles: IntArray, code: float) -> None:
-        """Go on with other triangles; those before get a sample at the time since which they are there."""
+        """Continue with new triangles; the triangles before get a sample at the time of their first frame."""
         for each, when in ((self.triangles, self.since), (triangles, code)):
             counts, corners = _faces(each)
             self.mesh.GetFaceVertexCountsAttr().Set(counts, when)

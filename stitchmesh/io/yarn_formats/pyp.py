@@ -17,20 +17,21 @@ closed chains, the yarns; the sum of the shifts of a chain is the lattice step o
 image of the cell.
 
 A yarn becomes the spline through its vertices, with one segment for each edge. The segment has the rest length of the
-edge. An arc is slightly longer than its chord, so that the strains of the spline are higher than those of the polyline
+edge. An arc is slightly longer than its chord, so that the stretched lengths of the spline exceed those of the polyline
 by the same ratio.
 
 The angle at a vertex divided by the length is the mean curvature about the vertex. For a spline with the curvatures c_i
 at its knots, this mean is (c_(i-1) + 4 c_i + c_(i+1)) / 6, because the curvature is linear between the knots. The
-natural curvature of a yarn therefore follows from that of the vertices by the same linear system by which the control
-points follow from the positions. The natural curvatures of successive knots get the same sign if their directions,
-perpendicular to the yarn, differ by less than a right angle. The directions and the twists themselves are ignored,
-because a spline yarn rotates freely about its axis; the rest twist between successive directions is ignored too.
+natural curvature of a yarn therefore follows from the natural curvatures at the vertices by the same linear system by
+which the control points follow from the positions. The natural curvatures of successive knots get the same sign if
+their directions, perpendicular to the yarn, differ by less than a right angle. The directions and the twists themselves
+are ignored, because a spline yarn rotates freely about its axis; the rest twist between successive directions is
+ignored too.
 
 The writer moves the vertices into the box from 0 to the periods and writes them in the order of the yarns, without
-twist, and with their natural curvature as k1. In some published files the periods are not those of the yarns (the
-basket weave of Sperl et al. states periods that are 1.5 % too small). The edges across the border are then not
-perpendicular to their directors, and a warning is logged.
+twist, and with their natural curvature as k1. In some published files the periods do not fit the yarns (the basket
+weave of Sperl et al. states periods that are 1.5 % too small). The edges across the border are then not perpendicular
+to their directors, and a warning is logged.
 """
 
 from __future__ import annotations

@@ -61,10 +61,10 @@ class _CurveHeader(TypedDict):
 
 
 class _Header(TypedDict):
-    """What the child hands over beside the arrays of the curves."""
+    """The header that the child hands over with the arrays of the curves."""
 
     error: str
-    """Empty: the stage was read."""
+    """Error message; empty if the stage was read."""
     curves: list[_CurveHeader]
 
 
@@ -115,7 +115,7 @@ def _arrays(curve: UsdCurve) -> list[tuple[str, NDArray[Any]]]:
 
 
 def _unpacked(content: CheckpointFile, number: int, head: _CurveHeader) -> UsdCurve:
-    """Return a curve from what the child has handed over."""
+    """Return a curve from the data that the child has handed over."""
     own = {label: content.arrays.get(f"{number} {label}") for label in ("points", "display_colour", *LABELS)}
     labels = {label: values for label in LABELS if (values := own[label]) is not None}
     points = content.arrays[f"{number} points"]
@@ -191,7 +191,7 @@ def _primvar(prim: Usd.Prim, name: str, count: int) -> IntArray | None:
 
 
 def _float_primvar(prim: Usd.Prim, name: str, shape: tuple[int, ...]) -> FloatArray | None:
-    """Return a primvar of numbers of a shape; a constant one is repeated. None if the prim has no such primvar."""
+    """Return a primvar of numbers of a shape, repeated if it is constant; None if the prim has no such primvar."""
     from pxr import Usd, UsdGeom
 
     primvar = UsdGeom.PrimvarsAPI(prim).GetPrimvar(name)

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 COLUMNS: dict[str, tuple[int, ...]] = {"radius": (), "drawn_radius": (), "colour": (), "rgb": (3,)}
 """Arrays of the points that are read, and their components, if they have more than one."""
 LARGEST_WHOLE = 2**53
-"""Largest whole number whose neighbours are numbers of float64 too."""
+"""Largest whole number up to which float64 holds every whole number."""
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ def write_vtp(path: FilePath, yarns: YarnSet, scale: float, samples: int) -> Non
 
 
 def poly_data_of_yarns(yarns: YarnSet, scale: float, samples: int) -> pyvista.PolyData:
-    """Return yarns as polylines; the arguments are those of ``write_vtp``."""
+    """Return yarns as polylines; the arguments are the same as for ``write_vtp``."""
     import pyvista
 
     curves = polylines_of_segments(yarns, np.arange(len(yarns.segment_points)), samples)

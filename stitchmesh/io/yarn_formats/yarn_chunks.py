@@ -94,7 +94,7 @@ def write_yarn_chunks(path: FilePath, content: YarnChunks) -> None:
 
 
 def _chunks(path: FilePath) -> dict[str, bytes]:
-    """Return the bytes of each chunk; empty ones for those that are missing."""
+    """Return the bytes of each chunk; no bytes for a missing chunk."""
     name, content = fspath(path), read_bytes(path)
     found: dict[str, bytes] = {}
     offset = 0

@@ -60,7 +60,7 @@ class Range:
 
 @dataclass(frozen=True)
 class Choices:
-    """Values of which each is used in turn (a grid), or of which one is drawn (random samples)."""
+    """A list of values: a grid uses each in turn, and each random sample draws one."""
 
     values: tuple[Any, ...]
 
@@ -76,7 +76,7 @@ class Axis:
     keys: Keys
     """Where the option stands in the table of a job."""
     values: Choices | Range
-    """What it is set to."""
+    """The values that the option gets."""
 
     @property
     def name(self) -> str:

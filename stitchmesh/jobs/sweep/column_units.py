@@ -16,7 +16,7 @@ UNITS = {
 }  # fmt: skip
 """Units by the last part of a name."""
 OF_GROUPS = {"energies": "erg", "remaining_change": None, "gauge": "in 10 cm"}
-"""Units of all columns of a group; those of the change that is left are relative."""
+"""Units of all columns of a group; the remaining change is relative."""
 
 
 def unit_of(column: str) -> str | None:

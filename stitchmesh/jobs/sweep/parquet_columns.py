@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Columns of Parquet files, read in a process of their own (``stitchmesh.io.guarded_child``).
 
-A file of some hundred bytes can state a thousand million rows of one value.
+A file of a few hundred bytes can state a thousand million rows of one value, which would fill the memory.
 """
 
 from __future__ import annotations

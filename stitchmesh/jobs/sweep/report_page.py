@@ -23,7 +23,7 @@ from stitchmesh.markup import Markup, joined, markup
 
 PAGE, SCRIPT = "report.html", "plotly.min.js"
 MOST_ROWS = 20_000
-"""Largest number of rows of a page; a larger sweep shows rows at even distances."""
+"""Largest number of rows of a page; the page of a larger sweep shows rows at even distances."""
 FIRST = (JOB, PICTURE, ERROR)
 """Columns on the left of the page."""
 DIGITS = 6
@@ -66,7 +66,7 @@ def write_report_page(folder: Path) -> Path:
 
 
 def _is_constant(name: str, values: list[Any], count: int) -> bool:
-    """Whether a column has one value in all rows, or nothing in the only one."""
+    """Whether a column has one value in all rows, or no value in the only row."""
     return name != JOB and (count > 1 or values[0] is None) and all(value == values[0] for value in values)
 
 

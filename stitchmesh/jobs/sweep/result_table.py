@@ -3,8 +3,8 @@
 """The results of a sweep on disk: a file for each finished task, and one table of all rows.
 
 ``tasks/KEY.json`` holds the rows of a task by the keys of its jobs. It is written last, so that a task with this file
-is finished, whatever happens to a worker. ``rows.parquet`` has one row for each job of the sweep, in their order; the
-metadata of its columns hold their units. ``rows.csv`` is the same table as text, with the units beside the names.
+is certainly finished, even if its worker dies. ``rows.parquet`` has one row for each job of the sweep, in their order;
+the metadata of its columns hold their units. ``rows.csv`` is the same table as text, with the units beside the names.
 """
 
 from __future__ import annotations
@@ -61,10 +61,10 @@ def read_rows(folder: Path, task: Task) -> dict[str, Row] | None:
 
 
 def write_table(folder: Path, jobs: Sequence[SweptJob], rows: Mapping[str, Row]) -> None:
-    """Write the table of all rows that there are.
+    """Write the table of all present rows.
 
-    A column holds numbers, texts, truth values or lists of numbers, which are JSON in the text. A measure that a job
-    does not have is missing there.
+    A column holds numbers, texts, truth values or lists of numbers, which are JSON in the text. If a job does not have
+    a measure, its cell is empty.
 
     Args:
         folder: folder of the sweep.
@@ -84,7 +84,7 @@ def write_table(folder: Path, jobs: Sequence[SweptJob], rows: Mapping[str, Row])
     columns = {name: _column([row.get(name) for row in full]) for name in names}
     table = pyarrow.table(columns)
     fields = [field.with_metadata({UNIT: unit_of(field.name) or ""}) for field in table.schema]
-    with atomic_path(folder / TABLE) as temporary, temporary.open("wb") as file:  # whose errors are those of the system
+    with atomic_path(folder / TABLE) as temporary, temporary.open("wb") as file:  # its errors are errors of the system
         parquet.write_table(table.cast(pyarrow.schema(fields)), file)
     text = io.StringIO()
     lines = csv.writer(text, lineterminator="\n")
@@ -113,7 +113,7 @@ def import_pyarrow() -> None:
     """Import pyarrow.
 
     Raises:
-        ParameterError: it is not installed.
+        ParameterError: pyarrow is not installed.
     """
     try:
         import pyarrow  # noqa: F401

@@ -15,16 +15,16 @@ from typing import Any
 from stitchmesh.jobs.job import SOURCES, Job
 
 ERROR, SECONDS, WORKER, PICTURE, YARNS = "error_text", "job_seconds", "worker", "picture_file", "yarns_file"
-"""Columns of every row: the error or None, the time, the process, and files in the folder of the sweep or None."""
+"""Columns of every row: the error or None, the time, the process, and the picture and yarn files or None."""
 OUTPUTS = ("write_stitches", "write_yarns", "render")
 """Keys of a job that decide no measure."""
 NOT_MEASURES = ("stitchmesh", "device", "quality", "options", "job", "budget", "history", "memory")
-"""Entries of reports that are inputs, or say how the work went."""
+"""Entries of reports that are inputs, or that describe the work and not its result."""
 Row = dict[str, Any]
 
 
 def inputs_of(job: Job) -> Row:
-    """Return the inputs of a job: all keys that a job of its kind has, defaults too."""
+    """Return the inputs of a job: all keys that a job of its kind has, including defaults."""
     left_out = (*OUTPUTS, "garment", *(name for name in SOURCES if getattr(job, name) is None))
     own = {part.name: _plain(getattr(job, part.name)) for part in fields(job) if part.name not in left_out}
     garment = {} if job.garment is None else asdict(job.garment)

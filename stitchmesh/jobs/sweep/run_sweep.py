@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The run of a sweep: the order of operations.
 
-Finished tasks are files, so a sweep that was interrupted continues where it was, by whatever workers there are then.
+Finished tasks are files, so a sweep that was interrupted continues where it stopped, with any other workers.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ logger = logging.getLogger(__name__)
 
 STAGE = "sweep"
 DIED = "the processes that worked on it died; it may need more memory than a worker has"
-"""Error of a job of which several workers died."""
+"""Error of a job that made several workers die."""
 OPEN = "{address}: takes code from everyone who reaches it; give it certificates (tls://, docs/how-to/sweeps.md)"
 """Warning about a scheduler that needs no certificate."""
 TABLE_SECONDS = 60.0
@@ -58,14 +58,14 @@ TABLE_SECONDS = 60.0
 
 @dataclass(frozen=True)
 class FinishedSweep:
-    """How a sweep has ended."""
+    """The outcome of a sweep."""
 
     jobs: int
     """Number of jobs."""
     failed: int
     """Number of jobs whose row holds an error."""
     kept: int
-    """Number of jobs that earlier runs had done."""
+    """Number of jobs that earlier runs had finished."""
     first_error: str | None
     """Error of the first job that failed; None if none has."""
 
@@ -82,8 +82,9 @@ def run_sweep(
 ) -> FinishedSweep:  # fmt: skip
     """Do all jobs of a sweep, and write their table.
 
-    The folder gets ``rows.parquet`` and ``rows.csv``, a row for each job (``read_table``), ``status.json`` while it
-    runs, and what the sweep keeps of each job. Jobs that an earlier run has done are not done again.
+    The folder gets ``rows.parquet`` and ``rows.csv``, with a row for each job (``read_table``), ``status.json`` while
+    the sweep runs, and the files that the sweep keeps of each job. Jobs that an earlier run has done are not done
+    again.
 
     Args:
         sweep: the sweep (``read_sweep``).
@@ -92,10 +93,10 @@ def run_sweep(
             for each core of a machine without a GPU.
         scheduler: a standing scheduler of Dask, whose workers do the jobs: its address, or the object of Dask that
             started it, which knows its certificates.
-        stop: a wish to stop, which may be uttered in a signal handler or in another thread.
+        stop: the request to stop, which a signal handler or another thread may make.
         listener: called with each report of the progress.
-        overwrite: whether files in the folder may be replaced that StitchMesh did not write, or that were changed
-            since.
+        overwrite: whether the sweep may replace files in the folder that StitchMesh did not write, or that were changed
+            later.
 
     Raises:
         FileError: another run works in the folder, a job of the sweep cannot be read, the scheduler does not answer, or
@@ -109,7 +110,7 @@ def run_sweep(
     import_pyarrow()
     target = whole_path(folder)
     with guarded_outputs(overwrite=overwrite), _doing(target, workers, scheduler, sweep) as (device, do):
-        jobs = jobs_of(sweep, device)  # Before the folder is made: a sweep that is refused leaves nothing.
+        jobs = jobs_of(sweep, device)  # This comes before the folder is made, so that a refused sweep leaves nothing.
         plan_outputs([target / TABLE, target / TEXT_TABLE], folder=target)
         claim_folder(target, (TASKS, PICTURES, YARN_FILES, GARMENTS, FAULTS))
         lock = FolderLock(target, BUSY)
@@ -123,14 +124,14 @@ def run_sweep(
 
 
 Do = Callable[[list[Task], StopRequest], Iterator[Ended | Waiting]]
-"""Function that has tasks done, and yields each when it has ended, and what all of them wait for."""
+"""Function that gives tasks to workers; it yields each task that has ended, and the reason while all tasks wait."""
 
 
 @contextmanager
 def _doing(
     folder: Path, workers: int | None, scheduler: str | Cluster | None, sweep: Sweep
 ) -> Iterator[tuple[str, Do]]:
-    """Provide the device of jobs that name none, and a function that has tasks done."""
+    """Provide the device of jobs that name none, and a function that gives tasks to workers."""
     from stitchmesh.compute.device import CPU, FIRST_GPU, device_named, device_names
 
     if scheduler is not None:
@@ -176,7 +177,7 @@ def _run(jobs: list[SweptJob], sweep: Sweep, folder: Path, log: JobLog, stop: St
             if time.monotonic() - written > TABLE_SECONDS:
                 write_table(folder, jobs, rows)
                 written = time.monotonic()
-        for task in missing:  # A task that was divided has a file too, so that the next run finds it finished.
+        for task in missing:  # A divided task gets a file too, so that the next run finds it finished.
             if read_rows(folder, task) is None:
                 write_rows(folder, task, {one.key: rows[one.key] for one in task.jobs})
     finally:
@@ -186,7 +187,7 @@ def _run(jobs: list[SweptJob], sweep: Sweep, folder: Path, log: JobLog, stop: St
 
 
 def _rows_of(ended: Ended, folder: Path) -> dict[str, Row]:
-    """Return the rows of a task; a job of which its workers died has an error."""
+    """Return the rows of a task; a job that made its workers die has an error."""
     if ended.died:
         (one,) = ended.task.jobs
         rows = {one.key: error_row(one, DIED)}

@@ -1,11 +1,12 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Tasks given to workers a few at a time, and given again if a worker or the scheduler was lost.
+"""Tasks are given to workers a few at a time, and given again if a worker or the scheduler was lost.
 
-A scheduler of Dask gives a task to another worker if its worker has died. Of a task that several workers have died of,
-the jobs are done alone. A job that they have died of is done once more at the end, while nothing else is done, because
-Dask also suspects tasks that only waited at a worker; if the worker dies again, the job has failed. If the scheduler
-is lost, its tasks are given to the one that answers next at the same address.
+A scheduler of Dask gives a task to another worker if its worker has died. If several workers have died during a task,
+each of its jobs becomes a task of its own. If several workers have died during such a single job, the job is done once
+more at the end, while nothing else is done, because Dask also suspects tasks that only waited at a worker; if the
+worker dies again, the job has failed. If the scheduler is lost, its tasks are given to the next scheduler that answers
+at the same address.
 """
 
 from __future__ import annotations
@@ -32,9 +33,9 @@ Connect = Callable[[], AbstractContextManager["Client"]]
 ALONE = "stitchmesh-alone"
 """Start of the keys of tasks that are done while nothing else is done."""
 TICK_SECONDS = 0.5
-"""Time between two looks at the wish to stop and at the scheduler [s]."""
+"""Time between two checks of the request to stop and of the scheduler [s]."""
 WORKERLESS_SECONDS = 60.0
-"""Time without a worker after which a connection is made anew [s]."""
+"""Time without a worker after which the connection is made again [s]."""
 RETURN_SECONDS = 600.0
 """Longest time in which a lost scheduler must come back [s]."""
 
@@ -50,10 +51,10 @@ class Ended:
 
 @dataclass(frozen=True)
 class Waiting:
-    """Nothing is done at the moment."""
+    """A report that no task is being done at the moment."""
 
     reason: str
-    """What the tasks wait for."""
+    """What the tasks are waiting for."""
 
 
 class _SchedulerLostError(Exception):
@@ -61,18 +62,18 @@ class _SchedulerLostError(Exception):
 
 
 def work_with(connect: Connect, tasks: Sequence[Task], folder: Path, stop: StopRequest) -> Iterator[Ended | Waiting]:
-    """Have tasks done, and yield each when it has ended, and why nothing is done meanwhile.
+    """Give tasks to workers; yield each task that has ended, and the reason while nothing is done.
 
     Args:
         connect: connects to a scheduler, for the time of a block.
         tasks: the tasks.
         folder: folder of the sweep.
-        stop: a wish to stop.
+        stop: the request to stop.
 
     Raises:
         FileError: the scheduler does not answer, or a worker cannot write files.
         JobStopped: the user wants to stop.
-        StitchMeshError: a worker does not work as this version does.
+        StitchMeshError: a worker does not behave as this version expects.
     """
     left = {task.key: task for task in tasks}
     last_seen: float | None = None
@@ -97,7 +98,7 @@ class _Given:
     """The tasks that lie at a scheduler."""
 
     def __init__(self, client: Client, left: dict[str, Task], folder: Path, stop: StopRequest) -> None:
-        """Begin; tasks are taken out of ``left`` when they have ended."""
+        """Begin with all tasks in ``left``; a task is removed from it when it has ended."""
         self._client, self._left, self._folder, self._stop = client, left, fspath(folder), stop
         self._waiting = list(reversed(left.values()))
         self._suspected: list[Task] = []
@@ -106,7 +107,7 @@ class _Given:
         self._ended: queue.SimpleQueue[str] = queue.SimpleQueue()
 
     def all_ended(self) -> Iterator[Ended | Waiting]:
-        """Yield each task when it has ended, and what all of them wait for."""
+        """Yield each task that has ended, and the reason while all tasks wait."""
         while self._waiting or self._given or self._suspected:
             self._stop.check()
             self._give()
@@ -125,7 +126,7 @@ class _Given:
                 yield ended
 
     def _give(self) -> None:
-        """Give tasks to the scheduler, one for each thread of its workers; suspected ones at the end, one at a time."""
+        """Give tasks to the scheduler, one for each thread of its workers; suspected tasks come last, one at a time."""
         if self._waiting:
             most = max(sum(self._client.nthreads().values()), 1)
             while self._waiting and len(self._given) < most:
@@ -142,15 +143,15 @@ class _Given:
         future.add_done_callback(lambda _done, key=task.key: self._ended.put(key))
 
     def _check(self) -> None:
-        """Return unless the scheduler is lost."""
+        """Raise an error if the scheduler is lost."""
         lost = self._client.status != "running"
         if lost or any(future.status in ("cancelled", "lost") for future in self._given.values()):
             raise _SchedulerLostError
 
     def _missing(self) -> str:
-        """Return which worker the given tasks wait for; an empty text if there is one.
+        """Return which kind of worker the given tasks wait for; an empty text if there is a worker.
 
-        If there is none for long, the connection is made anew: workers of this machine are then started again.
+        If there is none for a long time, the connection is made again, which starts the workers of this machine again.
         """
         if not self._client.nthreads():
             if time.monotonic() - self._last_worker > WORKERLESS_SECONDS:
@@ -161,7 +162,7 @@ class _Given:
         return "no worker with a GPU yet" if needs_gpu and not offers_gpu(self._client) else ""
 
     def _end(self, task: Task, future: Future) -> Ended | None:
-        """Return a task that has ended; None if it has to be done again, or its jobs alone."""
+        """Return a task that has ended; None if the task, or each of its jobs alone, has to be done again."""
         from distributed import KilledWorker
 
         if future.status not in ("finished", "error"):

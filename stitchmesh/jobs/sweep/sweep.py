@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A sweep as a value: the table of a job, what differs from job to job, and what is kept of each.
+"""A sweep as a value: the table of a job, the options that differ from job to job, and the results to keep.
 
-The jobs are numbered. For each row of a list there are all random samples, and for each of these all combinations of
-the grid, in which the last option changes fastest.
+The jobs are numbered. Each row of a list is combined with all random samples, and each of these with all combinations
+of the grid, in which the last option changes fastest.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class StretchMeasure:
     steps: int = 5
     """Number of strains."""
     other: Literal["free", "held"] = "free"
-    """What the size across the stretch direction does."""
+    """Whether the size across the stretch direction is free or held."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,7 +57,7 @@ class Sweep:
     """
 
     job: Mapping[str, Any]
-    """Table of a job file with what all jobs have in common; paths are relative to the folder of ``name``."""
+    """Table of a job file with the options that all jobs share; paths are relative to the folder of ``name``."""
     name: str = "sweep.toml"
     """Path of the file, for messages and for relative paths."""
     grid: tuple[Axis, ...] = ()
@@ -71,10 +71,10 @@ class Sweep:
     seed: int = 0
     """Seed of the random samples; each sample follows from the seed and its number."""
     swatches_per_task: int | None = None
-    """Number of swatches that one worker gets at a time, and relaxes together on a GPU; None for that of the device
-    (``task``)."""
+    """Number of swatches that one worker gets at a time, and relaxes together on a GPU; None for the usual number of
+    the device (``task``)."""
     allow_paths: tuple[str, ...] = ()
-    """Folders in which files may be that the jobs read, besides that of the sweep and the present one."""
+    """Additional folders for files that the jobs read, besides the folder of the sweep and the present folder."""
     kept: Kept = field(default_factory=Kept)
     """What is kept of each job besides its row."""
 
@@ -118,7 +118,7 @@ class Sweep:
         """Return the table of one job.
 
         Raises:
-            ParameterError: an option would have to lie in a key that holds no table.
+            ParameterError: the path of an option leads through a key that holds no table.
         """
         table = dict(self.job)
         for keys, value in self.changes(number):

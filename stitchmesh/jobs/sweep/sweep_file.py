@@ -50,12 +50,12 @@ def read_sweep(path: FilePath, *, allow_paths: Sequence[FilePath] = ()) -> Sweep
 
     Args:
         path: the file.
-        allow_paths: folders in which files may be that the jobs read, besides that of the file and the present one
-            (``job_paths``).
+        allow_paths: additional folders for files that the jobs read, besides the folder of the file and the present
+            folder (``job_paths``).
 
     Raises:
         FileError: the file cannot be read, is not TOML, or has a key or a value that no sweep has; the message names
-            the key and, for an unknown key, the nearest known one.
+            the key and, for an unknown key, the nearest known key.
     """
     name = fspath(path)
     try:

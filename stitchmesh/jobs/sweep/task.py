@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The tasks of a sweep: what one worker does at a time.
+"""The tasks of a sweep: one worker does one task at a time.
 
-A task is one garment, or some swatches, which are relaxed together on a GPU. Which swatches these are follows from the
-sweep alone, so that results depend neither on the workers nor on interruptions. Keys are checksums of everything that
-decides a result; a task whose key is that of a finished one is not computed again.
+A task is one garment, or some swatches, which are relaxed together on a GPU. The sweep alone decides which swatches
+share a task, so that results depend neither on the workers nor on interruptions. Keys are checksums of everything that
+decides a result; a task with the key of a finished task is not computed again.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ from stitchmesh.jobs.sweep.sweep import Kept, Sweep
 from stitchmesh.yarnrelax.fingerprint import checksum
 
 SWATCHES_ON_GPU, SWATCHES_ON_CPU = 1000, 8
-"""Swatches of a task. On a GPU a thousand take two minutes together, and a quarter of them one; on a CPU each is
-relaxed by itself, and a task holds as many as a worker may lose."""
+"""Swatches of a task. On a GPU a thousand swatches take two minutes together, and a quarter of them takes one minute.
+On a CPU each swatch is relaxed by itself, and the number is small, because a worker that dies loses its whole task."""
 
 
 @dataclass(frozen=True)
@@ -74,12 +74,12 @@ def jobs_of(sweep: Sweep, device: str) -> list[SweptJob]:
         FileError: a job has a key or a value that no job has, or a file that a job reads is missing; the message says
             which job it is.
     """
-    checksum_of = cache(_file_checksum)  # Of one call: a file may have changed before the next one.
+    checksum_of = cache(_file_checksum)  # The cache lasts for one call: a file may change before the next call.
     return [_swept_job(sweep, number, device, checksum_of) for number in range(sweep.job_count)]
 
 
 def tasks_of(jobs: list[SweptJob], sweep: Sweep) -> list[Task]:
-    """Return the tasks for jobs, without those that occur twice."""
+    """Return the tasks for jobs; a job that occurs twice is done once."""
     different = {one.key: one for one in jobs}.values()
     together = [one for one in different if is_small(one.job)]
     alone = [one for one in different if not is_small(one.job)]
@@ -92,7 +92,7 @@ def tasks_of(jobs: list[SweptJob], sweep: Sweep) -> list[Task]:
 
 
 def is_small(job: Job) -> bool:
-    """Whether a job is a swatch that can be relaxed together with others: one without a limit on time or error."""
+    """Whether a job is a swatch without a limit on time or error, which can be relaxed together with others."""
     return job.swatch is not None and job.budget is None
 
 

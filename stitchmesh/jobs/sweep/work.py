@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a worker does with a task. The function runs in a process of its own, on this machine or on another one.
+"""The work of a worker on a task. The function runs in a process of its own, on this machine or on another one.
 
-Workers share the folder of the sweep. Pictures, yarns and the folders of garments have the keys of their jobs as names,
-and the rows of the task are written last. A task that was begun by a worker that has died is done again by another one:
-swatches to the same bits, and a garment from its checkpoint.
+Workers share the folder of the sweep. The names of pictures, yarns and folders of garments are the keys of their jobs,
+and the rows of the task are written last. If a worker dies, another worker does its task again: swatches get the same
+bits, and a garment continues from its checkpoint.
 """
 
 from __future__ import annotations
@@ -40,11 +40,12 @@ PICTURES, YARN_FILES, GARMENTS, FAULTS = "pictures", "yarns", "jobs", "faults"
 OF_THE_MACHINE = {errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EIO, errno.ESTALE, errno.EMFILE, errno.ENFILE}
 """Errors of the operating system that are no fault of a job, such as a full disk."""
 PICTURE_COLOURS = 64
-"""Colours of a picture: a page may hold thousands of them, and a yarn in light and shade has few."""
+"""Number of colours of a picture: a page may hold thousands of pictures, and a yarn in light and shade has few
+colours."""
 NOT_STRETCHED = ("period", "blocked", "relaxation", "friction")
-"""Options of a swatch that a stretch test does not take: it begins at the free cell without friction."""
+"""Options of a swatch that a stretch test does not use, because it begins at the free cell without friction."""
 WAIT_SECONDS = 1.0
-"""Time between two looks at the folder of a garment on which another process still works [s]."""
+"""Time between two checks of the folder of a garment on which another process still works [s]."""
 
 
 def work(task: Task, folder: str) -> int:
@@ -86,7 +87,7 @@ def _swatches(task: Task, folder: Path) -> dict[str, Row]:
 
 
 def _relaxed(task: Task, folder: Path) -> list[Swatch | str]:
-    """Return the swatches of a task, or the text of the error in the place of one that cannot be relaxed."""
+    """Return the swatches of a task; an error text stands in the place of a swatch that cannot be relaxed."""
     from stitchmesh.periodic.swatches import relax_swatches
 
     asked = [_request_or_fault(one, folder) for one in task.jobs]
@@ -111,7 +112,7 @@ def _request_or_fault(one: SweptJob, folder: Path) -> SwatchRequest | str:
 
 
 def _request(job: Job) -> SwatchRequest:
-    """Return what a job asks for.
+    """Return the request for the swatch of a job.
 
     Raises:
         ParameterError: an option is out of bounds.
@@ -127,7 +128,7 @@ def _request(job: Job) -> SwatchRequest:
 
 
 def _row_of(one: SweptJob, found: Swatch, kept: Kept, folder: Path, seconds: float) -> Row:
-    """Return the row of a swatch, and keep what is asked for."""
+    """Return the row of a swatch, and write the files that the sweep keeps."""
     began = time.perf_counter()
     try:
         own = measures_of(found.report) | _files(one, found.yarns, found.fabric, kept, folder)
@@ -169,7 +170,7 @@ def _files(one: SweptJob, yarns: YarnSet, fabric: StitchMesh | None, kept: Kept,
         try:
             render(yarns, folder / name, fabric=fabric, size=kept.picture, tiles=tiles, colours=PICTURE_COLOURS)
             row[PICTURE] = name
-        except DisplayError:  # A machine without a renderer makes rows too.
+        except DisplayError:  # A machine without a renderer also makes rows.
             pass
     return row
 
@@ -200,7 +201,7 @@ def _text_of(error: Exception) -> str:
 
 
 def _fault_of(error: Exception, one: SweptJob, folder: Path) -> str:
-    """Return the text of an error of a job; the traceback of an unexpected one is kept in a file.
+    """Return the text of an error of a job; the traceback of an unexpected error is kept in a file.
 
     Raises:
         FileError: the job failed because of the machine, for example because its disk is full.

@@ -1,13 +1,12 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The processes that do the tasks of a sweep, by Dask: some of this machine, or those of a standing scheduler.
+"""The processes of Dask that do the tasks of a sweep, on this machine or at a standing scheduler.
 
-Dask moves tasks between its processes by pickle, so whoever speaks to one of them can run any code in it. What is
-started here listens on the loopback address, which other users of the machine reach too: it speaks only to those with
-the certificate of one sweep, which exists in the memory of its processes. A standing scheduler has certificates of its
-own (``tls://``), or belongs into a closed network.
-
-A worker of a GPU offers the resource ``GPU`` once, so that it gets one task at a time, and sees one device only.
+Dask moves tasks between its processes by pickle, so anybody who can connect to a process can run any code in it.
+Processes that are started here listen on the loopback address, which other users of the machine can reach too. They
+therefore accept only connections with the certificate of one sweep, which exists in the memory of its processes. A
+standing scheduler has certificates of its own (``tls://``), or belongs into a closed network. A worker of a GPU offers
+the resource ``GPU`` once, so that it gets one task at a time, and sees one device only.
 """
 
 from __future__ import annotations
@@ -43,20 +42,21 @@ SETTINGS = {
     "distributed.scheduler.allowed-failures": 2,
     "distributed.worker.daemon": True,
 }
-"""Settings of Dask for the processes of this machine. A task that three workers died of is not tried again."""
+"""Settings of Dask for the processes of this machine. A task is not tried again after three workers have died during
+it."""
 
 
 def import_dask() -> None:
     """Import the package of Dask that starts processes.
 
     Raises:
-        ParameterError: it is not installed.
+        ParameterError: the package is not installed.
     """
     try:
         import distributed  # noqa: F401
     except ImportError as error:
         raise ParameterError(f"sweeps: the package distributed is missing; {REMEDY}, or give --workers 0") from error
-    talk = logging.getLogger("distributed")  # It reports each connection; what users have to know is an error here.
+    talk = logging.getLogger("distributed")  # It reports each connection, which users need not know.
     talk.setLevel(logging.CRITICAL)
     talk.propagate = False
 
@@ -67,7 +67,7 @@ def local_workers(count: int, gpus: int) -> Iterator[Client]:
 
     Args:
         count: number of processes that work on the CPU; they share its cores.
-        gpus: number of processes that work on a GPU, one for each device, in the place of those on the CPU.
+        gpus: number of processes that work on a GPU, one for each device; if it is not 0, no process works on the CPU.
 
     Raises:
         ParameterError: Dask or cryptography is not installed.
@@ -82,7 +82,7 @@ def local_workers(count: int, gpus: int) -> Iterator[Client]:
     places: list[Mapping[str, str]] = [{"CUDA_VISIBLE_DEVICES": str(k)} for k in range(gpus)] or [{}] * count
     common = {"host": LOOPBACK, "nthreads": 1, "silence_logs": logging.CRITICAL, "worker_class": ClosedWorker}
     security = _security_of_one_sweep()
-    private = TemporaryDirectory(prefix="stitchmesh-")  # Workers unpickle what they have put aside on the disk.
+    private = TemporaryDirectory(prefix="stitchmesh-")  # Workers unpickle data that they have stored on the disk.
     workers = {
         k: {"cls": Nanny, "options": common | {
             "security": security, "local_directory": private.name,
@@ -137,7 +137,8 @@ def _check_certificates(address: str) -> None:
     """Check that the configuration of Dask suits an address; Dask itself would wait for a minute.
 
     Raises:
-        ParameterError: it has no certificate for ``tls://``, one that cannot be read, or forbids ``tcp://``.
+        ParameterError: the configuration has no certificate for ``tls://``, has one that cannot be read, or forbids
+            ``tcp://``.
     """
     from distributed.security import Security
 
@@ -179,7 +180,7 @@ def offers_gpu(client: Client) -> bool:
 
 
 def _memory_of_each(count: int) -> int:
-    """Return the memory that each of some processes may use [bytes]; one that uses more is ended."""
+    """Return the memory that each of ``count`` processes may use [bytes]; a process that uses more is ended."""
     from distributed.system import MEMORY_LIMIT
 
     return int(MEMORY_LIMIT) // max(count, 1)

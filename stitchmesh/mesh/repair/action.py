@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a repair may change, and what it changed, in numbers and in words."""
+"""The changes that a repair may make, and the changes that it made, in numbers and in words."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from stitchmesh.errors import ParameterError, described, first_few
 
 MOST_PLACES = 8
-"""Number of places that an action names."""
+"""Largest number of places that an action names."""
 SENTENCES = {
     "isolated vertices": ("vertex", "1 vertex without a face was removed", "{} vertices without a face were removed"),
     "repeated corners": ("face", "1 face that visits a vertex twice was corrected",
@@ -36,7 +36,8 @@ SENTENCES = {
     "turned components": ("face", "1 component was turned, so that its faces point outwards",
                           "{} components were turned, so that their faces point outwards"),
 }  # fmt: skip
-"""Kind of the places of each action, and its sentence for one place and for several places, in the order of reports."""
+"""Kind of the places of each action, its sentence for one place, and its sentence for several, in the order of
+reports."""
 
 Place = int | tuple[int, int]
 
@@ -50,11 +51,11 @@ class RepairOptions:
     """
 
     weld_distance: float | None = None
-    """Distance up to which border vertices become one [cm]; 0 for vertices at equal positions only. None stands for
-    1e-6 of the diagonal of the bounding box, and at most 0.01 of the median length of an edge."""
+    """Border vertices up to this distance become one [cm]; 0 joins only vertices at equal positions. None stands for
+    1e-6 of the diagonal of the bounding box, but at most 0.01 of the median length of an edge."""
     largest_hole: float = 0.0
-    """Perimeter below which every hole is filled [cm]; openings of a garment must be longer. Without it, only holes of
-    three sides whose perimeter is below 4 times the median length of an edge are filled."""
+    """Every hole with a smaller perimeter is filled [cm]; openings of a garment must be longer. At 0, the repair fills
+    only holes of three sides whose perimeter is below 4 times the median length of an edge."""
 
     def __post_init__(self) -> None:
         for name in ("weld_distance", "largest_hole"):

@@ -12,7 +12,7 @@ from stitchmesh.mesh.repair.action import ActionLog
 from stitchmesh.mesh.repair.soup import Soup, edges_of
 
 SMALLEST = 1e-4
-"""Area of a component that is kept, as a multiple of the area of the largest component."""
+"""Smallest area of a component that is kept, as a multiple of the area of the largest component."""
 
 
 def component_of_faces(soup: Soup) -> IntArray:

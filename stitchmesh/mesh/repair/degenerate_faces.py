@@ -2,12 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Faces that a repair removes or corrects: without area, with a corner twice, or with the vertices of another face.
 
-If a sliver is removed whose middle corner lies on its long side, that corner lies on a side of the neighbour, which
-is then on the border: a T-junction, which is joined as any other one.
-
-A face may visit a vertex twice. A corner that occurs twice in succession, and a side that is passed forth and back, are
-left out. A polygon that touches itself in a vertex is separated into its loops. A polygon that reaches its inner loop
-along a bridge, as programs write a face with a hole, is divided into triangles.
+A removed sliver can leave a T-junction: its middle corner then lies on a side of the neighbour, which is on the border.
+This T-junction is joined like any other. A face may visit a vertex twice. The repair leaves out a corner that occurs
+twice in succession, and a side that is passed forth and back. A polygon that touches itself in a vertex is separated
+into its loops. A polygon that reaches its inner loop along a bridge, as programs write a face with a hole, is divided
+into triangles.
 """
 
 from __future__ import annotations
@@ -38,7 +37,7 @@ def remove_faces_without_area(soup: Soup, log: ActionLog) -> Soup:
 
 
 def _parts(soup: Soup, corners: list[int]) -> list[list[int]]:
-    """Triangles around the corner with the lowest vertex for which they all have an area, or none."""
+    """Triangles around the lowest vertex for which all triangles have an area; none if there is no such vertex."""
     by_vertex = sorted(range(len(corners)), key=lambda place: int(soup.vertex[corners[place]]))
     for turn in by_vertex if len(corners) > 3 else []:
         first, *others = corners[turn:] + corners[:turn]

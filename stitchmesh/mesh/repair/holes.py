@@ -20,9 +20,9 @@ from stitchmesh.mesh.repair.soup import Soup, open_sides
 from stitchmesh.mesh.repair.weld import median_edge
 
 MISSING_TRIANGLE = 4.0
-"""Perimeter of a hole of three sides that is always filled, as a multiple of the median length of an edge."""
+"""A hole of three sides is always filled if its perimeter is below this multiple of the median length of an edge."""
 OUTLINE = 1.5
-"""Area of a component that has a hole, as a multiple of the largest area that the border of the hole can bound."""
+"""A border is a hole only if the area of its component is above this multiple of the largest area that it can bound."""
 CENTRE = -1
 """Place of the centre of a hole in the polygons that fill it."""
 
@@ -125,8 +125,8 @@ def _with_patch(soup: Soup, border: IntArray, source: IntArray, patch: list[list
     Args:
         soup: the faces.
         border: vertices along the border of the hole, shape (n,).
-        source: the vertices of the input that they come from, shape (n,).
-        patch: places of the corners of each polygon, as of ``_patch``.
+        source: vertex of the input from which each border vertex comes, shape (n,).
+        patch: places of the corners of each polygon, as ``_patch`` returns them.
     """
     places = np.array([place for polygon in patch for place in polygon])
     points, vertices = soup.points, np.append(border, len(soup.points))

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """T-junctions: border vertices that lie on a border edge of another face.
 
-The edge is divided at the vertex if a part of it is then an edge of another face too. A triangle is divided into
-triangles; a larger face takes the vertex as a further corner.
+The edge is divided at the vertex if a part of the edge then coincides with an edge of another face. A triangle is
+divided into triangles; a larger face takes the vertex as a further corner.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from stitchmesh.mesh.repair.action import ActionLog
 from stitchmesh.mesh.repair.soup import Soup, numbers_in, open_sides
 
 ROUNDING = 1e-11
-"""Distance from an edge that is rounding, as a multiple of the length of the edge."""
+"""A distance from an edge counts as rounding up to this multiple of the length of the edge."""
 STEEPEST = 0.5
 """Largest distance of a vertex from an edge, as a multiple of its distance from the nearer end of the edge."""
 
@@ -105,7 +105,7 @@ def _along(soup: Soup, sides: IntArray, fraction: FloatArray) -> FloatArray:
 
 
 def _useful(soup: Soup, sides: IntArray, inserted: Insertions) -> Insertions:
-    """Leave out the vertices at which a side need not be divided, because no part of it then has another face."""
+    """Leave out vertices at which a side need not be divided, because neither part of it would have another face."""
     if not inserted:
         return {}
     whole = np.setdiff1d(sides, list(inserted))

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Edges with more than two faces, vertices in which parts of the surface meet, and faces of the wrong direction.
+"""Repair of edges with more than two faces, of vertices in which parts meet, and of faces of the wrong direction.
 
-Along an edge with more than two faces, faces are joined in pairs: first those which pass the edge in opposite
-directions, the flattest pair first. A pair that would make the surface one-sided is left apart. The faces around each
-vertex then fall into fans, and each fan becomes a vertex of its own.
+Along an edge with more than two faces, faces are joined in pairs. Pairs that pass the edge in opposite directions come
+first, and among them the flattest pair. A pair that would make the surface one-sided is left apart. The faces around
+each vertex then fall into fans, and each fan becomes a vertex of its own.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ from stitchmesh.mesh.repair.orientation import patches_and_flips
 from stitchmesh.mesh.repair.soup import EdgeSides, Soup, edge_keys, edge_sides, edges_of
 
 DECIMALS = 6
-"""Decimals of the cosine between two faces in which a difference decides which of two pairs is flatter."""
+"""Two pairs of faces are equally flat if the cosines of their angles agree to this number of decimals."""
 
 
 def make_manifold(soup: Soup, log: ActionLog) -> Soup:
     """Return faces that form an oriented manifold surface, with one vertex for each fan of faces.
 
-    A vertex of the result has the position and the place in the order of the first vertex of the input that it comes
-    from. If the fans of one vertex of the input are separated, the further vertices come after all others.
+    A vertex of the result takes its position and its place in the order from the first of its vertices in the input. If
+    the fans of one vertex of the input are separated, the additional vertices come after all others.
 
     Args:
         soup: welded faces that visit each of their vertices once.
@@ -51,9 +51,9 @@ def make_manifold(soup: Soup, log: ActionLog) -> Soup:
 
 
 def _two_sided(soup: Soup, pairs: IntArray) -> IntArray:
-    """Leave out pairs that only the weld has made and that make a connected part of the input one-sided, shape (n, 2).
+    """Leave out pairs that only the weld has made, if they make a connected part of the input one-sided, shape (n, 2).
 
-    Such a part is a Moebius strip that somebody has cut open.
+    Such a part is a Moebius strip that was cut open.
     """
     in_input = _same_edge_in_input(soup, pairs)
     patch, flips = patches_and_flips(soup, pairs[in_input])
@@ -69,7 +69,7 @@ def _same_edge_in_input(soup: Soup, pairs: IntArray) -> NDArray[np.bool_]:
 
 
 def _opposed(soup: Soup, pairs: IntArray, flips: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Whether the faces of two sides along one edge disagree in direction once some faces are reversed, shape (n,)."""
+    """Whether the faces of two sides along one edge disagree in direction after some faces are reversed, shape (n,)."""
     same = soup.vertex[pairs[:, 0]] == soup.vertex[pairs[:, 1]]
     return same ^ flips[soup.side_face[pairs[:, 0]]] ^ flips[soup.side_face[pairs[:, 1]]]
 
@@ -98,8 +98,8 @@ def _bend(soup: Soup, pairs: IntArray, flips: NDArray[np.bool_]) -> tuple[FloatA
     """How faces meet along an edge.
 
     Returns:
-        Cosine of the angle between the two faces, -1 for a flat pair and 1 for one that is folded together, and whether
-        the second face rises above the outside of the first one; both of shape (n,).
+        Cosine of the angle between the two faces, -1 for a flat pair and 1 for a pair that is folded together, and
+        whether the second face rises above the outside of the first; both of shape (n,).
     """
     normal = soup.vector_area / soup.area[:, None]
     along = soup.points[soup.head] - soup.points[soup.vertex]
@@ -138,7 +138,7 @@ def _joined(pairs: IntArray, opposed: NDArray[np.bool_], patch: IntArray) -> Int
 
 
 def _root(root: dict[int, tuple[int, bool]], patch: int) -> tuple[int, bool]:
-    """Patch that stands for all that are joined with a patch, and whether the two have opposite directions."""
+    """Patch that stands for all patches joined with a patch, and whether the two have opposite directions."""
     turned = False
     while patch in root:
         patch, turn = root[patch]
@@ -164,8 +164,8 @@ def _fans(soup: Soup, pairs: IntArray) -> IntArray:
 def _one_vertex_for_each_fan(soup: Soup, fan: IntArray) -> Soup:
     """Give each fan a vertex of its own.
 
-    Faces had an area with welded positions. If one loses it, because parts that touch keep their own positions, all
-    vertices take the welded positions.
+    With welded positions each face had an area. Parts that touch may keep their own positions, but if a face loses its
+    area by this, all vertices take the welded positions.
     """
     corners = np.lexsort((soup.source, fan))
     _, first = np.unique(fan[corners], return_index=True)
@@ -198,7 +198,7 @@ def _log_splits(before: Soup, edges: EdgeSides, after: Soup, log: ActionLog) -> 
 
 
 def _changed(before: Soup, edges: EdgeSides, after: Soup) -> IntArray:
-    """First sides of the edges with more than two sides whose faces are joined otherwise than in the input, shape (n,).
+    """First sides of edges with more than two sides, if their faces are joined otherwise than in the input, shape (n,).
 
     Vertices of the input can share a position on purpose: three faces on one edge are then a pair and a single face.
     """

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Directions of faces: neighbours agree, and components point outwards.
 
-Each face is a pair of nodes of a graph: as it is, and reversed. Two faces that share an edge link the nodes with which
-they pass the edge in opposite directions. The component of one node is a consistent choice for all faces of a patch,
-unless it holds both nodes of a face: then the surface has one side only.
+Each face is a pair of nodes of a graph: the face as it is, and the face reversed. For two faces that share an edge,
+links join the nodes that pass the edge in opposite directions. The component of one node is a consistent choice for all
+faces of a patch, unless it holds both nodes of a face: then the surface has one side only.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ from stitchmesh.mesh.repair.components import closed_components, component_of_fa
 from stitchmesh.mesh.repair.soup import Soup, numbers_in
 
 NO_VOLUME = 1e-12
-"""Volume that is rounding, as a multiple of the area of the surface to the power 3/2."""
+"""A volume counts as rounding up to this multiple of the area of the surface to the power 3/2."""
 FLAT = 0.95
-"""Length of the sum of all vector areas as a multiple of the area, above which a component has no inside. It is 0.955
-for a part of a tube that goes round by 60 degrees, whose mean winding number is far above that of ``INSIDE_OUT``."""
+"""A component has no inside if the length of the sum of all vector areas is above this multiple of the area. The ratio
+is 0.955 for a part of a tube that goes round by 60 degrees, whose mean winding number is far above ``INSIDE_OUT``."""
 
 
 def patches_and_flips(soup: Soup, pairs: IntArray) -> tuple[IntArray, NDArray[np.bool_]]:
@@ -73,7 +73,7 @@ def _check_two_sided(soup: Soup, pairs: IntArray, one_sided: NDArray[np.bool_]) 
     """Check that no patch of the surface has one side only.
 
     Raises:
-        MeshError: as said; the message names an edge and a face of the input.
+        MeshError: a patch has one side only; the message names an edge and a face of the input.
     """
     bad = np.flatnonzero(one_sided[soup.side_face[pairs[:, 0]]])
     if len(bad):

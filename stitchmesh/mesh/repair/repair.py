@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Repair of polygons from modelling programs.
 
-The order of the steps matters. Faces that visit a vertex twice and faces that occur twice are corrected first, because
-edges are then counted rightly. Vertices are welded next. Welding can crush faces, and a removed sliver leaves
-T-junctions, so that faces are corrected again until no T-junction is left. Only then are edges with more than two
-faces separated, directions made to agree, small components removed, holes filled and components turned outwards.
+The order of the steps matters. Faces that visit a vertex twice and faces that occur twice are corrected first, so that
+the faces of each edge are counted correctly. Vertices are welded next. Welding can crush faces, and a removed sliver
+leaves T-junctions, so that faces are corrected again until no T-junction is left. Only then are edges with more than
+two faces separated, directions made to agree, small components removed, holes filled and components turned outwards.
 """
 
 from __future__ import annotations
@@ -34,9 +34,10 @@ from stitchmesh.mesh.repair.soup import Soup, soup_of
 from stitchmesh.mesh.repair.weld import weld, weld_distance
 
 MOST_PASSES = 20
-"""Largest number of searches for T-junctions; each finds those that the divisions of the one before have made."""
+"""Largest number of searches for T-junctions; each search finds T-junctions that the divisions of the search before
+made."""
 DEFAULTS = RepairOptions()
-"""What a repair may change if nothing else is said."""
+"""What a repair may change by default."""
 
 
 @dataclass(frozen=True, eq=False)

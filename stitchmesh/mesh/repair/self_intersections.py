@@ -22,7 +22,7 @@ from stitchmesh.mesh.polygon_mesh import BORDER, FloatArray, IntArray, Mesh
 MOST_PAIRS = 2**17
 """Number of pairs of boxes that are followed at a time, which limits the memory."""
 ROUNDING = 1e-12
-"""Volume of a tetrahedron that is rounding, as a multiple of the cube of the extent of two triangles."""
+"""The volume of a tetrahedron counts as rounding up to this multiple of the cube of the extent of two triangles."""
 BITS = 20
 """Bits of each coordinate in the order of the triangles."""
 
@@ -186,8 +186,8 @@ def _sides_of_plane(plane: FloatArray, points: FloatArray) -> FloatArray:
 def _passes_through(triangles: _Triangles, first: IntArray, second: IntArray, start: IntArray) -> NDArray[np.bool_]:
     """Whether a side passes through a triangle, given that its ends lie on different sides of the plane, shape (n,).
 
-    A side through an edge between two triangles of the surface passes through the surface; one through its border only
-    touches it.
+    A side through an edge between two triangles of the surface passes through the surface; a side through the border of
+    the surface only touches it.
 
     Args:
         triangles: all triangles.

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Polygons that need not be connected or valid, with the vertices and faces of the input that they come from.
 
-The sides of polygons that run along each edge, whatever their number and direction.
+``EdgeSides`` holds the sides of polygons along each edge, whatever their number and direction.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from stitchmesh.mesh.face_triangles import Ears, clip_ears
 from stitchmesh.mesh.polygon_mesh import FloatArray, IntArray, ranges
 
 NO_AREA = 1e-12
-"""Area of a face without area, as a multiple of the square of its longest side; ``Mesh`` refuses such a face."""
+"""A face has no area up to this multiple of the square of its longest side; ``Mesh`` refuses such a face."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -223,11 +223,11 @@ class EdgeSides:
     """Number of sides of each edge, shape (E,)."""
 
     def with_count(self, count: int) -> IntArray:
-        """Return the sides of the edges with a number of sides, shape (n, count)."""
+        """Return the sides of all edges that have ``count`` sides, shape (n, count)."""
         return self.sides[self.first[self.count == count][:, None] + np.arange(count)]
 
     def crowded_counts(self) -> list[int]:
-        """Return the numbers of sides above two that occur."""
+        """Return the different numbers of sides of edges that have more than two."""
         return [int(count) for count in np.unique(self.count) if count > 2]
 
 

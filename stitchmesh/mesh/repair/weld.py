@@ -3,8 +3,8 @@
 """Vertices at one position that become one vertex.
 
 Programs repeat the vertices along the seams of textures, and STL files repeat them for each triangle. Only vertices of
-the border are welded: where the surface goes on all around a vertex, the vertex needs no other. SciPy is imported
-inside the functions that use it, because a start of the program must be fast.
+the border are welded: a vertex with faces all around it needs no other vertex. SciPy is imported inside the functions
+that use it, because a start of the program must be fast.
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ def _weldable(soup: Soup, small: NDArray[np.bool_], distance: float) -> IntArray
 
 
 def _first_at_position(points: FloatArray, members: IntArray) -> IntArray:
-    """Lowest of the members at exactly the position of each member, shape (n,)."""
+    """Lowest member that lies exactly at the position of each member, shape (n,)."""
     x, y, z = points[members].T
     order = np.lexsort((z, y, x))  # Members at one position stay in ascending order.
     moved = (np.diff(points[members[order]], axis=0) != 0.0).any(axis=1)
@@ -138,7 +138,7 @@ def _numbers_twice_in_a_face(soup: Soup, group: IntArray, together: IntArray, sm
 
 
 def _joined_one_by_one(soup: Soup, group: IntArray, pairs: IntArray, small: NDArray[np.bool_]) -> IntArray:
-    """The pairs that can be joined, the nearest first, without two corners of one face becoming one, shape (n, 2)."""
+    """The pairs that can be joined, the nearest first, so that no two corners of one face become one, shape (n, 2)."""
     offset = soup.points[pairs[:, 0]] - soup.points[pairs[:, 1]]
     pairs = pairs[np.lexsort((pairs[:, 1], pairs[:, 0], np.linalg.norm(offset, axis=1)))]
     root = {int(number): int(number) for number in np.unique(pairs)}

@@ -24,7 +24,7 @@ class PanelOptions:
     """
 
     directions: Sequence[tuple[PanelName, tuple[float, float]]] = ()
-    """Directions of knitting in the texture (u, v); of two for one panel, the later one is taken."""
+    """Directions of knitting in the texture (u, v); if a panel has two, the later one counts."""
     sewn: Sequence[tuple[PanelName, PanelName]] = ()
     """Pairs of panels whose seams are left to be sewn, also where their stitches fit."""
     shaping: Placement = DEFAULT_PLACEMENT

@@ -22,7 +22,8 @@ from stitchmesh.shaping.triangle_surface import TriangleSurface
 CORNER = np.radians(30.0)
 """Turning of an outline at a vertex that makes a corner [rad]."""
 HEM_COSINE = 0.93
-"""Width of a piece across the direction of knitting, over its length, from which it is a hem: a slope of 21 degrees."""
+"""A piece is a hem if its width across the direction of knitting, over its length, is at least this: a slope of 21
+degrees."""
 SHORTEST_HEM = 2.0
 """Length of the shortest hem, in stitch widths."""
 SIDE, BEGINS, ENDS = 0, -1, 1
@@ -90,7 +91,7 @@ def _steps(points: FloatArray) -> FloatArray:
 
 
 def _breaks(panels: PanelMesh) -> set[int]:
-    """The vertices at which outlines are divided: corners, ends of seams, and those that are sewn to one."""
+    """The vertices at which outlines are divided: corners, ends of seams, and vertices that are sewn to these."""
     mesh = panels.mesh
     surface = TriangleSurface(mesh.vertices, mesh.face_vertex[face_triangles(mesh).corners])
     border = mesh.face_vertex[mesh.twin == BORDER]
@@ -155,7 +156,7 @@ def _with_partners(pieces: list[OutlinePiece], across: dict[int, int]) -> list[O
 
 
 def _without_touching_hems(pieces: list[OutlinePiece]) -> list[OutlinePiece]:
-    """Make a side of the shorter one of two hems, one where rows begin and one where they end, with a common vertex."""
+    """Where a hem that begins rows and a hem that ends rows share a vertex, make the shorter one a side."""
     kinds = [piece.kind for piece in pieces]
     for number, piece in enumerate(pieces):
         following = piece.following

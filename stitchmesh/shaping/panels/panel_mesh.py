@@ -82,7 +82,7 @@ class PanelMesh:
         return replace(self, mesh=turn_inside_out(self.mesh), seams=seams)
 
     def panels_named(self, panel: int | str) -> list[int]:
-        """Return the number of one panel, or those of all panels whose object, group or material has a name.
+        """Return the number of one panel, or the numbers of all panels whose object, group or material has a name.
 
         Args:
             panel: a number, a name, or a text of a number that is no name.

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The stitches of panels: rows that end at the sides of the outline.
 
-Where a row is a little shorter than the one below, it has decreases; where it is much shorter, the loops beside it are
-left to be bound off. A row that is much longer casts on beside the one below. In the same way a row parts into two at a
-neck, whose loops are bound off, and two rows become one.
+A row that is a little shorter than the row below has decreases. If it is much shorter, the loops beside it are left to
+be bound off. A row that is much longer casts on beside the row below. In the same way a row parts into two at a neck,
+whose loops are bound off, and two rows become one.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from stitchmesh.tessellate.panel import StitchFaces, stitch_for
 GENTLE = 1
 """Stitches by which a row may be shorter or longer at one end than the row below without binding off or casting on."""
 END_TO_END = 0.25
-"""Distance of the end of a course from the start of another one, in stitch widths, up to which they are one course."""
+"""Two courses become one if the end of the first is at most this far from the start of the second, in stitch widths."""
 NEAR_IN_PATTERN = 8.0
 """Factor of this distance in the flat pattern, in which the two sides of a dart are apart."""
 BESIDE = 0.05
@@ -36,7 +36,8 @@ BESIDE = 0.05
 SHORTEST_LINE = 0.75
 """Length of the shortest course, in stitch widths."""
 SHORTEST_TIP = 4.0
-"""The same for the last course below a rounded end, such as a cap: loops bound off beside a shorter one do not hold."""
+"""The same for the last course below a rounded end, such as a cap: loops bound off beside a shorter course do not
+hold."""
 
 
 @dataclass(frozen=True)
@@ -72,9 +73,10 @@ class _Course:
         return _Course(line, self.chain.followed_by(other.chain), place)
 
     def ends_at(self, other: _Course, near: float) -> bool:
-        """Return whether another course starts where this one ends, as it does also at the tip of a dart [cm].
+        """Return whether another course starts at most ``near`` [cm] from the end of this one, as at the tip of a dart.
 
-        In the flat pattern they may be ``NEAR_IN_PATTERN`` times as far apart, but not as the sides of a sleeve are.
+        In the flat pattern the two may be ``NEAR_IN_PATTERN`` times as far apart, but not as far as the sides of a
+        sleeve.
         """
         assert self.line.flat is not None and other.line.flat is not None
         in_space = np.linalg.norm(self.line.points[-1] - other.line.points[0])
@@ -82,10 +84,11 @@ class _Course:
         return bool(in_space <= near and in_pattern <= NEAR_IN_PATTERN * near)
 
     def vertex_beside(self, point: FloatArray, *, first: bool) -> int:
-        """Return the place in the chain of the vertex just outside an end of another line, at a point of the pattern.
+        """Return the place, in the chain, of the vertex just outside an end of another line.
 
-        Rows of loops that are bound off then follow the outline without going back. Distances are those in the flat
-        pattern, because the two sides of a panel may lie on each other in space, as those of a sleeve do.
+        ``point`` is that end in the flat pattern. Rows of loops that are bound off then follow the outline without
+        going back. Distances are measured in the flat pattern, because the two sides of a panel may lie on each other
+        in space, as the sides of a sleeve do.
         """
         flat = self.line.flat_at(self.place)
         spacing = self.line.length / len(self.chain.edges)
@@ -146,9 +149,9 @@ class PanelStitches:
         self, levels: LevelLines, band: Band, hems: Sequence[Hem], courses: dict[int, _Course], wanted: dict[int, int],
         change: RowChange | None,
     ) -> None:  # fmt: skip
-        """Make the courses of a band that have not been made yet; shaping at the ends of its only row changes it."""
+        """Make the missing courses of a band; ``change`` is the shaping at the ends of its only row."""
         last = {band.below[0] for band in levels.bands if len(band.below) == 1 and not band.above}
-        # Hems have given numbers of stitches; what is left of the course below belongs to the other lines.
+        # Hems have given numbers of stitches; the other lines get the rest of the course below.
         for number in sorted([*band.below, *band.above], key=lambda number: number not in levels.borders):
             line = levels.lines[number]
             shortest = SHORTEST_TIP if number in last - levels.borders else SHORTEST_LINE
@@ -167,7 +170,7 @@ class PanelStitches:
                     courses[number] = self._course(line, wanted.get(number, left))
 
     def _course(self, line: LevelLine, kept: int) -> _Course:
-        """Make a course of equally wide stitches, as many as are to be kept if their width permits it."""
+        """Make a course of equally wide stitches: ``kept`` stitches if their width permits it."""
         exact = line.length / self.size.width
         count = kept if kept > 0 and abs(exact - kept) <= SLACK else max(1, round(exact))
         return self._even_course(line, count)
@@ -233,7 +236,7 @@ class PanelStitches:
     def _add_face(
         self, low: Chain, high: Chain, wales: Wales, place: int, wale: tuple[int, ...], left: bool
     ) -> None:
-        """Add the face between two neighbouring wale edges, which leans as at the left end of a row or at the right."""
+        """Add the face between two neighbouring wale edges, which leans as at the left or the right end of a row."""
         b, t = slice(*wales.below[place : place + 2].tolist()), slice(*wales.above[place : place + 2].tolist())
         bottom, top = low.edges[b], high.edges[t]
         faces = self.faces
@@ -288,19 +291,19 @@ class _Joint:
         return self.high.chain.part(*self.high_range)
 
     def narrowed(self) -> _Joint:
-        """Return the joint of only those parts that lie above each other."""
+        """Return the joint without the parts of the courses that do not lie above each other."""
         return _Joint(self.low, self.high, self.low_exact, self.high_exact, self.low_exact, self.high_exact)
 
 
 def _end_to_end(courses: list[_Course], near: float) -> list[_Course]:
-    """Join the courses at one side of a band that follow each other from end to end to one.
+    """Join courses at one side of a band to one course where they follow each other from end to end.
 
     Beside a corner of the outline, part of a row is bound off at a hem while the rest of it goes on, or a row begins at
     a hem beside one that goes on. The row between them is one.
 
     Args:
         courses: the courses.
-        near: distance of the end of one from the start of the next up to which they follow each other [cm].
+        near: largest distance between the end of a course and the start of the course that follows it [cm].
     """
     after = {}
     for number, course in enumerate(courses):
@@ -340,11 +343,11 @@ def _facing_range(course: _Course, other: _Course) -> tuple[int, int]:
 def _widened(
     courses: list[_Course], exact: dict[tuple[int, int], tuple[tuple[int, int], tuple[int, int]]], own: int
 ) -> dict[tuple[int, int], tuple[int, int]]:
-    """Widen the ranges in each course to its ends where the ends are near; leave out ranges that others cover.
+    """Widen each range to the ends of its course where these are near; leave out a range that another one covers.
 
     Args:
-        courses: the courses below a band, or those above it.
-        exact: ranges of each pair of courses in the course below and in the one above.
+        courses: the courses below a band, or the courses above it.
+        exact: for each pair of courses, its range in the course below and its range in the course above.
         own: 0 for the courses below, 1 for those above.
     """
     found = {}
@@ -380,7 +383,7 @@ def _check_lines(levels: LevelLines, size: StitchSize) -> None:
     """Check that a panel has room for stitches, and that no row is a ring.
 
     Raises:
-        TessellationError: it has none, or a row is one.
+        TessellationError: the panel has no room, or a row is a ring.
     """
     longest = max((line.length for line in levels.lines), default=0.0)
     if longest < 2.0 * size.width:

@@ -18,9 +18,9 @@ from stitchmesh.shaping.panels.panel_time import PanelTime, refined_line
 SIDE_GAP = 0.5
 """Distance by which a border is drawn back from a seam, in stitch widths."""
 TOP_GAP = 0.7
-"""The same for a border at which rows end, above which loops are bound off."""
+"""The same distance for a border at which rows end and loops are bound off."""
 LARGEST_CHANGE = 2.0
-"""Deviation of the difference of two times from a whole number, in courses, up to which they are made equal."""
+"""Two times become equal if their difference deviates from a whole number by at most this, in courses."""
 
 
 def gap_at(piece: OutlinePiece, width: float) -> float:
@@ -110,7 +110,7 @@ class _Side:
         return cls(piece.panel, vertices, place / place[-1], time.courses[vertices])
 
     def differences(self, other: _Side) -> FloatArray:
-        """The time minus that of the other side, which runs the other way, at each vertex."""
+        """The time of this side minus the time of the other side, which runs the other way, at each vertex."""
         difference: FloatArray = self.courses - np.interp(1.0 - self.place, other.place, other.courses)
         return difference
 

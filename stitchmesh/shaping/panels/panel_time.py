@@ -6,9 +6,8 @@ With X the unit vector along the gradient of the texture coordinate in that dire
 
     integral of |grad(t) - X|^2,
 
-so that a row is one course high wherever the surface allows it. Each hem has one time, a whole number of courses.
-
-The hems of a panel: the lines at which its rows begin or end, with the stitches of their parts.
+so that a row is one course high wherever the surface allows it. Hems are the lines at which the rows of a panel begin
+or end. Each hem has one time, a whole number of courses, and a number of stitches for each of its parts.
 """
 
 from __future__ import annotations
@@ -43,7 +42,7 @@ class PanelTime:
     courses: FloatArray
     """Time of each vertex of the refined panel in courses, shape (V,)."""
     ends: Ends
-    """The hems: the roots are those at which rows begin."""
+    """The hems; the roots are the hems at which rows begin."""
     runs: tuple[tuple[int, ...], ...]
     """Numbers of the pieces of each hem, in the order of ``ends.all`` and along the border."""
 
@@ -56,7 +55,7 @@ class PanelTime:
         return np.where(self.field.any(axis=1), angle, 0.0)
 
     def with_times(self, known: dict[int, float]) -> PanelTime:
-        """Return the time that has given values [courses] at some vertices, and keeps those of the hems."""
+        """Return the time that has given values [courses] at some vertices, and keeps its values at the hems."""
         if not known:
             return self
         surface, parts = self.refined.surface, knots(self.refined.surface, self.ends)

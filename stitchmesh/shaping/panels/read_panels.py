@@ -2,12 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Reading of sewing patterns: the panels of an OBJ file with texture coordinates or groups.
 
-A seam is an edge whose two faces use different texture vertices, so that it is a border in the flat pattern. Programs
-write the two sides of a seam with common vertices (Blender) or with vertices of their own (Marvelous Designer, CLO),
-and some write vertices or texture vertices of each face anew; all of these give the same panels. Without texture
-coordinates the panels are the objects, groups and materials of the file.
-
-Seams of panels: borders that lie on each other in space.
+A seam is an edge whose two faces use different texture vertices, so that it is a border in the flat pattern. Some
+programs write the two sides of a seam with common vertices (Blender), some with separate vertices (Marvelous Designer,
+CLO), and some repeat the vertices or texture vertices for each face. The panels are the same in all these cases.
+Without texture coordinates the panels are the objects, groups and materials of the file, and seams are borders that lie
+on each other in space.
 """
 
 from __future__ import annotations
@@ -87,7 +86,7 @@ def _places(mesh: Mesh, ends: IntArray) -> IntArray:
 
 
 def _line_starts(mesh: Mesh, across: IntArray) -> list[int]:
-    """Sides at which seams may begin: first those that follow on no other side, then all others for closed seams."""
+    """Sides at which seams may begin: first the sides that no other side precedes, then all others for closed seams."""
     sewn = np.flatnonzero(across != BORDER).tolist()
     follows = {_next_on_seam(mesh, across, side) for side in sewn}
     return [*(side for side in sewn if side not in follows), *sewn]
@@ -143,13 +142,14 @@ def read_panels(path: FilePath, *, unit: str = DEFAULT_UNIT, up: Direction = Y) 
 
 
 def _panels(read: ObjTexture, transform: FloatArray) -> PanelMesh:
-    """Cut the polygons where texture vertices or groups change; ``transform`` is that of points as columns."""
+    """Cut the polygons where texture vertices or groups change; ``transform`` acts on points as columns."""
     second = read.face_texture or _group_numbers(read)
     start = np.concatenate([[0], np.cumsum([len(face) for face in read.faces])])
     vertex, other = (np.array([v for face in faces for v in face]) for faces in (read.faces, second))
     points, texture = np.array(read.vertices), np.array(read.texture).reshape(-1, 2)
     if read.texture:
-        # The texture tells what is joined; vertices that a program wrote anew for each face do not.
+        # The texture shows which faces are joined; the vertices do not, because a program may repeat them for each
+        # face.
         vertex = _equal_rows(points)[vertex]
         other = other if _is_shared(start, other) else _equal_rows(texture)[other]
     mesh, corner_vertex = _cut_mesh(points @ transform.T, start, vertex, other)
@@ -171,7 +171,7 @@ def _equal_rows(rows: FloatArray) -> IntArray:
 
 
 def _is_shared(start: IntArray, other: IntArray) -> bool:
-    """Whether some texture vertex is that of two faces; ``start`` and ``other`` are those of ``_cut_mesh``."""
+    """Whether two faces share some texture vertex; ``_cut_mesh`` explains ``start`` and ``other``."""
     face = np.repeat(np.arange(len(start) - 1), np.diff(start))
     return len(np.unique(np.stack([face, other], axis=1), axis=0)) > len(np.unique(other))
 
@@ -215,7 +215,7 @@ def _connected_faces(mesh: Mesh) -> IntArray:
 
 
 def _texture_seen_from_outside(mesh: Mesh, face_panel: IntArray) -> FloatArray:
-    """Positions on the mean plane of each panel: to the right and upwards, or along a level panel [cm], (V, 2)."""
+    """Positions in the mean plane of the panels: to the right and upwards, or along a level panel [cm], (V, 2)."""
     texture = np.zeros((len(mesh.vertices), 2))
     for panel in range(int(face_panel.max()) + 1):
         faces = face_panel == panel

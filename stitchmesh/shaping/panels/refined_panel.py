@@ -27,7 +27,7 @@ class RefinedPanel:
 
     @property
     def flat(self) -> FloatArray:
-        """Positions of the vertices in the flat pattern in the size that the panel has in space [cm], shape (n, 2)."""
+        """Positions of the vertices in the flat pattern, scaled to the size in space [cm], shape (n, 2)."""
         a, b, c = (self.texture[self.surface.triangles[:, corner]] for corner in range(3))
         area = 0.5 * np.abs((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]).sum()
         return self.texture * np.sqrt(self.surface.area.sum() / max(float(area), np.finfo(np.float64).tiny))
@@ -38,7 +38,7 @@ class RefinedPanel:
 
 
 def refined_panel(panels: PanelMesh, panel: int, longest_edge: float) -> RefinedPanel:
-    """Divide a panel into triangles whose edges are at most so long [cm]."""
+    """Divide a panel into triangles whose edges are at most ``longest_edge`` long [cm]."""
     mesh = panels.mesh
     divided = face_triangles(mesh)
     corners = divided.corners[panels.face_panel[divided.face] == panel]

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Seams between knitted panels: grafts, rows that go on, and borders that are sewn.
 
-Two hems are grafted stitch by stitch. Two sides are joined row by row, so that the rows of one panel go on in the
-other, if the left ends of the rows of one panel meet the right ends of those of the other. Everything else stays a
-border, for a needle and a thread.
+Two hems are grafted stitch by stitch. Two sides are joined row by row if the left ends of the rows of one panel meet
+the right ends of the rows of the other; the rows then go on from panel to panel. All other seams stay borders, for a
+needle and a thread.
 """
 
 from __future__ import annotations
@@ -103,7 +103,10 @@ def sewn_fabric(
 
 
 def _sides_first(pieces: list[OutlinePiece]) -> list[int]:
-    """The first piece of each seam: seams of sides, and then those of two hems, which depend on what is beside them."""
+    """The first piece of each seam.
+
+    Seams of two sides come first, because seams of two hems depend on the seams beside them.
+    """
     seams = [number for number, piece in enumerate(pieces) if piece.partner > number]
     return sorted(seams, key=lambda number: SIDE not in (pieces[number].kind, pieces[pieces[number].partner].kind))
 
@@ -111,9 +114,9 @@ def _sides_first(pieces: list[OutlinePiece]) -> list[int]:
 def _graft_fits(pieces: list[OutlinePiece], number: int, joined: Collection[int]) -> bool:
     """Whether there is room for the yarns at the ends of a graft of two hems.
 
-    Where rows begin on both sides, the first rows need to go on in the other panel beside the graft: the yarns of their
-    ends would lie in one place. Where rows end on both sides they must not: a round that is closed beside the graft has
-    no loop for the yarn of the graft to turn in.
+    Where rows begin on both sides, the first rows must go on in the other panel beside the graft: otherwise the yarns
+    at their ends would lie in one place. Where rows end on both sides, the last rows must not go on: a round that is
+    closed beside the graft has no loop in which the yarn of the graft can turn.
     """
     kinds = {pieces[number].kind, pieces[pieces[number].partner].kind}
     if kinds == {BEGINS, ENDS}:
@@ -207,7 +210,7 @@ def _hem_pairs(
     lines = []
     for one in (number, pieces[number].partner):
         edges = hem_edges.get(one, ())
-        # Along the border, rows that begin are passed from left to right, and rows that end from right to left.
+        # The border runs from left to right where rows begin, and from right to left where they end.
         along = edges if pieces[one].kind < 0 else edges[::-1]
         lines.append([sides[edge] for edge in along if edge in sides])
     if len(lines[0]) != len(lines[1]):
@@ -228,7 +231,7 @@ class _PlacedEnd:
 def _ends_by_piece(
     made: PanelStitches, pieces: list[OutlinePiece], lines: list[LevelLine]
 ) -> dict[int, list[_PlacedEnd]]:
-    """Find the piece of the outline at which each row ends; the ends at each piece, in the order along it."""
+    """Find the piece of the outline at which each row ends; return the ends at each piece, in their order along it."""
     found: dict[int, list[_PlacedEnd]] = {}
     own: dict[int, list[int]] = {}
     for number, piece in enumerate(pieces):
@@ -283,7 +286,7 @@ def _row_pairs(ends: _RowEnds, first: int, second: int) -> list[tuple[int, int]]
 
 
 def _in_one_line(*lines: Sequence[_PlacedEnd]) -> bool:
-    """Whether each line of row ends is of one kind and without steps, so that each edge starts where one ends."""
+    """Whether each line of row ends has only left or only right ends, and each edge starts where another one ends."""
     for line in lines:
         ends = [placed.end for placed in line]
         if len({end.right for end in ends}) != 1:

@@ -2,12 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Stitches on the panels of a sewing pattern: the order of operations.
 
-Outlines; for each panel its triangles, time, level lines and stitches; then seams.
-
-Room for the thickness of the fabric at sharp folds, where the panels of a pattern lie on each other.
-
-Two layers of stitches, back to back or face to face, are moved apart along their normals until their distance is the
-thickness of a knitted fabric. The motion is spread over the stitches beside them.
+First the outlines are divided. Then each panel gets its triangles, time, level lines and stitches. Last, the seams are
+joined. At sharp folds, where panels lie on each other, the fabric needs room for its thickness. Two layers of stitches,
+back to back or face to face, are moved apart along their normals until their distance is the thickness of a knitted
+fabric. The motion is spread over the stitches beside them.
 """
 
 from __future__ import annotations
@@ -73,7 +71,7 @@ def opened_folds(mesh: Mesh, width: float) -> FloatArray:
 
 
 def _vertex_normals(mesh: Mesh, points: FloatArray) -> FloatArray:
-    """Unit normal at each vertex, shape (V, 3): the mean of those of its corners."""
+    """Unit normal at each vertex, shape (V, 3): the mean of the normals at its corners."""
     corner = mesh.face_vertex
     before = np.empty(mesh.side_count, dtype=np.int64)
     before[mesh.side_next] = np.arange(mesh.side_count)
@@ -85,7 +83,7 @@ def _vertex_normals(mesh: Mesh, points: FloatArray) -> FloatArray:
 
 
 def _motion(points: FloatArray, normals: FloatArray, thickness: float) -> FloatArray:
-    """Half of what is missing between each vertex and the nearest opposed one, along its normal [cm], shape (V,)."""
+    """Half of the distance that each vertex lacks to the nearest opposed vertex, along its normal [cm], (V,)."""
     from scipy.spatial import cKDTree
 
     pairs = cKDTree(points).query_pairs(thickness, output_type="ndarray")
@@ -170,11 +168,12 @@ def shape_panels(
         panels: the panels, from ``read_panels``.
         stitch_width: wale spacing [cm].
         stitch_height: course spacing [cm]; by default 0.77 times the width.
-        directions: direction of knitting in the texture (u, v), by panel; by default those of ``panels``. A name stands
-            for all panels whose object, group or material has it.
+        directions: direction of knitting in the texture (u, v), by panel; by default the directions of ``panels``. A
+            name stands for all panels whose object, group or material has it.
         sewn: pairs of panels whose seams are left to be sewn, also where their stitches fit.
         shaping: where increases and decreases stand: ``spread`` over the row, or ``seams``: at both ends of it, one
-            stitch from the edge, in a steady rhythm; where a panel asks for more they are spread all the same.
+            stitch from the edge, in a steady rhythm. Where a panel needs more of them, they are spread in spite of
+            ``seams``.
 
     Returns:
         A stitch mesh on the panels.
@@ -300,7 +299,7 @@ def _panels_apart(panels: PanelMesh, sewn: Pairs) -> set[tuple[int, int]]:
 
 
 def _numbers(panels: PanelMesh, option: str, name: PanelName) -> list[int]:
-    """Return the numbers of the panels of a name; an error names the option."""
+    """Return the numbers of the panels that have a name; an error names the option."""
     try:
         return panels.panels_named(name)
     except ParameterError as error:

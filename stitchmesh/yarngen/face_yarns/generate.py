@@ -37,15 +37,15 @@ from stitchmesh.yarngen.face_yarns.strands import (
 )  # fmt: skip
 
 LOOP_LENGTH = 35.0
-"""Length of a plain loop of a template, in yarn radii; with the control points of a plain stitch it gives the distance
-of samples."""
+"""Length of a plain loop of a template, in yarn radii. This length over the number of control points of a plain stitch
+is the distance of samples."""
 FIRST_SPACING = 0.1
 """Distance of the samples from which the radius is estimated, over the median length of a strand."""
 NEAR = 0.5
-"""Two ends that meet are one point if they are nearer than this share of the strands' steps there."""
+"""Two ends that meet become one point if their distance is below this share of the strands' steps there."""
 
 NO_LIBRARY = FaceLibrary()
-"""No drawings, beside those of the stitches and of the labels."""
+"""A library without drawings; the drawings then come from stitches and labels."""
 
 logger = logging.getLogger(__name__)
 
@@ -80,7 +80,7 @@ def face_yarns(
 
     Args:
         mesh: the faces and their joins.
-        library: drawings of types of faces, which go before those of the stitches.
+        library: drawings of types of faces; they are preferred to the drawings of the stitches.
         yarn_radius: radius of all yarns [cm]; if it is None, it is estimated from the distances of the yarns.
         quality: a preset, which gives the distance of control points.
 
@@ -143,7 +143,7 @@ def _directed(mesh: FaceMesh, strands: Sequence[PlacedStrand], entries: list[int
 
 
 def _votes(mesh: FaceMesh, strands: Sequence[PlacedStrand], entries: list[int]) -> int:
-    """Return how many yarn sides a yarn passes in their direction, less those that it passes against it."""
+    """Return how many yarn sides a yarn passes in their direction, minus how many it passes against it."""
     votes = 0
     for end in entries:
         kind = mesh.type_of(strands[end // 2].face)

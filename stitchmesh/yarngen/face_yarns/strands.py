@@ -3,18 +3,19 @@
 """The strands of all faces of a face mesh, in space, and which of their ends meet.
 
 A drawing is mapped to its face by mean value coordinates of its polygon. A height moves a point along the normal of the
-face, scaled as the face is. Of two sides that are joined, each crossing of one side meets the nearest crossing of the
-other. Crossings that meet none are the ends of yarns, but the two legs of a loop on a side that is not joined meet.
+face, in the scale of the face. Where two sides are joined, each crossing of one side meets the nearest crossing of the
+other. Yarns end at crossings that meet no other. The two legs of a loop on a side that is not joined are an exception:
+they meet each other.
 
-The drawing of each type of face: from the user's libraries, from the stitch that the type is, or from its labels.
+The drawing of a type of face comes from the user's libraries, from the stitch that the type is, or from its labels. A
+drawing from labels is for types that no library has. It has the right strands at the right sides, and they lie as far
+as possible as the labels and the name tell:
 
-A drawing from labels is made for types that no library has. It has the right strands at the right sides, and says how
-they lie as far as the labels and the name tell:
-
-- Loops that enter and leave run straight through, the yarn of the row passes behind them.
-- Loops that enter where none leave end in an arch, as those of a dropped stitch.
-- Loops that leave where none enter are made of the yarn of the row, as those of a tuck.
-- Knits and purls on several loops or with several yarns: arches of the loops below, with legs of the yarn through them.
+- Loops that enter and leave run straight through, and the yarn of the row passes behind them.
+- Where loops enter and none leave, they end in an arch, like the loops of a dropped stitch.
+- Where loops leave and none enter, they are made of the yarn of the row, like the loops of a tuck.
+- Knits and purls on several loops or with several yarns have arches of the loops below, and legs of the yarn through
+  them.
 - Two threads that cross, as in a weave: the first one is in front, unless the name begins with ``under``.
 """
 
@@ -54,7 +55,7 @@ MOST_STRANDS = 20
 SPREAD = 0.12
 """Distance of neighbouring strands along a side, as a share of the side."""
 FREE = -1
-"""Partner of an end of a strand that meets no other: the yarn ends there."""
+"""Stands for the partner of an end of a strand that meets no other end: the yarn ends there."""
 
 
 def drawing_of(kind: FaceType, library: FaceLibrary) -> tuple[FaceDrawing, bool]:
@@ -132,7 +133,7 @@ def _polygon(kind: FaceType) -> FloatArray:
 
 
 def _arches(entering: list[Place], polygon: FloatArray, kind: FaceType) -> list[Strand]:
-    """Return loops that enter and turn back; those of a purl turn in front of the legs."""
+    """Return loops that enter and turn back; the loops of a purl turn in front of the legs."""
     front = -1.0 if kind.name.startswith("purl") else 1.0
     return [_arch(place, polygon, front) for place in entering]
 
@@ -342,7 +343,7 @@ def ends_by_side(mesh: FaceMesh, strands: Sequence[PlacedStrand]) -> dict[int, l
 
 
 def _seen_across(ends: Iterable[End], reverses: bool) -> list[End]:
-    """Return ends of a side as the side sees them that it is joined to; without reversal the cloth turns over."""
+    """Return the ends of a side, as seen from the side that is joined to it; without reversal the cloth turns over."""
     return [(1.0 - along, height, end) if reverses else (along, -height, end) for along, height, end in ends]
 
 

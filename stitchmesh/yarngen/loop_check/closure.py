@@ -7,7 +7,8 @@
   lie between the two cuts, slipped loops or loops of another yarn, the line passes in front of them.
 - A link that ends beside its row is closed by a line that leaves the needle beyond its last loop.
 - A link that is drawn through loops is extended by its neighbours on both sides and closed by a line beyond the edge of
-  the fabric. If the yarn is a short ring, the whole yarn is the closed curve. In a chain bind-off it is not extended.
+  the fabric. If the yarn is a short ring, the whole yarn is the closed curve. In a chain bind-off the link is not
+  extended.
 - A downward leg of a slipped loop is closed by a line far behind the leg.
 
 The front is the right side of the fabric, ``across x up``. ``across`` points from the left crossing of a top side to
@@ -248,7 +249,7 @@ class _Closer:
         )
 
     def _some_crossings(self, sides: list[int]) -> tuple[int, int] | None:
-        """The crossing points of the middle one of those sides that have crossings; None if there are none."""
+        """The crossing points of the middle side among the sides that have crossings; None if there is none."""
         some = [side for side in sides if side * SLOTS in self.crossing_point]
         return self._crossings(some[len(some) // 2]) if some else None
 

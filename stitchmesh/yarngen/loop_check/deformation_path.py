@@ -15,13 +15,12 @@ averaged over the rotations w of its two ends. The points are placed so that the
 from their target vectors is smallest. This is a sparse linear system with the same matrix at all times (Alexa,
 Cohen-Or, Levin 2000). At the start and at the end there is no deviation, whatever w is.
 
-Yarns in general position: a tiny displacement of all points, so that no result depends on rounding.
-
-Generated fabric is symmetric: points lie on edges, several edges lie in one plane, and neighbours are at equal
-distances. Without a displacement, the last bit of a coordinate would select one of two results. Each point therefore
-counts as moved by a random displacement, which is the same at all times. The displacement is small compared with the
-yarn radius and large compared with rounding. For almost all displacements, edges that move on straight lines cross one
-pair at a time and never at a vertex (Sard's theorem). A change of the last bit of a coordinate then changes no result.
+A tiny displacement brings all points into general position, so that no result depends on rounding. Generated fabric is
+symmetric: points lie on edges, several edges lie in one plane, and neighbours are at equal distances. Without a
+displacement, the last bit of a coordinate would select one of two results. Each point therefore counts as moved by a
+random displacement, which is the same at all times. The displacement is small compared with the yarn radius and large
+compared with rounding. For almost all displacements, edges that move on straight lines cross one pair at a time and
+never at a vertex (Sard's theorem). A change of the last bit of a coordinate then changes no result.
 
 Displaced coordinates are rounded to whole multiples of a power of two, each point once. The periods of a lattice are
 rounded in the same manner. Sums and differences of these numbers are exact, so a point has the same position for every
@@ -58,7 +57,8 @@ ANCHOR_STIFFNESS = 1e-3
 COVARIANCE_BIAS = 1e-9 * np.array([[1.0, 0.01, -0.02], [-0.01, 1.1, 0.03], [0.02, -0.03, 1.2]])
 """Added to the covariance of a neighbourhood, over its norm, where points on a line do not determine the rotation.
 
-The bias then selects a rotation close to none. It is not symmetric, so it also determines the sense of a half turn.
+The bias then selects a rotation close to the identity. It is not symmetric, so it also determines the sense of a half
+turn.
 """
 TIE_BREAK_ANGLE = 1e-6
 """Angle [rad]; a random number from one to two times this angle is added to the angle between neighbours. It determines
@@ -107,7 +107,7 @@ class DeformationPath:
     end: YarnSet
     """The yarns at time 1."""
     smoothing_steps: int
-    """Number of times that rotations are averaged with those of their neighbours."""
+    """Number of times that rotations are averaged with the rotations of their neighbours."""
     neighbour_count: int
     """Number of control points from which each rotation is computed."""
 

@@ -38,8 +38,7 @@ from stitchmesh.yarngen.loop_check.threadings import expected_threadings, is_dra
 from stitchmesh.yarngen.loop_check.unrolled_loops import unroll_loops
 
 WRONG_TEMPLATE = "the template of a stitch is wrong"
-"""What is said of a fabric on a lattice, all of whose stitches have room."""
-"""What to look at where a regular fabric fails."""
+"""The cause that a message gives if a fabric on a lattice fails, because all stitches of such a fabric have room."""
 WHOLE = 1e-6
 """Largest difference between two linking numbers that count as equal."""
 ArcMask = NDArray[np.bool_] | None

@@ -185,8 +185,8 @@ class _Cutter:
     def _is_cut(self, i: int, j: int) -> bool:
         """Whether the yarn is cut between piece i and the next piece j.
 
-        Between two wale sides it is cut where it turns back, also where short rows have the number of their row: a link
-        from a loop around the turn into the stitch above would thread the loop at which it begins.
+        Between two wale sides it is cut where it turns back, even if a short row has the same row number. Otherwise a
+        link from a loop around the turn into the stitch above would thread the loop at which it begins.
         """
         if self.leaves_course[i]:
             return not (self.is_loop[i] and self.is_loop[j])

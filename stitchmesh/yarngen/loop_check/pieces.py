@@ -38,7 +38,7 @@ class YarnPieces:
     ends: IntArray
     """Crossings (``bridges``) at which the yarn enters and leaves each piece, shape (P, 2)."""
     points: IntArray
-    """The first control point of each piece and the one after its last, without bridges and tails, shape (P, 2)."""
+    """The first control point of each piece and the point after its last, without bridges and tails, shape (P, 2)."""
     point_count: int
     """Number of control points of all yarns."""
 

@@ -7,7 +7,7 @@ crossings. Each pair is projected along the normal of its first polygon, tilted 
 The corners are rounded to whole units. The units are so large that double precision represents products of two
 coordinates exactly. Two edges cross if the ends of each edge lie on different sides of the other edge. Where a corner
 lies on an edge, or edges touch, the second polygon counts as moved by (e, e^2, e^3), with e smaller than any number
-(Edelsbrunner and Muecke 1990). Every result is therefore that of two polygons in general position, whose projections
+(Edelsbrunner and Muecke 1990). Every result therefore belongs to two polygons in general position, whose projections
 cross an even number of times.
 """
 

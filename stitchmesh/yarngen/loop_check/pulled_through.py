@@ -8,13 +8,11 @@ yarn through yarn on that path is found (``crossings_along_path``), and crossing
 every path. The shape of a fabric does not determine the path on which it was deformed. Several paths are therefore
 tried, with more or less smooth rotations. A crossing that remains in the same place on all paths is a pull-through.
 
-Yarn crossings on a deformation path that cancel each other, and those that remain.
-
-Two crossings of opposite sign between the same two stretches of yarn can cancel: the first one makes a bight, and the
-second one takes it back. The two stretches between the two crossings form a closed ring. If no other yarn passes
-through this ring, nothing holds the bight, and the yarns could have slid to the same positions without crossing. One
-crossing alone cancels where a yarn crosses itself and its curl is such an empty ring: the curl opens, and closes again
-on the other side (Reidemeister's first move).
+Some crossings on a deformation path cancel each other. Two crossings of opposite sign between the same two stretches of
+yarn can cancel: the first one makes a bight, and the second one takes it back. The two stretches between the two
+crossings form a closed ring. If no other yarn passes through this ring, nothing holds the bight, and the yarns could
+have slid to the same positions without crossing. One crossing alone cancels where a yarn crosses itself and its curl is
+such an empty ring: the curl opens, and closes again on the other side (Reidemeister's first move).
 
 A ring is empty if it bounds a surface that no yarn crosses. The surfaces that are tried are fans of triangles, from the
 centre of the ring and from each of its points. All crossings are paired at once, so that the total length of all rings
@@ -52,7 +50,8 @@ these times can be opened then."""
 FORBIDDEN, FREE = 1e6, 1e-6
 """Cost of a crossing that nothing cancels, and of an empty assignment, in yarn radii."""
 TIE_BREAK = 1e-6
-"""Largest random number that is added to a cost [radii]. It selects the same one of equally long rings in every run."""
+"""Largest random number that is added to a cost [radii]. Among equally long rings it selects the same one in every
+run."""
 PATH_SETTINGS = ((5, 64), (0, 32), (5, 32), (20, 32), (0, 16), (100, 64))
 """Deformation paths that are tried: the number of smoothing steps of the rotations, and the number of control points
 from which each rotation is computed."""
@@ -145,7 +144,7 @@ def _unmatched(
 ) -> tuple[list[int], list[int]]:
     """Crossings that remain in the assignment of least cost.
 
-    Each crossing is assigned to one of the other sign or to itself. A crossing remains if it is assigned to itself at
+    Each crossing is assigned to a crossing of the other sign or to itself. It remains if it is assigned to itself at
     the cost ``FORBIDDEN``.
 
     Args:

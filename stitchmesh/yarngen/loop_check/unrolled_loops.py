@@ -5,9 +5,8 @@
 In a cell of one or two stitches a loop meets its own images, and its closure would have to continue from image to
 image. The cell is therefore put in the middle of a supercell, and all yarn is placed in the lattice image of its
 stitch. Arcs that do not cross the border of the supercell are then continuous, as in a piece of fabric that is not
-periodic. The links of the middle cell are checked.
-
-The supercell of a periodic fabric: copies of its cell beside and above each other.
+periodic. The links of the middle cell are checked. A supercell consists of copies of the cell beside and above each
+other.
 """
 
 from __future__ import annotations
@@ -94,9 +93,9 @@ class UnrolledLoops:
     yarns: YarnSet
     """The yarns of the arcs, without a lattice."""
     links: NDArray[np.bool_]
-    """Which links are checked, shape (links,): those of the middle cell."""
+    """Which links are checked, shape (links,): the links of the middle cell."""
     loops: NDArray[np.bool_]
-    """Which loops the links are checked against, shape (loops,): those that do not cross the border of the
+    """Which loops the links are checked against, shape (loops,): the loops that do not cross the border of the
     supercell."""
     image: IntArray
     """The lattice image of the supercell in which the stitch of each control point lies, shape (N, 2)."""
@@ -142,7 +141,7 @@ def _unroll_with_margin(fabric: StitchMesh, radius: float, finish: YarnFinish, m
 
 
 def _with_cell_face_numbers(arcs: Arcs, face_count: int) -> Arcs:
-    """The arcs with the face numbers of the cell instead of those of the supercell."""
+    """The arcs with the face numbers of the cell instead of the numbers of the supercell."""
     routes = arcs.pieces.routes
     return replace(arcs, pieces=replace(arcs.pieces, routes=replace(routes, face_below=routes.face_below % face_count)))
 

@@ -8,11 +8,10 @@ therefore cross between two stitches: the yarn, at a ninth of the height, and th
 first of these legs passes in front, the second behind. No loop is passed over the first loop; the yarn itself is drawn
 through the last loop.
 
-Default first and last stitches: the backward-loop cast-on, and a yarn drawn through the last loops.
-
-A backward loop is a yarn-over whose legs cross, so that it does not open although there is no row below (Yuksel et al.
-2012, section 4.3, y with a twisted top). The loops of the last row are held by a yarn that runs behind the left leg and
-in front of the right leg of each loop.
+The default first and last stitches are the backward-loop cast-on, and a yarn drawn through the last loops. A backward
+loop is a yarn-over whose legs cross, so that it does not open although there is no row below (Yuksel et al. 2012,
+section 4.3, y with a twisted top). The loops of the last row are held by a yarn that runs behind the left leg and in
+front of the right leg of each loop.
 """
 
 from __future__ import annotations
@@ -43,8 +42,8 @@ from stitchmesh.yarngen.templates.template import (
 )
 
 THREAD_WAYPOINTS = ((0.09, 0.15, -1.7), (0.5, 0.44, 0.0), (0.91, 0.15, 1.7))
-"""Waypoints of the drawn-through yarn in one loop: position across the column, height over that of the face, and height
-in yarn radii."""
+"""Waypoints of the drawn-through yarn in one loop: position across the column, height over the height of the face, and
+height in yarn radii."""
 SLOW_HEIGHT_FADE = 0.25
 """Fraction of a held head over which its right leg, which lies behind, reaches height zero at the face below."""
 CROSSED_WAYPOINTS = ((0.25, 0.14, 0.4), (0.62, 0.38, 1.0), (0.82, 0.70, 0.6))
@@ -54,7 +53,7 @@ Waypoints = Sequence[tuple[float, float, float]]
 """Waypoints (x, y, height): x and y in stitch widths, height in yarn radii."""
 
 CHAIN_HEIGHT = 1.7
-"""Height of a face of the chain over that of a plain stitch, because its loops stand above the head below."""
+"""Height of a face of the chain over the height of a plain stitch; its loops stand above the head below."""
 FRONT_SLOT, BACK_SLOT = 1, 2
 """Slots of a wale side at which the front and the back leg of a bound-off loop cross it."""
 RISING_WAYPOINTS: Waypoints = (
@@ -78,8 +77,8 @@ DRAWN_WAYPOINTS: Waypoints = (
 )  # fmt: skip
 """The yarn through the last loop, and in front of it down to the end of the row."""
 YARN_OVER_WAYPOINTS = ((0.23, 0.18, -0.6), (0.364, 0.37, 0.0), (0.356, 0.66, 0.9))
-"""The first leg of a yarn-over: position across its column, height over that of the face, and height in yarn radii. The
-second leg is the mirror image."""
+"""The first leg of a yarn-over: position across its column, height over the height of the face, and height in yarn
+radii. The second leg is the mirror image."""
 
 
 def cast_on(n_bottom: int, n_top: int, twists: tuple[int, ...] = ()) -> Template:
@@ -126,7 +125,7 @@ def column_waypoint(
         loop: number of the loop, from the left.
         loops: number of loops side by side in the face.
         u: position across the column, from 0 to 1.
-        v: height over that of the face, from 0 to 1.
+        v: height over the height of the face, from 0 to 1.
         height: height in yarn radii.
     """
     corners = trapezoid(*n)

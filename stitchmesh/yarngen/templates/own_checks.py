@@ -1,16 +1,15 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Checks of a stitch of the user's own: those that the built-in stitches pass.
+"""Checks of a stitch of the user's own; the built-in stitches pass the same checks.
 
 Its yarn meets every side of its face where the neighbours expect it. Every loop passes through the loops below as its
 letter says. Loops that are worked together lie in layers in the order of the code. Yarn of the row is not linked with
 itself. Among knit and among purl stitches beside, above and below it, yarns keep their distances, however its loops are
 twisted.
 
-One stitch surrounded by plain stitches: a small flat fabric on which a drawing of the stitch is tested.
-
-The fabric has three rows: a row of plain stitches, the stitch with one plain stitch on either side, and another row of
-plain stitches. All faces have the proportions of their templates, so that the embedding does not deform the yarn.
+A drawing is tested on a small flat fabric of one stitch surrounded by plain stitches. The fabric has three rows: a row
+of plain stitches, the stitch with one plain stitch on either side, and another row of plain stitches. All faces have
+the proportions of their templates, so that the embedding does not deform the yarn.
 """
 
 from __future__ import annotations
@@ -262,7 +261,7 @@ def handedness(first: TemplatePart, second: TemplatePart) -> int:
 def piercings(part: TemplatePart, head: TemplatePart) -> int:
     """Return how often a part passes through a head from behind to the front, minus how often it passes back.
 
-    A head runs clockwise, upwards on its left side. A part in front that leaves the head over its edge therefore
+    A head runs clockwise, upwards on its left side. A part in front of the head that leaves it over its edge therefore
     crosses it from right to left. A part that crosses behind the head does not pass through it there.
     """
     front, hand = crossings_between(part, head)

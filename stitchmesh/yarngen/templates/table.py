@@ -2,12 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The template table: the yarn of each kind of stitch.
 
-A stitch has a drawing of its own, or its template is the mirror image of a drawn one, a drawn one turned over, or both.
-
-Drawings of stitches: waypoints of their yarn parts, read from ``drawings.json``.
-
-Some stitches are mirror images of each other, or the same stitch turned over; one of them is drawn. The heads of the
-loops below lie in the order that the code of the stitch gives. The yarn of the stitch's own row runs from loop to loop:
+A stitch has a drawing of its own, or its template is a drawn template that is mirrored, turned over, or both. A drawing
+holds the waypoints of the yarn parts and is read from ``drawings.json``. If stitches are mirror images of each other,
+or the same stitch turned over, only one of them is drawn. The heads of the loops below lie in the order that the code
+of the stitch gives. The yarn of the stitch's own row runs from loop to loop:
 
 - A knit loop comes through the head below from behind and passes in front of its top; a purl loop does the opposite.
 - Between a knit and a purl loop of one stitch the yarn passes through the head and once around its top.
@@ -16,7 +14,7 @@ loops below lie in the order that the code of the stitch gives. The yarn of the 
 - The two legs of a slipped loop continue upwards. The yarn of the row passes behind them, or once around them.
 
 The waypoints come from rough drawings (``assets/stitches/rough.json``). A program (``assets/stitches/refine.py``) moved
-them apart in small steps, none of which lets yarn pass through yarn.
+them apart in small steps that never let yarn pass through yarn.
 
 Source: Yuksel et al. 2012, section 4.2, figures 4 and 5.
 """

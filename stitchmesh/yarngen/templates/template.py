@@ -8,10 +8,8 @@ crosses the sides of all faces at the same positions and at height zero, so that
 sides at a quarter and at three quarters of their length, wale sides at a ninth of their length from below, where the
 foot of a loop leads to the next stitch.
 
-Twisted loops: the two legs of a loop on top of a face cross below the top side.
-
-Without twist, the two legs at the same arc length below the side are at ``m - d`` and ``m + d``. With a twist t of 1 or
--1 they are at
+The two legs of a twisted loop on top of a face cross below the top side. Without twist, the two legs at the same arc
+length below the side are at ``m - d`` and ``m + d``. With a twist t of 1 or -1 they are at
 
     m -/+ (d cos a - t b n sin a),   a = pi at the side, 0 at the lower end of the turn and below,
 
@@ -44,7 +42,7 @@ LONGEST_TURN = 0.5
 LARGEST_SHARE_OF_PART = 0.45
 """Largest fraction of a part that a turn uses; a part may have a turn at either end."""
 HALF_GAP = 1.1
-"""Distance of the crossing legs from their midline [radii]. At 1 they touch."""
+"""Distance of the crossing legs from their midline [radii]. At 1 the legs touch."""
 TURN_POINTS = 80
 """Number of points along a turn."""
 
@@ -108,10 +106,10 @@ class TemplatePart:
         """The part with its last stretch before a crossing replaced.
 
         Args:
-            crossing: the crossing at which the part ends now.
+            crossing: the crossing at which the part ends before the replacement.
             length: arc length of the stretch that is replaced [stitch widths].
             end_stretch: points of the new stretch towards the crossing ``to``, shape (n, 3).
-            to: the crossing at which the part ends then.
+            to: the crossing at which the part ends afterwards.
         """
         if crossing == self.end:
             kept = self.curve[self._arc_lengths < self.length - length]
