@@ -40,6 +40,7 @@ OBSERVED = {
     ("BodyContact", "distances"): "how far a cloth is from a body, which the solver keeps on the device",
     ("ClothMaterial", "isotropic"): "a cloth whose bending and stretch are known in closed form",
     ("EventQueue", "settle"): "waits until what the application was asked to do is done",
+    ("NullControls", "send"): "a file that a user chooses, without a browser",
     ("NullControls", "text_shown"): "what a page shows, without a browser",
 }
 """Methods that no production code uses, each with what tests and scripts observe by it."""
@@ -133,7 +134,7 @@ def definition_of(module: str, name: str) -> Definition | None:
         if name in known.definitions:
             return module, name
         origin, original = known.imports.get(name, ("", None))
-        if original is None:
+        if original is None or (origin, original) == (module, name):
             return None
         module, name = origin, original
     return None
@@ -174,7 +175,10 @@ def used_by(module: str, node: ast.AST) -> Iterator[Definition | None]:
 def reached(further: frozenset[Definition]) -> frozenset[Definition]:
     """All definitions to which the entry, the public names, what runs at import and further definitions lead."""
     seen = {ENTRY, *further}
-    seen |= {found for name in modules()["stitchmesh"].imports if (found := definition_of("stitchmesh", name))}
+    for name in modules()["stitchmesh"].imports:
+        public = modules().get(f"stitchmesh.{name}")
+        seen |= {found for found in [definition_of("stitchmesh", name)] if found}
+        seen |= {(public.name, own) for own in public.definitions} if public else set()
     for name, module in modules().items():
         for statement in module.others:
             seen |= {found for found in used_by(name, statement) if found}
@@ -210,13 +214,15 @@ def test_only_promises_that_are_needed_are_listed():
 
 
 @cache
-def trees() -> list[ast.Module]:
-    return [ast.parse(path.read_text()) for path in sorted(PACKAGE.rglob("*.py"))]
+def trees() -> list[tuple[str, ast.Module]]:
+    """The name and the code of each module."""
+    return [(name_of(path), ast.parse(path.read_text())) for path in sorted(PACKAGE.rglob("*.py"))]
 
 
 @cache
-def classes() -> list[ast.ClassDef]:
-    return [node for tree in trees() for node in ast.walk(tree) if isinstance(node, ast.ClassDef)]
+def classes() -> list[tuple[str, ast.ClassDef]]:
+    """All classes, each with the name of its module."""
+    return [(name, node) for name, tree in trees() for node in ast.walk(tree) if isinstance(node, ast.ClassDef)]
 
 
 def names_after_dots(node: ast.AST) -> Counter[str]:
@@ -230,21 +236,21 @@ def names_after_dots(node: ast.AST) -> Counter[str]:
     return found
 
 
-def called_from_elsewhere(one: ast.ClassDef, own: set[str]) -> bool:
-    """Whether a base class of another package, whose classes are ``own``, may call the methods of a class."""
-    bases = {ast.unparse(base).partition("[")[0].rpartition(".")[2] for base in one.bases}
-    return bool(bases - own - FOREIGN_CALLERS)
+def called_from_elsewhere(module: str, one: ast.ClassDef) -> bool:
+    """Whether a base class of another package may call the methods of a class of a module."""
+    bases = [ast.unparse(base).partition("[")[0] for base in one.bases]
+    foreign = {base.rpartition(".")[2] for base in bases if definition_of(module, base.partition(".")[0]) is None}
+    return bool(foreign - FOREIGN_CALLERS)
 
 
 def unused_methods() -> set[tuple[str, str]]:
     everywhere: Counter[str] = Counter()
-    for tree in trees():
+    for _name, tree in trees():
         everywhere.update(names_after_dots(tree))
-    own = {one.name for one in classes()}
     documented = set(modules()["stitchmesh"].imports)
     found = set()
-    for one in classes():
-        if one.name.startswith("_") or one.name in documented or called_from_elsewhere(one, own):
+    for module, one in classes():
+        if one.name.startswith("_") or one.name in documented or called_from_elsewhere(module, one):
             continue
         for method in one.body:
             if isinstance(method, ast.FunctionDef) and not method.name.startswith("_"):
