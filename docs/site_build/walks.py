@@ -59,7 +59,7 @@ def drape_a_scene() -> None:
     """From a scene to cloth and yarns at rest."""
     import stitchmesh as sm
 
-    sm.drape(ROOT / "examples" / "mixed" / "puckering.toml", progress=False)
+    sm.drape(ROOT / "examples" / "mixed" / "puckering.toml", run=sm.Run(progress=False))
 
 
 @dataclass(frozen=True)
