@@ -53,7 +53,7 @@ class Garment:
 
     def evened(self, device: str | None = None) -> StitchMesh:
         """Return the stitches, relaxed on the surface of the mesh."""
-        return sm.relax_mesh(self.divided(), surface=self.mesh(), device=device, run=QUIET)
+        return sm.relax_mesh(self.divided(), surface=self.mesh(), device=device, run=QUIET).fabric
 
     def yarns(self, quality: str | Quality, device: str | None = None) -> tuple[YarnSet, StitchMesh]:
         """Return yarns as a quality samples them, and the stitches whose shape they keep."""

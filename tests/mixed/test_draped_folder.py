@@ -16,6 +16,7 @@ from stitchmesh.mixed.draped_folder import read_draped
 from stitchmesh.mixed.scene.cloth_section import ClothSection
 from stitchmesh.mixed.scene.region_section import RegionSection
 from stitchmesh.mixed.scene.scene_file import write_scene
+from stitchmesh.run import Run
 from stitchmesh.run_control import RunControl, Snapshot
 from tests.mixed.small_scene import SWINGING
 
@@ -42,7 +43,7 @@ def test_a_folder_is_read_while_the_run_goes_on(tmp_path):
         counts.append(len(found.frames))
         assert found.report == {}
 
-    drape(SWINGING, tmp_path, control=RunControl(look, seconds=0.0))
+    drape(SWINGING, tmp_path, run=Run(control=RunControl(look, seconds=0.0)))
     # later looks are made less often, because each takes long beside a step of so small a cloth
     assert counts[0] == 1 and len(read_draped(tmp_path).frames) == 3
 

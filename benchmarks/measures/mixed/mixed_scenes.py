@@ -42,6 +42,7 @@ from stitchmesh.mixed.scene.region_section import RegionSection
 from stitchmesh.mixed.scene.scene import Scene
 from stitchmesh.mixed.scene.scene_fabric import prepare
 from stitchmesh.mixed.scene.scene_file import read_scene
+from stitchmesh.run import QUIET, Run
 from stitchmesh.time_limit import TimeLimit, limited_to
 
 RUNS = {"triangles": "none", "mixed": "chosen", "yarns": "all"}
@@ -69,7 +70,7 @@ class Options:
 
 
 @dataclass(frozen=True)
-class Run:
+class SceneRun:
     """One run of a scene."""
 
     name: str
@@ -95,7 +96,7 @@ def regions(given: Options) -> Rows:
     with tempfile.TemporaryDirectory() as temporary:
         for name in given.scenes:
             folder = Path(given.output or temporary) / name
-            runs = [Run(name, kind, given, folder / kind) for kind in given.runs]
+            runs = [SceneRun(name, kind, given, folder / kind) for kind in given.runs]
             found = {}
             for run, rows, why in results_of(drape_run, runs):
                 if rows:
@@ -110,7 +111,7 @@ def regions(given: Options) -> Rows:
                 render_draped(drawn, folder / "preview.png", size=(700, 700))
 
 
-def drape_run(run: Run) -> Iterator[dict[str, Any]]:
+def drape_run(run: SceneRun) -> Iterator[dict[str, Any]]:
     """Make one run, write its places, and yield its numbers."""
     scene = run.scene
     run.folder.mkdir(parents=True, exist_ok=True)
@@ -119,7 +120,7 @@ def drape_run(run: Run) -> Iterator[dict[str, Any]]:
         note(f"{run.name}, {run.kind}: {said}")
 
     with limited_to(TimeLimit(run.options.seconds)):
-        made = drape(scene, run.folder, progress=progress)
+        made = drape(scene, run.folder, run=Run(progress))
     region, end, report = made.prepared.region, made.end, made.report["mixed"]
     places = all_nodes(region, end.vertices, end.nodes)
     np.savez(run.folder / PLACES, places=places, own=region.node_kind == YARNS)
@@ -209,7 +210,7 @@ def models() -> Rows:
             chosen = replace(scene, region=region, yarns=yarns)
             prepared = prepare(chosen).fabric
             began = time.process_time()
-            made = drape(chosen, cloth=prepared.cloth, yarns=prepared.yarns, progress=False)
+            made = drape(chosen, cloth=prepared.cloth, yarns=prepared.yarns, run=QUIET)
             seconds, found = time.process_time() - began, made.report["mixed"]
             nodes = found["yarn_nodes_full"] + found["yarn_nodes_hybrid"]
             ended = "" if found["converged"] else " (not converged)"

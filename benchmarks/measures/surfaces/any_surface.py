@@ -152,7 +152,7 @@ def panels_of(surface: Surface, options: PanelOptions) -> tuple[object, ...]:
     mesh, width = surface.make(), surface.width
     labeled = sm.auto_labels(mesh, stitch_width=width, panel_size=options.panel_size, progress=False)
     # Turns of short rows would be borders that panels do not have.
-    direct = sm.auto_stitches(mesh, stitch_width=width, short_rows=False)
+    direct = sm.auto_stitches(mesh, stitch_width=width, options=sm.ShapingOptions(short_rows=False))
     fabric = sm.tessellate(labeled, stitch_width=width)
     same = topology(labeled) == topology(fabric) == topology(direct)
     held = ""

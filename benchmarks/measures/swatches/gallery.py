@@ -127,7 +127,7 @@ def library(folder: Path, patterns: tuple[str, ...] = (), /, *, device: str | No
     for name in patterns or [name for name in pattern_names() if name not in LEAF]:
         fabric = _swatch_of(sm.read_pattern(name), device)
         yarns = sm.generate_yarns(fabric, yarn_radius=RADIUS, quality=quality)
-        done = sm.relax_yarns(yarns, quality=quality, device=device, constraints=[KeepBorders(fabric)])
+        done = sm.relax_yarns(yarns, quality=quality, device=device, terms=[KeepBorders(fabric)])
         report = {**done.report, "stitches": fabric.face_count}
         _write(folder, name, done.yarns, report)
         yield (

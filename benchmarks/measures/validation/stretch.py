@@ -37,9 +37,11 @@ def curves() -> Curves:
     made: Curves = {}
     for pattern in PATTERNS:
         for other in ("free", "held"):
-            common = {"other": other, "steps": STEPS, "material": material, "quality": "standard", "device": "cpu"}
-            made[pattern, "course", other] = stretch_test(pattern, course=(0.0, MOST), **common)
-            made[pattern, "wale", other] = stretch_test(pattern, wale=(0.0, MOST), **common)
+            for direction in ("course", "wale"):
+                path = StretchPath(**{direction: (0.0, MOST)}, other=other, steps=STEPS)
+                made[pattern, direction, other] = stretch_test(
+                    pattern, path, material=material, quality="standard", device="cpu"
+                )
     return made
 
 

@@ -206,7 +206,7 @@ REFUSED = (bag, 270)
 def test_loops_of_sewing_patterns_hold_in_every_direction(tmp_path, pattern, width, angle):
     panels = pattern().read(tmp_path)
     shaped = knit_panels(panels, stitch_width=width, directions=towards(panels, angle), progress=False)
-    fabric = make_room(relax_mesh(shaped.fabric, surface=shaped.surface))
+    fabric = make_room(relax_mesh(shaped.fabric, surface=shaped.surface).fabric)
     check_loops(fabric, generate_yarns(fabric))
 
 
