@@ -52,7 +52,7 @@ LARGEST_POISSON = 0.9
 SMALLEST_SLOPE = 1e-2
 """Smallest slope of a table of tensions over its largest slope: the stress of triangles must rise with the strain."""
 LARGEST_ANGLE = 1.5
-"""Change of angle from which on there is no table of shear [rad]."""
+"""A measured change of angle that reaches this bound gives no table of shear [rad]."""
 SAFE_COUPLING = 0.9
 """Largest coupling of both axes over their smallest stiffness, for a law with tables."""
 

@@ -27,9 +27,9 @@ class CourseLine:
     """The loops of a course line along a run, from left to right."""
 
     loops: IntArray
-    """Side of each loop as the run sees it, shape (n,); a new loop has a number from the number of sides on."""
+    """Side of each loop as the run sees it, shape (n,); the numbers of new loops follow those of the sides."""
     vertices: IntArray
-    """Ends of the loops; a new vertex has a number from the number of vertices on, shape (n + 1,)."""
+    """Ends of the loops; the numbers of new vertices follow those of the vertices, shape (n + 1,)."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -161,7 +161,7 @@ def test_work_is_dissipated_in_a_cycle_of_loads(most: float) -> None:
     ("options", "message"),
     [
         ({"friction": 0.3}, "friction: got 0.3 for a swatch that relaxes without it; add a relaxation"),
-        ({"relaxation": "damp"}, "relaxation: got 'damp'; expected dry, wet, full or frictionless"),
+        ({"relaxation": "damp"}, "relaxation: got 'damp'; expected one of dry, wet, full, frictionless"),
         ({"relax_cell": True, "friction": 0.3, "blocked": 20.0}, "friction: got 0.3 for a swatch that relaxes without"),
         ({"relaxation": "dry", "friction": -0.1}, r"friction: got coefficients \(-0.1, -0.1\); expected numbers from"),
         ({"relaxation": "dry", "friction": 7.0}, "expected numbers from 0 to 2"),
