@@ -174,7 +174,7 @@ def check_positive(name: str, value: float, unit: str = "") -> None:
         ParameterError: the number is not positive, or is outside the range from ``LEAST_NUMBER`` to ``LARGEST_NUMBER``.
     """
     unit = unit and f" {unit}"
-    if not (math.isfinite(value) and value > 0.0):
+    if not 0.0 < value < math.inf:
         raise ParameterError(f"{name}: got {value}{unit}; expected a positive number")
     if not LEAST_NUMBER <= value <= LARGEST_NUMBER:
         raise ParameterError(f"{name}: got {value:g}{unit}; expected {LEAST_NUMBER:g} to {LARGEST_NUMBER:g}{unit}")

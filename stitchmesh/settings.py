@@ -70,7 +70,7 @@ class SettingDeclaration:
         bounded = self.least is not None or self.most is not None
         least = -math.inf if self.least is None else self.least
         most = math.inf if self.most is None else self.most
-        if bounded and not (math.isfinite(value) and least <= value <= most):
+        if bounded and not (least <= value <= most and abs(value) < math.inf):
             expected = self.expected or f"{least:g} to {most:g}"
             unit = self.unit and f" {self.unit}"
             raise ParameterError(f"{name}: got {value}{unit}; expected {expected}")
