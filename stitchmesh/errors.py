@@ -30,6 +30,7 @@ MAKERS = {
     "Weave": "sm.read_weave(name)",
     "Edit": "sm.Edit(name, arguments)",
     "RestLengths": "sm.RestLengths(factor=1.1)",
+    "ShapingOptions": "sm.ShapingOptions(multiple=4)",
 }
 """Call that makes a value of each class, for the messages of ``check_kind``."""
 LONGEST_MESSAGE = 2000

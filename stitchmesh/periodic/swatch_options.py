@@ -23,6 +23,8 @@ SPACING = 2.4
 """Default distance of adjacent yarns of one layer [yarn diameters]; it gives a plain weave a crimp of 9.5 %."""
 GAMMAS = (0.1, 10.0)
 """Smallest and largest gamma."""
+LEAST_TENSION = 1e-6
+"""Smallest tension of a repeat that is pinned out [dyn/cm], so that it is above 0."""
 TAKE_UP = (0.1, 2.0)
 """Smallest and largest factor of a rest length (Leaf et al. 2018, section 7.2)."""
 LONGEST_FLOAT = 7
@@ -92,7 +94,8 @@ class StateSettings:
     )
     blocked: float | None = setting(
         None, "pin the repeat out along courses and wales with this tension; its size then relaxes too",
-        unit="dyn/cm", form="TENSION", unset="not blocked", example=50.0, positive=True,
+        unit="dyn/cm", form="TENSION", unset="not blocked", example=50.0, least=LEAST_TENSION,
+        expected="a positive tension",
     )  # fmt: skip
 
 

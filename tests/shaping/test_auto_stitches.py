@@ -211,7 +211,7 @@ def test_what_cannot_be_knitted_is_refused_in_one_line(arguments, error, words):
     [
         ({"up": (0.0, 0.0, 0.0)}, "up"),
         ({"multiple": 0}, "multiple"),
-        ({"most_shaping": 0.0}, "most shaping: got 0; expected a part"),
+        ({"most_shaping": 0.0}, "most shaping: got 0.0; expected a part"),
         ({"most_shaping": 1.5}, "most shaping"),
     ],
 )

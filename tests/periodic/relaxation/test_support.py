@@ -133,7 +133,7 @@ def test_a_tension_strains_the_yarn_at_least_as_much_as_the_virial_says() -> Non
 
 @pytest.mark.parametrize("tension", [0.0, -1.0, np.nan, np.inf])
 def test_impossible_tensions_are_refused(tension: float) -> None:
-    with pytest.raises(ParameterError, match=r"blocked: got .* dyn/cm; expected a positive number"):
+    with pytest.raises(ParameterError, match="expected a positive tension"):
         SwatchOptions(blocked=tension)
 
 
