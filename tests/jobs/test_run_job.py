@@ -259,7 +259,7 @@ def test_stages_that_are_a_link_are_refused(job, copy, tmp_path):
 
 def test_a_job_replaces_neither_its_mesh_nor_a_file_of_the_users(job, tmp_path):
     shutil.copy(job.garment.mesh, tmp_path / "yarns.obj")
-    own = replace(job, mesh=str(tmp_path / "yarns.obj"), write_yarns=("yarns.obj",))
+    own = replace(with_garment(job, mesh=str(tmp_path / "yarns.obj")), write_yarns=("yarns.obj",))
     for overwrite in (False, True):
         with pytest.raises(FileError, match=r"yarns\.obj: .*(was not written by StitchMesh|would replace it)"):
             run_job(own, tmp_path, overwrite=overwrite)

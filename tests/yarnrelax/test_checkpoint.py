@@ -147,7 +147,7 @@ TERMS = {
 @pytest.mark.parametrize("terms", TERMS.values(), ids=TERMS)
 def test_the_state_of_terms_is_resumed(tmp_path, terms):
     quality = replace(QUALITY, max_iterations=120)
-    options = {"material": YarnMaterial.named("leaf"), "terms": terms, "constraints": [Pins([0, 5])]}
+    options = {"material": YarnMaterial.named("leaf"), "terms": [*terms, Pins([0, 5])]}
     relaxed(replace(quality, max_iterations=80), run=Run(checkpoints=Checkpoints(tmp_path, 20)), **options)
     assert same(relaxed(quality, run=Run(resume=tmp_path / "checkpoint.smc"), **options), relaxed(quality, **options))
 
