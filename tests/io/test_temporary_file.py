@@ -15,7 +15,7 @@ from stitchmesh.io.atomic import temporary_file
 
 MAKERS = re.compile(r"tempfile\.(TemporaryDirectory|mkdtemp|NamedTemporaryFile)|import .*TemporaryDirectory")
 WITHOUT_NAMES = {
-    "io/temporary_file.py", "io/guarded_child.py", "io/part_folder.py", "render/thumbnails/rest_sheet.py",
+    "io/atomic.py", "io/guarded_child.py", "io/part_folder.py", "render/thumbnails/rest_sheet.py",
     "jobs/sweep/workers.py", "app/entrance.py",
 }  # fmt: skip
 """Modules that make temporary folders; the files in them have no name of the user's, and no error shows them."""

@@ -48,7 +48,7 @@ def test_defaults_are_left_out_and_numbers_of_numpy_are_numbers() -> None:
 
 
 def test_a_comment_stands_at_the_first_place_of_its_key() -> None:
-    lines = text_of(Thing(places=(Place(1.0), Place(2.0))), comments={"x": "[cm]"}).splitlines()
+    lines = text_of(Thing(places=(Place(1.0), Place(2.0))), comments={"places.x": "[cm]"}).splitlines()
     assert [line for line in lines if line.startswith("x")] == ["x = 1.0  # [cm]", "x = 2.0"]
 
 
