@@ -33,7 +33,8 @@ class MeshRelaxOptions:
         unset=f"that of the stitches, {ASPECT} if it is not known",
     )  # fmt: skip
     alpha: float = setting(
-        ALPHA, "part of the surface that unstressed stitches cover, above 0 and at most 1", form="PART",
+        ALPHA, "part of the surface that unstressed stitches cover, above 0 and at most 1; less gives crowded rows "
+        "more room", form="PART",
         least=LEAST_ALPHA, most=1.0, expected=f"a part of the area, {LEAST_ALPHA:g} to 1",
     )  # fmt: skip
     area_force: bool = setting(

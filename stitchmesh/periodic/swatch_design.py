@@ -56,12 +56,17 @@ class SwatchDials:
         ParameterError: a value is out of bounds.
     """
 
-    gamma: float = _dial(1.0, "tightness: the rest lengths are divided by it at constant yarn radius", GAMMAS)
-    width: float | None = _dial(None, "width of the repeat; free without one", SIZES, unit="cm")
-    height: float | None = _dial(None, "height of the repeat; free without one", SIZES, unit="cm")
-    yarn_radius: float = _dial(YARN_RADIUS, "contact radius of the yarn", (0.005, 1.0), unit="cm")
+    gamma: float = _dial(1.0, "tightness: more than 1 shortens all yarn at constant yarn radius", GAMMAS)
+    width: float | None = _dial(
+        None, "width to which the repeat is stretched or compressed in small steps; free without one", SIZES, unit="cm"
+    )
+    height: float | None = _dial(
+        None, "height to which the repeat is stretched or compressed in small steps; free without one", SIZES, unit="cm"
+    )
+    yarn_radius: float = _dial(YARN_RADIUS, "radius of the yarn where it touches other yarn", (0.005, 1.0), unit="cm")
     loop_length: float = _dial(
-        2 * COMPACT_LOOP * YARN_RADIUS, "yarn length of a plain stitch of a knit", (0.05, 100.0), unit="cm"
+        2 * COMPACT_LOOP * YARN_RADIUS, "yarn length of a plain stitch, from which the size of the stitches follows",
+        (0.05, 100.0), unit="cm",
     )
     warp_spacing: float = _dial(
         2 * SPACING * YARN_RADIUS, "distance between the warps of a weave, as drawn", SPACINGS, unit="cm"
@@ -79,7 +84,7 @@ class SwatchDials:
     k_length: float = _dial(1.0, "factor of the stiffness against a change of length", STIFFNESS_FACTORS)
     k_bend: float = _dial(1.0, "factor of the bending stiffness", STIFFNESS_FACTORS)
     k_contact: float = _dial(1.0, "factor of the contact stiffness", STIFFNESS_FACTORS)
-    mass: float = _dial(60.0, "mass of 100 m of yarn", (0.1, 10_000.0), unit="g")
+    mass: float = _dial(60.0, "weight of the yarn, which decides the weight per area", (0.1, 10_000.0), unit="g/100 m")
     columns: int = _dial(1, "number of repeats of the pattern that relax together, side by side", REPEATS)
     rows: int = _dial(1, "number of repeats of the pattern that relax together, one above another", REPEATS)
 

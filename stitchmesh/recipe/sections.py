@@ -230,7 +230,10 @@ class MaterialSection:
 class RestLengthsSection:
     """Rest lengths of the yarns, as factors of the generated lengths."""
 
-    factor: float = setting(RestLengths.factor, "factor for all yarns", flag="rest-length-factor", form="F")
+    factor: float = setting(
+        RestLengths.factor, "factor for all yarns; less than 1 makes the fabric tighter", flag="rest-length-factor",
+        form="F",
+    )  # fmt: skip
     loop_length: float | None = setting(
         RestLengths.loop_length, "yarn length of every plain stitch before the factors apply", unit="cm",
         unset="as generated", example=2.0,
@@ -449,7 +452,8 @@ class GarmentSettings(YarnAndGauge, MeshInFile):
         None, "wale spacing", unit="cm", unset=f"that of the gauge or of the yarn, or {STITCH_WIDTH}", example=0.8
     )
     yarn_radius: float | None = setting(
-        None, "yarn radius", unit="cm", unset="that of the yarn, or an eighth of the stitch width", example=0.1
+        None, "radius of the yarn where it touches other yarn", unit="cm",
+        unset="that of the yarn, or an eighth of the stitch width", example=0.1,
     )
     drawn_radius: float | None = setting(
         None, "radius of the yarn in pictures and files for renderers", unit="cm",

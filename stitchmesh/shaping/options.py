@@ -35,7 +35,7 @@ class ShapingOptions:
     """
 
     up: tuple[float, float, float] = setting(
-        UP, "direction in which the garment is knitted where nothing else decides, after its mesh was turned upright",
+        UP, "direction in which the garment is knitted where no mark decides, after its mesh was turned upright",
         flag=None,
     )  # fmt: skip
     multiple: int = setting(
@@ -50,8 +50,8 @@ class ShapingOptions:
         "(docs/recipes.md)", form="FILE", unset="automatic",
     )  # fmt: skip
     most_shaping: float | None = setting(
-        None, "largest part of the stitches of a row that are increases or decreases, such as 0.25", form="PART",
-        unset="as the mesh asks", example=0.25, least=LEAST_SHAPING, most=1.0,
+        None, "largest part of the stitches of a row that are increases or decreases, such as 0.25; rows that would "
+        "need more are stretched", form="PART", unset="as the mesh asks", example=0.25, least=LEAST_SHAPING, most=1.0,
         expected="a part of the stitches of a row above 0 and at most 1, such as 0.25",
     )  # fmt: skip
     shaping: Placement = setting(

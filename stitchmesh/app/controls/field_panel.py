@@ -16,6 +16,7 @@ from typing import Any, TypeAlias
 
 from stitchmesh.app.controls.controls import Control, Controls
 from stitchmesh.errors import StitchMeshError
+from stitchmesh.settings import setting_named
 
 OTHER = "another"
 """Word for a value that has no word in a choice, because it comes from elsewhere."""
@@ -60,6 +61,11 @@ class Number:
         return held is not None and (self.without is ... or held != self.without)
 
 
+def always(value: Any) -> bool:
+    """Return that the control of a field is shown for every value."""
+    return True
+
+
 @dataclass(frozen=True, eq=False)
 class Field:
     """A field of a value and its control."""
@@ -70,8 +76,33 @@ class Field:
     hint: str
     form: Number | Words | Callable[[Any], Words] | None = None
     """A number, the words of a choice, or a function that returns the words for a value; None for a box to tick."""
-    shown: Callable[[Any], bool] = lambda value: True
+    shown: Callable[[Any], bool] = always
     """Whether the control is shown for a value."""
+
+
+def setting_field(
+    kind: type[Any], name: str, label: str, form: Number | Words | Callable[[Any], Words] | None = None, *,
+    at: str = "", shown: Callable[[Any], bool] = always,
+) -> Field:  # fmt: skip
+    """Return the field of a declared setting: the hint, the unit and the choices are those of the declaration.
+
+    Args:
+        kind: dataclass that declares the setting (``stitchmesh.settings``).
+        name: name of the setting.
+        label: what the page calls the setting, without the unit.
+        form: as for ``Field``; by default the declared choices, or a box to tick. The bounds of a number may be
+            narrower than the declared bounds: a slider covers the useful values.
+        at: name of the field of the page's value, if it differs from the name of the setting.
+        shown: as for ``Field``.
+    """
+    declared = setting_named(kind, name)
+    if isinstance(form, Number):
+        for bound in (form.least, form.most):
+            declared.check(name, bound)
+    if form is None and declared.choices:
+        form = same_words(declared.choices)
+    unit = f" [{declared.unit}]" if declared.unit else ""
+    return Field(at or name, label + unit, f"{declared.help[0].upper()}{declared.help[1:]}.", form, shown)
 
 
 def same_words(names: Sequence[str]) -> dict[str, object]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, get_args
 
 import numpy as np
 
-from stitchmesh.app.controls.field_panel import Field, FieldPanel, Number
+from stitchmesh.app.controls.field_panel import FieldPanel, Number, setting_field
 from stitchmesh.app.controls.html_pieces import message
 from stitchmesh.app.pages.page import Page
 from stitchmesh.app.pages.run_panel import PageRun, is_wanted
@@ -40,11 +40,9 @@ START_HINT = "Move the stitches over the surface until they are even"
 NEXT = "The sizes of the stitches are known after evening out. Start it above."
 """Text in place of the verdict before the first mesh relaxation."""
 SETTINGS = (
-    Field("alpha", "Covered part", "Part of the surface that unstressed stitches cover; less gives crowded rows more "
-          "room", Number(0.3, 1.0, 0.05, slider=True)),
-    Field("aspect", "Height over width", "Shape of an unstressed stitch; at first that of the divided mesh",
-          Number(0.2, 3.0, 0.01)),
-    Field("area_force", "Resist folding", "Stitches that are smaller than at rest resist a further loss of area"),
+    setting_field(MeshRelaxOptions, "alpha", "Covered part", Number(0.3, 1.0, 0.05, slider=True)),
+    setting_field(MeshRelaxOptions, "aspect", "Height over width", Number(0.2, 3.0, 0.01)),
+    setting_field(MeshRelaxOptions, "area_force", "Resist folding"),
 )  # fmt: skip
 """The options of the mesh relaxation."""
 

@@ -12,11 +12,12 @@ import math
 from collections.abc import Callable
 
 from stitchmesh.app.controls.controls import Control, Controls
-from stitchmesh.app.controls.field_panel import Field
+from stitchmesh.app.controls.field_panel import setting_field
 from stitchmesh.app.controls.html_pieces import paragraph
 from stitchmesh.app.project.project import Project
 from stitchmesh.markup import Markup
 from stitchmesh.mesh.shaping_stitches import Increase
+from stitchmesh.recipe.sections import StitchesSection
 from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING
 from stitchmesh.yarn.yarn_presets import CENTIMETRES_PER_INCH, Gauge, Yarn, yarn_names
 
@@ -33,7 +34,7 @@ INCREASES: dict[str, Increase] = {
     "yarn over, with a hole": "yo",
 }  # fmt: skip
 """Forms of increases, by the words of the user."""
-INCREASE = Field("increase", "Increases", "How increases are made.", INCREASES)
+INCREASE = setting_field(StitchesSection, "increase", "Increases", INCREASES)
 """Field for the form of increases, on the pages that make stitches."""
 FOUR_INCHES = 4.0 * CENTIMETRES_PER_INCH / 10.0
 """Number of stitches in 4 inches over the number in 10 cm."""

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stitchmesh.app.controls.field_panel import Field, FieldPanel, Number
+from stitchmesh.app.controls.field_panel import FieldPanel, Number, setting_field
 from stitchmesh.app.controls.legend import legend
 from stitchmesh.app.controls.undo_row import UndoRow
 from stitchmesh.app.pages.division_view import legend_of_stitches, refusal
@@ -31,7 +31,7 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.markup import Markup
 from stitchmesh.mesh import FloatArray, Mesh, StitchMesh
 from stitchmesh.mesh.picking import picking_table, side_near_ray
-from stitchmesh.shaping.options import UP, Placement
+from stitchmesh.shaping.options import UP, Placement, ShapingOptions
 
 if TYPE_CHECKING:
     from stitchmesh.app.application import App
@@ -84,14 +84,11 @@ SHAPING_PARTS: dict[str, float | None] = {
 PLACEMENTS: dict[str, Placement] = {"spread over the row": "spread", "at seams and edges": "seams"}
 """The places of increases and decreases, by the words of the page."""
 SHAPING_FIELDS = (
-    Field("up", "Knitted towards", "Direction in which the garment is knitted, where no mark says it.", UPWARDS),
-    Field("multiple", "Multiple of", "The stitches of each round are a multiple of this number, for a pattern that "
-          "repeats.", Number(1, 1000, 1)),
-    Field("short_rows", "Short rows", "The yarn turns back and comes again where rows are far too high, as at a heel."),
-    Field("most_shaping", "Increases in a row", "Largest part of the stitches of a row that are increases or "
-          "decreases; rows that would need more are stretched.", SHAPING_PARTS),
-    Field("shaping", "Shaping", "Increases and decreases are spread over the row, or stacked at the sides of a tube, "
-          "at raglan lines and at both edges of flat rows, in a steady rhythm.", PLACEMENTS),
+    setting_field(ShapingOptions, "up", "Knitted towards", UPWARDS),
+    setting_field(ShapingOptions, "multiple", "Multiple of", Number(1, 1000, 1)),
+    setting_field(ShapingOptions, "short_rows", "Short rows"),
+    setting_field(ShapingOptions, "most_shaping", "Increases in a row", SHAPING_PARTS),
+    setting_field(ShapingOptions, "shaping", "Shaping", PLACEMENTS),
     INCREASE,
 )  # fmt: skip
 """The fields of a shaping that the page shows."""

@@ -9,10 +9,10 @@ from functools import partial
 from typing import TypeAlias
 
 from stitchmesh.app.controls.controls import Controls
-from stitchmesh.app.controls.field_panel import Field, FieldPanel, Number, TickBox
+from stitchmesh.app.controls.field_panel import Field, FieldPanel, Number, TickBox, setting_field
 from stitchmesh.app.pages.gauge_panel import DIGITS, GROUP, add_yarn_choice, name_of
 from stitchmesh.periodic.session.frames import Frame
-from stitchmesh.periodic.swatch_design import SwatchDesign, acting_dials
+from stitchmesh.periodic.swatch_design import SwatchDesign, SwatchDials, acting_dials
 from stitchmesh.yarn.yarn_presets import Yarn, yarn_names
 
 GRAMS_OF_100_METRES = 100.0
@@ -23,44 +23,34 @@ LENGTH = Number(0.1, 2.0, 0.01, slider=True)
 """Factor of a length."""
 STIFFNESS = Number(0.01, 100.0, 0.1)
 """Factor of a stiffness."""
-Dial: TypeAlias = tuple[str, str, str, Number]
-"""Field of ``SwatchDials``, label, hint and bounds of a dial."""
+Dial: TypeAlias = tuple[str, str, Number]
+"""Field of ``SwatchDials``, label and useful values of a dial."""
 FABRIC: tuple[Dial, ...] = (
-    ("gamma", "Tightness", "Gamma: more than 1 shortens all yarn at the same thickness, for a tighter fabric",
-     Number(0.6, 2.0, 0.01, slider=True)),
-    ("loop_length", "Loop length [cm]", "Yarn in one plain stitch; the size of the stitches follows from it",
-     Number(1.0, 10.0, 0.01, slider=True)),
-    ("warp_spacing", "Warp spacing [cm]", "Distance between the warps, as drawn", LENGTH),
-    ("weft_spacing", "Weft spacing [cm]", "Distance between the wefts, as drawn", LENGTH),
-    ("yarn_radius", "Yarn radius [cm]", "Half the thickness of the yarn where it touches other yarn",
-     Number(0.02, 0.4, 0.001, slider=True)),
-)  # fmt: skip
+    ("gamma", "Tightness", Number(0.6, 2.0, 0.01, slider=True)),
+    ("loop_length", "Loop length", Number(1.0, 10.0, 0.01, slider=True)),
+    ("warp_spacing", "Warp spacing", LENGTH),
+    ("weft_spacing", "Weft spacing", LENGTH),
+    ("yarn_radius", "Yarn radius", Number(0.02, 0.4, 0.001, slider=True)),
+)
 """Dials of the fabric as a whole."""
 LENGTHS: tuple[Dial, ...] = (
-    ("floats", "Floats", "Factor of yarn that passes slipped stitches or runs behind other colours", LENGTH),
-    ("held", "Held loops", "Factor of loops that slips and tucks hold over several rows", LENGTH),
-    ("warp", "Warp length", "Factor of the length of the warps", LENGTH),
-    ("weft", "Weft length", "Factor of the length of the wefts", LENGTH),
-)
+    ("floats", "Floats", LENGTH), ("held", "Held loops", LENGTH), ("warp", "Warp length", LENGTH),
+    ("weft", "Weft length", LENGTH),
+)  # fmt: skip
 """Dials of yarn lengths, as factors."""
 STIFFNESSES: tuple[Dial, ...] = (
-    ("k_bend", "Bending", "Factor of the resistance of the yarn to bending", STIFFNESS),
-    ("k_length", "Stretch", "Factor of the resistance of the yarn to a change of its length", STIFFNESS),
-    ("k_len", "Even stretch", "Factor of the resistance to stretch that differs along a segment", STIFFNESS),
-    ("k_contact", "Contact", "Factor of the resistance of touching yarns", STIFFNESS),
-    ("mass", "Yarn weight [g/100 m]", "Weight of 100 m of the yarn; it decides the weight per area",
-     Number(0.1, 10_000.0, 1.0)),
+    ("k_bend", "Bending", STIFFNESS), ("k_length", "Stretch", STIFFNESS), ("k_len", "Even stretch", STIFFNESS),
+    ("k_contact", "Contact", STIFFNESS), ("mass", "Yarn weight", Number(0.1, 10_000.0, 1.0)),
 )  # fmt: skip
 """Dials of the yarn itself."""
 REPEATS: tuple[Dial, ...] = (
-    ("columns", "Repeats across", "Repeats that relax together side by side, so that they may differ", Number(1, 8, 1)),
-    ("rows", "Repeats upwards", "Repeats that relax together one above another", Number(1, 8, 1)),
+    ("columns", "Repeats across", Number(1, 8, 1)),
+    ("rows", "Repeats upwards", Number(1, 8, 1)),
 )
 """Dials of the repeat."""
-HELD_HINT = "The fabric is stretched or compressed to this size in small steps"
 SIZES = (
-    ("width", "Hold the width", "Width of a repeat [cm]"),
-    ("height", "Hold the height", "Height of a repeat [cm]"),
+    ("width", "Hold the width", "Width of a repeat"),
+    ("height", "Hold the height", "Height of a repeat"),
 )
 """Field of ``SwatchDials``, the box that holds a size of the repeat, and the number of the held size."""
 
@@ -121,8 +111,9 @@ class DialPanel:
             panel.show()
 
     def _field(self, dial: Dial) -> Field:
-        name, label, hint, form = dial
-        return Field(f"dials.{name}", label, hint, form, lambda design: name in self._acting)
+        name, label, form = dial
+        shown = lambda design: name in self._acting  # noqa: E731
+        return setting_field(SwatchDials, name, label, form, at=f"dials.{name}", shown=shown)
 
     def _sizes(self) -> Iterator[Field]:
         for axis, (name, hold, label) in enumerate(SIZES):
@@ -130,7 +121,7 @@ class DialPanel:
                 hold, "Keep this size of the repeat; otherwise the fabric finds its own", partial(self._size, axis),
                 ticked_without=False,
             )  # fmt: skip
-            yield self._field((name, label, HELD_HINT, Number(0.01, 1000.0, 0.01, without=None, box=box)))
+            yield self._field((name, label, Number(0.01, 1000.0, 0.01, without=None, box=box)))
 
     def _size(self, axis: int, design: SwatchDesign) -> float:
         """Return the present width or height of the repeat, at which a hold begins."""

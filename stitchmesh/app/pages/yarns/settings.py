@@ -9,7 +9,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stitchmesh.app.controls.field_panel import Field, Number, TickBox, same_words
+from stitchmesh.app.controls.field_panel import Field, Number, TickBox, same_words, setting_field
 from stitchmesh.compute.device import device_names
 from stitchmesh.errors import StitchMeshError
 from stitchmesh.io.checked import check_table
@@ -17,11 +17,18 @@ from stitchmesh.io.garments import read_body
 from stitchmesh.io.units import CENTIMETRES
 from stitchmesh.pipeline.options import RelaxOptions
 from stitchmesh.quality import DEFAULT_QUALITY, PRESETS, Quality, quality_named, quality_with
+from stitchmesh.recipe.sections import (
+    GarmentSettings,
+    MaterialSection,
+    PhysicsSection,
+    RestLengthsSection,
+    SolverSection,
+)
 from stitchmesh.run import Checkpoints
 from stitchmesh.yarn.rest_length import RestLengths
 from stitchmesh.yarn.stitch_size import stitch_size
 from stitchmesh.yarn.yarn_presets import Yarn
-from stitchmesh.yarngen.finish import BIND_OFFS, CAST_ONS, YarnFinish
+from stitchmesh.yarngen.finish import YarnFinish
 from stitchmesh.yarnrelax.constraints.pins import Pins
 from stitchmesh.yarnrelax.energies.body import Body
 from stitchmesh.yarnrelax.energies.gravity import STANDARD, Gravity
@@ -129,11 +136,10 @@ class YarnSettings:
 
 FORCES = (
     Field("keep_shape", "Keep the shape", "Hold the borders and the shape of the garment"),
-    Field("rest_length", "Yarn length", "Factor of the length of all yarn: less than 1 makes the fabric tighter",
-          Number(0.5, 1.5, 0.01)),
+    setting_field(RestLengthsSection, "factor", "Yarn length", Number(0.5, 1.5, 0.01), at="rest_length"),
     Field("gravity", "Gravity", "Weight of the yarn over that on Earth; 0 is none", Number(0.0, 10.0, 0.1)),
     Field("friction", "Friction", "Coefficient of friction of yarns; 0 is none", Number(0.0, 2.0, 0.05)),
-    Field("body_unit", "Unit of the body", "Unit of a body file that states no unit", same_words(tuple(CENTIMETRES))),
+    setting_field(PhysicsSection, "body_unit", "Unit of the body", same_words(tuple(CENTIMETRES))),
 )  # fmt: skip
 """The lengths and forces of the relaxation."""
 
@@ -145,18 +151,15 @@ def accuracy_fields(usual_radius: float) -> tuple[Field, ...]:
     end = TickBox("Automatic end", "End at rest, or after the iterations of the quality", lambda settings: DEFAULT_MOST)
     return (
         Field("quality", "Quality", "Accuracy and cost: draft is fast, reference is exact", same_words(tuple(PRESETS))),
-        Field("yarn_radius", "Yarn radius [cm]", "Radius of the yarn where it touches",
-              Number(0.001, 5.0, 0.005, without=0.0, box=radius)),
-        Field("cast_on", "Cast-on", "First rows: backward loops cannot unravel, open loops can",
-              same_words(tuple(CAST_ONS))),
-        Field("bind_off", "Bind-off", "Last rows: a chain of loops, or a yarn drawn through",
-              same_words(tuple(BIND_OFFS))),
-        Field("material", "Material", "Stiffness of the yarn: that of stitchmesh, or a published one",
-              same_words(tuple(NAMED))),
+        setting_field(GarmentSettings, "yarn_radius", "Yarn radius",
+                      Number(0.001, 5.0, 0.005, without=0.0, box=radius)),
+        setting_field(YarnFinish, "cast_on", "Cast-on"),
+        setting_field(YarnFinish, "bind_off", "Bind-off"),
+        setting_field(MaterialSection, "name", "Material", same_words(tuple(NAMED)), at="material"),
         Field("device", "Device", "Processor that relaxes; automatic takes a GPU if there is one",
               same_words((AUTOMATIC, *device_names()))),
-        Field("most_iterations", "Most iterations", "Iterations after which it ends",
-              Number(1, 1_000_000, 100, without=0, box=end)),
+        setting_field(SolverSection, "max_iterations", "Most iterations",
+                      Number(1, 1_000_000, 100, without=0, box=end), at="most_iterations"),
     )  # fmt: skip
 
 
