@@ -8,12 +8,16 @@ RUN := $(VENV)/bin/python
 KERNELS ?= $(if $(shell grep -m 1 avx512f /proc/cpuinfo 2>/dev/null),Haswell,Prescott)
 export WARP_CACHE_PATH ?= $(CURDIR)/.cache/warp
 
-.PHONY: knit test test-kernels test-nightly lint docs setup lock clean
+.PHONY: knit test pytest test-kernels test-nightly lint docs setup lock clean
 
 knit: setup
 	$(RUN) -m stitchmesh knit assets/meshes/sweater.obj --stitch-width 1.5 --quality draft --device cpu -o out/sweater
 
-test: setup lint
+# the types are checked beside the tests: they take one core for a minute
+test: setup
+	@$(MAKE) --no-print-directory -j 2 lint pytest
+
+pytest: setup
 	$(RUN) -m pytest -n auto --dist worksteal
 
 # what tests decide must not follow from rounding, which differs from kernel to kernel; only the files that hold such tests

@@ -104,6 +104,12 @@ def setting_named(kind: type[Any], name: str) -> SettingDeclaration:
     return declared
 
 
+POSITIVE: dict[str, Any] = {"least": 1e-300, "most": 1e300, "expected": "a positive number of at most 1e+300"}
+"""Bounds of a setting that is any positive number; whole numbers in a file may have any number of digits."""
+NOT_NEGATIVE: dict[str, Any] = {"least": 0.0, "expected": "a number of at least 0"}
+"""Bounds of a setting that is a number of at least 0."""
+
+
 def settings_of(value: Any) -> Iterator[tuple[str, Field[Any], Any]]:
     """Yield the path of keys, the field and the value of each setting of a dataclass and of the sections in it.
 
@@ -133,8 +139,13 @@ def setting_comments(value: Any) -> dict[str, str]:
     return comments
 
 
-def check_settings(value: Any) -> None:
+def check_settings(value: Any, table: str = "") -> None:
     """Check the bounds of all settings of a dataclass; ``__post_init__`` calls it.
+
+    Args:
+        value: the dataclass.
+        table: name of the table of the file that holds the settings, for the message; with ``""``, a setting is named
+            in words.
 
     Raises:
         ParameterError: a value is out of bounds, or is none of the choices.
@@ -142,4 +153,5 @@ def check_settings(value: Any) -> None:
     for part in fields(value):
         declared = declared_setting(part)
         if declared is not None:
-            declared.check(part.name.replace("_", " "), getattr(value, part.name))
+            name = f"{table}.{part.name}" if table else part.name.replace("_", " ")
+            declared.check(name, getattr(value, part.name))

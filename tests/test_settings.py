@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 
+from stitchmesh.app.controls.field_panel import Number, setting_field
 from stitchmesh.cli.arguments import parse
 from stitchmesh.cli.main import COMMANDS
 from stitchmesh.errors import ParameterError
@@ -149,3 +150,16 @@ def test_a_value_out_of_bounds_is_refused_in_one_line(given, message):
     with pytest.raises(ParameterError) as refused:
         Bounded(**given)
     assert str(refused.value) == message
+
+
+def test_a_page_shows_a_setting_as_it_is_declared():
+    @dataclass(frozen=True)
+    class Settings:
+        ease: float = setting(2.0, "room between the body and the fabric", unit="cm", least=0.0, most=20.0)
+        hem: str = setting("rib", "last rows", choices=("rib", "roll"))
+
+    ease = setting_field(Settings, "ease", "Ease", Number(0.0, 5.0, 0.5))
+    assert (ease.name, ease.label, ease.hint) == ("ease", "Ease [cm]", "Room between the body and the fabric.")
+    assert list(setting_field(Settings, "hem", "Hem", at="finish.hem").form) == ["rib", "roll"]
+    with pytest.raises(ParameterError, match=r"ease: got 30.0 cm; expected 0 to 20"):
+        setting_field(Settings, "ease", "Ease", Number(0.0, 30.0, 0.5))

@@ -96,13 +96,16 @@ def setting_field(
         shown: as for ``Field``.
     """
     declared = setting_named(kind, name)
+    hint = f"{declared.help[0].upper()}{declared.help[1:]}."
     if isinstance(form, Number):
         for bound in (form.least, form.most):
-            declared.check(name, bound)
+            declared.check(name, form.given(bound))
+        if form.without is None and form.box is None:
+            hint += f" The number {form.least:g} stands for none."
     if form is None and declared.choices:
         form = same_words(declared.choices)
     unit = f" [{declared.unit}]" if declared.unit else ""
-    return Field(at or name, label + unit, f"{declared.help[0].upper()}{declared.help[1:]}.", form, shown)
+    return Field(at or name, label + unit, hint, form, shown)
 
 
 def same_words(names: Sequence[str]) -> dict[str, object]:

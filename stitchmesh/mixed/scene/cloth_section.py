@@ -17,6 +17,7 @@ from stitchmesh.mixed.cloth.panel_file import PanelTable, read_panels
 from stitchmesh.mixed.cloth.panel_position import PanelPosition
 from stitchmesh.mixed.cloth.panels import Panel
 from stitchmesh.mixed.cloth.seams import PanelSeam, cloth_from_panels
+from stitchmesh.settings import setting
 
 STITCH_SUFFIXES = (".h5", ".smobj")
 """Suffixes of stitch meshes."""
@@ -32,32 +33,40 @@ class ClothSection:
         ParameterError: not exactly one of them is given, or seams are given without panels.
     """
 
-    rectangle: tuple[float, float] | None = None
-    """Width and height of one flat panel [cm]; x along wefts or courses, y along warps or wales."""
+    rectangle: tuple[float, float] | None = setting(
+        None, "width and height of one flat panel; x along wefts or courses, y along warps or wales", unit="cm",
+        unset="none",
+    )  # fmt: skip
     position: PanelPosition = field(default_factory=PanelPosition)
     """Where the rectangle lies in space at the start: ``origin``, ``x_axis``, ``y_axis``, ``radius``."""
-    panels: tuple[PanelTable, ...] = ()
-    """Panels: ``name``, ``outline``, ``position``, ``side_edges``."""
-    seams: tuple[PanelSeam, ...] = ()
-    """Seams between them: ``first`` and ``second`` (``panel``, ``start``, ``end``), ``angle``, ``edges``."""
-    seam_rods: bool = False
-    """Whether the rods along the seams, to which other yarns are joined, go on where triangles are simulated."""
-    file: str | None = None
-    """A file of panels and seams (``.toml``), a polygon mesh whose texture coordinates are its rest shape (``.obj``),
-    or a stitch mesh (``.h5``, ``.smobj``); with ``knit = "stitches"`` its stitches are the yarns."""
-    stitch_width: float | None = None
-    """Wale spacing of a stitch mesh at rest [cm]; the median of its sides by default."""
-    course_height: float | None = None
-    """Course spacing of a stitch mesh at rest [cm]; the median of its sides by default."""
-    unit: str = DEFAULT_UNIT
-    """Unit of the coordinates in an OBJ file."""
-    edge_length: float | None = None
-    """Length of the edges of triangles [cm], by default 1, or the length that the file of panels gives; an OBJ file has
-    its own triangles."""
-    material: str | None = None
-    """Name of a measured cloth, a file (``.toml``), or ``matched``: fitted to the yarns by tests of one repeat, which
-    takes seconds and is kept in the output folder. By default, a weave has the stiffness of straight yarns, and a knit
-    the stiffness of a measured knit."""
+    panels: tuple[PanelTable, ...] = setting((), "panels: name, outline, position, side_edges")
+    seams: tuple[PanelSeam, ...] = setting(
+        (), "seams between panels: first and second (panel, start, end), angle, edges"
+    )
+    seam_rods: bool = setting(
+        False, "whether the rods along seams, to which other yarns are joined, go on where triangles are simulated; "
+        "alpha blends their stiffness and mass as it does for other yarns",
+    )  # fmt: skip
+    file: str | None = setting(
+        None, "panels and seams (.toml), a polygon mesh whose texture coordinates are its rest shape (.obj), or a "
+        "stitch mesh (.h5, .smobj)", unset="none",
+    )  # fmt: skip
+    stitch_width: float | None = setting(
+        None, "wale spacing of a stitch mesh at rest", unit="cm", unset="the median of its sides"
+    )
+    course_height: float | None = setting(
+        None, "course spacing of a stitch mesh at rest", unit="cm", unset="the median of its sides"
+    )
+    unit: str = setting(DEFAULT_UNIT, "unit of the coordinates in an OBJ file")
+    edge_length: float | None = setting(
+        None, "length of the edges of triangles; an OBJ file has its own triangles", unit="cm",
+        unset=f"{EDGE_LENGTH:g}, or as the file of panels states",
+    )  # fmt: skip
+    material: str | None = setting(
+        None, "a measured cloth (docs/cloth-materials.md), a material file (.toml), or matched: fitted to the yarns by "
+        "tests of one repeat, which takes seconds and is kept in the output folder",
+        unset="the stiffness of straight yarns for a weave, interlock for a knit",
+    )  # fmt: skip
 
     def __post_init__(self) -> None:
         given = [name for name in ("rectangle", "panels", "file") if getattr(self, name)]

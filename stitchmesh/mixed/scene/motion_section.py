@@ -16,6 +16,7 @@ from stitchmesh.mesh.vertex_motion import VertexMotion
 from stitchmesh.mixed.contact.motion import RigidMotion
 from stitchmesh.mixed.scene.region_section import BoxSection
 from stitchmesh.mixed.scene.simple_bodies import Arm, ball, box, check_bend
+from stitchmesh.settings import NOT_NEGATIVE, POSITIVE, check_settings, setting
 
 if TYPE_CHECKING:
     from stitchmesh.mesh import Mesh
@@ -50,25 +51,24 @@ class AttachmentSection:
         ParameterError: there is no box, triangle or vertex, or keyframes are not in the order of their times.
     """
 
-    boxes: tuple[BoxSection, ...] = ()
-    """Boxes around the part, at the start."""
-    vertices: tuple[int, ...] = ()
-    """Numbers of vertices."""
-    faces: tuple[int, ...] = ()
-    """Numbers of triangles. Their vertices and the yarn nodes in them are attached, unless an attachment listed before
-    holds them; parts that touch can therefore be painted."""
-    keyframes: tuple[Keyframe, ...] = ()
-    """Motion; without it the part is held where it is."""
-    centre: Triple = STILL
-    """Centre of the rotations [cm]."""
-    release: float | None = None
-    """Time at which the part is free [s]; never by default."""
+    boxes: tuple[BoxSection, ...] = setting((), "boxes around the part at the start, in space or in a panel")
+    vertices: tuple[int, ...] = setting((), "numbers of vertices")
+    faces: tuple[int, ...] = setting(
+        (), "numbers of triangles; their vertices and the yarn nodes in them are held, unless an attachment listed "
+        "before holds them",
+    )  # fmt: skip
+    keyframes: tuple[Keyframe, ...] = setting(
+        (), "motion: time [s], displacement [cm] and rotation [degrees] from the start; without it the part stays"
+    )
+    centre: Triple = setting(STILL, "centre of the rotations", unit="cm")
+    release: float | None = setting(
+        None, "time from which the part is free; without one it is held to the end", unit="s", unset="never", **POSITIVE
+    )
 
     def __post_init__(self) -> None:
+        check_settings(self, "attachment")
         if not (self.boxes or self.vertices or self.faces):
             raise ParameterError("attachment: got nothing that is attached; expected boxes, faces or vertices")
-        if self.release is not None and not (math.isfinite(self.release) and self.release > 0.0):
-            raise ParameterError(f"attachment: release: got {self.release}; expected a positive time [s]")
         if any(key.bend for key in self.keyframes):
             raise ParameterError("attachment: keyframes: got a bend; expected one in the keyframes of an arm alone")
         self.motion()
@@ -90,25 +90,26 @@ class BodySection:
         ParameterError: not exactly one of ``file`` and ``shape`` is given, or a number is not possible.
     """
 
-    name: str = "body"
-    """Name in messages and in the report."""
-    file: str | None = None
-    """A closed polygon mesh."""
-    unit: str = DEFAULT_UNIT
-    """Unit of the file."""
-    shape: Literal["ball", "box", "arm"] | None = None
-    """A shape instead of a file."""
-    centre: Triple = STILL
-    """Centre of the shape, the elbow of an arm, and of the rotations [cm]."""
-    size: tuple[float, ...] = ()
-    """Radius of a ball; the three side lengths of a box; for an arm, its radius, the length of its upper part along y
-    from the elbow, and the length of its forearm along -y [cm]."""
-    friction: float = 0.3
-    """Coefficient of friction with the cloth."""
-    thickness: float = 0.0
-    """Thickness of a layer on the body that the cloth stays out of [cm]."""
-    keyframes: tuple[Keyframe, ...] = ()
-    """Motion; without it the body is at rest."""
+    name: str = setting("body", "name in messages and in the report")
+    file: str | None = setting(None, "a closed polygon mesh", unset="none")
+    unit: str = setting(DEFAULT_UNIT, "unit of the file")
+    shape: Literal["ball", "box", "arm"] | None = setting(
+        None, "a shape instead of a file: ball, box or arm", unset="none"
+    )
+    centre: Triple = setting(
+        STILL, "centre of the shape, which is the elbow of an arm, and of the rotations", unit="cm"
+    )
+    size: tuple[float, ...] = setting(
+        (), "radius of a ball; the three side lengths of a box; radius, upper part (along y from the elbow) and "
+        "forearm (along -y) of an arm", unit="cm",
+    )  # fmt: skip
+    friction: float = setting(0.3, "coefficient of friction with the cloth", **NOT_NEGATIVE)
+    thickness: float = setting(
+        0.0, "thickness of a layer on the body that the cloth stays out of", unit="cm", **NOT_NEGATIVE
+    )
+    keyframes: tuple[Keyframe, ...] = setting(
+        (), "motion, as for attachments; keyframes of an arm also bend its elbow [degrees]; without it it rests"
+    )
 
     def __post_init__(self) -> None:
         if (self.file is None) == (self.shape is None):
@@ -118,10 +119,7 @@ class BodySection:
         if len(self.size) != expected or any(not (math.isfinite(side) and side > 0.0) for side in self.size):
             found = f"got {list(self.size)}"
             raise ParameterError(f"body {self.name!r}: size: {found}; expected {expected} positive numbers of cm")
-        if not (math.isfinite(self.friction) and self.friction >= 0.0):
-            raise ParameterError(f"body {self.name!r}: friction: got {self.friction}; expected at least 0")
-        if not (math.isfinite(self.thickness) and self.thickness >= 0.0):
-            raise ParameterError(f"body {self.name!r}: thickness: got {self.thickness}; expected at least 0 cm")
+        check_settings(self, f"bodies ({self.name})")
         if self.shape != "arm" and any(key.bend for key in self.keyframes):
             raise ParameterError(f"body {self.name!r}: keyframes: got a bend; expected one of an arm alone")
         self._motion(bend_step=math.inf)  # a check; all places between the keyframes would take long for many arms

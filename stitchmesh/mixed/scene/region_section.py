@@ -9,7 +9,6 @@ is replaced by the numbers of its other triangles.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -21,6 +20,7 @@ from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.enrichment.region import Region, region_around
 from stitchmesh.mixed.layout.spline_yarns import LaidYarns
+from stitchmesh.settings import POSITIVE, check_settings, setting
 
 ROUNDING = 1e-9
 """Distance from a box within which a point still lies in it [cm]."""
@@ -82,36 +82,39 @@ class RegionSection:
             ``seconds``.
     """
 
-    yarns: Literal["none", "chosen", "all", "automatic"] = "chosen"
-    """Whether yarns are simulated nowhere, in the boxes and faces, everywhere, or where a run with triangles alone has
-    the largest errors. In the last case, boxes and faces limit where yarns may be, if there are any."""
-    nodes: int | None = None
-    """Largest number of simulated yarn nodes, including the hybrid region; for ``automatic``."""
-    seconds: float | None = None
-    """Time of a step, or of an equilibrium, instead of ``nodes`` [s]; the number of nodes that it pays for is
-    measured."""
-    adapt_every: int | None = None
-    """For ``automatic``: number of steps, or equilibria of a static scene, after which the region may grow, shrink or
-    move, where this pays. The run then begins with triangles alone. By default the region stays."""
-    boxes: tuple[BoxSection, ...] = ()
-    """Boxes; a triangle is chosen if its middle lies in one."""
-    faces: tuple[int, ...] = ()
-    """Numbers of triangles."""
-    rings: int = 1
-    """Width of the hybrid region around the chosen triangles, in rings of triangles."""
-    start: Literal["layout", "triangles"] = "layout"
-    """Where the yarns of a static scene begin: as they are laid out, or on the equilibrium of the triangles alone at
-    the end of all load steps. From there only one equilibrium remains to be found."""
+    yarns: Literal["none", "chosen", "all", "automatic"] = setting(
+        "chosen", "where yarns are simulated: none (nowhere), chosen (in the boxes and faces), all (everywhere), or "
+        "automatic (where a run with triangles alone has the largest errors; boxes and faces limit the region)",
+    )  # fmt: skip
+    nodes: int | None = setting(
+        None, "for automatic: largest number of simulated yarn nodes, including the hybrid region",
+        unset="none", least=1, expected="a number of yarn nodes of at least 1",
+    )  # fmt: skip
+    seconds: float | None = setting(
+        None, "instead of nodes: time of a step, or of an equilibrium; short runs measure how many nodes fit into it",
+        unit="s", unset="none", **POSITIVE,
+    )  # fmt: skip
+    adapt_every: int | None = setting(
+        None, "for automatic: number of steps, or of equilibria, after which the region may grow, shrink or move, "
+        "where this pays; the run begins with triangles alone", unset="the region stays", least=1,
+        expected="at least 1",
+    )  # fmt: skip
+    boxes: tuple[BoxSection, ...] = setting(
+        (), "boxes in space (low, high) or in the coordinates of a panel; a triangle is chosen if its middle lies in a "
+        "box",
+    )  # fmt: skip
+    faces: tuple[int, ...] = setting((), "numbers of chosen triangles")
+    rings: int = setting(
+        1, "width of the hybrid region around the chosen triangles, in rings of triangles", least=1,
+        expected="at least 1",
+    )  # fmt: skip
+    start: Literal["layout", "triangles"] = setting(
+        "layout", "layout: yarns begin as they are laid out; triangles: a static scene first runs with triangles alone "
+        "through all load steps, and its yarns begin on the result",
+    )  # fmt: skip
 
     def __post_init__(self) -> None:
-        if self.rings < 1:
-            raise ParameterError(f"region.rings: got {self.rings}; expected at least 1")
-        if self.nodes is not None and self.nodes < 1:
-            raise ParameterError(f"region.nodes: got {self.nodes}; expected a number of yarn nodes of at least 1")
-        if self.seconds is not None and not (math.isfinite(self.seconds) and self.seconds > 0.0):
-            raise ParameterError(f"region.seconds: got {self.seconds}; expected a positive time of a step")
-        if self.adapt_every is not None and self.adapt_every < 1:
-            raise ParameterError(f"region.adapt_every: got {self.adapt_every}; expected at least 1")
+        check_settings(self, "region")
         if self.yarns == "automatic" and (self.nodes is None) == (self.seconds is None):
             found = "neither region.nodes nor region.seconds" if self.nodes is None else "both nodes and seconds"
             raise ParameterError(f"region: got {found}; expected one of them with yarns = 'automatic'")

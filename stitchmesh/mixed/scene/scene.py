@@ -17,12 +17,11 @@ from stitchmesh.mixed.scene.cloth_section import ClothSection
 from stitchmesh.mixed.scene.motion_section import AttachmentSection, BodySection
 from stitchmesh.mixed.scene.region_section import RegionSection
 from stitchmesh.mixed.scene.yarns_section import YarnsSection
+from stitchmesh.settings import NOT_NEGATIVE, POSITIVE, check_settings, setting
 
 Triple = tuple[float, float, float]
 YARN_FORMATS = ("bcc", "h5", "usda", "usdc", "vtp", "obj", "glb")
 """Formats of yarns that a scene may write."""
-LARGEST_NUMBER = 1e300
-"""Largest number of a scene; whole numbers in a file may have any number of digits."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,27 +29,27 @@ class ContactSection:
     """Contact of the cloth with itself and with bodies.
 
     Raises:
-        ParameterError: a number is not positive, or the friction is below 0.
+        ParameterError: a number is out of bounds.
     """
 
-    self_collision: bool = False
-    """Whether the cloth collides with itself."""
-    thickness: float | None = None
-    """Thickness of the cloth in contact [cm]; by default four yarn radii, which is two layers at a crossing."""
-    pressure: float | None = None
-    """Scale of the pressure of contact [dyn/cm^2]; the default suits cloth."""
-    friction: float = 0.0
-    """Coefficient of friction between the layers of a cloth that moves and collides with itself."""
-    start_outside: bool = False
-    """Whether a cloth that starts partly inside a body is moved out of it; if not, a deep start is an error."""
+    self_collision: bool = setting(False, "whether the cloth collides with itself")
+    thickness: float | None = setting(
+        None, "thickness of the cloth in contact", unit="cm", unset="four yarn radii, two layers at a crossing",
+        **POSITIVE,
+    )  # fmt: skip
+    pressure: float | None = setting(
+        None, "scale of the pressure of contact", unit="dyn/cm^2", unset="a value that suits cloth", **POSITIVE
+    )
+    friction: float = setting(
+        0.0, "coefficient of friction between the layers of a cloth that moves and collides with itself", **NOT_NEGATIVE
+    )
+    start_outside: bool = setting(
+        False, "whether a cloth that starts partly inside a body is moved out of it, while its strain spreads; "
+        "otherwise a deep start is an error",
+    )  # fmt: skip
 
     def __post_init__(self) -> None:
-        for name in ("thickness", "pressure"):
-            value = getattr(self, name)
-            if value is not None:
-                check_positive(f"contact.{name}", value)
-        if not (math.isfinite(self.friction) and self.friction >= 0.0):
-            raise ParameterError(f"contact.friction: got {self.friction}; expected a number of at least 0")
+        check_settings(self, "contact")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,30 +57,32 @@ class SolverSection:
     """Precision, processor and tolerances.
 
     Raises:
-        ParameterError: a number is not positive.
+        ParameterError: a number is out of bounds.
     """
 
-    precision: Literal["float32", "float64"] = "float64"
-    """Floating-point type of the simulation."""
-    device: str | None = None
-    """Processor, ``cpu`` or ``cuda:0``; the first GPU by default, or the CPU without a GPU."""
-    velocity_tolerance: float = 0.5
-    """Root mean square error of the velocities of a step of a dynamic run [cm/s]."""
-    force_tolerance: float = 0.01
-    """Largest unbalanced force on a vertex or a node at a static equilibrium [dyn]."""
-    solve_tolerance: float = 1e-2
-    """Relative tolerance of the linear solves."""
-    most_iterations: int = 500
-    """Largest number of Newton iterations of one search for an equilibrium."""
-    friction_updates: int = 20
-    """Largest number of times that a search for an equilibrium releases yarns that friction no longer holds. With 0,
-    yarns stay where they cross in the layout, which is faster."""
+    precision: Literal["float32", "float64"] = setting(
+        "float64", "floating-point type of the simulation; float32 is faster on a GPU"
+    )
+    device: str | None = setting(
+        None, "processor, cpu or cuda:0", unset="the first GPU, or the CPU without a GPU"
+    )
+    velocity_tolerance: float = setting(
+        0.5, "root mean square error of the velocities of a step of a dynamic run", unit="cm/s", **POSITIVE
+    )
+    force_tolerance: float = setting(
+        0.01, "largest unbalanced force on a vertex or a node at a static equilibrium", unit="dyn", **POSITIVE
+    )
+    solve_tolerance: float = setting(1e-2, "relative tolerance of the linear solves", **POSITIVE)
+    most_iterations: int = setting(
+        500, "largest number of Newton iterations of one search for an equilibrium", **POSITIVE
+    )
+    friction_updates: int = setting(
+        20, "largest number of times that a search for an equilibrium releases yarns that friction no longer holds; "
+        "with 0, yarns stay where they cross in the layout, which is faster", **NOT_NEGATIVE,
+    )  # fmt: skip
 
     def __post_init__(self) -> None:
-        for name in ("velocity_tolerance", "force_tolerance", "solve_tolerance", "most_iterations"):
-            check_positive(f"solver.{name}", getattr(self, name))
-        if self.friction_updates < 0:
-            raise ParameterError(f"solver.friction_updates: got {self.friction_updates}; expected at least 0")
+        check_settings(self, "solver")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -89,33 +90,30 @@ class OutputSection:
     """The files and pictures that a run writes.
 
     Raises:
-        ParameterError: a number is out of range, or a format is unknown.
+        ParameterError: a number is out of bounds, or a format is unknown.
     """
 
-    frames_per_second: float = 30.0
-    """States of a dynamic run that are kept for each second."""
-    yarns: tuple[str, ...] = ("bcc",)
-    """Formats of the yarns at the end, from ``YARN_FORMATS``."""
-    animation: bool = True
-    """Whether all frames are written as USD with time samples."""
-    picture: bool = True
-    """Whether a picture is drawn."""
-    colour: Literal["yarn", "alpha", "tension"] = "yarn"
-    """What decides the colours of the picture."""
-    view: tuple[float, float] = (0.0, 0.0)
-    """Direction of the camera [degrees]: azimuth (0 is the side of z, 90 the side of x) and elevation."""
-    size: tuple[int, int] = (1200, 900)
-    """Width and height of the picture [pixels]."""
-    subdivisions: int = ROUNDS
-    """Rounds of subdivision of the triangles for display."""
+    frames_per_second: float = setting(30.0, "states of a dynamic run that are kept for each second", **POSITIVE)
+    yarns: tuple[str, ...] = setting(("bcc",), f"formats of the yarns at the end: {', '.join(YARN_FORMATS)}")
+    animation: bool = setting(True, "whether all frames are written as USD with time samples")
+    picture: bool = setting(True, "whether a picture is drawn")
+    colour: Literal["yarn", "alpha", "tension"] = setting(
+        "yarn", "what decides the colours of the picture: yarn, alpha or tension"
+    )
+    view: tuple[float, float] = setting(
+        (0.0, 0.0), "direction of the camera: azimuth (0 is the side of z, 90 the side of x) and elevation",
+        unit="degrees",
+    )  # fmt: skip
+    size: tuple[int, int] = setting((1200, 900), "width and height of the picture", unit="pixels")
+    subdivisions: int = setting(
+        ROUNDS, "rounds of subdivision of the triangles for display", least=0, most=4, expected="0 to 4"
+    )
 
     def __post_init__(self) -> None:
-        check_positive("output.frames_per_second", self.frames_per_second)
+        check_settings(self, "output")
         unknown = [name for name in self.yarns if name not in YARN_FORMATS]
         if unknown:
             raise ParameterError(f"output.yarns: got {unknown[0]!r}; expected some of {', '.join(YARN_FORMATS)}")
-        if not 0 <= self.subdivisions <= 4:
-            raise ParameterError(f"output.subdivisions: got {self.subdivisions}; expected 0 to 4")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -123,28 +121,31 @@ class Scene:
     """Everything that decides a run of the mixed system.
 
     Raises:
-        ParameterError: a number is out of range.
+        ParameterError: a number is out of bounds, or keys contradict each other.
     """
 
+    mode: Literal["static", "dynamic"] = setting(
+        "static", "static: the cloth comes to an equilibrium; dynamic: it moves in time"
+    )
+    duration: float = setting(
+        1.0, "time of a dynamic run; for a static run, the time of the keyframes at its end", unit="s", **POSITIVE
+    )
+    largest_step: float = setting(2e-3, "largest time step", unit="s", **POSITIVE)
+    load_steps: int = setting(
+        1, "number of equilibria of a static run, from the first place of attachments and bodies to the last one",
+        **POSITIVE,
+    )  # fmt: skip
+    gravity: Triple = setting((0.0, -981.0, 0.0), "acceleration", unit="cm/s^2")
+    disturbance: float = setting(
+        0.0, "size of random displacements across the cloth at the start, so that a flat cloth can buckle; they are "
+        "the same in each run", unit="cm", **NOT_NEGATIVE,
+    )  # fmt: skip
     cloth: ClothSection
     """The cloth as triangles."""
     yarns: YarnsSection
     """The yarns that are laid out on it."""
     region: RegionSection = field(default_factory=RegionSection)
     """Where yarns are simulated."""
-    mode: Literal["static", "dynamic"] = "static"
-    """Whether the cloth comes to an equilibrium, or moves in time."""
-    duration: float = 1.0
-    """Time of a dynamic run [s]; for a static run, the time of the keyframes at its end."""
-    largest_step: float = 2e-3
-    """Largest time step [s]."""
-    load_steps: int = 1
-    """Number of equilibria of a static run, from the first place of attachments and bodies to the last one."""
-    gravity: Triple = (0.0, -981.0, 0.0)
-    """Acceleration [cm/s^2]."""
-    disturbance: float = 0.0
-    """Size of random displacements across the cloth at the start [cm], so that a flat cloth can buckle; they are the
-    same in each run."""
     attachments: tuple[AttachmentSection, ...] = ()
     """Parts of the cloth that are held or moved."""
     bodies: tuple[BodySection, ...] = ()
@@ -154,10 +155,7 @@ class Scene:
     output: OutputSection = field(default_factory=OutputSection)
 
     def __post_init__(self) -> None:
-        for name in ("duration", "largest_step", "load_steps"):
-            check_positive(name, getattr(self, name))
-        if not (math.isfinite(self.disturbance) and self.disturbance >= 0.0):
-            raise ParameterError(f"disturbance: got {self.disturbance}; expected a number of cm of at least 0")
+        check_settings(self)
         if self.yarns.model == "splines" and self.mode != "static":
             raise ParameterError(f"mode: got {self.mode!r} with B-spline yarns; expected 'static'")
         if self.mode == "static" and self.contact.friction:
@@ -176,13 +174,3 @@ class Scene:
     def equilibria(self) -> int:
         """Number of equilibria that a static run finds with its yarns."""
         return 1 if self.region.starts_on_triangles else self.load_steps
-
-
-def check_positive(name: str, value: float) -> None:
-    """Check that a value is a positive number.
-
-    Raises:
-        ParameterError: it is not positive, or larger than ``LARGEST_NUMBER``.
-    """
-    if not 0 < value <= LARGEST_NUMBER:
-        raise ParameterError(f"{name}: got {value}; expected a positive number of at most {LARGEST_NUMBER:g}")

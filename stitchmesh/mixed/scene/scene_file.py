@@ -19,7 +19,7 @@ from stitchmesh.mixed.scene.yarns_section import is_file
 
 HEADER = """\
 # A scene of mixed yarns and triangles: stitchmesh drape SCENE -o DIR runs it.
-# docs/how-to/drape.md explains every key. Lengths are in cm, times in s; y points up. Paths are relative to this file.
+# docs/settings.md lists every key. Lengths are in cm, times in s; y points up. Paths are relative to this file.
 """
 INLINE = ("position", "first", "second", "low", "high")
 """Keys whose tables are written within one line."""

@@ -19,6 +19,7 @@ from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
 from stitchmesh.mixed.layout.knit import lay_knit
 from stitchmesh.mixed.layout.weave import lay_weave
+from stitchmesh.settings import POSITIVE, check_settings, setting
 
 Matrix = NDArray[np.int64]
 STITCHES = "stitches"
@@ -35,49 +36,46 @@ class YarnsSection:
         ParameterError: both or neither are given, or a density is not positive.
     """
 
-    weave: str | tuple[str, ...] | None = None
-    """Name or file of a weave, or its matrix as rows from the top, such as ``["10", "01"]``: 1 where the weft lies
-    above."""
-    model: Literal["crossings", "splines"] = "crossings"
-    """How yarns are simulated: as nodes at their crossings, or as B-splines in contact, whose loops stand out of the
-    cloth. B-splines are for static scenes of a stitch mesh, with ``knit = "stitches"``."""
-    knit: str | tuple[str, ...] | None = None
-    """Name or file of a pattern of knit and purl stitches, or its chart as rows from the top, such as
-    ``["kp", "kp"]``; ``stitches`` for the stitches of the cloth, if it is a stitch mesh."""
-    divisions: int = 1
-    """Number of loops along each side of a stitch of the cloth, with ``stitches``."""
-    ends: float = DEFAULT_DENSITY
-    """Warps per cm."""
-    picks: float = DEFAULT_DENSITY
-    """Wefts per cm."""
-    wales: float = DEFAULT_DENSITY
-    """Wales per cm."""
-    courses: float = DEFAULT_DENSITY
-    """Courses per cm."""
-    density: float = 1.0
-    """Number of yarns that replace each yarn. It multiplies ends, picks, wales and courses, and makes the yarns finer,
-    so that the cloth stays as heavy and as stiff; not for ``stitches``, which have ``divisions``."""
-    loop_length: float | None = None
-    """Length of yarn in each plain stitch [cm], with ``model = "splines"``; by default the length of the drawn
-    loops."""
-    material: str | None = None
-    """Name of the material of the yarns, in ``material_file`` or among the named materials."""
-    warp_material: str | None = None
-    """Name of the material of warps; by default the material of wefts."""
-    material_file: str | None = None
-    """A file of materials (``.toml``)."""
-    radius: float | None = None
-    """Radius of the yarns [cm]; by default the radius of the material, and an eighth of a stitch for B-splines."""
+    weave: str | tuple[str, ...] | None = setting(
+        None, "weave: plain, basket-NxN, twill-AxB, a name or a file of the library, or rows from the top such as "
+        '["10", "01"], with 1 where the weft lies above', unset="none",
+    )  # fmt: skip
+    model: Literal["crossings", "splines"] = setting(
+        "crossings", "how yarns are simulated: crossings (nodes where yarns cross), or splines (B-splines in contact, "
+        'whose loops stand out of the cloth; for static scenes with knit = "stitches")',
+    )  # fmt: skip
+    knit: str | tuple[str, ...] | None = setting(
+        None, 'knit: name or file of a pattern of knit and purl stitches, rows from the top such as ["kp"], or '
+        "stitches for the stitches of the cloth", unset="none",
+    )  # fmt: skip
+    divisions: int = setting(1, "for stitches: number of loops along each side of a stitch of the cloth", **POSITIVE)
+    ends: float = setting(DEFAULT_DENSITY, "warps for each cm", **POSITIVE)
+    picks: float = setting(DEFAULT_DENSITY, "wefts for each cm", **POSITIVE)
+    wales: float = setting(DEFAULT_DENSITY, "wales for each cm", **POSITIVE)
+    courses: float = setting(DEFAULT_DENSITY, "courses for each cm", **POSITIVE)
+    density: float = setting(
+        1.0, "number of finer yarns in the place of each yarn, so that the cloth stays as heavy and as stiff; not for "
+        "stitches, which have divisions", **POSITIVE,
+    )  # fmt: skip
+    loop_length: float | None = setting(
+        None, "for splines: length of yarn in each plain stitch", unit="cm", unset="as the loops are drawn", **POSITIVE
+    )
+    material: str | None = setting(
+        None, "material of the yarns, in material_file or among the named materials", unset="gong-1"
+    )
+    warp_material: str | None = setting(None, "material of the warps", unset="that of the wefts")
+    material_file: str | None = setting(None, "file of materials (.toml)", unset="the named materials")
+    radius: float | None = setting(
+        None, "radius of the yarns", unit="cm", unset="that of the material, or an eighth of a stitch for splines",
+        **POSITIVE,
+    )  # fmt: skip
 
     def __post_init__(self) -> None:
         if (self.weave is None) == (self.knit is None):
             found = "neither" if self.weave is None else "both"
             raise ParameterError(f"yarns: got {found} of weave and knit; expected one of them")
         self._check_model()
-        for name in ("ends", "picks", "wales", "courses", "density", "radius", "divisions", "loop_length"):
-            value = getattr(self, name)
-            if value is not None and not (np.isfinite(value) and value > 0.0):
-                raise ParameterError(f"yarns.{name}: got {value}; expected a positive number")
+        check_settings(self, "yarns")
 
     def _check_model(self) -> None:
         """Check that the keys fit the yarn model."""

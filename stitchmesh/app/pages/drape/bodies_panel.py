@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 
 from stitchmesh.app.controls.controls import Controls
-from stitchmesh.app.controls.field_panel import Field, FieldPanel, Number
+from stitchmesh.app.controls.field_panel import FieldPanel, Number, setting_field
 from stitchmesh.app.pages.drape.drape_session import FILES, DrapeSession
 from stitchmesh.app.pages.drape.entry_list import EntryList, with_entry
 from stitchmesh.app.pages.drape.held_panel import keyframes_to, motion_words
@@ -21,7 +21,7 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.io.atomic import write_bytes
 from stitchmesh.io.units import CENTIMETRES, DEFAULT_UNIT
 from stitchmesh.mixed.scene.motion_section import STILL, BodySection
-from stitchmesh.mixed.scene.scene import Scene
+from stitchmesh.mixed.scene.scene import ContactSection, Scene
 
 SHARE = 0.25
 """Radius of a new ball, and half the side of a new box, over the smaller of the width and height of the cloth."""
@@ -77,15 +77,15 @@ SUFFIXES = (".obj", ".ply", ".off", ".stl")
 WHAT = "bodies"
 """First words of messages."""
 CONTACT = (
-    Field("contact.start_outside", "Put the cloth around", "A cloth that cuts a body at the start is moved out of it.",
-          shown=lambda scene: bool(scene.bodies)),
-    Field("contact.self_collision", "Cloth touches itself", "Whether layers of the cloth keep apart."),
+    setting_field(ContactSection, "start_outside", "Put the cloth around", at="contact.start_outside",
+                  shown=lambda scene: bool(scene.bodies)),
+    setting_field(ContactSection, "self_collision", "Cloth touches itself", at="contact.self_collision"),
 )  # fmt: skip
 """How the cloth of a scene touches."""
 SURFACE = (
-    Field("friction", "Friction", "Coefficient of friction with the cloth.", Number(0.0, 10.0, 0.05)),
-    Field("thickness", "Distance", "Layer on the body that the cloth stays out of [cm].", Number(0.0, 100.0, 0.01)),
-)  # fmt: skip
+    setting_field(BodySection, "friction", "Friction", Number(0.0, 10.0, 0.05)),
+    setting_field(BodySection, "thickness", "Distance", Number(0.0, 100.0, 0.01)),
+)
 """The surface of a body."""
 
 

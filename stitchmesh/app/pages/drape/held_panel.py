@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from stitchmesh.app.controls.controls import Controls
-from stitchmesh.app.controls.field_panel import Field, FieldPanel, Number
+from stitchmesh.app.controls.field_panel import FieldPanel, Number, setting_field
 from stitchmesh.app.controls.html_pieces import paragraph
 from stitchmesh.app.pages.drape.drape_session import DrapeSession
 from stitchmesh.app.pages.drape.entry_list import EntryList, with_entry
@@ -114,10 +114,7 @@ HOW = (
 WHAT = "what is held"
 """Beginning of messages."""
 STILL_TEXT = as_text(STILL)
-RELEASE = (
-    Field("release", "Let go at", "Time from which the part is free [s]; 0 holds it to the end.",
-          Number(0.0, 3600.0, 0.05, without=None)),
-)  # fmt: skip
+RELEASE = (setting_field(AttachmentSection, "release", "Let go at", Number(0.0, 3600.0, 0.05, without=None)),)
 """Choices of when a part is let go."""
 
 

@@ -11,7 +11,7 @@ from typing import Any, Literal
 import numpy as np
 
 from stitchmesh.app.controls.controls import Controls
-from stitchmesh.app.controls.field_panel import Field, FieldPanel, Number
+from stitchmesh.app.controls.field_panel import FieldPanel, Number, setting_field
 from stitchmesh.app.controls.undo_row import UndoRow
 from stitchmesh.app.pages.drape.cloth_drawing import ClothDrawing
 from stitchmesh.app.pages.drape.drape_session import DrapeSession
@@ -37,17 +37,16 @@ NODES, SECONDS = "number of nodes", "time of a step"
 STEP_SECONDS = 0.5
 """Time of a step at first [s]."""
 BUDGETS = (
-    Field("nodes", "Most nodes", "Largest number of yarn nodes that are simulated.", Number(1, 100_000_000, 1),
-          lambda section: section.yarns == "automatic" and section.seconds is None),
-    Field("seconds", "Seconds", "Time of a step, or of an equilibrium [s]; how many nodes it pays for is measured.",
-          Number(1e-3, 3600.0, 0.05), lambda section: section.yarns == "automatic" and section.seconds is not None),
+    setting_field(RegionSection, "nodes", "Most nodes", Number(1, 100_000_000, 1),
+                  shown=lambda section: section.yarns == "automatic" and section.seconds is None),
+    setting_field(RegionSection, "seconds", "Time of a step", Number(1e-3, 3600.0, 0.05),
+                  shown=lambda section: section.yarns == "automatic" and section.seconds is not None),
 )  # fmt: skip
 """The fields of the limits of an automatic region."""
 WIDTHS = (
-    Field("adapt_every", "Change every", "Steps after which the region may grow, shrink or move; 0 keeps it as it is.",
-          Number(0, 1_000_000, 1, without=None), lambda section: section.yarns == "automatic"),
-    Field("rings", "Hybrid rings", "Width of the region in which yarns and triangles overlap, in rings of triangles.",
-          Number(1, 20, 1)),
+    setting_field(RegionSection, "adapt_every", "Change every", Number(0, 1_000_000, 1, without=None),
+                  shown=lambda section: section.yarns == "automatic"),
+    setting_field(RegionSection, "rings", "Hybrid rings", Number(1, 20, 1)),
 )  # fmt: skip
 """Fields for the changes of a region, and for the width of the hybrid region."""
 WORDS = "Such as hem 6 or rows 10-20 for stitches; names of panels, all, or faces 3, 10-20 for another cloth."

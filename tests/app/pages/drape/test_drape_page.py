@@ -131,7 +131,7 @@ def test_a_box_and_panels_and_stitches_are_chosen_by_words(swinging, tmp_path):
 def test_the_budget_of_an_automatic_region_is_a_number_of_nodes_or_a_time(swinging):
     call(swinging, swinging.controls.set, "Yarns", "where triangles err")
     call(swinging, swinging.controls.set, "Budget", "time of a step")
-    call(swinging, swinging.controls.set, "Seconds", 0.25)
+    call(swinging, swinging.controls.set, "Time of a step [s]", 0.25)
     assert (region(swinging).nodes, region(swinging).seconds) == (None, 0.25)
     call(swinging, swinging.controls.set, "Budget", "number of nodes")
     assert (region(swinging).nodes, region(swinging).seconds) == (1000, None)

@@ -77,7 +77,7 @@ def test_what_lies_in_a_box_is_held_and_a_part_is_freed_and_removed(swinging):
     call(swinging, swinging.controls.press, "Box", "Hold")
     wait_for_task(swinging)
     call(swinging, swinging.controls.act, "choose-part", "1")
-    call(swinging, swinging.controls.set, "Let go at", 0.01)
+    call(swinging, swinging.controls.set, "Let go at [s]", 0.01)
     wait_for_task(swinging)
     box, part = opened(swinging).scene.attachments[1].boxes[0], opened(swinging).scene.attachments[1]
     assert (box.low, box.high, part.release) == ((-1.0, -1.0, -1.0), (4.0, 0.3, 1.0), 0.01)
