@@ -66,11 +66,6 @@ def test_a_refused_edit_changes_nothing():
     assert history.fabric is before and history.edits == EDITED[:2] and history.undone == EDITED[2:]
 
 
-def test_there_is_nothing_to_undo_before_the_first_edit():
-    with pytest.raises(ParameterError, match="undo: there is no edit to undo"):
-        History(flat()).undo()
-
-
 def test_a_log_holds_one_edit_in_each_line(tmp_path):
     history = history_of()
     history.write(tmp_path / "log.jsonl")
@@ -80,31 +75,17 @@ def test_a_log_holds_one_edit_in_each_line(tmp_path):
     assert bits(replay_edits(flat(), tmp_path / "log.jsonl")) == bits(history.fabric)
 
 
-def test_an_empty_log_has_no_edits(tmp_path):
-    write_log(tmp_path / "log.jsonl", [])
-    fabric = flat()
-    assert replay_edits(fabric, tmp_path / "log.jsonl") is fabric
-
-
 BAD_LINES = {
     "no JSON": ("{", "line 2: is no JSON .*expected one edit a line"),
-    "empty": ("", "line 2: is no JSON"),
-    "not an object": ("[1]", "line 2: is no edit; expected"),
-    "no arguments": ('{"edit": "bobble"}', "line 2: is no edit; expected"),
     "a number": ('{"edit": 3, "arguments": {}}', "line 2: is no edit; expected .* edit is 3; expected a text"),
     "unknown edit": ('{"edit": "bobbel", "arguments": {}}', "line 2: edit 'bobbel': is unknown; expected bobble"),
     "missing": ('{"edit": "bobble", "arguments": {}}', "line 2: bobble: needs 'face'; got nothing"),
-    "too many": ('{"edit": "bobble", "arguments": {"face": 1, "size": 2}}', "bobble: has no key 'size'; the keys are"),
     "misspelt": ('{"edit": "bobble", "arguments": {"faces": 1}}', "has no key 'faces'; did you mean 'face'\\?"),
     "beside": ('{"edit": "bobble", "arguments": {}, "argument": 1}', "no key 'argument'; did you mean 'arguments'\\?"),
-    "text": ('{"edit": "bobble", "arguments": {"face": "one"}}', 'face is "one"; expected a whole number'),
-    "half": ('{"edit": "bobble", "arguments": {"face": 1.5}}', "face is 1.5; expected a whole number"),
     "truth": ('{"edit": "bobble", "arguments": {"face": true}}', "face is true; expected a whole number"),
     "huge": ('{"edit": "bobble", "arguments": {"face": 1e400}}', "line 2: is no JSON .*out of range"),
     "list": ('{"edit": "stripe", "arguments": {"yarn": 1, "rows": [1, "a"]}}', r'rows\[1\] is "a"; expected a whole'),
-    "no list": ('{"edit": "stripe", "arguments": {"yarn": 1, "rows": 7}}', "rows is 7; expected a list or null"),
     "too large": ('{"edit": "bobble", "arguments": {"face": 4294967296}}', "expected a whole number <= 2147483647"),
-    "option": ('{"edit": "insert_row", "arguments": {"face": 1, "stitch": 3}}', "stitch is 3; expected a text"),
 }
 
 
@@ -130,15 +111,10 @@ def test_the_message_gives_the_line_of_an_edit_that_is_refused_in_a_replay(tmp_p
         replay_edits(flat(), log)
 
 
-def test_a_missing_log_is_an_error(tmp_path):
-    with pytest.raises(FileError, match=r"none\.jsonl: there is no such file"):
-        read_log(tmp_path / "none.jsonl")
-
-
-@pytest.mark.parametrize("name", sorted(set(EDITS) - {"spiral", "unspiral"}))
-def test_the_message_of_every_edit_gives_a_missing_argument(name):
-    with pytest.raises(ParameterError, match=f"{name}: needs '"):
-        apply_edit(flat(), Edit(name))
+def test_the_message_of_every_edit_gives_a_missing_argument():
+    for name in sorted(set(EDITS) - {"spiral", "unspiral"}):
+        with pytest.raises(ParameterError, match=f"{name}: needs '"):
+            apply_edit(flat(), Edit(name))
 
 
 @pytest.fixture

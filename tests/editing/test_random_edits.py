@@ -26,7 +26,7 @@ from tests.nightly import mostly_at_night
 
 WIDTH = {"dress": 5.0, "glove": 1.2, "poncho": 6.0, "sock": 1.6, "swatch": 1.0, "sweater": 4.5}
 """Stitch widths [cm] that give garments of a few hundred stitches; 2 cm for all other garments."""
-TRIED = 420
+TRIED = 240
 """Number of edits tried on each garment; about two of three are possible."""
 
 
@@ -74,7 +74,7 @@ def test_every_kind_of_edit_is_possible_on_some_garment():
     assert set(done) | set(WHOLE_MESH) == set(EDITS)
 
 
-@pytest.mark.parametrize("name", mostly_at_night([path.stem for path in GARMENTS], by_day=("hat", "sweater")))
+@pytest.mark.parametrize("name", mostly_at_night([path.stem for path in GARMENTS], by_day=("hat",)))
 def test_edited_fabrics_have_yarns(name):
     """Every loop is worked, and every yarn end joins one other end or is tied off; ``link_ends`` checks this."""
     fabric = edited(name, seed=3, count=60)[0].fabric

@@ -11,7 +11,7 @@ import pytest
 
 import stitchmesh as sm
 from stitchmesh.errors import YarnError
-from stitchmesh.mesh import BORDER, Mesh, StitchMesh
+from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.patterns import read_pattern
 from stitchmesh.periodic.repeat.torus import torus_mesh
 from stitchmesh.yarngen.finish import YarnFinish
@@ -64,12 +64,6 @@ def test_only_stitches_near_the_fold_move_and_their_stretch_follows():
     np.testing.assert_allclose(roomy.stretch, roomy.side_length[sides] / fabric.side_length[sides], rtol=1e-12)
 
 
-def test_a_fabric_with_room_is_the_same_one():
-    fabric = flat()
-    roomy, room = make_room_with_report(fabric)
-    assert roomy is fabric and room.faces == () and room.farthest == 0.0
-
-
 def test_a_fold_at_borders_gets_room_and_corners_stay():
     fabric = folded(flat(0.77), -1.0, 1.0)  # One row, so that all vertices are at the border.
     roomy = sm.make_room(fabric, quality="draft")
@@ -101,14 +95,6 @@ def test_stitches_that_lie_upon_one_another_are_moved_apart():
     sm.generate_yarns(sm.make_room(fabric, quality="draft"), quality="draft")
 
 
-def test_borders_stay_where_they_are_if_yarns_get_room_without():
-    fabric = folded(flat(), 2.5, 6.5)
-    roomy = sm.make_room(fabric, quality="draft")
-    border = fabric.face_vertex[fabric.twin == BORDER]
-    assert roomy is not fabric
-    np.testing.assert_array_equal(roomy.vertices[border], fabric.vertices[border])
-
-
 def test_a_corner_on_a_straight_border_is_moved_away_from_its_stitch_and_nothing_else_is():
     fabric = flat()
     left, upper = fabric.vertices[:, 0] == 0.0, fabric.vertices[:, 1] == fabric.vertices[:, 1].max()
@@ -131,21 +117,6 @@ def test_a_corner_on_a_straight_border_is_moved_away_from_its_stitch_and_nothing
     away = np.array([-wale, course, 0.0]) / np.hypot(course, wale)
     np.testing.assert_allclose(moved[corner], length * away, atol=1e-12 * WIDTH)
     assert room.farthest == pytest.approx(length, rel=1e-9)
-
-
-def test_vertices_of_a_border_move_along_it():
-    fabric = flat()
-    x, y, z = fabric.vertices.T
-    # Mesh relaxation can turn the order of vertices at a corner of the surface, such as the foot of a V-neck.
-    beside = (y == y.max()) & (np.abs(x - WIDTH / 2) < 1.5)
-    turned = replace(fabric, vertices=np.stack([np.where(beside, WIDTH / 2 - 0.8 * (x - WIDTH / 2), x), y, z], axis=1))
-    roomy = sm.make_room(turned, quality="draft")
-    assert (np.diff(roomy.vertices[y == y.max(), 0][np.argsort(x[y == y.max()])]) > 0.0).all()
-    sm.check_loops(roomy, sm.generate_yarns(roomy, quality="draft"))
-    # The borders are straight, so that means of points on them are on them exactly.
-    border = fabric.face_vertex[fabric.twin == BORDER]
-    level = border[np.isin(y[border], [y.min(), y.max()])]
-    np.testing.assert_array_equal(roomy.vertices[level, 1:], fabric.vertices[level, 1:])
 
 
 def test_a_ring_that_is_moved_all_around_keeps_its_length():
@@ -198,4 +169,6 @@ def test_layers_that_touch_are_moved_apart_and_loops_hold():
 
 def test_layers_with_room_stay_where_they_are():
     fabric = two_layers(1.0)
-    assert layers_apart(fabric, 0.625) is fabric and sm.make_room(fabric, yarn_radius=0.125) is fabric
+    assert layers_apart(fabric, 0.625) is fabric
+    roomy, room = make_room_with_report(fabric, yarn_radius=0.125)
+    assert roomy is fabric and room.faces == () and room.farthest == 0.0
