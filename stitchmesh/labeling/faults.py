@@ -10,7 +10,7 @@ import numpy as np
 
 from stitchmesh.errors import first_few
 from stitchmesh.labeling.growth import COURSE, UNKNOWN, WALE, EdgeLabels
-from stitchmesh.labeling.seeds import parts_of
+from stitchmesh.labeling.seeds import edge_name, parts_of
 from stitchmesh.mesh import BORDER, IntArray, Mesh
 
 MOSTLY = 0.5
@@ -70,14 +70,16 @@ def _contradiction(mesh: Mesh, labels: EdgeLabels, side: int) -> LabelingFault:
         name = "wale" if labels.edge_label[edge] == WALE else "course"
         return LabelingFault(
             (face,),
-            f"face {face}: edge {_ends(mesh, side)} was set to {name} by hand, which does not fit the rows around the "
-            "face; set its other edges by hand too, or clear this one",
+            f"face {face}: edge {edge_name(mesh, side)} was set to {name} by hand, which does not fit the rows around "
+            "the face; set its other edges by hand too, or clear this one",
         )
     wale = _corner_of_row(mesh, labels, face)
-    by_hand = "set edges by hand" if wale is None else f"set edge {_ends(mesh, wale)} to wale so that a row turns here"
+    by_hand = "set edges by hand"
+    if wale is not None:
+        by_hand = f"set edge {edge_name(mesh, wale)} to wale so that a row turns here"
     return LabelingFault(
         (face,),
-        f"face {' and '.join(map(str, faces))}: edge {_ends(mesh, side)} would be both wale and course, but a face "
+        f"face {' and '.join(map(str, faces))}: edge {edge_name(mesh, side)} would be both wale and course, but a face "
         "needs exactly 2 wale edges and rows must not cross; remodel the faces around this edge, start at another "
         f"edge, or {by_hand}",
     )
@@ -92,11 +94,6 @@ def _corner_of_row(mesh: Mesh, labels: EdgeLabels, face: int) -> int | None:
     sides = np.arange(mesh.face_start[face], mesh.face_start[face + 1])
     wales = sides[labels.edge_label[mesh.side_edge[sides]] != COURSE]
     return int(wales[0]) if len(wales) == 2 else None
-
-
-def _ends(mesh: Mesh, side: int) -> str:
-    """The two vertices of a side."""
-    return f"{mesh.face_vertex[side]}-{mesh.face_vertex[mesh.side_next[side]]}"
 
 
 def _wrong_wale_counts(mesh: Mesh, labels: EdgeLabels, faces: IntArray) -> list[LabelingFault]:

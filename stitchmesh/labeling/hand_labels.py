@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from stitchmesh.errors import LabelError
 from stitchmesh.labeling.direction import ParityForest
 from stitchmesh.labeling.growth import COURSE, UNKNOWN, UNLABELED, WALE, EdgeLabels
+from stitchmesh.labeling.seeds import edge_name
 from stitchmesh.mesh import BORDER, IntArray, Mesh, ranges
 
 LABEL_NAMES = {COURSE: "course", WALE: "wale", UNKNOWN: "unknown"}
@@ -47,7 +48,7 @@ def _check_hand_labels(mesh: Mesh, labels: EdgeLabels, face: int, side: int) -> 
     wales = np.count_nonzero(labels.by_hand[edges] & (labels.edge_label[edges] == WALE))
     courses = np.count_nonzero(labels.by_hand[edges] & (labels.edge_label[edges] == COURSE))
     name = LABEL_NAMES[int(labels.edge_label[mesh.side_edge[side]])]
-    ends = f"{mesh.face_vertex[side]}-{mesh.face_vertex[mesh.side_next[side]]}"
+    ends = edge_name(mesh, side)
     if wales > 2:
         raise LabelError(
             f"edge {ends}: cannot be {name}, because two other edges of face {face} have been set to wale by hand; "

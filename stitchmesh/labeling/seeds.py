@@ -38,6 +38,11 @@ def side_of(mesh: Mesh, edge: EdgeName) -> int:
     return int(found[0])
 
 
+def edge_name(mesh: Mesh, side: int) -> str:
+    """Return the name of the edge of a side in messages: its two vertices."""
+    return f"{mesh.face_vertex[side]}-{mesh.face_vertex[mesh.side_next[side]]}"
+
+
 def seed_chain(mesh: Mesh, side: int) -> list[int]:
     """Return the course sides that a seed marks, starting with the seed itself."""
     if mesh.twin[side] == BORDER:
@@ -53,18 +58,13 @@ def whole_border(mesh: Mesh, edge: EdgeName) -> list[int]:
     """
     side = side_of(mesh, edge)
     if mesh.twin[side] != BORDER:
-        start, end = mesh.face_vertex[side], mesh.face_vertex[mesh.side_next[side]]
-        raise ParameterError(f"edge {start}-{end}: does not lie on a border; {_borders_named(mesh)}")
+        named = first_few([edge_name(mesh, loop[0]) for loop in mesh.boundary_loops])
+        borders = f"edges of its borders are {named}" if mesh.boundary_loops else "the mesh has no border"
+        raise ParameterError(f"edge {edge_name(mesh, side)}: does not lie on a border; {borders}")
     loop = [side]
     while (following := mesh.next_border_side(loop[-1])) != side:
         loop.append(following)
     return loop
-
-
-def _borders_named(mesh: Mesh) -> str:
-    """Name an edge of each border, for error messages."""
-    edges = [f"{mesh.face_vertex[loop[0]]}-{mesh.face_vertex[mesh.side_next[loop[0]]]}" for loop in mesh.boundary_loops]
-    return f"edges of its borders are {first_few(edges)}" if edges else "the mesh has no border"
 
 
 def candidate_seeds(mesh: Mesh) -> list[list[int]]:

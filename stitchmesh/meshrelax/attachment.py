@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
+from stitchmesh.mesh.unit_vectors import unit_vectors
 from stitchmesh.meshrelax.bobbles import NO_BOBBLES, Bobbles
 from stitchmesh.meshrelax.placement import SurfacePlacement
 from stitchmesh.meshrelax.surface.catmull_clark import border_vertices
@@ -164,8 +165,7 @@ def _normals_beside(fabric: StitchMesh, bobbles: Bobbles) -> FloatArray:
     area[bobbles.faces] = 0.0
     total = np.zeros_like(fabric.vertices)
     np.add.at(total, fabric.face_vertex, area[fabric.side_face])
-    length = np.linalg.norm(total, axis=1, keepdims=True)
-    return np.where(length > 0.0, total / np.where(length > 0.0, length, 1.0), fabric.vertex_normal)
+    return np.where(total.any(axis=1, keepdims=True), unit_vectors(total), fabric.vertex_normal)
 
 
 def border_corners(fabric: StitchMesh, position: FloatArray) -> NDArray[np.bool_]:

@@ -7,6 +7,7 @@ from __future__ import annotations
 import numpy as np
 
 from stitchmesh.mesh import FloatArray, IntArray
+from stitchmesh.mesh.unit_vectors import unit_vectors
 from stitchmesh.meshrelax.area import area_forces
 from stitchmesh.meshrelax.placement import PlacedPoints
 from stitchmesh.meshrelax.shear import shear_force
@@ -55,13 +56,7 @@ def element_forces(springs: Springs, placement: PlacedPoints) -> tuple[FloatArra
     terms = [stretch, shear, strut]
     if springs.area_force:
         a, b, c, d = (position[springs.quads[:, place]] for place in range(4))
-        terms.append(area_forces(c - a, d - b, _mean_normal(springs, placement), springs.quad_area, AREA))
+        normal = unit_vectors(placement.normal[springs.quads].sum(axis=1))
+        terms.append(area_forces(c - a, d - b, normal, springs.quad_area, AREA))
     force, jacobian = zip(*terms, strict=True)
     return np.concatenate(force), np.concatenate(jacobian)
-
-
-def _mean_normal(springs: Springs, placement: PlacedPoints) -> FloatArray:
-    """Unit normal of the surface at each sub-quad, shape (Q, 3)."""
-    total = placement.normal[springs.quads].sum(axis=1)
-    length = np.linalg.norm(total, axis=1, keepdims=True)
-    return total / np.where(length > 0.0, length, 1.0)

@@ -108,17 +108,8 @@ def relax_mesh(
         )
         outcome = relaxation.run(placement, tolerance, max_iterations, shown.note)
     relaxed, known = made(outcome.placement.position)
-    report = MeshRelaxReport(
-        seconds=shown.seconds(),
-        iterations=outcome.iterations,
-        converged=outcome.residual <= tolerance,
-        residual=outcome.residual,
-        tolerance=tolerance,
-        remedy="" if outcome.residual <= tolerance else _remedy(fabric, outcome, aspect),
-        max_stretch=float(known.max()),
-        rms_stretch=float(np.sqrt(np.mean(known**2))),
-        stopped=outcome.stopped and outcome.residual > tolerance,
-    )
+    remedy = _remedy(fabric, outcome, aspect)
+    report = MeshRelaxReport.of(outcome, known, tolerance=tolerance, seconds=shown.seconds(), remedy=remedy)
     if not (report.converged or report.stopped):
         logger.warning(not_converged(report))
     return RelaxedMesh(relaxed, report)

@@ -24,7 +24,7 @@ from stitchmesh.memory_need import BASE_MEMORY, BYTES_PER_FOUND_STITCH, check_me
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, Mesh, StitchMesh
 from stitchmesh.mesh.shaping_stitches import DEFAULT_INCREASE, Increase, check_increase, with_increases
 from stitchmesh.progress import Progress, shown_stages
-from stitchmesh.shaping.branchings import with_joins_and_parts_apart
+from stitchmesh.shaping.branchings import changes_around, with_joins_and_parts_apart
 from stitchmesh.shaping.counts import SMALLEST_TIP, StitchSize, rounded_count
 from stitchmesh.shaping.ends import Ends
 from stitchmesh.shaping.finer_than_stitches import knitted_surface
@@ -262,12 +262,7 @@ def saddle_points(surface: TriangleSurface, values: FloatArray) -> FloatArray:
 
     Around a saddle the function is four times or more often alternately higher and lower than at the vertex.
     """
-    changes = np.zeros(len(values), dtype=np.int64)
-    for corner in range(3):
-        vertex, one, other = (surface.triangles[:, (corner + turn) % 3] for turn in range(3))
-        crossed = (values[one] > values[vertex]) != (values[other] > values[vertex])
-        changes += np.bincount(vertex[crossed], minlength=len(values))
-    return surface.vertices[changes >= 4]
+    return surface.vertices[changes_around(surface, values) >= 4]
 
 
 def marks_by_part(

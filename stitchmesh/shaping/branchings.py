@@ -66,6 +66,16 @@ def with_joins_and_parts_apart(
     return levels, time
 
 
+def changes_around(surface: TriangleSurface, values: FloatArray) -> IntArray:
+    """Return how often a function changes between higher and lower than at a vertex, around each vertex, shape (V,)."""
+    changes = np.zeros(len(values), dtype=np.int64)
+    for corner in range(3):
+        vertex, one, other = (surface.triangles[:, (corner + turn) % 3] for turn in range(3))
+        crossed = (values[one] > values[vertex]) != (values[other] > values[vertex])
+        changes += np.bincount(vertex[crossed], minlength=len(values))
+    return changes
+
+
 def branchings(surface: TriangleSurface, time: FloatArray, ends: Ends, level: int) -> Branchings:
     """Find the places from a level to below the next one at which limbs join or part.
 
@@ -74,15 +84,10 @@ def branchings(surface: TriangleSurface, time: FloatArray, ends: Ends, level: in
     """
     inside = (time >= level) & (time < level + 1)
     inside[np.concatenate([end.vertices for end in ends.all])] = False
-    changes = np.zeros(len(time), dtype=np.int64)
-    for corner in range(3):
-        vertex, one, other = (surface.triangles[:, (corner + turn) % 3] for turn in range(3))
-        crossed = (time[one] > time[vertex]) != (time[other] > time[vertex])
-        changes += np.bincount(vertex[crossed], minlength=len(time))
     borders = np.concatenate([*surface.borders, np.zeros(0, dtype=np.int64)])
     on_border = np.isin(np.arange(len(time)), borders)
     off = [end.vertices[0] for end in ends.lines if on_border[end.vertices].all() and time[end.vertices[0]] == level]
-    found = np.flatnonzero(inside & (changes >= np.where(on_border, 2, 4)))
+    found = np.flatnonzero(inside & (changes_around(surface, time) >= np.where(on_border, 2, 4)))
     below, above = (
         [_lines_beside(surface, time >= time[v] if up == 0 else time > time[v], int(v)) for v in found] for up in (0, 1)
     )

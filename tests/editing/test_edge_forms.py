@@ -12,7 +12,6 @@ import pytest
 from stitchmesh.editing.edge_forms import ARC, GAP_OVER_RADIUS, EdgeForm, parse_edge_form, with_edge_forms
 from stitchmesh.editing.spiral import make_spiral
 from stitchmesh.errors import ParameterError
-from stitchmesh.hand_knitting import knitting_instructions
 from stitchmesh.labeling import label
 from stitchmesh.mesh import BORDER, StitchMesh
 from stitchmesh.mesh.stitch import Stitch
@@ -97,11 +96,6 @@ def test_a_rolled_edge_has_its_rows_on_an_arc_outside_the_fabric():
     # on a circle that the edge leaves along the wales; a polygon of twelve sides is 3.4 % narrower at its sides
     np.testing.assert_allclose(np.hypot(*out), radius, atol=0.04 * WIDE)
     assert (out[0] > -radius - 0.04 * WIDE).all(), "outside"
-
-
-def test_instructions_name_the_row_at_the_fold():
-    text = str(knitting_instructions(edged("hem=fold:4")))
-    assert f"Cast on {ROUND} sts" in text and f"Round 4: p{ROUND}." in text
 
 
 def test_purl_at_the_hem_goes_on_into_the_first_row():

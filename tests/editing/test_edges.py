@@ -39,15 +39,6 @@ def test_every_course_edge_can_be_split_and_collapsed_again(make):
         assert bits(edited(split, "collapse_course_edge", side=new)) == bits(fabric)
 
 
-def test_a_split_adds_one_vertex_one_edge_and_no_face():
-    fabric = flat()
-    split = widened(fabric, face_at(fabric, 2, 3))
-    assert (len(split.vertices), len(split.edge_side), split.face_count) == (
-        len(fabric.vertices) + 1, len(fabric.edge_side) + 1, fabric.face_count,
-    )  # fmt: skip
-    assert names(split, face_at(fabric, 2, 3), face_at(fabric, 3, 3)) == [Stitch.KY, Stitch.D12K]
-
-
 def test_at_a_border_only_one_face_changes():
     fabric = flat()
     for side in np.flatnonzero(~fabric.is_wale & (fabric.twin == BORDER)).tolist():
@@ -87,14 +78,12 @@ def test_an_increase_that_an_edit_chooses_is_closed_and_one_that_is_named_is_not
     assert split.twist[top_sides(split, (low,))].tolist() == turns
 
 
-@pytest.mark.parametrize("code", ["ky", "yk"])
-def test_an_increase_is_divided_into_a_stitch_and_a_yarn_over_and_joined_again(code):
+def test_an_increase_is_divided_into_a_stitch_and_a_yarn_over_and_joined_again():
     fabric = flat()
     face = face_at(fabric, 2, 3)
-    wide = edited(widened(fabric, face), "change_stitch", faces=[face], stitch=code)
-    knit_first = code == "ky"
-    parts = edited(wide, "add_wale_edge", face=face, below=int(knit_first), above=1)
-    assert names(parts, face, wide.face_count) == [CODES[letter] for letter in code]
+    wide = edited(widened(fabric, face), "change_stitch", faces=[face], stitch="yk")
+    parts = edited(wide, "add_wale_edge", face=face, below=0, above=1)
+    assert names(parts, face, wide.face_count) == [Stitch.YARN_OVER, Stitch.KNIT]
     assert parts.twin[parts.right_wale[face]] == parts.left_wale[wide.face_count]
     assert bits(edited(parts, "remove_wale_edge", side=int(parts.right_wale[face]))) == bits(wide)
 
@@ -136,10 +125,3 @@ REFUSED = {
 def test_the_message_of_a_refused_edit_gives_the_reason(name, arguments, message):
     with pytest.raises(ParameterError, match=message):
         edited(flat(), name, **arguments)
-
-
-def test_a_decrease_needs_loops_below():
-    fabric = flat()
-    split = edited(fabric, "split_course_edge", side=0)
-    with pytest.raises(ParameterError, match=r"face 0: lies on the border .* no loop for k2tog; only cast-on"):
-        edited(split, "change_stitch", faces=[0], stitch="d12k")

@@ -9,6 +9,7 @@ from dataclasses import fields
 import numpy as np
 import pytest
 
+import stitchmesh as sm
 from stitchmesh.editing.ring_rows import ring_stacks
 from stitchmesh.editing.spiral import make_spiral, unspiral
 from stitchmesh.errors import ParameterError
@@ -20,6 +21,7 @@ from stitchmesh.tessellate import tessellate
 from stitchmesh.yarngen import generate_yarns
 from stitchmesh.yarngen.clearance import smallest_distance
 from tests.gallery import ROOT, closed_cone, grid, tube, two_tubes
+from tests.shaping.surfaces import in_triangles
 
 ROUND = {
     "tube": lambda: tube(8, 2, radius=2.0),
@@ -110,3 +112,14 @@ def test_a_seam_without_two_rings_is_refused():
         make_spiral(fabric, 3)
     with pytest.raises(ParameterError, match="got face 9999; the mesh has faces 0 to"):
         make_spiral(fabric, 9999)
+
+
+def test_the_last_round_at_a_tip_of_found_rows_stays_a_ring_and_loops_hold():
+    shaped = sm.shape_fabric(in_triangles(closed_cone(12)), stitch_width=0.8, progress=False)
+    rings = sm.relax_mesh(shaped.fabric, surface=shaped.surface.mesh).fabric
+    turned = make_spiral(rings)
+    assert len(turned.vertices) == len(rings.vertices) + 1
+    last = set(ring_stacks(rings)[0][-1].faces)
+    assert last in [set(stack[-1].faces) for stack in ring_stacks(turned)]
+    sm.check_loops(turned, sm.generate_yarns(turned))
+    assert (unspiral(turned).twin == rings.twin).all()

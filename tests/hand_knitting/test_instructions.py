@@ -298,52 +298,6 @@ def test_mismatched_wales_are_grafted():
     assert "(Kitchener stitch)" in knitting_instructions(fabric)
 
 
-def short_rows() -> StitchMesh:
-    """Four wales with two short rows on the left two wales after the first two rows.
-
-    The right two wales have no faces beside the two short rows. The wale edges of the short rows therefore form a slit
-    of two sides.
-    """
-    names: dict[tuple[object, ...], int] = {}
-
-    def vertex(column: int, level: int) -> int:
-        missing = (4,) if column == 2 else (3, 4) if column > 2 else ()
-        return names.setdefault((column, 2 if level in missing else level), len(names))
-
-    faces, edges, rows = [], [], []
-    for level in range(6):
-        for column in range(2 if level in (2, 3) else 4):
-            low, high = level, level + 1
-            under = 2 if level == 4 and column >= 2 else low
-            faces.append([vertex(column, low), vertex(column + 1, low), vertex(column + 1, high), vertex(column, high)])
-            wales = ("wale", column + 1, level), ("wale", column, level)
-            edges.append([("course", column, under), wales[0], ("course", column, high), wales[1]])
-            rows.append(level)
-    flat = [edge for face in edges for edge in face]
-    places: dict[tuple[object, ...], list[int]] = {}
-    for side, edge in enumerate(flat):
-        places.setdefault(edge, []).append(side)
-    twin = np.full(len(flat), BORDER)
-    for sides in places.values():
-        if len(sides) == 2:
-            twin[sides] = sides[::-1]
-    points = np.zeros((len(names), 3))
-    for (column, level), number in names.items():
-        points[number] = [1.6, 2.0, 0.5] if (column, level) == (2, 3) else [column, level, 0.0]
-    ones = np.ones(len(faces), dtype=np.int64)
-    return StitchMesh(
-        points, 4 * np.arange(len(faces) + 1), np.array(faces).ravel(), twin, n_bottom=ones, n_top=ones,
-        stitch=np.where(np.array(rows) == 0, int(Stitch.CAST_ON), int(Stitch.KNIT)), row=rows,
-    )  # fmt: skip
-
-
-def test_short_rows_turn_and_leave_stitches_unworked():
-    fabric = short_rows()
-    Comparison(fabric).check()
-    lines = knitting_instructions(fabric).split("\n")
-    assert "Row 2 (WS): p2, turn." in lines and "Row 3 (RS): k2." in lines and "Row 4 (WS): p4." in lines
-
-
 def patchwork(places: list[tuple[int, int, int, bool]]) -> StitchMesh:
     """Plain faces at places (column, level, row, upside down); row 0 is cast on."""
     vertex = {}

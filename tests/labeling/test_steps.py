@@ -50,18 +50,18 @@ def test_a_log_of_all_kinds_of_steps_makes_the_labeling_that_the_methods_make(tm
         LabelStep("clear_labels"),
         LabelStep("turn_inside_out"),
         LabelStep("start_at_edge", {"edge": [24, 25]}),
-        LabelStep("label_row_at", {"edge": [32, 33]}),
+        LabelStep("label_row_at", {"edge": [16, 17]}),
         LabelStep("set_edge", {"edge": [0, 8], "label": "wale"}),
         LabelStep("label_rows", {"count": 2}),
-        LabelStep("flip_row", {"face": 24}),
+        LabelStep("flip_row", {"face": 16}),
     ]
     assert {step.name for step in steps} == set(LABEL_STEPS)
     write_label_steps(tmp_path / "steps.jsonl", steps)
     lines = (tmp_path / "steps.jsonl").read_text().splitlines()
     assert json.loads(lines[0]) == {"step": "start_at_border", "arguments": {"edge": edge.tolist()}}
     assert read_label_steps(tmp_path / "steps.jsonl") == steps
-    expected = start_labeling(turn_inside_out(mesh)).start_at_edge((24, 25)).label_row_at((32, 33))
-    expected = expected.set_edge((0, 8), "wale").label_rows(2).flip_row(24)
+    expected = start_labeling(turn_inside_out(mesh)).start_at_edge((24, 25)).label_row_at((16, 17))
+    expected = expected.set_edge((0, 8), "wale").label_rows(2).flip_row(16)
     assert bits(replay_label_steps(mesh, read_label_steps(tmp_path / "steps.jsonl"))) == bits(expected)
 
 

@@ -10,6 +10,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from knitout_interpreter.run_knitout import run_knitout
 
 from stitchmesh.cli import main as cli
 from stitchmesh.editing.spiral import make_spiral
@@ -261,3 +262,22 @@ def test_convert_writes_programs_of_stitch_meshes_only(tmp_path, capsys):
     printed = capsys.readouterr().err
     assert "cannot make 1 (p1, k1) in 1 st (face 2); 1 w1 (face 3)" in printed and printed.count("\n") == 1
     assert not (tmp_path / "bad.k").exists()
+
+
+INTERPRETED = [(FLAT["lace"], False), (FLAT["slips"], False), (FLAT["in turn"], False), (TUBES["narrowing"], True),
+         (TUBES["rib and slips"], True), (TUBES["drawn together"], True)]  # fmt: skip
+
+
+@pytest.mark.parametrize(("rows", "ring"), INTERPRETED)
+def test_the_interpreter_of_other_authors_draws_loops_through_the_same_loops(tmp_path, rows, ring):
+    """It refuses what a machine cannot do: crossed carriers, wrong racking, transfers to full needles."""
+    program = machine_program(chart_fabric(rows, ring=ring))
+    (tmp_path / "p.k").write_text(program)
+    _, _, graph = run_knitout(str(tmp_path / "p.k"))
+    made = [entry for entry in Machine().run(program).made if entry.loop >= 0]
+    number = {entry.loop: k for k, entry in enumerate(made)}
+    loops = graph.sorted_loops
+    assert len(loops) == len(made)
+    order = {loop.loop_id: k for k, loop in enumerate(loops)}
+    for loop, entry in zip(loops, made, strict=True):
+        assert {order[low] for low in loop.parent_loop_ids} == {number[low] for low in entry.through}

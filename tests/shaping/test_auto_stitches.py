@@ -119,7 +119,7 @@ def test_rounding_changes_no_stitch():
 
 
 def test_decreases_are_spread_around_a_tube():
-    mesh = in_triangles(tube(32, 10, radius=5.0, height=10.0, top_radius=3.0))
+    mesh = in_triangles(tube(32, 10, radius=5.0, height=3.0, top_radius=3.0))
     fabric = sm.auto_stitches(mesh, stitch_width=0.6)
     counts = stitch_counts(fabric)
     shaped = np.flatnonzero((fabric.n_bottom != 1) | (fabric.n_top != 1))

@@ -40,8 +40,8 @@ def bib() -> Mesh:
 
 
 def check_loops_of(shaped: ShapedFabric) -> None:
-    fabric = sm.make_room(relax_mesh(shaped.fabric, surface=shaped.surface.mesh).fabric)
-    sm.check_loops(fabric, sm.generate_yarns(fabric))
+    fabric = sm.make_room(relax_mesh(shaped.fabric, surface=shaped.surface.mesh).fabric, quality="draft")
+    sm.check_loops(fabric, sm.generate_yarns(fabric, quality="draft"))
 
 
 @pytest.mark.decides

@@ -4,8 +4,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -125,16 +123,6 @@ def test_open_cast_on_loops_do_not_cross_and_backward_loops_do():
         assert len(set(ends)) == len(ends) == 2 * n_top + 2
     first, second = cast_on(1, 1).parts
     assert heights(first, second) == [1]
-
-
-def test_a_twist_mark_turns_a_cast_on_loop_over():
-    fabric = flat(4)
-    loops = np.flatnonzero((fabric.stitch[fabric.side_face] == Stitch.CAST_ON) & (fabric.side_role == 2))
-    twist = np.zeros(fabric.side_count, dtype=int)
-    twist[loops] = -1
-    plain, turned = generate_yarns(fabric), generate_yarns(replace(fabric, twist=twist))
-    assert plain.points.shape == turned.points.shape
-    assert np.abs(plain.points - turned.points).max() > plain.radius[0]
 
 
 def test_open_loops_start_at_least_one_radius_apart():

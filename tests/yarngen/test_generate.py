@@ -120,31 +120,6 @@ def test_knit_and_purl_in_any_order_start_at_least_one_radius_apart(quality):
     assert 0.125 < distance < 0.25
 
 
-def test_the_plain_loop_has_the_length_of_its_formula():
-    """In the middle of a patch with the proportions of the formula, a loop is 24.67 / 2 pi stitch widths long."""
-    t = np.linspace(-np.pi, np.pi, 20_001)
-    curve = np.stack([t + 1.5 * np.sin(2 * t), 4 * np.cos(t), np.cos(2 * t)], axis=1)
-    loop = np.linalg.norm(np.diff(curve, axis=0), axis=1).sum() / (2 * np.pi)
-    fabric = tessellate(label(grid(1, 1, width=8.0, height=8 * 4.5 / (2 * np.pi))), stitch_width=1.0,
-                        stitch_height=4.5 / (2 * np.pi))  # fmt: skip
-    yarns = generate_yarns(fabric, yarn_radius=0.125, quality="reference")
-    offset = np.abs(yarns.points[yarns.segment_points[:, 1]] - yarns.points.mean(axis=0))
-    middle = (offset < [2.001, 1.44, 1.0]).all(axis=1)
-    density = 24  # control points a stitch at this quality
-    mean_segment = yarns.lengths[middle].mean()
-    # heights fade to zero at the crossings, which adds a few percent of length
-    assert mean_segment * density == pytest.approx(loop, rel=0.06)
-
-
-def test_control_points_store_their_stitch():
-    fabric = tessellate(label(tube(8, 2)), stitch_width=0.5)
-    yarns = generate_yarns(fabric, quality="reference")
-    assert yarns.face.min() >= 0 and yarns.face.max() < fabric.face_count
-    centre = np.add.reduceat(fabric.corner_position, fabric.face_start[:-1]) / np.diff(fabric.face_start)[:, None]
-    # a bind-off stitch lies above the face to which it belongs, by at most two stitch heights
-    assert np.linalg.norm(yarns.points - centre[yarns.face], axis=1).max() < 2.5 * 0.5
-
-
 def test_bind_off_adds_a_face_for_each_top_border_side():
     fabric = tessellate(label(tube(8, 2)), stitch_width=0.5)
     whole = with_bind_off(fabric)

@@ -178,14 +178,6 @@ def test_no_floats_are_laid_where_none_are_allowed():
     assert yarns.yarn_count == 2 * changes + 1 and yarns.closed.sum() == 1
 
 
-def test_a_single_stitch_of_its_own_yarn_floats_around_the_tube_or_is_cut():
-    around = int((ROUND.row == 2).sum())
-    cut = generate_yarns(FABRICS["one stitch"], quality="draft")
-    floated = generate_yarns(FABRICS["one stitch"], quality="draft", longest_float=around - 1)
-    assert cut.closed[cut.colour == 1].tolist() == [False]
-    assert floated.closed.all()
-
-
 def test_a_bind_off_row_is_of_one_yarn():
     routes = trace_yarn_routes(FABRICS["pairs around"], 0.07, 12)
     assert len(set(routes.whole.yarn[ROUND.face_count :])) == 1

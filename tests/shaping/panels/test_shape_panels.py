@@ -141,7 +141,6 @@ def test_a_t_shirt_is_grafted_at_the_shoulders_and_sewn_at_the_armholes(tmp_path
     # Two cuffs and two armholes of the sleeves; hem, neck and two armholes of the body.
     assert len(fabric.boundary_loops) == 8 == len(shaped.surface.boundary_loops)
     assert shaped.report.mean_angle < 1.0
-    generate_yarns(relax_mesh(fabric, surface=shaped.surface).fabric)
 
 
 def test_a_dart_along_the_direction_is_joined_row_end_to_row_end(tmp_path):

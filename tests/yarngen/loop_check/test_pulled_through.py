@@ -17,7 +17,7 @@ from stitchmesh.yarngen.loop_check.crossings_along_path import SampledPath
 from stitchmesh.yarngen.loop_check.deformation_path import DeformationPath
 from stitchmesh.yarngen.loop_check.polygon_linking import Polygons, linking_numbers
 from stitchmesh.yarngen.loop_check.pulled_through import _meets_fan, pulled_through, uncancelled
-from stitchmesh.yarngen.loop_check.yarn_polylines import EdgeEnds, YarnPolylines, sampled_points
+from stitchmesh.yarngen.loop_check.yarn_polylines import YarnPolylines, sampled_points
 from tests.meshrelax.fabrics import rotation
 from tests.shaking import shaken, shaken_many
 
@@ -173,15 +173,6 @@ def test_images_cross_like_any_other_yarn() -> None:
     assert uncancelled(found) == found.crossings
     moved = replace(begin, points=begin.points + begin.points[0] * [10.0, 0.0, 0.0])
     assert not sampled_path(begin, moved).crossings
-
-
-def test_edges_continue_past_the_end_of_closed_yarns() -> None:
-    lattice = Lattice(np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]))
-    points = np.stack([np.arange(8) / 8, 0.2 * np.ones(8), np.zeros(8)], axis=1)
-    yarns = replace(yarns_of(points, closed=True), lattice=lattice, lattice_step=np.array([[1, 0]]))
-    ends = EdgeEnds.of(YarnPolylines(yarns), yarns)
-    np.testing.assert_allclose(ends.second - ends.first, [[1 / 16, 0.0, 0.0]] * 16, atol=1e-12)
-    assert YarnPolylines(yarns).distance(0, 3, 19) == pytest.approx(1.0, abs=1e-12)
 
 
 def shaken_yarns(yarns: YarnSet, seed: int) -> YarnSet:
