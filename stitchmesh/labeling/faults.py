@@ -10,8 +10,9 @@ import numpy as np
 
 from stitchmesh.errors import first_few
 from stitchmesh.labeling.growth import COURSE, UNKNOWN, WALE, EdgeLabels
-from stitchmesh.labeling.seeds import edge_name, parts_of
+from stitchmesh.labeling.seeds import edge_name
 from stitchmesh.mesh import BORDER, IntArray, Mesh
+from stitchmesh.mesh.linked_groups import connected_faces
 
 MOSTLY = 0.5
 """A mesh is called a mesh of triangles if a larger part of its faces than this are triangles."""
@@ -114,7 +115,7 @@ def _wrong_wale_counts(mesh: Mesh, labels: EdgeLabels, faces: IntArray) -> list[
 
 def _parts_without_start(mesh: Mesh, labels: EdgeLabels) -> list[LabelingFault]:
     """The faults of parts of the mesh that have no border and no labeled face."""
-    part = parts_of(mesh)
+    part = connected_faces(mesh)
     startable = np.zeros(part.max() + 1, dtype=bool)
     startable[part[(labels.row >= 0) | (labels.fault_side >= 0)]] = True
     startable[part[mesh.side_face[mesh.twin == BORDER]]] = True

@@ -20,9 +20,10 @@ from stitchmesh.labeling.direction import in_knitting_frame, is_top, seam_sides,
 from stitchmesh.labeling.faults import LabelingFault, error_message, find_faults
 from stitchmesh.labeling.growth import COURSE, UNKNOWN, UNLABELED, WALE, EdgeLabels, RowGrowth, no_labels
 from stitchmesh.labeling.hand_labels import find_rows, with_edge_label
-from stitchmesh.labeling.seeds import EdgeName, candidate_seeds, edge_name, parts_of, seed_chain, side_of, whole_border
+from stitchmesh.labeling.seeds import EdgeName, candidate_seeds, edge_name, seed_chain, side_of, whole_border
 from stitchmesh.mesh import IntArray, Mesh, StitchMesh, frozen_array
 from stitchmesh.mesh.courses import renumbered_rows
+from stitchmesh.mesh.linked_groups import connected_faces
 from stitchmesh.mesh.stitch import Stitch
 
 NOT_HELD = -1
@@ -364,7 +365,7 @@ def _untouched_parts(mesh: Mesh, labels: EdgeLabels | RowGrowth) -> list[list[li
 
     Chains with an edge that the user has set to wale are left out.
     """
-    part = parts_of(mesh)
+    part = connected_faces(mesh)
     touched = np.zeros(part.max() + 1, dtype=bool)
     touched[part[(labels.row >= 0) | (labels.fault_side >= 0)]] = True
     parts: dict[int, list[list[int]]] = {}

@@ -84,18 +84,6 @@ def candidate_seeds(mesh: Mesh) -> list[list[int]]:
     return whole + parts
 
 
-def parts_of(mesh: Mesh) -> IntArray:
-    """Number the connected parts of a mesh, and return the part of each face, shape (F,)."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    inner = np.flatnonzero(mesh.twin != BORDER)
-    ends = (mesh.side_face[inner], mesh.side_face[mesh.twin[inner]])
-    graph = coo_array((np.ones(len(inner), dtype=np.int8), ends), shape=(mesh.face_count, mesh.face_count))
-    part: IntArray = connected_components(graph.tocsr(), directed=False)[1].astype(np.int64)
-    return part
-
-
 def _faces_at_vertex(mesh: Mesh) -> IntArray:
     """Number of faces at each vertex, shape (V,)."""
     return np.bincount(mesh.face_vertex, minlength=len(mesh.vertices))

@@ -35,6 +35,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.mesh import FloatArray, IntArray
+from stitchmesh.mesh.linked_groups import linked_groups
 from stitchmesh.shaping.ends import Ends
 from stitchmesh.shaping.triangle_surface import TriangleSurface
 
@@ -165,13 +166,9 @@ def _part_above(
     surface: TriangleSurface, values: FloatArray, summit: int, saddle: float, margin: float
 ) -> NDArray[np.bool_]:
     """Whether each vertex is connected to a summit strictly above its saddle, or is near such a vertex, shape (V,)."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
     above = values > saddle
     edges = surface.edges[above[surface.edges].all(axis=1)]
-    graph = coo_array((np.ones(len(edges)), edges.T), shape=(len(values),) * 2)
-    part = connected_components(graph.tocsr(), directed=False)[1]
+    part = linked_groups(len(values), *edges.T)
     region = above & (part == part[summit])
     for _ in range(2):
         ring = surface.edges[region[surface.edges].any(axis=1)]

@@ -25,10 +25,9 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from stitchmesh.mesh import BORDER, BOTTOM, TOP, FloatArray, IntArray, StitchMesh
+from stitchmesh.mesh.linked_groups import linked_groups
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.yarngen.embedding import PlacedParts
 from stitchmesh.yarngen.templates.edge_templates import Edge
@@ -89,8 +88,7 @@ def _edge_rib_rows(fabric: StitchMesh) -> NDArray[np.bool_]:
     same = np.bincount(pair.reshape(-1), fabric.stitch[low] == fabric.stitch[high]) / np.bincount(pair.reshape(-1))
     below, above = pairs.T
     joined = both[below] & both[above] & (same >= SAME_SHARE)
-    graph = coo_array((joined[joined], (below[joined], above[joined])), shape=(rows, rows))
-    rib = connected_components(graph, directed=False)[1]
+    rib = linked_groups(rows, below[joined], above[joined])
     is_edge = np.ones(rows, dtype=bool)
     is_edge[fabric.row[~np.isin(fabric.stitch, (Stitch.CAST_ON, Stitch.BIND_OFF))]] = False
     begins, ends = (np.zeros(rib.max() + 1, dtype=bool) for _ in range(2))

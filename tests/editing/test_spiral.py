@@ -94,7 +94,7 @@ def test_every_stack_of_rings_is_converted_or_only_the_chosen_one():
 @pytest.mark.parametrize(("name", "spirals"), [("tea_cozy", 2), ("sweater", 4)])
 def test_spirals_of_a_garment_share_no_vertex_and_become_rings_again(name, spirals):
     """Garments whose tubes end in other tubes, in slits and in flat rows."""
-    fabric = tessellate(label(read_mesh(ROOT / "assets" / "meshes" / f"{name}.obj")), stitch_width=2.0)
+    fabric = tessellate(label(read_mesh(ROOT / "assets" / "meshes" / f"{name}.obj")), stitch_width=1.6)
     turned = make_spiral(fabric)
     assert len(turned.vertices) == len(fabric.vertices) + spirals
     np.testing.assert_array_equal(unspiral(turned).twin, fabric.twin)

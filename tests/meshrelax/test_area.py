@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from stitchmesh.mesh import FloatArray
-from stitchmesh.meshrelax.area import SMALLEST, area_forces
+from stitchmesh.meshrelax.forces import SMALLEST_AREA, area_forces
 
 RANDOM = np.random.default_rng(3)
 REST, STIFFNESS = 0.8, 1.5
@@ -21,9 +21,9 @@ def diagonals(part: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
 
 
 def energy(first: FloatArray, second: FloatArray, normal: FloatArray) -> FloatArray:
-    """Energy of each sub-quad: kappa u (a - 1 - ln a), its tangent line below ``SMALLEST``, and zero above a = 1."""
+    """Energy of each sub-quad: kappa u (a - 1 - ln a), its tangent line below ``SMALLEST_AREA``, zero above a = 1."""
     part = 0.5 * np.einsum("qi,qi->q", normal, np.cross(first, second)) / REST
-    limited = np.clip(part, SMALLEST, 1.0)
+    limited = np.clip(part, SMALLEST_AREA, 1.0)
     tangent = (1.0 - 1.0 / limited) * np.minimum(part - limited, 0.0)
     return STIFFNESS * np.sqrt(REST) * (limited - 1.0 - np.log(limited) + tangent)
 

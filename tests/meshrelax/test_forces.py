@@ -9,12 +9,9 @@ import pytest
 
 from stitchmesh.mesh import FloatArray
 from stitchmesh.meshrelax.assembly import assembly
-from stitchmesh.meshrelax.forces import element_forces, force_groups
+from stitchmesh.meshrelax.forces import element_forces, force_groups, shear_force, stretch_force, strut_force
 from stitchmesh.meshrelax.placement import PlacedPoints
 from stitchmesh.meshrelax.rest_lengths import RestRectangle, rest_lengths
-from stitchmesh.meshrelax.shear import shear_force
-from stitchmesh.meshrelax.stretch import stretch_force
-from stitchmesh.meshrelax.strut import strut_force
 from stitchmesh.meshrelax.sub_quads import springs, sub_quad_corners, wale_strut_corners
 from tests.meshrelax.fabrics import grid_fabric, increase_fabric, rectangle_points, tube_points
 

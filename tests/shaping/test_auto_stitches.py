@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -37,6 +39,11 @@ def garment(name: str) -> Mesh:
     return in_triangles(sm.read_mesh(MESHES / f"{name}.obj"))
 
 
+@cache
+def stitches_of(name: str, width: float) -> StitchMesh:
+    return sm.auto_stitches(garment(name), stitch_width=width)
+
+
 @pytest.mark.decides
 def test_polygons_with_straight_corners_give_the_same_stitches_for_every_first_corner():
     case = "cases/field/02-square-tube-straight-corners"
@@ -55,6 +62,9 @@ def test_a_tube_has_the_rows_and_stitches_of_its_size():
     around = 40 * 2 * 4.0 * np.sin(np.pi / 40)  # Perimeter of the polygon with 40 corners.
     assert sizes_of_rounds(fabric) == [round(around / 0.8)] * 20
     assert stitch_counts(fabric) == {"faces": fabric.face_count, "increases": 0, "decreases": 0}
+    heights = sorted(fabric.vertices[fabric.face_vertex[loop], 1].mean() for loop in fabric.boundary_loops)
+    np.testing.assert_allclose(heights, [0.0, 10.0], atol=1e-9)  # The two ends of the tube are level lines themselves.
+    assert (fabric.twin == BORDER).sum() == sum(len(loop) for loop in fabric.boundary_loops)
 
 
 def test_a_flat_piece_is_knitted_to_and_fro_from_its_lower_side():
@@ -83,7 +93,7 @@ def test_a_shawl_with_a_right_angle_narrows_from_its_lower_side(corners):
 )
 def test_triangulated_garments_keep_their_topology(name, width):
     mesh = garment(name)
-    fabric = sm.auto_stitches(mesh, stitch_width=width)
+    fabric = stitches_of(name, width)
     assert euler(fabric) == euler(mesh)
     assert len(fabric.boundary_loops) - turns(fabric) == len(mesh.boundary_loops)
     assert max(fabric.n_bottom.max(), fabric.n_top.max()) <= 3 and fabric.n_bottom.min() >= 1
@@ -111,9 +121,9 @@ def test_the_border_of_a_fabric_on_a_closed_surface_is_free_on_it():
 @pytest.mark.decides
 def test_rounding_changes_no_stitch():
     mesh = garment("sweater")
-    fabric = sm.auto_stitches(mesh, stitch_width=4.0)
+    fabric = stitches_of("sweater", 3.0)
     other = sm.auto_stitches(Mesh.from_polygons(shaken(mesh.vertices, 0), mesh.face_vertex.reshape(-1, 3).tolist()),
-                             stitch_width=4.0)  # fmt: skip
+                             stitch_width=3.0)  # fmt: skip
     for name in ("face_vertex", "twin", "n_bottom", "n_top", "stitch", "row"):
         np.testing.assert_array_equal(getattr(other, name), getattr(fabric, name))
 
@@ -134,7 +144,7 @@ def test_decreases_are_spread_around_a_tube():
 
 @pytest.mark.decides
 def test_both_sleeves_of_a_symmetric_sweater_have_the_same_rounds():
-    fabric = sm.auto_stitches(garment("sweater"), stitch_width=3.0)
+    fabric = stitches_of("sweater", 3.0)
     sides: dict[bool, list[int]] = {False: [], True: []}
     for course in find_courses(fabric):
         middle = fabric.vertices[fabric.face_vertex[fabric.sides_of(np.array(course.faces))]].mean(axis=0)
@@ -172,7 +182,7 @@ def test_parts_are_knitted_one_after_another():
 
 def test_short_rows_add_rows_at_a_heel_unless_they_are_not_wanted():
     plain = sm.auto_stitches(garment("sock"), stitch_width=1.2, options=sm.ShapingOptions(short_rows=False))
-    turned = sm.auto_stitches(garment("sock"), stitch_width=1.2)
+    turned = stitches_of("sock", 1.2)
     slits = [loop for loop in turned.boundary_loops if len(loop) == 2]
     assert len(slits) > 0 and not any(len(loop) == 2 for loop in plain.boundary_loops)
     assert turned.face_count > plain.face_count
@@ -202,14 +212,6 @@ def test_wrong_options_are_refused_in_one_line(arguments, words):
     with pytest.raises(ParameterError, match=words) as caught:
         sm.ShapingOptions(**arguments)
     assert "\n" not in str(caught.value)
-
-
-def test_borders_of_rows_stay_borders():
-    mesh = in_triangles(tube(24, 6, radius=3.0))
-    fabric = sm.auto_stitches(mesh, stitch_width=0.7)
-    heights = sorted(fabric.vertices[fabric.face_vertex[loop], 1].mean() for loop in fabric.boundary_loops)
-    np.testing.assert_allclose(heights, [0.0, 6.0], atol=1e-9)  # The two ends of the tube are level lines themselves.
-    assert (fabric.twin == BORDER).sum() == sum(len(loop) for loop in fabric.boundary_loops)
 
 
 def test_progress_is_reported_within_a_part_and_can_stop_the_search():

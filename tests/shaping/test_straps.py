@@ -109,4 +109,3 @@ def test_briefs_are_knitted_from_the_crotch_and_rows_end_at_both_legs():
     assert not ends.others and not ends.begins and shaped.report.lost is None
     first = shaped.surface.vertices[shaped.time.argmin()]
     assert abs(first[0]) < 4.0 and first[1] < 72.0  # half of the crotch is 3.5 wide
-    check_loops_of(shaped)

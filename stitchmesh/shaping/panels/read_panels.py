@@ -21,6 +21,7 @@ from stitchmesh.io.mesh_formats.obj_texture import ObjTexture, read_obj_texture
 from stitchmesh.io.units import DEFAULT_UNIT, centimetres
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, Mesh
 from stitchmesh.mesh.connectivity import find_fans, find_twins, next_sides
+from stitchmesh.mesh.linked_groups import connected_faces, linked_groups
 from stitchmesh.mesh.upright import Direction, Y, upright_turn
 from stitchmesh.shaping.panels.panel_mesh import PanelMesh, Seam
 
@@ -72,17 +73,13 @@ def _sides_across(mesh: Mesh) -> IntArray:
 
 def _places(mesh: Mesh, ends: IntArray) -> IntArray:
     """Number of the place of each end of some sides, shape (n, 2); vertices that are near each other share a place."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
     from scipy.spatial import cKDTree
 
     own, end = np.unique(ends, return_inverse=True)
     points = mesh.vertices[own]
     length = np.linalg.norm(mesh.vertices[ends[:, 1]] - mesh.vertices[ends[:, 0]], axis=1)
     pairs = cKDTree(points).query_pairs(NEAR * float(length.mean()), output_type="ndarray") if len(own) else ends
-    graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(own),) * 2)
-    place: IntArray = connected_components(graph.tocsr(), directed=False)[1].astype(np.int64)
-    return place[end.reshape(-1, 2)]
+    return linked_groups(len(own), pairs[:, 0], pairs[:, 1])[end.reshape(-1, 2)]
 
 
 def _line_starts(mesh: Mesh, across: IntArray) -> list[int]:
@@ -153,7 +150,7 @@ def _panels(read: ObjTexture, transform: FloatArray) -> PanelMesh:
         vertex = _equal_rows(points)[vertex]
         other = other if _is_shared(start, other) else _equal_rows(texture)[other]
     mesh, corner_vertex = _cut_mesh(points @ transform.T, start, vertex, other)
-    face_panel = _connected_faces(mesh)
+    face_panel = connected_faces(mesh)
     if read.texture:
         own = np.zeros((len(mesh.vertices), 2))
         own[corner_vertex] = texture[other]
@@ -200,18 +197,6 @@ def _cut_mesh(points: FloatArray, start: IntArray, vertex: IntArray, other: IntA
     vertices = np.zeros((int(fan.max()) + 1, 3))
     vertices[fan] = points[vertex]
     return Mesh(vertices, start, fan, twin), fan
-
-
-def _connected_faces(mesh: Mesh) -> IntArray:
-    """Number of the connected part of each face, shape (F,)."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    inner = np.flatnonzero(mesh.twin != BORDER)
-    pairs = (mesh.side_face[inner], mesh.side_face[mesh.twin[inner]])
-    graph = coo_array((np.ones(len(inner)), pairs), shape=(mesh.face_count,) * 2)
-    part: IntArray = connected_components(graph.tocsr(), directed=False)[1].astype(np.int64)
-    return part
 
 
 def _texture_seen_from_outside(mesh: Mesh, face_panel: IntArray) -> FloatArray:
