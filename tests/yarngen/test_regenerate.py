@@ -99,3 +99,8 @@ def test_changed_rest_lengths_and_natural_curvature_stay_and_new_yarn_is_straigh
 def test_yarns_of_another_quality_are_refused():
     with pytest.raises(ParameterError, match="with which the yarns were generated"):
         regenerate_yarns(relaxed(), fabric(), fabric(), quality="reference")
+
+
+def test_a_start_of_other_yarns_is_refused():
+    with pytest.raises(ParameterError, match=r"start: got .* expected the same yarns"):
+        relax_yarns(relaxed(), device="cpu", run=Run(start=generate_yarns(fabric(), quality="standard")))

@@ -46,7 +46,7 @@ class LimitSurface:
     def normals(self) -> FloatArray:
         """Unit normal of each vertex, shape (V, 3)."""
         vertex, weight = self.triangles.ravel(), np.repeat(self.triangle_vector_area, 3, axis=0)
-        total = np.stack([np.bincount(vertex, weight[:, k], len(self.vertices)) for k in range(3)], axis=1)
+        total: FloatArray = np.stack([np.bincount(vertex, weight[:, k], len(self.vertices)) for k in range(3)], axis=1)
         return unit_vectors(total)
 
     @cached_property

@@ -65,6 +65,22 @@ def test_a_drawing_that_contradicts_its_code_is_refused_in_one_line(tmp_path, ca
     assert "\n" not in str(error.value)
 
 
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"head": False}, "part 1 has head false; expected true, because it is a loop below"),
+        ({"through": [[0.9, 0.4, 0.5], [0.9, 0.4, 0.5]]}, "part 1: got the point .* twice in a row"),
+        ({"through": [[0.9, 0.4, 1e300]]}, "part 1: got the point .* expected coordinates within 100"),
+    ],
+)
+def test_a_part_that_cannot_be_drawn_is_refused_in_one_line(tmp_path, change, message):
+    content = json.loads((FOLDER / "daisy.json").read_text())
+    content["daisy"]["parts"][0].update(change)
+    (tmp_path / "own.json").write_text(json.dumps(content))
+    with pytest.raises((FileError, YarnError), match=message):
+        read_own_stitches(tmp_path / "own.json")
+
+
 def test_yarns_that_come_too_close_and_points_outside_the_face_are_refused(tmp_path, daisy):
     rough = drawings()["ky"]
     parts = daisy.parts
