@@ -27,9 +27,6 @@ from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.border_lean import border_lean, vertex_step
 from stitchmesh.mesh.courses import Course, bottom_sides, find_courses, top_sides
 
-CONVERGING = 0.9
-"""Wales converge at a tip if the width of the loops at the border, over the width at the bottom of the last ring, is
-less. It is about 0.75 at tips of found rows, and 1 elsewhere."""
 CROWDED_STEP = 0.5
 """Fraction of the wale by which the highest course line moves where there is little space: below other stitches, and
 where wales run together."""
@@ -97,7 +94,9 @@ def _is_closing(fabric: StitchMesh, ring: Course) -> bool:
     top, bottom = top_sides(fabric, faces), bottom_sides(fabric, faces)
     if (fabric.twin[top] != BORDER).any():
         return False
-    return bool(fabric.side_length[top].mean() < CONVERGING * fabric.side_length[bottom].mean())
+    # Wales converge at a tip if the width of the loops at the border, over the width at the bottom of the last
+    # ring, is less. It is about 0.75 at tips of found rows, and 1 elsewhere.
+    return bool(fabric.side_length[top].mean() < 0.9 * fabric.side_length[bottom].mean())
 
 
 def _cut_stack(fabric: StitchMesh, stack: list[Course], seam: int | None, taken: set[int]) -> list[CutRings]:

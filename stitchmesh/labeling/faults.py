@@ -14,9 +14,6 @@ from stitchmesh.labeling.seeds import edge_name
 from stitchmesh.mesh import BORDER, IntArray, Mesh
 from stitchmesh.mesh.linked_groups import connected_faces
 
-MOSTLY = 0.5
-"""A mesh is called a mesh of triangles if a larger part of its faces than this are triangles."""
-
 
 @dataclass(frozen=True)
 class LabelingFault:
@@ -54,7 +51,8 @@ def error_message(mesh: Mesh, labels: EdgeLabels, faults: tuple[LabelingFault, .
 def triangles_message(mesh: Mesh) -> str:
     """Return one line that says that a mesh consists of triangles; no text for other meshes."""
     triangles = np.count_nonzero(np.diff(mesh.face_start) == 3)
-    if triangles <= MOSTLY * mesh.face_count:
+    # A mesh is called a mesh of triangles if a larger part of its faces than this are triangles.
+    if triangles <= 0.5 * mesh.face_count:
         return ""
     return (
         f"mesh: these are triangles: {triangles} of {mesh.face_count} faces; rows need quads that lie in rows, so "

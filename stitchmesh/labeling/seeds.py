@@ -14,8 +14,6 @@ from stitchmesh.mesh import BORDER, IntArray, Mesh
 EdgeName = int | tuple[int, int]
 """A side number, or the two vertices of an edge. The seeded row is to the left of the side, or of the edge directed
 from the first vertex to the second."""
-REGULAR_BORDER_FACES = 2
-"""Number of faces at a border vertex that is not a corner; one wale edge starts there."""
 
 
 def side_of(mesh: Mesh, edge: EdgeName) -> int:
@@ -97,7 +95,8 @@ def _chains_of(mesh: Mesh, loop: list[int], faces: IntArray) -> list[list[int]]:
         loop: sides of the border, in order.
         faces: number of faces at each vertex, shape (V,).
     """
-    cuts = [i for i, side in enumerate(loop) if faces[mesh.face_vertex[side]] != REGULAR_BORDER_FACES]
+    # Number of faces at a border vertex that is not a corner; one wale edge starts there.
+    cuts = [i for i, side in enumerate(loop) if faces[mesh.face_vertex[side]] != 2]
     if not cuts:
         return [loop]
     turned = loop[cuts[0] :] + loop[: cuts[0]]

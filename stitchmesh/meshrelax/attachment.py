@@ -26,14 +26,7 @@ from stitchmesh.meshrelax.surface.catmull_clark import border_vertices
 from stitchmesh.meshrelax.surface.closest_point import ClosestPoint
 from stitchmesh.meshrelax.surface.limit_surface import LimitSurface
 
-FREE_BORDER_REACHES = 5.0
-"""If a border of the fabric is farther than this from every border of the surface, it is free: it lies on the surface.
-The distance is divided by the reach of the search; with the reach of ``relax`` it is the size of a stitch."""
 TINY = np.finfo(np.float64).tiny
-ROUNDING = 1e-9
-"""Largest cosine between the outward direction and a direction along the end of the surface that is only rounding."""
-RIGHT_ANGLE = 1e-9
-"""Tolerance of the cosine of a right angle: a border that turns by a right angle, up to rounding, has no corner."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,7 +112,9 @@ class SurfaceAttachment:
     def _leaning(self, placement: SurfacePlacement, part: FloatArray) -> FloatArray:
         """Return the displacement [cm] that keeps vertices on a concave end as they move along it, shape (V, 3)."""
         length = np.linalg.norm(part, axis=1)
-        inwards = np.einsum("vi,vi->v", part, placement.outward) < -ROUNDING * length
+        # Largest cosine between the outward direction and a direction along the end of the surface that is only
+        # rounding.
+        inwards = np.einsum("vi,vi->v", part, placement.outward) < -1e-9 * length
         return np.where(inwards, 0.0, length)[:, None] * placement.outward
 
 
@@ -143,7 +138,10 @@ def attach(
     flat = ClosestPoint(surface.flat_vertices, surface.triangles, reach, device)
     triangle, weights = flat.find(fabric.vertices, _normals_beside(fabric, bobbles))
     position, normal = surface.evaluate(triangle, weights)
-    border, arc = _locate_borders(fabric, surface, FREE_BORDER_REACHES * reach, bobbles)
+    # If a border of the fabric is farther than this from every border of the surface, it is free: it lies on the
+    # surface. The distance is divided by the reach of the search; with the reach of ``relax`` it is the size of a
+    # stitch.
+    border, arc = _locate_borders(fabric, surface, 5.0 * reach, bobbles)
     closest = ClosestPoint(surface.vertices, surface.triangles, reach, device)
     without_corners = SurfaceAttachment(surface, closest, border, np.zeros(len(border), dtype=bool))
     placement = without_corners.place(triangle, weights, position, normal, arc)
@@ -184,7 +182,9 @@ def border_corners(fabric: StitchMesh, position: FloatArray) -> NDArray[np.bool_
         ahead = np.roll(position[members], -1, axis=0) - position[members]
         behind = np.roll(ahead, 1, axis=0)
         size = np.linalg.norm(ahead, axis=1) * np.linalg.norm(behind, axis=1)
-        corner[members] |= np.einsum("ni,ni->n", ahead, behind) < -RIGHT_ANGLE * size
+        # Tolerance of the cosine of a right angle: a border that turns by a right angle, up to rounding, has no
+        # corner.
+        corner[members] |= np.einsum("ni,ni->n", ahead, behind) < -1e-9 * size
     return corner
 
 

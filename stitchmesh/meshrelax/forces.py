@@ -15,10 +15,6 @@ STRETCH, SHEAR, WALE = 2.0, 0.2, 2.0
 """Dimensionless stiffnesses of Yuksel et al. 2012."""
 AREA = 1.0
 """Dimensionless stiffness of areas. With 0.2, stitches of openwork on the instep of a sock keep moving."""
-SHORTEST_SPRING = 1e-2
-"""The stretch force uses at least this length over the rest length, so that it stays finite for a vanished edge."""
-SHORTEST_STRUT = 1e-9
-"""Length divided by rest length below which the direction of a strut, and with it the force, is reduced to zero."""
 SMALLEST_AREA = 0.05
 """Area divided by rest area below which the force of a sub-quad does not increase further."""
 
@@ -89,7 +85,8 @@ def stretch_force(span: FloatArray, rest: FloatArray, stiffness: float) -> tuple
         Forces, shape (S, 3), and Jacobians [1/cm], shape (S, 3, 3). The force of a span of length zero is zero.
     """
     true_length = np.sqrt(np.einsum("si,si->s", span, span))
-    length = np.maximum(true_length, SHORTEST_SPRING * rest)
+    # The stretch force uses at least this length over the rest length, so that it stays finite for a vanished edge.
+    length = np.maximum(true_length, 1e-2 * rest)
     normal = span / length[:, None]
     excess = rest / length - 1.0
     along = -stiffness * rest / length**2
@@ -167,7 +164,8 @@ def strut_force(
     edges = np.linalg.norm(lower, axis=1) + np.linalg.norm(upper, axis=1)
     rest = np.maximum(wale, edges)
     length = np.linalg.norm(span, axis=1)
-    normal = span / np.maximum(length, SHORTEST_STRUT * rest)[:, None]
+    # Length divided by rest length below which the direction of a strut, and with it the force, is reduced to zero.
+    normal = span / np.maximum(length, 1e-9 * rest)[:, None]
     along = (-stiffness / rest) * np.where(edges > wale, 1.0 - (length / rest) ** 2, 1.0)
     jacobian = along[:, None, None] * (normal[:, :, None] * normal[:, None, :])
     return (-stiffness * (length / rest - 1.0))[:, None] * normal, jacobian

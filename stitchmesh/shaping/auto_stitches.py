@@ -46,8 +46,6 @@ logger = logging.getLogger(__name__)
 
 EDGE_OVER_WIDTH = 2.0
 """Longest edge of the triangles on which the time is computed, over the width of a stitch."""
-FINEST_FEATURE = 0.3
-"""Size of the finest dents and ridges that a fabric follows, over the width of a stitch."""
 MOST_STITCHES = 3_000_000
 """Largest number of stitches; the tables of more would not fit in the memory of a usual machine."""
 SHARE_OF_TIME, SHARE_OF_ROWS = 0.25, 0.95
@@ -254,7 +252,8 @@ def shaping_surface(
     for note in notes:
         logger.warning(note)
     given = divided(knitted, EDGE_OVER_WIDTH * size.width)
-    return given, without_fine_features(given, FINEST_FEATURE * size.width), upwards
+    # Size of the finest dents and ridges that a fabric follows, over the width of a stitch.
+    return given, without_fine_features(given, 0.3 * size.width), upwards
 
 
 def saddle_points(surface: TriangleSurface, values: FloatArray) -> FloatArray:

@@ -20,14 +20,10 @@ from stitchmesh.shaping.ends import Ends
 from stitchmesh.shaping.level_lines import Band, LevelLines, level_lines, lines_between
 from stitchmesh.shaping.triangle_surface import TriangleSurface
 
-MOST_ADDED = 12
-"""Number of rows that are added at most."""
 STRETCHED = 3
 """Rows below and above a band over which one more row is spread, as far as no row ends there."""
 APART = 0.15
 """Least difference between the time of a join and the level that lies between it and the parts, in courses."""
-REACH = 2.0
-"""Distance from a join or a part, in courses, at which the motion around it has fallen to 1 / e."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +51,8 @@ def with_joins_and_parts_apart(
         The lines and the bands, and the time, shape (V,). Bands that cannot be divided stay as they are.
     """
     levels = level_lines(surface, time, ends)
-    for _ in range(MOST_ADDED):
+    # Number of rows that are added at most.
+    for _ in range(12):
         mixed = [band for band in levels.bands if len(band.below) > 1 and len(band.above) > 1]
         stretched = next((t for band in mixed if (t := _divided(surface, time, ends, _level(levels, band),
                                                                 course_height)) is not None), None)  # fmt: skip
@@ -129,7 +126,8 @@ def _divided(
         for vertices, sign in ((first, -1.0), (then, 1.0)):
             for vertex in vertices:
                 lacking = APART - sign * (time[vertex] - middle)
-                away = np.linalg.norm(surface.vertices - surface.vertices[vertex], axis=1) / (REACH * course_height)
+                # Distance from a join or a part, in courses, at which the motion around it has fallen to 1 / e.
+                away = np.linalg.norm(surface.vertices - surface.vertices[vertex], axis=1) / (2.0 * course_height)
                 moved += sign * max(lacking, 0.0) * np.exp(-(away**2))
         for end in ends.all:
             moved[end.vertices] = time[end.vertices]

@@ -13,9 +13,6 @@ from scipy.spatial import cKDTree
 from stitchmesh.mesh import FloatArray
 from stitchmesh.mesh.unit_vectors import unit_vectors
 
-CANDIDATES = 4
-"""The closest segment is searched at this number of nearest vertices of the polyline."""
-
 
 @dataclass(frozen=True, eq=False)
 class BorderCurve:
@@ -47,7 +44,8 @@ class BorderCurve:
             shape (M,).
         """
         count = len(self.points)
-        near = cKDTree(self.flat_points).query(targets, k=min(CANDIDATES, count))[1].reshape(len(targets), -1)
+        # The closest segment is searched at this number of nearest vertices of the polyline.
+        near = cKDTree(self.flat_points).query(targets, k=min(4, count))[1].reshape(len(targets), -1)
         segment = np.concatenate([near, (near - 1) % count], axis=1)
         start = self.flat_points[segment]
         span = self.flat_points[(segment + 1) % count] - start

@@ -14,9 +14,6 @@ from stitchmesh.mesh.unit_vectors import unit_vectors
 from stitchmesh.meshrelax.surface.border_curve import BorderCurve
 from stitchmesh.meshrelax.surface.catmull_clark import refine_surface
 
-MAX_FACES = 400_000
-"""Largest number of quads, which limits the memory to 1 GB; edges may then be longer than requested."""
-
 
 @dataclass(frozen=True, eq=False)
 class LimitSurface:
@@ -121,7 +118,8 @@ def limit_surface(mesh: Mesh, spacing: float) -> LimitSurface:
     Raises:
         MeshError: the mesh has a lattice.
     """
-    fine, vertices, flat = refine_surface(mesh, spacing, MAX_FACES)
+    # Largest number of quads, which limits the memory to 1 GB; edges may then be longer than requested.
+    fine, vertices, flat = refine_surface(mesh, spacing, 400_000)
     quads = fine.face_vertex.reshape(-1, 4)
     triangles = np.stack([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]], axis=1).reshape(-1, 3)
     loops = [fine.face_vertex[loop] for loop in fine.boundary_loops]

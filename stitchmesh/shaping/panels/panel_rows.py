@@ -33,8 +33,6 @@ NEAR_IN_PATTERN = 8.0
 """Factor of this distance in the flat pattern, in which the two sides of a dart are apart."""
 BESIDE = 0.05
 """Distance from a vertex, in stitch widths, up to which an end of a line counts as beside it."""
-SHORTEST_LINE = 0.75
-"""Length of the shortest course, in stitch widths."""
 SHORTEST_TIP = 4.0
 """The same for the last course below a rounded end, such as a cap: loops bound off beside a shorter course do not
 hold."""
@@ -154,7 +152,8 @@ class PanelStitches:
         # Hems have given numbers of stitches; the other lines get the rest of the course below.
         for number in sorted([*band.below, *band.above], key=lambda number: number not in levels.borders):
             line = levels.lines[number]
-            shortest = SHORTEST_TIP if number in last - levels.borders else SHORTEST_LINE
+            # Length of the shortest course, in stitch widths.
+            shortest = SHORTEST_TIP if number in last - levels.borders else 0.75
             if number in courses or line.length < shortest * self.size.width:
                 continue
             hem = _hem_on(line, hems) if number in levels.borders else None

@@ -28,8 +28,6 @@ from stitchmesh.shaping.panels.panel_mesh import PanelMesh, Seam
 NEAR = 1e-3
 """Distance of two vertices on borders, over the mean length of a border side, up to which they are at one place. The
 two sides of a seam are written with rounded coordinates."""
-LEVEL_PANEL = 0.3
-"""Cosine of the angle between a panel and the vertical below which the panel lies level."""
 
 
 def find_seams(mesh: Mesh, face_panel: IntArray) -> tuple[Seam, ...]:
@@ -207,7 +205,8 @@ def _texture_seen_from_outside(mesh: Mesh, face_panel: IntArray) -> FloatArray:
         normal = mesh.face_vector_area[faces].sum(axis=0)
         normal = normal / max(float(np.linalg.norm(normal)), np.finfo(np.float64).tiny)
         upwards = np.array([0.0, 1.0, 0.0]) - normal[1] * normal
-        if np.linalg.norm(upwards) < LEVEL_PANEL:
+        # Cosine of the angle between a panel and the vertical below which the panel lies level.
+        if np.linalg.norm(upwards) < 0.3:
             upwards = np.array([0.0, 0.0, -1.0]) + normal[2] * normal
         upwards = upwards / np.linalg.norm(upwards)
         own = np.unique(mesh.face_vertex[faces[mesh.side_face]])
