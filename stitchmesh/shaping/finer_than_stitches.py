@@ -21,8 +21,6 @@ from stitchmesh.shaping.counts import SMALLEST_RING, StitchSize
 from stitchmesh.shaping.marks import TimeMark, nearest_border
 from stitchmesh.shaping.triangle_surface import TriangleSurface, connected_parts, in_triangles
 
-SPANNED_OVER_WIDTH = 4.0
-"""Perimeter of the largest hole that is spanned, in stitch widths: it is little wider than a stitch."""
 HOLE_TURNING = -np.pi
 """Largest turning of a hole [rad]: half of the turning of a hole in a plane."""
 
@@ -63,9 +61,10 @@ def with_small_holes_spanned(
     """
     borders = surface.borders
     kept = {nearest_border(surface, np.asarray(mark.points[0])) for mark in marks if mark.kind == "border" and borders}
+    # Perimeter of the largest hole that is spanned, in stitch widths: it is little wider than a stitch.
     small = [
         border for number, border in enumerate(borders)
-        if number not in kept and length_of(surface, border) < SPANNED_OVER_WIDTH * stitch_width
+        if number not in kept and length_of(surface, border) < 4.0 * stitch_width
         and turning(surface, border) < HOLE_TURNING
     ]  # fmt: skip
     centres = np.array([surface.vertices[border].mean(axis=0) for border in small]).reshape(-1, 3)

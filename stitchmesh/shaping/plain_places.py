@@ -18,9 +18,6 @@ from stitchmesh.shaping.triangle_surface import TriangleSurface
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
 
-DETOUR = 1.5
-"""Longest path over the edges of triangles, over the distance in space; a longer path leads around a limb."""
-
 
 @dataclass(frozen=True, eq=False)
 class _Place:
@@ -78,8 +75,9 @@ def _place(surface: TriangleSurface, mark: TimeMark, width: float) -> _Place:
     radius = 3.0 * width if mark.radius is None else mark.radius
     vertices = vertices_of(surface, mark)
     longest = float(surface.edge_length.max())
+    # Longest path over the edges of triangles, over the distance in space; a longer path leads around a limb.
     reach = dijkstra(
-        surface.edge_graph, directed=False, indices=vertices, min_only=True, limit=DETOUR * (radius + longest)
+        surface.edge_graph, directed=False, indices=vertices, min_only=True, limit=1.5 * (radius + longest)
     )
     line = surface.vertices[np.append(vertices, vertices[0])] if mark.kind == "border" else np.asarray(mark.points)
     # Points along a mark for each radius.

@@ -27,15 +27,13 @@ from stitchmesh.tessellate.panel import StitchFaces, stitch_for
 
 GENTLE = 1
 """Stitches by which a row may be shorter or longer at one end than the row below without binding off or casting on."""
-END_TO_END = 0.25
-"""Two courses become one if the end of the first is at most this far from the start of the second, in stitch widths."""
 NEAR_IN_PATTERN = 8.0
 """Factor of this distance in the flat pattern, in which the two sides of a dart are apart."""
 BESIDE = 0.05
 """Distance from a vertex, in stitch widths, up to which an end of a line counts as beside it."""
 SHORTEST_TIP = 4.0
-"""The same for the last course below a rounded end, such as a cap: loops bound off beside a shorter course do not
-hold."""
+"""Length of the shortest last course below a rounded end, such as a cap, in stitch widths: loops bound off beside a
+shorter course do not hold."""
 
 
 @dataclass(frozen=True)
@@ -133,8 +131,10 @@ class PanelStitches:
         for band in levels.bands:
             change = changes.get(band.above[0]) if len(band.below) == len(band.above) == 1 else None
             self._make_courses(levels, band, hems, courses, wanted, change)
+            # Two courses become one if the end of the first is at most this far from the start of the second, in
+            # stitch widths.
             low, high = (
-                _end_to_end([courses[line] for line in lines if line in courses], END_TO_END * self.size.width)
+                _end_to_end([courses[line] for line in lines if line in courses], 0.25 * self.size.width)
                 for lines in (band.below, band.above)
             )
             for joint in _joints(low, high):
