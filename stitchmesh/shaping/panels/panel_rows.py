@@ -28,7 +28,8 @@ from stitchmesh.tessellate.panel import StitchFaces, stitch_for
 GENTLE = 1
 """Stitches by which a row may be shorter or longer at one end than the row below without binding off or casting on."""
 NEAR_IN_PATTERN = 8.0
-"""Factor of this distance in the flat pattern, in which the two sides of a dart are apart."""
+"""Factor, in the flat pattern, of the distance up to which two ends of courses meet: the sides of a dart are apart
+there."""
 BESIDE = 0.05
 """Distance from a vertex, in stitch widths, up to which an end of a line counts as beside it."""
 SHORTEST_TIP = 4.0
