@@ -8,7 +8,7 @@ import numpy as np
 
 from stitchmesh.mesh import FloatArray
 
-SHAKES = 10_000
+SHAKES = 1_000
 """Number of changed copies of an array in a test."""
 
 

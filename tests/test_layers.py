@@ -52,7 +52,7 @@ HEAVY = {
     "meshio": {"io"},
     "rich": {"cli"},
     "tyro": {"cli"},
-    "msgspec": {"app", "editing", "io"},
+    "msgspec": {"app", "io"},
     "PIL": {"app", "mesh", "render", "patterns", "periodic"},
     "pxr": {"io"},
     "trimesh": {"io"},

@@ -22,9 +22,6 @@ from stitchmesh.mesh.stitch import Stitch
 
 LOOPS = 3
 """Number of loops in the short rows of a bobble."""
-ASPECT = 0.72
-"""Height over width of the face for which ``LOWER_LINE`` and ``UPPER_LINE`` were drawn. A taller face does not make
-them larger."""
 LOWER_LINE = ((-0.8, 0.22, 1.47), (0.09, 0.01, 1.17), (1.71, -0.52, 0.62))
 """Vertices below the purls: fractions of the face's width and height, and the height above the fabric in widths."""
 UPPER_LINE = ((-0.71, 1.06, 0.24), (0.59, 1.15, 0.9), (1.27, 1.43, 2.36))
@@ -76,7 +73,9 @@ def _lines(sketch: Sketch, low: list[int], high: list[int]) -> tuple[list[int], 
     area = np.cross(corners[3] - corners[0], corners[2] - corners[1])
     width = np.linalg.norm(corners[1] - corners[0])
     outward = width * area / np.linalg.norm(area)
-    tall = min(1.0, float(ASPECT * width / np.linalg.norm(corners[2] - corners[0])))
+    # Height over width of the face for which ``LOWER_LINE`` and ``UPPER_LINE`` were drawn. A taller face does not
+    # make them larger.
+    tall = min(1.0, float(0.72 * width / np.linalg.norm(corners[2] - corners[0])))
     lower, upper = ([sketch.vertex(_point_at(corners, outward, u, 0.5 + (v - 0.5) * tall, height))
                      for u, v, height in line]
                     for line in (LOWER_LINE, UPPER_LINE))  # fmt: skip

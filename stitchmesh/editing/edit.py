@@ -4,16 +4,10 @@
 
 from __future__ import annotations
 
-import difflib
-import functools
-import inspect
-import operator
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cache
-from typing import Annotated, Any, get_args, get_origin, get_type_hints
+from typing import Any
 
-import msgspec
 import numpy as np
 
 from stitchmesh.editing.bobble import bobble
@@ -28,8 +22,8 @@ from stitchmesh.editing.wale_columns import remove_wale
 from stitchmesh.editing.wale_edges import add_wale_edge, remove_wale_edge, shift_wale_edge
 from stitchmesh.editing.wale_lines import insert_wale
 from stitchmesh.editing.whole_mesh import graft, spiral, ungraft, unspiral
-from stitchmesh.errors import MeshError, ParameterError, check_kind, described
-from stitchmesh.io.checked import check_value, plain_value
+from stitchmesh.errors import MeshError, ParameterError, check_kind
+from stitchmesh.io.named_steps import check_step_name, checked_arguments_of, plain_arguments
 from stitchmesh.mesh import BORDER, TOP, IntArray, StitchMesh
 from stitchmesh.mesh.cable_groups import cable_groups
 from stitchmesh.mesh.change import Change, Marks, Patch, apply_change, inverse_change
@@ -51,11 +45,6 @@ EDITS: dict[str, Callable[..., list[Change]]] = {
 }  # fmt: skip
 """Function of each edit, by name. It takes a stitch mesh and the arguments, and returns the changes of the mesh."""
 
-LARGEST_NUMBER = 2**31 - 1
-"""Largest absolute value of a whole number in the arguments of an edit."""
-WholeNumber = Annotated[int, msgspec.Meta(ge=-LARGEST_NUMBER, le=LARGEST_NUMBER)]
-"""Type of a whole number in the arguments of an edit."""
-
 
 @dataclass(frozen=True)
 class Edit:
@@ -76,11 +65,11 @@ class Edit:
     """
 
     def __post_init__(self) -> None:
-        if not isinstance(self.arguments, Mapping) or not all(isinstance(name, str) for name in self.arguments):
-            expected = 'arguments by name, such as {"faces": [3, 4]}'
-            raise ParameterError(f"edit {self.name!r}: got {described(self.arguments)}; expected {expected}")
-        values = {name: str(value) if name == ON else value for name, value in self.arguments.items()}
-        object.__setattr__(self, "arguments", plain_value(values))
+        arguments = self.arguments
+        if isinstance(arguments, Mapping) and ON in arguments:
+            arguments = {**arguments, ON: str(arguments[ON])}
+        arguments = plain_arguments(f"edit {self.name!r}", arguments, '{"faces": [3, 4]}')
+        object.__setattr__(self, "arguments", arguments)
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,47 +153,13 @@ def checked_arguments(edit: Edit) -> dict[str, Any]:
     Raises:
         ParameterError: the edit is unknown, or an argument is missing, unknown or of another type.
     """
-    if edit.name not in EDITS:
-        near = difflib.get_close_matches(edit.name, EDITS, n=1) or [", ".join(EDITS)]
-        raise ParameterError(f"edit {edit.name!r}: is unknown; expected {near[0]}")
+    check_step_name("edit", edit.name, EDITS)
     try:
-        on_selection = ON in edit.arguments
-        return msgspec.structs.asdict(check_value(dict(edit.arguments), arguments_of(edit.name, on_selection)))
+        if ON in edit.arguments:
+            return checked_arguments_of(EDITS[edit.name], edit.arguments, place_argument(edit.name), ON)
+        return checked_arguments_of(EDITS[edit.name], edit.arguments)
     except ParameterError as error:
         raise ParameterError(f"{edit.name}: {error}") from error
-
-
-@cache
-def arguments_of(name: str, on_selection: bool = False) -> type[msgspec.Struct]:
-    """Return a class whose fields are the arguments of an edit: the parameters of its function after the first.
-
-    Args:
-        name: a key of ``EDITS``.
-        on_selection: whether the argument ``on`` takes the place of the face, the faces or the side.
-
-    Raises:
-        ParameterError: the edit takes no selection.
-    """
-    edit = EDITS[name]
-    hints = get_type_hints(edit)
-    fields: list[Any] = [(ON, str)] if on_selection else []
-    replaced = place_argument(name) if on_selection else None
-    for parameter in list(inspect.signature(edit).parameters.values())[1:]:
-        if parameter.name == replaced:
-            continue
-        optional = () if parameter.default is parameter.empty else (parameter.default,)
-        fields.append((parameter.name, _bounded(hints[parameter.name]), *optional))
-    return msgspec.defstruct(name, fields, forbid_unknown_fields=True, kw_only=True)
-
-
-def _bounded(hint: Any) -> Any:
-    """Return the type of an argument with ``int`` replaced by whole numbers that NumPy arrays can hold."""
-    if hint is int:
-        return WholeNumber
-    if get_origin(hint) is Sequence:
-        return list[WholeNumber]
-    options = get_args(hint)
-    return hint if not options else functools.reduce(operator.or_, map(_bounded, options))
 
 
 def _changed_loops(fabric: StitchMesh, change: Change) -> IntArray:

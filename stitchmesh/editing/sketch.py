@@ -18,8 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stitchmesh.editing.fitting import check_fit, fitting_stitch
-from stitchmesh.editing.sides import check_face, course_place
-from stitchmesh.editing.vertex_corners import VertexCorners
+from stitchmesh.editing.sides import VertexCorners, check_face, course_place
 from stitchmesh.errors import MeshError, ParameterError
 from stitchmesh.hand_knitting.words import stitch_named
 from stitchmesh.mesh import BORDER, PER_SIDE, FloatArray, StitchMesh

@@ -5,7 +5,11 @@
 Let s_0 .. s_R be the vertices of a wale, the seam, upwards through R rings. The last face of ring r lies to the left of
 the seam. The ends of its right wale side change from s_r and s_(r+1) to s_(r+1) and s_(r+2), so that this face becomes
 the neighbour of the first face of ring r + 1. The top ring needs one new vertex above the seam. The twins of course
-sides stay unchanged. Every other vertex moves along its wale (``climb``).
+sides stay unchanged. Every other vertex moves along its wale by its fraction t of the ring,
+
+    p' = p + t (up(p) - p),  t = place on its course line / vertices of the line,
+
+so that the step from one row to the next is distributed over all stitches of the ring.
 """
 
 from __future__ import annotations
@@ -14,17 +18,18 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
-from stitchmesh.editing.climb import climb
 from stitchmesh.editing.reconnect import corner_fans, reconnect
 from stitchmesh.editing.ring_rows import CutRings, ring_stacks
 from stitchmesh.errors import ParameterError, check_kind
-from stitchmesh.mesh import BORDER, IntArray, StitchMesh
+from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
+from stitchmesh.mesh.border_lean import border_lean, vertex_step
 from stitchmesh.mesh.courses import Course, bottom_sides, find_courses, top_sides
 
-CONVERGING = 0.9
-"""Wales converge at a tip if the width of the loops at the border, over the width at the bottom of the last ring, is
-less. It is about 0.75 at tips of found rows, and 1 elsewhere."""
+CROWDED_STEP = 0.5
+"""Fraction of the wale by which the highest course line moves where there is little space: below other stitches, and
+where wales run together."""
 
 
 def make_spiral(fabric: StitchMesh, seam: int | None = None) -> StitchMesh:
@@ -89,7 +94,9 @@ def _is_closing(fabric: StitchMesh, ring: Course) -> bool:
     top, bottom = top_sides(fabric, faces), bottom_sides(fabric, faces)
     if (fabric.twin[top] != BORDER).any():
         return False
-    return bool(fabric.side_length[top].mean() < CONVERGING * fabric.side_length[bottom].mean())
+    # Wales converge at a tip if the width of the loops at the border, over the width at the bottom of the last
+    # ring, is less. It is about 0.75 at tips of found rows, and 1 elsewhere.
+    return bool(fabric.side_length[top].mean() < 0.9 * fabric.side_length[bottom].mean())
 
 
 def _cut_stack(fabric: StitchMesh, stack: list[Course], seam: int | None, taken: set[int]) -> list[CutRings]:
@@ -200,7 +207,7 @@ def _to_spiral(fabric: StitchMesh, turns: CutRings) -> StitchMesh:
     for last, first in zip(turns.lasts[:-1], turns.firsts[1:], strict=True):
         _join(twin, int(fabric.right_wale[last]), int(fabric.left_wale[first]))
     corner = _corners(fabric, twin, turns, {top: len(fabric.vertices)})
-    return reconnect(fabric, climb(fabric, turns, up=True), corner, twin)
+    return reconnect(fabric, _climb(fabric, turns, up=True), corner, twin)
 
 
 def _to_rings(fabric: StitchMesh, turns: CutRings) -> StitchMesh:
@@ -213,7 +220,7 @@ def _to_rings(fabric: StitchMesh, turns: CutRings) -> StitchMesh:
     corner = _corners(fabric, twin, turns, {})
     unused = int(np.flatnonzero(np.bincount(corner, minlength=len(fabric.vertices)) == 0)[0])
     rings = reconnect(fabric, np.delete(fabric.vertices, unused, axis=0), corner - (corner > unused), twin)
-    return replace(rings, vertices=climb(rings, turns, up=False)[:-1])
+    return replace(rings, vertices=_climb(rings, turns, up=False)[:-1])
 
 
 def _open_outside(fabric: StitchMesh, twin: IntArray, side: int) -> None:
@@ -272,3 +279,61 @@ def _spirals(fabric: StitchMesh) -> list[CutRings]:
         if len(rings) > 1 and (heads == fabric.face_vertex[fabric.face_start[firsts[1:]]]).all():
             found.append(CutRings([ring.tolist() for ring in rings]))
     return found
+
+
+def _climb(fabric: StitchMesh, turns: CutRings, *, up: bool) -> FloatArray:
+    """Return the vertices, moved along their wales, and the new upper end of the seam [cm], shape (V + 1, 3).
+
+    Args:
+        fabric: a mesh of stitches whose rows are rings.
+        turns: the rings, cut along the seam.
+        up: True to make a spiral of rings, False to make rings of a spiral.
+    """
+    lines, count = _course_lines(fabric, turns), len(fabric.vertices)
+    moved = np.concatenate([fabric.vertices, fabric.vertices[lines[-1][:1]]])
+    for level, line in enumerate(lines):
+        ring = turns.rings[min(level, len(turns.rings) - 1) if up else max(level - 1, 0)]
+        step = _steps(fabric, ring, line)
+        if level == len(turns.rings):
+            step = np.where(_is_free(fabric, turns), _border_steps(fabric, line, step), CROWDED_STEP * step)
+        fraction = np.arange(len(line))[:, None] / len(line)
+        moved[line] += fraction * step if up else -fraction * step
+    moved[count] += step[0]
+    return moved
+
+
+def _course_lines(fabric: StitchMesh, turns: CutRings) -> list[list[int]]:
+    """Return the vertices of the course lines below, between and above the rings, from the seam to the right."""
+    bottoms = [bottom_sides(fabric, ring) for ring in turns.rings]
+    tops = [side + 1 for side in top_sides(fabric, turns.rings[-1])]  # the ends of the sides, on the left
+    return [fabric.face_vertex[corners].tolist() for corners in (*bottoms, tops)]
+
+
+def _is_free(fabric: StitchMesh, turns: CutRings) -> NDArray[np.bool_]:
+    """Return whether no face lies above each vertex of the highest course line, shape (n, 1)."""
+    border = fabric.twin[top_sides(fabric, turns.rings[-1])] == BORDER
+    return (border & np.roll(border, 1))[:, None]
+
+
+def _border_steps(fabric: StitchMesh, line: list[int], step: FloatArray) -> FloatArray:
+    """Return the steps beyond a top border [cm], shape (n, 3).
+
+    The steps follow the normal where wales run together, for example around a crown.
+    """
+    places = np.arange(len(line))
+    leaning = border_lean(fabric.vertices[line], step, np.stack([places, np.roll(places, -1)]))
+    fraction = CROWDED_STEP if leaning.any() else 1.0
+    return fraction * vertex_step(step, leaning, fabric.vertex_normal[line])
+
+
+def _steps(fabric: StitchMesh, ring: list[int], line: list[int]) -> FloatArray:
+    """Return the upward wale vector of a ring at each vertex of an adjacent course line [cm], shape (n, 3).
+
+    The vectors are interpolated between the wales.
+    """
+    low, high = fabric.face_vertex[fabric.face_start[:-1][ring]], fabric.face_vertex[fabric.left_wale[ring]]
+    wales = fabric.vertices[high] - fabric.vertices[low]
+    at = {int(vertex): number for ends in (low, high) for number, vertex in enumerate(ends)}
+    known = [place for place, vertex in enumerate(line) if vertex in at]
+    found = wales[[at[line[place]] for place in known]]
+    return np.stack([np.interp(np.arange(len(line)), known, axis, period=len(line)) for axis in found.T], axis=1)

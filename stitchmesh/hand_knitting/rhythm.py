@@ -18,15 +18,11 @@ from collections.abc import Hashable, Iterable, Sequence
 from dataclasses import dataclass
 from itertools import accumulate, groupby
 
-LONGEST = 48
-"""Largest length of a repeated block."""
 COUNTED = frozenset({"k", "p", "co", "dt", "bo"})
 """Words whose repeats are counted by a number, as in ``k3``; other words are repeated in brackets."""
 
 Block = tuple[int, int, int]
 """Start, length and number of occurrences of a block."""
-FEWEST_TIMES = 3
-"""Smallest number of shaped rows that are written in one line."""
 MARKER = "sm"
 """Word for a marker that is slipped from needle to needle."""
 
@@ -41,7 +37,8 @@ def repeats(items: Sequence[Hashable]) -> list[Block]:
     place = 0
     while place < len(items):
         best = (0, 1, 1)
-        for length in range(1, min(LONGEST, (len(items) - place) // 2) + 1):
+        # Largest length of a repeated block.
+        for length in range(1, min(48, (len(items) - place) // 2) + 1):
             times = _times(items, place, length)
             saved = (times - 1) * length
             if saved > best[0]:
@@ -147,7 +144,8 @@ def rhythms(rows: Sequence[RowForRhythm | None]) -> list[tuple[Rhythm, list[_Par
             if not (_is_plain(between, rows[first]) and _follows(one, other, parts)):
                 break
             times += 1
-        if times >= FEWEST_TIMES and parts:
+        # Smallest number of shaped rows that are written in one line.
+        if times >= 3 and parts:
             found.append((Rhythm(first, apart, times), parts))
         place += max(times, 1)
     return found

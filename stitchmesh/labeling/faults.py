@@ -10,11 +10,9 @@ import numpy as np
 
 from stitchmesh.errors import first_few
 from stitchmesh.labeling.growth import COURSE, UNKNOWN, WALE, EdgeLabels
-from stitchmesh.labeling.seeds import parts_of
+from stitchmesh.labeling.seeds import edge_name
 from stitchmesh.mesh import BORDER, IntArray, Mesh
-
-MOSTLY = 0.5
-"""A mesh is called a mesh of triangles if a larger part of its faces than this are triangles."""
+from stitchmesh.mesh.linked_groups import connected_faces
 
 
 @dataclass(frozen=True)
@@ -53,7 +51,8 @@ def error_message(mesh: Mesh, labels: EdgeLabels, faults: tuple[LabelingFault, .
 def triangles_message(mesh: Mesh) -> str:
     """Return one line that says that a mesh consists of triangles; no text for other meshes."""
     triangles = np.count_nonzero(np.diff(mesh.face_start) == 3)
-    if triangles <= MOSTLY * mesh.face_count:
+    # A mesh is called a mesh of triangles if a larger part of its faces than this are triangles.
+    if triangles <= 0.5 * mesh.face_count:
         return ""
     return (
         f"mesh: these are triangles: {triangles} of {mesh.face_count} faces; rows need quads that lie in rows, so "
@@ -70,14 +69,16 @@ def _contradiction(mesh: Mesh, labels: EdgeLabels, side: int) -> LabelingFault:
         name = "wale" if labels.edge_label[edge] == WALE else "course"
         return LabelingFault(
             (face,),
-            f"face {face}: edge {_ends(mesh, side)} was set to {name} by hand, which does not fit the rows around the "
-            "face; set its other edges by hand too, or clear this one",
+            f"face {face}: edge {edge_name(mesh, side)} was set to {name} by hand, which does not fit the rows around "
+            "the face; set its other edges by hand too, or clear this one",
         )
     wale = _corner_of_row(mesh, labels, face)
-    by_hand = "set edges by hand" if wale is None else f"set edge {_ends(mesh, wale)} to wale so that a row turns here"
+    by_hand = "set edges by hand"
+    if wale is not None:
+        by_hand = f"set edge {edge_name(mesh, wale)} to wale so that a row turns here"
     return LabelingFault(
         (face,),
-        f"face {' and '.join(map(str, faces))}: edge {_ends(mesh, side)} would be both wale and course, but a face "
+        f"face {' and '.join(map(str, faces))}: edge {edge_name(mesh, side)} would be both wale and course, but a face "
         "needs exactly 2 wale edges and rows must not cross; remodel the faces around this edge, start at another "
         f"edge, or {by_hand}",
     )
@@ -92,11 +93,6 @@ def _corner_of_row(mesh: Mesh, labels: EdgeLabels, face: int) -> int | None:
     sides = np.arange(mesh.face_start[face], mesh.face_start[face + 1])
     wales = sides[labels.edge_label[mesh.side_edge[sides]] != COURSE]
     return int(wales[0]) if len(wales) == 2 else None
-
-
-def _ends(mesh: Mesh, side: int) -> str:
-    """The two vertices of a side."""
-    return f"{mesh.face_vertex[side]}-{mesh.face_vertex[mesh.side_next[side]]}"
 
 
 def _wrong_wale_counts(mesh: Mesh, labels: EdgeLabels, faces: IntArray) -> list[LabelingFault]:
@@ -117,7 +113,7 @@ def _wrong_wale_counts(mesh: Mesh, labels: EdgeLabels, faces: IntArray) -> list[
 
 def _parts_without_start(mesh: Mesh, labels: EdgeLabels) -> list[LabelingFault]:
     """The faults of parts of the mesh that have no border and no labeled face."""
-    part = parts_of(mesh)
+    part = connected_faces(mesh)
     startable = np.zeros(part.max() + 1, dtype=bool)
     startable[part[(labels.row >= 0) | (labels.fault_side >= 0)]] = True
     startable[part[mesh.side_face[mesh.twin == BORDER]]] = True

@@ -17,7 +17,9 @@ from numpy.typing import NDArray
 from stitchmesh.errors import LabelError
 from stitchmesh.labeling.direction import ParityForest
 from stitchmesh.labeling.growth import COURSE, UNKNOWN, UNLABELED, WALE, EdgeLabels
+from stitchmesh.labeling.seeds import edge_name
 from stitchmesh.mesh import BORDER, IntArray, Mesh, ranges
+from stitchmesh.mesh.linked_groups import linked_groups
 
 LABEL_NAMES = {COURSE: "course", WALE: "wale", UNKNOWN: "unknown"}
 """Names of the labels in messages."""
@@ -47,7 +49,7 @@ def _check_hand_labels(mesh: Mesh, labels: EdgeLabels, face: int, side: int) -> 
     wales = np.count_nonzero(labels.by_hand[edges] & (labels.edge_label[edges] == WALE))
     courses = np.count_nonzero(labels.by_hand[edges] & (labels.edge_label[edges] == COURSE))
     name = LABEL_NAMES[int(labels.edge_label[mesh.side_edge[side]])]
-    ends = f"{mesh.face_vertex[side]}-{mesh.face_vertex[mesh.side_next[side]]}"
+    ends = edge_name(mesh, side)
     if wales > 2:
         raise LabelError(
             f"edge {ends}: cannot be {name}, because two other edges of face {face} have been set to wale by hand; "
@@ -94,15 +96,11 @@ def find_rows(mesh: Mesh, labels: EdgeLabels) -> tuple[EdgeLabels, IntArray]:
     Returns:
         The labels, and for each row of the result the row of ``labels`` whose direction it has, shape (rows,).
     """
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
     if labels.row_count == 0:
         return labels, np.zeros(0, dtype=np.int64)
     labeled = np.flatnonzero(labels.row >= 0)
     pairs = np.concatenate([_wale_neighbours(mesh, labels, wale)[:2] for wale in _wales(labels)], axis=1)
-    graph = coo_array((np.ones(pairs.shape[1], dtype=np.int8), tuple(pairs)), shape=(mesh.face_count,) * 2)
-    component = connected_components(graph.tocsr(), directed=False)[1]
+    component = linked_groups(mesh.face_count, *pairs)
     _, component = np.unique(component[labeled], return_inverse=True)
     first_row = np.full(component.max() + 1, mesh.face_count)
     np.minimum.at(first_row, component, labels.row[labeled])

@@ -20,9 +20,10 @@ from stitchmesh.labeling.direction import in_knitting_frame, is_top, seam_sides,
 from stitchmesh.labeling.faults import LabelingFault, error_message, find_faults
 from stitchmesh.labeling.growth import COURSE, UNKNOWN, UNLABELED, WALE, EdgeLabels, RowGrowth, no_labels
 from stitchmesh.labeling.hand_labels import find_rows, with_edge_label
-from stitchmesh.labeling.seeds import EdgeName, candidate_seeds, parts_of, seed_chain, side_of, whole_border
+from stitchmesh.labeling.seeds import EdgeName, candidate_seeds, edge_name, seed_chain, side_of, whole_border
 from stitchmesh.mesh import IntArray, Mesh, StitchMesh, frozen_array
 from stitchmesh.mesh.courses import renumbered_rows
+from stitchmesh.mesh.linked_groups import connected_faces
 from stitchmesh.mesh.stitch import Stitch
 
 NOT_HELD = -1
@@ -180,10 +181,12 @@ class PartialLabeling(EdgeLabels):
         side = side_of(self.mesh, edge)
         sides = [s for s in (side, int(self.mesh.twin[side])) if s >= 0 and not self.labeled[self.mesh.side_face[s]]]
         if self.edge_label[self.mesh.side_edge[side]] != COURSE:
-            raise ParameterError(f"edge {self._ends(side)}: is not a labeled course edge, from which a row can start")
+            name = edge_name(self.mesh, side)
+            raise ParameterError(f"edge {name}: is not a labeled course edge, from which a row can start")
         growth = RowGrowth(self.mesh, self)
         if not any(growth.grow(s) for s in sides):
-            raise ParameterError(f"edge {self._ends(side)}: no row can be labeled here; {_nothing_left(self)}")
+            name = edge_name(self.mesh, side)
+            raise ParameterError(f"edge {name}: no row can be labeled here; {_nothing_left(self)}")
         return self._after(growth, [])
 
     def label_all(self) -> PartialLabeling:
@@ -308,8 +311,8 @@ class PartialLabeling(EdgeLabels):
         if wales:
             faces = " and ".join(str(self.mesh.side_face[s]) for s in (wales[0], self.mesh.twin[wales[0]]) if s >= 0)
             raise LabelError(
-                f"face {faces}: edge {self._ends(wales[0])} would be both course and wale, because it is a wale edge "
-                "already; start at another edge, or set this edge by hand first"
+                f"face {faces}: edge {edge_name(self.mesh, wales[0])} would be both course and wale, because it is a "
+                "wale edge already; start at another edge, or set this edge by hand first"
             )
         growth = RowGrowth(self.mesh, self)
         row = growth.start(chain)
@@ -356,17 +359,13 @@ class PartialLabeling(EdgeLabels):
             array.setflags(write=False)  # The arrays are new, so that the constructor need not copy them.
         return PartialLabeling(mesh=self.mesh, **arrays, seeded=seeded, held_direction=held)
 
-    def _ends(self, side: int) -> str:
-        """The two vertices of a side, for messages."""
-        return f"{self.mesh.face_vertex[side]}-{self.mesh.face_vertex[self.mesh.side_next[side]]}"
-
 
 def _untouched_parts(mesh: Mesh, labels: EdgeLabels | RowGrowth) -> list[list[list[int]]]:
     """The chains of border sides, best first, of each part of the mesh without a labeled face and without a fault.
 
     Chains with an edge that the user has set to wale are left out.
     """
-    part = parts_of(mesh)
+    part = connected_faces(mesh)
     touched = np.zeros(part.max() + 1, dtype=bool)
     touched[part[(labels.row >= 0) | (labels.fault_side >= 0)]] = True
     parts: dict[int, list[list[int]]] = {}

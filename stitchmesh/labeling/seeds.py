@@ -14,8 +14,6 @@ from stitchmesh.mesh import BORDER, IntArray, Mesh
 EdgeName = int | tuple[int, int]
 """A side number, or the two vertices of an edge. The seeded row is to the left of the side, or of the edge directed
 from the first vertex to the second."""
-REGULAR_BORDER_FACES = 2
-"""Number of faces at a border vertex that is not a corner; one wale edge starts there."""
 
 
 def side_of(mesh: Mesh, edge: EdgeName) -> int:
@@ -38,6 +36,11 @@ def side_of(mesh: Mesh, edge: EdgeName) -> int:
     return int(found[0])
 
 
+def edge_name(mesh: Mesh, side: int) -> str:
+    """Return the name of the edge of a side in messages: its two vertices."""
+    return f"{mesh.face_vertex[side]}-{mesh.face_vertex[mesh.side_next[side]]}"
+
+
 def seed_chain(mesh: Mesh, side: int) -> list[int]:
     """Return the course sides that a seed marks, starting with the seed itself."""
     if mesh.twin[side] == BORDER:
@@ -53,18 +56,13 @@ def whole_border(mesh: Mesh, edge: EdgeName) -> list[int]:
     """
     side = side_of(mesh, edge)
     if mesh.twin[side] != BORDER:
-        start, end = mesh.face_vertex[side], mesh.face_vertex[mesh.side_next[side]]
-        raise ParameterError(f"edge {start}-{end}: does not lie on a border; {_borders_named(mesh)}")
+        named = first_few([edge_name(mesh, loop[0]) for loop in mesh.boundary_loops])
+        borders = f"edges of its borders are {named}" if mesh.boundary_loops else "the mesh has no border"
+        raise ParameterError(f"edge {edge_name(mesh, side)}: does not lie on a border; {borders}")
     loop = [side]
     while (following := mesh.next_border_side(loop[-1])) != side:
         loop.append(following)
     return loop
-
-
-def _borders_named(mesh: Mesh) -> str:
-    """Name an edge of each border, for error messages."""
-    edges = [f"{mesh.face_vertex[loop[0]]}-{mesh.face_vertex[mesh.side_next[loop[0]]]}" for loop in mesh.boundary_loops]
-    return f"edges of its borders are {first_few(edges)}" if edges else "the mesh has no border"
 
 
 def candidate_seeds(mesh: Mesh) -> list[list[int]]:
@@ -84,18 +82,6 @@ def candidate_seeds(mesh: Mesh) -> list[list[int]]:
     return whole + parts
 
 
-def parts_of(mesh: Mesh) -> IntArray:
-    """Number the connected parts of a mesh, and return the part of each face, shape (F,)."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    inner = np.flatnonzero(mesh.twin != BORDER)
-    ends = (mesh.side_face[inner], mesh.side_face[mesh.twin[inner]])
-    graph = coo_array((np.ones(len(inner), dtype=np.int8), ends), shape=(mesh.face_count, mesh.face_count))
-    part: IntArray = connected_components(graph.tocsr(), directed=False)[1].astype(np.int64)
-    return part
-
-
 def _faces_at_vertex(mesh: Mesh) -> IntArray:
     """Number of faces at each vertex, shape (V,)."""
     return np.bincount(mesh.face_vertex, minlength=len(mesh.vertices))
@@ -109,7 +95,8 @@ def _chains_of(mesh: Mesh, loop: list[int], faces: IntArray) -> list[list[int]]:
         loop: sides of the border, in order.
         faces: number of faces at each vertex, shape (V,).
     """
-    cuts = [i for i, side in enumerate(loop) if faces[mesh.face_vertex[side]] != REGULAR_BORDER_FACES]
+    # Number of faces at a border vertex that is not a corner; one wale edge starts there.
+    cuts = [i for i, side in enumerate(loop) if faces[mesh.face_vertex[side]] != 2]
     if not cuts:
         return [loop]
     turned = loop[cuts[0] :] + loop[: cuts[0]]

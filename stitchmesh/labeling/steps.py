@@ -4,17 +4,15 @@
 
 from __future__ import annotations
 
-import difflib
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any
 
-from stitchmesh.errors import ParameterError, StitchMeshError, check_kind, described
-from stitchmesh.io.checked import check_table, plain_value
+from stitchmesh.errors import ParameterError, StitchMeshError, check_kind
 from stitchmesh.io.contents import FilePath
+from stitchmesh.io.named_steps import check_step_name, checked_arguments_of, plain_arguments
 from stitchmesh.io.step_log import read_step_log, write_step_log
-from stitchmesh.labeling.partial_labeling import EdgeLabel, PartialLabeling, start_labeling
-from stitchmesh.labeling.seeds import EdgeName
+from stitchmesh.labeling.partial_labeling import PartialLabeling, start_labeling
 from stitchmesh.mesh import Mesh
 from stitchmesh.mesh.orientation import turn_inside_out
 
@@ -34,101 +32,32 @@ class LabelStep:
     lists when the step is made."""
 
     def __post_init__(self) -> None:
-        if not isinstance(self.arguments, Mapping) or not all(isinstance(name, str) for name in self.arguments):
-            expected = 'arguments by name, such as {"edge": [3, 4]}'
-            raise ParameterError(f"step {self.name!r}: got {described(self.arguments)}; expected {expected}")
-        object.__setattr__(self, "arguments", {name: plain_value(value) for name, value in self.arguments.items()})
+        arguments = plain_arguments(f"step {self.name!r}", self.arguments, '{"edge": [3, 4]}')
+        object.__setattr__(self, "arguments", arguments)
 
 
-class _Arguments(Protocol):
-    """Checked arguments of a step, which take the step."""
-
-    def applied(self, labeling: PartialLabeling) -> PartialLabeling: ...
-
-
-@dataclass(frozen=True)
-class _StartAtBorder:
-    edge: EdgeName
-
-    def applied(self, labeling: PartialLabeling) -> PartialLabeling:
-        return labeling.start_at_border(self.edge)
+def clear_labels(labeling: PartialLabeling) -> PartialLabeling:
+    """Remove all labels."""
+    return start_labeling(labeling.mesh)
 
 
-@dataclass(frozen=True)
-class _StartAtEdge:
-    edge: EdgeName
-
-    def applied(self, labeling: PartialLabeling) -> PartialLabeling:
-        return labeling.start_at_edge(self.edge)
+def turned_inside_out(labeling: PartialLabeling) -> PartialLabeling:
+    """Remove all labels, and reverse all faces of the mesh, so that its other side is outside."""
+    return start_labeling(turn_inside_out(labeling.mesh))
 
 
-@dataclass(frozen=True)
-class _LabelRows:
-    count: int = 1
-
-    def applied(self, labeling: PartialLabeling) -> PartialLabeling:
-        return labeling.label_rows(self.count)
-
-
-@dataclass(frozen=True)
-class _LabelRowAt:
-    edge: EdgeName
-
-    def applied(self, labeling: PartialLabeling) -> PartialLabeling:
-        return labeling.label_row_at(self.edge)
-
-
-@dataclass(frozen=True)
-class _LabelAll:
-    def applied(self, labeling: PartialLabeling) -> PartialLabeling:
-        return labeling.label_all()
-
-
-@dataclass(frozen=True)
-class _SetEdge:
-    edge: EdgeName
-    label: EdgeLabel | None
-
-    def applied(self, labeling: PartialLabeling) -> PartialLabeling:
-        return labeling.set_edge(self.edge, self.label)
-
-
-@dataclass(frozen=True)
-class _FlipRow:
-    face: int
-
-    def applied(self, labeling: PartialLabeling) -> PartialLabeling:
-        return labeling.flip_row(self.face)
-
-
-@dataclass(frozen=True)
-class _ClearLabels:
-    def applied(self, labeling: PartialLabeling) -> PartialLabeling:
-        return start_labeling(labeling.mesh)
-
-
-@dataclass(frozen=True)
-class _TurnInsideOut:
-    def applied(self, labeling: PartialLabeling) -> PartialLabeling:
-        return start_labeling(turn_inside_out(labeling.mesh))
-
-
-LABEL_STEPS: dict[str, type[_Arguments]] = {
-    "start_at_border": _StartAtBorder,
-    "start_at_edge": _StartAtEdge,
-    "label_rows": _LabelRows,
-    "label_row_at": _LabelRowAt,
-    "label_all": _LabelAll,
-    "set_edge": _SetEdge,
-    "flip_row": _FlipRow,
-    "clear_labels": _ClearLabels,
-    "turn_inside_out": _TurnInsideOut,
+LABEL_STEPS: dict[str, Callable[..., PartialLabeling]] = {
+    "start_at_border": PartialLabeling.start_at_border,
+    "start_at_edge": PartialLabeling.start_at_edge,
+    "label_rows": PartialLabeling.label_rows,
+    "label_row_at": PartialLabeling.label_row_at,
+    "label_all": PartialLabeling.label_all,
+    "set_edge": PartialLabeling.set_edge,
+    "flip_row": PartialLabeling.flip_row,
+    "clear_labels": clear_labels,
+    "turn_inside_out": turned_inside_out,
 }
-"""Arguments of each step, by name.
-
-All names but two are methods of ``PartialLabeling``. ``clear_labels`` removes all labels. ``turn_inside_out`` removes
-all labels and reverses all faces of the mesh, so that its other side is outside.
-"""
+"""Function of each step, by name. It takes a labeling and the arguments, and returns the new labeling."""
 
 
 def apply_label_step(labeling: PartialLabeling, step: LabelStep) -> PartialLabeling:
@@ -145,7 +74,8 @@ def apply_label_step(labeling: PartialLabeling, step: LabelStep) -> PartialLabel
     """
     check_kind("apply_label_step", labeling, PartialLabeling, "sm.start_labeling(mesh)")
     check_kind("apply_label_step, step", step, LabelStep, "sm.LabelStep(name, arguments)")
-    return _checked(step).applied(labeling)
+    arguments = _checked_arguments(step)
+    return LABEL_STEPS[step.name](labeling, **arguments)
 
 
 def replay_label_steps(mesh: Mesh, steps: Iterable[LabelStep]) -> PartialLabeling:
@@ -187,20 +117,18 @@ def read_label_steps(path: FilePath) -> list[LabelStep]:
 
 def _step(name: str, arguments: dict[str, Any]) -> LabelStep:
     step = LabelStep(name, arguments)
-    _checked(step)
+    _checked_arguments(step)
     return step
 
 
-def _checked(step: LabelStep) -> _Arguments:
-    """Return the checked arguments of a step.
+def _checked_arguments(step: LabelStep) -> dict[str, Any]:
+    """Return all arguments of a step.
 
     Raises:
         ParameterError: the step is unknown, or an argument is missing, unknown or of another type.
     """
-    if step.name not in LABEL_STEPS:
-        near = difflib.get_close_matches(str(step.name), LABEL_STEPS, n=1) or [", ".join(LABEL_STEPS)]
-        raise ParameterError(f"step {step.name!r}: is unknown; expected {near[0]}")
+    check_step_name("step", step.name, LABEL_STEPS)
     try:
-        return check_table(dict(step.arguments), LABEL_STEPS[step.name])
+        return checked_arguments_of(LABEL_STEPS[step.name], step.arguments)
     except ParameterError as error:
         raise ParameterError(f"step {step.name}: {error}") from error

@@ -30,10 +30,6 @@ from stitchmesh.mesh.cable_groups import CableGroup, cable_groups
 from stitchmesh.mesh.courses import bottom_sides, top_sides
 from stitchmesh.mesh.stitch import VOCABULARY, Stitch
 
-UNEVEN = 3
-"""A stitch is moved around the fold if the widths of the halves of a tube differ by at least this number of
-stitches."""
-
 
 @dataclass
 class PlacedStitch:
@@ -179,7 +175,9 @@ class _PieceKnitter:
         widths = {id(half): sum(self._width(f) for f in row.faces if sides[f] is half) for half in self.halves}
         for right in (True, False):
             excess = widths[id(front)] - widths[id(back)]
-            if abs(excess) < UNEVEN:
+            # A stitch is moved around the fold if the widths of the halves of a tube differ by at least this number
+            # of stitches.
+            if abs(excess) < 3:
                 return
             wide, narrow = (front, back) if excess > 0 else (back, front)
             faces = self._along(row, sides, wide)

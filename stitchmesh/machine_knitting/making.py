@@ -25,9 +25,6 @@ from stitchmesh.mesh.cable_groups import CableGroup, cable_groups
 from stitchmesh.mesh.own_stitch import FIRST_OWN
 from stitchmesh.mesh.stitch import VOCABULARY, Stitch
 
-MOST_INCREASE = 1
-"""Largest number of loops on top of a stitch that are not yarn-overs."""
-
 
 def makeable(stitch: Stitch) -> bool:
     """Return whether a machine can make a stitch at any place in a row."""
@@ -37,7 +34,8 @@ def makeable(stitch: Stitch) -> bool:
         return False
     made = VOCABULARY[stitch].made
     worked = made.replace("y", "")
-    return len(worked) <= MOST_INCREASE and (made == "s" or "s" not in made or "y" in made)
+    # Largest number of loops on top of a stitch that are not yarn-overs.
+    return len(worked) <= 1 and (made == "s" or "s" not in made or "y" in made)
 
 
 def check_makeable(fabric: StitchMesh, pieces: Sequence[Piece]) -> None:

@@ -16,8 +16,6 @@ from stitchmesh.meshrelax.relax import RelaxedMesh, relax_mesh
 
 RINGS = 6
 """Rings of stitches around the changed ones that also move. An inserted row then takes its height from 14 rows."""
-SAME_PLACE = 1e-9
-"""Distance of coinciding points, divided by the size of the fabric."""
 
 
 def relax_mesh_around_edit(
@@ -42,7 +40,8 @@ def relax_mesh_around_edit(
 def changed_faces(before: StitchMesh, after: StitchMesh) -> IntArray:
     """Return the faces after an edit that are new or differ in their sides or their border sides, ascending."""
     tree = cKDTree(_centres(before))
-    within = SAME_PLACE * float(np.ptp(before.vertices, axis=0).max())
+    # Distance of coinciding points, divided by the size of the fabric.
+    within = 1e-9 * float(np.ptp(before.vertices, axis=0).max())
     distance, same = tree.query(_centres(after), distance_upper_bound=within)
     found = np.isfinite(distance)
     sides = np.diff(after.face_start)

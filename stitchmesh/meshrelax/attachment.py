@@ -19,21 +19,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
+from stitchmesh.mesh.unit_vectors import unit_vectors
 from stitchmesh.meshrelax.bobbles import NO_BOBBLES, Bobbles
 from stitchmesh.meshrelax.placement import SurfacePlacement
 from stitchmesh.meshrelax.surface.catmull_clark import border_vertices
 from stitchmesh.meshrelax.surface.closest_point import ClosestPoint
 from stitchmesh.meshrelax.surface.limit_surface import LimitSurface
-from stitchmesh.meshrelax.turning import turning_stiffness
 
-FREE_BORDER_REACHES = 5.0
-"""If a border of the fabric is farther than this from every border of the surface, it is free: it lies on the surface.
-The distance is divided by the reach of the search; with the reach of ``relax`` it is the size of a stitch."""
 TINY = np.finfo(np.float64).tiny
-ROUNDING = 1e-9
-"""Largest cosine between the outward direction and a direction along the end of the surface that is only rounding."""
-RIGHT_ANGLE = 1e-9
-"""Tolerance of the cosine of a right angle: a border that turns by a right angle, up to rounding, has no corner."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,7 +112,9 @@ class SurfaceAttachment:
     def _leaning(self, placement: SurfacePlacement, part: FloatArray) -> FloatArray:
         """Return the displacement [cm] that keeps vertices on a concave end as they move along it, shape (V, 3)."""
         length = np.linalg.norm(part, axis=1)
-        inwards = np.einsum("vi,vi->v", part, placement.outward) < -ROUNDING * length
+        # Largest cosine between the outward direction and a direction along the end of the surface that is only
+        # rounding.
+        inwards = np.einsum("vi,vi->v", part, placement.outward) < -1e-9 * length
         return np.where(inwards, 0.0, length)[:, None] * placement.outward
 
 
@@ -143,7 +138,10 @@ def attach(
     flat = ClosestPoint(surface.flat_vertices, surface.triangles, reach, device)
     triangle, weights = flat.find(fabric.vertices, _normals_beside(fabric, bobbles))
     position, normal = surface.evaluate(triangle, weights)
-    border, arc = _locate_borders(fabric, surface, FREE_BORDER_REACHES * reach, bobbles)
+    # If a border of the fabric is farther than this from every border of the surface, it is free: it lies on the
+    # surface. The distance is divided by the reach of the search; with the reach of ``relax`` it is the size of a
+    # stitch.
+    border, arc = _locate_borders(fabric, surface, 5.0 * reach, bobbles)
     closest = ClosestPoint(surface.vertices, surface.triangles, reach, device)
     without_corners = SurfaceAttachment(surface, closest, border, np.zeros(len(border), dtype=bool))
     placement = without_corners.place(triangle, weights, position, normal, arc)
@@ -164,8 +162,7 @@ def _normals_beside(fabric: StitchMesh, bobbles: Bobbles) -> FloatArray:
     area[bobbles.faces] = 0.0
     total = np.zeros_like(fabric.vertices)
     np.add.at(total, fabric.face_vertex, area[fabric.side_face])
-    length = np.linalg.norm(total, axis=1, keepdims=True)
-    return np.where(length > 0.0, total / np.where(length > 0.0, length, 1.0), fabric.vertex_normal)
+    return np.where(total.any(axis=1, keepdims=True), unit_vectors(total), fabric.vertex_normal)
 
 
 def border_corners(fabric: StitchMesh, position: FloatArray) -> NDArray[np.bool_]:
@@ -185,7 +182,9 @@ def border_corners(fabric: StitchMesh, position: FloatArray) -> NDArray[np.bool_
         ahead = np.roll(position[members], -1, axis=0) - position[members]
         behind = np.roll(ahead, 1, axis=0)
         size = np.linalg.norm(ahead, axis=1) * np.linalg.norm(behind, axis=1)
-        corner[members] |= np.einsum("ni,ni->n", ahead, behind) < -RIGHT_ANGLE * size
+        # Tolerance of the cosine of a right angle: a border that turns by a right angle, up to rounding, has no
+        # corner.
+        corner[members] |= np.einsum("ni,ni->n", ahead, behind) < -1e-9 * size
     return corner
 
 
@@ -213,3 +212,26 @@ def _locate_borders(
         if min(distance[best], surface.borders[best].distance(fabric.vertices[members])) <= within:
             border[members], arc[members] = best, found[best][0]
     return border, arc
+
+
+def turning_stiffness(placement: SurfacePlacement, force: FloatArray) -> FloatArray:
+    """Compute the positive semidefinite turning stiffness of each vertex [1/cm], shape (V, 3, 3).
+
+    It comes from the curvature of the surface and of its border. Only the part of the force f in the allowed directions
+    of a vertex counts, and these directions turn when the vertex moves. On a border with tangent t this part is f . t,
+    whose derivative with respect to the arc length s is f . dt/ds. On a surface with normal n and shape operator S,
+    where dn = S dx, a tangent t turns by -(t . S dx) n. The part of f along t therefore changes by -(f . n) t . S dx,
+    which is a stiffness of (f . n) S. This stiffness dominates the springs where a surface or a border turns within a
+    stitch, for example between the fingers of a glove or at the ends of a slit. Only the positive part of the stiffness
+    is kept, so that the matrices are positive semidefinite.
+
+    Args:
+        placement: placement of the vertices.
+        force: net force on each vertex before projection onto the allowed directions, shape (V, 3).
+    """
+    across = np.einsum("vi,vi->v", force, placement.normal)
+    size, axes = np.linalg.eigh(across[:, None, None] * placement.shape)
+    surface = (axes * np.maximum(size, 0.0)[:, None, :]) @ axes.transpose(0, 2, 1)
+    change = np.einsum("vi,vi->v", force, placement.curvature)
+    tangent = placement.tangent
+    return surface + np.maximum(-change, 0.0)[:, None, None] * (tangent[:, :, None] * tangent[:, None, :])

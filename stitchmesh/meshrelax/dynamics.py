@@ -43,8 +43,6 @@ Note = Callable[[int, "MeshState[Any]"], None]
 """Called before the first iteration and after each one, with the number of iterations and the last accepted state. It
 raises ``RunStopped`` if this state is to be the result."""
 
-LARGEST_STEP = 4.0
-"""Largest displacement of a vertex in one iteration, divided by the size of a stitch."""
 STRIDE = 1.0
 """Largest displacement between two projections, divided by the size of a stitch."""
 SHORTEST_TIME, LONGEST_TIME = 1e-3, 1e4
@@ -210,5 +208,6 @@ class MeshDynamics(Generic[P]):
         step = step.reshape(-1, 3)
         unit = self.springs.unit
         longest = float(np.linalg.norm(step, axis=1).max())
-        step *= min(1.0, LARGEST_STEP * unit / max(longest, np.finfo(float).tiny))
+        # Largest displacement of a vertex in one iteration, divided by the size of a stitch.
+        step *= min(1.0, 4.0 * unit / max(longest, np.finfo(float).tiny))
         return self.attachment.move(state.placement, step, STRIDE * unit)

@@ -25,6 +25,7 @@ from scipy.sparse import bsr_array, diags_array
 from scipy.sparse.linalg import splu
 
 from stitchmesh.mesh import FloatArray, IntArray
+from stitchmesh.mesh.unit_vectors import unit_vectors
 
 PATCH_VERTICES = 30
 """Approximate number of vertices per patch. Larger patches need more iterations; smaller ones need larger factors."""
@@ -101,6 +102,4 @@ def _tangent_frames(normal: FloatArray) -> FloatArray:
     axis = np.eye(3)[np.abs(normal).argmin(axis=1)]
     first = np.cross(normal, axis)
     second = np.cross(normal, first)
-    frame = np.stack([first, second], axis=2)
-    length = np.linalg.norm(frame, axis=1, keepdims=True)
-    return frame / np.where(length > 0.0, length, 1.0)
+    return unit_vectors(np.stack([first, second], axis=2), axis=1)

@@ -42,10 +42,6 @@ sewing patterns take at most 130 iterations. Stitches with twice or half the hei
 most 230."""
 SUITABLE_ASPECT = 2.0
 """Stitches still come to rest if the aspects at rest and as made differ by at most this factor."""
-SURFACE_SPACING = 0.5
-"""Edge length of the fine surface, divided by the size of a stitch."""
-REACH = 0.2
-"""Distance within which a moved vertex usually finds the surface, divided by the size of a stitch."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,13 +86,15 @@ def relax_mesh(
     check_kind("relax_mesh", fabric, StitchMesh)
     check_kind("relax_mesh, surface", surface, Mesh)
     _check(fabric, tolerance=tolerance, max_iterations=max_iterations, moving=moving)
-    spacing = SURFACE_SPACING * float(np.sqrt(np.linalg.norm(fabric.face_vector_area, axis=1).mean()))
+    # Edge length of the fine surface, divided by the size of a stitch.
+    spacing = 0.5 * float(np.sqrt(np.linalg.norm(fabric.face_vector_area, axis=1).mean()))
     limit = limit_surface(surface, spacing)
     bobbles = find_bobbles(fabric)
     aspect = ASPECT if options.aspect is None else options.aspect
     rest = rest_lengths(fabric, limit.area, aspect=aspect, alpha=options.alpha, bobbles=bobbles)
     held = None if moving is None else ~moving
-    attachment, placement = attach(fabric, limit, REACH * rest.unit, device, bobbles=bobbles, held=held)
+    # Distance within which a moved vertex usually finds the surface, divided by the size of a stitch.
+    attachment, placement = attach(fabric, limit, 0.2 * rest.unit, device, bobbles=bobbles, held=held)
     model = springs(fabric, rest, bobbles=bobbles, area_force=options.area_force)
     whole = patches(placement.position, placement.normal, limit.area)
     count = len(fabric.vertices) if moving is None else max(1, int(moving.sum()))
@@ -108,17 +106,8 @@ def relax_mesh(
         )
         outcome = relaxation.run(placement, tolerance, max_iterations, shown.note)
     relaxed, known = made(outcome.placement.position)
-    report = MeshRelaxReport(
-        seconds=shown.seconds(),
-        iterations=outcome.iterations,
-        converged=outcome.residual <= tolerance,
-        residual=outcome.residual,
-        tolerance=tolerance,
-        remedy="" if outcome.residual <= tolerance else _remedy(fabric, outcome, aspect),
-        max_stretch=float(known.max()),
-        rms_stretch=float(np.sqrt(np.mean(known**2))),
-        stopped=outcome.stopped and outcome.residual > tolerance,
-    )
+    remedy = _remedy(fabric, outcome, aspect)
+    report = MeshRelaxReport.of(outcome, known, tolerance=tolerance, seconds=shown.seconds(), remedy=remedy)
     if not (report.converged or report.stopped):
         logger.warning(not_converged(report))
     return RelaxedMesh(relaxed, report)

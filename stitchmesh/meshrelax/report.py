@@ -5,6 +5,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from stitchmesh.mesh import FloatArray
+from stitchmesh.meshrelax.dynamics import Outcome
 
 
 @dataclass(frozen=True)
@@ -29,3 +35,29 @@ class MeshRelaxReport:
     """Root mean square of the stretch of the edges."""
     stopped: bool = False
     """Whether the user or a limit on the time stopped the relaxation before it had converged."""
+
+    @classmethod
+    def of(
+        cls, outcome: Outcome[Any], stretch: FloatArray, *, tolerance: float, seconds: float, remedy: str
+    ) -> MeshRelaxReport:
+        """Return the figures of a relaxation.
+
+        Args:
+            outcome: how the relaxation ended.
+            stretch: stretch of the edges for which it is known, shape (n,).
+            tolerance: residual at which a relaxation has converged.
+            seconds: duration without pauses [s].
+            remedy: what helps if the relaxation has not converged.
+        """
+        converged = outcome.residual <= tolerance
+        return cls(
+            seconds=seconds,
+            iterations=outcome.iterations,
+            converged=converged,
+            residual=outcome.residual,
+            tolerance=tolerance,
+            remedy="" if converged else remedy,
+            max_stretch=float(stretch.max()),
+            rms_stretch=float(np.sqrt(np.mean(stretch**2))),
+            stopped=outcome.stopped and not converged,
+        )

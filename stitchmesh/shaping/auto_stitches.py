@@ -24,7 +24,7 @@ from stitchmesh.memory_need import BASE_MEMORY, BYTES_PER_FOUND_STITCH, check_me
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, Mesh, StitchMesh
 from stitchmesh.mesh.shaping_stitches import DEFAULT_INCREASE, Increase, check_increase, with_increases
 from stitchmesh.progress import Progress, shown_stages
-from stitchmesh.shaping.branchings import with_joins_and_parts_apart
+from stitchmesh.shaping.branchings import changes_around, with_joins_and_parts_apart
 from stitchmesh.shaping.counts import SMALLEST_TIP, StitchSize, rounded_count
 from stitchmesh.shaping.ends import Ends
 from stitchmesh.shaping.finer_than_stitches import knitted_surface
@@ -46,8 +46,6 @@ logger = logging.getLogger(__name__)
 
 EDGE_OVER_WIDTH = 2.0
 """Longest edge of the triangles on which the time is computed, over the width of a stitch."""
-FINEST_FEATURE = 0.3
-"""Size of the finest dents and ridges that a fabric follows, over the width of a stitch."""
 MOST_STITCHES = 3_000_000
 """Largest number of stitches; the tables of more would not fit in the memory of a usual machine."""
 SHARE_OF_TIME, SHARE_OF_ROWS = 0.25, 0.95
@@ -254,7 +252,8 @@ def shaping_surface(
     for note in notes:
         logger.warning(note)
     given = divided(knitted, EDGE_OVER_WIDTH * size.width)
-    return given, without_fine_features(given, FINEST_FEATURE * size.width), upwards
+    # Size of the finest dents and ridges that a fabric follows, over the width of a stitch.
+    return given, without_fine_features(given, 0.3 * size.width), upwards
 
 
 def saddle_points(surface: TriangleSurface, values: FloatArray) -> FloatArray:
@@ -262,12 +261,7 @@ def saddle_points(surface: TriangleSurface, values: FloatArray) -> FloatArray:
 
     Around a saddle the function is four times or more often alternately higher and lower than at the vertex.
     """
-    changes = np.zeros(len(values), dtype=np.int64)
-    for corner in range(3):
-        vertex, one, other = (surface.triangles[:, (corner + turn) % 3] for turn in range(3))
-        crossed = (values[one] > values[vertex]) != (values[other] > values[vertex])
-        changes += np.bincount(vertex[crossed], minlength=len(values))
-    return surface.vertices[changes >= 4]
+    return surface.vertices[changes_around(surface, values) >= 4]
 
 
 def marks_by_part(

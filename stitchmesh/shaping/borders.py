@@ -18,8 +18,6 @@ from stitchmesh.shaping.triangle_surface import TriangleSurface
 
 SLIT_TURNING = -np.pi
 """Turning below which a border is a hole in a surface that is flat around it [rad]."""
-SLIT_ELONGATION = 1.6
-"""Length of a hole over its width, from which it is a slit: rows end at its long sides."""
 CORNER = np.radians(40.0)
 """Turning of an outline within a fiftieth of its length that makes a corner [rad]."""
 FACING = 0.7
@@ -54,7 +52,8 @@ def is_slit(surface: TriangleSurface, border: IntArray) -> bool:
     weight = step + np.roll(step, 1)
     centred = points - np.average(points, axis=0, weights=weight)
     sizes = np.linalg.svd(centred * np.sqrt(weight)[:, None], compute_uv=False)
-    return bool(sizes[0] > SLIT_ELONGATION * sizes[1])
+    # Length of a hole over its width, from which it is a slit: rows end at its long sides.
+    return bool(sizes[0] > 1.6 * sizes[1])
 
 
 def is_wide_hole(surface: TriangleSurface, row: IntArray) -> bool:

@@ -20,14 +20,10 @@ from stitchmesh.shaping.ends import Ends
 from stitchmesh.shaping.level_lines import Band, LevelLines, level_lines, lines_between
 from stitchmesh.shaping.triangle_surface import TriangleSurface
 
-MOST_ADDED = 12
-"""Number of rows that are added at most."""
 STRETCHED = 3
 """Rows below and above a band over which one more row is spread, as far as no row ends there."""
 APART = 0.15
 """Least difference between the time of a join and the level that lies between it and the parts, in courses."""
-REACH = 2.0
-"""Distance from a join or a part, in courses, at which the motion around it has fallen to 1 / e."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +51,8 @@ def with_joins_and_parts_apart(
         The lines and the bands, and the time, shape (V,). Bands that cannot be divided stay as they are.
     """
     levels = level_lines(surface, time, ends)
-    for _ in range(MOST_ADDED):
+    # Number of rows that are added at most.
+    for _ in range(12):
         mixed = [band for band in levels.bands if len(band.below) > 1 and len(band.above) > 1]
         stretched = next((t for band in mixed if (t := _divided(surface, time, ends, _level(levels, band),
                                                                 course_height)) is not None), None)  # fmt: skip
@@ -66,6 +63,16 @@ def with_joins_and_parts_apart(
     return levels, time
 
 
+def changes_around(surface: TriangleSurface, values: FloatArray) -> IntArray:
+    """Return how often a function changes between higher and lower than at a vertex, around each vertex, shape (V,)."""
+    changes = np.zeros(len(values), dtype=np.int64)
+    for corner in range(3):
+        vertex, one, other = (surface.triangles[:, (corner + turn) % 3] for turn in range(3))
+        crossed = (values[one] > values[vertex]) != (values[other] > values[vertex])
+        changes += np.bincount(vertex[crossed], minlength=len(values))
+    return changes
+
+
 def branchings(surface: TriangleSurface, time: FloatArray, ends: Ends, level: int) -> Branchings:
     """Find the places from a level to below the next one at which limbs join or part.
 
@@ -74,15 +81,10 @@ def branchings(surface: TriangleSurface, time: FloatArray, ends: Ends, level: in
     """
     inside = (time >= level) & (time < level + 1)
     inside[np.concatenate([end.vertices for end in ends.all])] = False
-    changes = np.zeros(len(time), dtype=np.int64)
-    for corner in range(3):
-        vertex, one, other = (surface.triangles[:, (corner + turn) % 3] for turn in range(3))
-        crossed = (time[one] > time[vertex]) != (time[other] > time[vertex])
-        changes += np.bincount(vertex[crossed], minlength=len(time))
     borders = np.concatenate([*surface.borders, np.zeros(0, dtype=np.int64)])
     on_border = np.isin(np.arange(len(time)), borders)
     off = [end.vertices[0] for end in ends.lines if on_border[end.vertices].all() and time[end.vertices[0]] == level]
-    found = np.flatnonzero(inside & (changes >= np.where(on_border, 2, 4)))
+    found = np.flatnonzero(inside & (changes_around(surface, time) >= np.where(on_border, 2, 4)))
     below, above = (
         [_lines_beside(surface, time >= time[v] if up == 0 else time > time[v], int(v)) for v in found] for up in (0, 1)
     )
@@ -124,7 +126,8 @@ def _divided(
         for vertices, sign in ((first, -1.0), (then, 1.0)):
             for vertex in vertices:
                 lacking = APART - sign * (time[vertex] - middle)
-                away = np.linalg.norm(surface.vertices - surface.vertices[vertex], axis=1) / (REACH * course_height)
+                # Distance from a join or a part, in courses, at which the motion around it has fallen to 1 / e.
+                away = np.linalg.norm(surface.vertices - surface.vertices[vertex], axis=1) / (2.0 * course_height)
                 moved += sign * max(lacking, 0.0) * np.exp(-(away**2))
         for end in ends.all:
             moved[end.vertices] = time[end.vertices]

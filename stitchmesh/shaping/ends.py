@@ -43,14 +43,8 @@ from stitchmesh.shaping.borders import (
 )
 from stitchmesh.shaping.triangle_surface import TriangleSurface
 
-OPEN_SIDES = 0.15
-"""A border is divided at its corners if at least this part of it faces neither upwards nor downwards."""
-LEVEL_PART = 0.15
-"""Range of heights, over the length, below which a part of a border is level."""
 FLAT_TURNING = np.pi
 """Turning above which the only border of a surface is the outline of a flat piece [rad]."""
-FLAT = 0.5
-"""Length of the sum of the normals of a piece, over its area, above which it is flat and not nearly a tube."""
 
 
 def rows_of_border(surface: TriangleSurface, border: IntArray, up: FloatArray) -> list[IntArray]:
@@ -73,7 +67,8 @@ def rows_of_border(surface: TriangleSurface, border: IntArray, up: FloatArray) -
             pieces = _with_part_facing(surface, pieces, side * up)
     facing = facing_of(surface, pieces, up)
     length = np.array([length_of(surface, piece, closed=False) for piece in pieces])
-    if length[facing == 0.0].sum() < OPEN_SIDES * length.sum():
+    # A border is divided at its corners if at least this part of it faces neither upwards nor downwards.
+    if length[facing == 0.0].sum() < 0.15 * length.sum():
         return [border]
     first = int(np.flatnonzero(facing != np.roll(facing, 1))[0])
     turned = sorted(range(len(pieces)), key=lambda number: (number - first) % len(pieces))
@@ -185,7 +180,8 @@ def across_strap(surface: TriangleSurface, top: int) -> IntArray:
 
 def is_level(surface: TriangleSurface, row: IntArray, up: FloatArray) -> bool:
     """Return whether a part of a border is nearly level, so that a row can run along all of it."""
-    return float(np.ptp(surface.vertices[row] @ up)) < LEVEL_PART * length_of(surface, row, closed=False)
+    # Range of heights, over the length, below which a part of a border is level.
+    return float(np.ptp(surface.vertices[row] @ up)) < 0.15 * length_of(surface, row, closed=False)
 
 
 @dataclass(frozen=True, eq=False)
@@ -317,7 +313,8 @@ def _ends_of_outline(surface: TriangleSurface, outline: IntArray, up: FloatArray
 def direction_in_piece(surface: TriangleSurface, up: FloatArray) -> FloatArray:
     """Return the unit vector along which a piece is knitted: upwards, or along its longest axis if it lies level."""
     normal = surface.vector_area.sum(axis=0)
-    if np.linalg.norm(normal) < FLAT * surface.area.sum():
+    # Length of the sum of the normals of a piece, over its area, above which it is flat and not nearly a tube.
+    if np.linalg.norm(normal) < 0.5 * surface.area.sum():
         return up
     normal = normal / np.linalg.norm(normal)
     along = up - (up @ normal) * normal

@@ -16,13 +16,11 @@ import numpy as np
 
 from stitchmesh.errors import MeshError
 from stitchmesh.mesh import FloatArray, IntArray, Mesh
-from stitchmesh.shaping.borders import turning
+from stitchmesh.shaping.borders import length_of, turning
 from stitchmesh.shaping.counts import SMALLEST_RING, StitchSize
 from stitchmesh.shaping.marks import TimeMark, nearest_border
 from stitchmesh.shaping.triangle_surface import TriangleSurface, connected_parts, in_triangles
 
-SPANNED_OVER_WIDTH = 4.0
-"""Perimeter of the largest hole that is spanned, in stitch widths: it is little wider than a stitch."""
 HOLE_TURNING = -np.pi
 """Largest turning of a hole [rad]: half of the turning of a hole in a plane."""
 
@@ -63,9 +61,10 @@ def with_small_holes_spanned(
     """
     borders = surface.borders
     kept = {nearest_border(surface, np.asarray(mark.points[0])) for mark in marks if mark.kind == "border" and borders}
+    # Perimeter of the largest hole that is spanned, in stitch widths: it is little wider than a stitch.
     small = [
         border for number, border in enumerate(borders)
-        if number not in kept and _perimeter(surface, border) < SPANNED_OVER_WIDTH * stitch_width
+        if number not in kept and length_of(surface, border) < 4.0 * stitch_width
         and turning(surface, border) < HOLE_TURNING
     ]  # fmt: skip
     centres = np.array([surface.vertices[border].mean(axis=0) for border in small]).reshape(-1, 3)
@@ -96,12 +95,6 @@ def without_debris(surface: TriangleSurface, size: StitchSize) -> tuple[Triangle
     first = np.concatenate([[0], np.cumsum([len(part.vertices) for part in kept])])
     triangles = [part.triangles + start for part, start in zip(kept, first[:-1], strict=True)]
     return TriangleSurface(np.concatenate([part.vertices for part in kept]), np.concatenate(triangles)), dropped
-
-
-def _perimeter(surface: TriangleSurface, border: IntArray) -> float:
-    """Length of a border [cm]."""
-    points = surface.vertices[border]
-    return float(np.linalg.norm(np.roll(points, -1, axis=0) - points, axis=1).sum())
 
 
 def _filled(surface: TriangleSurface, holes: Sequence[IntArray], centres: FloatArray) -> TriangleSurface:

@@ -25,9 +25,6 @@ from stitchmesh.shaping.panels.sewing import sewn_fabric
 from stitchmesh.shaping.seams import ShapedRows
 from stitchmesh.shaping.triangle_surface import TriangleSurface
 
-FLAT_PIECE = 0.95
-"""Length of the sum of the normals of a piece, over its area, above which it is knitted along one direction."""
-
 
 def knitted_flat_piece(
     part: TriangleSurface, up: FloatArray, size: StitchSize
@@ -65,7 +62,8 @@ def _as_panel(part: TriangleSurface, up: FloatArray) -> PanelMesh | None:
     """A flat surface as a panel whose texture is its plane, with the direction of knitting upwards; None for others."""
     normal = part.vector_area.sum(axis=0)
     outlines = sum(turning(part, border) > FLAT_TURNING for border in part.borders)
-    if outlines != 1 or np.linalg.norm(normal) < FLAT_PIECE * part.area.sum():
+    # Length of the sum of the normals of a piece, over its area, above which it is knitted along one direction.
+    if outlines != 1 or np.linalg.norm(normal) < 0.95 * part.area.sum():
         return None
     upwards = direction_in_piece(part, up)
     across = np.cross(upwards, normal / np.linalg.norm(normal))

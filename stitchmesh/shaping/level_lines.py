@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.mesh import FloatArray, IntArray
+from stitchmesh.mesh.linked_groups import linked_groups
 from stitchmesh.selection.borders import CLOSED_LENGTH
 from stitchmesh.shaping.ends import Ends
 from stitchmesh.shaping.triangle_surface import TriangleSurface
@@ -260,13 +261,8 @@ class _Sides:
 
     def components(self) -> IntArray:
         """Number of the band of the upper (even) and the lower (odd) side of each line, shape (2 lines,)."""
-        from scipy.sparse import coo_array
-        from scipy.sparse.csgraph import connected_components
-
         one, other = (np.concatenate([pair[k] for pair in self.pairs]) for k in range(2))
-        graph = coo_array((np.ones(len(one)), (one, other)), shape=(self.nodes, self.nodes))
-        part: IntArray = connected_components(graph.tocsr(), directed=False)[1][: 2 * self.lines]
-        return part
+        return linked_groups(self.nodes, one, other)[: 2 * self.lines]
 
 
 def _sides_of_bands(

@@ -16,10 +16,6 @@ from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.shaping.ends import End, Ends, automatic_ends
 from stitchmesh.shaping.triangle_surface import TriangleSurface
 
-OFF_SURFACE = 0.05
-"""A mark at this distance from the surface or farther, over the size of the surface, does not lie on it."""
-STEEPEST = 20.0
-"""The times of two marks contradict each other if their difference, over the distance in space, is larger than this."""
 KINDS = ("border", "stroke", "point")
 """Kinds of marks."""
 ROLES = ("begin", "end", "row", "side", "plain")
@@ -174,7 +170,8 @@ def _nearest_vertices(surface: TriangleSurface, points: FloatArray, mark: TimeMa
     distance, vertex = cKDTree(surface.vertices).query(points)
     size = float(np.linalg.norm(np.ptp(surface.vertices, axis=0)))
     far = int(distance.argmax())
-    if distance[far] > OFF_SURFACE * size:
+    # A mark at this distance from the surface or farther, over the size of the surface, does not lie on it.
+    if distance[far] > 0.05 * size:
         raise ParameterError(
             f"mark: point {far} of a {mark.kind} at {points[far].round(2).tolist()} cm is {distance[far]:.1f} cm off "
             "the surface; draw it on the surface, and check the unit"
@@ -228,7 +225,9 @@ def _check_times(surface: TriangleSurface, found: list[tuple[TimeMark, End]]) ->
                     f"at {max(mark.time, second.time):g} cm; exchange the times, or the roles"
                 )
             apart = _smallest_distance(surface, end.vertices, later.vertices)
-            if abs(change) > 0.0 and apart < abs(change) / STEEPEST:
+            # The times of two marks contradict each other if their difference, over the distance in space, is
+            # larger than this.
+            if abs(change) > 0.0 and apart < abs(change) / 20.0:
                 raise ParameterError(
                     f"marks {number} and {other}: times {mark.time:g} and {second.time:g} cm, but only {apart:.2g} cm "
                     "apart; rows would be crowded: bring the times together, or the marks apart"

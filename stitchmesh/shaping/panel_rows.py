@@ -30,14 +30,9 @@ from stitchmesh.shaping.level_lines import Band, LevelLine, LevelLines
 from stitchmesh.shaping.plain_places import PlainPlaces
 from stitchmesh.shaping.rows import MadeRows
 
-PIECES_OF_STITCH = 2
-"""Number of equal pieces for each stitch, into which a line is divided; each piece goes to one limb."""
 SPREAD = 1.0 / 3.0
 """Part by which panels may be narrower or wider before their number changes. The widest panel is then twice the
 narrowest one, so that the number need not change before the number of stitches has doubled or halved."""
-FEWEST_PANELS = 6
-"""Panels in the smallest round. The straight edges of six panels are shorter than the round by a twentieth. This is a
-third of a stitch in six and is lost in rounding; with fewer panels ``tessellate`` would find fewer stitches."""
 MOST_CHANGE = 2
 """Largest factor by which the number of panels changes from course to course."""
 
@@ -200,7 +195,8 @@ def divisions(courses: LevelLines, levels: LevelLines, width: float) -> Division
 
 def _pieces(line: LevelLine, others: Sequence[LevelLine], width: float) -> IntArray:
     """Divide a line into equal pieces; return the place, among the others, of the line that gets each, shape (n,)."""
-    count = max(1, round(PIECES_OF_STITCH * line.length / width))
+    # Number of equal pieces for each stitch, into which a line is divided; each piece goes to one limb.
+    count = max(1, round(2 * line.length / width))
     middles = line.at(line.length * (np.arange(count) + 0.5) / count)
     return owners(middles, [other.points for other in others], line.closed)
 
@@ -283,7 +279,10 @@ class _PanelRows(MadeRows):
         """Number of panels of a course, near the number of the course below."""
         least, most = stitches / (self.across * (1.0 + SPREAD)), stitches / (self.across * (1.0 - SPREAD))
         panels = round(stitches / self.across) if before is None or not least <= before <= most else before
-        panels = max(panels, FEWEST_PANELS if closed else 1)
+        # Panels in the smallest round. The straight edges of six panels are shorter than the round by a twentieth.
+        # This is a third of a stitch in six and is lost in rounding; with fewer panels ``tessellate`` would find
+        # fewer stitches.
+        panels = max(panels, 6 if closed else 1)
         if before is not None:
             panels = min(max(panels, -(-before // MOST_CHANGE)), MOST_CHANGE * before)
         return min(panels, stitches)

@@ -18,13 +18,6 @@ from stitchmesh.shaping.triangle_surface import TriangleSurface
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
 
-USUAL_RADIUS = 3.0
-"""Radius of a plain place that has none, in stitch widths."""
-DETOUR = 1.5
-"""Longest path over the edges of triangles, over the distance in space; a longer path leads around a limb."""
-SAMPLING = 8.0
-"""Points along a mark for each radius."""
-
 
 @dataclass(frozen=True, eq=False)
 class _Place:
@@ -78,14 +71,17 @@ def _place(surface: TriangleSurface, mark: TimeMark, width: float) -> _Place:
     from scipy.sparse.csgraph import dijkstra
     from scipy.spatial import cKDTree
 
-    radius = USUAL_RADIUS * width if mark.radius is None else mark.radius
+    # Radius of a plain place that has none, in stitch widths.
+    radius = 3.0 * width if mark.radius is None else mark.radius
     vertices = vertices_of(surface, mark)
     longest = float(surface.edge_length.max())
+    # Longest path over the edges of triangles, over the distance in space; a longer path leads around a limb.
     reach = dijkstra(
-        surface.edge_graph, directed=False, indices=vertices, min_only=True, limit=DETOUR * (radius + longest)
+        surface.edge_graph, directed=False, indices=vertices, min_only=True, limit=1.5 * (radius + longest)
     )
     line = surface.vertices[np.append(vertices, vertices[0])] if mark.kind == "border" else np.asarray(mark.points)
-    return _Place(cKDTree(_sampled(line, radius / SAMPLING)), radius, np.isfinite(reach))
+    # Points along a mark for each radius.
+    return _Place(cKDTree(_sampled(line, radius / 8.0)), radius, np.isfinite(reach))
 
 
 def _sampled(line: FloatArray, spacing: float) -> FloatArray:

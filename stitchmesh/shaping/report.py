@@ -13,7 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stitchmesh.mesh import BORDER, FloatArray, Mesh, StitchMesh
+from stitchmesh.mesh import FloatArray, Mesh, StitchMesh
+from stitchmesh.mesh.linked_groups import connected_faces
 from stitchmesh.mesh.shaping_stitches import stitch_counts
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.mesh.turns import turn_edges, turn_slits
@@ -39,13 +40,7 @@ def topology(mesh: Mesh, tips: int = 0) -> Topology:
         mesh: the mesh.
         tips: number of borders that count as closed, because a yarn is drawn through the loops there.
     """
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    sides = np.flatnonzero(mesh.twin != BORDER)
-    pairs = mesh.side_face[sides], mesh.side_face[mesh.twin[sides]]
-    graph = coo_array((np.ones(len(sides)), pairs), shape=(mesh.face_count,) * 2)
-    parts = int(connected_components(graph.tocsr(), directed=False)[0])
+    parts = int(connected_faces(mesh).max(initial=-1)) + 1
     borders = len(mesh.boundary_loops) - tips
     euler = len(np.unique(mesh.face_vertex)) - len(mesh.edge_side) + mesh.face_count + tips
     return Topology(parts, borders, (2 * parts - borders - euler) // 2)

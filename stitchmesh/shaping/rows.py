@@ -43,14 +43,6 @@ from stitchmesh.shaping.wales import ABOVE, Wales, join_courses
 from stitchmesh.tessellate.panel import StitchFaces, stitch_for
 from stitchmesh.tessellate.tessellate import twins_of_edges, with_cast_on
 
-LARGEST_TIP = 20
-"""If the round below the last one at a tip has at most this number of stitches, all of them are plain: the yarn that is
-drawn through the last loops does not pass well through a decrease and its neighbours."""
-FADING = 0.8
-"""Part of the mark of an increase or a decrease that remains in the next row. Marks make the next one stand
-elsewhere."""
-KEPT_AWAY = 1000.0
-"""Cost of an increase or a decrease in a plain place, in squared stitch widths; wales lean rather than pay it."""
 AT_EDGE = 6.0
 """Cost of an increase or a decrease near an end of an open row, in squared stitch widths."""
 BESIDE = 0.5
@@ -63,8 +55,6 @@ MOST_TURNED = 2
 anyway."""
 STITCHES_TO_TURN = 10
 """Least number of stitches of such a round for each increase or decrease."""
-BANDS_OF_REPORT = 20
-"""Bands from one report of the progress to the next."""
 
 
 def stitches_between(
@@ -126,7 +116,8 @@ class MadeRows:
     def knitted(self, report_part: Callable[[float], None]) -> StitchMesh:
         """Add the rows of all bands, and join their faces to a stitch mesh."""
         for number, band in enumerate(self.levels.bands):
-            if number % BANDS_OF_REPORT == 0:
+            # Bands from one report of the progress to the next.
+            if number % 20 == 0:
                 report_part(number / len(self.levels.bands))
             self._knit(band)
         return self._stitch_mesh()
@@ -220,7 +211,9 @@ class MadeRows:
         A course that is plain all along keeps the stitches of the course below, as does the last one before a tip.
         """
         target = self.levels.lines[line]
-        is_tip = line in self.last_courses and below <= LARGEST_TIP
+        # If the round below the last one at a tip has at most this number of stitches, all of them are plain: the
+        # yarn that is drawn through the last loops does not pass well through a decrease and its neighbours.
+        is_tip = line in self.last_courses and below <= 20
         if is_tip or (below % self.size.step(target) == 0 and self.plain.hold(target.points).all()):
             return below
         if line in self.gores:
@@ -435,7 +428,9 @@ class MadeRows:
         """
         below, above = (np.array([self.points[vertex] for vertex in chain.vertices]) for chain in (low, high))
         recent = np.array([self.recent[vertex] for vertex in low.vertices])
-        penalty = ABOVE * recent + KEPT_AWAY * self.plain.hold(below)
+        # Cost of an increase or a decrease in a plain place, in squared stitch widths; wales lean rather than pay
+        # it.
+        penalty = ABOVE * recent + 1000.0 * self.plain.hold(below)
         if not (low.closed and high.closed):
             penalty[: self.edge_vertices] += AT_EDGE
             penalty[len(penalty) - self.edge_vertices :] += AT_EDGE
@@ -483,7 +478,9 @@ class MadeRows:
 
     def _mark(self, low: Chain, high: Chain, below: IntArray, above: IntArray) -> None:
         """Mark the loops above increases and decreases, and let the marks of the rows before fade."""
-        old = np.array([self.recent[vertex] for vertex in low.vertices])[below] * FADING
+        # Part of the mark of an increase or a decrease that remains in the next row. Marks make the next one stand
+        # elsewhere.
+        old = np.array([self.recent[vertex] for vertex in low.vertices])[below] * 0.8
         mark = np.interp(np.arange(len(high.vertices)), above, old)
         shaped = np.flatnonzero((np.diff(below) != 1) | (np.diff(above) != 1))
         for place in shaped:

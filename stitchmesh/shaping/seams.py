@@ -38,21 +38,8 @@ PLAIN_AT_SEAM = 1
 """Plain stitches between a seam and the increase or decrease beside it."""
 NARROWEST_GORE = 2 * (PLAIN_AT_SEAM + 2) + 1
 """Stitches of the narrowest gore that has a decrease at each of its ends, with one between them."""
-MOST_LEAN = 0.66
-"""Largest tangent of the angle by which wales at a seam lean: they are stretched by a fifth, sqrt(1 + 0.66^2) = 1.2, as
-the edges of a single increase are."""
-COARSEST_CHANGE = 0.1
-"""Largest part of the stitches of a round by which it may change at once."""
 MOST_SEAMS = 4
 """Largest number of seams of a tube."""
-FAST = 3
-"""If changes are at least this number of rows apart, they are on one side of a fabric that is knitted to and fro."""
-AS_WIDE = 0.9
-"""An axis leads to the sides of a round if the width along it, over the largest width, is at least this."""
-SLEEVE = 0.75
-"""The shorter of two limbs that meet is a sleeve if its length, over the length of the longer one, is at most this."""
-SAME_HEIGHT = 4
-"""Largest number of courses between two sleeves that join a body at the same height."""
 SAMPLES = 4.0
 """Points along a line for each stitch width, where it is divided among limbs."""
 
@@ -192,7 +179,9 @@ def _longest_rhythm(windows: Sequence[_Window], least: int, to_and_fro: bool) ->
         least: the first place that is free.
         to_and_fro: whether numbers change at even places, as in ``steady_counts``.
     """
-    step = 2 if to_and_fro and windows[-1][1] - windows[0][0] >= FAST * (len(windows) - 1) else 1
+    # If changes are at least this number of rows apart, they are on one side of a fabric that is knitted to and
+    # fro.
+    step = 2 if to_and_fro and windows[-1][1] - windows[0][0] >= 3 * (len(windows) - 1) else 1
     start, end = _multiples(max(windows[0][0], least), windows[0][1], step)
     if start > end:
         return max(windows[0][1], least), 1, 1
@@ -307,8 +296,11 @@ def _steady_changes(
     if not tube[0].closed:
         moved = np.array([_ends_moved(low, high) for low, high in pairwise(tube)]).reshape(-1, 2) / size.width
     within = np.diff(exact) - moved.sum(axis=1)
-    steady = np.abs(within) * size.width / (2.0 * max(seams, 1) * size.height) <= MOST_LEAN
-    steady &= (2 * seams <= COARSEST_CHANGE * exact[1:]) & (exact[1:] >= NARROWEST_GORE)
+    # Largest tangent of the angle by which wales at a seam lean: they are stretched by a fifth, sqrt(1 + 0.66^2) =
+    # 1.2, as the edges of a single increase are.
+    steady = np.abs(within) * size.width / (2.0 * max(seams, 1) * size.height) <= 0.66
+    # Largest part of the stitches of a round by which it may change at once.
+    steady &= (2 * seams <= 0.1 * exact[1:]) & (exact[1:] >= NARROWEST_GORE)
     if not seams:
         moved += 0.5 * within[:, None]
     steady &= (np.abs(moved) <= 1.0).all(axis=1)
@@ -348,7 +340,8 @@ def _at_joins(levels: LevelLines, width: float) -> dict[tuple[int, bool], FloatA
         lines = [levels.lines[limb] for limb in limbs]
         # A second sleeve may join a row above the first one; the body below both has a seam for each.
         tube = by_start.get(whole, [whole])
-        later = known.get((tube[-1], True)) if joins and len(tube) <= SAME_HEIGHT else None
+        # Largest number of courses between two sleeves that join a body at the same height.
+        later = known.get((tube[-1], True)) if joins and len(tube) <= 4 else None
         others = np.zeros((0, 3)) if later is None else _traced(levels, tube[::-1], later)
         for limb, points in _beside_limbs(lines, others, width).items():
             known[limbs[limb], joins] = points
@@ -410,7 +403,9 @@ def _between_limbs(whole: LevelLine, limbs: list[LevelLine], older: FloatArray, 
     are all open, such as the parts beside a neck, leave none either.
     """
     lengths = sorted(limb.length for limb in limbs)
-    if (len(limbs) == 2 and lengths[0] > SLEEVE * lengths[1]) or not any(limb.closed for limb in limbs):
+    # The shorter of two limbs that meet is a sleeve if its length, over the length of the longer one, is at most
+    # this.
+    if (len(limbs) == 2 and lengths[0] > 0.75 * lengths[1]) or not any(limb.closed for limb in limbs):
         return older
     count = max(int(SAMPLES * whole.length / width), len(limbs))
     step = float(whole.length / count)
@@ -436,7 +431,8 @@ def _sides(ring: LevelLine) -> FloatArray:
     normal = np.cross(points[:-1] - middle, step).sum(axis=0)
     axes = np.eye(3)[[0, 2, 1]]
     wide = np.ptp(points @ axes.T, axis=0)
-    axis = axes[int(np.argmax(wide >= AS_WIDE * wide.max()))]
+    # An axis leads to the sides of a round if the width along it, over the largest width, is at least this.
+    axis = axes[int(np.argmax(wide >= 0.9 * wide.max()))]
     aside = (points - middle) @ np.cross(axis, normal)
     crossed = np.flatnonzero((aside[:-1] > 0.0) != (aside[1:] > 0.0))
     share = (aside[crossed] / (aside[crossed] - aside[crossed + 1]))[:, None]

@@ -24,15 +24,8 @@ from stitchmesh.mesh.courses import Course, find_courses
 from stitchmesh.selection.parts import face_centres
 from stitchmesh.shaping.plain_places import PlainPlaces
 
-ADDED = 2.0
-"""Additional rows that the yarn works where it turns back and comes again."""
 ASKED = 1.3
 """Missing rows from which the yarn turns back."""
-BEARABLE = 0.15
-"""Part by which a stitch may be too high before the excess counts. Where rows are only a little too high, short rows
-cost more stretch at their turns than they save."""
-SHORTEST_RUN = 8
-"""Stitches in the shortest run; in shorter ones the loops at the two turns are crowded."""
 FREE_AROUND = 3
 """Stitches beside a turn, and rows above and below it, without another turn, increase or decrease."""
 SPREAD = 0.25
@@ -74,7 +67,9 @@ def wedges(
     fabric: StitchMesh, height: float, plain: PlainPlaces, leaning: NDArray[np.bool_]
 ) -> Iterator[Wedge]:
     """Find the runs of stitches above which short rows are missing, from the first row to the last one."""
-    excess = np.maximum(np.where(leaning, height_across(fabric), face_height(fabric)) / height - 1.0 - BEARABLE, 0.0)
+    # Part by which a stitch may be too high before the excess counts. Where rows are only a little too high, short
+    # rows cost more stretch at their turns than they save.
+    excess = np.maximum(np.where(leaning, height_across(fabric), face_height(fabric)) / height - 1.0 - 0.15, 0.0)
     below = _faces_below(fabric)
     missing = np.zeros(fabric.face_count)
     crowded = _near_shaping(fabric) | plain.hold(face_centres(fabric, np.arange(fabric.face_count)))
@@ -84,8 +79,10 @@ def wedges(
         missing[faces] = np.clip(_spread(carried, course.closed) + excess[faces], -MOST_CARRIED, MOST_CARRIED)
         for run in _runs(missing[faces] >= ASKED, course):
             chosen = _with_free_ends(faces[run], crowded)
-            if SHORTEST_RUN <= len(chosen) < len(faces) - 2:
-                missing[chosen] -= ADDED
+            # Stitches in the shortest run; in shorter ones the loops at the two turns are crowded.
+            if 8 <= len(chosen) < len(faces) - 2:
+                # Additional rows that the yarn works where it turns back and comes again.
+                missing[chosen] -= 2.0
                 for turn in chosen[[0, -1]]:
                     crowded[_around(fabric, int(turn))] = True
                 yield Wedge(tuple(chosen.tolist()))

@@ -35,6 +35,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.mesh import FloatArray, IntArray
+from stitchmesh.mesh.linked_groups import linked_groups
 from stitchmesh.shaping.ends import Ends
 from stitchmesh.shaping.triangle_surface import TriangleSurface
 
@@ -52,24 +53,12 @@ if TYPE_CHECKING:
 
 SMALLEST_WEIGHT = 0.05
 """Smallest weight of an edge, over the weight between equilateral triangles."""
-MOST_ROUNDS = 8
-"""How often summits are looked for, because smoothing one out can lift another one above its saddle."""
 ROUNDS = 8
 """How often the direction of the gradient is renewed."""
 STEEP_WEIGHT = 8.0
 """Weight of places where rows would be lower than a course, over the weight of places where they are higher."""
-LAST_ROUNDS = 3
-"""How often the direction is renewed after small summits are smoothed out."""
-INFLOW = 0.25
-"""Water that enters at an end, over the length of the end times the size of the surface."""
-FLAT_SLOPE = 0.15
-"""Slope of the first flow, over its median, below which the direction of the gradient counts less."""
-TIP_HEIGHT = 0.3
-"""Height of a summit of the first flow above its saddle, over the range of the flow, that makes a slit a tip."""
 LOWEST_SUMMIT = 3.0
 """Height of a summit above its saddle, in courses, below which it is smoothed out."""
-SHORTEST_LIMB = 0.25
-"""Height of an end above its saddle, in courses, below which its limb has no row of its own on its short side."""
 
 
 def neighbours(surface: TriangleSurface) -> tuple[IntArray, IntArray]:
@@ -148,7 +137,8 @@ def smooth_out(surface: TriangleSurface, values: FloatArray, least: float, ends:
     """
     kept = np.zeros(len(values), dtype=bool)
     kept[np.concatenate([end.vertices for end in ends.all])] = True
-    for _ in range(MOST_ROUNDS):
+    # How often summits are looked for, because smoothing one out can lift another one above its saddle.
+    for _ in range(8):
         region = np.zeros(len(values), dtype=bool)
         for sign in (1.0, -1.0):
             for vertex, height, saddle in summits(surface, sign * values, kept):
@@ -165,13 +155,9 @@ def _part_above(
     surface: TriangleSurface, values: FloatArray, summit: int, saddle: float, margin: float
 ) -> NDArray[np.bool_]:
     """Whether each vertex is connected to a summit strictly above its saddle, or is near such a vertex, shape (V,)."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
     above = values > saddle
     edges = surface.edges[above[surface.edges].all(axis=1)]
-    graph = coo_array((np.ones(len(edges)), edges.T), shape=(len(values),) * 2)
-    part = connected_components(graph.tocsr(), directed=False)[1]
+    part = linked_groups(len(values), *edges.T)
     region = above & (part == part[summit])
     for _ in range(2):
         ring = surface.edges[region[surface.edges].any(axis=1)]
@@ -267,7 +253,8 @@ def first_flow(surface: TriangleSurface, ends: Ends) -> FloatArray:
     size = float(np.sqrt(surface.area.sum()))
     for number, end in enumerate(ends.others, start=len(ends.roots)):
         points = surface.vertices[end.vertices]
-        source[number] += INFLOW * size * float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
+        # Water that enters at an end, over the length of the end times the size of the surface.
+        source[number] += 0.25 * size * float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
     return parts.solve(surface.stiffness(), source, dict.fromkeys(range(len(ends.roots)), 0.0))
 
 
@@ -288,7 +275,8 @@ def even_slope(surface: TriangleSurface, time: FloatArray, ends: Ends, rounds: i
     for _ in range(rounds):
         gradient = surface.gradient(time)
         slope = np.linalg.norm(gradient, axis=1)
-        least = FLAT_SLOPE * float(np.median(slope))
+        # Slope of the first flow, over its median, below which the direction of the gradient counts less.
+        least = 0.15 * float(np.median(slope))
         direction = gradient / np.maximum(slope, least)[:, None]
         right = parts.total(surface.divergence(direction, weight))
         time = parts.solve(surface.stiffness(weight), right, known)
@@ -360,7 +348,8 @@ def _even_time(
     if not np.ptp(time) > 0.0:
         raise _pinched(surface, rough / course_height)
     report_part(0.7)
-    time = even_slope(surface, time, ends, LAST_ROUNDS)
+    # How often the direction is renewed after small summits are smoothed out.
+    time = even_slope(surface, time, ends, 3)
     report_part(0.9)
     time = whole_rows(surface, time / course_height, ends)
     return smooth_out(surface, time, LOWEST_SUMMIT, ends), ends
@@ -398,13 +387,15 @@ def _without_short_limbs(surface: TriangleSurface, time: FloatArray, ends: Ends)
     saddle = (time_of_end - of_end).max(initial=-np.inf)  # the highest summit joins another one at its saddle
     # Of two equal limbs, one can be a row higher than the other because ends are at whole rows.
     of_end = np.where(np.isinf(of_end), time_of_end - saddle - 1.0, of_end)
-    lasting = (end for end, above in zip(ends.others, of_end, strict=True) if above >= SHORTEST_LIMB)
+    # Height of an end above its saddle, in courses, below which its limb has no row of its own on its short side.
+    lasting = (end for end, above in zip(ends.others, of_end, strict=True) if above >= 0.25)
     return replace(ends, others=tuple(lasting))
 
 
 def _tips_in_slits(surface: TriangleSurface, flow: FloatArray, ends: Ends, sides: Sequence[End]) -> list[End]:
     """The borders, other than the ends and some sides, in which the flow has a summit."""
-    lasting = lasting_extrema(surface, flow, TIP_HEIGHT * float(np.ptp(flow)))
+    # Height of a summit of the first flow above its saddle, over the range of the flow, that makes a slit a tip.
+    lasting = lasting_extrema(surface, flow, 0.3 * float(np.ptp(flow)))
     used = np.concatenate([end.vertices for end in (*ends.all, *sides)])
     free = [border for border in surface.borders if not np.isin(border, used).any()]
     return [End(border) for border in free if np.isin(lasting, border).any()]

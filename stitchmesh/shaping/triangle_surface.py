@@ -20,6 +20,7 @@ import numpy as np
 
 from stitchmesh.mesh import FloatArray, IntArray, Mesh
 from stitchmesh.mesh.face_triangles import face_triangles
+from stitchmesh.mesh.linked_groups import linked_groups
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
@@ -150,14 +151,9 @@ def divided(surface: TriangleSurface, longest_edge: float) -> TriangleSurface:
 
 def connected_parts(surface: TriangleSurface) -> list[tuple[TriangleSurface, IntArray]]:
     """Return the connected parts of a surface, each with the vertices of the surface that are its vertices."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    size = (len(surface.vertices),) * 2
-    graph = coo_array((np.ones(len(surface.edges)), surface.edges.T), shape=size)
-    count, part = connected_components(graph.tocsr(), directed=False)
+    part = linked_groups(len(surface.vertices), *surface.edges.T)
     found = []
-    for number in range(count):
+    for number in range(int(part.max(initial=-1)) + 1):
         vertices = np.flatnonzero(part == number)
         place = np.full(len(part), -1)
         place[vertices] = np.arange(len(vertices))

@@ -22,8 +22,6 @@ DOUBLE_SHAPING = 12.0
 """Cost of an increase or a decrease by two loops."""
 APART = 5
 """If at least this number of stitches lies between two increases or decreases of a row, they cost no more."""
-CROWDED = 4.0
-"""Cost of an increase or a decrease directly beside another one."""
 ABOVE = 4.0
 """Cost of an increase or a decrease directly above another one."""
 MOVES = ((1, 1), (1, 2), (2, 1), (1, 3), (3, 1))
@@ -70,7 +68,8 @@ class _Paths:
         self.move = np.full((rows, APART + 1, columns), -1, dtype=np.int8)
         self.state = np.zeros((rows, APART + 1, columns), dtype=np.int8)
         self.cost[0, APART, 0] = apart[0, 0]
-        self.crowding = CROWDED * (APART - np.arange(APART + 1)) / APART
+        # Cost of an increase or a decrease directly beside another one.
+        self.crowding = 4.0 * (APART - np.arange(APART + 1)) / APART
         for row in range(1, rows):
             self._plain(row)
             self._shaped(row, penalty)

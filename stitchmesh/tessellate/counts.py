@@ -23,8 +23,6 @@ from stitchmesh.mesh import BOTTOM, FloatArray, IntArray, StitchMesh
 
 ALLOWED_DEVIATION = 0.2
 """A warning is given if the median deviates from the requested size by more than this part of it."""
-SMALLEST_RATIO = 0.25
-"""A size is refused if the median, divided by the requested size, is below this."""
 DIGITS = 9
 """Decimal digits to which this ratio is rounded, so that the last bit does not decide."""
 logger = logging.getLogger(__name__)
@@ -64,7 +62,8 @@ def doubt_of_size(labeled: StitchMesh, counts: IntArray, stitch_width: float, st
         median = float(np.median(np.repeat(length[part] / counts[part], counts[part])))
         face = float(np.median(length[part]))
         ratio = round(median / asked, DIGITS)
-        if ratio < SMALLEST_RATIO:
+        # A size is refused if the median, divided by the requested size, is below this.
+        if ratio < 0.25:
             raise TessellationError(
                 f"stitch {name}: got {asked:g} cm, but each face holds at least one stitch, and faces of this mesh "
                 f"have a {name} of {face:.3g} cm (median); at most {face / (1.0 - ALLOWED_DEVIATION):.2g} cm is "

@@ -30,9 +30,6 @@ LAYER_GAP = 2.5
 before they have reached their layers."""
 LEG_GAP = 1.3
 """Distance along the normal between neighbouring legs of one layer that run side by side [radii]."""
-LEVEL_WIDTH = 0.55
-"""Sideways distance over which a leg moves to the height of its layer, and back at the other end [stitch widths], for a
-leg that runs straight."""
 SLOPE_EXPONENT = 1.8
 """Exponent of the sideways motion of a leg. At 1 the leg is straight; at 2 it is close to a smooth step, which leaves
 the rows at right angles."""
@@ -211,7 +208,9 @@ def _legs(group: CableGroup, gap: _Gap, radius: float) -> FloatArray:
     share = np.linspace(0.0, 1.0, CURVE_POINTS)
     start_distance, end_distance = share**SLOPE_EXPONENT, (1.0 - share) ** SLOPE_EXPONENT
     course = first + moved * start_distance / (start_distance + end_distance)
-    level_share = np.clip(np.minimum(share, 1.0 - share) * np.maximum(np.abs(moved), 1) / LEVEL_WIDTH, 0.0, 1.0)
+    # Sideways distance over which a leg moves to the height of its layer, and back at the other end [stitch
+    # widths], for a leg that runs straight.
+    level_share = np.clip(np.minimum(share, 1.0 - share) * np.maximum(np.abs(moved), 1) / 0.55, 0.0, 1.0)
     height = radius * _leg_heights(group)[:, :, None] * np.sin(0.5 * np.pi * level_share)
     shares = np.broadcast_to(share, course.shape)
     points: FloatArray = gap.points(course.ravel(), shares.ravel(), height.ravel()).reshape(*course.shape, 3)

@@ -13,9 +13,6 @@ from stitchmesh.yarn import YarnSet
 
 SAMPLES_PER_SEGMENT = 4
 """Number of points of each segment between which distances are measured."""
-EXCLUDED_NEIGHBOURS = 2
-"""Segments of one yarn that are up to this many segments apart share control points and are not tested against each
-other."""
 SAME_IMAGE = np.zeros(2, dtype=np.int64)
 """The lattice image of the cell itself."""
 
@@ -76,7 +73,9 @@ def may_touch(yarns: YarnSet, first: np.ndarray, second: np.ndarray, image: IntA
     is_excluded = np.zeros(len(first), dtype=bool)
     for turns in (-1, 0, 1):  # the second segment may also lie one turn further around a closed yarn
         same_place = (turns * step[yarn_of_first] == image).all(axis=1) & (closed | (turns == 0))
-        is_excluded |= same_place & (np.abs(first - second - turns * size) <= EXCLUDED_NEIGHBOURS)
+        # Segments of one yarn that are up to this many segments apart share control points and are not tested
+        # against each other.
+        is_excluded |= same_place & (np.abs(first - second - turns * size) <= 2)
     return (yarn[second] != yarn_of_first) | ~is_excluded
 
 

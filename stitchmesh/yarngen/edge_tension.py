@@ -25,10 +25,9 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from stitchmesh.mesh import BORDER, BOTTOM, TOP, FloatArray, IntArray, StitchMesh
+from stitchmesh.mesh.linked_groups import linked_groups
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.yarngen.embedding import PlacedParts
 from stitchmesh.yarngen.templates.edge_templates import Edge
@@ -37,13 +36,7 @@ CAST_ON, CHAIN, RIB = 0.7, 0.9, 0.9
 """Rest length over drawn length of the yarn in backward loops of a first row, in a chain, and in a rib at an edge."""
 LONGEST = 1.1
 """Longest loop of a first or last row over the median of its row; longer ones are shortened to it."""
-RIB_SHARE = 0.2
-"""In a row of rib, at least this part of the plain stitches is knit, and at least this part is purl."""
-SAME_SHARE = 0.9
-"""In two neighbouring rows of a rib, at least this part of the stitches stands above a stitch of its own kind."""
 PLAIN = (Stitch.KNIT, Stitch.PURL)
-FEWEST_PLAIN = 4
-"""Smallest number of plain stitches of a row that give the lengths for its other stitches."""
 HELD = 1.05
 """Length of the yarn in a decrease, divided by the length in a plain stitch, because it lies around several loops."""
 SHORTEST_RATIO = 0.6
@@ -82,15 +75,16 @@ def _edge_rib_rows(fabric: StitchMesh) -> NDArray[np.bool_]:
     """Whether each row belongs to a rib between a first or last row and other stitches, shape (rows,)."""
     rows = int(fabric.row.max()) + 1
     knit, purl = (np.bincount(fabric.row[fabric.stitch == stitch], minlength=rows) for stitch in PLAIN)
-    both = np.minimum(knit, purl) >= np.maximum(RIB_SHARE * (knit + purl), 1)
+    # In a row of rib, at least this part of the plain stitches is knit, and at least this part is purl.
+    both = np.minimum(knit, purl) >= np.maximum(0.2 * (knit + purl), 1)
     sides = np.flatnonzero((fabric.twin != BORDER) & (fabric.side_role == TOP) & ~fabric.mismatched)
     low, high = fabric.side_face[sides], fabric.side_face[fabric.twin[sides]]
     pairs, pair = np.unique(np.stack([fabric.row[low], fabric.row[high]], axis=1), axis=0, return_inverse=True)
     same = np.bincount(pair.reshape(-1), fabric.stitch[low] == fabric.stitch[high]) / np.bincount(pair.reshape(-1))
     below, above = pairs.T
-    joined = both[below] & both[above] & (same >= SAME_SHARE)
-    graph = coo_array((joined[joined], (below[joined], above[joined])), shape=(rows, rows))
-    rib = connected_components(graph, directed=False)[1]
+    # In two neighbouring rows of a rib, at least this part of the stitches stands above a stitch of its own kind.
+    joined = both[below] & both[above] & (same >= 0.9)
+    rib = linked_groups(rows, below[joined], above[joined])
     is_edge = np.ones(rows, dtype=bool)
     is_edge[fabric.row[~np.isin(fabric.stitch, (Stitch.CAST_ON, Stitch.BIND_OFF))]] = False
     begins, ends = (np.zeros(rib.max() + 1, dtype=bool) for _ in range(2))
@@ -140,6 +134,7 @@ def _ratios_of(
     rows = fabric.row.max() + 1
     count: FloatArray = np.bincount(fabric.row[plain], minlength=rows).astype(np.float64)
     total = np.bincount(fabric.row[plain], drawn[plain], rows)
-    mean = np.where(count >= FEWEST_PLAIN, total / np.maximum(count, 1), drawn[plain].mean())[fabric.row]
+    # Smallest number of plain stitches of a row that give the lengths for its other stitches.
+    mean = np.where(count >= 4, total / np.maximum(count, 1), drawn[plain].mean())[fabric.row]
     shorter = np.clip(HELD * mean / np.where(drawn > 0.0, drawn, 1.0), SHORTEST_RATIO, 1.0)
     return np.where(shaped & (drawn > 0.0), shorter, 1.0)[face]

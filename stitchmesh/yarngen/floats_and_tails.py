@@ -34,24 +34,15 @@ LANE_SHARES = (0.0, 0.45)
 """Height of the lanes of two yarns above the bottom of the face, over the height of the face."""
 DEEP_CLEARANCE = 5.2
 """Distance of a float behind the deepest yarn that it passes, in a row of more than two yarns [radii]."""
-LOWEST_LANE = -0.15
-"""Height of the lowest lane in such a row, as in ``LANE_SHARES``; the others are equally far apart, up to the lowest
-lane of the row above."""
 CHANGE_SHARES = (-0.02, 0.33)
 """Height at which the yarn of the lower number and the yarn of the higher number cross the wale side between their
 stitches, over the height of the face."""
-CHANGE_DEPTH = 1.6
-"""Depth behind the fabric at which both yarns cross that wale side [radii]."""
 CHANGE_OFFSET = (0.08, 0.08)
 """Displacement of the feet of two neighbouring stitches of different yarns at the wale side between them. First number:
 displacement away from the wale side, over the width of the stitch. Second number: displacement of the lower yarn down
 and of the higher yarn up, over the height of the stitch."""
-TURN_SPACING = 2.4
-"""Distance between the depths at which the yarns of a row turn to the next row [radii]."""
 TAIL_DEPTHS = (0.5, 0.85, 1.2)
 """Depths of the points of a tail behind the fabric, over the stitch width."""
-TAIL_OFFSET = 0.15
-"""Distance of a tail from the wale side at which its yarn is cut, over the stitch width."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,7 +113,9 @@ class FloatRows:
         deepest = _deepest(stitch, int(self.fabric.n_bottom[face]), int(self.fabric.n_top[face]))
         if count <= len(LANE_SHARES):
             return LANE_SHARES[rank], (deepest - clearance) * self.radius
-        return LOWEST_LANE + rank / count, (deepest - clearance) * self.radius
+        # Height of the lowest lane in such a row, as in ``LANE_SHARES``; the others are equally far apart, up to
+        # the lowest lane of the row above.
+        return -0.15 + rank / count, (deepest - clearance) * self.radius
 
     def clearance(self, face: int) -> float:
         """Distance of the floats in the row of a face behind the deepest yarn that they pass [radii]."""
@@ -147,7 +140,8 @@ class FloatRows:
 
     def change_point(self, face: int, yarn: int, other: int) -> FloatArray:
         """Point at which a yarn crosses the right wale side of a face next to another yarn [cm], shape (3,)."""
-        return self.point(face, 1.0, CHANGE_SHARES[yarn > other], -CHANGE_DEPTH * self.radius)
+        # Depth behind the fabric at which both yarns cross that wale side [radii].
+        return self.point(face, 1.0, CHANGE_SHARES[yarn > other], -1.6 * self.radius)
 
     def faces_between(self, face: int, neighbour: IntArray, longest: int) -> list[int]:
         """Faces of other yarns between a face and the next face of the same yarn.
@@ -274,7 +268,8 @@ def _strands(rows: FloatRows, side: int, last: dict[int, list[int]]) -> dict[int
             points.append(rows.change_point(left_of_change, yarn, int(fabric.yarn[faces[-1]])))
             lanes = rows.float_points(faces[::-1] if is_right else faces, yarn)
             points += lanes if is_right else lanes[::-1]
-        depth = rank * TURN_SPACING * rows.radius
+        # Distance between the depths at which the yarns of a row turn to the next row [radii].
+        depth = rank * 2.4 * rows.radius
         end = int(fabric.side_face[side])
         points.append(rows.point(end, float(is_right), CHANGE_SHARES[min(rank, 1)], -depth))
         result[yarn] = RowEndStrand(crossing_number(own), np.array(points), depth, tail)
@@ -296,7 +291,8 @@ def _cut_tail(rows: FloatRows, face: int, beside: int, direction: int) -> FloatA
     own, other = int(rows.fabric.yarn[face]), int(rows.fabric.yarn[beside])
     width = float(np.linalg.norm(rows.point(face, 1.0, 0.5, 0.0) - rows.point(face, 0.0, 0.5, 0.0)))
     up = CHANGE_SHARES[own > other]
-    away = [rows.point(left, 1.0 + direction * TAIL_OFFSET, up, -depth * width) for depth in TAIL_DEPTHS]
+    # Distance of a tail from the wale side at which its yarn is cut, over the stitch width.
+    away = [rows.point(left, 1.0 + direction * 0.15, up, -depth * width) for depth in TAIL_DEPTHS]
     return np.array([rows.change_point(left, own, other), *away]) + begins
 
 

@@ -32,12 +32,8 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen.finish import YarnFinish
 from stitchmesh.yarngen.generate import generate_yarns, mean_stitch_width, trace_yarn_routes, yarns_along_routes
 
-SAME_POINT_DISTANCE = 0.02
-"""Largest distance between a new control point and the old control point that it continues, over the yarn radius."""
 NEIGHBOURS = 64
 """Number of unchanged control points from which the displacement of a changed one is computed."""
-FADE_WIDTHS = 3.0
-"""Distance from changed stitches, in stitch widths, at which yarns start with their whole displacement."""
 RIDGE = 1e-3
 """Weight of a constant displacement field, over the weight of the neighbours. It determines the fit where the
 neighbours lie in a plane."""
@@ -123,7 +119,9 @@ def warm_start(
             "give the fabric and the quality with which the yarns were generated"
         )
     new = generate(after if evened is None else evened)
-    within = SAME_POINT_DISTANCE * float(relaxed.radius[0])
+    # Largest distance between a new control point and the old control point that it continues, over the yarn
+    # radius.
+    within = 0.02 * float(relaxed.radius[0])
     old_number = unchanged_points(old, _as_edited(new, after, evened, quality, options), within)
     # generated yarn is straight without load
     natural = np.where(old_number >= 0, relaxed.natural_curvature[old_number], 0.0)
@@ -141,7 +139,8 @@ def warm_start(
         points[moved] += _interpolated(new.points[known], shift, new.points[moved], width)
     else:
         shift = (relaxed.points - old.points)[old_number[known]]
-        points[known] += _faded(new.points[known], shift, new.points[moved], FADE_WIDTHS * width)
+        # Distance from changed stitches, in stitch widths, at which yarns start with their whole displacement.
+        points[known] += _faded(new.points[known], shift, new.points[moved], 3.0 * width)
     return WarmStart(new, replace(new, points=points), len(known) / len(new.points))
 
 

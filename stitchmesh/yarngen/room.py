@@ -59,24 +59,9 @@ if TYPE_CHECKING:
 THICKNESS_OVER_RADIUS = 5.0
 """Distance that layers get, over the yarn radius. Yarns of two flat layers start 1.5 radii apart at this distance and
 0.5 at 3 radii; beside a fold, where the layers meet, a smaller distance leaves them too close."""
-PARALLEL = 0.5
-"""Two layers lie beside each other if the cosine of the angle between their normals is at least this."""
-SMOOTHINGS = 2
-"""How often a move is smoothed over the neighbours of its vertex."""
-MOST_LAYER_ROUNDS = 10
-"""Largest number of searches for layers that are too close."""
-ROUNDING = 1e-3
-"""Part of the wanted distance that may be missing."""
-WANTED_OVER_SMALLEST = 1.1
-"""Distance that yarns get, over the smallest permitted distance, so that rounding does not decide what is permitted."""
 RINGS = 4
 """Vertices are smoothed up to this number of edges from a crowded stitch. With a smaller number, the stitches of a deep
 fold are pressed together in its middle."""
-ROUNDS_OF_RING = 3
-"""After this number of checks of the yarns, one more ring of vertices is smoothed: stitches that do not get room by
-themselves take some from their neighbours."""
-HALF_STEPS = 6
-"""Number of smoothing steps between two checks of the yarns."""
 STRAIGHT = np.radians(150.0)
 """The corner of a stitch on a border is moved away if the angle of the border there is at least this."""
 CORNER_HEIGHT = 0.3
@@ -103,11 +88,13 @@ def layers_apart(fabric: StitchMesh, distance: float) -> StitchMesh:
     beside = _adjacency(ends, len(fabric.vertices))
     reach = 0.75 * float(np.median(fabric.side_length))
     moved = fabric
-    for _ in range(MOST_LAYER_ROUNDS):
+    # Largest number of searches for layers that are too close.
+    for _ in range(10):
         move = _moves(moved, beside, distance, reach)
         if move is None:
             break
-        for _ in range(SMOOTHINGS):
+        # How often a move is smoothed over the neighbours of its vertex.
+        for _ in range(2):
             move = 0.5 * (move + (beside @ move) / np.maximum(beside.sum(axis=1), 1.0)[:, None])
         moved = replace(moved, vertices=moved.vertices + move)
     return moved
@@ -131,8 +118,10 @@ def _moves(fabric: StitchMesh, beside: csr_array, distance: float, reach: float)
     offset = points[other] - points[one]
     height = np.einsum("nk,nk->n", offset, normal[one])
     aside = np.sqrt(np.maximum(np.einsum("nk,nk->n", offset, offset) - height**2, 0.0))
-    parallel = np.abs(np.einsum("nk,nk->n", normal[one], normal[other])) > PARALLEL
-    close = parallel & (aside <= reach) & (np.abs(height) < (1.0 - ROUNDING) * distance)
+    # Two layers lie beside each other if the cosine of the angle between their normals is at least this.
+    parallel = np.abs(np.einsum("nk,nk->n", normal[one], normal[other])) > 0.5
+    # Part of the wanted distance that may be missing.
+    close = parallel & (aside <= reach) & (np.abs(height) < (1.0 - 1e-3) * distance)
     if not close.any():
         return None
     one, height, aside = one[close], height[close], aside[close]
@@ -265,7 +254,9 @@ def _with_room(
     smooth = None
     for number in range(MOST_ROUNDS):
         yarns = yarns_of(fabric)
-        crowded = crowded_points(yarns, WANTED_OVER_SMALLEST * SMALLEST_DISTANCE_OVER_RADIUS * radius)
+        # Distance that yarns get, over the smallest permitted distance, so that rounding does not decide what is
+        # permitted.
+        crowded = crowded_points(yarns, 1.1 * SMALLEST_DISTANCE_OVER_RADIUS * radius)
         tangled = set() if len(crowded) else _tangled(fabric, yarns, finish)
         faces = np.unique(np.append(yarns.face[crowded], np.array(sorted(tangled), dtype=np.int64)))
         raised = _with_raised_corners(fabric, faces)
@@ -276,7 +267,9 @@ def _with_room(
             fabric = raised
             continue
         smooth = _Smoothing.of(fabric, along_borders=along_borders) if smooth is None else smooth
-        fabric = replace(fabric, vertices=smooth.moved(fabric, faces, RINGS + number // ROUNDS_OF_RING))
+        # After this number of checks of the yarns, one more ring of vertices is smoothed: stitches that do not get
+        # room by themselves take some from their neighbours.
+        fabric = replace(fabric, vertices=smooth.moved(fabric, faces, RINGS + number // 3))
     return None, found, set()
 
 
@@ -360,7 +353,8 @@ class _Smoothing:
         free = np.flatnonzero(near * count)
         vertices, own, count = fabric.vertices.copy(), self.towards[free], count[free, None]
         closed = [ring for ring in self.rings if np.isin(ring, free).all()]
-        for _ in range(HALF_STEPS):
+        # Number of smoothing steps between two checks of the yarns.
+        for _ in range(6):
             vertices[free] = 0.5 * (vertices[free] + (own @ vertices) / count)
             for ring in closed:
                 vertices[ring] = _with_length(vertices[ring], _length(fabric.vertices[ring]))

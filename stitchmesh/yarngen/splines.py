@@ -13,10 +13,6 @@ import numpy as np
 
 from stitchmesh.mesh import FloatArray, IntArray
 
-ITERATIONS = 45
-"""Number of iterations. (2/3)^45 = 1e-8, so the error of the control points is less than a ten-millionth of their
-spacing."""
-
 
 def control_points_through(points: FloatArray, start: IntArray, closed: np.ndarray, step: FloatArray) -> FloatArray:
     """Control points [cm] of B-splines through given points, shape (N, 3).
@@ -40,7 +36,9 @@ def control_points_through(points: FloatArray, start: IntArray, closed: np.ndarr
     period_offset = (index == counts[yarn] - 1).astype(np.float64) - (index == 0)
     knots = points - period_offset[:, None] * step[yarn] / 6.0
     control = points.copy()
-    for _ in range(ITERATIONS):
+    # Number of iterations. (2/3)^45 = 1e-8, so the error of the control points is less than a ten-millionth of
+    # their spacing.
+    for _ in range(45):
         at_knots = (control[before] + 4.0 * control + control[after]) / 6.0
         control += np.where(is_solved, knots - at_knots, 0.0)
     return control

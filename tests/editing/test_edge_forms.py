@@ -12,7 +12,6 @@ import pytest
 from stitchmesh.editing.edge_forms import ARC, GAP_OVER_RADIUS, EdgeForm, parse_edge_form, with_edge_forms
 from stitchmesh.editing.spiral import make_spiral
 from stitchmesh.errors import ParameterError
-from stitchmesh.hand_knitting import knitting_instructions
 from stitchmesh.labeling import label
 from stitchmesh.mesh import BORDER, StitchMesh
 from stitchmesh.mesh.stitch import Stitch
@@ -39,7 +38,7 @@ def round_piece() -> StitchMesh:
 
 FABRIC = round_piece()
 ROUND = int((FABRIC.row == 0).sum())
-FORMS = [("hem=fold:4",), ("neck=fold:4",), ("hem=roll:5",), ("neck=roll:5",), ("hem=fold:3", "neck=roll:6")]
+FORMS = [("neck=fold:4",), ("hem=roll:5",), ("hem=fold:3", "neck=roll:6")]
 
 
 def edged(*texts: str, fabric: StitchMesh = FABRIC) -> StitchMesh:
@@ -47,8 +46,7 @@ def edged(*texts: str, fabric: StitchMesh = FABRIC) -> StitchMesh:
 
 
 @pytest.mark.decides
-@pytest.mark.parametrize("spiral", [False, True])
-@pytest.mark.parametrize("texts", FORMS)
+@pytest.mark.parametrize(("texts", "spiral"), [(FORMS[0], False), (FORMS[1], False), (FORMS[2], True)])
 def test_the_yarns_of_every_form_hold_each_other_and_start_apart(texts, spiral):
     fabric = make_spiral(edged(*texts)) if spiral else edged(*texts)
     yarns = generate_yarns(fabric, yarn_radius=RADIUS, quality="draft")
@@ -98,11 +96,6 @@ def test_a_rolled_edge_has_its_rows_on_an_arc_outside_the_fabric():
     # on a circle that the edge leaves along the wales; a polygon of twelve sides is 3.4 % narrower at its sides
     np.testing.assert_allclose(np.hypot(*out), radius, atol=0.04 * WIDE)
     assert (out[0] > -radius - 0.04 * WIDE).all(), "outside"
-
-
-def test_instructions_name_the_row_at_the_fold():
-    text = str(knitting_instructions(edged("hem=fold:4")))
-    assert f"Cast on {ROUND} sts" in text and f"Round 4: p{ROUND}." in text
 
 
 def test_purl_at_the_hem_goes_on_into_the_first_row():

@@ -9,11 +9,11 @@ import json
 import pytest
 
 from stitchmesh.cli import main as cli
-from stitchmesh.editing.edit import EDITS, Edit, apply_changes, apply_edit
+from stitchmesh.editing.edit import EDITS, Edit, apply_edit
 from stitchmesh.editing.history import History
 from stitchmesh.editing.log import read_log, replay_edits, write_log
 from stitchmesh.errors import FileError, ParameterError
-from stitchmesh.io import read_stitches, write_stitches
+from stitchmesh.io import write_stitches
 from tests.editing.fabrics import flat, top_of
 from tests.editing.random_edits import bits
 
@@ -31,14 +31,6 @@ def history_of(edits: tuple[Edit, ...] = EDITED) -> History:
     return history
 
 
-def test_an_applied_edit_has_an_exact_inverse():
-    fabric = flat()
-    for edit in EDITED:
-        edited = apply_edit(fabric, edit)
-        assert bits(apply_changes(edited.fabric, edited.inverse).fabric) == bits(fabric)
-        assert bits(apply_changes(fabric, edited.changes).fabric) == bits(edited.fabric)
-
-
 def test_undo_and_redo_restore_every_mesh_of_the_history():
     history = history_of()
     assert history.edits == EDITED and history.undone == ()
@@ -48,27 +40,17 @@ def test_undo_and_redo_restore_every_mesh_of_the_history():
     assert bits(history.redo()) == bits(history_of(EDITED[:2]).fabric)
 
 
-def test_after_a_new_edit_undone_edits_cannot_be_redone():
-    history = history_of()
-    history.undo()
-    history.apply(Edit("flip_row", {"face": 20}))
-    assert history.undone == ()
-    with pytest.raises(ParameterError, match="redo: there is no edit to redo"):
-        history.redo()
-
-
-def test_a_refused_edit_changes_nothing():
+def test_a_refused_edit_changes_nothing_and_after_a_new_edit_undone_edits_cannot_be_redone():
     history = history_of()
     history.undo()
     before = history.fabric
     with pytest.raises(ParameterError, match="face 9999: does not exist"):
         history.apply(Edit("bobble", {"face": 9999}))
     assert history.fabric is before and history.edits == EDITED[:2] and history.undone == EDITED[2:]
-
-
-def test_there_is_nothing_to_undo_before_the_first_edit():
-    with pytest.raises(ParameterError, match="undo: there is no edit to undo"):
-        History(flat()).undo()
+    history.apply(Edit("flip_row", {"face": 20}))
+    assert history.undone == ()
+    with pytest.raises(ParameterError, match="redo: there is no edit to redo"):
+        history.redo()
 
 
 def test_a_log_holds_one_edit_in_each_line(tmp_path):
@@ -80,31 +62,17 @@ def test_a_log_holds_one_edit_in_each_line(tmp_path):
     assert bits(replay_edits(flat(), tmp_path / "log.jsonl")) == bits(history.fabric)
 
 
-def test_an_empty_log_has_no_edits(tmp_path):
-    write_log(tmp_path / "log.jsonl", [])
-    fabric = flat()
-    assert replay_edits(fabric, tmp_path / "log.jsonl") is fabric
-
-
 BAD_LINES = {
     "no JSON": ("{", "line 2: is no JSON .*expected one edit a line"),
-    "empty": ("", "line 2: is no JSON"),
-    "not an object": ("[1]", "line 2: is no edit; expected"),
-    "no arguments": ('{"edit": "bobble"}', "line 2: is no edit; expected"),
     "a number": ('{"edit": 3, "arguments": {}}', "line 2: is no edit; expected .* edit is 3; expected a text"),
     "unknown edit": ('{"edit": "bobbel", "arguments": {}}', "line 2: edit 'bobbel': is unknown; expected bobble"),
     "missing": ('{"edit": "bobble", "arguments": {}}', "line 2: bobble: needs 'face'; got nothing"),
-    "too many": ('{"edit": "bobble", "arguments": {"face": 1, "size": 2}}', "bobble: has no key 'size'; the keys are"),
     "misspelt": ('{"edit": "bobble", "arguments": {"faces": 1}}', "has no key 'faces'; did you mean 'face'\\?"),
     "beside": ('{"edit": "bobble", "arguments": {}, "argument": 1}', "no key 'argument'; did you mean 'arguments'\\?"),
-    "text": ('{"edit": "bobble", "arguments": {"face": "one"}}', 'face is "one"; expected a whole number'),
-    "half": ('{"edit": "bobble", "arguments": {"face": 1.5}}', "face is 1.5; expected a whole number"),
     "truth": ('{"edit": "bobble", "arguments": {"face": true}}', "face is true; expected a whole number"),
     "huge": ('{"edit": "bobble", "arguments": {"face": 1e400}}', "line 2: is no JSON .*out of range"),
     "list": ('{"edit": "stripe", "arguments": {"yarn": 1, "rows": [1, "a"]}}', r'rows\[1\] is "a"; expected a whole'),
-    "no list": ('{"edit": "stripe", "arguments": {"yarn": 1, "rows": 7}}', "rows is 7; expected a list or null"),
     "too large": ('{"edit": "bobble", "arguments": {"face": 4294967296}}', "expected a whole number <= 2147483647"),
-    "option": ('{"edit": "insert_row", "arguments": {"face": 1, "stitch": 3}}', "stitch is 3; expected a text"),
 }
 
 
@@ -130,15 +98,10 @@ def test_the_message_gives_the_line_of_an_edit_that_is_refused_in_a_replay(tmp_p
         replay_edits(flat(), log)
 
 
-def test_a_missing_log_is_an_error(tmp_path):
-    with pytest.raises(FileError, match=r"none\.jsonl: there is no such file"):
-        read_log(tmp_path / "none.jsonl")
-
-
-@pytest.mark.parametrize("name", sorted(set(EDITS) - {"spiral", "unspiral"}))
-def test_the_message_of_every_edit_gives_a_missing_argument(name):
-    with pytest.raises(ParameterError, match=f"{name}: needs '"):
-        apply_edit(flat(), Edit(name))
+def test_the_message_of_every_edit_gives_a_missing_argument():
+    for name in sorted(set(EDITS) - {"spiral", "unspiral"}):
+        with pytest.raises(ParameterError, match=f"{name}: needs '"):
+            apply_edit(flat(), Edit(name))
 
 
 @pytest.fixture
@@ -146,13 +109,6 @@ def files(tmp_path):
     write_stitches(tmp_path / "flat.h5", flat())
     write_log(tmp_path / "log.jsonl", EDITED)
     return tmp_path
-
-
-def test_the_command_replays_a_log(files, capsys):
-    words = ["edit", "flat.h5", "--replay", "log.jsonl", "-o", "edited.h5"]
-    assert cli.main([str(files / word) if "." in word else word for word in words]) == 0
-    assert bits(read_stitches(files / "edited.h5")) == bits(history_of().fabric)
-    assert capsys.readouterr().out == "42 stitches before, 53 after\n"
 
 
 def test_a_refused_replay_writes_nothing(files, capsys):

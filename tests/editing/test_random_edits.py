@@ -20,13 +20,13 @@ from stitchmesh.mesh import StitchMesh
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.tessellate import tessellate
 from stitchmesh.yarngen.generate import checked_radius, trace_yarn_routes
-from tests.editing.random_edits import WHOLE_MESH, arrays_of, bits, random_edit
+from tests.editing.random_edits import arrays_of, bits, random_edit
 from tests.gallery import GARMENTS
 from tests.nightly import mostly_at_night
 
 WIDTH = {"dress": 5.0, "glove": 1.2, "poncho": 6.0, "sock": 1.6, "swatch": 1.0, "sweater": 4.5}
 """Stitch widths [cm] that give garments of a few hundred stitches; 2 cm for all other garments."""
-TRIED = 420
+TRIED = 240
 """Number of edits tried on each garment; about two of three are possible."""
 
 
@@ -56,7 +56,7 @@ def edited(name: str, seed: int, count: int, check_every: int = 10**9) -> tuple[
 @pytest.mark.parametrize("name", mostly_at_night([path.stem for path in GARMENTS], by_day=("hat",)))
 def test_every_edit_gives_a_valid_fabric_and_can_be_undone_redone_and_replayed(name, tmp_path):
     history, done = edited(name, seed=len(name), count=TRIED, check_every=10)
-    assert sum(done.values()) > TRIED / 2
+    assert sum(done.values()) > TRIED / 2 and len(done) > len(EDITS) / 2
     start, end, count = bits(coarse(name)), bits(history.fabric), len(history.edits)
     StitchMesh(**arrays_of(history.fabric))
     history.write(tmp_path / "log.jsonl")
@@ -69,12 +69,7 @@ def test_every_edit_gives_a_valid_fabric_and_can_be_undone_redone_and_replayed(n
     assert bits(replay_edits(coarse(name), tmp_path / "log.jsonl")) == end
 
 
-def test_every_kind_of_edit_is_possible_on_some_garment():
-    done = sum((edited(name, seed=7, count=120)[1] for name in ("hat", "swatch", "sock")), Counter())
-    assert set(done) | set(WHOLE_MESH) == set(EDITS)
-
-
-@pytest.mark.parametrize("name", mostly_at_night([path.stem for path in GARMENTS], by_day=("hat", "sweater")))
+@pytest.mark.parametrize("name", mostly_at_night([path.stem for path in GARMENTS], by_day=("hat",)))
 def test_edited_fabrics_have_yarns(name):
     """Every loop is worked, and every yarn end joins one other end or is tied off; ``link_ends`` checks this."""
     fabric = edited(name, seed=3, count=60)[0].fabric

@@ -50,7 +50,6 @@ def worked_rows(fabric: StitchMesh) -> list[str]:
 
 RUNS = {
     "inside, right side": (run(3, 3, 4, 5, 6, 7, 8), ["k9, turn", "p6, turn", "k9"]),
-    "inside, wrong side": (run(4, 3, 4, 5, 6, 7, 8), ["p9, turn", "k6, turn", "p9"]),
     "where the row begins": (run(3, 7, 8, 9, 10, 11), ["k5, turn", "p5", "k12"]),
     "where the row ends": (run(3, 0, 1, 2, 3, 4), ["k12", "p5, turn", "k5"]),
     "two runs of a row": (run(3, 1, 2, 3, 6, 7, 8), ["k6, turn", "p3, turn", "k8, turn", "p3, turn", "k4"]),
@@ -59,23 +58,17 @@ RUNS = {
 
 
 @pytest.mark.parametrize(("faces", "expected"), RUNS.values(), ids=RUNS)
-def test_the_knitter_turns_works_back_and_goes_on(faces, expected):
+def test_the_knitter_turns_works_back_and_goes_on_with_one_yarn(faces, expected):
     made = with_short_rows(wide(), faces)
+    assert made.face_count == wide().face_count + 2 * len(faces)
+    assert (made.row[wide().face_count :] == faces[0] // COLUMNS).all()
     rows = worked_rows(made)
     first = faces[0] // COLUMNS
     written = [line.split(": ")[1].rstrip(".") for line in rows]
     start = next(place for place, line in enumerate(rows) if line.startswith(f"Row {first} "))
     assert written[start : start + len(expected)] == expected
     Comparison(made).check()
-
-
-@pytest.mark.parametrize("faces", [faces for faces, _ in RUNS.values()], ids=RUNS)
-def test_a_flat_piece_with_short_rows_is_one_yarn(faces):
-    made = with_short_rows(wide(), faces)
-    assert made.face_count == wide().face_count + 2 * len(faces)
-    assert (made.row[wide().face_count :] == faces[0] // COLUMNS).all()
-    surface = grid(COLUMNS, 8, height=0.72)
-    yarns = generate_yarns(relax_mesh(made, surface=surface).fabric)
+    yarns = generate_yarns(relax_mesh(made, surface=grid(COLUMNS, 8, height=0.72)).fabric, quality="draft")
     assert yarns.yarn_count == 1 and not yarns.closed[0]
 
 
@@ -90,16 +83,12 @@ def test_a_round_keeps_its_yarn_and_can_be_worked_in_order():
     fabric = around(12, 6)
     ring = course_through(fabric, face_at(fabric, 3, 0)).faces
     made = with_short_rows(fabric, list(ring[:5]))
-    assert generate_yarns(made, yarn_radius=0.06).yarn_count == generate_yarns(fabric, yarn_radius=0.06).yarn_count
+    made_yarns, yarns = (generate_yarns(each, yarn_radius=0.06, quality="draft") for each in (made, fabric))
+    assert made_yarns.yarn_count == yarns.yarn_count
     assert np.bincount(made.row).tolist() == [12, 12, 12, 12, 10, 12, 12]
     assert [line.split(": ")[1] for line in worked_rows(made)] == ["k12.", "p5, turn.", "k5."]
     Comparison(made).check()
-
-
-def test_a_run_may_cross_the_first_stitch_of_a_round():
-    fabric = around(12, 6)
-    ring = course_through(fabric, face_at(fabric, 3, 0)).faces
-    across = with_short_rows(fabric, [*ring[-2:], *ring[:3]])
+    across = with_short_rows(fabric, [*ring[-2:], *ring[:3]])  # across the first stitch of the round
     assert sorted(len(loop) for loop in across.boundary_loops) == [2, 2, 12, 12]
 
 
@@ -132,7 +121,7 @@ def some_neighbours(random: Random, fabric: StitchMesh) -> tuple[int, ...]:
 def test_random_runs_are_made_or_refused_in_one_line():
     random = Random(11)
     made = 0
-    for _ in range(25):
+    for _ in range(15):
         fabric = random.choice([wide(), around(12, 6)])
         faces = sorted({face for _ in range(3) for face in some_neighbours(random, fabric)})
         try:
@@ -142,20 +131,17 @@ def test_random_runs_are_made_or_refused_in_one_line():
             continue
         made += 1
         assert edited.face_count == fabric.face_count + 2 * len(faces)
-    assert 5 <= made < 25
+    assert 3 <= made < 15
 
 
-@pytest.mark.parametrize("name", ["insert_row", "remove_row"])
-def test_whole_rows_are_not_edited_where_the_yarn_turns_back(name):
+def test_whole_rows_are_not_edited_where_the_yarn_turns_back():
     made = with_short_rows(wide(), run(3, 3, 4, 5, 6))
-    for face in (*run(3, 0, 4, 11), made.face_count - 1):
+    for name, face in (("insert_row", run(3, 0)[0]), ("remove_row", made.face_count - 1)):
         with pytest.raises(ParameterError, match="the row turns back here, in short rows or a bobble"):
             apply_edit(made, Edit(name, {"face": face}))
 
 
 REFUSED = {
-    "no face": ([], "faces: got none"),
-    "a face that is not there": ([96], "face 96: does not exist"),
     "a whole row": (run(3, *range(COLUMNS)), "face 36: its whole row is chosen"),
     "one stitch": (run(3, 4), "face 40: a run of one loop"),
     "the first row": (run(0, 3, 4, 5), "face 3: an end of its short rows meets a border in vertex"),

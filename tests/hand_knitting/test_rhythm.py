@@ -49,7 +49,7 @@ def lines_of(rows: list[str], *, ring: bool = False) -> list[str]:
     return knitting_instructions(fabric).split("\n")
 
 
-@pytest.mark.parametrize(("apart", "every"), [(1, "every round"), (2, "every 2nd round"), (4, "every 4th round")])
+@pytest.mark.parametrize(("apart", "every"), [(1, "every round"), (4, "every 4th round")])
 def test_a_tube_that_narrows_is_one_line(apart, every):
     lines = lines_of(rows_of([9], DECREASES, apart=apart, times=4), ring=True)
     others = "" if apart == 1 else "; k the other rounds"
@@ -113,7 +113,6 @@ GOOD = (
         (GOOD.replace("k to last 3", "k9, sm"), "got a marker after 12 sts; expected one where the line says"),
         (GOOD.replace("k to last 3", "k3"), "got words on 9 sts for 15 sts; expected as many"),
         (GOOD.replace("(15 to", "(999999 to"), "got 3 rows of 999999 sts in one line; expected 1,000,000 sts at most"),
-        (GOOD.replace("1 to 5", "1 to 99999").replace("2nd", "49999th"), "times every 49999; expected as many rows"),
     ],
 )
 def test_lines_that_make_no_sense_are_refused(line, words):

@@ -44,7 +44,7 @@ def steps(mesh: Mesh) -> PartialLabeling:
 
 MESHES = {
     **FLAT_AND_ROUND, "long": lambda: grid(40, 3), "wide tube": lambda: tube(50, 4), "odd corner": wide_odd_corner,
-    **{path.stem: lambda path=path: read_mesh(path) for path in GARMENTS},
+    "glove": lambda: read_mesh(next(path for path in GARMENTS if path.stem == "glove")),
 }  # fmt: skip
 
 
@@ -57,16 +57,10 @@ def test_quads_together_are_labeled_as_quads_one_by_one(name, monkeypatch):
     assert (bits(start_labeling(mesh).label_all()), bits(steps(mesh))) == one_by_one
 
 
-def test_a_long_row_that_crosses_another_one_ends_at_the_fault():
-    """The strips of the three grids cross around the inner vertex; what can be labeled is labeled."""
-    labeling = start_labeling(wide_odd_corner()).label_all()
-    assert labeling.labeled.any() and labeling.faults
-    assert all("both wale and course" in fault.reason for fault in labeling.faults)
-
-
 def test_faces_where_rows_meet_become_corners_if_the_user_says_so():
     """Each fault on the diagonal names an edge; setting it to wale makes a row turn there, and the mesh is labeled."""
     labeling = start_labeling(wide_odd_corner(6)).label_all()
+    assert labeling.faults and all("both wale and course" in fault.reason for fault in labeling.faults)
     for fault in labeling.faults:
         first, second = re.search(r"or set edge (\d+)-(\d+) to wale so that a row turns here", fault.reason).groups()
         labeling = labeling.set_edge((int(first), int(second)), "wale")

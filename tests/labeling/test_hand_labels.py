@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from stitchmesh.errors import LabelError
-from stitchmesh.labeling import PartialLabeling, label, start_labeling
+from stitchmesh.labeling import PartialLabeling, start_labeling
 from stitchmesh.labeling.growth import COURSE, WALE
 from stitchmesh.mesh import Mesh
 from stitchmesh.meshrelax import relax_mesh
@@ -37,21 +37,19 @@ def mitred(size: int) -> PartialLabeling:
     return labeling
 
 
-def test_a_face_is_labeled_when_its_edges_are():
-    labeling = mitred(3)
-    assert np.flatnonzero(labeling.labeled).tolist() == [0, 4, 8]
-    assert labeling.row_count == 3 and labeling.faults == ()
-
-
 def test_rows_turn_a_corner_where_wale_edges_are_neighbours():
     """The row of the face (k, k) of the diagonal has the faces below it and those on its left: 2 k + 1 faces."""
-    fabric = mitred(4).label_all().finish()
+    labeling = mitred(4)
+    assert np.flatnonzero(labeling.labeled).tolist() == [0, 5, 10, 15], "a face is labeled when its edges are"
+    fabric = labeling.label_all().finish()
     assert_rows(fabric)
     assert np.bincount(fabric.row).tolist() == [1, 3, 5, 7]
     corner = np.arange(4) * 5
     assert (fabric.n_bottom[corner] + fabric.n_top[corner] == 2).all()
     assert (fabric.n_bottom[corner] * fabric.n_top[corner] == 0).all()
     assert not fabric.mismatched.any()
+    relaxed = relax_mesh(tessellate(fabric, stitch_width=1.0), surface=labeling.mesh).fabric
+    assert generate_yarns(relaxed, yarn_radius=0.1, quality="draft").yarn_count > 0
 
 
 def test_growth_respects_labels_of_edges_that_were_set_before():
@@ -66,13 +64,6 @@ def test_growth_respects_labels_of_edges_that_were_set_before():
     assert np.bincount(grown.row).tolist() == [5, 3, 1]
 
 
-def test_panels_with_neighbouring_wale_edges_are_tessellated_relaxed_and_knitted():
-    labeling = mitred(2).label_all()
-    fabric = relax_mesh(tessellate(labeling.finish(), stitch_width=1.0), surface=labeling.mesh).fabric
-    yarns = generate_yarns(fabric, yarn_radius=0.1)
-    assert yarns.yarn_count > 0 and np.isfinite(yarns.points).all()
-
-
 def test_an_edge_set_wrongly_names_the_faces_at_fault_and_the_rest_stays():
     mesh = tube(8, 3)
     whole = start_labeling(mesh).label_all()
@@ -83,14 +74,8 @@ def test_an_edge_set_wrongly_names_the_faces_at_fault_and_the_rest_stays():
     ]
     with pytest.raises(LabelError, match="has 3 wale edges"):
         wrong.finish()
-
-
-def test_setting_an_edge_back_gives_the_rows_back():
-    mesh = tube(8, 3)
-    whole = start_labeling(mesh).label_all()
-    back = whole.set_edge((8, 9), "wale").set_edge((8, 9), "course")
-    assert back.labeled.all()
-    assert bits(back.finish()) == bits(whole.finish())
+    back = wrong.set_edge((8, 9), "course")
+    assert back.labeled.all() and bits(back.finish()) == bits(whole.finish())
 
 
 def test_a_cleared_edge_is_labeled_again_by_the_next_rows():
@@ -152,7 +137,7 @@ def test_a_row_from_the_side_leaves_no_choice():
     assert labeling.labeled[1] and labeling.row[1] == labeling.row[2] and labeling.row[1] == labeling.row[4]
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", range(4))
 def test_random_labels_keep_every_value_consistent(seed):
     """Whatever edges are set and cleared, the value passes its own check, and its rows are faces joined by wales."""
     mesh = [grid(5, 4), tube(6, 4)][seed % 2]
@@ -185,10 +170,3 @@ def assert_rows_are_joined_faces(mesh: Mesh, labeling: PartialLabeling) -> None:
     assert (is_right == enters_left).all()
     course = labeling.edge_label[mesh.side_edge[labeling.left_wale[labeling.labeled]]]
     assert (course == WALE).all() and COURSE not in course
-
-
-def test_nothing_set_by_hand_changes_nothing():
-    """Setting an edge to the label that growth gives it leaves the result as it is."""
-    mesh = tube(8, 3)
-    labeling = start_labeling(mesh).set_edge((0, 8), "wale").set_edge((8, 9), "course")
-    assert bits(labeling.label_all().finish()) == bits(label(mesh))

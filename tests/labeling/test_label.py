@@ -12,7 +12,7 @@ import pytest
 from stitchmesh.errors import LabelError, ParameterError
 from stitchmesh.io import read_mesh
 from stitchmesh.labeling import direction, label, start_labeling
-from stitchmesh.mesh import BORDER, Mesh, StitchMesh
+from stitchmesh.mesh import BORDER, StitchMesh
 from tests.gallery import FLAT_AND_ROUND, GARMENTS, closed_cone, grid, odd_corner, pentagon_row, shared, torus, tube
 from tests.shaking import shaken
 
@@ -28,21 +28,11 @@ def assert_rows(fabric: StitchMesh) -> None:
     assert sorted(set(fabric.row)) == list(range(fabric.row.max() + 1))
 
 
-@pytest.mark.parametrize("name", FLAT_AND_ROUND)
-def test_rows_exist_on_every_mesh_of_the_gallery(name):
-    assert_rows(label(FLAT_AND_ROUND[name]()))
-
-
 @pytest.mark.parametrize("path", GARMENTS, ids=lambda path: path.stem)
 def test_every_garment_is_labeled_without_seeds(path):
     fabric = label(read_mesh(path))
     assert_rows(fabric)
     assert (fabric.n_bottom == 1).all() and (fabric.n_top == 1).all()
-
-
-def test_no_garment_is_missing():
-    names = {"sweater", "dress", "glove", "tea_cozy", "poncho", "hat", "sock", "swatch", "alien", "sheep"}
-    assert names <= {path.stem for path in GARMENTS}
 
 
 def test_a_real_skirt_has_the_nineteen_rows_it_was_modelled_with():
@@ -110,36 +100,29 @@ def test_a_closed_mesh_is_seeded_by_an_edge_loop():
     assert not fabric.mismatched.any()
 
 
-def test_labels_do_not_depend_on_the_position_of_the_mesh():
-    mesh = read_mesh(next(path for path in GARMENTS if path.stem == "sock"))
-    moved = Mesh(mesh.vertices * 1.0 + [100.0, -50.0, 7.0], mesh.face_start, mesh.face_vertex, mesh.twin)
-    np.testing.assert_array_equal(label(moved).face_vertex, label(mesh).face_vertex)
-
-
 def test_the_message_for_a_mesh_without_rows_names_the_faces_and_a_remedy():
     conflict = r"face \d+ and \d+: edge \d+-\d+ would be both wale and course.*start at another edge"
     with pytest.raises(LabelError, match=conflict):
         label(odd_corner())
 
 
-@pytest.mark.parametrize("seed", [(0, 99), 1000, (0, 5)])
-def test_a_seed_that_is_not_an_edge_is_refused(seed):
-    with pytest.raises(ParameterError, match=r"no edge joins|there is no side"):
-        label(grid(2, 2), seeds=[seed if seed != (0, 5) else (0, 4)])
-
-
-def test_a_face_that_does_not_exist_cannot_be_flipped():
+def test_a_seed_that_is_not_an_edge_and_a_face_that_does_not_exist_are_refused():
+    for seed in ((0, 99), 1000, (0, 4)):
+        with pytest.raises(ParameterError, match=r"no edge joins|there is no side"):
+            label(grid(2, 2), seeds=[seed])
     with pytest.raises(ParameterError, match="face 77 does not exist"):
         label(grid(2, 2), flip=[77])
 
 
 @pytest.mark.parametrize("name", FLAT_AND_ROUND)
-def test_shaken_meshes_are_labeled_alike(name: str) -> None:
+def test_every_mesh_of_the_gallery_has_rows_which_are_the_same_if_it_is_moved_and_shaken(name: str) -> None:
     """Borders and seams of one length, which the meshes of the gallery have, differ in their last bits then."""
     mesh = FLAT_AND_ROUND[name]()
     expected = label(mesh)
-    for seed in range(10):
-        found = label(replace(mesh, vertices=shaken(mesh.vertices, seed)))
+    assert_rows(expected)
+    for seed in range(4):
+        moved = mesh.vertices + seed * np.array([100.0, -50.0, 7.0])
+        found = label(replace(mesh, vertices=shaken(moved, seed)))
         for field in ("face_vertex", "row", "n_bottom", "twin"):
             np.testing.assert_array_equal(getattr(found, field), getattr(expected, field))
 
@@ -152,6 +135,6 @@ def test_seams_that_match_as_far_as_they_mismatch_are_alike_however_shaken(monke
     top = np.zeros(mesh.side_count, dtype=bool)
     top[[*seam, *mesh.twin[seam[: len(seam) // 2]]]] = True
     monkeypatch.setattr(direction, "is_top", lambda mesh, sides, left, right: top[sides])
-    for seed in range(20):
+    for seed in range(10):
         shake = replace(mesh, vertices=shaken(mesh.vertices, seed))
         assert direction._neighbours(shake, labels) == [(0, 1, 0)]

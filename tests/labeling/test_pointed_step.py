@@ -34,13 +34,6 @@ def test_a_border_starts_the_first_row():
     assert (started.row == empty.start_at_edge(side).row).all()
 
 
-def test_any_side_of_a_face_at_a_border_stands_for_the_border():
-    empty = start_labeling(tube(8, 5))
-    mesh = empty.mesh
-    for side in mesh.sides_of(np.array([mesh.side_face[first_border(empty)]])).tolist():
-        assert (pointed(empty, side).row == pointed(empty, first_border(empty)).row).all()
-
-
 @pytest.mark.parametrize("mesh", [tube(8, 5), grid(6, 4)], ids=["tube", "grid"])
 def test_pointing_at_the_last_row_again_and_again_labels_all(mesh):
     labeling = pointed(start_labeling(mesh), int(mesh.boundary_loops[0][0]))

@@ -18,7 +18,7 @@ from stitchmesh.meshrelax.surface.catmull_clark import (
     subdivide,
 )
 from tests.gallery import closed_cone, grid, tube
-from tests.meshrelax.fabrics import cube, rotation
+from tests.meshrelax.fabrics import cube
 
 MESHES = {"cube": cube(), "grid": grid(3, 2), "tube": tube(5, 2), "triangles": closed_cone(5)}
 
@@ -37,13 +37,8 @@ def test_subdivision_preserves_the_topology(mesh: Mesh) -> None:
     assert euler_characteristic(fine) == euler_characteristic(mesh)
     assert len(fine.boundary_loops) == len(mesh.boundary_loops)
     assert fine.face_count == 4 * mesh.side_count
-
-
-def test_twins_agree_with_the_vertex_numbers(mesh: Mesh) -> None:
-    fine = subdivide(mesh)
-    np.testing.assert_array_equal(
-        fine.twin, Mesh.from_polygons(fine.vertices, fine.face_vertex.reshape(-1, 4).tolist()).twin
-    )
+    from_vertices = Mesh.from_polygons(fine.vertices, fine.face_vertex.reshape(-1, 4).tolist())
+    np.testing.assert_array_equal(fine.twin, from_vertices.twin)
 
 
 def test_weights_add_up_to_one(mesh: Mesh) -> None:
@@ -100,17 +95,6 @@ def test_the_border_of_the_limit_depends_only_on_the_border_of_the_mesh() -> Non
     on_border = border_vertices(fine)
     np.testing.assert_allclose(limit[on_border], other[on_border], atol=1e-14)
     assert np.abs(limit - other).max() > 0.1
-
-
-def test_the_midpoint_rule_stays_on_the_input_polygons() -> None:
-    _, _, flat = refine_surface(cube(), 0.2, 10_000)
-    np.testing.assert_allclose(np.abs(flat).max(axis=1), 1.0, atol=1e-14)
-
-
-def test_rigid_motions_commute_with_subdivision(mesh: Mesh) -> None:
-    turn, shift = rotation(3), np.array([1.0, -2.0, 0.5])
-    moved = Mesh(mesh.vertices @ turn + shift, mesh.face_start, mesh.face_vertex, mesh.twin)
-    np.testing.assert_allclose(subdivide(moved).vertices, subdivide(mesh).vertices @ turn + shift, atol=1e-13)
 
 
 def test_the_number_of_faces_is_limited() -> None:

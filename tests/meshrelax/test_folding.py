@@ -34,7 +34,7 @@ def openwork(name: str, stitch_width: float) -> tuple[StitchMesh, Mesh]:
 
 
 def test_lace_on_the_instep_of_a_sock_does_not_fold() -> None:
-    fabric, surface = openwork("sock", 0.8)
+    fabric, surface = openwork("sock", 1.0)
     made = relax_mesh(fabric, surface=surface)
     relaxed, report = made.fabric, made.report
     assert report.converged

@@ -9,12 +9,9 @@ import pytest
 
 from stitchmesh.mesh import FloatArray
 from stitchmesh.meshrelax.assembly import assembly
-from stitchmesh.meshrelax.forces import element_forces, force_groups
+from stitchmesh.meshrelax.forces import element_forces, force_groups, shear_force, stretch_force, strut_force
 from stitchmesh.meshrelax.placement import PlacedPoints
 from stitchmesh.meshrelax.rest_lengths import RestRectangle, rest_lengths
-from stitchmesh.meshrelax.shear import shear_force
-from stitchmesh.meshrelax.stretch import stretch_force
-from stitchmesh.meshrelax.strut import strut_force
 from stitchmesh.meshrelax.sub_quads import springs, sub_quad_corners, wale_strut_corners
 from tests.meshrelax.fabrics import grid_fabric, increase_fabric, rectangle_points, tube_points
 
@@ -25,16 +22,6 @@ def differences(force: Callable[[FloatArray], FloatArray], at: FloatArray, step:
     """Central differences of the force of an element, shape (S, 3, 3)."""
     columns = [(force(at + step * axis) - force(at - step * axis)) / (2 * step) for axis in np.eye(3)]
     return np.stack(columns, axis=2)
-
-
-def placement_of(position: FloatArray, normal: FloatArray) -> PlacedPoints:
-    """Placement of vertices on a surface of which only the normals are known."""
-    return PlacedPoints(position, normal)
-
-
-def largest_eigenvalue(jacobian: FloatArray) -> float:
-    np.testing.assert_array_equal(jacobian, jacobian.transpose(0, 2, 1))
-    return float(np.linalg.eigvalsh(jacobian).max())
 
 
 def test_stretch_jacobian_of_extended_springs_is_the_derivative() -> None:
@@ -63,7 +50,8 @@ def test_jacobians_are_negative_semidefinite() -> None:
         shear_force(first, second, 1.0, 0.2)[1],
         strut_force(first, second, 0.5, 2.0)[1],
     ):
-        assert largest_eigenvalue(jacobian) <= 1e-12 * np.abs(jacobian).max()  # Rounding of the eigenvalues.
+        np.testing.assert_array_equal(jacobian, jacobian.transpose(0, 2, 1))
+        assert np.linalg.eigvalsh(jacobian).max() <= 1e-12 * np.abs(jacobian).max()  # Rounding of the eigenvalues.
 
 
 def test_shear_jacobian_is_the_derivative_where_the_sides_are_equal_and_the_angle_is_acute() -> None:
@@ -108,10 +96,10 @@ def test_strut_jacobian_is_the_derivative_along_a_symmetrically_bent_strut() -> 
     np.testing.assert_allclose(jacobian[0, 0, 0], expected, rtol=1e-7)
 
 
-@pytest.mark.parametrize("spans", [np.zeros((3, 3)), np.full((3, 3), 1e-200)])
-def test_forces_of_vanished_edges_are_finite(spans: FloatArray) -> None:
+def test_forces_of_vanished_edges_are_finite() -> None:
+    spans = np.array([[0.0, 0.0, 0.0], [1e-200, 1e-200, 1e-200]])
     for force, jacobian in (
-        stretch_force(spans, np.ones(3), 2.0),
+        stretch_force(spans, np.ones(2), 2.0),
         shear_force(spans, spans, 1.0, 0.2),
         strut_force(spans, spans, 1.0, 2.0),
     ):
@@ -122,7 +110,7 @@ def test_forces_and_their_moments_sum_to_zero() -> None:
     fabric = grid_fabric(tube_points(12, 6, 3.0, 4.0), wrap=True)
     model = springs(fabric, RestRectangle(1.0, 0.77))
     position = fabric.vertices + 0.2 * RANDOM.normal(size=fabric.vertices.shape)
-    element = element_forces(model, placement_of(position, fabric.vertex_normal))[0]
+    element = element_forces(model, PlacedPoints(position, fabric.vertex_normal))[0]
     gather = assembly(len(position), force_groups(model))
     force = gather.force(element)
     scale = 1e-12 * np.abs(force).sum()  # Rounding of a sum of some hundred forces.
@@ -142,12 +130,12 @@ def test_the_assembled_jacobian_is_the_derivative_of_extended_springs() -> None:
     count = len(model.stretch_ends)
 
     def force(position: FloatArray) -> FloatArray:
-        element = element_forces(model, placement_of(position, fabric.vertex_normal))[0]
+        element = element_forces(model, PlacedPoints(position, fabric.vertex_normal))[0]
         element[count:] = 0.0
         return gather.force(element)
 
     position = fabric.vertices + 0.05 * RANDOM.normal(size=fabric.vertices.shape)
-    jacobian = element_forces(model, placement_of(position, fabric.vertex_normal))[1]
+    jacobian = element_forces(model, PlacedPoints(position, fabric.vertex_normal))[1]
     jacobian[count:] = 0.0
     dense = -gather.system(jacobian, np.zeros((len(position), 3, 3))).toarray()
     step = 1e-5
@@ -170,10 +158,6 @@ def test_struts_follow_wales_and_stop_where_wales_begin() -> None:
     fabric = increase_fabric()
     struts = fabric.face_vertex[wale_strut_corners(fabric)[:, [0, 1, 3]]]
     assert sorted([*sorted([a, c]), b] for a, b, c in struts.tolist()) == [[0, 6, 2], [1, 9, 5]]
-
-
-def test_every_inner_vertex_of_a_tube_has_a_strut() -> None:
-    assert len(wale_strut_corners(grid_fabric(tube_points(7, 4, 3.0, 4.0), wrap=True))) == 7 * 3
 
 
 def test_unstressed_stitches_cover_the_requested_part_of_the_area() -> None:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from stitchmesh.mesh import FloatArray
+from stitchmesh.meshrelax.attachment import turning_stiffness
 from stitchmesh.meshrelax.placement import SurfacePlacement
 from stitchmesh.meshrelax.surface.limit_surface import limit_surface
-from stitchmesh.meshrelax.turning import turning_stiffness
 from tests.meshrelax.fabrics import grid_fabric, tube_chord_points
 
 RADIUS = 2.0

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import stitchmesh as sm
-from stitchmesh.errors import MeshError, ParameterError, TessellationError
+from stitchmesh.errors import MeshError, ParameterError
 from stitchmesh.labeling import PartialLabeling
 from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.mesh.stitch import Stitch
@@ -18,10 +18,10 @@ from stitchmesh.shaping.rows import StitchSize
 from tests.gallery import ROOT, grid, tube
 from tests.nightly import at_night
 from tests.shaking import shaken
-from tests.shaping.surfaces import closed_ball, in_triangles, ring_torus
+from tests.shaping.surfaces import closed_ball, in_triangles
 
 MESHES = ROOT / "assets" / "meshes"
-WIDTH = {"hat": 1.6, "sock": 1.4, "tea_cozy": 1.4, "sweater": 3.0, "glove": 0.7}
+WIDTH = {"hat": 1.6, "sock": 1.4, "tea_cozy": 1.4, "glove": 0.7}
 """Widths of stitches [cm] at which a garment has less than two thousand of them."""
 
 
@@ -54,31 +54,24 @@ def test_a_flat_piece_has_rows_with_two_ends():
 
 
 @pytest.mark.decides
-@pytest.mark.parametrize("name", ["hat", "glove", *at_night("sock", "tea_cozy", "sweater")])
-@pytest.mark.parametrize("panel_size", [6, *at_night(4)])
-def test_triangulated_garments_keep_their_topology_through_panels_and_stitches(name, panel_size):
+@pytest.mark.parametrize("name", ["glove", *at_night("sock", "tea_cozy")])
+def test_triangulated_garments_keep_their_topology_through_panels_and_stitches(name):
     mesh = garment(name)
-    panels = labeled(mesh, WIDTH[name], panel_size=panel_size)
+    panels = labeled(mesh, WIDTH[name])
     stitches = sm.tessellate(panels, stitch_width=WIDTH[name])
     for made in (panels, stitches):
         assert euler(made) == euler(mesh) and len(made.boundary_loops) == len(mesh.boundary_loops)
     assert max(stitches.n_bottom.max(), stitches.n_top.max()) <= 3
     # Panels are about as many stitches wide and courses high as asked; in narrow limbs, they are smaller.
-    assert panel_size**2 / 3 < stitches.face_count / panels.face_count < 2 * panel_size**2
+    assert 6**2 / 3 < stitches.face_count / panels.face_count < 2 * 6**2
 
 
 @pytest.mark.decides
-@pytest.mark.parametrize("mesh", [ring_torus(16, 48), closed_ball(24, 20)], ids=["torus", "ball"])
-def test_closed_surfaces_are_open_at_two_tips_only(mesh):
+def test_a_closed_surface_is_open_at_two_tips_only_however_it_is_rounded():
+    mesh = closed_ball(24, 20)
     panels = labeled(mesh, 0.9)
     assert euler(panels) == euler(mesh) - 2 and len(panels.boundary_loops) == 2
-
-
-@pytest.mark.decides
-def test_rounding_changes_no_panel():
-    mesh = garment("sweater")
-    panels = labeled(mesh, 4.0)
-    moved = labeled(Mesh.from_polygons(shaken(mesh.vertices, 0), mesh.face_vertex.reshape(-1, 3).tolist()), 4.0)
+    moved = labeled(Mesh.from_polygons(shaken(mesh.vertices, 0), mesh.face_vertex.reshape(-1, 3).tolist()), 0.9)
     for name in ("face_vertex", "twin", "n_bottom", "n_top", "row"):
         np.testing.assert_array_equal(getattr(moved, name), getattr(panels, name))
 
@@ -102,19 +95,14 @@ def test_the_lines_of_higher_bands_are_some_of_all_lines_and_limbs_keep_theirs()
     assert beside == {line for band in joints for line in band.above}  # The next line stays, and the graft is short.
 
 
-def test_panels_are_edited_like_the_rows_of_a_modelled_mesh():
-    panels = labeled(garment("hat"), 1.6)
+def test_panels_of_a_garment_are_edited_as_modelled_rows_and_their_loops_hold_one_another():
+    mesh = garment("hat")
+    panels = labeled(mesh, 1.8)
     flipped = PartialLabeling.of_rows(panels).flip_row(0).finish()
     assert flipped.mismatched.any() and not panels.mismatched.any()
-    assert sm.tessellate(flipped, stitch_width=1.6).mismatched.any()
-
-
-@pytest.mark.parametrize(("name", "width"), [("hat", 1.8), *at_night(("tea_cozy", 1.6))])
-def test_loops_of_divided_panels_hold_one_another(name, width):
-    mesh = garment(name)
-    stitches = sm.tessellate(labeled(mesh, width), stitch_width=width)
-    relaxed = sm.relax_mesh(stitches, surface=mesh).fabric
-    sm.check_loops(relaxed, sm.generate_yarns(relaxed))
+    assert sm.tessellate(flipped, stitch_width=1.8).mismatched.any()
+    relaxed = sm.relax_mesh(sm.tessellate(panels, stitch_width=1.8), surface=mesh).fabric
+    sm.check_loops(relaxed, sm.generate_yarns(relaxed, quality="draft"))
 
 
 def test_parts_are_labeled_one_after_another():
@@ -134,11 +122,8 @@ def test_stitches_are_divided_evenly(total, parts, expected):
     ("options", "error", "words"),
     [
         ({"panel_size": 1}, ParameterError, "panel size: got 1; expected 2 or more stitches"),
-        ({"stitch_width": 0.0}, ParameterError, "stitch width"),
         ({"multiple": 0}, ParameterError, "multiple"),
-        ({"up": (0.0, 0.0, 0.0)}, ParameterError, "up"),
         ({"stitch_width": 50.0}, MeshError, "room for"),
-        ({"stitch_width": 1e-4}, TessellationError, "larger stitch"),
     ],
 )
 def test_what_cannot_be_labeled_is_refused_in_one_line(options, error, words):

@@ -86,7 +86,7 @@ def test_fronts_that_pass_smoothly_into_the_neck_or_the_hem_end_where_these_face
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize("width", [0.55, 0.65, 0.9])
+@pytest.mark.parametrize("width", [0.55, 0.9])
 def test_a_last_row_that_ends_on_a_straight_border_gets_room_and_its_loops_hold(width):
     shaped = sm.shape_fabric(with_round_neck(7.0), stitch_width=width, progress=False)
     fabric = sm.relax_mesh(shaped.fabric, surface=shaped.surface.mesh).fabric
@@ -107,8 +107,8 @@ def test_rows_end_at_an_armhole_and_their_loops_hold(opening):
     report = shaping_report(fabric, shaped.given, 0.7, 0.0)
     # A tube needs no increases; a ring that is cut beside the armhole and not at it needs many in one row.
     assert report.largest_shaping < 0.2 and report.lost is None
-    fabric = sm.make_room(fabric)
-    sm.check_loops(fabric, sm.generate_yarns(fabric))
+    fabric = sm.make_room(fabric, quality="draft")
+    sm.check_loops(fabric, sm.generate_yarns(fabric, quality="draft"))
 
 
 def hood() -> Mesh:

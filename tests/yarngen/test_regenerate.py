@@ -34,7 +34,7 @@ HAT = next(path for path in GARMENTS if path.stem == "hat")
 @cache
 def fabric() -> StitchMesh:
     surface = read_mesh(HAT)
-    return relax_mesh(tessellate(label(surface), stitch_width=1.6), surface=surface, device="cpu").fabric
+    return relax_mesh(tessellate(label(surface), stitch_width=2.0), surface=surface, device="cpu").fabric
 
 
 def at_rest(yarns: YarnSet, own: StitchMesh, start: YarnSet | None = None) -> Relaxation:
@@ -58,9 +58,8 @@ def test_without_an_edit_the_relaxed_yarns_come_back():
     np.testing.assert_array_equal(yarns.points, generate_yarns(fabric(), quality=QUALITY).points)
 
 
-@pytest.mark.parametrize("stitch", [Stitch.PURL, Stitch.SLIP_BACK])
-def test_unchanged_stitches_stay_as_relaxed_and_changed_ones_join_them(stitch):
-    after, face = edited(stitch)
+def test_unchanged_stitches_stay_as_relaxed_and_changed_ones_join_them():
+    after, face = edited(Stitch.SLIP_BACK)
     yarns, start = regenerate_yarns(relaxed(), fabric(), after, quality=QUALITY)
     before = generate_yarns(fabric(), quality=QUALITY)
     own = unchanged_points(before, yarns, 0.02 * yarns.radius[0])
@@ -84,18 +83,13 @@ def test_relaxing_again_takes_a_fifth_of_the_iterations():
     assert again.report["energy"] == pytest.approx(anew.report["energy"], rel=2 * QUALITY.tolerance)
 
 
-def test_rest_lengths_that_were_changed_stay_changed():
+def test_changed_rest_lengths_and_natural_curvature_stay_and_new_yarn_is_straight():
     after, _ = edited(Stitch.PURL)
-    shorter = replace(relaxed(), rest_length=0.9 * relaxed().rest_length)
-    yarns, _ = regenerate_yarns(shorter, fabric(), after, quality=QUALITY)
+    curvature = 1.0 + np.arange(len(relaxed().points))
+    changed = replace(relaxed(), rest_length=0.9 * relaxed().rest_length, natural_curvature=curvature)
+    yarns, start = regenerate_yarns(changed, fabric(), after, quality=QUALITY)
     generated = generate_yarns(after, quality=QUALITY)
     np.testing.assert_allclose(yarns.rest_length, 0.9 * generated.rest_length, rtol=1e-12)  # rounding of a product
-
-
-def test_unchanged_yarn_keeps_its_natural_curvature_and_new_yarn_is_straight():
-    after, _ = edited(Stitch.PURL)
-    curved = replace(relaxed(), natural_curvature=1.0 + np.arange(len(relaxed().points)))
-    yarns, start = regenerate_yarns(curved, fabric(), after, quality=QUALITY)
     own = unchanged_points(generate_yarns(fabric(), quality=QUALITY), yarns, 0.02 * yarns.radius[0])
     assert 0 < (own < 0).sum() < len(own)
     for made in (yarns, start):

@@ -5,17 +5,25 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
 
 import stitchmesh as sm
 from stitchmesh.errors import YarnError
-from stitchmesh.mesh import BORDER, Mesh, StitchMesh
+from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.patterns import read_pattern
 from stitchmesh.periodic.repeat.torus import torus_mesh
 from stitchmesh.yarngen.finish import YarnFinish
-from stitchmesh.yarngen.room import CORNER_HEIGHT, RINGS, THICKNESS_OVER_RADIUS, layers_apart, make_room_with_report
+from stitchmesh.yarngen.room import (
+    CORNER_HEIGHT,
+    RINGS,
+    THICKNESS_OVER_RADIUS,
+    Room,
+    layers_apart,
+    make_room_with_report,
+)
 from tests.gallery import grid, tube
 from tests.nightly import at_night
 
@@ -39,12 +47,22 @@ def folded(piece: StitchMesh, lowest: float, highest: float) -> StitchMesh:
     return replace(piece, vertices=np.stack([np.where(deep > 0.0, WIDTH / 2 + GAP * away, x), y, z - deep], axis=1))
 
 
+@cache
+def fold_inside() -> StitchMesh:
+    return folded(flat(), 10.0, 14.0)
+
+
+@cache
+def with_room(quality: str) -> tuple[StitchMesh, Room]:
+    return make_room_with_report(fold_inside(), quality=quality)
+
+
 @pytest.mark.parametrize("quality", ["draft", *at_night("standard", "reference")])
 def test_yarns_in_a_fold_get_room_and_loops_hold(quality):
-    fabric = folded(flat(), 10.0, 14.0)
+    fabric = fold_inside()
     with pytest.raises(YarnError, match=r"start .* radii apart"):
         sm.generate_yarns(fabric, quality=quality)
-    roomy, room = make_room_with_report(fabric, quality=quality)
+    roomy, room = with_room(quality)
     sm.check_loops(roomy, sm.generate_yarns(roomy, quality=quality))
     moved = np.linalg.norm(roomy.vertices - fabric.vertices, axis=1)
     assert room.farthest == moved.max() > 0.0 and len(room.faces) > 0
@@ -52,8 +70,8 @@ def test_yarns_in_a_fold_get_room_and_loops_hold(quality):
 
 
 def test_only_stitches_near_the_fold_move_and_their_stretch_follows():
-    fabric = folded(flat(), 10.0, 14.0)
-    roomy = sm.make_room(fabric, quality="draft")
+    fabric = fold_inside()
+    roomy, _ = with_room("draft")
     moved = np.flatnonzero(np.abs(roomy.vertices - fabric.vertices).max(axis=1))
     # Crowded stitches are within 2 cm of the fold, stitches at most 1.1 cm long, and a last ring of vertices is fixed.
     far = 2.0 + 1.1 * (RINGS + 1)
@@ -64,12 +82,6 @@ def test_only_stitches_near_the_fold_move_and_their_stretch_follows():
     np.testing.assert_allclose(roomy.stretch, roomy.side_length[sides] / fabric.side_length[sides], rtol=1e-12)
 
 
-def test_a_fabric_with_room_is_the_same_one():
-    fabric = flat()
-    roomy, room = make_room_with_report(fabric)
-    assert roomy is fabric and room.faces == () and room.farthest == 0.0
-
-
 def test_a_fold_at_borders_gets_room_and_corners_stay():
     fabric = folded(flat(0.77), -1.0, 1.0)  # One row, so that all vertices are at the border.
     roomy = sm.make_room(fabric, quality="draft")
@@ -78,39 +90,16 @@ def test_a_fold_at_borders_gets_room_and_corners_stay():
     np.testing.assert_array_equal(roomy.vertices[corner], fabric.vertices[corner])
 
 
-def pieces_of_one_stitch(places: list[float]) -> StitchMesh:
-    """Stitches of 1 cm width, one upon the other."""
-    corner = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 0.77, 0.0], [0.0, 0.77, 0.0]])
-    points = np.concatenate([corner + np.array([0.0, 0.0, place]) for place in places])
-    faces = np.arange(len(points)).reshape(-1, 4).tolist()
-    return sm.tessellate(sm.label(Mesh.from_polygons(points, faces)), stitch_width=1.0)
-
-
 def test_a_stitch_between_corners_cannot_get_room():
-    plain = pieces_of_one_stitch([0.0])
+    plain = sm.tessellate(sm.label(grid(1, 1, width=1.0, height=0.77)), stitch_width=1.0)
     fabric = replace(plain, vertices=plain.vertices * [1.0, 0.02, 1.0])
     assert sm.make_room(fabric, quality="draft") is fabric
     with pytest.raises(YarnError, match="radii apart"):
         sm.generate_yarns(fabric, quality="draft")
 
 
-def test_stitches_that_lie_upon_one_another_are_moved_apart():
-    fabric = pieces_of_one_stitch([0.0, GAP])
-    with pytest.raises(YarnError, match="radii apart"):
-        sm.generate_yarns(fabric, quality="draft")
-    sm.generate_yarns(sm.make_room(fabric, quality="draft"), quality="draft")
-
-
-def test_borders_stay_where_they_are_if_yarns_get_room_without():
-    fabric = folded(flat(), 2.5, 6.5)
-    roomy = sm.make_room(fabric, quality="draft")
-    border = fabric.face_vertex[fabric.twin == BORDER]
-    assert roomy is not fabric
-    np.testing.assert_array_equal(roomy.vertices[border], fabric.vertices[border])
-
-
 def test_a_corner_on_a_straight_border_is_moved_away_from_its_stitch_and_nothing_else_is():
-    fabric = flat()
+    fabric = flat(6.0)
     left, upper = fabric.vertices[:, 0] == 0.0, fabric.vertices[:, 1] == fabric.vertices[:, 1].max()
     corner = int(np.flatnonzero(left & upper)[0])
     course, wale = 1.0, float(np.ptp(np.unique(fabric.vertices[left, 1])[-2:]))
@@ -131,21 +120,6 @@ def test_a_corner_on_a_straight_border_is_moved_away_from_its_stitch_and_nothing
     away = np.array([-wale, course, 0.0]) / np.hypot(course, wale)
     np.testing.assert_allclose(moved[corner], length * away, atol=1e-12 * WIDTH)
     assert room.farthest == pytest.approx(length, rel=1e-9)
-
-
-def test_vertices_of_a_border_move_along_it():
-    fabric = flat()
-    x, y, z = fabric.vertices.T
-    # Mesh relaxation can turn the order of vertices at a corner of the surface, such as the foot of a V-neck.
-    beside = (y == y.max()) & (np.abs(x - WIDTH / 2) < 1.5)
-    turned = replace(fabric, vertices=np.stack([np.where(beside, WIDTH / 2 - 0.8 * (x - WIDTH / 2), x), y, z], axis=1))
-    roomy = sm.make_room(turned, quality="draft")
-    assert (np.diff(roomy.vertices[y == y.max(), 0][np.argsort(x[y == y.max()])]) > 0.0).all()
-    sm.check_loops(roomy, sm.generate_yarns(roomy, quality="draft"))
-    # The borders are straight, so that means of points on them are on them exactly.
-    border = fabric.face_vertex[fabric.twin == BORDER]
-    level = border[np.isin(y[border], [y.min(), y.max()])]
-    np.testing.assert_array_equal(roomy.vertices[level, 1:], fabric.vertices[level, 1:])
 
 
 def test_a_ring_that_is_moved_all_around_keeps_its_length():
@@ -198,4 +172,6 @@ def test_layers_that_touch_are_moved_apart_and_loops_hold():
 
 def test_layers_with_room_stay_where_they_are():
     fabric = two_layers(1.0)
-    assert layers_apart(fabric, 0.625) is fabric and sm.make_room(fabric, yarn_radius=0.125) is fabric
+    assert layers_apart(fabric, 0.625) is fabric
+    roomy, room = make_room_with_report(fabric, yarn_radius=0.125)
+    assert roomy is fabric and room.faces == () and room.farthest == 0.0

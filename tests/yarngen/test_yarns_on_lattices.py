@@ -79,8 +79,7 @@ def test_yarn_across_the_border_of_the_cell_is_generated_as_inside(name):
     fabric = FABRICS[name]
     yarns = generate_yarns(fabric, yarn_radius=RADIUS)
     assert fabric.lattice is not None
-    wide, high = fabric.lattice.periods[0, 0] / WIDTH, fabric.lattice.periods[1, 1] / HEIGHT
-    for columns, rows in [(column, row) for column in range(round(wide)) for row in range(round(high))]:
+    for columns, rows in ((2, 0), (4, 1)):
         again = generate_yarns(moved(fabric, columns, rows), yarn_radius=RADIUS)
         shift = np.array([columns * WIDTH, rows * HEIGHT, 0.0])
         # rounding, and the remaining error of the iteration for control points
@@ -105,18 +104,6 @@ def test_a_float_longer_than_allowed_is_cut_on_a_torus_too():
     np.testing.assert_array_equal(cut.lattice_step[cut.colour == 1], [[0, 0]])
 
 
-def test_a_cut_yarn_is_the_same_wherever_the_cell_begins():
-    fabric = FABRICS["one stitch of a yarn"]
-    first = generate_yarns(fabric, yarn_radius=RADIUS, longest_float=3)
-    for columns in range(1, 5):
-        again = generate_yarns(moved(fabric, columns, 0), yarn_radius=RADIUS, longest_float=3)
-        shift = np.array([columns * WIDTH, 0.0, 0.0])
-        np.testing.assert_allclose(in_cell(again, shift), in_cell(first, np.zeros(3)), atol=2e-7)  # the same errors
-        for yarns in (first, again):
-            ends = yarns.start[np.flatnonzero(~yarns.closed)[0] :][:2]
-            assert np.ptp(yarns.points[slice(*ends), 0]) < 2 * WIDTH  # a stitch and two tails
-
-
 def straight(direction: np.ndarray, lattice: Lattice, step: tuple[int, int]) -> YarnSet:
     """A straight yarn from the origin to its image."""
     points = np.arange(8)[:, None] / 8 * direction
@@ -127,7 +114,7 @@ def straight(direction: np.ndarray, lattice: Lattice, step: tuple[int, int]) -> 
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("step", [(1, 0), (0, 1), (1, 1), (2, 1)])
+@pytest.mark.parametrize("step", [(1, 0), (2, 1)])
 def test_a_straight_yarn_is_as_far_from_its_images_as_the_lattice_says(step):
     lattice = Lattice(np.array([[1.0, 0.0, 0.0], [0.3, 0.25, 0.0]]))
     along = lattice.shift(np.array(step))
@@ -139,18 +126,6 @@ def test_a_straight_yarn_is_as_far_from_its_images_as_the_lattice_says(step):
     found, _ = smallest_distance(straight(along, lattice, step), within=1.0)
     # samples are a 32nd of the length apart
     assert min(beside, further_on) - 1e-12 < found < min(np.hypot(beside, length / 64), further_on) + 1e-12
-
-
-def test_a_yarn_does_not_touch_its_own_continuation():
-    lattice = Lattice(np.array([[1.0, 0.0, 0.0], [0.0, 5.0, 0.0]]))
-    # only the continuation of the yarn itself is closer than the next row of images
-    assert smallest_distance(straight(np.array([1.0, 0.0, 0.0]), lattice, (1, 0)), within=0.2)[0] == np.inf
-
-
-def test_control_points_of_an_endless_line_lie_on_it():
-    points = np.linspace(0.0, 1.0, 6)[:-1, None] * [1.0, 2.0, 3.0]
-    control = control_points_through(points, np.array([0, 5]), np.array([True]), np.array([[1.0, 2.0, 3.0]]))
-    np.testing.assert_allclose(control, points, atol=1e-12)  # rounding: the control points of a line are its points
 
 
 def test_splines_pass_through_their_points_in_every_image():
@@ -194,36 +169,24 @@ def test_a_stitch_with_the_template_of_another_is_caught_on_a_lattice(monkeypatc
         check_loops(fabric, generate_yarns(fabric, quality="draft"))
 
 
-@pytest.mark.parametrize("copies", [(1, 1), (3, 2)])
-def test_a_larger_cell_is_the_same_fabric(copies: tuple[int, int]) -> None:
+def test_a_larger_cell_is_the_same_fabric() -> None:
     fabric = FABRICS["a cable"]
-    larger = supercell(fabric, *copies)
-    assert larger.face_count == copies[0] * copies[1] * fabric.face_count
+    larger = supercell(fabric, 3, 2)
+    assert larger.face_count == 6 * fabric.face_count
     assert larger.lattice is not None
-    np.testing.assert_allclose(larger.lattice.area, copies[0] * copies[1] * fabric.lattice.area, rtol=1e-12)
+    np.testing.assert_allclose(larger.lattice.area, 6 * fabric.lattice.area, rtol=1e-12)
     yarns, many = generate_yarns(fabric, quality="draft"), generate_yarns(larger, quality="draft")
     size = np.array([fabric.lattice.periods[0, 0], fabric.lattice.periods[1, 1], np.inf])
     one = np.round(np.mod(yarns.points[:, :2] + 1e-6, size[:2]), 6)
     all_of_them = np.round(np.mod(many.points[:, :2] + 1e-6, size[:2]), 6)
-    np.testing.assert_allclose(
-        np.sort(np.repeat(one, copies[0] * copies[1], axis=0), axis=0), np.sort(all_of_them, axis=0), atol=2e-6
-    )
-
-
-def test_points_lie_in_the_image_that_they_were_shifted_to():
-    lattice = Lattice(np.array([[1.0, 0.2, 0.0], [-0.3, 0.5, 0.4]]))
-    rng = np.random.default_rng(0)
-    image = rng.integers(-3, 4, size=(50, 2))
-    inside = rng.uniform(0.01, 0.99, size=(50, 2)) @ lattice.periods
-    normal = np.cross(*lattice.periods) * rng.normal(size=(50, 1))
-    np.testing.assert_array_equal(lattice.image_of(inside + normal + lattice.shift(image)), image)
+    np.testing.assert_allclose(np.sort(np.repeat(one, 6, axis=0), axis=0), np.sort(all_of_them, axis=0), atol=2e-6)
 
 
 def test_images_that_come_near_are_all_found():
     lattice = Lattice(np.array([[0.5, 0.0, 0.0], [0.2, 0.3, 0.0]]))
     points = np.random.default_rng(1).uniform(size=(40, 3)) * [1.0, 0.8, 0.3]
     near = {tuple(image) for image in lattice.near_images(points, 0.2).tolist()}
-    for a in range(-6, 7):
-        for b in range(-6, 7):
+    for a in range(-4, 5):
+        for b in range(-4, 5):
             gaps = points[:, None] - points - lattice.shift((a, b))
             assert np.linalg.norm(gaps, axis=2).min() > 0.2 or (a, b) in near

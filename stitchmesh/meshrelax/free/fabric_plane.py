@@ -14,9 +14,6 @@ from stitchmesh.meshrelax.free.points import Points
 from stitchmesh.meshrelax.placement import PlacedPoints
 from stitchmesh.meshrelax.preconditioner import PATCH_VERTICES, Patches
 
-FLAT = 1e-9
-"""A flat fabric may lose this part of its area in the projection onto its plane; it covers rounding."""
-
 
 @dataclass(frozen=True, eq=False)
 class FabricPlane:
@@ -75,7 +72,8 @@ def plane_normal(fabric: StitchMesh) -> FloatArray:
     area = fabric.face_vector_area
     total = area.sum(axis=0)
     size, whole = float(np.linalg.norm(total)), float(np.linalg.norm(area, axis=1).sum())
-    if size < (1.0 - FLAT) * whole:
+    # A flat fabric may lose this part of its area in the projection onto its plane; it covers rounding.
+    if size < (1.0 - 1e-9) * whole:
         found = f"got a fabric of {whole:.3g} cm^2 that covers {size:.3g} cm^2 of its plane"
         raise MeshError(f"natural outline: {found}; expected a flat piece (a pattern can be a tube too)")
     normal: FloatArray = total / size

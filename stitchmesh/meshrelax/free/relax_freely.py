@@ -25,7 +25,7 @@ from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.mesh.turns import with_tips_placed
 from stitchmesh.meshrelax.assembly import assembly
 from stitchmesh.meshrelax.bobbles import NO_BOBBLES, Bobbles, carried, find_bobbles
-from stitchmesh.meshrelax.dynamics import FREE, MeshDynamics, Outcome
+from stitchmesh.meshrelax.dynamics import FREE, MeshDynamics
 from stitchmesh.meshrelax.forces import force_groups
 from stitchmesh.meshrelax.free.fabric_plane import FabricPlane, plane_normal
 from stitchmesh.meshrelax.free.free_shape import FreeShape
@@ -99,7 +99,9 @@ def relax_mesh_freely(
         shown = MeshObserver(made, tolerance, start, report_iteration, run.control)
         outcome = relaxation.run(plane.place(forces.corners.position), tolerance, max_iterations, shown.note)
     relaxed = made(outcome.placement)
-    report = _report(relaxed, outcome, tolerance, shown.seconds())
+    assert relaxed.stretch is not None  # The relaxation fills it.
+    known, remedy = relaxed.stretch[np.isfinite(relaxed.stretch)], "allow more iterations (max_iterations)"
+    report = MeshRelaxReport.of(outcome, known, tolerance=tolerance, seconds=shown.seconds(), remedy=remedy)
     if not (report.converged or report.stopped):
         found = f"residual {report.residual:.2g} (expected {tolerance:g}) after {report.iterations} iterations"
         logger.warning(f"the outline is not at rest: {found}; {report.remedy}")
@@ -116,26 +118,6 @@ def _check(fabric: object, stitch_width: float, aspect: float, tolerance: float,
     panels = np.flatnonzero(fabric.stitch == Stitch.PANEL)
     if len(panels):
         raise ParameterError(f"face {panels[0]}: is a panel of a coarse mesh, not a stitch; tessellate the mesh first")
-
-
-def _report(
-    relaxed: StitchMesh, outcome: Outcome[PlacedPoints], tolerance: float, seconds: float
-) -> MeshRelaxReport:
-    """Return the figures of a relaxation."""
-    assert relaxed.stretch is not None  # The relaxation fills it.
-    known = relaxed.stretch[np.isfinite(relaxed.stretch)]
-    converged = outcome.residual <= tolerance
-    return MeshRelaxReport(
-        seconds=seconds,
-        iterations=outcome.iterations,
-        converged=converged,
-        residual=outcome.residual,
-        tolerance=tolerance,
-        remedy="" if converged else "allow more iterations (max_iterations)",
-        max_stretch=float(known.max()),
-        rms_stretch=float(np.sqrt(np.mean(known**2))),
-        stopped=outcome.stopped and not converged,
-    )
 
 
 def _relaxed(fabric: StitchMesh, forces: FreeSprings, bobbles: Bobbles, placement: PlacedPoints) -> StitchMesh:

@@ -11,9 +11,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from stitchmesh.mesh import FloatArray
-
-CANDIDATES = 4
-"""The closest segment is searched at this number of nearest vertices of the polyline."""
+from stitchmesh.mesh.unit_vectors import unit_vectors
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +44,8 @@ class BorderCurve:
             shape (M,).
         """
         count = len(self.points)
-        near = cKDTree(self.flat_points).query(targets, k=min(CANDIDATES, count))[1].reshape(len(targets), -1)
+        # The closest segment is searched at this number of nearest vertices of the polyline.
+        near = cKDTree(self.flat_points).query(targets, k=min(4, count))[1].reshape(len(targets), -1)
         segment = np.concatenate([near, (near - 1) % count], axis=1)
         start = self.flat_points[segment]
         span = self.flat_points[(segment + 1) % count] - start
@@ -70,9 +69,7 @@ class BorderCurve:
         """Unit tangent at each vertex, the mean of the directions of its two segments, shape (N, 3)."""
         length = np.diff(self.arc)[:, None]
         along = self.spans / np.where(length > 0.0, length, 1.0)
-        mean = along + np.roll(along, 1, axis=0)
-        size = np.linalg.norm(mean, axis=1, keepdims=True)
-        return np.where(size > 0.0, mean / np.where(size > 0.0, size, 1.0), along)
+        return _directions(along + np.roll(along, 1, axis=0), along)
 
     def at(self, arc: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Evaluate the border at arc lengths; arc lengths beyond the ends wrap around.
@@ -92,7 +89,10 @@ class BorderCurve:
         length = np.where(length > 0.0, length, 1.0)
         part = (arc - self.arc[segment])[:, None] / length
         first, last = self.tangents[segment], np.roll(self.tangents, -1, axis=0)[segment]
-        tangent = (1.0 - part) * first + part * last
-        size = np.linalg.norm(tangent, axis=1, keepdims=True)
-        tangent = np.where(size > 0.0, tangent / np.where(size > 0.0, size, 1.0), first)
+        tangent = _directions((1.0 - part) * first + part * last, first)
         return self.points[segment] + part * self.spans[segment], tangent, (last - first) / length
+
+
+def _directions(vectors: FloatArray, instead: FloatArray) -> FloatArray:
+    """Return the unit vectors along vectors, and other vectors in the place of zero vectors, shape (n, 3)."""
+    return np.where(vectors.any(axis=1, keepdims=True), unit_vectors(vectors), instead)

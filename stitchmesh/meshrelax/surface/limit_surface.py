@@ -10,11 +10,9 @@ from functools import cached_property
 import numpy as np
 
 from stitchmesh.mesh import FloatArray, IntArray, Mesh
+from stitchmesh.mesh.unit_vectors import unit_vectors
 from stitchmesh.meshrelax.surface.border_curve import BorderCurve
 from stitchmesh.meshrelax.surface.catmull_clark import refine_surface
-
-MAX_FACES = 400_000
-"""Largest number of quads, which limits the memory to 1 GB; edges may then be longer than requested."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,9 +43,8 @@ class LimitSurface:
     def normals(self) -> FloatArray:
         """Unit normal of each vertex, shape (V, 3)."""
         vertex, weight = self.triangles.ravel(), np.repeat(self.triangle_vector_area, 3, axis=0)
-        total = np.stack([np.bincount(vertex, weight[:, k], len(self.vertices)) for k in range(3)], axis=1)
-        length = np.linalg.norm(total, axis=1, keepdims=True)
-        return total / np.where(length > 0.0, length, 1.0)
+        total: FloatArray = np.stack([np.bincount(vertex, weight[:, k], len(self.vertices)) for k in range(3)], axis=1)
+        return unit_vectors(total)
 
     @cached_property
     def outward(self) -> FloatArray:
@@ -57,10 +54,10 @@ class LimitSurface:
         side = np.flatnonzero(~np.isin(start * count + end, end * count + start))
         start, end = start[side], end[side]
         off = np.cross(self.vertices[end] - self.vertices[start], self.triangle_vector_area[side // 3])
-        size = np.linalg.norm(off, axis=1, keepdims=True)
+        off = unit_vectors(off)
         total = np.zeros_like(self.vertices)
         for vertex in (start, end):
-            np.add.at(total, vertex, off / np.where(size > 0.0, size, 1.0))
+            np.add.at(total, vertex, off)
         return total
 
     def outward_at(self, triangle: IntArray, weights: FloatArray, normal: FloatArray) -> FloatArray:
@@ -78,8 +75,7 @@ class LimitSurface:
         on_border = ((weights == 0.0) | corner.any(axis=2)).all(axis=1) & (weights == 0.0).any(axis=1)
         off = np.einsum("nc,nci->ni", weights, corner)
         off -= np.einsum("ni,ni->n", off, normal)[:, None] * normal
-        size = np.linalg.norm(off, axis=1, keepdims=True)
-        return np.where(on_border[:, None], off / np.where(size > 0.0, size, 1.0), 0.0)
+        return np.where(on_border[:, None], unit_vectors(off), 0.0)
 
     def evaluate(self, triangle: IntArray, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return points [cm] and unit normals of the limit surface at barycentric coordinates, shape (N, 3) each.
@@ -90,8 +86,7 @@ class LimitSurface:
         """
         corners = self.triangles[triangle]
         normal = np.einsum("nc,nci->ni", weights, self.normals[corners])
-        length = np.linalg.norm(normal, axis=1, keepdims=True)
-        return np.einsum("nc,nci->ni", weights, self.vertices[corners]), normal / np.where(length > 0.0, length, 1.0)
+        return np.einsum("nc,nci->ni", weights, self.vertices[corners]), unit_vectors(normal)
 
     def shape_operator(self, triangle: IntArray, normal: FloatArray) -> FloatArray:
         """Return the symmetric shape operator (derivative of the normal) in triangles [1/cm], shape (N, 3, 3).
@@ -123,7 +118,8 @@ def limit_surface(mesh: Mesh, spacing: float) -> LimitSurface:
     Raises:
         MeshError: the mesh has a lattice.
     """
-    fine, vertices, flat = refine_surface(mesh, spacing, MAX_FACES)
+    # Largest number of quads, which limits the memory to 1 GB; edges may then be longer than requested.
+    fine, vertices, flat = refine_surface(mesh, spacing, 400_000)
     quads = fine.face_vertex.reshape(-1, 4)
     triangles = np.stack([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]], axis=1).reshape(-1, 3)
     loops = [fine.face_vertex[loop] for loop in fine.boundary_loops]

@@ -21,11 +21,6 @@ from stitchmesh.shaping.triangle_surface import TriangleSurface
 
 CORNER = np.radians(30.0)
 """Turning of an outline at a vertex that makes a corner [rad]."""
-HEM_COSINE = 0.93
-"""A piece is a hem if its width across the direction of knitting, over its length, is at least this: a slope of 21
-degrees."""
-SHORTEST_HEM = 2.0
-"""Length of the shortest hem, in stitch widths."""
 SIDE, BEGINS, ENDS = 0, -1, 1
 """Kinds of a piece: rows are cut at a side, and begin or end at a hem."""
 
@@ -66,7 +61,8 @@ def outline_pieces(panels: PanelMesh, direction: FloatArray, stitch_width: float
             panel = int(panels.face_panel[panels.mesh.side_face[loop[0]]])
             length = float(_steps(panels.mesh.vertices[line]).sum())
             kind = _kind(float(place[line[-1]] - place[line[0]]), length)
-            kind = kind if length >= SHORTEST_HEM * stitch_width else SIDE
+            # Length of the shortest hem, in stitch widths.
+            kind = kind if length >= 2.0 * stitch_width else SIDE
             pieces.append(OutlinePiece(panel, line, length, kind, -1, first + (number + 1) % len(lines)))
     return _without_touching_hems(_with_partners(pieces, across))
 
@@ -144,7 +140,9 @@ def _places_across(panels: PanelMesh, direction: FloatArray) -> FloatArray:
 
 def _kind(width: float, length: float) -> int:
     """Tell a hem from a side by its width across the direction of knitting, positive to the right, and its length."""
-    if abs(width) < HEM_COSINE * length:
+    # A piece is a hem if its width across the direction of knitting, over its length, is at least this: a slope of
+    # 21 degrees.
+    if abs(width) < 0.93 * length:
         return SIDE
     return BEGINS if width > 0.0 else ENDS
 

@@ -14,8 +14,6 @@ from stitchmesh.mesh.orientation import turn_inside_out
 
 UPWARDS = (0.0, 1.0)
 """Direction of knitting in the texture of a panel for which none is given."""
-MOST_NAMES = 8
-"""Number of names of panels that a message lists."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +94,8 @@ class PanelMesh:
         number = int(panel) if str(panel).isdecimal() else -1
         if number not in range(self.panel_count):
             known = sorted({name for names in self.names for name in names})
-            words = f"; or a name: {', '.join(known[:MOST_NAMES])}" if known else ""
+            # Number of names of panels that a message lists.
+            words = f"; or a name: {', '.join(known[:8])}" if known else ""
             raise ParameterError(f"panel {panel} does not exist; expected 0 to {self.panel_count - 1}{words}")
         return [number]
 

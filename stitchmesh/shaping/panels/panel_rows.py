@@ -27,17 +27,14 @@ from stitchmesh.tessellate.panel import StitchFaces, stitch_for
 
 GENTLE = 1
 """Stitches by which a row may be shorter or longer at one end than the row below without binding off or casting on."""
-END_TO_END = 0.25
-"""Two courses become one if the end of the first is at most this far from the start of the second, in stitch widths."""
 NEAR_IN_PATTERN = 8.0
-"""Factor of this distance in the flat pattern, in which the two sides of a dart are apart."""
+"""Factor, in the flat pattern, of the distance up to which two ends of courses meet: the sides of a dart are apart
+there."""
 BESIDE = 0.05
 """Distance from a vertex, in stitch widths, up to which an end of a line counts as beside it."""
-SHORTEST_LINE = 0.75
-"""Length of the shortest course, in stitch widths."""
 SHORTEST_TIP = 4.0
-"""The same for the last course below a rounded end, such as a cap: loops bound off beside a shorter course do not
-hold."""
+"""Length of the shortest last course below a rounded end, such as a cap, in stitch widths: loops bound off beside a
+shorter course do not hold."""
 
 
 @dataclass(frozen=True)
@@ -135,8 +132,10 @@ class PanelStitches:
         for band in levels.bands:
             change = changes.get(band.above[0]) if len(band.below) == len(band.above) == 1 else None
             self._make_courses(levels, band, hems, courses, wanted, change)
+            # Two courses become one if the end of the first is at most this far from the start of the second, in
+            # stitch widths.
             low, high = (
-                _end_to_end([courses[line] for line in lines if line in courses], END_TO_END * self.size.width)
+                _end_to_end([courses[line] for line in lines if line in courses], 0.25 * self.size.width)
                 for lines in (band.below, band.above)
             )
             for joint in _joints(low, high):
@@ -154,7 +153,8 @@ class PanelStitches:
         # Hems have given numbers of stitches; the other lines get the rest of the course below.
         for number in sorted([*band.below, *band.above], key=lambda number: number not in levels.borders):
             line = levels.lines[number]
-            shortest = SHORTEST_TIP if number in last - levels.borders else SHORTEST_LINE
+            # Length of the shortest course, in stitch widths.
+            shortest = SHORTEST_TIP if number in last - levels.borders else 0.75
             if number in courses or line.length < shortest * self.size.width:
                 continue
             hem = _hem_on(line, hems) if number in levels.borders else None

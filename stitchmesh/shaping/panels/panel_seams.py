@@ -19,8 +19,6 @@ SIDE_GAP = 0.5
 """Distance by which a border is drawn back from a seam, in stitch widths."""
 TOP_GAP = 0.7
 """The same distance for a border at which rows end and loops are bound off."""
-LARGEST_CHANGE = 2.0
-"""Two times become equal if their difference deviates from a whole number by at most this, in courses."""
 
 
 def gap_at(piece: OutlinePiece, width: float) -> float:
@@ -117,7 +115,8 @@ class _Side:
     def differs_evenly(self, other: _Side) -> bool:
         """Whether the times of the two sides differ by nearly one whole number."""
         difference = self.differences(other)
-        return bool(np.abs(difference - np.rint(np.median(difference))).max() <= LARGEST_CHANGE)
+        # Two times become equal if their difference deviates from a whole number by at most this, in courses.
+        return bool(np.abs(difference - np.rint(np.median(difference))).max() <= 2.0)
 
     def mean_with(self, other: _Side) -> dict[int, float]:
         """Return the mean time of both sides at each vertex, up to a whole number."""

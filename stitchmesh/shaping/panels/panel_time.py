@@ -24,9 +24,6 @@ from stitchmesh.shaping.panels.refined_panel import RefinedPanel
 from stitchmesh.shaping.time_function import knots
 from stitchmesh.shaping.triangle_surface import TriangleSurface
 
-FIRST_CUT = 0.5
-"""Height of the first course above the lowest vertex of a panel without hems, in courses."""
-
 
 @dataclass(frozen=True, eq=False)
 class PanelTime:
@@ -110,7 +107,8 @@ def _solved(surface: TriangleSurface, coordinate: FloatArray, field: FloatArray,
     held = ends if ends.all else Ends((End(np.array([int(coordinate.argmin())])),))
     parts = knots(surface, held)
     matrix, right = surface.stiffness(), parts.total(surface.divergence(field))
-    time = parts.solve(matrix, right, {0: 0.0 if ends.all else FIRST_CUT})
+    # Height of the first course above the lowest vertex of a panel without hems, in courses.
+    time = parts.solve(matrix, right, {0: 0.0 if ends.all else 0.5})
     if not ends.all:
         return time
     known = {number: float(np.rint(time[end.vertices[0]])) for number, end in enumerate(held.all)}

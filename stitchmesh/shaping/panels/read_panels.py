@@ -21,14 +21,13 @@ from stitchmesh.io.mesh_formats.obj_texture import ObjTexture, read_obj_texture
 from stitchmesh.io.units import DEFAULT_UNIT, centimetres
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, Mesh
 from stitchmesh.mesh.connectivity import find_fans, find_twins, next_sides
+from stitchmesh.mesh.linked_groups import connected_faces, linked_groups
 from stitchmesh.mesh.upright import Direction, Y, upright_turn
 from stitchmesh.shaping.panels.panel_mesh import PanelMesh, Seam
 
 NEAR = 1e-3
 """Distance of two vertices on borders, over the mean length of a border side, up to which they are at one place. The
 two sides of a seam are written with rounded coordinates."""
-LEVEL_PANEL = 0.3
-"""Cosine of the angle between a panel and the vertical below which the panel lies level."""
 
 
 def find_seams(mesh: Mesh, face_panel: IntArray) -> tuple[Seam, ...]:
@@ -72,17 +71,13 @@ def _sides_across(mesh: Mesh) -> IntArray:
 
 def _places(mesh: Mesh, ends: IntArray) -> IntArray:
     """Number of the place of each end of some sides, shape (n, 2); vertices that are near each other share a place."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
     from scipy.spatial import cKDTree
 
     own, end = np.unique(ends, return_inverse=True)
     points = mesh.vertices[own]
     length = np.linalg.norm(mesh.vertices[ends[:, 1]] - mesh.vertices[ends[:, 0]], axis=1)
     pairs = cKDTree(points).query_pairs(NEAR * float(length.mean()), output_type="ndarray") if len(own) else ends
-    graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(own),) * 2)
-    place: IntArray = connected_components(graph.tocsr(), directed=False)[1].astype(np.int64)
-    return place[end.reshape(-1, 2)]
+    return linked_groups(len(own), pairs[:, 0], pairs[:, 1])[end.reshape(-1, 2)]
 
 
 def _line_starts(mesh: Mesh, across: IntArray) -> list[int]:
@@ -153,7 +148,7 @@ def _panels(read: ObjTexture, transform: FloatArray) -> PanelMesh:
         vertex = _equal_rows(points)[vertex]
         other = other if _is_shared(start, other) else _equal_rows(texture)[other]
     mesh, corner_vertex = _cut_mesh(points @ transform.T, start, vertex, other)
-    face_panel = _connected_faces(mesh)
+    face_panel = connected_faces(mesh)
     if read.texture:
         own = np.zeros((len(mesh.vertices), 2))
         own[corner_vertex] = texture[other]
@@ -202,18 +197,6 @@ def _cut_mesh(points: FloatArray, start: IntArray, vertex: IntArray, other: IntA
     return Mesh(vertices, start, fan, twin), fan
 
 
-def _connected_faces(mesh: Mesh) -> IntArray:
-    """Number of the connected part of each face, shape (F,)."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    inner = np.flatnonzero(mesh.twin != BORDER)
-    pairs = (mesh.side_face[inner], mesh.side_face[mesh.twin[inner]])
-    graph = coo_array((np.ones(len(inner)), pairs), shape=(mesh.face_count,) * 2)
-    part: IntArray = connected_components(graph.tocsr(), directed=False)[1].astype(np.int64)
-    return part
-
-
 def _texture_seen_from_outside(mesh: Mesh, face_panel: IntArray) -> FloatArray:
     """Positions in the mean plane of the panels: to the right and upwards, or along a level panel [cm], (V, 2)."""
     texture = np.zeros((len(mesh.vertices), 2))
@@ -222,7 +205,8 @@ def _texture_seen_from_outside(mesh: Mesh, face_panel: IntArray) -> FloatArray:
         normal = mesh.face_vector_area[faces].sum(axis=0)
         normal = normal / max(float(np.linalg.norm(normal)), np.finfo(np.float64).tiny)
         upwards = np.array([0.0, 1.0, 0.0]) - normal[1] * normal
-        if np.linalg.norm(upwards) < LEVEL_PANEL:
+        # Cosine of the angle between a panel and the vertical below which the panel lies level.
+        if np.linalg.norm(upwards) < 0.3:
             upwards = np.array([0.0, 0.0, -1.0]) + normal[2] * normal
         upwards = upwards / np.linalg.norm(upwards)
         own = np.unique(mesh.face_vertex[faces[mesh.side_face]])

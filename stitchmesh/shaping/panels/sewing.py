@@ -25,11 +25,6 @@ from stitchmesh.shaping.panels.outline_pieces import BEGINS, ENDS, SIDE, Outline
 from stitchmesh.shaping.panels.panel_rows import PanelStitches, RowEnd
 from stitchmesh.tessellate.tessellate import twins_of_edges, with_cast_on
 
-AGREEMENT = 0.5
-"""Distance between the ends of two rows along a seam, in course heights, up to which one row goes on in the other."""
-SHARE_OF_ROWS = 0.8
-"""Part of the row ends at a seam that must agree; if fewer do, the seam is sewn."""
-
 
 @dataclass(frozen=True)
 class SeamResult:
@@ -78,7 +73,9 @@ def sewn_fabric(
     """
     faces, twin = _faces_of(made)
     fabric = _stitch_mesh(faces, twin)
-    ends = _RowEnds(_ends_by_piece(made, pieces, lines), lines, AGREEMENT * made.size.height, faces.side_of_edge)
+    # Distance between the ends of two rows along a seam, in course heights, up to which one row goes on in the
+    # other.
+    ends = _RowEnds(_ends_by_piece(made, pieces, lines), lines, 0.5 * made.size.height, faces.side_of_edge)
     results: dict[int, SeamResult] = {}
     joined: set[int] = set()
     for number in _sides_first(pieces):
@@ -280,7 +277,8 @@ def _row_pairs(ends: _RowEnds, first: int, second: int) -> list[tuple[int, int]]
         return []
     apart = np.array([[max(abs(a.first - b.first), abs(a.last - b.last)) for b in other] for a in one])
     pairs = np.argwhere(apart <= ends.near)
-    if len(pairs) < SHARE_OF_ROWS * max(len(one), len(other)) or (np.diff(pairs, axis=0) != 1).any():
+    # Part of the row ends at a seam that must agree; if fewer do, the seam is sewn.
+    if len(pairs) < 0.8 * max(len(one), len(other)) or (np.diff(pairs, axis=0) != 1).any():
         return []
     return [(ends.sides[one[i].end.edge], ends.sides[other[j].end.edge]) for i, j in pairs.tolist()]
 

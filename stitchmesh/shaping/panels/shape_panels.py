@@ -39,12 +39,6 @@ from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING, STITCH_WIDTH
 
 THICKNESS = 0.8
 """Distance of two layers, in stitch widths: loops are six yarn radii thick, and a radius is an eighth of a width."""
-OPPOSED = -0.3
-"""Cosine of the angle of two normals below which their layers are opposed."""
-ROUNDS = 4
-"""Number of times that layers are moved apart; the normals change each time."""
-SPREADING = 3
-"""Number of stitches over which the motion is spread."""
 Directions = (
     Mapping[int, tuple[float, float]] | Mapping[str, tuple[float, float]] | Mapping[PanelName, tuple[float, float]]
 )
@@ -61,7 +55,8 @@ def opened_folds(mesh: Mesh, width: float) -> FloatArray:
         width: width of a stitch [cm].
     """
     points, ends = mesh.vertices, np.stack([mesh.face_vertex, mesh.face_vertex[mesh.side_next]])
-    for _ in range(ROUNDS):
+    # Number of times that layers are moved apart; the normals change each time.
+    for _ in range(4):
         normals = _vertex_normals(mesh, points)
         motion = _motion(points, normals, THICKNESS * width)
         if not motion.any():
@@ -89,7 +84,8 @@ def _motion(points: FloatArray, normals: FloatArray, thickness: float) -> FloatA
     pairs = cKDTree(points).query_pairs(thickness, output_type="ndarray")
     pairs = np.concatenate([pairs, pairs[:, ::-1]])
     first, second = pairs.T
-    opposed = np.einsum("ni,ni->n", normals[first], normals[second]) < OPPOSED
+    # Cosine of the angle of two normals below which their layers are opposed.
+    opposed = np.einsum("ni,ni->n", normals[first], normals[second]) < -0.3
     first, second = first[opposed], second[opposed]
     height = np.einsum("ni,ni->n", points[first] - points[second], normals[first])
     # Layers that lie in one place are back to back: patterns are flat outside out.
@@ -106,7 +102,8 @@ def _spread(motion: FloatArray, ends: IntArray) -> FloatArray:
     pairs = np.concatenate([ends, ends[::-1]], axis=1)
     count = np.bincount(pairs[0], minlength=len(motion))
     spread = motion
-    for _ in range(SPREADING):
+    # Number of stitches over which the motion is spread.
+    for _ in range(3):
         mean = np.bincount(pairs[0], spread[pairs[1]], len(motion)) / np.maximum(count, 1)
         spread = np.where(np.abs(motion) > np.abs(mean), motion, mean)
     return spread

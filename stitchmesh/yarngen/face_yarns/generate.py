@@ -36,14 +36,6 @@ from stitchmesh.yarngen.face_yarns.strands import (
     place_drawings,
 )  # fmt: skip
 
-LOOP_LENGTH = 35.0
-"""Length of a plain loop of a template, in yarn radii. This length over the number of control points of a plain stitch
-is the distance of samples."""
-FIRST_SPACING = 0.1
-"""Distance of the samples from which the radius is estimated, over the median length of a strand."""
-NEAR = 0.5
-"""Two ends that meet become one point if their distance is below this share of the strands' steps there."""
-
 NO_LIBRARY = FaceLibrary()
 """A library without drawings; the drawings then come from stitches and labels."""
 
@@ -96,7 +88,9 @@ def face_yarns(
     curves = [midpoint_curve(chain.points, chain.closed) for chain in chains]
     if yarn_radius is None:
         yarn_radius = _estimated(curves, placed.strands)
-    spacing = LOOP_LENGTH * yarn_radius / preset.control_points_per_stitch
+    # Length of a plain loop of a template, in yarn radii. This length over the number of control points of a plain
+    # stitch is the distance of samples.
+    spacing = 35.0 * yarn_radius / preset.control_points_per_stitch
     sampled = [through_samples(curve, spacing) for curve in curves]
     yarns = YarnSet.from_curves(
         [control for control, _ in sampled], closed=[curve.closed for curve in curves], radius=yarn_radius
@@ -111,7 +105,8 @@ def face_yarns(
 def _estimated(curves: Sequence[MidpointCurve], strands: Sequence[PlacedStrand]) -> float:
     """Return the radius that the distances of the curves give, and say so."""
     steps = [np.linalg.norm(np.diff(strand.points, axis=0), axis=1).sum() for strand in strands]
-    fine = [through_samples(curve, FIRST_SPACING * float(np.median(steps)))[0] for curve in curves]
+    # Distance of the samples from which the radius is estimated, over the median length of a strand.
+    fine = [through_samples(curve, 0.1 * float(np.median(steps)))[0] for curve in curves]
     estimate = estimate_radius(YarnSet.from_curves(fine, closed=[curve.closed for curve in curves], radius=1.0))
     logger.warning("yarn radius: %.4g cm, estimated from the distances between yarns; --yarn-radius sets it", estimate)
     return estimate
@@ -176,7 +171,8 @@ def _coincide(before: Sequence[FloatArray], after: FloatArray) -> bool:
     """Return whether a polygon ends where another one begins, up to a share of their steps."""
     gap = np.linalg.norm(after[0] - before[-1])
     steps = np.linalg.norm(after[1] - after[0]) + np.linalg.norm(before[-1] - before[0])
-    return bool(gap <= NEAR * steps)
+    # Two ends that meet become one point if their distance is below this share of the strands' steps there.
+    return bool(gap <= 0.5 * steps)
 
 
 def _checkpoint_order(mesh: FaceMesh, strands: Sequence[PlacedStrand], entries: list[int]) -> list[int]:

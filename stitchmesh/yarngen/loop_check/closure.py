@@ -32,13 +32,6 @@ from stitchmesh.yarngen.loop_check.yarn_polylines import SAMPLES_PER_POINT, samp
 
 IN_FRONT = 2.0
 """Distance in front of other loops at which a link is closed [radii]."""
-BEHIND = 8.0
-"""Distance behind a leg at which the leg is closed [radii]; it is one stitch width."""
-BEYOND = 3.0
-"""Distance beyond a link that is drawn through loops at which the link is closed, over the height of a row."""
-DRAWN_BESIDE = 2
-"""Number of links on either side by which a link that is drawn through loops is extended, because the yarn can slide
-through the loops."""
 
 Frame = tuple[int, int, int, int, int, int]
 """Sampled points: the left and the right crossing of a top side, two points below it and two points above it. The first
@@ -154,7 +147,9 @@ class _Closer:
         link alone.
         """
         row = [link]
-        beside_link = DRAWN_BESIDE if self.arcs.chain_threadings(link) is None else 0
+        # Number of links on either side by which a link that is drawn through loops is extended, because the yarn
+        # can slide through the loops.
+        beside_link = 2 if self.arcs.chain_threadings(link) is None else 0
         for direction in (-1, 1):
             for _ in range(beside_link):
                 beside = self.arc_at_cut.get((row[0].first, 1) if direction < 0 else (row[-1].last, -1))
@@ -166,7 +161,8 @@ class _Closer:
         back = [(arc.last, self._side_below(arc, -1)) for arc in row[::-1]]
         back.append((row[0].first, self._side_below(row[0], 0)))
         points = [point for arc in row for point in self.points_of(arc)]
-        return [*points, *(self._corner(ClosurePoint(end, end, self._frame(side), rise=BEYOND)) for end, side in back)]
+        # Distance beyond a link that is drawn through loops at which the link is closed, over the height of a row.
+        return [*points, *(self._corner(ClosurePoint(end, end, self._frame(side), rise=3.0)) for end, side in back)]
 
     def _side_below(self, link: Arc, place: int) -> int:
         """The top side of the first (0) or the last (-1) loop through which a link is drawn."""
@@ -185,7 +181,8 @@ class _Closer:
         top = end if self.role[start] == 0 else start
         downwards = points if top == start else points[::-1]
         frame = self._frame(top)
-        behind = [self._corner(ClosurePoint(point, point, frame, -BEHIND)) for point in (downwards[-1], downwards[0])]
+        # Distance behind a leg at which the leg is closed [radii]; it is one stitch width.
+        behind = [self._corner(ClosurePoint(point, point, frame, -8.0)) for point in (downwards[-1], downwards[0])]
         return [*downwards, *behind]
 
     def _needle_line(self, link: Arc, spanned: list[tuple[int, int, int]]) -> list[int]:

@@ -50,10 +50,6 @@ BITS = 46
 precision."""
 FEWEST_UNITS = 2**10
 """Lower bound of the largest displacement [units], for yarns that are very thin compared with their fabric."""
-NEIGHBOUR_JOINTS = 8
-"""Number of nearest control points to which each control point has joints, besides its neighbours along the yarn."""
-ANCHOR_STIFFNESS = 1e-3
-"""Stiffness that holds one point of each connected part in place, over the stiffness of a joint."""
 COVARIANCE_BIAS = 1e-9 * np.array([[1.0, 0.01, -0.02], [-0.01, 1.1, 0.03], [0.02, -0.03, 1.2]])
 """Added to the covariance of a neighbourhood, over its norm, where points on a line do not determine the rotation.
 
@@ -169,7 +165,9 @@ class DeformationPath:
     @cached_property
     def _joints(self) -> IntArray:
         """Pairs of control points that are joined, and the lattice image of the second one, shape (J, 4)."""
-        near = self._near[:, 1 : NEIGHBOUR_JOINTS + 1]
+        # Number of nearest control points to which each control point has joints, besides its neighbours along the
+        # yarn.
+        near = self._near[:, 1 : 8 + 1]
         first = np.repeat(np.arange(len(near)), near.shape[1])
         pairs = np.concatenate([np.column_stack([first, near.reshape(-1, 3)]), *self._along_yarns()])
         over = (pairs[:, 0] > pairs[:, 1])[:, None]
@@ -217,7 +215,8 @@ class DeformationPath:
         """Factorisation of the normal equations of all joints."""
         size = len(self.begin.points)
         anchored = np.zeros(size)
-        anchored[np.unique(self._part, return_index=True)[1]] = ANCHOR_STIFFNESS
+        # Stiffness that holds one point of each connected part in place, over the stiffness of a joint.
+        anchored[np.unique(self._part, return_index=True)[1]] = 1e-3
         matrix = csc_array(self._incidence.T @ self._incidence + diags_array(anchored))
         return splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
 

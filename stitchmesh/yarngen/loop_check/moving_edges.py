@@ -34,9 +34,6 @@ from numpy.typing import NDArray
 from stitchmesh.errors import StitchMeshError
 from stitchmesh.mesh import FloatArray, IntArray
 
-PARTS = 4
-"""Number of equal intervals of time. Edges that no plane separates during the whole motion are tested again on each
-interval."""
 ROUNDING = 2.0**-42
 """Bound of the rounding error of a coefficient, over the product of the lengths from which it is computed.
 
@@ -45,8 +42,6 @@ is less than 2^9 units of 2^-53 in all.
 """
 DOUBLE_HALVINGS, WHOLE_HALVINGS = 16, 160
 """Largest number of halvings of time, in double precision and with whole numbers."""
-TIME_HALVINGS = 44
-"""Number of halvings that determine the time of a crossing after the crossing has been found."""
 
 
 class NotInGeneralPosition(StitchMeshError):
@@ -112,7 +107,9 @@ def _near(pairs: EdgePairs) -> IntArray:
     u, v, w = (part.transpose(2, 0, 1) for part in (pairs.u, pairs.v, pairs.w))
     corners = np.stack([w, w + v, w - u, w + v - u], axis=1)  # differences of their ends, shape (3, 4, 2, n)
     near = np.arange(w.shape[2])
-    for parts in (1, PARTS):
+    # Number of equal intervals of time. Edges that no plane separates during the whole motion are tested again on
+    # each interval.
+    for parts in (1, 4):
         meets = np.zeros(len(near), dtype=bool)
         for part in range(parts):
             begin, end = (_at(corners, time / parts) for time in (part, part + 1))
@@ -243,7 +240,8 @@ def _root(f: NDArray[Any]) -> FloatArray:
         return np.zeros(0)
     b = (f / np.abs(f).max(axis=1, keepdims=True)).astype(np.float64)
     low, high = np.zeros(len(b)), np.ones(len(b))
-    for _ in range(TIME_HALVINGS):
+    # Number of halvings that determine the time of a crossing after the crossing has been found.
+    for _ in range(44):
         t = (low + high) / 2.0
         s = 1.0 - t
         value = s**3 * b[:, 0] + 3 * s * s * t * b[:, 1] + 3 * s * t * t * b[:, 2] + t**3 * b[:, 3]

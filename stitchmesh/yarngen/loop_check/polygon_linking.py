@@ -23,8 +23,6 @@ CHUNK = 200_000
 """Number of pairs of edges that are processed at once; their arrays fit into the cache of the processor."""
 UNITS = 2**24
 """Largest coordinate of a pair of polygons [units]. Products of two differences then stay below 2^51."""
-ROUNDING = 1e-15
-"""Bound of the rounding error of a sum of three products, over the sum of their absolute values."""
 TURN = np.array([0.0137, 0.0071])
 """Tilt of the direction of projection about the two axes of the plane of the first polygon [rad]."""
 
@@ -121,7 +119,8 @@ def _volume_signs(u: FloatArray, v: FloatArray, gap: FloatArray) -> FloatArray:
     """Signs of (u x v) . gap for whole numbers, shape (n,); where it is zero, as if gap were moved by (e, e^2, e^3)."""
     normal = np.cross(u, v)  # exact, because the products are whole numbers below 2^51
     volume = (normal * gap).sum(axis=1)
-    unsure = np.flatnonzero(np.abs(volume) <= ROUNDING * (np.abs(normal) * np.abs(gap)).sum(axis=1))
+    # Bound of the rounding error of a sum of three products, over the sum of their absolute values.
+    unsure = np.flatnonzero(np.abs(volume) <= 1e-15 * (np.abs(normal) * np.abs(gap)).sum(axis=1))
     whole = [values[unsure].astype(np.int64).astype(object) for values in (normal, gap)]
     signs = np.sign(volume)
     signs[unsure] = np.sign((whole[0] * whole[1]).sum(axis=1).astype(np.float64))

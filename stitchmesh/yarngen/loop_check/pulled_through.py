@@ -49,14 +49,9 @@ TESTED_FRACTIONS = (0.5, 0.25, 0.75)
 these times can be opened then."""
 FORBIDDEN, FREE = 1e6, 1e-6
 """Cost of a crossing that nothing cancels, and of an empty assignment, in yarn radii."""
-TIE_BREAK = 1e-6
-"""Largest random number that is added to a cost [radii]. Among equally long rings it selects the same one in every
-run."""
 PATH_SETTINGS = ((5, 64), (0, 32), (5, 32), (20, 32), (0, 16), (100, 64))
 """Deformation paths that are tried: the number of smoothing steps of the rotations, and the number of control points
 from which each rotation is computed."""
-UNMOVED = 1e-3
-"""Yarns that moved less than this, over the yarn radius, count as unmoved."""
 
 
 @dataclass(frozen=True)
@@ -161,7 +156,9 @@ def _unmatched(
     entries += [(row, m + row, cost) for row, cost in enumerate(right)]
     entries += [(p + column, column, cost) for column, cost in enumerate(left)]
     rows, columns, costs = np.array(entries).T
-    costs += np.random.default_rng(0).uniform(0.0, TIE_BREAK, len(costs))
+    # Largest random number that is added to a cost [radii]. Among equally long rings it selects the same one in
+    # every run.
+    costs += np.random.default_rng(0).uniform(0.0, 1e-6, len(costs))
     graph = coo_array((costs, (rows.astype(np.int32), columns.astype(np.int32))), shape=(p + m, m + p)).tocsr()
     row, column = min_weight_full_bipartite_matching(graph)
     remaining_right = [int(k) for k, n in zip(row, column, strict=True) if k < p and n >= m and right[k] >= FORBIDDEN]
@@ -341,7 +338,8 @@ def pulled_through(generated: YarnSet, yarns: YarnSet) -> list[YarnCrossing]:
     Returns:
         The remaining crossings on the last path, by sampled points of ``YarnPolylines``; empty if there are none.
     """
-    if np.abs(generated.points - yarns.points).max() < UNMOVED * yarns.radius.min():
+    # Yarns that moved less than this, over the yarn radius, count as unmoved.
+    if np.abs(generated.points - yarns.points).max() < 1e-3 * yarns.radius.min():
         return []
     polylines, reach = YarnPolylines(generated), LONGEST_RING * float(yarns.radius.mean())
     remaining: list[YarnCrossing] | None = None

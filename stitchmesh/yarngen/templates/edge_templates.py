@@ -44,8 +44,6 @@ from stitchmesh.yarngen.templates.template import (
 THREAD_WAYPOINTS = ((0.09, 0.15, -1.7), (0.5, 0.44, 0.0), (0.91, 0.15, 1.7))
 """Waypoints of the drawn-through yarn in one loop: position across the column, height over the height of the face, and
 height in yarn radii."""
-SLOW_HEIGHT_FADE = 0.25
-"""Fraction of a held head over which its right leg, which lies behind, reaches height zero at the face below."""
 CROSSED_WAYPOINTS = ((0.25, 0.14, 0.4), (0.62, 0.38, 1.0), (0.82, 0.70, 0.6))
 """Waypoints of the first leg of a backward loop, in the same coordinates. The second leg is the mirror image, behind
 the first."""
@@ -142,7 +140,8 @@ def _held_head(n: tuple[int, int], loop: int) -> TemplatePart:
     plain = next(part for part in knit().parts if part.is_head)
     u, v = plain.curve[:, 0], plain.curve[:, 1] / STITCH_HEIGHT
     share = np.linspace(0.0, 1.0, len(u))
-    height_factor = np.clip(np.minimum(share / HEIGHT_FADE, (1.0 - share) / SLOW_HEIGHT_FADE), 0.0, 1.0)
+    # Fraction of a held head over which its right leg, which lies behind, reaches height zero at the face below.
+    height_factor = np.clip(np.minimum(share / HEIGHT_FADE, (1.0 - share) / 0.25), 0.0, 1.0)
     height = HEIGHT_IN_RADII * np.cos(np.pi * share) * np.sin(np.pi / 2 * height_factor)
     points = [column_waypoint(n, loop, n[0], *point) for point in zip(u, v, height, strict=True)]
     curve = np.array([(x, y * STITCH_HEIGHT, h) for x, y, h in points])

@@ -40,8 +40,6 @@ from stitchmesh.yarngen.templates.template import (
 
 PIERCING = {"k": 1, "p": -1, "y": 0}
 """How often the left leg of a loop passes through a loop below from behind to the front, by its letter."""
-OUTSIDE = 0.02
-"""Largest distance by which a spline may overshoot a side of its face [stitch widths]; a sixth of a radius."""
 CLOSEST, CLOSEST_TWISTED = 1.0, 0.75
 """Smallest distance of yarns with untwisted and with twisted loops on top [radii]; touching yarns are 2 apart."""
 
@@ -156,7 +154,8 @@ def _check_ends(where: str, shape: Template) -> None:
             reason = "because it is a loop below" if is_loop_below else "because it is no loop below"
             expected = f"expected {str(is_loop_below).lower()}, {reason}"
             raise YarnError(f"{where}: part {number} has head {str(part.is_head).lower()}; {expected}")
-        if _depth(shape, part.curve) < -OUTSIDE or not np.isfinite(part.curve).all():
+        # Largest distance by which a spline may overshoot a side of its face [stitch widths]; a sixth of a radius.
+        if _depth(shape, part.curve) < -0.02 or not np.isfinite(part.curve).all():
             found = f"part {number} leaves the face by {-_depth(shape, part.curve):.2f} stitch widths"
             raise YarnError(f"{where}: {found}; keep its points within the face")
 

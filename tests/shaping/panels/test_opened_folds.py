@@ -24,12 +24,12 @@ def layers(height: float, *, facing: bool) -> Mesh:
 
 
 @pytest.mark.parametrize("facing", [True, False])
-@pytest.mark.parametrize("height", [0.2, 0.5])
-def test_layers_are_as_far_apart_as_a_fabric_is_thick(height, facing):
-    points = opened_folds(layers(height, facing=facing), WIDTH)
+def test_layers_are_as_far_apart_as_a_fabric_is_thick(facing):
+    mesh = layers(0.2, facing=facing)
+    points = opened_folds(mesh, WIDTH)
     # Each layer moves by half of what is missing, straight along its normal.
     assert np.allclose(points[49:, 2] - points[:49, 2], THICKNESS * WIDTH, rtol=0.0, atol=1e-9)
-    assert np.allclose(points[:, :2], layers(height, facing=facing).vertices[:, :2])
+    assert np.allclose(points[:, :2], mesh.vertices[:, :2])
 
 
 def test_layers_in_one_place_are_opened_outside_out():
@@ -40,7 +40,6 @@ def test_layers_in_one_place_are_opened_outside_out():
     assert (motion * normal > 0.0).all() and np.isclose(abs(motion[1] - motion[0]), THICKNESS * WIDTH)
 
 
-@pytest.mark.parametrize("height", [THICKNESS, 3.0])
-def test_layers_with_room_stay_where_they_are(height):
-    mesh = layers(height * WIDTH, facing=False)
+def test_layers_with_room_stay_where_they_are():
+    mesh = layers(THICKNESS * WIDTH, facing=False)
     assert np.allclose(opened_folds(mesh, WIDTH), mesh.vertices, rtol=0.0, atol=1e-12)

@@ -21,27 +21,18 @@ def sewn_pairs(panels: PanelMesh) -> list[tuple[int, int]]:
     return sorted((min(seam.panels), max(seam.panels)) for seam in panels.seams)
 
 
-def test_a_bag_has_two_panels_and_a_seam_around_three_sides(tmp_path):
-    panels = bag().read(tmp_path)
-    assert panels.panel_count == 2 and sewn_pairs(panels) == [(0, 1)]
-    assert len(panels.seams[0].first) == 11 + 9 + 11 - 2  # nodes of the grid along two sides and below
+SEWN = {
+    bag: [(0, 1)],
+    skirt: [(0, 1), (0, 3), (1, 2), (2, 3)],
+    t_shirt: [*[(0, 1)] * 4, (0, 2), (0, 3), (1, 2), (1, 3), (2, 2), (3, 3)],
+}
+"""Pairs of panels with a seam: a skirt is a ring of gores, and sleeves are sewn to themselves."""
 
 
-def test_a_skirt_has_four_gores_in_a_ring(tmp_path):
-    panels = skirt().read(tmp_path)
-    assert panels.panel_count == 4 and sewn_pairs(panels) == [(0, 1), (0, 3), (1, 2), (2, 3)]
-
-
-def test_a_t_shirt_has_sleeves_that_are_sewn_to_themselves(tmp_path):
-    panels = t_shirt().read(tmp_path)
-    assert panels.panel_count == 4
-    body, armholes = [(0, 1)] * 4, [(0, 2), (0, 3), (1, 2), (1, 3)]
-    assert sewn_pairs(panels) == sorted([*body, *armholes, (2, 2), (3, 3)])
-
-
-@pytest.mark.parametrize("pattern", [bag, skirt, t_shirt])
-def test_panels_are_cut_at_seams_and_the_sides_of_seams_lie_on_each_other(tmp_path, pattern):
+@pytest.mark.parametrize(("pattern", "sewn"), SEWN.items())
+def test_panels_are_cut_at_seams_and_the_sides_of_seams_lie_on_each_other(tmp_path, pattern, sewn):
     panels = pattern().read(tmp_path)
+    assert sewn_pairs(panels) == sewn
     mesh = panels.mesh
     inner = np.flatnonzero(mesh.twin != BORDER)
     panel = panels.face_panel[mesh.side_face]
@@ -96,11 +87,8 @@ def each_face_for_itself(text: PatternText) -> PatternText:
 
 @pytest.mark.parametrize(
     ("pattern", "style"),
-    [
-        *((pattern, each_panel_for_itself) for pattern in (bag, skirt, t_shirt)),
-        # Front and back of the T-shirt touch each other in the texture: without common vertices no cut is seen there.
-        *((pattern, each_face_for_itself) for pattern in (bag, skirt)),
-    ],
+    # Front and back of the T-shirt touch each other in the texture: without common vertices no cut is seen there.
+    [(t_shirt, each_panel_for_itself), (bag, each_face_for_itself)],
 )
 def test_every_style_of_writing_gives_the_same_panels_and_seams(tmp_path, pattern, style):
     expected, found = pattern().read(tmp_path), style(pattern()).read(tmp_path)

@@ -27,6 +27,7 @@ from stitchmesh.yarngen.templates.template import Template, TemplatePart
 from stitchmesh.yarnrelax import relax_yarns
 from tests.gallery import FLAT_AND_ROUND
 from tests.meshrelax.fabrics import rotation
+from tests.nightly import at_night
 from tests.shaking import SHAKES, shaken_many
 from tests.yarngen.samplers import bottoms, sampler, tops
 
@@ -93,7 +94,7 @@ def test_polygons_with_edges_on_one_line_do_not_cross() -> None:
     """Loops and links of a flat piece have edges on one line, the line of the needle that closes them."""
     random = np.random.default_rng(5)
     arch = np.array([[0.0, 0, 0], [0.3, 0.9, 0.1], [0.7, 0.9, -0.1], [1.0, 0, 0]])
-    for seed in range(300):
+    for seed in range(100):
         turn, shift = rotation(seed), random.normal(size=3)
         beyond = arch * [1, -1, 1] + [random.uniform(1.1, 3.0), 0.0, 0.0]
         assert linking(arch @ turn.T + shift, beyond @ turn.T + shift) == 0.0
@@ -116,7 +117,7 @@ DEGENERATE = {
 
 @pytest.mark.parametrize("name", DEGENERATE)
 def test_shaken_degenerate_polygons_have_the_same_linking(name: str) -> None:
-    """The linking is the same in 10,000 shaken copies. For polygons that touch, it is at least a whole number."""
+    """The linking is the same in all shaken copies. For polygons that touch, it is at least a whole number."""
     other, expected = DEGENERATE[name]
     rings, others = shaken_many(RING), shaken_many(other)[::-1]
     one, two = (Polygons(points.reshape(-1, 3), np.arange(SHAKES + 1) * points.shape[1], np.arange(points[..., 0].size))
@@ -138,9 +139,10 @@ def test_linking_does_not_depend_on_where_polygons_lie() -> None:
 
 
 @pytest.mark.parametrize("name", FLAT_AND_ROUND)
-def test_every_top_side_has_its_loop_and_yarn_is_cut_without_a_gap(name: str) -> None:
+def test_every_top_side_has_its_loop_as_defined_and_yarn_is_cut_without_a_gap(name: str) -> None:
     fabric = fabric_of(name)
     yarns = generate_yarns(fabric, quality="draft")
+    check_loops(fabric, yarns)
     arcs = find_arcs(fabric, yarns)
     made = fabric.side_role == 2
     joined = (made & fabric.mismatched).sum()  # where rows meet top to top, two loops join into one
@@ -150,22 +152,6 @@ def test_every_top_side_has_its_loop_and_yarn_is_cut_without_a_gap(name: str) ->
     points = sum(arc.count - 1 for arc in (*arcs.loops, *arcs.links))
     bridged = len(yarns.points) - np.diff(arcs.pieces.points, axis=1).sum()
     assert points >= SAMPLES_PER_POINT * (len(yarns.points) - bridged) - len(arcs.links)
-
-
-@pytest.mark.parametrize("name", FLAT_AND_ROUND)
-@pytest.mark.parametrize("quality", ["draft", "standard"])
-def test_loops_of_whole_fabrics_are_linked_as_defined(name: str, quality: str) -> None:
-    fabric = fabric_of(name)
-    check_loops(fabric, generate_yarns(fabric, quality=quality))
-
-
-@pytest.mark.nightly
-@pytest.mark.parametrize("name", ["flat", "three around", "pentagons"])
-def test_loops_of_whole_fabrics_are_linked_as_defined_after_relaxation(name: str) -> None:
-    fabric = fabric_of(name)
-    yarns = generate_yarns(fabric, quality="draft")
-    relaxed = relax_yarns(yarns, quality="draft", device="cpu", keep_shape=fabric).yarns
-    check_loops(fabric, relaxed)
 
 
 def test_a_knit_loop_is_threaded_once_up_and_once_down_and_a_purl_loop_reversed() -> None:
@@ -224,7 +210,7 @@ def test_a_leg_has_no_turns_where_the_link_beside_it_threads_no_loop() -> None:
     np.testing.assert_array_equal(found, expected)
 
 
-@pytest.mark.parametrize("quality", ["draft", "standard", "reference"])
+@pytest.mark.parametrize("quality", ["draft", *at_night("standard", "reference")])
 def test_linking_is_whole_and_as_defined_at_every_quality(quality: str) -> None:
     fabric = swatch(*EVERYTHING)
     yarns = generate_yarns(fabric, quality=quality)
@@ -233,26 +219,17 @@ def test_linking_is_whole_and_as_defined_at_every_quality(quality: str) -> None:
     assert_same(measured(arcs, yarns), expected_linking(arcs))
 
 
-@pytest.mark.parametrize("step", [1, -1])
-def test_linking_does_not_depend_on_where_yarn_is_cut(step: int) -> None:
+def test_linking_does_not_depend_on_where_yarn_is_cut() -> None:
     """All cuts are moved along the yarn by half a control point, about a twenty-fifth of a plain loop."""
     fabric = swatch(*EVERYTHING)
     yarns = generate_yarns(fabric, quality="draft")
     arcs = find_arcs(fabric, yarns)
 
     def moved(arc: Arc) -> Arc:
-        return replace(arc, first=arc.first + step, last=arc.last + step)
+        return replace(arc, first=arc.first + 1, last=arc.last + 1)
 
     elsewhere = Arcs(arcs.pieces, [moved(loop) for loop in arcs.loops], [moved(link) for link in arcs.links])
     assert_same(measured(elsewhere, yarns), expected_linking(arcs))
-
-
-def test_linking_moves_with_the_yarns() -> None:
-    fabric = swatch(*EVERYTHING)
-    yarns = generate_yarns(fabric, quality="draft")
-    turn = rotation(6)
-    turn *= np.linalg.det(turn)
-    check_loops(fabric, replace(yarns, points=yarns.points @ turn + [5.0, -2.0, 1.0]))
 
 
 @pytest.mark.nightly
@@ -305,7 +282,7 @@ def hook_beside_the_head(shape: Template) -> Template:
     return Template(shape.n_bottom, shape.n_top, tuple(parts))
 
 
-@pytest.mark.parametrize("code", ["k", "p", "kp", "ky", "d12k", "d312p", "sk"])
+@pytest.mark.parametrize("code", ["k", "kp", "d312p", "sk"])
 def test_a_loop_that_is_not_held_is_caught(code: str, monkeypatch: pytest.MonkeyPatch) -> None:
     fabric = swatch("b", code, "b") if code != "k" else swatch()
     replace_template(monkeypatch, CODES[code], head_in_front)
@@ -314,7 +291,7 @@ def test_a_loop_that_is_not_held_is_caught(code: str, monkeypatch: pytest.Monkey
         check_loops(fabric, generate_yarns(fabric, quality="draft"))
 
 
-@pytest.mark.parametrize("code", ["kp", "ky", "kyk", "ypy"])
+@pytest.mark.parametrize("code", ["kp", "ky"])
 def test_yarn_that_does_not_turn_through_the_head_is_caught(code: str, monkeypatch: pytest.MonkeyPatch) -> None:
     fabric = swatch(code)
     replace_template(monkeypatch, CODES[code], hook_beside_the_head)
@@ -322,9 +299,7 @@ def test_yarn_that_does_not_turn_through_the_head_is_caught(code: str, monkeypat
         check_loops(fabric, generate_yarns(fabric, quality="draft"))
 
 
-@pytest.mark.parametrize(
-    ("code", "template_code"), [("kp", "pk"), ("k", "p"), ("kyk", "pyp"), ("d12k", "d21p"), ("sp", "sk")]
-)
+@pytest.mark.parametrize(("code", "template_code"), [("kp", "pk"), ("k", "p"), ("d12k", "d21p")])
 def test_a_stitch_with_the_template_of_another_is_caught(
     code: str, template_code: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:

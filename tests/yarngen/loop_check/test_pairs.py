@@ -57,14 +57,8 @@ def assert_linked_and_apart(blocks: list[Block], floor: float) -> None:
         assert distance == np.inf, f"{distance / radius:.2f} radii in {pieces[yarns.point_yarn[point]]}"
 
 
-@pytest.mark.parametrize("quality", ["draft", *at_night("standard")])
-@pytest.mark.parametrize("stitch", ALL, ids=lambda stitch: VOCABULARY[stitch].code)
-def test_a_stitch_among_knit_ones(stitch: Stitch, quality: str) -> None:
-    fabric = sampler(under_a_plain_row([[KNIT, KNIT, stitch, KNIT, KNIT]]))
-    yarns = generate_yarns(fabric, quality=quality)
-    assert yarns.yarn_count == 1
-    check_loops(fabric, yarns)
-    assert smallest_distance(yarns, ALONE * yarns.radius[0])[0] == np.inf
+def test_each_stitch_among_knit_ones() -> None:
+    assert_linked_and_apart([[[KNIT, KNIT, stitch, KNIT, KNIT]] for stitch in ALL], ALONE)
 
 
 @pytest.mark.nightly
@@ -103,8 +97,7 @@ def untensioned(fabric: StitchMesh) -> YarnSet:
     return replace(yarns, rest_length=yarns.lengths)
 
 
-@pytest.mark.nightly
-@pytest.mark.parametrize("part", [0, *at_night(1, 2)])
+@pytest.mark.parametrize("part", at_night(0, 1, 2))
 def test_stitches_stay_linked_when_the_fabric_is_pulled(part: int) -> None:
     """The cast-on is held and the last row is pulled by 250 dyn a stitch, the weight of about a quarter of a gramme."""
     fabric = many_stitches(ALL[part::3])
@@ -139,12 +132,3 @@ def test_a_fabric_at_rest_is_longer_when_pulled_and_linked_as_before(seed: int) 
     # Decreases have no more yarn than plain stitches, so that the load lengthens the fabric by 3 % only.
     assert height(fabric, pulled.yarns) > 1.02 * height(fabric, rest.yarns)
     check_loops(fabric, pulled.yarns)
-
-
-def test_twisted_loops_are_linked_like_others() -> None:
-    fabric = many_stitches(ALL[::2])
-    tops_of = np.flatnonzero(fabric.side_role == 2)
-    twist = np.zeros(fabric.side_count, dtype=np.int64)
-    twist[tops_of] = np.random.default_rng(1).integers(-1, 2, len(tops_of))
-    twisted = replace(fabric, twist=twist)
-    check_loops(twisted, generate_yarns(twisted, quality="draft"))

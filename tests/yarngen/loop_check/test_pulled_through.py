@@ -17,7 +17,7 @@ from stitchmesh.yarngen.loop_check.crossings_along_path import SampledPath
 from stitchmesh.yarngen.loop_check.deformation_path import DeformationPath
 from stitchmesh.yarngen.loop_check.polygon_linking import Polygons, linking_numbers
 from stitchmesh.yarngen.loop_check.pulled_through import _meets_fan, pulled_through, uncancelled
-from stitchmesh.yarngen.loop_check.yarn_polylines import EdgeEnds, YarnPolylines, sampled_points
+from stitchmesh.yarngen.loop_check.yarn_polylines import YarnPolylines, sampled_points
 from tests.meshrelax.fabrics import rotation
 from tests.shaking import shaken, shaken_many
 
@@ -64,13 +64,12 @@ def test_a_path_leads_from_its_begin_to_its_end() -> None:
         np.testing.assert_allclose(path.at(time).points, there.points, atol=1e-7)
 
 
-@pytest.mark.parametrize("smoothing_steps", [0, 10])
-def test_a_rigid_motion_is_rigid_at_all_times(smoothing_steps: int) -> None:
+def test_a_rigid_motion_is_rigid_at_all_times() -> None:
     turn = rotation(4)
     turn *= np.linalg.det(turn)
     begin = random_curves(2)
     end = replace(begin, points=begin.points @ turn.T + 7.0)
-    half = DeformationPath(begin, end, smoothing_steps, 16).at(0.5).points
+    half = DeformationPath(begin, end, 10, 16).at(0.5).points
     first, there = (points - points.mean(axis=0) for points in (begin.points, half))
     # rounding of rotations near half a turn, and of a linear system
     np.testing.assert_allclose(there @ there.T, first @ first.T, atol=1e-6)
@@ -92,7 +91,7 @@ def test_a_strip_that_curls_up_by_a_turn_and_a_half_does_not_collapse() -> None:
     assert not sampled_path(begin, end, 5).crossings
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", range(3))
 def test_signs_of_crossings_add_up_to_the_change_of_linking(seed: int) -> None:
     """Two rings move from one tangle to another; each crossing changes their linking number by one."""
     begin, end = random_curves(seed), random_curves(seed + 100)
@@ -176,15 +175,6 @@ def test_images_cross_like_any_other_yarn() -> None:
     assert not sampled_path(begin, moved).crossings
 
 
-def test_edges_continue_past_the_end_of_closed_yarns() -> None:
-    lattice = Lattice(np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]))
-    points = np.stack([np.arange(8) / 8, 0.2 * np.ones(8), np.zeros(8)], axis=1)
-    yarns = replace(yarns_of(points, closed=True), lattice=lattice, lattice_step=np.array([[1, 0]]))
-    ends = EdgeEnds.of(YarnPolylines(yarns), yarns)
-    np.testing.assert_allclose(ends.second - ends.first, [[1 / 16, 0.0, 0.0]] * 16, atol=1e-12)
-    assert YarnPolylines(yarns).distance(0, 3, 19) == pytest.approx(1.0, abs=1e-12)
-
-
 def shaken_yarns(yarns: YarnSet, seed: int) -> YarnSet:
     return replace(yarns, points=shaken(yarns.points, seed))
 
@@ -240,20 +230,12 @@ UPWARDS = np.array([0.0, 0.0, 1.0])
 
 
 def test_no_edge_slips_between_the_triangles_of_a_fan() -> None:
-    """Edges exactly through spokes and through the apex, shaken ten thousand times, and edges just outside."""
+    """Edges exactly through spokes and through the apex, shaken many times, and edges just outside."""
     angle = 2 * np.pi * np.arange(8) / 8
     corners = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
     for apex in (np.zeros(3), corners[2]):
         on_spoke = 0.5 * corners[0] + 0.5 * apex
         for place, inside in ((on_spoke, True), (corners[6] * 0.5, True), (corners[0] * 1.1, False)):
             first, second = shaken_many(line(place - UPWARDS, place + UPWARDS, 2)).transpose(1, 0, 2)
-            met = [_meets_fan(apex, corners, first[k : k + 1], second[k : k + 1]) for k in range(0, len(first), 10)]
+            met = [_meets_fan(apex, corners, first[k : k + 1], second[k : k + 1]) for k in range(len(first))]
             assert all(met) if inside else not any(met)
-
-
-def test_yarn_whose_vertices_lie_on_a_fan_goes_through_it() -> None:
-    """One of its two edges that meet at the fan passes through it, whatever the last bit."""
-    corners = ring((0.0, 0.0, 0.0), 1.0, 7)
-    yarn = line((-1.0, 0.1, 0.2), (1.0, 0.1, 0.2), 3)
-    for shake in shaken_many(yarn, 1000):
-        assert _meets_fan(corners.mean(axis=0), corners, shake[:-1], shake[1:])

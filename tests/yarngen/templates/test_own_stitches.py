@@ -38,11 +38,10 @@ def drawn(code, makes=None, name="mine"):
     return json.dumps(content)
 
 
-@pytest.mark.parametrize("code", ["ky", "d12k"])
-def test_the_drawing_of_a_built_in_stitch_is_accepted_for_its_code(tmp_path, code):
-    (tmp_path / "own.json").write_text(drawn(code))
+def test_the_drawing_of_a_built_in_stitch_is_accepted_for_its_code(tmp_path):
+    (tmp_path / "own.json").write_text(drawn("d12k"))
     (stitch,) = read_own_stitches(tmp_path / "own.json")
-    known = CODES[code]
+    known = CODES["d12k"]
     for one, other in zip(template(stitch, *SIDE_COUNTS[known]).parts, template(known, *SIDE_COUNTS[known]).parts,
                           strict=True):  # fmt: skip
         assert (one.start, one.end, one.is_head) == (other.start, other.end, other.is_head)
@@ -66,6 +65,22 @@ def test_a_drawing_that_contradicts_its_code_is_refused_in_one_line(tmp_path, ca
     assert "\n" not in str(error.value)
 
 
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"head": False}, "part 1 has head false; expected true, because it is a loop below"),
+        ({"through": [[0.9, 0.4, 0.5], [0.9, 0.4, 0.5]]}, "part 1: got the point .* twice in a row"),
+        ({"through": [[0.9, 0.4, 1e300]]}, "part 1: got the point .* expected coordinates within 100"),
+    ],
+)
+def test_a_part_that_cannot_be_drawn_is_refused_in_one_line(tmp_path, change, message):
+    content = json.loads((FOLDER / "daisy.json").read_text())
+    content["daisy"]["parts"][0].update(change)
+    (tmp_path / "own.json").write_text(json.dumps(content))
+    with pytest.raises((FileError, YarnError), match=message):
+        read_own_stitches(tmp_path / "own.json")
+
+
 def test_yarns_that_come_too_close_and_points_outside_the_face_are_refused(tmp_path, daisy):
     rough = drawings()["ky"]
     parts = daisy.parts
@@ -79,10 +94,8 @@ def test_yarns_that_come_too_close_and_points_outside_the_face_are_refused(tmp_p
 
 
 @pytest.mark.parametrize(("content", "message"), [
-    ("{}", "holds no stitch"), ("[", "is no JSON"),
+    ("{}", "holds no stitch"), ("[", "is no JSON"), ('{"mine": {"makes": "k"}}', "parts"),
     ('{"K2": {"makes": "k", "parts": []}}', "expected 2 to 16 letters"),
-    ('{"mine": {"makes": "d13k", "parts": []}}', "such as d123kyk"),
-    ('{"mine": {"makes": "k"}}', "parts"),
 ])  # fmt: skip
 def test_a_file_that_holds_no_drawings_is_refused(tmp_path, content, message):
     (tmp_path / "own.json").write_text(content)
@@ -111,29 +124,6 @@ def test_its_loops_are_linked_as_its_code_says(daisy):
 
 def test_the_command_refuses_a_contradiction_and_writes_nothing(tmp_path, capsys):
     (tmp_path / "own.json").write_text(drawn("ky", "py", "daisy"))
-    words = [
-        "swatch",
-        str(FOLDER / "daisy.knit"),
-        "--stitches",
-        str(tmp_path / "own.json"),
-        "-o",
-        str(tmp_path / "out"),
-    ]
-    assert cli.main(words) == 2 and not (tmp_path / "out").exists()
+    words = ["swatch", str(FOLDER / "daisy.knit"), "--stitches", str(tmp_path / "own.json")]
+    assert cli.main([*words, "-o", str(tmp_path / "out")]) == 2 and not (tmp_path / "out").exists()
     assert capsys.readouterr().err.count("\n") == 1
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"head": False}, "part 1 has head false; expected true, because it is a loop below"),
-        ({"through": [[0.9, 0.4, 0.5], [0.9, 0.4, 0.5]]}, "part 1: got the point .* twice in a row"),
-        ({"through": [[0.9, 0.4, 1e300]]}, "part 1: got the point .* expected coordinates within 100"),
-    ],
-)
-def test_a_part_that_cannot_be_drawn_is_refused_in_one_line(tmp_path, change, message):
-    content = json.loads((FOLDER / "daisy.json").read_text())
-    content["daisy"]["parts"][0].update(change)
-    (tmp_path / "own.json").write_text(json.dumps(content))
-    with pytest.raises((FileError, YarnError), match=message):
-        read_own_stitches(tmp_path / "own.json")
