@@ -68,13 +68,12 @@ def test_what_is_no_surface_is_refused_in_a_line(given, error, message):
         sm.label(given)
 
 
-@pytest.mark.parametrize("convert", [sm.to_trimesh, sm.to_pyvista, sm.to_meshio])
-def test_meshes_of_libraries_are_knitted_and_written_where_a_folder_is_given(convert, tmp_path):
+def test_meshes_of_libraries_are_knitted_and_written_where_a_folder_is_given(tmp_path):
     rough = sm.Quality(**(asdict(quality_named("draft")) | {"max_iterations": 1}))  # The yarns are made, not at rest.
     made = {}
     for place, folder in (("nowhere", None), ("folder", tmp_path)):
         made[place] = sm.knit(
-            convert(TUBE), stitch_width=1.0, auto=True, quality=rough, device="cpu", folder=folder
+            sm.to_trimesh(TUBE), stitch_width=1.0, auto=True, quality=rough, device="cpu", folder=folder
         )
     np.testing.assert_array_equal(made["nowhere"].yarns.points, made["folder"].yarns.points)
     np.testing.assert_array_equal(sm.read_yarns(tmp_path / "yarns.h5").points, made["folder"].yarns.points)
@@ -84,11 +83,6 @@ def test_meshes_of_libraries_are_knitted_and_written_where_a_folder_is_given(con
 def test_a_mesh_of_triangles_is_refused_with_the_way_to_rows():
     with pytest.raises(LabelError, match=r"auto=True.*these are triangles"):
         sm.knit(sm.to_trimesh(TUBE))
-
-
-def test_a_fabric_keeps_its_rows_in_pyvista():
-    fabric = sm.label(TUBE)
-    np.testing.assert_array_equal(sm.to_pyvista(fabric).cell_data["row"], fabric.row)
 
 
 @pytest.mark.parametrize("periodic", [False, True])

@@ -57,7 +57,7 @@ def cell_of_yarns() -> YarnSet:
     return dataclasses.replace(yarns, rest_length=yarns.lengths)
 
 
-@pytest.mark.parametrize("suffix", sorted(set(FORMATS) - {".h5", ".pyp", ".glb"}))
+@pytest.mark.parametrize("suffix", [".bcc", ".obj", ".usda", ".vtp", ".yarns"])
 def test_formats_without_a_lattice_hold_one_period_of_open_yarns(tmp_path, suffix, caplog):
     cell = cell_of_yarns()
     with caplog.at_level(logging.INFO, "stitchmesh"):
@@ -76,7 +76,7 @@ def test_formats_without_a_lattice_hold_one_period_of_open_yarns(tmp_path, suffi
             np.testing.assert_allclose(kept[-1] - kept[0], cell.lattice.shift(cell.lattice_step[yarn]), atol=1e-6)
 
 
-@pytest.mark.parametrize("suffix", [".h5", ".bcc", ".glb"])
+@pytest.mark.parametrize("suffix", [".h5", ".glb"])
 def test_tiles_are_written_as_a_finite_piece(tmp_path, suffix):
     cell = cell_of_yarns()
     for name, yarns, tiles in (("a", cell, (3, 2)), ("b", tile_yarns(cell, 3, 2), None)):
@@ -87,7 +87,7 @@ def test_tiles_are_written_as_a_finite_piece(tmp_path, suffix):
         assert (tmp_path / f"a{suffix}").read_bytes() == (tmp_path / f"b{suffix}").read_bytes()
 
 
-@pytest.mark.parametrize("suffix", [".h5", ".bcc", ".usda"])
+@pytest.mark.parametrize("suffix", [".h5", ".usda"])
 def test_tiles_of_yarns_that_are_not_periodic_are_errors(tmp_path, suffix):
     with pytest.raises(YarnError, match="expected a cell on a lattice"):
         write_yarns(tmp_path / f"y{suffix}", awkward_yarns(), tiles=(2, 2))
@@ -108,32 +108,6 @@ def test_bcc_keeps_control_points_to_float32(tmp_path, curve):
         size = np.abs(yarns.points[part]).max()
         # The rounding error of float32 is 6e-8, and the solution for control points amplifies it by at most 3.
         np.testing.assert_allclose(again.points[part], yarns.points[part], atol=3e-7 * size)
-
-
-@pytest.mark.parametrize("suffix", [".bcc", ".obj", ".vtp"])
-def test_read_yarns_are_in_centimetres(tmp_path, suffix):
-    yarns = YarnSet.from_curves([np.eye(3)], closed=[True], radius=0.1)
-    write_yarns(tmp_path / f"y{suffix}", yarns, unit="m")
-    for unit, scale in (("m", 1.0), ("cm", 0.01)):
-        again = read_yarns(tmp_path / f"y{suffix}", unit=unit, radius=0.1)
-        # The spline through a polyline of 4 points for each segment differs by far less than the units do.
-        assert again.lengths.sum() == pytest.approx(scale * yarns.lengths.sum(), rel=1e-2)
-
-
-def test_obj_polylines_keep_the_points_written(tmp_path):
-    yarns = awkward_yarns()
-    write_yarns(tmp_path / "y.obj", yarns)
-    again = read_yarns(tmp_path / "y.obj", radius=0.1)
-    np.testing.assert_array_equal(again.closed, yarns.closed)
-    for read, written in zip(again.sampled(1), yarns.sampled(4), strict=True):
-        np.testing.assert_allclose(read, written, atol=1e-12 * np.abs(written).max())  # A linear system in float64.
-
-
-def test_writers_do_not_change_their_input(tmp_path):
-    yarns = awkward_yarns()
-    for name in ("y.h5", "y.bcc", "y.obj", "y.usda", "y.usdc", "y.usd", "y.vtp", "y.glb"):
-        write_yarns(tmp_path / name, yarns)
-    assert_same(yarns, awkward_yarns())
 
 
 @pytest.mark.parametrize(("name", "curve"), [("glove.bcc", "catmull-rom"), ("knittube.bcc", "bspline")])
@@ -176,24 +150,18 @@ def bcc(
     ("content", "message"),
     [
         (b"", "the file is empty"),
-        (b"BCC", "does not start with a BCC header"),
         (bcc(magic=b"ABCD"), "does not start with a BCC header"),
         (bcc(magic=b"BCC\x88"), "byte 3 is 0x88; expected 0x44"),
         (bcc(kind=b"BZ"), "holds Bezier curves"),
-        (bcc(kind=b"QQ"), "kind of curve is 'QQ'"),
         (bcc(dimensions=2), "points have 2 dimensions; expected 3"),
         (bcc(up=0), "up axis is 0; expected 1 (y) or 2 (z)"),
         (bcc()[:-1], "need 116 bytes, the file has 115; it was cut short or altered"),
-        (bcc(tail=b"\0"), "need 116 bytes, the file has 117"),
         (bcc(curves=0, points=0, count=0, values=[]), "0 curves of 0 points"),
         (bcc(curves=2**60), "it was cut short or altered"),
         (bcc(count=0), "curve 0 is open and has 0 points; expected at least 4"),
-        (bcc(count=-2), "curve 0 is closed and has 2 points; expected at least 3"),
         (bcc(count=5), "curve 0 overruns the file"),
-        (bcc(count=-(2**31)), "curve 0 overruns the file"),
         (bcc(count=-3), "12 bytes are left after the last curve"),
         (bcc(values=[0.0] * 11 + [np.nan]), "curve 0, point 3 is [0.0, 0.0, nan]; coordinates must be finite"),
-        (bcc(values=[np.inf] + [0.0] * 11), "curve 0, point 0 is [inf, 0.0, 0.0]"),
     ],
 )
 def test_each_bad_bcc_gets_its_message(tmp_path, content, message):
@@ -212,17 +180,6 @@ def test_an_open_polyline_bcc_of_two_points_is_a_straight_yarn(tmp_path):
     assert yarns.lengths.sum() == pytest.approx(5.0, rel=1e-12)
 
 
-@pytest.mark.parametrize("suffix", [suffix for suffix in FORMATS if suffix not in {".pyp", ".glb"}])
-def test_convert_writes_a_format_and_reads_it_again(suffix, tmp_path):
-    rings = [ring([0, 0, 0]), ring([0, 0, 0.2])]
-    write_yarns(tmp_path / "y.bcc", YarnSet.from_curves(rings, closed=[True, True], radius=1.0))
-    assert cli.main(["convert", str(tmp_path / "y.bcc"), str(tmp_path / f"z{suffix}")]) == 0
-    assert cli.main(["convert", str(tmp_path / f"z{suffix}"), str(tmp_path / "again.h5")]) == 0
-    # Files hold float32, and polylines of 4 points for each segment differ by far less than 1 % in length.
-    expected = read_yarns(tmp_path / "y.bcc").lengths.sum()
-    assert read_yarns(tmp_path / "again.h5").lengths.sum() == pytest.approx(expected, rel=0.01)
-
-
 def test_convert_writes_tubes_and_does_not_read_them(tmp_path, capsys):
     write_yarns(tmp_path / "y.h5", YarnSet.from_curves([ring([0, 0, 0])], closed=[True], radius=0.1))
     assert cli.main(["convert", str(tmp_path / "y.h5"), str(tmp_path / "z.glb")]) == 0
@@ -239,20 +196,19 @@ def test_convert_writes_a_cell_in_every_format(tmp_path):
     assert read_yarns(tmp_path / "z.h5").lattice is not None
 
 
-@pytest.mark.parametrize("large", ["points", "radius", "rest_length"])
-@pytest.mark.parametrize("suffix", [".bcc", ".usda", ".usdc", ".glb", ".yarns"])
+@pytest.mark.parametrize(
+    ("suffix", "large"),
+    [(".bcc", "points"), (".usda", "points"), (".usda", "radius"), (".glb", "radius"), (".yarns", "rest_length")],
+)
 def test_numbers_beyond_float32_are_not_written(tmp_path, suffix, large):
     values = {"points": np.eye(3), "radius": np.array([0.1]), "rest_length": np.ones(3)}
     values[large] = 1e41 * values[large]
     yarns = YarnSet.from_curves(
         [values["points"]], closed=[True], radius=values["radius"], rest_lengths=[values["rest_length"]]
     )
-    if large in {".bcc": ("points",), ".yarns": tuple(values)}.get(suffix, ("points", "radius")):
-        with pytest.raises(FileError, match="too large for the format's float32"):
-            write_yarns(tmp_path / f"y{suffix}", yarns)
-        assert not list(tmp_path.iterdir())
-    else:
+    with pytest.raises(FileError, match="too large for the format's float32"):
         write_yarns(tmp_path / f"y{suffix}", yarns)
+    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize(
@@ -262,7 +218,6 @@ def test_numbers_beyond_float32_are_not_written(tmp_path, suffix, large):
         ("v 0 0 0\nl 1 2\n", "line 2: vertex 2 does not exist"),
         ("v 0 0 0\nl 1\n", "line 2: got a polyline of 1 points; expected at least 2"),
         ("v 0 0 0\nv 1 0 0\nl 1 2 1\n", "line 3: got a polyline of 2 points; expected at least 3"),
-        ("v 0 0 0\nv 1 0 zero\nl 1 2\n", "line 2: got 'v 1 0 zero'"),
         ("v 0 0 0\nv 0 0 0\nl 1 2\n", "expected a positive number of cm"),
     ],
 )
@@ -286,10 +241,8 @@ def damage(path: Path, name: str, values: object) -> None:
     [
         ("points", None, "dataset 'points' is missing"),
         ("points", np.full((54, 3), np.nan), "coordinates are not finite"),
-        ("points", np.zeros((54, 2)), "expected (N, 3)"),
         ("start", np.zeros(0, dtype=int), "y.h5"),
         ("start", [0.5, 1.5], "dataset 'start' holds float64; expected int64"),
-        ("closed", [1, 2, 3, 4], "dataset 'closed' holds int64; expected bool"),
         ("radius", [0.1, 0.1, 0.1, -0.1], "expected a positive number of cm"),
         ("row", np.zeros(3, dtype=int), "row: got shape (3,)"),
     ],
@@ -319,15 +272,6 @@ def test_other_hdf5_content_is_an_error(tmp_path):
     path.write_bytes(b"not HDF5")
     with pytest.raises(FileError, match="is not an HDF5 file"):
         read_yarns(path)
-
-
-def test_a_truncated_hdf5_is_an_error_wherever_it_is_cut(tmp_path):
-    write_yarns(tmp_path / "whole.h5", awkward_yarns())
-    whole = (tmp_path / "whole.h5").read_bytes()
-    for cut in range(0, len(whole) - 1, len(whole) // 40):
-        (tmp_path / "y.h5").write_bytes(whole[:cut])
-        with pytest.raises(FileError):
-            read_yarns(tmp_path / "y.h5")
 
 
 def test_the_error_names_the_bad_parameter(tmp_path):
@@ -427,7 +371,7 @@ def test_a_heap_of_hdf5_that_leads_back_to_itself_is_an_error_and_not_read_for_e
         read_yarns(tmp_path / "y.h5")
 
 
-@pytest.mark.parametrize("options", [{"chunks": True}, {"compression": "gzip"}, {"chunks": (100, 3)}])
+@pytest.mark.parametrize("options", [{"compression": "gzip"}, {"chunks": (100, 3)}])
 def test_hdf5_datasets_that_other_programs_divide_into_chunks_are_read(tmp_path, options):
     points = np.cumsum(np.ones((100_000, 3)), axis=0)
     write_yarns(tmp_path / "y.h5", YarnSet.from_curves([points], closed=[False], radius=0.1))

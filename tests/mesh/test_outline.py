@@ -24,5 +24,3 @@ def test_the_outline_of_a_block_is_as_long_as_its_perimeter():
     assert set(mesh.side_face[outline].tolist()) <= set(block.tolist())
 
 
-def test_no_faces_have_no_outline():
-    assert len(outline_sides(grid(3, 3), np.zeros(0, dtype=np.int64))) == 0

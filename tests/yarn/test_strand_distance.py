@@ -36,14 +36,6 @@ def test_parallel_yarns_are_apart_by_their_distance_less_two_radii():
     np.testing.assert_allclose(gap[2], 0.20, atol=1e-12)
 
 
-def test_pressed_yarns_have_a_negative_gap():
-    np.testing.assert_allclose(strand_distance(lines(0.0, 0.15)), -0.05, atol=1e-12)
-
-
-def test_a_gap_beyond_the_search_is_the_search():
-    assert (strand_distance(lines(0.0, 3.0), within=0.5) == 0.5).all()
-
-
 @pytest.mark.parametrize("closed", [True, False])
 def test_a_ring_or_a_line_alone_has_no_other_strand(closed: bool):
     yarns = YarnSet.from_curves([ring()], closed=[True], radius=0.1) if closed else lines(0.0)
@@ -90,3 +82,7 @@ def test_means_at_control_points_keep_a_constant_and_the_order_of_the_segments()
     closed = YarnSet.from_curves([ring()], closed=[True], radius=0.1)
     values = np.random.default_rng(1).random(40)
     assert control_point_means(closed, values).sum() == pytest.approx(values.sum(), rel=1e-14)  # rounding
+
+
+def test_pressed_yarns_have_a_negative_gap():
+    np.testing.assert_allclose(strand_distance(lines(0.0, 0.15)), -0.05, atol=1e-12)

@@ -82,14 +82,6 @@ def test_a_yarn_passes_through_its_vertices_in_continuous_coordinates(tmp_path):
     np.testing.assert_allclose(yarns.radius, [0.1])
 
 
-def test_rest_lengths_belong_to_the_first_vertices_of_edges(tmp_path):
-    lines = CELL.splitlines()
-    lines[9:12] = [lines[11], lines[9], lines[10]]
-    first = read_yarns(written(tmp_path / "a.pyp", CELL))
-    second = read_yarns(written(tmp_path / "b.pyp", "\n".join(lines)))
-    np.testing.assert_array_equal(first.rest_length, second.rest_length)
-
-
 def test_ignored_twists_are_logged(tmp_path, caplog):
     with caplog.at_level(logging.WARNING, "stitchmesh"):
         read_yarns(written(tmp_path / "y.pyp", CELL.replace(" 0.5\n", " 0\n")))
@@ -131,11 +123,6 @@ def test_rest_angles_are_means_of_the_natural_curvature_about_vertices(tmp_path)
     np.testing.assert_allclose(numbers_of(tmp_path / "again.pyp", "RK"), bends, atol=1e-14)
     again = read_yarns(tmp_path / "again.pyp")
     np.testing.assert_allclose(again.natural_curvature, yarns.natural_curvature, rtol=1e-12)
-
-
-def test_without_natural_curvatures_yarns_are_straight_at_rest(tmp_path):
-    bare = CELL.replace("*RK", "*NONE")
-    assert not read_yarns(written(tmp_path / "y.pyp", bare)).natural_curvature.any()
 
 
 def test_periods_that_are_not_those_of_the_yarns_give_a_warning(caplog):

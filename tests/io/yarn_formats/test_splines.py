@@ -51,13 +51,6 @@ def test_an_open_curve_keeps_its_end_tangents(count):
     np.testing.assert_allclose(slope[1] @ control[-4:], (points[-1] - points[-3]) / 2, atol=ROUNDING)
 
 
-def test_a_straight_even_line_converts_without_error():
-    line = np.outer(np.arange(9.0), [1.0, 2.0, -0.5])
-    control, error = catmull_rom_to_bspline(line, closed=False)
-    np.testing.assert_allclose(control, line, atol=ROUNDING)
-    assert error < ROUNDING
-
-
 @pytest.mark.parametrize("count", [32, 64, 128])
 def test_the_returned_error_on_a_circle_is_that_of_theory(count):
     """For a step h on the unit circle, the Catmull-Rom tangent is sin h = h - h^3 / 6, that of the spline h + O(h^5).

@@ -113,15 +113,3 @@ def test_reading_a_surface_as_yarns_is_an_error(tmp_path):
     pyvista.Sphere().save(tmp_path / "y.vtp")
     with pytest.raises(FileError, match="has no lines; expected polylines, one for each yarn"):
         read_yarns(tmp_path / "y.vtp")
-
-
-def test_a_truncated_file_is_an_error_wherever_it_is_cut(tmp_path, capfd):
-    write_yarns(tmp_path / "whole.vtp", awkward_yarns())
-    whole = (tmp_path / "whole.vtp").read_bytes().rstrip()
-    for cut in range(0, len(whole) - 1, len(whole) // 40):
-        (tmp_path / "y.vtp").write_bytes(whole[:cut])
-        with pytest.raises(FileError) as caught:
-            read_yarns(tmp_path / "y.vtp")
-        assert str(tmp_path / "y.vtp") in str(caught.value) and "\n" not in str(caught.value)
-    printed = capfd.readouterr()
-    assert printed.out + printed.err == ""
