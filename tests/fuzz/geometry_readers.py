@@ -25,7 +25,7 @@ from stitchmesh.yarn import YarnSet
 from tests.faces.face_files import EVERY_RECORD, LIBRARY
 from tests.fuzz import mutations as damage
 from tests.fuzz import structures
-from tests.fuzz.reader import Reader, Seeds, cube, joined, rebuilt, small_fabric, small_yarns, written
+from tests.fuzz.reader import Reader, Seeds, cube, joined, later, rebuilt, small_fabric, small_yarns, written
 from tests.fuzz.structures import GLB, JSON, USD, XML
 
 
@@ -119,10 +119,6 @@ def _labeling(folder: Path) -> list[bytes]:
     return written(sm.write_labeling, lambda: sm.start_labeling(cube()), suffix=".h5")(folder)
 
 
-def _read_labeling(path: Path) -> object:
-    return sm.read_labeling(path)
-
-
 def _checkpoint(folder: Path) -> list[bytes]:
     """Return the checkpoint of a relaxation, made by hand; the states of solvers have the same form."""
     from stitchmesh.yarnrelax.assessment import Assessment
@@ -139,12 +135,6 @@ def _checkpoint(folder: Path) -> list[bytes]:
     return written(lambda path, value: write_state(path, {"yarns": "1"}, value), state, suffix=".smc")(folder)
 
 
-def _read_state(path: Path) -> object:
-    from stitchmesh.yarnrelax.checkpoint import read_state
-
-    return read_state(path, {"yarns": "1"})
-
-
 def _frame(folder: Path) -> list[bytes]:
     """Return the file of a frame of mixed yarns and triangles."""
     from stitchmesh.mixed.output.frames import DrapeFrame, Frames
@@ -152,12 +142,6 @@ def _frame(folder: Path) -> list[bytes]:
     points = np.arange(12.0).reshape(4, 3)
     Frames(folder).add(DrapeFrame(0.5, points, points, points[:, :2], np.zeros(2, dtype=np.int64), np.ones(4)))
     return [next(folder.rglob("0000.smc")).read_bytes()]
-
-
-def _read_frame(path: Path) -> object:
-    from stitchmesh.mixed.output.frames import read_frame
-
-    return read_frame(path)
 
 
 def _read_checkpoint_yarns(path: Path) -> object:
@@ -212,30 +196,12 @@ def _read_usd_mesh(path: Path) -> object:
     return moving_mesh_of_stage(path, *samples_of(packed_mesh(str(path))))
 
 
-def _read_viewed(path: Path) -> object:
-    from stitchmesh.app.pages.view.viewed import read_viewed
-
-    return read_viewed(path)
-
-
-def _read_sewing_pattern(path: Path) -> object:
-    from stitchmesh.shaping.panels.read_panels import read_panels
-
-    return read_panels(path)
-
-
 def _sewing_patterns(folder: Path) -> list[bytes]:
     """Return two squares with a common edge: with the texture coordinates of their panels, and in two groups."""
     squares = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 2 0 0\nv 2 1 0\n"
     panels = "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nvt 3 0\nvt 4 0\nvt 4 1\nvt 3 1\n"
     textured = f"{squares}{panels}f 1/1 2/2 3/3 4/4\nf 2/5 5/6 6/7 3/8\n"
     return [textured.encode(), f"{squares}g front\nf 1 2 3 4\ng back\nf 2 5 6 3\n".encode()]
-
-
-def _read_textured(path: Path) -> object:
-    from stitchmesh.mixed.cloth.from_obj import read_textured_obj
-
-    return read_textured_obj(path)
 
 
 def _meshes(suffix: str, kinds: Sequence[damage.Mutation], *seeds: Seeds) -> Reader:
@@ -301,6 +267,7 @@ def _read_poly_data(path: Path) -> object:
 
 
 CHECKPOINT = (*damage.BINARY, *[damage.inside_checkpoint] * 20)
+READ_VIEWED = later("stitchmesh.app.pages.view.viewed.read_viewed")
 YARN_ERRORS = (FileError, ParameterError)
 """Errors of yarns: a radius that cannot be estimated is a ``ParameterError``."""
 
@@ -330,22 +297,24 @@ GEOMETRY_READERS: dict[str, Reader] = {
                        has_own_process=True),
     "hdf5 yarns": hdf5(read_yarns, written(write_yarns, small_yarns, small_yarns(True), suffix=".h5"), _hdf5_links),
     "hdf5 stitches": hdf5(read_stitches, written(write_stitches, small_fabric, suffix=".h5")),
-    "hdf5 labels": hdf5(_read_labeling, _labeling),
+    "hdf5 labels": hdf5(later("stitchmesh.read_labeling"), _labeling),
     "smobj": Reader(".smobj", read_stitches, written(write_stitches, small_fabric, suffix=".smobj")),
-    "checkpoint": Reader(".smc", _read_state, _checkpoint, CHECKPOINT, (FileError, ParameterError)),
+    "checkpoint": Reader(".smc", lambda path: later("stitchmesh.yarnrelax.checkpoint.read_state")(path, {"yarns": "1"}),
+                         _checkpoint, CHECKPOINT, (FileError, ParameterError)),
     "checkpoint yarns": Reader(".smc", _read_checkpoint_yarns, _checkpoint, CHECKPOINT),
-    "frame": Reader(".smc", _read_frame, _frame, CHECKPOINT),
+    "frame": Reader(".smc", later("stitchmesh.mixed.output.frames.read_frame"), _frame, CHECKPOINT),
     "yarn chunks": Reader(".yarns", read_yarns, written(write_yarns, small_yarns, suffix=".yarns"), damage.BINARY,
                           YARN_ERRORS),
     "traced stitches": Reader(".st", read_stitches, lambda folder: [
         b"0 s a -1 -1 2 -1 1 0 0\n0 s a -1 -1 3 -1 0 0 0\n0 e c 0 -1 -1 -1 0 0.7 0\n0 e c 1 -1 -1 -1 1 0.7 0\n"]),
     "face mesh": Reader(".smobj", read_face_mesh, lambda folder: [EVERY_RECORD.encode()]),
     "face library": Reader(".sf", read_face_library, lambda folder: [LIBRARY.encode()]),
-    "textured obj": Reader(".obj", _read_textured, lambda folder: [
+    "textured obj": Reader(".obj", later("stitchmesh.mixed.cloth.from_obj.read_textured_obj"), lambda folder: [
         b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\n"]),
-    "sewing pattern": Reader(".obj", _read_sewing_pattern, _sewing_patterns, errors=(FileError, MeshError)),
-    "viewed": hdf5(_read_viewed, _labeling, written(write_stitches, small_fabric, suffix=".h5"),
+    "sewing pattern": Reader(".obj", later("stitchmesh.shaping.panels.read_panels.read_panels"), _sewing_patterns,
+                             errors=(FileError, MeshError)),
+    "viewed": hdf5(READ_VIEWED, _labeling, written(write_stitches, small_fabric, suffix=".h5"),
                    written(write_yarns, small_yarns, suffix=".h5")),
-    "viewed table": Reader(".csv", _read_viewed, lambda folder: [b"iteration,seconds,residual\n1,0.5,0.1\n"]),
+    "viewed table": Reader(".csv", READ_VIEWED, lambda folder: [b"iteration,seconds,residual\n1,0.5,0.1\n"]),
 }  # fmt: skip
 """Readers by name."""

@@ -22,15 +22,6 @@ def test_yarns_of_a_file_without_colours_have_colour_0(tmp_path):
     assert read_yarns(tmp_path / "y.bcc", radius=0.1).colour.tolist() == [0, 0, 0, 0]
 
 
-def test_a_file_written_before_colours_is_read(tmp_path):
-    import h5py
-
-    write_yarns(tmp_path / "y.h5", awkward_yarns())
-    with h5py.File(tmp_path / "y.h5", "a") as file:
-        del file["colour"]
-    assert read_yarns(tmp_path / "y.h5").colour.tolist() == [0, 0, 0, 0]
-
-
 def test_invalid_colours_are_errors():
     with pytest.raises(YarnError, match="yarn 1: got colour -1; colours are numbered from 0"):
         replace(awkward_yarns(), colour=[0, -1, 0, 0])

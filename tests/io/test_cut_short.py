@@ -10,10 +10,10 @@ from pathlib import Path
 import pytest
 import pyvista
 
-from stitchmesh.errors import FileError, MeshError
 from stitchmesh.io import read_mesh, read_stitches, read_yarns, write_mesh, write_stitches, write_yarns
 from stitchmesh.io.yarn_formats.usd_curves import curves_of_stage
 from tests.gallery import tube
+from tests.io.refusals import refused
 from tests.io.stitch_formats.test_smobj import marked
 from tests.io.yarn_sets import awkward_yarns
 
@@ -52,7 +52,6 @@ def test_a_file_cut_short_is_an_error_wherever_it_is_cut(tmp_path, capfd, name):
     for cut in range(start, end, max(1, (end - start) // 40)):
         path = tmp_path / f"{cut}{Path(name).suffix}"  # USD keeps what it has read of a file of the same name.
         path.write_bytes(whole[:cut])
-        with pytest.raises((FileError, MeshError)) as caught:
+        with refused(path):
             read(path)
-        assert str(caught.value).startswith(str(path)) and "\n" not in str(caught.value)
     assert capfd.readouterr() == ("", "")

@@ -16,6 +16,7 @@ from stitchmesh.errors import FileError, MeshError, ParameterError
 from stitchmesh.io import read_mesh, write_mesh
 from stitchmesh.io.meshes import FORMATS
 from stitchmesh.mesh import Mesh
+from tests.io.refusals import refused
 
 DATA = Path(__file__).parents[2] / ".." / "shared" / "data" / "meshes"
 
@@ -39,10 +40,6 @@ def polygons() -> Mesh:
     return Mesh.from_polygons(VERTICES / 7, FACES)
 
 
-def faces_of(mesh: Mesh) -> list[list[int]]:
-    return [part.tolist() for part in np.split(mesh.face_vertex, mesh.face_start[1:-1])]
-
-
 def read_text(tmp_path: Path, text: str, name: str = "m.obj", **options: str) -> Mesh:
     path = tmp_path / name
     path.write_text(text)
@@ -57,7 +54,7 @@ def test_obj_round_trip_is_the_identity(tmp_path):
     write_mesh(tmp_path / "m.obj", mesh)
     again = read_mesh(tmp_path / "m.obj")
     np.testing.assert_array_equal(again.vertices, mesh.vertices)
-    assert faces_of(again) == FACES
+    assert again.polygons == FACES
 
 
 @pytest.mark.parametrize(("unit", "scale"), [("mm", 0.1), ("dm", 10), ("m", 100), ("inch", 2.54)])
@@ -74,7 +71,7 @@ def test_obj_corners_may_have_every_form_of_the_format_and_precede_their_vertice
         "# a comment\nmtllib a.mtl\no thing\ng part\nusemtl wool\ns off\n\nf 1/1 2/1/1 3//1\n"
         "v 0 0 0 1.0 0.5\nv 1 0 0\nvt 0 0\nvn 0 0 1\nv 1 1 0\nv 0 1 0  # corner\nf -4 \\\n  -2 4\nl 1 2\n"
     )
-    assert faces_of(read_text(tmp_path, text)) == [[0, 1, 2], [0, 2, 3]]
+    assert read_text(tmp_path, text).polygons == [[0, 1, 2], [0, 2, 3]]
 
 
 @pytest.mark.parametrize(
@@ -94,11 +91,8 @@ def test_obj_corners_may_have_every_form_of_the_format_and_precede_their_vertice
     ],
 )
 def test_each_malformed_obj_gets_its_message(tmp_path, text, message):
-    with pytest.raises(FileError) as caught:
+    with refused(tmp_path / "m.obj", message):
         read_text(tmp_path, text)
-    assert message in str(caught.value)
-    assert str(tmp_path / "m.obj") in str(caught.value)
-    assert "\n" not in str(caught.value)
 
 
 def test_the_error_of_a_bad_surface_names_the_file(tmp_path):
@@ -151,14 +145,14 @@ def test_meshio_keeps_the_order_of_polygons(tmp_path, name, file_format, binary)
     write_by_meshio(tmp_path / name, FACES, file_format, binary=binary)
     mesh = read_mesh(tmp_path / name)
     np.testing.assert_array_equal(mesh.vertices, VERTICES / 7)
-    assert faces_of(mesh) == FACES
+    assert mesh.polygons == FACES
 
 
 @pytest.mark.parametrize(("name", "file_format"), [("m.msh", "gmsh22"), ("m.mesh", "medit")])
 def test_meshio_keeps_triangles_and_quads(tmp_path, name, file_format):
     faces = [[0, 1, 2], [0, 2, 3], [0, 3, 4, 5], [0, 5, 6, 7]]
     write_by_meshio(tmp_path / name, faces, file_format)
-    assert faces_of(read_mesh(tmp_path / name)) == faces
+    assert read_mesh(tmp_path / name).polygons == faces
 
 
 def test_equal_points_of_a_binary_stl_become_one_vertex(tmp_path):
@@ -192,7 +186,7 @@ end_header
 
 
 def test_other_ply_properties_are_ignored(tmp_path):
-    assert faces_of(read_text(tmp_path, PLY, "m.ply")) == [[0, 1, 2], [0, 2, 3]]
+    assert read_text(tmp_path, PLY, "m.ply").polygons == [[0, 1, 2], [0, 2, 3]]
 
 
 def test_big_endian_ply_is_read(tmp_path):
@@ -201,7 +195,7 @@ def test_big_endian_ply_is_read(tmp_path):
     faces = struct.pack(">BB3i", 7, 3, 0, 1, 2) + struct.pack(">BB3i", 7, 3, 0, 2, 3)
     (tmp_path / "m.ply").write_bytes(head + vertices + faces)
     mesh = read_mesh(tmp_path / "m.ply")
-    assert faces_of(mesh) == [[0, 1, 2], [0, 2, 3]]
+    assert mesh.polygons == [[0, 1, 2], [0, 2, 3]]
     np.testing.assert_array_equal(mesh.vertices[2], [1, 1, 0])
 
 
@@ -223,20 +217,16 @@ def test_big_endian_ply_is_read(tmp_path):
     ],
 )
 def test_each_malformed_ply_gets_its_message(tmp_path, old, new, message):
-    with pytest.raises(FileError) as caught:
+    with refused(tmp_path / "m.ply", message):
         read_text(tmp_path, PLY.replace(old, new, 1), "m.ply")
-    assert message in str(caught.value)
-    assert "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize("suffix", sorted(set(FORMATS) - {".usdc", ".usd", ".vtk"}))
 def test_random_bytes_in_every_format_give_one_line_and_no_output(tmp_path, capfd, suffix):
     path = tmp_path / f"m{suffix}"
     path.write_bytes(b"\x00\xff" * 50)
-    with pytest.raises(FileError) as caught:
+    with refused(path):
         read_mesh(path)
-    assert str(caught.value).startswith(str(path))
-    assert "\n" not in str(caught.value)
     assert capfd.readouterr() == ("", "")
 
 
@@ -262,7 +252,7 @@ OFF = "OFF # four kinds of things\n\n5 2 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n2 .5 0\n
 
 
 def test_off_keeps_polygons_and_ignores_colours(tmp_path):
-    assert faces_of(read_text(tmp_path, OFF, "m.off")) == [[0, 1, 2, 3], [1, 4, 2]]
+    assert read_text(tmp_path, OFF, "m.off").polygons == [[0, 1, 2, 3], [1, 4, 2]]
 
 
 @pytest.mark.parametrize(
@@ -278,9 +268,8 @@ def test_off_keeps_polygons_and_ignores_colours(tmp_path):
     ],
 )
 def test_each_malformed_off_gets_its_message(tmp_path, old, new, message):
-    with pytest.raises(FileError) as caught:
+    with refused(tmp_path / "m.off", message):
         read_text(tmp_path, OFF.replace(old, new, 1), "m.off")
-    assert message in str(caught.value)
 
 
 @pytest.mark.skipif(not DATA.exists(), reason="the shared data folder is not there")
@@ -335,9 +324,8 @@ def test_each_damage_of_a_text_of_stl_gets_its_message(tmp_path, old, new, messa
     (tmp_path / "m.stl").write_text(
         new.join(TEXT_STL.rsplit(old, 1)) if "endsolid" in old else TEXT_STL.replace(old, new, 1)
     )
-    with pytest.raises(FileError) as caught:
+    with refused(tmp_path / "m.stl", message):
         read_mesh(tmp_path / "m.stl")
-    assert message in str(caught.value)
 
 
 def test_a_binary_stl_with_a_wrong_count_is_an_error(tmp_path):

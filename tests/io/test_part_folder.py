@@ -18,7 +18,7 @@ import pytest
 from stitchmesh.errors import FileError
 from stitchmesh.io.atomic import atomic_path, write_text
 from stitchmesh.io.folder_lock import FolderLock, is_locked
-from stitchmesh.io.part_folder import PARTS, PartFolder, remove_stale_parts
+from stitchmesh.io.part_folder import PARTS, remove_stale_parts
 from tests.gallery import ROOT
 from tests.killing import killed, leave_part
 
@@ -140,9 +140,3 @@ def test_a_folder_that_another_process_removes_before_it_is_locked_is_made_again
     monkeypatch.setattr("tempfile.mkdtemp", taken_away)
     write_text(tmp_path / "a.txt", "new")
     assert names(tmp_path) == ["a.txt"] and len(made) == 3
-
-
-def test_the_number_of_tries_is_limited(tmp_path, monkeypatch):
-    monkeypatch.setattr("stitchmesh.io.part_folder.try_lock", lambda lock: False)
-    with pytest.raises(OSError, match="were removed by another process"):
-        PartFolder(tmp_path)

@@ -16,6 +16,7 @@ from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.yarn import YarnSet
+from tests.io.refusals import refused
 
 
 def increase_on_a_decrease() -> StitchMesh:
@@ -73,10 +74,8 @@ def test_each_damaged_file_gets_its_message(tmp_path, name, values, message):
         del file[name]
         if values is not None:
             file[name] = values
-    with pytest.raises(FileError) as caught:
+    with refused(path, message):
         read_stitches(path)
-    assert message in str(caught.value)
-    assert str(caught.value).startswith(str(path))
 
 
 def test_a_group_instead_of_a_dataset_is_an_error(tmp_path):

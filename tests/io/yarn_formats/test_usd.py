@@ -15,7 +15,6 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdValidation, Vt
 
 from stitchmesh.errors import FileError, YarnError
 from stitchmesh.io import read_yarns, write_yarns
-from stitchmesh.io.part_folder import PartFolder
 from stitchmesh.io.yarn_formats.usd_curves import curves_of_stage
 from stitchmesh.io.yarns import yarns_of_usd
 from stitchmesh.yarn import YarnSet
@@ -163,12 +162,6 @@ def test_unit_up_axis_and_transform_of_a_foreign_stage_are_applied(tmp_path):
     assert yarns.row.tolist() == [0] * 40 + [1] * 40
 
 
-def test_the_radius_of_curves_without_widths_is_estimated_and_logged(tmp_path, caplog):
-    stage_of(tmp_path / "y.usda")
-    np.testing.assert_allclose(read_yarns(tmp_path / "y.usda").radius, [0.25, 0.25], rtol=1e-6)  # float32
-    assert "yarn radius: 0.25 cm, estimated" in caplog.text
-
-
 def not_finite(curves: UsdGeom.BasisCurves) -> None:
     points = np.full((80, 3), np.nan, dtype=np.float32)
     curves.GetPointsAttr().Set(Vt.Vec3fArray.FromNumpy(points))
@@ -214,22 +207,6 @@ def test_a_label_that_some_curves_lack_is_ignored(tmp_path):
     stage_of(tmp_path / "y.usda", label)
     yarns = read_here(tmp_path / "y.usda")
     assert set(yarns.row) == {7} and set(yarns.face) == {-1} and set(yarns.part) == {0}
-
-
-def test_an_error_of_usd_gives_a_message_of_one_line(tmp_path, monkeypatch):
-    (tmp_path / "file").touch()
-
-    class Blocked(PartFolder):
-        """A folder for a part that is a file."""
-
-        def __init__(self, beside):
-            super().__init__(beside)
-            self.path = tmp_path / "file"
-
-    monkeypatch.setattr("stitchmesh.io.atomic.PartFolder", Blocked)
-    with pytest.raises(FileError, match=r"y.usda: cannot be written \(Could not create directory") as caught:
-        write_yarns(tmp_path / "y.usda", awkward_yarns())
-    assert "\n" not in str(caught.value)
 
 
 def test_tiles_are_instances_of_one_period_with_the_extent_of_the_tiles(tmp_path, caplog):

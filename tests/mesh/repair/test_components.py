@@ -10,7 +10,6 @@ import pytest
 from stitchmesh.mesh.repair import repair_mesh
 from stitchmesh.mesh.repair.action import ActionLog
 from tests.gallery import grid
-from tests.mesh.repair.soups import polygons
 
 
 @pytest.mark.parametrize(("side", "left"), [(0.9, 1), (1.1, 2)])
@@ -18,7 +17,7 @@ def test_components_below_a_ten_thousandth_of_the_largest_are_removed(side, left
     """A square of 0.01 times the side of the sheet has exactly that area."""
     sheet, speck = grid(10, 10, width=1.0), grid(1, 1, width=0.1 * side, height=0.1 * side)
     vertices = np.concatenate([sheet.vertices, speck.vertices + np.array([0.0, 0.0, 5.0])])
-    repaired = repair_mesh(vertices, [*polygons(sheet), [v + 121 for v in polygons(speck)[0]]])
+    repaired = repair_mesh(vertices, [*sheet.polygons, [v + 121 for v in speck.polygons[0]]])
     assert len(repaired.components) == left
     assert [(action.name, action.where) for action in repaired.actions] == [("small components", (100,))] * (2 - left)
 

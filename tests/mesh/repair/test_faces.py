@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from stitchmesh.mesh.repair import repair_mesh
-from tests.mesh.repair.soups import actions, cut, polygons, ring, shape
+from tests.mesh.repair.soups import actions, cut, ring, shape
 
 pytestmark = pytest.mark.decides
 
@@ -17,7 +17,7 @@ SQUARE = np.array([[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0]], dtype=float)
 
 def test_a_spike_is_left_out():
     repaired = repair_mesh([*SQUARE, [5, 2, 0]], [[0, 1, 2, 4, 2, 3]])
-    assert polygons(repaired.mesh) == [[0, 1, 2, 3]]
+    assert repaired.mesh.polygons == [[0, 1, 2, 3]]
 
 
 def test_a_polygon_that_touches_itself_becomes_two():
@@ -59,7 +59,7 @@ def test_a_sliver_leaves_no_crack():
 def test_a_sliver_beside_a_larger_polygon_adds_a_corner_to_it():
     vertices = [*SQUARE, [1, 0, 0], [1, -1, 0]]
     repaired = repair_mesh(vertices, [[0, 1, 2, 3], [1, 0, 4], [4, 0, 5], [1, 4, 5]])
-    assert polygons(repaired.mesh) == [[0, 4, 1, 2, 3], [4, 0, 5], [1, 4, 5]]
+    assert repaired.mesh.polygons == [[0, 4, 1, 2, 3], [4, 0, 5], [1, 4, 5]]
 
 
 def test_a_needle_with_a_side_without_length_leaves_no_crack():
@@ -83,7 +83,7 @@ def test_a_polygon_that_crosses_itself_is_divided():
 def test_the_first_of_equal_faces_stays():
     vertices, faces = ring()
     repaired = repair_mesh(vertices, [*faces, faces[3], faces[3][::-1], faces[9]])
-    assert polygons(repaired.mesh) == faces
+    assert repaired.mesh.polygons == faces
     assert [(action.text, action.where) for action in repaired.actions] == [
         ("3 faces with the same vertices as other faces were removed", (480, 481, 482))
     ]

@@ -12,7 +12,7 @@ from stitchmesh.mesh import BORDER, Mesh
 from stitchmesh.mesh.orientation import turn_inside_out
 from stitchmesh.mesh.repair import repair_mesh
 from tests.gallery import grid, moebius, torus, tube
-from tests.mesh.repair.soups import actions, cut, polygons, ring, same, shape, unchanged, volume
+from tests.mesh.repair.soups import actions, cut, ring, same, shape, unchanged, volume
 
 pytestmark = pytest.mark.decides
 
@@ -64,7 +64,7 @@ def test_a_pocket_leaves_the_garment_whole():
         + [2.0, 4.0, 0.0]
         + np.repeat([[0, 0, 0], [0, 0, 0.5], [0, 0, 0.7]], 3, 0)
     )
-    faces = polygons(sheet) + [[v + 49 for v in face] for face in polygons(grid(2, 2))]
+    faces = sheet.polygons + [[v + 49 for v in face] for face in grid(2, 2).polygons]
     repaired = repair_mesh(*cut(np.concatenate([sheet.vertices, patch]), faces))
     assert [shape(part) for part in repaired.components] == [shape(sheet), shape(grid(2, 2))]
     assert actions(repaired)["crowded edges"] == 2
@@ -77,7 +77,7 @@ def test_parts_that_meet_in_a_vertex_are_separated():
         ("1 vertex in which separate parts of the surface met was split", (0,))
     ]
     np.testing.assert_array_equal(repaired.mesh.vertices, [*vertices, [0, 0, 0]])
-    assert polygons(repaired.mesh) == [[0, 1, 2], [5, 4, 3]]
+    assert repaired.mesh.polygons == [[0, 1, 2], [5, 4, 3]]
 
 
 def test_faces_of_the_wrong_direction_are_reversed():
@@ -93,14 +93,14 @@ def test_faces_of_the_wrong_direction_are_reversed():
 
 @pytest.mark.parametrize("mesh", [torus(8, 12), tube(12, 8)], ids=["closed", "open"])
 def test_a_surface_that_is_inside_out_is_turned(mesh):
-    repaired = repair_mesh(mesh.vertices, polygons(turn_inside_out(mesh)))
+    repaired = repair_mesh(mesh.vertices, turn_inside_out(mesh).polygons)
     assert actions(repaired) == {"turned components": 1}
     assert same(repaired.mesh, mesh)
 
 
 def test_each_component_is_turned_by_itself():
     inner, outer = torus(8, 12), torus(8, 12)
-    faces = polygons(turn_inside_out(inner)) + [[v + 96 for v in face] for face in polygons(outer)]
+    faces = turn_inside_out(inner).polygons + [[v + 96 for v in face] for face in outer.polygons]
     repaired = repair_mesh(np.concatenate([inner.vertices, outer.vertices + np.array([20.0, 0.0, 0.0])]), faces)
     assert actions(repaired) == {"turned components": 1}
     assert all(volume(part) > 0.0 for part in repaired.components)

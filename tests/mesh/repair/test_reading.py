@@ -11,7 +11,7 @@ from stitchmesh.errors import FileError, MeshError
 from stitchmesh.io import read_mesh
 from stitchmesh.io.meshes import FORMATS, read_polygons, read_repaired_mesh
 from stitchmesh.mesh.repair import RepairOptions
-from tests.mesh.repair.soups import actions, cut, polygons, ring, shape
+from tests.mesh.repair.soups import actions, cut, ring, shape
 
 TEXTURED = """
 v 0 0 0
@@ -40,7 +40,7 @@ def test_an_obj_file_with_a_seam_of_its_texture_is_read(tmp_path):
     path = tmp_path / "m.obj"
     path.write_text(TEXTURED)
     repaired = read_repaired_mesh(path, unit="m")
-    assert polygons(repaired.mesh) == [[0, 1, 2], [1, 3, 2]]
+    assert repaired.mesh.polygons == [[0, 1, 2], [1, 3, 2]]
     np.testing.assert_array_equal(np.ptp(repaired.mesh.vertices, axis=0), [100.0, 100.0, 0.0])
     assert actions(repaired) == {"faces without area": 2, "duplicate faces": 1, "welded vertices": 2}
 

@@ -12,7 +12,7 @@ from stitchmesh.io import read_mesh
 from stitchmesh.mesh import Mesh
 from stitchmesh.mesh.repair import RepairOptions, repair_mesh
 from tests.gallery import FLAT_AND_ROUND, GARMENTS, shared, torus, two_tubes
-from tests.mesh.repair.soups import actions, cut, polygons, ring, same, shape, triangles, unchanged, volume
+from tests.mesh.repair.soups import actions, cut, ring, same, shape, triangles, unchanged, volume
 
 pytestmark = pytest.mark.decides
 
@@ -32,7 +32,7 @@ def test_valid_meshes_come_back_unchanged(make):
 @pytest.mark.parametrize("path", GARMENTS[:2], ids=lambda path: path.stem)
 def test_polygons_cut_apart_are_joined_again(path):
     mesh = read_mesh(path)
-    repaired = repair_mesh(*cut(mesh.vertices, polygons(mesh)))
+    repaired = repair_mesh(*cut(mesh.vertices, mesh.polygons))
     assert shape(repaired.mesh) == shape(mesh)
     assert actions(repaired) == {"welded vertices": mesh.side_count - len(mesh.vertices)}
 
@@ -99,7 +99,7 @@ def test_the_order_of_the_faces_does_not_matter():
 
 def test_components_come_with_the_largest_area_first():
     mesh = two_tubes()
-    repaired = repair_mesh(mesh.vertices, polygons(mesh))
+    repaired = repair_mesh(mesh.vertices, mesh.polygons)
     areas = [np.linalg.norm(part.face_vector_area, axis=1).sum() for part in repaired.components]
     assert areas == sorted(areas, reverse=True)
     assert sum(part.face_count for part in repaired.components) == mesh.face_count

@@ -12,13 +12,12 @@ from stitchmesh.io import read_mesh
 from stitchmesh.mesh import Mesh
 from stitchmesh.mesh.repair import repair_mesh, self_intersections
 from tests.gallery import grid, shared, torus
-from tests.mesh.repair.soups import polygons
 
 pytestmark = pytest.mark.decides
 
 
 def together(first: Mesh, second: Mesh, shift: list[float]) -> Mesh:
-    faces = polygons(first) + [[v + len(first.vertices) for v in face] for face in polygons(second)]
+    faces = first.polygons + [[v + len(first.vertices) for v in face] for face in second.polygons]
     return Mesh.from_polygons(np.concatenate([first.vertices, second.vertices + np.array(shift)]), faces)
 
 

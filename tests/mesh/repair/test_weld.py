@@ -11,7 +11,7 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import Mesh
 from stitchmesh.mesh.repair import RepairOptions, repair_mesh
 from tests.gallery import grid, tube
-from tests.mesh.repair.soups import actions, cut, polygons, ring, shape, triangles, unchanged
+from tests.mesh.repair.soups import actions, cut, ring, shape, triangles, unchanged
 
 pytestmark = pytest.mark.decides
 
@@ -20,7 +20,7 @@ def seamed_tube() -> tuple[np.ndarray, list[list[int]]]:
     """A tube whose vertices along one line exist twice, as along the seam of a texture."""
     mesh = tube(6, 3)
     own = {vertex: len(mesh.vertices) + place for place, vertex in enumerate(range(0, 24, 6))}
-    faces = [[own.get(v, v) if number % 6 == 5 else v for v in face] for number, face in enumerate(polygons(mesh))]
+    faces = [[own.get(v, v) if number % 6 == 5 else v for v in face] for number, face in enumerate(mesh.polygons)]
     return np.concatenate([mesh.vertices, mesh.vertices[::6]]), faces
 
 
@@ -55,7 +55,7 @@ def test_a_thin_face_does_not_vanish():
     vertices = [[0, 0, 0], [2, 0, 0], [2, 0.1, 0], [2, 2, 0], [4, 0, 0]]
     faces = [[0, 1, 2], [0, 2, 3], [1, 4, 2]]
     repaired = repair_mesh(vertices, faces, RepairOptions(weld_distance=0.2))
-    assert polygons(repaired.mesh) == faces
+    assert repaired.mesh.polygons == faces
     assert repaired.actions == ()
 
 
@@ -63,10 +63,10 @@ def test_a_chain_of_near_vertices_does_not_become_one_vertex():
     """Each vertex of the dense border is near the next one, and a copy of the strip lies along it."""
     strip = grid(10, 1, width=0.1, height=4.0)
     below = strip.vertices * [1.0, -1.0, 1.0] + [0.01, 0.0, 0.0]
-    faces = polygons(strip) + [[v + 22 for v in reversed(face)] for face in polygons(strip)]
+    faces = strip.polygons + [[v + 22 for v in reversed(face)] for face in strip.polygons]
     coarse = grid(4, 4, width=8.0, height=8.0)  # The median edge is long, so that the distance is accepted.
     vertices = np.concatenate([strip.vertices, below, coarse.vertices + np.array([0.0, 50.0, 0.0])])
-    faces += [[v + 44 for v in face] for face in polygons(coarse)]
+    faces += [[v + 44 for v in face] for face in coarse.polygons]
     repaired = repair_mesh(vertices, faces, RepairOptions(weld_distance=0.15))
     assert actions(repaired) == {"welded vertices": 11}
     assert repaired.mesh.face_count == 36
