@@ -55,7 +55,7 @@ def test_nothing_is_lost_when_a_file_is_written_back(tmp_path, text):
         ("v 3 0 0", "v 3 0 inf", "line 10: .*coordinates must be finite"),
         ("f 2 5 3 -3", "f 2 5 3 -6", "line 17: .*vertex -6 does not exist; 5 vertices"),
         ("e 1/2 2/-4", "e 1/2 2/-5", "line 25: .*side 5 of face 2 does not exist; it has 4 sides"),
-        ("e 1/2 2/-4", "e 1/3 2/-4", "side 2: is joined twice"),
+        ("e 1/2 2/-4", "e 1/3 2/-4", "line 26: .*side 3 of face 1 is joined twice"),
         ("h 1/1 f20 u", "h 9/1 f20 u", "line 28: .*face 9 does not exist; 4 faces"),
         ("o 1/1", "o x/1", "line 30: .*expected 'o' and a face"),
         ("U 1 1", "U n 1", "line 36: .*the first unit is named 1"),
