@@ -12,7 +12,8 @@ import trimesh
 from pxr import Usd, UsdGeom
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.io.garments import LYING, UNSURE, MeshReading, read_body, read_garment
+from stitchmesh.io.garments import LYING, UNSURE, read_body, read_garment
+from stitchmesh.io.mesh_reading import MeshReading
 from stitchmesh.io.meshes import read_mesh, write_mesh
 from stitchmesh.mesh.upright import Y, Z, upright_turn
 from tests.gallery import ROOT, torus, tube

@@ -7,7 +7,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stitchmesh.io.garments import MeshReading, read_garment
+from stitchmesh.io.garments import read_garment
+from stitchmesh.io.mesh_reading import MeshReading
 from stitchmesh.io.meshes import write_mesh
 from stitchmesh.io.units import CENTIMETRES, other_units, size_doubt
 from tests.gallery import tube
