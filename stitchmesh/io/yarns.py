@@ -39,7 +39,7 @@ from stitchmesh.io.yarn_formats.pyp import check_pyp, read_pyp, write_pyp
 from stitchmesh.io.yarn_formats.splines import bspline_to_catmull_rom, catmull_rom_to_bspline, polyline_to_bspline
 from stitchmesh.io.yarn_formats.usd import write_usd
 from stitchmesh.io.yarn_formats.usd_curves import LABELS, UsdCurve, read_usd
-from stitchmesh.io.yarn_formats.vtp import read_vtp, write_vtp
+from stitchmesh.io.yarn_formats.vtp import POINTS_PER_SEGMENT, read_vtp, write_vtp
 from stitchmesh.io.yarn_formats.yarn_chunks import YarnChunks, read_yarn_chunks, write_yarn_chunks
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import FloatArray, IntArray
@@ -55,8 +55,6 @@ BCC_CURVES = {"catmull-rom": bcc.CATMULL_ROM, "bspline": bcc.BSPLINE}
 """Kinds of curve that can be written to a BCC file; the first is the kind that most programs read."""
 LARGEST_COLOUR = 65_535
 """Largest number of a colour in files that state numbers and colours."""
-POINTS_PER_SEGMENT = 4
-"""Number of points for each spline segment in the polylines of OBJ and VTP files."""
 
 Tiles = tuple[int, int] | None
 """Numbers of periods to write along the courses and along the wales, or None."""
@@ -253,7 +251,7 @@ def _read_vtp(path: FilePath, scale: float, radius: float | None) -> YarnSet:
 
 def _write_vtp(path: FilePath, yarns: YarnSet, scale: float, curve: str, tiles: Tiles) -> None:
     del curve  # VTP holds polylines only.
-    write_vtp(path, _finite(path, yarns, tiles), scale, POINTS_PER_SEGMENT)
+    write_vtp(path, _finite(path, yarns, tiles), scale)
 
 
 def _read_yarns(path: FilePath, scale: float, radius: float | None) -> YarnSet:

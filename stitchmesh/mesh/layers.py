@@ -23,17 +23,11 @@ from stitchmesh.mesh.polygon_mesh import BORDER, FloatArray, IntArray, Mesh
 
 Layer = Literal["outer", "inner", "middle"]
 """The layer that is knitted: one of the two, or the surface midway between them."""
-OPPOSITE = -0.7
-"""Cosine of the angle between the normals of two faces below which they face opposite ways."""
 TURNED_AWAY = 0.1
 """In the search for the face on the other side, this distance, over the size of the mesh, counts as much as a deviation
 of the normal by a radian."""
 THINNEST, THICKEST = 1e-4, 0.05
 """Thickness of a garment over the largest dimension of its mesh."""
-EVEN = 0.5
-"""Largest deviation of the thickness at a face from its median, over the median."""
-COVERED = 0.8
-"""A mesh has two layers if at least this part of its area has another side at the distance of the thickness."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,13 +57,16 @@ def parallel_layers(mesh: Mesh) -> ParallelLayers | None:
     tree = cKDTree(np.concatenate([centre, TURNED_AWAY * size * normal], axis=1))
     across = tree.query(np.concatenate([centre, -TURNED_AWAY * size * normal], axis=1))[1]
     thickness = -np.einsum("fk,fk->f", centre[across] - centre, normal)
-    faces_away = np.einsum("fk,fk->f", normal, normal[across]) < OPPOSITE
+    # Below this cosine of the angle between their normals, two faces face opposite ways.
+    faces_away = np.einsum("fk,fk->f", normal, normal[across]) < -0.7
     thin = faces_away & (thickness >= THINNEST * size) & (thickness <= THICKEST * size)
     if not thin.any():
         return None
     usual = float(np.median(thickness[thin]))
-    thin &= np.abs(thickness - usual) <= EVEN * usual
-    if area[thin].sum() < COVERED * area.sum():
+    # A thickness is even if it deviates from its median by at most half of it.
+    thin &= np.abs(thickness - usual) <= 0.5 * usual
+    # Most of the area of a mesh of two layers has another side at the distance of the thickness.
+    if area[thin].sum() < 0.8 * area.sum():
         return None
     if _joined_at_sides(mesh, across, thin):
         return None

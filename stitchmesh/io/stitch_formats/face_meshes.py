@@ -33,12 +33,8 @@ from stitchmesh.io.contents import FilePath, is_coordinate, read_lines
 
 HINTS = ("h", "o", "t", "I", "ci", "xfer")
 """First words of hints for a machine."""
-ON_FACES = ("h", "t")
-"""Hints whose face must exist; hints on instructions of no face may name face 0 or faces beyond the last one."""
 TEXTURE = ("vt", "vt2", "vn", "tex", "tex2", "usemtl", "mtllib")
 """First words of records of texture."""
-SURFACE = ("L", "v", "f", "T", "e")
-"""First words of the records that describe faces and their joins."""
 COMMENT_WORD = "#stitchmesh"
 """First word of the comments with data of a stitch mesh for which the format has no place."""
 UNKNOWN_SOURCE = -1
@@ -177,7 +173,7 @@ def _read_record(reading: _Reading, words: Sequence[str]) -> None:
         ValueError: the words are no record of the format; the message says what was expected.
     """
     known = words[0] in HINTS or words[0] in TEXTURE or words[0] in _READERS
-    if known and reading.surface_only and words[0] not in SURFACE:
+    if known and reading.surface_only and words[0] not in ("L", "v", "f", "T", "e"):
         return
     if words[0] in HINTS:
         reading.hints.append(_hint(reading, words))
@@ -256,7 +252,7 @@ def _read_join(reading: _Reading, words: Sequence[str]) -> None:
 
 
 def _hint(reading: _Reading, words: Sequence[str]) -> Record:
-    """Return a hint; if it is about a face, the face exists."""
+    """Return a hint. The face of ``h`` and ``t`` exists; other hints may name face 0 or faces beyond the last one."""
     if words[0] == "xfer":
         return tuple(words)
     face, _, side = words[1].partition("/") if len(words) > 1 else ("", "", "")
@@ -265,7 +261,7 @@ def _hint(reading: _Reading, words: Sequence[str]) -> Record:
         _whole(side, "expected a face, or a face and a number such as 3/1")
     if words[0] == "h":
         reading.side(face, side or "0")
-    elif words[0] in ON_FACES and not 1 <= number <= reading.face_count:
+    elif words[0] == "t" and not 1 <= number <= reading.face_count:
         raise ValueError(f"face {face} does not exist; {reading.face_count} faces come before this line")
     return tuple(words)
 

@@ -54,9 +54,6 @@ from stitchmesh.mesh.connectivity import find_fans, next_sides
 from stitchmesh.mesh.courses import course_of_faces, courses_below, find_courses, knitting_order
 from stitchmesh.mesh.stitch import Stitch
 
-LARGEST_NUMBER = 2**31 - 1
-"""Largest row, yarn, vertex or lattice step that a comment may name."""
-
 logger = logging.getLogger(__name__)
 
 
@@ -241,7 +238,7 @@ def _small_number(text: str) -> int:
         ValueError: it is no whole number, or too large to count anything.
     """
     number = int(text)
-    if abs(number) > LARGEST_NUMBER:
+    if abs(number) > 2**31 - 1:
         raise ValueError(f"{text[:20]} is too large")
     return number
 

@@ -28,6 +28,7 @@ from numpy.typing import NDArray
 from stitchmesh.io.contents import FilePath
 from stitchmesh.io.float32 import to_float32
 from stitchmesh.io.usd_stage import export_stage, new_stage
+from stitchmesh.io.yarn_formats.gltf import ROUGHNESS
 from stitchmesh.io.yarn_formats.usd_curves import CONTACT_RADIUS, LABELS
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.mesh.palette import STOCK, colours_of, linear_colour
@@ -36,8 +37,6 @@ from stitchmesh.yarn import YarnSet
 if TYPE_CHECKING:
     from pxr import Usd
 
-ROUGHNESS = 0.9
-"""Roughness of the material, from 0 (mirror) to 1 (matt)."""
 PERIOD = "/yarns/tiles/period"
 """Path of the prim above the curves of one period, the prototype of the instances."""
 

@@ -11,9 +11,6 @@ from stitchmesh.mesh.polygon_mesh import BORDER, IntArray, Mesh, ranges
 from stitchmesh.mesh.repair.action import ActionLog
 from stitchmesh.mesh.repair.soup import Soup, edges_of
 
-SMALLEST = 1e-4
-"""Smallest area of a component that is kept, as a multiple of the area of the largest component."""
-
 
 def component_of_faces(soup: Soup) -> IntArray:
     """Return the component of each face of a manifold surface, shape (F,); components are numbered by first face."""
@@ -41,7 +38,8 @@ def remove_small_components(soup: Soup, log: ActionLog) -> Soup:
     """
     component = component_of_faces(soup)
     area = np.bincount(component, soup.area)
-    small = area < SMALLEST * area.max()
+    # A component is a speck if it is smaller than a ten-thousandth of the largest one.
+    small = area < 1e-4 * area.max()
     if not small.any():
         return soup
     log.add("small components", soup.origin[first_faces(component)][small].tolist())

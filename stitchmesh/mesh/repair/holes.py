@@ -19,10 +19,6 @@ from stitchmesh.mesh.repair.components import component_of_faces
 from stitchmesh.mesh.repair.soup import Soup, open_sides
 from stitchmesh.mesh.repair.weld import median_edge
 
-MISSING_TRIANGLE = 4.0
-"""A hole of three sides is always filled if its perimeter is below this multiple of the median length of an edge."""
-OUTLINE = 1.5
-"""A border is a hole only if the area of its component is above this multiple of the largest area that it can bound."""
 CENTRE = -1
 """Place of the centre of a hole in the polygons that fill it."""
 
@@ -89,12 +85,14 @@ def _small_holes(soup: Soup, borders: ClosedBorders, largest_hole: float) -> Int
     """Numbers of the borders that are holes to fill."""
     count = np.bincount(borders.border)
     perimeter = np.bincount(borders.border, soup.side_length[borders.sides])
-    triangular = (count == 3) & (perimeter < MISSING_TRIANGLE * median_edge(soup))
+    # A triangle is missing if three sides are no longer together than four usual edges.
+    triangular = (count == 3) & (perimeter < 4.0 * median_edge(soup))
     component = component_of_faces(soup)
     area = np.bincount(component, soup.area)
     first = np.unique(borders.border, return_index=True)[1]
     around = area[component[soup.side_face[borders.sides[first]]]]
-    return np.flatnonzero((triangular | (perimeter < largest_hole)) & (around > OUTLINE * perimeter**2 / (4 * np.pi)))
+    # A border is an outline, no hole, if its component is hardly larger than the largest area that it can bound.
+    return np.flatnonzero((triangular | (perimeter < largest_hole)) & (around > 1.5 * perimeter**2 / (4 * np.pi)))
 
 
 def _patch(points: FloatArray) -> list[list[int]]:

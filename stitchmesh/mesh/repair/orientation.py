@@ -20,12 +20,6 @@ from stitchmesh.mesh.repair.action import ActionLog
 from stitchmesh.mesh.repair.components import closed_components, component_of_faces, first_faces
 from stitchmesh.mesh.repair.soup import Soup, numbers_in
 
-NO_VOLUME = 1e-12
-"""A volume counts as rounding up to this multiple of the area of the surface to the power 3/2."""
-FLAT = 0.95
-"""A component has no inside if the length of the sum of all vector areas is above this multiple of the area. The ratio
-is 0.955 for a part of a tube that goes round by 60 degrees, whose mean winding number is far above ``INSIDE_OUT``."""
-
 
 def patches_and_flips(soup: Soup, pairs: IntArray) -> tuple[IntArray, NDArray[np.bool_]]:
     """Find the faces to reverse so that faces which share an edge pass it in opposite directions.
@@ -97,9 +91,13 @@ def turn_outwards(soup: Soup, log: ActionLog) -> Soup:
     component = component_of_faces(soup)
     area = np.bincount(component, soup.area)
     closed = closed_components(soup, component)
-    inwards = closed & (_volumes(soup, component) < -NO_VOLUME * area**1.5)
+    # A volume counts as rounding up to this multiple of the area of the surface to the power 3/2.
+    inwards = closed & (_volumes(soup, component) < -1e-12 * area**1.5)
     net = np.stack([np.bincount(component, axis) for axis in soup.vector_area.T], axis=1)
-    for number in np.flatnonzero(~closed & (np.linalg.norm(net, axis=1) < FLAT * area)):
+    # A component has no inside if the length of the sum of all vector areas is above this multiple of the area.
+    # The ratio is 0.955 for a part of a tube that goes round by 60 degrees, whose mean winding number is far
+    # above ``INSIDE_OUT``.
+    for number in np.flatnonzero(~closed & (np.linalg.norm(net, axis=1) < 0.95 * area)):
         inwards[number] = is_inside_out(mesh_of(soup.kept(np.flatnonzero(component == number))))
     if not inwards.any():
         return soup

@@ -19,10 +19,6 @@ from stitchmesh.mesh.polygon_mesh import FloatArray, IntArray
 from stitchmesh.mesh.repair.action import RepairOptions
 from stitchmesh.mesh.repair.soup import Soup, edges_of, numbers_in
 
-OF_DIAGONAL = 1e-6
-"""Weld distance as a multiple of the diagonal of the bounding box, if none is given."""
-OF_EDGE = 0.01
-"""Largest weld distance as a multiple of the median length of an edge, if none is given."""
 LARGEST_OF_EDGE = 0.5
 """Largest weld distance as a multiple of the median length of an edge, if one is given."""
 
@@ -36,7 +32,8 @@ def weld_distance(soup: Soup, options: RepairOptions) -> float:
     edge = median_edge(soup)
     if options.weld_distance is None:
         used = soup.points[soup.vertex]
-        return min(OF_DIAGONAL * float(np.linalg.norm(np.ptp(used, axis=0))), OF_EDGE * edge)
+        # Points that a stray face far away makes look near are kept apart by the length of the usual edge.
+        return min(1e-6 * float(np.linalg.norm(np.ptp(used, axis=0))), 0.01 * edge)
     if options.weld_distance > LARGEST_OF_EDGE * edge > 0.0:
         found = f"got {options.weld_distance:g} cm; half of all edges are shorter than {edge:g} cm"
         raise ParameterError(f"weld_distance: {found}, expected at most {LARGEST_OF_EDGE * edge:g} cm")
