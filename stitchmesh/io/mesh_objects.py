@@ -15,14 +15,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.errors import MeshError, ParameterError
-from stitchmesh.io.checked import parse_json
-from stitchmesh.io.contents import FilePath, read_bytes, read_lines
+from stitchmesh.io.contents import FilePath, read_lines
+from stitchmesh.io.mesh_formats.glb import glb_face_names
 from stitchmesh.io.mesh_formats.usd_mesh import usd_face_names
 from stitchmesh.io.obj_elements import element_lines
 from stitchmesh.mesh import FloatArray, IntArray, Mesh
@@ -173,42 +172,6 @@ def _obj_names(path: FilePath) -> list[tuple[str, ...]]:
     return found
 
 
-def _glb_names(path: FilePath) -> list[tuple[str, ...]]:
-    """Return the names of a binary glTF file that can be read, as for ``_gltf_names``."""
-    content = read_bytes(path)
-    length = int.from_bytes(content[12:16], "little")  # The head in JSON is the first chunk, after 12 + 8 bytes.
-    return _names_of_head(content[20 : 20 + length])
-
-
-def _gltf_names(path: FilePath) -> list[tuple[str, ...]]:
-    """Return the names of the node and of the mesh of each triangle of a glTF file in text that can be read."""
-    return _names_of_head(read_bytes(path))
-
-
-def _names_of_head(content: bytes) -> list[tuple[str, ...]]:
-    head: Any = parse_json(content.decode("utf-8"))
-    nodes = head.get("nodes", [])
-    inner = {child for node in nodes for child in node.get("children", [])}
-    roots = [number for number in range(len(nodes)) if number not in inner]
-    left = list(reversed(head["scenes"][head.get("scene", 0)].get("nodes", []) if head.get("scenes") else roots))
-    found: list[tuple[str, ...]] = []
-    while left:
-        node = nodes[left.pop()]
-        left += reversed(node.get("children", []))
-        if "mesh" in node:
-            mesh = head["meshes"][node["mesh"]]
-            names = tuple(str(part["name"]) for part in (node, mesh) if part.get("name"))
-            found += [names] * sum(_triangle_count(head, primitive) for primitive in mesh["primitives"])
-    return found
-
-
-def _triangle_count(head: Any, primitive: Any) -> int:
-    """Return the number of triangles of a primitive: a list (4), a strip or a fan (5, 6), or none."""
-    accessor = primitive.get("indices", primitive["attributes"].get("POSITION"))
-    corners, mode = int(head["accessors"][accessor]["count"]), primitive.get("mode", 4)
-    return {4: corners // 3, 5: max(0, corners - 2), 6: max(0, corners - 2)}.get(mode, 0)
-
-
 def _area(points: FloatArray) -> float:
     """Return the area of a polygon [cm^2]."""
     offset = points - points[0]
@@ -216,7 +179,7 @@ def _area(points: FloatArray) -> float:
 
 
 READERS = {
-    ".obj": _obj_names, ".glb": _glb_names, ".gltf": _gltf_names,
+    ".obj": _obj_names, ".glb": glb_face_names, ".gltf": glb_face_names,
     **dict.fromkeys((".usda", ".usdc", ".usd"), usd_face_names),
 }  # fmt: skip
 """Functions that return the names of each face of a file, by its suffix."""
