@@ -25,6 +25,7 @@ from stitchmesh.io.mesh_formats.glb import glb_face_names
 from stitchmesh.io.mesh_formats.usd_mesh import usd_face_names
 from stitchmesh.io.obj_elements import element_lines
 from stitchmesh.mesh import FloatArray, IntArray, Mesh
+from stitchmesh.mesh.connectivity import linked_groups
 from stitchmesh.mesh.layers import parallel_layers
 
 SMALLEST_GARMENT_PART = 0.05
@@ -47,18 +48,13 @@ class SceneObjects:
     @cached_property
     def part(self) -> IntArray:
         """Connected part of each face, numbered in the order of their first faces, shape (F,)."""
-        from scipy.sparse import coo_array
-        from scipy.sparse.csgraph import connected_components
-
         size = np.array([len(face) for face in self.faces])
         corner = np.array([vertex for face in self.faces for vertex in face])
         # Programs repeat a vertex for its normals, so positions show what is connected.
         place = np.unique(self.vertices, axis=0, return_inverse=True)[1].reshape(-1)[corner]
         face = np.repeat(np.arange(len(size)), size)
-        count = len(self.vertices) + len(size)
-        graph = coo_array((np.ones(len(face)), (place, len(self.vertices) + face)), shape=(count, count))
-        label = connected_components(graph.tocsr(), directed=False)[1][len(self.vertices) :]
-        _, first, number = np.unique(label, return_index=True, return_inverse=True)
+        group = linked_groups((place, len(self.vertices) + face), len(self.vertices) + len(size))
+        _, first, number = np.unique(group[len(self.vertices) :], return_index=True, return_inverse=True)
         rank: IntArray = np.argsort(np.argsort(first))[number.reshape(-1)]
         return rank
 

@@ -135,6 +135,27 @@ def _flips_that_agree(first: IntArray, second: IntArray, same: NDArray[np.bool_]
     return flips
 
 
+def linked_groups(links: tuple[IntArray, IntArray], count: int) -> IntArray:
+    """Return the group of each of some things that are linked in pairs, shape (count,).
+
+    Args:
+        links: first and second thing of each pair, shape (n,) each.
+        count: number of things.
+
+    Returns:
+        Numbers of the groups, in the order of their first things.
+    """
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    if not count:
+        return np.zeros(0, dtype=np.int64)
+    graph = coo_array((np.ones(len(links[0])), links), shape=(count, count))
+    # SciPy follows the links from the first thing, then from the first that has no number yet, and so on.
+    group: IntArray = connected_components(graph.tocsr(), directed=False)[1].astype(np.int64)
+    return group
+
+
 def find_fans(neighbour: IntArray) -> IntArray:
     """Number the fans of faces, and return the fan of each corner, shape (n,).
 
@@ -143,13 +164,8 @@ def find_fans(neighbour: IntArray) -> IntArray:
     Args:
         neighbour: next corner around the same vertex, -1 across a border, shape (n,).
     """
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    count, inner = len(neighbour), np.flatnonzero(neighbour >= 0)
-    link = coo_array((np.ones(len(inner)), (inner, neighbour[inner])), shape=(count, count))
-    fan: IntArray = connected_components(link.tocsr(), directed=False)[1].astype(np.int64)
-    return fan
+    inner = np.flatnonzero(neighbour >= 0)
+    return linked_groups((inner, neighbour[inner]), len(neighbour))
 
 
 def check_fans(corner_vertex: IntArray, neighbour: IntArray, vertex_count: int) -> None:

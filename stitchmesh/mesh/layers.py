@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.errors import ParameterError
+from stitchmesh.mesh.connectivity import linked_groups
 from stitchmesh.mesh.orientation import turn_inside_out
 from stitchmesh.mesh.polygon_mesh import BORDER, FloatArray, IntArray, Mesh
 
@@ -94,8 +95,7 @@ def layer_of(mesh: Mesh, layers: ParallelLayers, layer: Layer) -> Mesh:
 def _joined_at_sides(mesh: Mesh, across: IntArray, thin: NDArray[np.bool_]) -> bool:
     """Return whether most faces are connected to the face on their other side by an open surface."""
     inner = np.flatnonzero(mesh.twin != BORDER)
-    one, other = mesh.side_face[inner], mesh.side_face[mesh.twin[inner]]
-    whole = _connected(mesh.face_count, one, other, np.ones(len(inner), dtype=bool))
+    whole = linked_groups((mesh.side_face[inner], mesh.side_face[mesh.twin[inner]]), mesh.face_count)
     is_open = np.isin(whole, whole[mesh.side_face[mesh.twin == BORDER]])
     return bool(np.mean((is_open & (whole == whole[across]))[thin]) > 0.5)
 
@@ -107,8 +107,9 @@ def _parts_without_rims(mesh: Mesh, thin: NDArray[np.bool_]) -> IntArray:
     """
     pairs = np.flatnonzero(mesh.twin > np.arange(mesh.side_count))
     one, other = mesh.side_face[pairs], mesh.side_face[mesh.twin[pairs]]
-    part = _connected(mesh.face_count, one, other, thin[one] & thin[other])
-    group = _connected(mesh.face_count, one, other, ~thin[one] & ~thin[other])
+    within, beyond = thin[one] & thin[other], ~thin[one] & ~thin[other]
+    part = linked_groups((one[within], other[within]), mesh.face_count)
+    group = linked_groups((one[beyond], other[beyond]), mesh.face_count)
     beside: dict[int, set[int]] = {}
     for first, second in ((one, other), (other, one)):
         crossing = ~thin[first] & thin[second]
@@ -117,17 +118,6 @@ def _parts_without_rims(mesh: Mesh, thin: NDArray[np.bool_]) -> IntArray:
     for face in np.flatnonzero(~thin).tolist():
         touched_parts = beside.get(int(group[face]), set())
         part[face] = next(iter(touched_parts)) if len(touched_parts) == 1 else -1
-    return part
-
-
-def _connected(count: int, one: IntArray, other: IntArray, joined: NDArray[np.bool_]) -> IntArray:
-    """Return the number of the connected part of each face, shape (count,)."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    pairs = one[joined], other[joined]
-    graph = coo_array((np.ones(len(pairs[0])), pairs), shape=(count, count))
-    part: IntArray = connected_components(graph.tocsr(), directed=False)[1].astype(np.int64)
     return part
 
 

@@ -13,6 +13,7 @@ from stitchmesh.errors import LabelError, MeshError
 from stitchmesh.labeling import label
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import BORDER, Mesh
+from stitchmesh.mesh.connectivity import linked_groups
 from stitchmesh.mesh.stitch import Stitch
 from tests.gallery import FLAT_AND_ROUND, grid, moebius, tube
 
@@ -129,3 +130,9 @@ def test_a_stitch_with_the_wrong_number_of_sides_is_refused():
     fabric = label(grid(1, 1))
     with pytest.raises(LabelError, match=r"face 0: .* \(k2tog\) on 1 bottom and 1 top sides; it needs 2 and 1"):
         replace(fabric, stitch=np.array([Stitch.D12K]))
+
+
+def test_groups_of_linked_things_are_numbered_by_their_first_things():
+    links = np.array([8, 2, 5, 1]), np.array([3, 7, 2, 8])
+    assert linked_groups(links, 9).tolist() == [0, 1, 2, 1, 3, 2, 4, 2, 1]
+    assert linked_groups((links[0][:0], links[1][:0]), 0).tolist() == []

@@ -182,9 +182,7 @@ def _wrapped(yarns: YarnSet, lattice: Lattice, steps: IntArray, sides: FloatArra
     Returns:
         Knots, and edges as first knot, second knot and the shift to the image of the second knot, shape (S, 4).
     """
-    corners = yarns.points[yarns.segment_points]
-    corners = corners if yarns.point_shift is None else corners + yarns.point_shift
-    knots = np.einsum("j,sjd->sd", basis(0.0)[0], corners) @ _axes(lattice).T / CENTIMETRES
+    knots = np.einsum("j,sjd->sd", basis(0.0)[0], yarns.corners_of()) @ _axes(lattice).T / CENTIMETRES
     image = np.floor(knots[:, :2] / sides).astype(np.int64)
     knots[:, :2] -= image * sides
     number = np.arange(len(knots))

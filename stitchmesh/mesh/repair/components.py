@@ -7,6 +7,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from stitchmesh.mesh.connectivity import linked_groups
 from stitchmesh.mesh.polygon_mesh import BORDER, IntArray, Mesh, ranges
 from stitchmesh.mesh.repair.action import ActionLog
 from stitchmesh.mesh.repair.soup import Soup, edges_of
@@ -14,7 +15,8 @@ from stitchmesh.mesh.repair.soup import Soup, edges_of
 
 def component_of_faces(soup: Soup) -> IntArray:
     """Return the component of each face of a manifold surface, shape (F,); components are numbered by first face."""
-    return _numbered_components(soup.side_face[edges_of(soup).with_count(2)], soup.face_count)
+    first, second = soup.side_face[edges_of(soup).with_count(2)].T
+    return linked_groups((first, second), soup.face_count)
 
 
 def first_faces(component: IntArray) -> IntArray:
@@ -53,8 +55,7 @@ def components_of(mesh: Mesh) -> tuple[Mesh, ...]:
         mesh: a mesh without a lattice. Vertices and faces of a component keep their order.
     """
     sides = np.flatnonzero(mesh.twin != BORDER)
-    pairs = np.stack([mesh.side_face[sides], mesh.side_face[mesh.twin[sides]]], axis=1)
-    component = _numbered_components(pairs, mesh.face_count)
+    component = linked_groups((mesh.side_face[sides], mesh.side_face[mesh.twin[sides]]), mesh.face_count)
     if not component.any():
         return (mesh,)
     area = np.bincount(component, np.linalg.norm(mesh.face_vector_area, axis=1))
@@ -70,17 +71,3 @@ def _part(mesh: Mesh, faces: IntArray) -> Mesh:
     twin = mesh.twin[sides]
     start = np.concatenate([[0], np.cumsum(np.diff(mesh.face_start)[faces])])
     return Mesh(mesh.vertices[used], start, vertex, np.where(twin == BORDER, BORDER, np.searchsorted(sides, twin)))
-
-
-def _numbered_components(links: IntArray, count: int) -> IntArray:
-    """Component of each of some faces that are linked in pairs, numbered by first face, shape (count,)."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    graph = coo_array((np.ones(len(links)), (links[:, 0], links[:, 1])), shape=(count, count))
-    label = connected_components(graph.tocsr(), directed=False)[1]
-    _, first, place = np.unique(label, return_index=True, return_inverse=True)
-    rank = np.empty_like(first)
-    rank[np.argsort(first)] = np.arange(len(first))
-    numbered: IntArray = rank[place]
-    return numbered

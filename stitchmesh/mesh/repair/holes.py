@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from stitchmesh.mesh.connectivity import linked_groups
 from stitchmesh.mesh.polygon_mesh import FloatArray, IntArray
 from stitchmesh.mesh.repair.action import ActionLog
 from stitchmesh.mesh.repair.components import component_of_faces
@@ -45,17 +46,11 @@ class ClosedBorders:
 
 def borders_of(soup: Soup) -> ClosedBorders:
     """Find the borders of an oriented manifold surface."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
     sides = np.flatnonzero(open_sides(soup))
     side_from = np.zeros(len(soup.points), dtype=np.int64)
     side_from[soup.vertex[sides]] = np.arange(len(sides))  # One fan around a vertex has one border side from it.
     following = side_from[soup.head[sides]]
-    places = np.arange(len(sides))
-    graph = coo_array((np.ones(len(sides)), (places, following)), shape=(len(sides), len(sides)))
-    border = connected_components(graph.tocsr(), directed=False)[1] if len(sides) else places
-    return ClosedBorders(sides, border.astype(np.int64), following)
+    return ClosedBorders(sides, linked_groups((np.arange(len(sides)), following), len(sides)), following)
 
 
 def fill_holes(soup: Soup, largest_hole: float, log: ActionLog) -> Soup:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.errors import MeshError
-from stitchmesh.mesh.connectivity import find_twins
+from stitchmesh.mesh.connectivity import find_twins, linked_groups
 from stitchmesh.mesh.orientation import is_inside_out
 from stitchmesh.mesh.polygon_mesh import FloatArray, IntArray, Mesh
 from stitchmesh.mesh.repair.action import ActionLog
@@ -54,13 +54,8 @@ def _linked(nodes: IntArray, same: NDArray[np.bool_], count: int) -> IntArray:
         same: whether one of the two faces must be reversed, shape (m,).
         count: number of faces.
     """
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
     second = np.where(same, (nodes[:, 1] + count) % (2 * count), nodes[:, 1])
-    graph = coo_array((np.ones(len(nodes)), (nodes[:, 0], second)), shape=(2 * count, 2 * count))
-    label: IntArray = connected_components(graph.tocsr(), directed=False)[1].astype(np.int64)
-    return label
+    return linked_groups((nodes[:, 0], second), 2 * count)
 
 
 def _check_two_sided(soup: Soup, pairs: IntArray, one_sided: NDArray[np.bool_]) -> None:

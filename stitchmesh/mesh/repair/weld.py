@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.errors import ParameterError
+from stitchmesh.mesh.connectivity import linked_groups
 from stitchmesh.mesh.polygon_mesh import FloatArray, IntArray
 from stitchmesh.mesh.repair.action import RepairOptions
 from stitchmesh.mesh.repair.soup import Soup, edges_of, numbers_in
@@ -114,14 +115,8 @@ def _merge(soup: Soup, group: IntArray, pairs: IntArray, small: NDArray[np.bool_
 
 def _lowest_linked(pairs: IntArray, count: int) -> IntArray:
     """Lowest number that each number is linked to by pairs, shape (count,)."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(count, count))
-    label = connected_components(graph.tocsr(), directed=False)[1]
-    _, first = np.unique(label, return_index=True)
-    lowest: IntArray = first[label]
-    return lowest
+    group = linked_groups((pairs[:, 0], pairs[:, 1]), count)
+    return np.unique(group, return_index=True)[1][group]
 
 
 def _numbers_twice_in_a_face(soup: Soup, group: IntArray, together: IntArray, small: NDArray[np.bool_]) -> IntArray:
