@@ -41,26 +41,22 @@ def mixed() -> Mesh:
     return Mesh.from_polygons(vertices, [[0, 1, 2], [0, 2, 3, 4, 5], [0, 5, 6], [0, 6, 7, 8], [0, 8, 1]])
 
 
-@pytest.mark.parametrize("suffix", ALL)
-def test_a_garment_is_written_and_read(tmp_path, suffix):
+@pytest.mark.parametrize("suffix", sorted(FLOAT32))
+def test_a_garment_in_a_format_of_triangles_is_read_with_the_same_vertices_and_borders(tmp_path, suffix):
     mesh = read_mesh(MESHES / "hat.obj")
     path = tmp_path / f"mesh{suffix}"
     write_mesh(path, mesh)
     again = read_mesh(path)
     assert [p.name for p in tmp_path.iterdir()] == [path.name], "nothing else is left"
-    # For STL and glTF, the vertices are in the order in which the faces use them.
+    # The vertices are in the order in which the faces use them.
     assert len(again.vertices) == len(mesh.vertices)
     assert len(again.boundary_loops) == len(mesh.boundary_loops)
-    if suffix in FLOAT32:
-        assert np.diff(again.face_start).max() == 3
-        # The two triangles of a quad that is not flat have another area than the vector area of the quad.
-        assert area(again) == pytest.approx(area(mesh), rel=0.02)
-        size = np.abs(mesh.vertices).max()
-        nearest = np.linalg.norm(again.vertices[:, None] - mesh.vertices, axis=2).min(axis=0)
-        assert nearest.max() <= 4 * ROUNDING * size  # Three coordinates, and the conversion from metres.
-    else:
-        np.testing.assert_allclose(again.vertices, mesh.vertices, rtol=ROUNDING if suffix == ".usda" else 0.0, atol=0.0)
-        assert again.polygons == mesh.polygons
+    assert np.diff(again.face_start).max() == 3
+    # The two triangles of a quad that is not flat have another area than the vector area of the quad.
+    assert area(again) == pytest.approx(area(mesh), rel=0.02)
+    nearest = np.linalg.norm(again.vertices[:, None] - mesh.vertices, axis=2).min(axis=0)
+    # Three coordinates, and the conversion from metres.
+    assert nearest.max() <= 4 * ROUNDING * np.abs(mesh.vertices).max()
 
 
 @pytest.mark.parametrize("suffix", POLYGONS)

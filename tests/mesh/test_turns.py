@@ -43,11 +43,6 @@ def tube_with_turns() -> StitchMesh:
     return relax_mesh(made, surface=tube(12, 4, radius=2.0, height=0.72)).fabric
 
 
-def test_a_fabric_without_short_rows_has_no_turns():
-    assert len(find_turns(around()).tip) == 0 and not turn_edges(around()).any()
-    assert with_tips_placed(around()).vertices is not None
-
-
 @pytest.mark.parametrize("make", [flat_with_turns, tube_with_turns])
 def test_the_two_rows_of_a_turn_meet_at_the_tip_and_at_the_base(make):
     fabric = make()

@@ -57,13 +57,6 @@ def inside(fabric: StitchMesh) -> np.ndarray:
     return np.isin(fabric.stitch, [Stitch.KNIT, Stitch.PURL]) & ~at_border
 
 
-def test_a_factor_scales_all_rest_lengths_and_moves_no_yarn():
-    yarns = loose_rings()
-    longer = apply_rest_lengths(yarns, RestLengths(factor=1.25))
-    np.testing.assert_array_equal(longer.rest_length, 1.25 * yarns.rest_length)
-    np.testing.assert_array_equal(longer.points, yarns.points)
-
-
 def test_the_lengths_of_all_stitches_add_up_to_the_length_of_all_yarn(banded):
     yarns, fabric = banded
     # There is one rounding error for each of about 1e4 terms.

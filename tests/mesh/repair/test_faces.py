@@ -56,12 +56,6 @@ def test_a_sliver_leaves_no_crack():
         assert (found["faces without area"], found["T-junctions"]) == (1, 1)
 
 
-def test_a_sliver_beside_a_larger_polygon_adds_a_corner_to_it():
-    vertices = [*SQUARE, [1, 0, 0], [1, -1, 0]]
-    repaired = repair_mesh(vertices, [[0, 1, 2, 3], [1, 0, 4], [4, 0, 5], [1, 4, 5]])
-    assert repaired.mesh.polygons == [[0, 4, 1, 2, 3], [4, 0, 5], [1, 4, 5]]
-
-
 def test_a_needle_with_a_side_without_length_leaves_no_crack():
     vertices, faces = ring()
     a, b, _ = faces[0]

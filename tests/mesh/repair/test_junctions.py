@@ -45,17 +45,6 @@ def test_edges_that_overlap_in_part_are_joined_where_they_overlap():
     assert shape(repaired.mesh) == (6, 4, 1, [6])
 
 
-def test_three_divided_sides_of_one_triangle():
-    vertices = np.array(
-        [[0, 0, 0], [4, 0, 0], [0, 4, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0], [2, -2, 0], [4, 4, 0], [-2, 2, 0]]
-    )
-    faces = [[0, 1, 2], [3, 0, 6], [1, 3, 6], [4, 1, 7], [2, 4, 7], [5, 2, 8], [0, 5, 8]]
-    repaired = repair_mesh(vertices, faces)
-    assert shape(repaired.mesh) == (9, 10, 1, [6])
-    total = np.linalg.norm(repaired.mesh.face_vector_area, axis=1).sum()
-    assert total == pytest.approx(8.0 + 4.0 + 8.0 + 4.0, rel=1e-12)  # A sum of ten areas.
-
-
 def test_a_vertex_that_only_touches_an_edge_divides_nothing():
     vertices = [[0, 0, 0], [2, 0, 0], [1, 2, 0], [1, 0, 0], [0, -2, 0], [2, -2, 0]]
     assert unchanged(Mesh.from_polygons(vertices, [[0, 1, 2], [3, 4, 5]]))

@@ -50,12 +50,6 @@ def test_loose_triangles_cross_where_their_sides_pierce_each_other():
     assert self_intersections(mesh).tolist() == [list(pair) for pair in expected]
 
 
-def test_a_sheet_crosses_the_faces_that_it_passes_through():
-    """An upright strip through the middle of one row of faces."""
-    mesh = together(grid(6, 6), upright(grid(2, 2)), [1.5, 2.5, -0.5])
-    assert self_intersections(mesh).tolist() == [[13, 36], [14, 36], [14, 37], [15, 37]]
-
-
 def test_a_crossing_through_an_inner_edge_counts_and_one_on_the_border_does_not():
     spike = Mesh.from_polygons([[0, 0, -1], [0, 0, 1], [0.3, 0.4, 2]], [[0, 1, 2]])
     away = Mesh.from_polygons(spike.vertices * [-1.0, 1.0, 1.0], [[0, 1, 2]])
@@ -76,19 +70,12 @@ def test_tori_through_each_other_cross_and_linked_ones_do_not():
     through = together(mesh, mesh, [1.3, 0.2, 0.1])
     pairs = self_intersections(through)
     assert len(pairs) > 50
+    some = self_intersections(through, most=5).tolist()
+    assert len(some) == 5 and all(pair in pairs.tolist() for pair in some)
     assert (pairs[:, 0] < mesh.face_count).all()
     assert (pairs[:, 1] >= mesh.face_count).all()
     linked = together(mesh, upright(mesh), [3.0, 0.0, 0.0])
     assert self_intersections(linked).tolist() == []
-
-
-def test_the_number_of_pairs_is_limited():
-    mesh = torus(24, 48)
-    through = together(mesh, mesh, [1.3, 0.2, 0.1])
-    everything = {tuple(pair) for pair in self_intersections(through).tolist()}
-    some = self_intersections(through, most=5)
-    assert len(some) == 5
-    assert {tuple(pair) for pair in some.tolist()} <= everything
     with pytest.raises(ParameterError, match="most: got 0; expected a whole number of at least 1"):
         self_intersections(mesh, most=0)
 
