@@ -38,9 +38,9 @@ def flat_with_turns() -> StitchMesh:
 
 @cache
 def tube_with_turns() -> StitchMesh:
-    fabric = around(12, 4)
-    made = turned(fabric, list(course_through(fabric, face_at(fabric, 2, 0)).faces[2:7]))
-    return relax_mesh(made, surface=tube(12, 4, radius=2.0, height=0.72)).fabric
+    fabric = around(24, 8)
+    made = turned(fabric, list(course_through(fabric, face_at(fabric, 3, 0)).faces[4:14]))
+    return relax_mesh(made, surface=tube(24, 8, radius=4.0, height=0.72)).fabric
 
 
 @pytest.mark.parametrize("make", [flat_with_turns, tube_with_turns])
