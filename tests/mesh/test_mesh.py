@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Polygon meshes, stitch meshes and lattices: their topology, and the error message for each kind of invalid input."""
+"""Polygon meshes, stitch meshes and lattices: topology and outlines, and the message for each kind of invalid input."""
 
 from __future__ import annotations
 
@@ -14,8 +14,9 @@ from stitchmesh.labeling import label
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import BORDER, Mesh
 from stitchmesh.mesh.connectivity import linked_groups
+from stitchmesh.mesh.polygon_mesh import outline_sides
 from stitchmesh.mesh.stitch import Stitch
-from tests.gallery import FLAT_AND_ROUND, grid, moebius, tube
+from tests.gallery import FLAT_AND_ROUND, grid, moebius, torus, tube
 
 SQUARE = [[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
 EULER = {"one quad": 1, "flat": 1, "tube": 0, "narrowing tube": 0, "three around": 0, "closed cone": 1,
@@ -136,3 +137,16 @@ def test_groups_of_linked_things_are_numbered_by_their_first_things():
     links = np.array([8, 2, 5, 1]), np.array([3, 7, 2, 8])
     assert linked_groups(links, 9).tolist() == [0, 1, 2, 1, 3, 2, 4, 2, 1]
     assert linked_groups((links[0][:0], links[1][:0]), 0).tolist() == []
+
+
+def test_the_outline_of_all_faces_is_the_border_of_the_mesh():
+    for mesh in (grid(4, 3), tube(8, 3), torus(6, 8)):
+        assert outline_sides(mesh, np.arange(mesh.face_count)).tolist() == np.flatnonzero(mesh.twin == BORDER).tolist()
+
+
+def test_the_outline_of_a_block_is_as_long_as_its_perimeter():
+    mesh = grid(5, 4)
+    block = np.array([row * 5 + column for row in (1, 2) for column in (1, 2, 3)])
+    outline = outline_sides(mesh, block)
+    assert mesh.side_length[outline].sum() == 2 * (3 + 2)
+    assert set(mesh.side_face[outline].tolist()) <= set(block.tolist())
