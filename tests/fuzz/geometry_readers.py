@@ -4,10 +4,7 @@
 
 from __future__ import annotations
 
-import base64
 import dataclasses
-import struct
-import zlib
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -27,6 +24,7 @@ from tests.fuzz import mutations as damage
 from tests.fuzz import structures
 from tests.fuzz.reader import Reader, Seeds, cube, joined, later, rebuilt, small_fabric, small_yarns, written
 from tests.fuzz.structures import GLB, JSON, USD, XML
+from tests.io.yarn_sets import ODD_POINTS, store_points_oddly
 
 
 def _ascii_ply(folder: Path) -> list[bytes]:
@@ -46,71 +44,30 @@ def _ascii_stl(folder: Path) -> list[bytes]:
 
 def _vtp_variants(folder: Path) -> list[bytes]:
     """Return a polyline and a polygon in each encoding of the format."""
-    points = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.5]], "<f4")
-    modes = ("ascii", "binary", "zlib", "appended")
-    return [_vtp(points, cells, mode) for cells in ("Lines", "Polys") for mode in modes]
+    import pyvista
+    from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
+
+    points, found = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.5]], np.float32), []
+    for data in (pyvista.PolyData(points, lines=[4, 0, 1, 2, 3]), pyvista.PolyData(points, faces=[4, 0, 1, 2, 3])):
+        data.point_data["radius"] = np.full(4, 0.1)
+        for mode, compressor in (("Ascii", "None"), ("Binary", "None"), ("Binary", "ZLib"), ("Appended", "None")):
+            writer = vtkXMLPolyDataWriter()
+            writer.SetInputData(data)
+            writer.SetFileName(str(folder / "seed.vtp"))
+            getattr(writer, f"SetDataModeTo{mode}")()
+            getattr(writer, f"SetCompressorTypeTo{compressor}")()
+            writer.SetEncodeAppendedData(0)
+            writer.Write()
+            found.append((folder / "seed.vtp").read_bytes())
+    return found
 
 
-def _vtp(points: np.ndarray, cells: str, mode: str) -> bytes:
-    blocks: list[bytes] = []
-
-    def array(name: str, kind: str, values: np.ndarray, columns: int = 1) -> str:
-        """Return the XML of an array; appended ones go to the blocks."""
-        head = f'<DataArray type="{kind}" Name="{name}" NumberOfComponents="{columns}"'
-        raw = values.tobytes()
-        if mode == "ascii":
-            return f'{head} format="ascii">{" ".join(map(str, values.ravel().tolist()))}</DataArray>'
-        if mode == "appended":
-            offset = sum(map(len, blocks))
-            blocks.append(struct.pack("<I", len(raw)) + raw)
-            return f'{head} format="appended" offset="{offset}"/>'
-        packed = zlib.compress(raw)
-        sizes = struct.pack("<4I", 1, len(raw), 0, len(packed)) if mode == "zlib" else struct.pack("<I", len(raw))
-        body = base64.b64encode(sizes) + base64.b64encode(packed) if mode == "zlib" else base64.b64encode(sizes + raw)
-        return f'{head} format="binary">{body.decode()}</DataArray>'
-
-    compressor = ' compressor="vtkZLibDataCompressor"' if mode == "zlib" else ""
-    text = "".join([
-        f'<?xml version="1.0"?>\n<VTKFile type="PolyData" version="1.0" byte_order="LittleEndian" '
-        f'header_type="UInt32"{compressor}>\n<PolyData><Piece NumberOfPoints="4" NumberOfVerts="0" ',
-        f'NumberOfLines="{int(cells == "Lines")}" NumberOfStrips="0" NumberOfPolys="{int(cells == "Polys")}">\n',
-        "<PointData>", array("radius", "Float64", np.full(4, 0.1)), "</PointData>\n<Points>",
-        array("Points", "Float32", points, 3), f"</Points>\n<{cells}>", array("connectivity", "Int64", np.arange(4)),
-        array("offsets", "Int64", np.array([4])), f"</{cells}>\n</Piece></PolyData>\n",
-    ])  # fmt: skip
-    data = b'<AppendedData encoding="raw">\n_' + b"".join(blocks) + b"\n</AppendedData>\n"
-    return text.encode() + (data if mode == "appended" else b"") + b"</VTKFile>\n"
-
-
-def _hdf5_links(folder: Path) -> list[bytes]:
-    """Return files of yarns with compressed, chunked, virtual, external, linked and very large datasets."""
-    import h5py
-
-    found = []
-    for kind in ("compressed", "external link", "external data", "soft link", "virtual", "bomb", "empty", "huge"):
-        path = folder / "seed.h5"
+def _odd_hdf5(folder: Path) -> list[bytes]:
+    """Return files of yarns with chunked, virtual, external, linked and very large datasets."""
+    path, found = folder / "seed.h5", []
+    for kind in ODD_POINTS:
         write_yarns(path, small_yarns())
-        with h5py.File(path, "r+") as file:
-            points = file["points"][()]
-            del file["points"]
-            if kind == "compressed":
-                file.create_dataset("points", data=points, compression="gzip", chunks=(4, 3))
-            elif kind == "external link":
-                file["points"] = h5py.ExternalLink("../../../../etc/passwd", "/points")
-            elif kind == "external data":
-                file.create_dataset("points", points.shape, "f8", external=[("/etc/passwd", 0, points.nbytes)])
-            elif kind == "soft link":
-                file["points"] = h5py.SoftLink("/points")
-            elif kind == "virtual":
-                layout = h5py.VirtualLayout(points.shape, "f8")
-                layout[:] = h5py.VirtualSource("/etc/passwd", "points", points.shape)
-                file.create_virtual_dataset("points", layout)
-            elif kind == "bomb":
-                file.create_dataset("points", data=np.zeros((3_000_000, 3)), compression="gzip", chunks=(1_000_000, 3))
-            elif kind == "empty":
-                file.create_dataset("points", data=h5py.Empty("f8"))
-            else:
-                file.create_dataset("points", (2**40, 3), "f8", chunks=(1000, 3))
+        store_points_oddly(path, kind, "/etc/passwd")
         found.append(path.read_bytes())
     return found
 
@@ -295,7 +252,7 @@ GEOMETRY_READERS: dict[str, Reader] = {
     "usdc": _usd(".usdc"),
     "usd mesh": Reader(".usda", _read_usd_mesh, _usd_mesh_seeds, USD, (FileError, MeshError),
                        has_own_process=True),
-    "hdf5 yarns": hdf5(read_yarns, written(write_yarns, small_yarns, small_yarns(True), suffix=".h5"), _hdf5_links),
+    "hdf5 yarns": hdf5(read_yarns, written(write_yarns, small_yarns, small_yarns(True), suffix=".h5"), _odd_hdf5),
     "hdf5 stitches": hdf5(read_stitches, written(write_stitches, small_fabric, suffix=".h5")),
     "hdf5 labels": hdf5(later("stitchmesh.read_labeling"), _labeling),
     "smobj": Reader(".smobj", read_stitches, written(write_stitches, small_fabric, suffix=".smobj")),

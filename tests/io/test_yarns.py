@@ -22,7 +22,7 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.tiling import tile_yarns
 from tests.gallery import shared
 from tests.io.refusals import refused
-from tests.io.yarn_sets import assert_same, awkward_yarns, ring
+from tests.io.yarn_sets import ODD_POINTS, assert_same, awkward_yarns, ring, store_points_oddly
 from tests.yarnrelax.stockinette import woven_cell
 
 HEADER = 64
@@ -289,36 +289,12 @@ def test_check_writable_finds_what_cannot_be_written(tmp_path, name):
             refuse(tmp_path / name, awkward_yarns())
 
 
-@pytest.mark.parametrize(
-    "kind", ["external link", "soft link", "external data", "virtual", "empty", "bomb", "huge", "chunks"]
-)
+@pytest.mark.parametrize("kind", ODD_POINTS)
 def test_hdf5_numbers_that_are_not_in_the_file_or_far_larger_are_refused(tmp_path, kind):
     path = tmp_path / "y.h5"
     write_yarns(path, awkward_yarns())
-    secret = tmp_path / "secret"
-    secret.write_bytes(bytes(10_000))
-    with h5py.File(path, "r+") as file:
-        shape = file["points"].shape
-        del file["points"]
-        match kind:
-            case "external link":
-                file["points"] = h5py.ExternalLink(str(secret), "/points")
-            case "soft link":
-                file["points"] = h5py.SoftLink("/start")
-            case "external data":
-                file.create_dataset("points", shape, "f8", external=[(str(secret), 0, 10_000)])
-            case "virtual":
-                layout = h5py.VirtualLayout(shape, "f8")
-                layout[:] = h5py.VirtualSource(str(secret), "points", shape)
-                file.create_virtual_dataset("points", layout)
-            case "empty":
-                file.create_dataset("points", data=h5py.Empty("f8"))
-            case "bomb":
-                file.create_dataset("points", (10**6, 3), "f8", compression="gzip", chunks=(10**6, 3), fillvalue=0.0)
-            case "huge":
-                file.create_dataset("points", (2**40, 3), "f8", chunks=(1000, 3))
-            case "chunks":  # The library needs 4 kB for each of them.
-                file.create_dataset("points", (10**5, 3), "f8", chunks=(1, 3))
+    (tmp_path / "secret").write_bytes(bytes(10_000))
+    store_points_oddly(path, kind, str(tmp_path / "secret"))
     large = "bytes of numbers, more than 100 times"
     expected = {"bomb": large, "huge": large, "virtual": "other data than texts in a heap",
                 "chunks": "into 1000[0-9]{2} chunks"}  # fmt: skip
