@@ -9,7 +9,8 @@ import pytest
 
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.picking import length_between, pick_yarn, yarn_picking_table
-from tests.yarn.test_strand_distance import lines, ring
+from tests.io.yarn_sets import ring
+from tests.yarn.test_strand_distance import lines
 
 
 def test_a_ray_meets_the_surface_of_the_nearest_yarn():
@@ -36,7 +37,7 @@ def test_the_length_between_two_places_follows_the_yarn():
 
 
 def test_a_ring_is_measured_the_shorter_way():
-    yarns = YarnSet.from_curves([ring()], closed=[True], radius=0.05)
+    yarns = YarnSet.from_curves([ring([0, 0, 0])], closed=[True], radius=0.05)
     table = yarn_picking_table(yarns)
     first, second = (
         pick_yarn(table, [3 * np.cos(a), 3 * np.sin(a), 0], [-np.cos(a), -np.sin(a), 0]) for a in (0.05, -0.35)

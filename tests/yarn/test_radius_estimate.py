@@ -9,18 +9,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 import stitchmesh as sm
 from stitchmesh.errors import ParameterError
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.radius_estimate import estimate_radius
 from tests.gallery import shared
-
-
-def ring(centre: list[float], size: float = 1.0, count: int = 40) -> NDArray[np.float64]:
-    angle = 2 * np.pi * np.arange(count) / count
-    return np.array(centre) + size * np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
+from tests.io.yarn_sets import ring
 
 
 def coil(points: int, pitch: float = 0.2) -> YarnSet:

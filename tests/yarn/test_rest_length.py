@@ -25,6 +25,7 @@ from stitchmesh.yarn.rest_length import (
     stitch_lengths,
 )
 from tests.gallery import grid, tube
+from tests.io.yarn_sets import ring
 
 
 @pytest.fixture(scope="module")
@@ -46,9 +47,7 @@ def flat() -> tuple[YarnSet, StitchMesh]:
 
 def loose_rings(count: int = 3) -> YarnSet:
     """Yarns that do not store which stitches made them, as in files of curves."""
-    angle = 2 * np.pi * np.arange(20) / 20
-    curves = [np.stack([np.cos(angle), np.sin(angle), np.full(20, 0.3 * k)], axis=1) for k in range(count)]
-    return YarnSet.from_curves(curves, closed=[True] * count, radius=0.1)
+    return YarnSet.from_curves([ring([0, 0, 0.3 * k]) for k in range(count)], closed=[True] * count, radius=0.1)
 
 
 def inside(fabric: StitchMesh) -> np.ndarray:
