@@ -12,7 +12,7 @@ the caller chooses no object, these objects are left out.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -27,6 +27,7 @@ from stitchmesh.io.obj_elements import element_lines
 from stitchmesh.mesh import FloatArray, IntArray, Mesh
 from stitchmesh.mesh.connectivity import linked_groups
 from stitchmesh.mesh.layers import parallel_layers
+from stitchmesh.mesh.repair.soup import Soup, open_sides, soup_of
 
 SMALLEST_GARMENT_PART = 0.05
 """A connected part with openings is no garment if its area, over the area of all faces, is below this: an eyelash."""
@@ -46,15 +47,18 @@ class SceneObjects:
     """Names of the object and of the groups of each face, the object first; empty where the file names nothing."""
 
     @cached_property
+    def soup(self) -> Soup:
+        """The faces with their positions; programs repeat a vertex for its normals, so positions show what touches."""
+        positions, number = np.unique(self.vertices, axis=0, return_inverse=True)
+        soup = soup_of(self.vertices, self.faces)
+        return replace(soup, points=positions, vertex=number.reshape(-1)[soup.vertex])
+
+    @cached_property
     def part(self) -> IntArray:
         """Connected part of each face, numbered in the order of their first faces, shape (F,)."""
-        size = np.array([len(face) for face in self.faces])
-        corner = np.array([vertex for face in self.faces for vertex in face])
-        # Programs repeat a vertex for its normals, so positions show what is connected.
-        place = np.unique(self.vertices, axis=0, return_inverse=True)[1].reshape(-1)[corner]
-        face = np.repeat(np.arange(len(size)), size)
-        group = linked_groups((place, len(self.vertices) + face), len(self.vertices) + len(size))
-        _, first, number = np.unique(group[len(self.vertices) :], return_index=True, return_inverse=True)
+        soup, count = self.soup, len(self.soup.points)
+        group = linked_groups((soup.vertex, count + soup.side_face), count + soup.face_count)
+        _, first, number = np.unique(group[count:], return_index=True, return_inverse=True)
         rank: IntArray = np.argsort(np.argsort(first))[number.reshape(-1)]
         return rank
 
@@ -85,9 +89,9 @@ class SceneObjects:
         part_count = int(self.part.max()) + 1
         if part_count == 1:
             return np.ones(len(self.faces), dtype=bool)
-        area = np.array([_area(self.vertices[face]) for face in self.faces])
+        area, open_face = self.soup.area, self.soup.side_face[open_sides(self.soup)]
         share = np.bincount(self.part, area) / max(float(area.sum()), np.finfo(np.float64).tiny)
-        is_open = self._open_parts(part_count)
+        is_open = np.bincount(self.part[open_face], minlength=part_count) > 0
         garment = is_open & (share >= SMALLEST_GARMENT_PART)
         for number in np.flatnonzero(~is_open & (share >= SMALLEST_GARMENT_PART)).tolist():
             garment[number] = self._has_layers(number)
@@ -95,17 +99,6 @@ class SceneObjects:
             return np.ones(len(self.faces), dtype=bool)
         kept: NDArray[np.bool_] = (garment | is_open)[self.part]
         return kept
-
-    def _open_parts(self, part_count: int) -> NDArray[np.bool_]:
-        """Return whether each part has an edge of one face, shape (part_count,)."""
-        size = np.array([len(face) for face in self.faces])
-        place = np.unique(self.vertices, axis=0, return_inverse=True)[1].reshape(-1)
-        start = place[[vertex for face in self.faces for vertex in face]]
-        end = place[[vertex for face in self.faces for vertex in [*face[1:], face[0]]]]
-        edges = np.sort(np.stack([start, end], axis=1), axis=1)
-        number, uses = np.unique(edges, axis=0, return_inverse=True, return_counts=True)[1:]
-        side_part = np.repeat(self.part, size)
-        return np.bincount(side_part[uses[number.reshape(-1)] == 1], minlength=part_count) > 0
 
     def _has_layers(self, number: int) -> bool:
         """Return whether a closed part is a garment with a thickness."""
@@ -166,12 +159,6 @@ def _obj_names(path: FilePath) -> list[tuple[str, ...]]:
         elif fields[0] == "f":
             found.append(tuple(filter(None, [*current["o"], *current["g"]])))
     return found
-
-
-def _area(points: FloatArray) -> float:
-    """Return the area of a polygon [cm^2]."""
-    offset = points - points[0]
-    return float(np.linalg.norm(np.cross(offset, np.roll(offset, -1, axis=0)).sum(axis=0))) / 2.0
 
 
 READERS = {
