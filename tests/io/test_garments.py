@@ -70,8 +70,7 @@ def scene(path, *objects):
     lines, count = [], 0
     for name, mesh in objects:
         lines += [f"o {name}", *(f"v {x!r} {y!r} {z!r}" for x, y, z in mesh.vertices.tolist())]
-        faces = np.split(mesh.face_vertex, mesh.face_start[1:-1])
-        lines += ["f " + " ".join(str(corner + 1 + count) for corner in face) for face in faces]
+        lines += ["f " + " ".join(str(corner + 1 + count) for corner in face) for face in mesh.polygons]
         count += len(mesh.vertices)
     path.write_text("\n".join(lines) + "\n")
     return path

@@ -23,7 +23,7 @@ def with_thickness(mesh: Mesh, thickness: float) -> Mesh:
     normal = np.zeros_like(mesh.vertices)
     np.add.at(normal, mesh.face_vertex, mesh.face_vector_area[mesh.side_face])
     inner = mesh.vertices - thickness * normal / np.linalg.norm(normal, axis=1, keepdims=True)
-    faces = [face.tolist() for face in np.split(mesh.face_vertex, mesh.face_start[1:-1])]
+    faces = mesh.polygons
     count = len(mesh.vertices)
     rim = [[b, a, a + count, b + count] for a, b in zip(
         mesh.face_vertex[mesh.twin == BORDER].tolist(),
