@@ -57,7 +57,7 @@ class SceneObjects:
     def part(self) -> IntArray:
         """Connected part of each face, numbered in the order of their first faces, shape (F,)."""
         soup, count = self.soup, len(self.soup.points)
-        group = linked_groups((soup.vertex, count + soup.side_face), count + soup.face_count)
+        group = linked_groups(count + soup.face_count, soup.vertex, count + soup.side_face)
         _, first, number = np.unique(group[count:], return_index=True, return_inverse=True)
         rank: IntArray = np.argsort(np.argsort(first))[number.reshape(-1)]
         return rank

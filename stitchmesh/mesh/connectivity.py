@@ -132,8 +132,8 @@ def patches_and_flips(
     """
     beside_own = np.where(same, second + count, second)
     beside_reversed = np.where(same, second, second + count)
-    links = np.concatenate([first, first + count]), np.concatenate([beside_own, beside_reversed])
-    own, reverse = linked_groups(links, 2 * count).reshape(2, count)
+    one, other = np.concatenate([first, first + count]), np.concatenate([beside_own, beside_reversed])
+    own, reverse = linked_groups(2 * count, one, other).reshape(2, count)
     return np.where(own == reverse, -1, np.minimum(own, reverse)), own > reverse
 
 
@@ -143,23 +143,23 @@ def one_sided_surface(edge: str, face: int) -> str:
     return f"edge {edge}: {found}; cut it along an edge loop"
 
 
-def linked_groups(links: tuple[IntArray, IntArray], count: int) -> IntArray:
-    """Return the group of each of some things that are linked in pairs, shape (count,).
+def linked_groups(count: int, one: IntArray, other: IntArray) -> IntArray:
+    """Number the groups of elements that links connect, and return the group of each element, shape (count,).
+
+    Groups are numbered in the order of their first elements.
 
     Args:
-        links: first and second thing of each pair, shape (n,) each.
-        count: number of things.
-
-    Returns:
-        Numbers of the groups, in the order of their first things.
+        count: number of elements.
+        one: element at the first end of each link, shape (n,).
+        other: element at the second end of each link, shape (n,).
     """
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
     if not count:
         return np.zeros(0, dtype=np.int64)
-    graph = coo_array((np.ones(len(links[0])), links), shape=(count, count))
-    # SciPy follows the links from the first thing, then from the first that has no number yet, and so on.
+    graph = coo_array((np.ones(len(one)), (one, other)), shape=(count, count))
+    # SciPy follows the links from the first element, then from the first that has no number yet, and so on.
     group: IntArray = connected_components(graph.tocsr(), directed=False)[1].astype(np.int64)
     return group
 
@@ -173,7 +173,7 @@ def find_fans(neighbour: IntArray) -> IntArray:
         neighbour: next corner around the same vertex, -1 across a border, shape (n,).
     """
     inner = np.flatnonzero(neighbour >= 0)
-    return linked_groups((inner, neighbour[inner]), len(neighbour))
+    return linked_groups(len(neighbour), inner, neighbour[inner])
 
 
 def check_fans(corner_vertex: IntArray, neighbour: IntArray, vertex_count: int) -> None:

@@ -95,7 +95,7 @@ def layer_of(mesh: Mesh, layers: ParallelLayers, layer: Layer) -> Mesh:
 def _joined_at_sides(mesh: Mesh, across: IntArray, thin: NDArray[np.bool_]) -> bool:
     """Return whether most faces are connected to the face on their other side by an open surface."""
     inner = np.flatnonzero(mesh.twin != BORDER)
-    whole = linked_groups((mesh.side_face[inner], mesh.side_face[mesh.twin[inner]]), mesh.face_count)
+    whole = linked_groups(mesh.face_count, mesh.side_face[inner], mesh.side_face[mesh.twin[inner]])
     is_open = np.isin(whole, whole[mesh.side_face[mesh.twin == BORDER]])
     return bool(np.mean((is_open & (whole == whole[across]))[thin]) > 0.5)
 
@@ -108,8 +108,8 @@ def _parts_without_rims(mesh: Mesh, thin: NDArray[np.bool_]) -> IntArray:
     pairs = np.flatnonzero(mesh.twin > np.arange(mesh.side_count))
     one, other = mesh.side_face[pairs], mesh.side_face[mesh.twin[pairs]]
     within, beyond = thin[one] & thin[other], ~thin[one] & ~thin[other]
-    part = linked_groups((one[within], other[within]), mesh.face_count)
-    group = linked_groups((one[beyond], other[beyond]), mesh.face_count)
+    part = linked_groups(mesh.face_count, one[within], other[within])
+    group = linked_groups(mesh.face_count, one[beyond], other[beyond])
     beside: dict[int, set[int]] = {}
     for first, second in ((one, other), (other, one)):
         crossing = ~thin[first] & thin[second]

@@ -134,9 +134,9 @@ def test_a_stitch_with_the_wrong_number_of_sides_is_refused():
 
 
 def test_groups_of_linked_things_are_numbered_by_their_first_things():
-    links = np.array([8, 2, 5, 1]), np.array([3, 7, 2, 8])
-    assert linked_groups(links, 9).tolist() == [0, 1, 2, 1, 3, 2, 4, 2, 1]
-    assert linked_groups((links[0][:0], links[1][:0]), 0).tolist() == []
+    one, other = np.array([8, 2, 5, 1]), np.array([3, 7, 2, 8])
+    assert linked_groups(9, one, other).tolist() == [0, 1, 2, 1, 3, 2, 4, 2, 1]
+    assert linked_groups(0, one[:0], other[:0]).tolist() == []
 
 
 def test_the_outline_of_all_faces_is_the_border_of_the_mesh():

@@ -16,7 +16,7 @@ from stitchmesh.mesh.repair.soup import Soup, edges_of
 def component_of_faces(soup: Soup) -> IntArray:
     """Return the component of each face of a manifold surface, shape (F,); components are numbered by first face."""
     first, second = soup.side_face[edges_of(soup).with_count(2)].T
-    return linked_groups((first, second), soup.face_count)
+    return linked_groups(soup.face_count, first, second)
 
 
 def first_faces(component: IntArray) -> IntArray:
@@ -55,7 +55,7 @@ def components_of(mesh: Mesh) -> tuple[Mesh, ...]:
         mesh: a mesh without a lattice. Vertices and faces of a component keep their order.
     """
     sides = np.flatnonzero(mesh.twin != BORDER)
-    component = linked_groups((mesh.side_face[sides], mesh.side_face[mesh.twin[sides]]), mesh.face_count)
+    component = linked_groups(mesh.face_count, mesh.side_face[sides], mesh.side_face[mesh.twin[sides]])
     if not component.any():
         return (mesh,)
     area = np.bincount(component, np.linalg.norm(mesh.face_vector_area, axis=1))

@@ -50,7 +50,7 @@ def borders_of(soup: Soup) -> ClosedBorders:
     side_from = np.zeros(len(soup.points), dtype=np.int64)
     side_from[soup.vertex[sides]] = np.arange(len(sides))  # One fan around a vertex has one border side from it.
     following = side_from[soup.head[sides]]
-    return ClosedBorders(sides, linked_groups((np.arange(len(sides)), following), len(sides)), following)
+    return ClosedBorders(sides, linked_groups(len(sides), np.arange(len(sides)), following), following)
 
 
 def fill_holes(soup: Soup, largest_hole: float, log: ActionLog) -> Soup:

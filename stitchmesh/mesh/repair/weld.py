@@ -115,7 +115,7 @@ def _merge(soup: Soup, group: IntArray, pairs: IntArray, small: NDArray[np.bool_
 
 def _lowest_linked(pairs: IntArray, count: int) -> IntArray:
     """Lowest number that each number is linked to by pairs, shape (count,)."""
-    group = linked_groups((pairs[:, 0], pairs[:, 1]), count)
+    group = linked_groups(count, pairs[:, 0], pairs[:, 1])
     return np.unique(group, return_index=True)[1][group]
 
 
