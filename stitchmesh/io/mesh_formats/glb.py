@@ -212,7 +212,7 @@ def glb_face_names(path: FilePath) -> list[tuple[str, ...]]:
         FileError: the file cannot be read.
     """
     head, _ = _head(path, read_bytes(path))
-    found = []
+    found: list[tuple[str, ...]] = []
     for primitive, number in _placed_primitives(head, _world(head)):
         if primitive.mode in SURFACES:
             accessor = primitive.attributes["POSITION"] if primitive.indices is None else primitive.indices
