@@ -142,12 +142,18 @@ def is_foreign(kind: FaceType) -> bool:
 
 
 def is_framed(kind: FaceType) -> bool:
-    """Return whether the sides of a type are loops in, yarn, loops out, and yarn in the opposite direction."""
+    """Return whether the sides of a type are loops in, yarn, loops out, and yarn that does not run against the first.
+
+    Yarn without a direction runs either way.
+    """
     frame = [(side.kind, side.direction) for side in kind.sides]
     below = next((k for k, side in enumerate(frame) if side != (LOOP, ENTERING)), len(frame))
     above = frame[below + 1 : -1]
     ends = [*frame[below : below + 1], *frame[-1:]] if below < len(frame) - 1 else []
-    opposite = sorted(ends) == [(YARN, ENTERING), (YARN, LEAVING)]
+    if [kind for kind, _ in ends] != [YARN, YARN]:
+        return False
+    (_, right), (_, left) = ends
+    opposite = right != left or right == UNDIRECTED
     return opposite and all(side == (LOOP, LEAVING) for side in above)
 
 

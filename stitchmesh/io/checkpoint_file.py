@@ -45,8 +45,6 @@ LENGTHS = struct.Struct("<IQ")
 CHECKSUM_BYTES = 32
 NUMBER_TYPE = re.compile(r"[<|]([iu][1248]|f[248]|b1)")
 """NumPy's names of the types of numbers that arrays may have."""
-MOST_DIMENSIONS = 8
-"""Largest number of dimensions of an array."""
 
 
 class _Header(TypedDict):
@@ -181,7 +179,7 @@ def _arrays(content: memoryview, table: list[tuple[str, str, list[int]]]) -> dic
     """
     arrays, offset = {}, 0
     for name, kind, shape in table:
-        if not NUMBER_TYPE.fullmatch(kind) or len(shape) > MOST_DIMENSIONS or min(shape, default=0) < 0:
+        if not NUMBER_TYPE.fullmatch(kind) or len(shape) > 8 or min(shape, default=0) < 0:
             found = f"type {kind[:20]!r} and shape {shape[:8]}"
             raise ParameterError(f"array {name[:40]!r} is of {found}; expected numbers")
         count = math.prod(shape)

@@ -14,9 +14,6 @@ from stitchmesh.errors import FileError
 from stitchmesh.io.contents import FilePath
 from stitchmesh.mesh import FloatArray
 
-LARGEST_FLOAT32 = 1e38
-"""Largest number that is written: a third of the largest float32, so that bounding boxes stay finite."""
-
 
 def from_float32(values: NDArray[Any]) -> FloatArray:
     """Return numbers of a file as float64; a NaN of any bits becomes a quiet NaN, which a later check refuses."""
@@ -35,6 +32,7 @@ def to_float32(path: FilePath, what: str, values: FloatArray) -> NDArray[np.floa
     Raises:
         FileError: a value is not finite, or too large for float32.
     """
-    if not (np.abs(values) <= LARGEST_FLOAT32).all():
+    # A third of the largest float32, so that bounding boxes stay finite.
+    if not (np.abs(values) <= 1e38).all():
         raise FileError(f"{fspath(path)}: {what} are too large for the format's float32; write .h5")
     return values.astype(np.float32)

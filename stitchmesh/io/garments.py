@@ -17,8 +17,9 @@ from stitchmesh.errors import MeshError
 from stitchmesh.io.contents import FilePath
 from stitchmesh.io.examples import mesh_file
 from stitchmesh.io.mesh_objects import about_objects, faces_alone, scene_objects
+from stitchmesh.io.mesh_reading import MeshReading
 from stitchmesh.io.meshes import read_mesh, read_polygons, read_strict_polygons, stated_unit
-from stitchmesh.io.units import DEFAULT_UNIT, size_doubt
+from stitchmesh.io.units import size_doubt
 from stitchmesh.mesh import Mesh
 from stitchmesh.mesh.layers import Layer, ParallelLayers, layer_of, parallel_layers
 from stitchmesh.mesh.repair import RepairAction, repair_mesh
@@ -28,21 +29,6 @@ LYING = "z was taken as up, because the openings of the mesh face along it; --up
 """Note on a mesh that lies in its file."""
 UNSURE = "y was taken as up, but the openings of the mesh face along z; if it lies in its file, --up z turns it"
 """Note on a mesh whose openings do not show which direction is up."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class MeshReading:
-    """How the mesh of a garment is read from a file."""
-
-    unit: str = DEFAULT_UNIT
-    """Unit of a mesh file that states no unit."""
-    up: Direction | None = None
-    """Direction in the coordinates of the file that points up; if it is None, glTF states y, and the shape of another
-    mesh tells whether it is y or z (``up_of_openings``)."""
-    objects: tuple[str, ...] = ()
-    """Names of objects or groups of the file that are the garment; if it is empty, all objects that can be garments."""
-    layer: Layer = "outer"
-    """Layer of a garment with a thickness: outer, inner or middle."""
 
 
 @dataclass(frozen=True, eq=False)

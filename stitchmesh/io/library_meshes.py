@@ -31,9 +31,6 @@ if TYPE_CHECKING:
 MeshLike: TypeAlias = "Mesh | trimesh.Trimesh | meshio.Mesh | pyvista.PolyData"
 """What can stand for a polygon mesh."""
 
-SAMPLES = 4
-"""Points of a yarn for each segment of its spline."""
-
 
 def as_mesh(given: MeshLike, *, unit: str = DEFAULT_UNIT, place: str = "as_mesh") -> Mesh:
     """Return a mesh of another library as a mesh; a mesh stays as it is.
@@ -139,7 +136,7 @@ def to_pyvista(value: Any) -> pyvista.PolyData:
 
     content = _content("to_pyvista", value)
     if isinstance(content, YarnSet):
-        return poly_data_of_yarns(content, 1.0, SAMPLES)
+        return poly_data_of_yarns(content, 1.0)
     size = np.diff(content.face_start)
     data = pyvista.PolyData(content.vertices, faces=np.insert(content.face_vertex, content.face_start[:-1], size))
     if isinstance(content, StitchMesh):
@@ -165,7 +162,7 @@ def to_meshio(value: Any) -> meshio.Mesh:
     content = _content("to_meshio", value)
     if isinstance(content, Mesh):
         return meshio.Mesh(content.vertices, cells_of_faces(content.polygons))
-    data = poly_data_of_yarns(content, 1.0, SAMPLES)
+    data = poly_data_of_yarns(content, 1.0)
     lines = np.concatenate([np.stack([line[:-1], line[1:]], axis=1) for line in _lists(data.lines)])
     held = {name: np.asarray(data.point_data[name]) for name in ("radius", "yarn")}
     return meshio.Mesh(np.asarray(data.points), [("line", lines)], point_data=held)

@@ -12,21 +12,22 @@ the caller chooses no object, these objects are left out.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.errors import MeshError, ParameterError
-from stitchmesh.io.checked import parse_json
-from stitchmesh.io.contents import FilePath, read_bytes, read_lines
+from stitchmesh.io.contents import FilePath, read_lines
+from stitchmesh.io.mesh_formats.glb import glb_face_names
 from stitchmesh.io.mesh_formats.usd_mesh import usd_face_names
 from stitchmesh.io.obj_elements import element_lines
 from stitchmesh.mesh import FloatArray, IntArray, Mesh
+from stitchmesh.mesh.connectivity import linked_groups
 from stitchmesh.mesh.layers import parallel_layers
+from stitchmesh.mesh.repair.soup import Soup, open_sides, soup_of
 
 SMALLEST_GARMENT_PART = 0.05
 """A connected part with openings is no garment if its area, over the area of all faces, is below this: an eyelash."""
@@ -46,20 +47,18 @@ class SceneObjects:
     """Names of the object and of the groups of each face, the object first; empty where the file names nothing."""
 
     @cached_property
+    def soup(self) -> Soup:
+        """The faces with their positions; programs repeat a vertex for its normals, so positions show what touches."""
+        positions, number = np.unique(self.vertices, axis=0, return_inverse=True)
+        soup = soup_of(self.vertices, self.faces)
+        return replace(soup, points=positions, vertex=number.reshape(-1)[soup.vertex])
+
+    @cached_property
     def part(self) -> IntArray:
         """Connected part of each face, numbered in the order of their first faces, shape (F,)."""
-        from scipy.sparse import coo_array
-        from scipy.sparse.csgraph import connected_components
-
-        size = np.array([len(face) for face in self.faces])
-        corner = np.array([vertex for face in self.faces for vertex in face])
-        # Programs repeat a vertex for its normals, so positions show what is connected.
-        place = np.unique(self.vertices, axis=0, return_inverse=True)[1].reshape(-1)[corner]
-        face = np.repeat(np.arange(len(size)), size)
-        count = len(self.vertices) + len(size)
-        graph = coo_array((np.ones(len(face)), (place, len(self.vertices) + face)), shape=(count, count))
-        label = connected_components(graph.tocsr(), directed=False)[1][len(self.vertices) :]
-        _, first, number = np.unique(label, return_index=True, return_inverse=True)
+        soup, count = self.soup, len(self.soup.points)
+        group = linked_groups(count + soup.face_count, soup.vertex, count + soup.side_face)
+        _, first, number = np.unique(group[count:], return_index=True, return_inverse=True)
         rank: IntArray = np.argsort(np.argsort(first))[number.reshape(-1)]
         return rank
 
@@ -90,9 +89,9 @@ class SceneObjects:
         part_count = int(self.part.max()) + 1
         if part_count == 1:
             return np.ones(len(self.faces), dtype=bool)
-        area = np.array([_area(self.vertices[face]) for face in self.faces])
+        area, open_face = self.soup.area, self.soup.side_face[open_sides(self.soup)]
         share = np.bincount(self.part, area) / max(float(area.sum()), np.finfo(np.float64).tiny)
-        is_open = self._open_parts(part_count)
+        is_open = np.bincount(self.part[open_face], minlength=part_count) > 0
         garment = is_open & (share >= SMALLEST_GARMENT_PART)
         for number in np.flatnonzero(~is_open & (share >= SMALLEST_GARMENT_PART)).tolist():
             garment[number] = self._has_layers(number)
@@ -100,17 +99,6 @@ class SceneObjects:
             return np.ones(len(self.faces), dtype=bool)
         kept: NDArray[np.bool_] = (garment | is_open)[self.part]
         return kept
-
-    def _open_parts(self, part_count: int) -> NDArray[np.bool_]:
-        """Return whether each part has an edge of one face, shape (part_count,)."""
-        size = np.array([len(face) for face in self.faces])
-        place = np.unique(self.vertices, axis=0, return_inverse=True)[1].reshape(-1)
-        start = place[[vertex for face in self.faces for vertex in face]]
-        end = place[[vertex for face in self.faces for vertex in [*face[1:], face[0]]]]
-        edges = np.sort(np.stack([start, end], axis=1), axis=1)
-        number, uses = np.unique(edges, axis=0, return_inverse=True, return_counts=True)[1:]
-        side_part = np.repeat(self.part, size)
-        return np.bincount(side_part[uses[number.reshape(-1)] == 1], minlength=part_count) > 0
 
     def _has_layers(self, number: int) -> bool:
         """Return whether a closed part is a garment with a thickness."""
@@ -173,50 +161,8 @@ def _obj_names(path: FilePath) -> list[tuple[str, ...]]:
     return found
 
 
-def _glb_names(path: FilePath) -> list[tuple[str, ...]]:
-    """Return the names of a binary glTF file that can be read, as for ``_gltf_names``."""
-    content = read_bytes(path)
-    length = int.from_bytes(content[12:16], "little")  # The head in JSON is the first chunk, after 12 + 8 bytes.
-    return _names_of_head(content[20 : 20 + length])
-
-
-def _gltf_names(path: FilePath) -> list[tuple[str, ...]]:
-    """Return the names of the node and of the mesh of each triangle of a glTF file in text that can be read."""
-    return _names_of_head(read_bytes(path))
-
-
-def _names_of_head(content: bytes) -> list[tuple[str, ...]]:
-    head: Any = parse_json(content.decode("utf-8"))
-    nodes = head.get("nodes", [])
-    inner = {child for node in nodes for child in node.get("children", [])}
-    roots = [number for number in range(len(nodes)) if number not in inner]
-    left = list(reversed(head["scenes"][head.get("scene", 0)].get("nodes", []) if head.get("scenes") else roots))
-    found: list[tuple[str, ...]] = []
-    while left:
-        node = nodes[left.pop()]
-        left += reversed(node.get("children", []))
-        if "mesh" in node:
-            mesh = head["meshes"][node["mesh"]]
-            names = tuple(str(part["name"]) for part in (node, mesh) if part.get("name"))
-            found += [names] * sum(_triangle_count(head, primitive) for primitive in mesh["primitives"])
-    return found
-
-
-def _triangle_count(head: Any, primitive: Any) -> int:
-    """Return the number of triangles of a primitive: a list (4), a strip or a fan (5, 6), or none."""
-    accessor = primitive.get("indices", primitive["attributes"].get("POSITION"))
-    corners, mode = int(head["accessors"][accessor]["count"]), primitive.get("mode", 4)
-    return {4: corners // 3, 5: max(0, corners - 2), 6: max(0, corners - 2)}.get(mode, 0)
-
-
-def _area(points: FloatArray) -> float:
-    """Return the area of a polygon [cm^2]."""
-    offset = points - points[0]
-    return float(np.linalg.norm(np.cross(offset, np.roll(offset, -1, axis=0)).sum(axis=0))) / 2.0
-
-
 READERS = {
-    ".obj": _obj_names, ".glb": _glb_names, ".gltf": _gltf_names,
+    ".obj": _obj_names, ".glb": glb_face_names, ".gltf": glb_face_names,
     **dict.fromkeys((".usda", ".usdc", ".usd"), usd_face_names),
 }  # fmt: skip
 """Functions that return the names of each face of a file, by its suffix."""

@@ -32,7 +32,7 @@ from stitchmesh.io.mesh_formats.vtk_legacy import read_vtk_polygons
 from stitchmesh.io.mesh_formats.vtp import read_vtp_polygons, read_vtu_polygons, write_vtp_polygons
 from stitchmesh.io.units import DEFAULT_UNIT, centimetres, check_unit_left_out
 from stitchmesh.mesh import FloatArray, Mesh
-from stitchmesh.mesh.repair import Repaired, RepairOptions, repair_mesh
+from stitchmesh.mesh.repair import DEFAULT_REPAIR, Repaired, RepairOptions, repair_mesh
 
 Read = Callable[[FilePath], tuple[ArrayLike, list[list[int]]]]
 """Function that returns the vertices in the file's unit, shape (V, 3), and the vertices of each face from 0."""
@@ -69,8 +69,6 @@ FORMATS: dict[str, MeshFormat] = {
     **dict.fromkeys((".usda", ".usdc", ".usd"), MeshFormat(read_usd_polygons, write_usd_polygons, unit="cm")),
 }
 """Formats of polygon meshes, by suffix."""
-DEFAULT_REPAIR = RepairOptions()
-"""What a repair may change by default."""
 
 
 def read_mesh(path: FilePath, *, unit: str = DEFAULT_UNIT) -> Mesh:

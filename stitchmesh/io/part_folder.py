@@ -33,7 +33,6 @@ PREFIX = "part-"
 PART_NAME = re.compile(re.escape(PREFIX) + r"[a-z0-9_]{8}")
 MOST_TRIES = 100
 """Number of folders that are tried: another process may remove an empty folder before it is locked."""
-OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
 
 
 class PartFolder:
@@ -149,7 +148,7 @@ def _check_owner(parts: Path, folder: Path) -> None:
         FileError: another user can rename it.
     """
     outer, inner = parts.lstat(), folder.lstat()
-    if outer.st_uid != inner.st_uid or outer.st_mode & OTHERS_WRITE & ~inner.st_mode:
+    if outer.st_uid != inner.st_uid or outer.st_mode & (stat.S_IWGRP | stat.S_IWOTH) & ~inner.st_mode:
         folder.rmdir()
         found = "belongs to another user, or others may write in it"
         raise FileError(f"{parts}: {found}; remove it, or choose a folder of your own")

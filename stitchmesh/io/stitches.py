@@ -15,8 +15,7 @@ from stitchmesh.errors import FileError, LabelError, ParameterError, check_kind
 from stitchmesh.io.atomic import write_text
 from stitchmesh.io.contents import FilePath, suffix_of
 from stitchmesh.io.hdf5 import read_dataclass, write_dataclass
-from stitchmesh.io.stitch_formats.face_meshes import holds_foreign_faces, read_face_mesh
-from stitchmesh.io.stitch_formats.smobj import read_smobj, stitches_of_faces, write_smobj
+from stitchmesh.io.stitch_formats.smobj import read_smobj, write_smobj
 from stitchmesh.io.stitch_formats.traced_stitches import read_traced_stitches
 from stitchmesh.machine_knitting import machine_program
 from stitchmesh.mesh import StitchMesh
@@ -84,14 +83,9 @@ def read_stitches(path: FilePath) -> StitchMesh:
     return fabric
 
 
-def _read_smobj(path: FilePath) -> StitchMesh:
-    """Read an ``.smobj`` file of stitches only, or the stitches of one with other faces."""
-    return stitches_of_faces(read_face_mesh(path), fspath(path)) if holds_foreign_faces(path) else read_smobj(path)
-
-
 def _read_hdf5(path: FilePath) -> StitchMesh:
     return read_dataclass(path, StitchMesh, FORMAT)
 
 
-_READERS = {".h5": _read_hdf5, ".smobj": _read_smobj, ".st": read_traced_stitches}
+_READERS = {".h5": _read_hdf5, ".smobj": read_smobj, ".st": read_traced_stitches}
 """Function that reads each format."""

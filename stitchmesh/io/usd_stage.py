@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""USD stages: how a stage is opened, its unit, its axes, and its error messages.
+"""USD stages: how a stage is opened and written, its unit, its axes, and its error messages.
 
 A stage may be composed only of regular files in the folder of its own file. These files are found and checked before
 the library composes the stage, because the library would wait for ever at a pipe.
@@ -16,7 +16,9 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 
 from stitchmesh.errors import FileError
+from stitchmesh.io.atomic import atomic_path
 from stitchmesh.io.contents import FilePath
+from stitchmesh.io.disk_refusal import as_refusal
 
 if TYPE_CHECKING:
     from pxr import Usd
@@ -56,6 +58,31 @@ def read_stage(path: FilePath, read: Callable[[str, Usd.Stage], T]) -> T:
     except Exception as error:  # USD raises exceptions of many types for malformed files.
         reason = reason_of(error) if isinstance(error, Tf.ErrorException) else " ".join(str(error).split())[:100]
         raise FileError(f"{name}: is not a valid USD file ({reason}); write it again") from error
+
+
+def new_stage() -> Usd.Stage:
+    """Return an empty stage in centimetres with y up."""
+    from pxr import Usd, UsdGeom
+
+    stage = Usd.Stage.CreateInMemory()
+    UsdGeom.SetStageMetersPerUnit(stage, METRES_PER_UNIT)
+    UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.y)
+    return stage
+
+
+def export_stage(path: FilePath, stage: Usd.Stage) -> None:
+    """Write a stage atomically.
+
+    Raises:
+        FileError: the file cannot be written.
+    """
+    from pxr import Tf
+
+    with atomic_path(path) as temporary:
+        try:
+            stage.GetRootLayer().Export(str(temporary))
+        except Tf.ErrorException as error:
+            raise as_refusal(reason_of(error)) from error
 
 
 def to_centimetres(stage: Usd.Stage, world: Any) -> tuple[Any, Any, float]:

@@ -39,7 +39,7 @@ from stitchmesh.io.yarn_formats.pyp import check_pyp, read_pyp, write_pyp
 from stitchmesh.io.yarn_formats.splines import bspline_to_catmull_rom, catmull_rom_to_bspline, polyline_to_bspline
 from stitchmesh.io.yarn_formats.usd import write_usd
 from stitchmesh.io.yarn_formats.usd_curves import LABELS, UsdCurve, read_usd
-from stitchmesh.io.yarn_formats.vtp import read_vtp, write_vtp
+from stitchmesh.io.yarn_formats.vtp import POINTS_PER_SEGMENT, read_vtp, write_vtp
 from stitchmesh.io.yarn_formats.yarn_chunks import YarnChunks, read_yarn_chunks, write_yarn_chunks
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import FloatArray, IntArray
@@ -55,8 +55,6 @@ BCC_CURVES = {"catmull-rom": bcc.CATMULL_ROM, "bspline": bcc.BSPLINE}
 """Kinds of curve that can be written to a BCC file; the first is the kind that most programs read."""
 LARGEST_COLOUR = 65_535
 """Largest number of a colour in files that state numbers and colours."""
-POINTS_PER_SEGMENT = 4
-"""Number of points for each spline segment in the polylines of OBJ and VTP files."""
 
 Tiles = tuple[int, int] | None
 """Numbers of periods to write along the courses and along the wales, or None."""
@@ -65,13 +63,27 @@ logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
+class _Writing:
+    """How yarns are written; a format uses what it can hold."""
+
+    scale: float
+    """Number of centimetres in the file's unit."""
+    curve: str
+    """Kind of curve in a BCC file."""
+    tiles: Tiles
+    """Periods of periodic yarns that are written."""
+
+
+@dataclass(frozen=True)
 class YarnFormat:
     """The functions of one format of yarns."""
 
     read: Callable[[FilePath, float, float | None], YarnSet]
     """Function of the path, the number of centimetres in the file's unit, and the given radius [cm] or None."""
-    write: Callable[[FilePath, YarnSet, float, str, Tiles], None]
-    """Function of the path, the yarns, the number of centimetres in the file's unit, the kind of curve, the tiles."""
+    write: Callable[[FilePath, YarnSet, _Writing], None]
+    """Function of the path, the yarns, and how they are written."""
+    has_unit: bool = False
+    """Whether the format fixes or states its unit, so that the caller gives none."""
 
 
 def read_yarns(path: FilePath, *, unit: str = DEFAULT_UNIT, radius: float | None = None) -> YarnSet:
@@ -94,6 +106,8 @@ def read_yarns(path: FilePath, *, unit: str = DEFAULT_UNIT, radius: float | None
     if radius is not None:
         check_positive("radius", radius, "cm")
     yarn_format = FORMATS[suffix_of(path, FORMATS)]
+    if yarn_format.has_unit:
+        check_unit_left_out(path, scale)
     try:
         return yarn_format.read(path, scale, radius)
     except YarnError as error:
@@ -127,7 +141,9 @@ def write_yarns(
         raise ParameterError(f"curve: got {curve!r}; expected one of {', '.join(BCC_CURVES)}")
     yarn_format = FORMATS[suffix_of(path, FORMATS)]
     check_kind("write_yarns", yarns, YarnSet)
-    yarn_format.write(path, yarns, scale, curve, tiles)
+    if yarn_format.has_unit:
+        check_unit_left_out(path, scale)
+    yarn_format.write(path, yarns, _Writing(scale, curve, tiles))
 
 
 def check_writable(path: FilePath, yarns: YarnSet) -> None:
@@ -145,28 +161,22 @@ def check_writable(path: FilePath, yarns: YarnSet) -> None:
     refuse_folder(path)
 
 
-def _read_hdf5(path: FilePath, scale: float, radius: float | None) -> YarnSet:
-    check_unit_left_out(path, scale)
+def _read_hdf5(path: FilePath, _: float, radius: float | None) -> YarnSet:
     yarns = read_dataclass(path, YarnSet, HDF5_FORMAT)
     return yarns if radius is None else _with_radius(yarns, radius)
 
 
-def _write_hdf5(path: FilePath, yarns: YarnSet, scale: float, curve: str, tiles: Tiles) -> None:
-    del curve  # HDF5 stores the control points of the B-splines.
-    check_unit_left_out(path, scale)
-    write_dataclass(path, yarns if tiles is None else tile_yarns(yarns, *tiles), HDF5_FORMAT)
+def _write_hdf5(path: FilePath, yarns: YarnSet, how: _Writing) -> None:
+    write_dataclass(path, yarns if how.tiles is None else tile_yarns(yarns, *how.tiles), HDF5_FORMAT)
 
 
-def _read_pyp(path: FilePath, scale: float, radius: float | None) -> YarnSet:
-    check_unit_left_out(path, scale)
+def _read_pyp(path: FilePath, _: float, radius: float | None) -> YarnSet:
     yarns = read_pyp(path)
     return yarns if radius is None else _with_radius(yarns, radius)
 
 
-def _write_pyp(path: FilePath, yarns: YarnSet, scale: float, curve: str, tiles: Tiles) -> None:
-    del curve  # The vertices of a .pyp file are the knots of the yarns.
-    check_unit_left_out(path, scale)
-    if tiles is not None:
+def _write_pyp(path: FilePath, yarns: YarnSet, how: _Writing) -> None:
+    if how.tiles is not None:
         raise ParameterError(f"tiles: {fspath(path)} is of a format that holds one period; leave the tiles out")
     write_pyp(path, yarns)
 
@@ -183,15 +193,15 @@ def _read_bcc(path: FilePath, scale: float, radius: float | None) -> YarnSet:
     return _yarns_of_curves(curves, content.closed, radius)
 
 
-def _write_bcc(path: FilePath, yarns: YarnSet, scale: float, curve: str, tiles: Tiles) -> None:
-    yarns = _finite(path, yarns, tiles)
+def _write_bcc(path: FilePath, yarns: YarnSet, how: _Writing) -> None:
+    yarns = _finite(path, yarns, how.tiles)
     closed = yarns.closed.tolist()
     curves = np.split(yarns.points, yarns.start[1:-1])
-    if curve == "catmull-rom":
+    if how.curve == "catmull-rom":
         pairs = [bspline_to_catmull_rom(control, flag) for control, flag in zip(curves, closed, strict=True)]
         curves = [points for points, _ in pairs]
         _log_conversion(path, max(error for _, error in pairs))
-    bcc.write_bcc(path, bcc.BccCurves(BCC_CURVES[curve], [points / scale for points in curves], closed))
+    bcc.write_bcc(path, bcc.BccCurves(BCC_CURVES[how.curve], [points / how.scale for points in curves], closed))
 
 
 def _read_obj(path: FilePath, scale: float, radius: float | None) -> YarnSet:
@@ -200,15 +210,13 @@ def _read_obj(path: FilePath, scale: float, radius: float | None) -> YarnSet:
     return _yarns_of_curves(curves, closed, radius)
 
 
-def _write_obj(path: FilePath, yarns: YarnSet, scale: float, curve: str, tiles: Tiles) -> None:
-    del curve  # OBJ holds polylines only.
-    yarns = _finite(path, yarns, tiles)
-    samples = [points / scale for points in yarns.sampled(POINTS_PER_SEGMENT)]
+def _write_obj(path: FilePath, yarns: YarnSet, how: _Writing) -> None:
+    yarns = _finite(path, yarns, how.tiles)
+    samples = [points / how.scale for points in yarns.sampled(POINTS_PER_SEGMENT)]
     write_obj_polylines(path, samples, yarns.closed.tolist())
 
 
-def _read_usd(path: FilePath, scale: float, radius: float | None) -> YarnSet:
-    check_unit_left_out(path, scale)
+def _read_usd(path: FilePath, _: float, radius: float | None) -> YarnSet:
     return yarns_of_usd(read_usd(path), radius)
 
 
@@ -232,11 +240,9 @@ def yarns_of_usd(curves: list[UsdCurve], radius: float | None = None) -> YarnSet
     return dataclasses.replace(yarns, **labels)
 
 
-def _write_usd(path: FilePath, yarns: YarnSet, scale: float, curve: str, tiles: Tiles) -> None:
-    del curve  # USD stores the control points of the B-splines.
-    check_unit_left_out(path, scale)
-    places = None if tiles is None else instances(_lattice(path, yarns), *tiles)
-    write_usd(path, _finite(path, yarns, None if tiles is None else (1, 1)), places)
+def _write_usd(path: FilePath, yarns: YarnSet, how: _Writing) -> None:
+    places = None if how.tiles is None else instances(_lattice(path, yarns), *how.tiles)
+    write_usd(path, _finite(path, yarns, None if how.tiles is None else (1, 1)), places)
 
 
 def _read_vtp(path: FilePath, scale: float, radius: float | None) -> YarnSet:
@@ -251,9 +257,8 @@ def _read_vtp(path: FilePath, scale: float, radius: float | None) -> YarnSet:
     return dataclasses.replace(yarns, **changes)
 
 
-def _write_vtp(path: FilePath, yarns: YarnSet, scale: float, curve: str, tiles: Tiles) -> None:
-    del curve  # VTP holds polylines only.
-    write_vtp(path, _finite(path, yarns, tiles), scale, POINTS_PER_SEGMENT)
+def _write_vtp(path: FilePath, yarns: YarnSet, how: _Writing) -> None:
+    write_vtp(path, _finite(path, yarns, how.tiles), how.scale)
 
 
 def _read_yarns(path: FilePath, scale: float, radius: float | None) -> YarnSet:
@@ -272,41 +277,35 @@ def _read_yarns(path: FilePath, scale: float, radius: float | None) -> YarnSet:
     return dataclasses.replace(yarns, rest_length=rest, **_colours(None, content.rgba[:, :3]))
 
 
-def _write_yarns(path: FilePath, yarns: YarnSet, scale: float, curve: str, tiles: Tiles) -> None:
-    del curve  # The curves of polylines are quadratic; they agree with the yarns at the knots.
-    yarns = _finite(path, yarns, tiles)
+def _write_yarns(path: FilePath, yarns: YarnSet, how: _Writing) -> None:
+    yarns = _finite(path, yarns, how.tiles)
     curves = [
-        polyline_of_knots(points, flag) / scale
+        polyline_of_knots(points, flag) / how.scale
         for points, flag in zip(yarns.sampled(1), yarns.closed.tolist(), strict=True)
     ]
     shown = filled_palette(yarns.palette, int(yarns.colour.max()) + 1)[yarns.colour]
     rgba = np.concatenate([shown, np.full((yarns.yarn_count, 1), 255)], axis=1).astype(np.uint8)
-    rest = np.split(yarns.rest_length / scale, yarns.segment_start[1:-1])
+    rest = np.split(yarns.rest_length / how.scale, yarns.segment_start[1:-1])
     marks = [dict(enumerate(lengths.tolist())) for lengths in rest]
-    write_yarn_chunks(path, YarnChunks(curves, yarns.radius / scale, rgba, marks))
+    write_yarn_chunks(path, YarnChunks(curves, yarns.radius / how.scale, rgba, marks))
 
 
-def _read_glb(path: FilePath, scale: float, radius: float | None) -> YarnSet:
-    del scale, radius
+def _read_glb(path: FilePath, _: float, __: float | None) -> YarnSet:
     raise tubes_error(path)
 
 
-def _write_glb(path: FilePath, yarns: YarnSet, scale: float, curve: str, tiles: Tiles) -> None:
-    del curve  # glTF holds tubes of triangles.
-    check_unit_left_out(path, scale)
-    write_glb(path, _finite(path, yarns, tiles))
+def _write_glb(path: FilePath, yarns: YarnSet, how: _Writing) -> None:
+    write_glb(path, _finite(path, yarns, how.tiles))
 
 
 FORMATS: dict[str, YarnFormat] = {
-    ".h5": YarnFormat(_read_hdf5, _write_hdf5),
-    ".pyp": YarnFormat(_read_pyp, _write_pyp),
+    ".h5": YarnFormat(_read_hdf5, _write_hdf5, has_unit=True),
+    ".pyp": YarnFormat(_read_pyp, _write_pyp, has_unit=True),
     ".bcc": YarnFormat(_read_bcc, _write_bcc),
-    ".usda": YarnFormat(_read_usd, _write_usd),
-    ".usdc": YarnFormat(_read_usd, _write_usd),
-    ".usd": YarnFormat(_read_usd, _write_usd),
+    **dict.fromkeys((".usda", ".usdc", ".usd"), YarnFormat(_read_usd, _write_usd, has_unit=True)),
     ".vtp": YarnFormat(_read_vtp, _write_vtp),
     ".yarns": YarnFormat(_read_yarns, _write_yarns),
-    ".glb": YarnFormat(_read_glb, _write_glb),
+    ".glb": YarnFormat(_read_glb, _write_glb, has_unit=True),
     ".obj": YarnFormat(_read_obj, _write_obj),
 }
 """Formats of yarns, by suffix."""

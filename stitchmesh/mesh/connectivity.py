@@ -98,14 +98,11 @@ def _explain_orientation(
     face: IntArray, left: IntArray, right: IntArray, same: NDArray[np.bool_], tail: IntArray, head: IntArray
 ) -> None:
     """Raise an error that distinguishes faces of the wrong orientation from a one-sided surface."""
-    flips = _flips_that_agree(face[left], face[right], same, int(face.max()) + 1)
-    disagree = flips[face[left]] ^ flips[face[right]] ^ same
-    if disagree.any():
-        side = left[np.flatnonzero(disagree)[0]]
-        raise MeshError(
-            f"edge {tail[side]}-{head[side]}: the surface has one side only (a Moebius strip through face "
-            f"{face[side]}); cut it along an edge loop"
-        )
+    patch, flips = patches_and_flips(face[left], face[right], same, int(face.max()) + 1)
+    one_sided = np.flatnonzero(patch[face[left]] < 0)
+    if len(one_sided):
+        side = left[one_sided[0]]
+        raise MeshError(one_sided_surface(f"{tail[side]}-{head[side]}", int(face[side])))
     turned = np.flatnonzero(flips if flips.sum() * 2 <= len(flips) else ~flips)
     side = left[np.flatnonzero(same)[0]]
     raise MeshError(
@@ -114,25 +111,57 @@ def _explain_orientation(
     )
 
 
-def _flips_that_agree(first: IntArray, second: IntArray, same: NDArray[np.bool_], face_count: int) -> NDArray[np.bool_]:
-    """Find the faces to reverse so that orientations agree along a spanning tree of the face graph."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import breadth_first_order, connected_components
+def patches_and_flips(
+    first: IntArray, second: IntArray, same: NDArray[np.bool_], count: int
+) -> tuple[IntArray, NDArray[np.bool_]]:
+    """Find the faces to reverse so that neighbours pass their edges in opposite directions.
 
-    pair = np.minimum(first, second) * face_count + np.maximum(first, second)
-    pair, place = np.unique(pair, return_index=True)
-    ends = (pair // face_count, pair % face_count)
-    weight = np.where(same[place], 2, 1)  # A sparse graph would treat a weight of zero as no link.
-    graph = coo_array((weight, ends), shape=(face_count, face_count)).tocsr()
-    graph = graph.maximum(graph.T).tocsr()
-    flips = np.zeros(face_count, dtype=bool)
-    count, component = connected_components(graph, directed=False)
-    for index in range(count):
-        root = int(np.flatnonzero(component == index)[0])
-        order, parent = breadth_first_order(graph, root, directed=False)
-        for node in order[1:]:
-            flips[node] = flips[parent[node]] ^ (graph[node, parent[node]] == 2)
-    return flips
+    Each face is a pair of nodes of a graph: the face as it is, and the face reversed. For two faces that share an edge,
+    links join the nodes that pass the edge in opposite directions. The group of one node is a consistent choice for all
+    faces of a patch, unless it holds both nodes of a face: then the surface has one side only.
+
+    Args:
+        first: first face of each pair that shares an edge, shape (n,).
+        second: second face of each pair, shape (n,).
+        same: whether the two pass the edge in the same direction, shape (n,).
+        count: number of faces.
+
+    Returns:
+        Number of the patch of each face, -1 in a patch with one side only, and whether to reverse each face so that it
+        agrees with the first face of its patch; both of shape (F,).
+    """
+    beside_own = np.where(same, second + count, second)
+    beside_reversed = np.where(same, second, second + count)
+    one, other = np.concatenate([first, first + count]), np.concatenate([beside_own, beside_reversed])
+    own, reverse = linked_groups(2 * count, one, other).reshape(2, count)
+    return np.where(own == reverse, -1, np.minimum(own, reverse)), own > reverse
+
+
+def one_sided_surface(edge: str, face: int) -> str:
+    """Return the message about a surface with one side, which runs through an edge and a face."""
+    found = f"the surface has one side only (a Moebius strip through face {face})"
+    return f"edge {edge}: {found}; cut it along an edge loop"
+
+
+def linked_groups(count: int, one: IntArray, other: IntArray) -> IntArray:
+    """Number the groups of elements that links connect, and return the group of each element, shape (count,).
+
+    Groups are numbered in the order of their first elements.
+
+    Args:
+        count: number of elements.
+        one: element at the first end of each link, shape (n,).
+        other: element at the second end of each link, shape (n,).
+    """
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    if not count:
+        return np.zeros(0, dtype=np.int64)
+    graph = coo_array((np.ones(len(one)), (one, other)), shape=(count, count))
+    # SciPy follows the links from the first element, then from the first that has no number yet, and so on.
+    group: IntArray = connected_components(graph.tocsr(), directed=False)[1].astype(np.int64)
+    return group
 
 
 def find_fans(neighbour: IntArray) -> IntArray:
@@ -143,13 +172,8 @@ def find_fans(neighbour: IntArray) -> IntArray:
     Args:
         neighbour: next corner around the same vertex, -1 across a border, shape (n,).
     """
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    count, inner = len(neighbour), np.flatnonzero(neighbour >= 0)
-    link = coo_array((np.ones(len(inner)), (inner, neighbour[inner])), shape=(count, count))
-    fan: IntArray = connected_components(link.tocsr(), directed=False)[1].astype(np.int64)
-    return fan
+    inner = np.flatnonzero(neighbour >= 0)
+    return linked_groups(len(neighbour), inner, neighbour[inner])
 
 
 def check_fans(corner_vertex: IntArray, neighbour: IntArray, vertex_count: int) -> None:

@@ -25,8 +25,6 @@ above the area that ``Mesh`` calls zero."""
 MOST_CORNERS = 2048
 """A polygon with more corners is divided as a fan, because the time to find ears grows with the square of this
 number."""
-EQUAL = 1e-9
-"""Shapes count as equal up to this relative difference, which the two diagonals of a rectangle may have by rounding."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,7 +163,8 @@ def _best_ears(polygons: _Polygons, left: IntArray, taken: IntArray | None) -> t
 def _first_of_best(shape: FloatArray) -> IntArray:
     """The first of the best places of each column; places that differ by rounding only are equal, shape (F,)."""
     best = shape.max(axis=0)
-    place: IntArray = np.argmax(shape >= best - EQUAL * np.abs(best), axis=0)
+    # The two diagonals of a rectangle may differ by so much by rounding.
+    place: IntArray = np.argmax(shape >= best - 1e-9 * np.abs(best), axis=0)
     return place
 
 

@@ -18,22 +18,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.errors import ParameterError
+from stitchmesh.mesh.connectivity import linked_groups
 from stitchmesh.mesh.orientation import turn_inside_out
 from stitchmesh.mesh.polygon_mesh import BORDER, FloatArray, IntArray, Mesh
 
 Layer = Literal["outer", "inner", "middle"]
 """The layer that is knitted: one of the two, or the surface midway between them."""
-OPPOSITE = -0.7
-"""Cosine of the angle between the normals of two faces below which they face opposite ways."""
 TURNED_AWAY = 0.1
 """In the search for the face on the other side, this distance, over the size of the mesh, counts as much as a deviation
 of the normal by a radian."""
 THINNEST, THICKEST = 1e-4, 0.05
 """Thickness of a garment over the largest dimension of its mesh."""
-EVEN = 0.5
-"""Largest deviation of the thickness at a face from its median, over the median."""
-COVERED = 0.8
-"""A mesh has two layers if at least this part of its area has another side at the distance of the thickness."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,13 +58,16 @@ def parallel_layers(mesh: Mesh) -> ParallelLayers | None:
     tree = cKDTree(np.concatenate([centre, TURNED_AWAY * size * normal], axis=1))
     across = tree.query(np.concatenate([centre, -TURNED_AWAY * size * normal], axis=1))[1]
     thickness = -np.einsum("fk,fk->f", centre[across] - centre, normal)
-    faces_away = np.einsum("fk,fk->f", normal, normal[across]) < OPPOSITE
+    # Below this cosine of the angle between their normals, two faces face opposite ways.
+    faces_away = np.einsum("fk,fk->f", normal, normal[across]) < -0.7
     thin = faces_away & (thickness >= THINNEST * size) & (thickness <= THICKEST * size)
     if not thin.any():
         return None
     usual = float(np.median(thickness[thin]))
-    thin &= np.abs(thickness - usual) <= EVEN * usual
-    if area[thin].sum() < COVERED * area.sum():
+    # A thickness is even if it deviates from its median by at most half of it.
+    thin &= np.abs(thickness - usual) <= 0.5 * usual
+    # Most of the area of a mesh of two layers has another side at the distance of the thickness.
+    if area[thin].sum() < 0.8 * area.sum():
         return None
     if _joined_at_sides(mesh, across, thin):
         return None
@@ -97,8 +95,7 @@ def layer_of(mesh: Mesh, layers: ParallelLayers, layer: Layer) -> Mesh:
 def _joined_at_sides(mesh: Mesh, across: IntArray, thin: NDArray[np.bool_]) -> bool:
     """Return whether most faces are connected to the face on their other side by an open surface."""
     inner = np.flatnonzero(mesh.twin != BORDER)
-    one, other = mesh.side_face[inner], mesh.side_face[mesh.twin[inner]]
-    whole = _connected(mesh.face_count, one, other, np.ones(len(inner), dtype=bool))
+    whole = linked_groups(mesh.face_count, mesh.side_face[inner], mesh.side_face[mesh.twin[inner]])
     is_open = np.isin(whole, whole[mesh.side_face[mesh.twin == BORDER]])
     return bool(np.mean((is_open & (whole == whole[across]))[thin]) > 0.5)
 
@@ -110,8 +107,9 @@ def _parts_without_rims(mesh: Mesh, thin: NDArray[np.bool_]) -> IntArray:
     """
     pairs = np.flatnonzero(mesh.twin > np.arange(mesh.side_count))
     one, other = mesh.side_face[pairs], mesh.side_face[mesh.twin[pairs]]
-    part = _connected(mesh.face_count, one, other, thin[one] & thin[other])
-    group = _connected(mesh.face_count, one, other, ~thin[one] & ~thin[other])
+    within, beyond = thin[one] & thin[other], ~thin[one] & ~thin[other]
+    part = linked_groups(mesh.face_count, one[within], other[within])
+    group = linked_groups(mesh.face_count, one[beyond], other[beyond])
     beside: dict[int, set[int]] = {}
     for first, second in ((one, other), (other, one)):
         crossing = ~thin[first] & thin[second]
@@ -120,17 +118,6 @@ def _parts_without_rims(mesh: Mesh, thin: NDArray[np.bool_]) -> IntArray:
     for face in np.flatnonzero(~thin).tolist():
         touched_parts = beside.get(int(group[face]), set())
         part[face] = next(iter(touched_parts)) if len(touched_parts) == 1 else -1
-    return part
-
-
-def _connected(count: int, one: IntArray, other: IntArray, joined: NDArray[np.bool_]) -> IntArray:
-    """Return the number of the connected part of each face, shape (count,)."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    pairs = one[joined], other[joined]
-    graph = coo_array((np.ones(len(pairs[0])), pairs), shape=(count, count))
-    part: IntArray = connected_components(graph.tocsr(), directed=False)[1].astype(np.int64)
     return part
 
 

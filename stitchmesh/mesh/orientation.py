@@ -20,8 +20,6 @@ from stitchmesh.mesh.polygon_mesh import BORDER, FloatArray, IntArray, Mesh
 
 SAMPLES = 64
 """Number of points of the surface at which the winding number is evaluated."""
-NEAR = 4.0
-"""A face is near up to this multiple of the distance from its centre to its farthest corner."""
 INSIDE_OUT = -0.15
 """Mean winding number below which a mesh is inside out. A part of a tube reaches it if it goes round by 108 degrees."""
 
@@ -41,7 +39,8 @@ def mean_winding_number(mesh: Mesh) -> float:
         return 0.0
     corner, area, start = mesh.corner_position, mesh.face_vector_area, mesh.face_start[:-1]
     centre = np.add.reduceat(corner, start, axis=0) / np.diff(mesh.face_start)[:, None]
-    reach = NEAR * np.sqrt(np.maximum.reduceat(np.sum((corner - centre[mesh.side_face]) ** 2, axis=1), start))
+    # A face is near up to four times the distance from its centre to its farthest corner.
+    reach = 4.0 * np.sqrt(np.maximum.reduceat(np.sum((corner - centre[mesh.side_face]) ** 2, axis=1), start))
     covered = np.cumsum(np.linalg.norm(area, axis=1))
     steps = (np.arange(SAMPLES) + 0.5) / SAMPLES * covered[-1]
     total = 0.0

@@ -17,7 +17,6 @@ from stitchmesh.mesh.stitch import Making, Stitch
 
 FIRST_OWN = 64
 """Type code of the first stitch of the user's own in a stitch mesh; codes below it belong to ``Stitch``."""
-CODE = re.compile(r"[a-z]{2,16}")
 MAKES = re.compile(r"(?:d(?P<order>[123]{1,3}))?(?P<made>[kpy]{1,4})")
 
 Waypoint = tuple[float, float, float]
@@ -56,7 +55,7 @@ class OwnStitch:
     """Instruction for a hand knitter."""
 
     def __post_init__(self) -> None:
-        if not CODE.fullmatch(self.code):
+        if not re.fullmatch(r"[a-z]{2,16}", self.code):
             raise ParameterError(f"stitch {self.code!r}: got this code; expected 2 to 16 letters a to z")
         match = MAKES.fullmatch(self.makes)
         order = (match["order"] or "") if match else ""

@@ -24,6 +24,9 @@ from stitchmesh.mesh.connectivity import check_fans, find_twins, next_sides
 BORDER = -1
 """Twin of a side on the border, where no face is on the other side."""
 
+NO_AREA = 1e-12
+"""A face has no area up to this multiple of the square of its longest side: a cross product has such an error."""
+
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
@@ -47,6 +50,20 @@ def ranges(start: IntArray, rows: IntArray) -> IntArray:
     counts = start[rows + 1] - start[rows]
     place = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
     return np.repeat(start[rows], counts) + place
+
+
+def check_positions(vertices: FloatArray) -> None:
+    """Check the positions of vertices.
+
+    Raises:
+        MeshError: their shape is not (V, 3), or a coordinate is not finite or too large.
+    """
+    if vertices.ndim != 2 or vertices.shape[1] != 3:
+        raise MeshError(f"vertices: got shape {vertices.shape}; expected (V, 3)")
+    bad = np.flatnonzero(~(np.abs(vertices) <= LARGEST_LENGTH).all(axis=1))
+    if len(bad):
+        found = f"coordinates are not finite or beyond {LARGEST_LENGTH:g}"
+        raise MeshError(f"vertex {first_few(bad)}: {found}; repair the file that wrote them")
 
 
 def extent(points: FloatArray) -> str:
@@ -262,14 +279,9 @@ class Mesh:
         return f"side {side} (face {self.side_face[side]}, vertices {start}-{end})"
 
     def _check_arrays(self) -> None:
-        if self.vertices.ndim != 2 or self.vertices.shape[1:] != (3,):
-            raise MeshError(f"vertices: got shape {self.vertices.shape}; expected (V, 3)")
+        check_positions(self.vertices)
         if self.face_count < 1:
             raise MeshError("mesh: got no faces; expected at least one polygon")
-        bad = np.flatnonzero(~(np.abs(self.vertices) <= LARGEST_LENGTH).all(axis=1))
-        if len(bad):
-            found = f"coordinates are not finite or beyond {LARGEST_LENGTH:g}"
-            raise MeshError(f"vertex {first_few(bad)}: {found}; repair the file that wrote them")
         sizes = np.diff(self.face_start)
         if self.face_start[0] != 0 or self.face_start[-1] != len(self.face_vertex) or sizes.min() < 3:
             raise MeshError(f"face {int(sizes.argmin())}: got {sizes.min()} corners; expected at least 3")
@@ -312,7 +324,7 @@ class Mesh:
         spans = np.add.reduceat(np.cross(position - origin, after - origin), first, axis=0)
         area = 0.5 * np.linalg.norm(spans, axis=1)
         scale = np.maximum.reduceat(np.sum((after - position) ** 2, axis=1), first)
-        bad = faces[area <= 1e-12 * scale]  # A cross product of this size has a rounding error of this order.
+        bad = faces[area <= NO_AREA * scale]
         if len(bad):
             raise MeshError(f"face {first_few(bad)}: area is zero; remove it or move its vertices apart")
 

@@ -24,12 +24,6 @@ Direction = tuple[float, float, float]
 """A direction in space."""
 Y, Z = (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 """The direction that points up in the program, and the other usual direction."""
-CLEARLY = 8.0
-"""z is up if the vector area of openings along z is at least this multiple of the area along y. The ratio is 6 for the
-coat of a sheep that stands, and 12 or more for a sweater, a dress and a skirt that lie."""
-OPEN = 0.6
-"""A mesh is a flat or open piece, whose border is no opening, if the length of the sum of all vector areas is at least
-this multiple of the area. The ratio is 1 for a flat piece, 1/2 for half a sphere and less for a hat."""
 MOST_POINTS = 2000
 """Largest number of vertices whose mirror images are looked for."""
 
@@ -80,12 +74,17 @@ def up_of_openings(mesh: Mesh) -> Direction | None:
     """
     loops = [mesh.corner_position[sides] for sides in mesh.boundary_loops]
     faces = mesh.face_vector_area
-    if not loops or np.linalg.norm(faces.sum(axis=0)) >= OPEN * np.linalg.norm(faces, axis=1).sum():
+    # A mesh is a flat or open piece, whose border is no opening, if the length of the sum of all vector areas is
+    # at least this multiple of the area. The ratio is 1 for a flat piece, 1/2 for half a sphere and less for a
+    # hat.
+    if not loops or np.linalg.norm(faces.sum(axis=0)) >= 0.6 * np.linalg.norm(faces, axis=1).sum():
         return Y
     openings = np.abs([0.5 * np.cross(loop, np.roll(loop, -1, axis=0)).sum(axis=0) for loop in loops]).sum(axis=0)
     if openings[1] >= openings[2]:
         return Y
-    if openings[2] < CLEARLY * openings[1]:
+    # z is up if the vector area of openings along z is at least this multiple of the area along y. The ratio is 6
+    # for the coat of a sheep that stands, and 12 or more for a sweater, a dress and a skirt that lie.
+    if openings[2] < 8.0 * openings[1]:
         return None
     across_x, across_y, across_z = (_distance_to_image(mesh.vertices, axis) for axis in range(3))
     return Z if min(across_x, across_y) <= across_z + mesh.rounding else None

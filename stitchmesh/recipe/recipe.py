@@ -84,7 +84,7 @@ class Recipe(GarmentSettings):
         up = Y if self.up is None and self.rows.up != Y else self.up
         if self.panels.knit:
             return self._read_panels(up)
-        found = read_garment(self.mesh, replace(self.reading(), up=up), repaired=self.rows.auto)
+        found = read_garment(self.mesh, replace(self, up=up), repaired=self.rows.auto)
         self._warn(*found.notes)
         mesh = turn_inside_out(found.mesh) if self.label.turn_inside_out else found.mesh
         return RecipeMesh(mesh, found.up, found.repairs)

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, get_args
 from numpy.typing import ArrayLike
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.io.units import CENTIMETRES, DEFAULT_UNIT
-from stitchmesh.mesh.layers import Layer
+from stitchmesh.io.mesh_reading import MeshReading
+from stitchmesh.io.units import DEFAULT_UNIT
 from stitchmesh.mesh.shaping_stitches import DEFAULT_INCREASE, Increase
 from stitchmesh.mesh.upright import Direction, Y, upright_turn
 from stitchmesh.meshrelax.options import MeshRelaxOptions
@@ -39,7 +39,6 @@ from stitchmesh.yarnrelax.model.material import (
 )
 
 if TYPE_CHECKING:
-    from stitchmesh.io.garments import MeshReading
     from stitchmesh.tessellate.edge_file import EdgeSettings
     from stitchmesh.yarnrelax.energies.term import TermChoice
 
@@ -386,32 +385,6 @@ class RecipeColour:
 
 
 @dataclass(frozen=True, kw_only=True)
-class MeshInFile:
-    """The part of a mesh file that is knitted, and its upward direction."""
-
-    unit: str = setting(
-        DEFAULT_UNIT, f"unit of a file that states no unit: {', '.join(CENTIMETRES)}", form="UNIT"
-    )
-    up: Direction | None = setting(
-        None, "direction in the file that points up, which becomes y: an axis such as z or -x, or three numbers",
-        form="AXIS|X,Y,Z", unset="as the file states, or as its openings tell", example=(0, 0, 1),
-    )  # fmt: skip
-    objects: tuple[str, ...] = setting(
-        (), "object or group of the file that is knitted, by its name; may be repeated", flag="object", form="NAME",
-        unset="all that can be garments",
-    )  # fmt: skip
-    layer: Layer = setting(
-        "outer", "layer of a garment with a thickness that is knitted: outer, inner or middle", form="LAYER"
-    )
-
-    def reading(self) -> MeshReading:
-        """Return how the mesh is read."""
-        from stitchmesh.io.garments import MeshReading
-
-        return MeshReading(unit=self.unit, up=self.up, objects=self.objects, layer=self.layer)
-
-
-@dataclass(frozen=True, kw_only=True)
 class YarnAndGauge:
     """A yarn and a gauge, which decide all sizes that are not given."""
 
@@ -441,7 +414,7 @@ class YarnAndGauge:
 
 
 @dataclass(frozen=True, kw_only=True)
-class GarmentSettings(YarnAndGauge, MeshInFile):
+class GarmentSettings(YarnAndGauge, MeshReading):
     """All settings of a garment, apart from its mesh, its patterns, its edits and the quality.
 
     Raises:

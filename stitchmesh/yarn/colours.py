@@ -13,8 +13,6 @@ from numpy.typing import ArrayLike, NDArray
 
 DYES = np.array([[168, 74, 58], [196, 134, 62], [134, 140, 82], [62, 116, 122], [74, 84, 128], [134, 86, 118]]) / 255
 """Colours along a garment (madder, weld, moss, woad, indigo, heather) from its first row to its last, sRGB, (6, 3)."""
-UNDYED = np.array([236, 226, 206]) / 255
-"""Colour of undyed wool, which is mixed into every second row, sRGB."""
 SHARE_UNDYED = 0.42
 """Share of undyed wool in every second row."""
 
@@ -25,6 +23,7 @@ def row_colours(row: ArrayLike) -> NDArray[np.uint8]:
     place = np.arange(len(rows)) / max(len(rows) - 1, 1) * (len(DYES) - 1)
     linear = DYES**2.2  # Colours are mixed in linear light, because the sRGB mean of two hues looks dull.
     dye = np.stack([np.interp(place, np.arange(len(DYES)), linear[:, k]) for k in range(3)], axis=-1)
-    pale = (1 - SHARE_UNDYED) * dye + SHARE_UNDYED * UNDYED**2.2
+    undyed = np.array([236, 226, 206]) / 255  # Wool, in sRGB.
+    pale = (1 - SHARE_UNDYED) * dye + SHARE_UNDYED * undyed**2.2
     striped = np.where((np.arange(len(rows)) % 2 == 0)[:, None], dye, pale)
     return np.round(255 * striped ** (1 / 2.2)).astype(np.uint8)[rank]

@@ -43,9 +43,7 @@ class PickedYarn:
 
 def yarn_picking_table(yarns: YarnSet) -> YarnPickingTable:
     """Prepare yarns for picking; the segments of periodic yarns are picked at their stored positions."""
-    corners = yarns.points[yarns.segment_points]
-    if yarns.point_shift is not None:
-        corners = corners + yarns.point_shift
+    corners = yarns.corners_of()
     start, end = (np.einsum("j,sjd->sd", basis(parameter)[0], corners) for parameter in (0.0, 1.0))
     return YarnPickingTable(yarns, start, end)
 

@@ -43,9 +43,7 @@ def polylines_of_segments(yarns: YarnSet, segments: IntArray, samples: int) -> P
         samples: points per segment.
     """
     parameter = np.arange(samples) / samples
-    corners = yarns.points[yarns.segment_points[segments]]
-    if yarns.point_shift is not None:
-        corners = corners + yarns.point_shift[segments]
+    corners = yarns.corners_of(segments)
     points = np.einsum("kj,sjd->skd", basis(parameter), corners)
     ends = np.einsum("j,sjd->sd", basis(1.0)[0], corners)
     nearest = yarns.segment_points[segments][:, np.where(parameter < 0.5, 1, 2)]

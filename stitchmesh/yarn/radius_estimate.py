@@ -43,8 +43,6 @@ STRIDES = (1, 4, 16, 64)
 MIN_DETOUR = 3.0
 """Two points of one yarn belong to different strands if their distance along the yarn is more than this factor times
 their distance in space. For the two ends of half a circle the factor is 1.6, so that they belong to one strand."""
-CONTACT_QUANTILE = 0.25
-"""Quantile of the local minima that is taken as the distance of strands in contact."""
 
 
 def estimate_radius(yarns: YarnSet) -> float:
@@ -63,7 +61,8 @@ def estimate_radius(yarns: YarnSet) -> float:
         raise ParameterError(
             "yarn radius: the yarns never come close to each other, so it cannot be estimated; give it (--yarn-radius)"
         )
-    return float(np.quantile(minima, CONTACT_QUANTILE)) / 2
+    # A quarter of the places where strands are nearest to each other are surely contacts.
+    return float(np.quantile(minima, 0.25)) / 2
 
 
 @dataclass(frozen=True, eq=False)

@@ -73,12 +73,9 @@ def strand_distance(yarns: YarnSet, *, within: float | None = None) -> FloatArra
 
 def _on_curves(yarns: YarnSet, parameter: float) -> tuple[FloatArray, FloatArray]:
     """Return the point of each segment at a parameter [cm], (S, 3), and the length of its yarn up to it [cm], (S,)."""
-    corners = yarns.points[yarns.segment_points]
-    if yarns.point_shift is not None:
-        corners = corners + yarns.point_shift
     before = np.cumsum(yarns.lengths) - yarns.lengths
     before -= before[yarns.segment_start[:-1]][yarns.segment_yarn]
-    return np.einsum("j,sjd->sd", basis(parameter)[0], corners), before + parameter * yarns.lengths
+    return np.einsum("j,sjd->sd", basis(parameter)[0], yarns.corners_of()), before + parameter * yarns.lengths
 
 
 def _chords(yarns: YarnSet, reach: float) -> _Chords:

@@ -67,7 +67,6 @@ def tile_yarns(yarns: YarnSet, columns: int, rows: int, *, periodic: bool = Fals
     lattice, steps = _lattice_of(yarns)
     check_tiled_memory(len(yarns.points), columns, rows)
     strands = list(_strands(yarns, steps, columns, rows, periodic))
-    pieces = [_copied_points(yarns, lattice, strand, steps) for strand in strands]
     taken = [_copied_indices(yarns, strand) for strand in strands]
     source = np.concatenate(taken)
     start = np.concatenate([[0], np.cumsum([len(own) for own in taken])])
@@ -76,7 +75,7 @@ def tile_yarns(yarns: YarnSet, columns: int, rows: int, *, periodic: bool = Fals
     number = np.repeat(np.arange(len(strands)), np.diff(start))
     face, row = _labels(yarns, source, tile % [columns, rows], columns, number)
     plain = YarnSet(
-        points=np.concatenate(pieces),
+        points=yarns.points[source] + lattice.shift(tile),
         start=start,
         closed=yarns.closed[owner] & ~np.array([strand.cut for strand in strands]),
         radius=yarns.radius[owner],
@@ -92,7 +91,8 @@ def tile_yarns(yarns: YarnSet, columns: int, rows: int, *, periodic: bool = Fals
     )
     if not periodic:
         return plain
-    step = np.stack([_whole_step(strand, steps) for strand in strands]) // np.array([columns, rows])
+    # The copy after the last one of a strand lies as many steps of its yarn away as the strand has copies.
+    step = np.stack([len(strand.tiles) * steps[strand.yarn] for strand in strands]) // np.array([columns, rows])
     larger = Lattice(lattice.periods * np.array([[columns], [rows]]))
     return dataclasses.replace(plain, lattice=larger, lattice_step=step)
 
@@ -184,11 +184,6 @@ def _tile_of_points(yarns: YarnSet, strand: _Strand, steps: IntArray) -> IntArra
     return np.concatenate([np.repeat(strand.tiles, size, axis=0), np.repeat(beyond, OVERLAP * strand.cut, axis=0)])
 
 
-def _copied_points(yarns: YarnSet, lattice: Lattice, strand: _Strand, steps: IntArray) -> FloatArray:
-    """Control points of a strand [cm], shape (n, 3)."""
-    return yarns.points[_copied_indices(yarns, strand)] + lattice.shift(_tile_of_points(yarns, strand, steps))
-
-
 def _copied_rest_lengths(yarns: YarnSet, strand: _Strand) -> FloatArray:
     own = yarns.rest_length[yarns.segment_start[strand.yarn] : yarns.segment_start[strand.yarn + 1]]
     return np.tile(own, len(strand.tiles))
@@ -212,8 +207,3 @@ def _labels(
     rows = int(yarns.row[yarns.face != UNKNOWN_FACE].max(initial=0)) + 1
     face = np.where(made, face + faces * (tile[:, 0] + columns * tile[:, 1]), UNKNOWN_FACE)
     return face, np.where(made, row + rows * tile[:, 1], number)
-
-
-def _whole_step(strand: _Strand, steps: IntArray) -> IntArray:
-    """Tiles from the first copy of a strand to the copy after its last, shape (2,)."""
-    return len(strand.tiles) * steps[strand.yarn]

@@ -254,15 +254,18 @@ class YarnSet:
         wraps = np.concatenate([np.zeros((len(wrapped), 1)), np.cumsum(wrapped, axis=1)], axis=1)
         return wraps[:, :, None] * self.lattice.shift(self.lattice_step)[self.segment_yarn][:, None, :]
 
+    def corners_of(self, segments: IntArray | slice = slice(None)) -> FloatArray:
+        """Return the four control points of some segments [cm], by default of all, in one piece, shape (n, 4, 3)."""
+        corners = self.points[self.segment_points[segments]]
+        return corners if self.point_shift is None else corners + self.point_shift[segments]
+
     def sampled(self, per_segment: int) -> list[FloatArray]:
         """Sample each yarn with ``per_segment`` points per segment [cm], shape (n, 3) each.
 
         The end of an open yarn is included; a closed yarn does not repeat its first point.
         """
         weights = basis(np.arange(per_segment) / per_segment)
-        corners = self.points[self.segment_points]
-        if self.point_shift is not None:
-            corners = corners + self.point_shift
+        corners = self.corners_of()
         curves = np.einsum("kj,sjd->skd", weights, corners).reshape(-1, 3)
         ends = np.einsum("j,sjd->sd", basis(1.0)[0], corners)
         result = []

@@ -4,10 +4,7 @@
 
 from __future__ import annotations
 
-import base64
 import dataclasses
-import struct
-import zlib
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -25,8 +22,9 @@ from stitchmesh.yarn import YarnSet
 from tests.faces.face_files import EVERY_RECORD, LIBRARY
 from tests.fuzz import mutations as damage
 from tests.fuzz import structures
-from tests.fuzz.reader import Reader, Seeds, cube, joined, rebuilt, small_fabric, small_yarns, written
+from tests.fuzz.reader import Reader, Seeds, cube, joined, later, rebuilt, small_fabric, small_yarns, written
 from tests.fuzz.structures import GLB, JSON, USD, XML
+from tests.io.yarn_sets import ODD_POINTS, store_points_oddly
 
 
 def _ascii_ply(folder: Path) -> list[bytes]:
@@ -46,81 +44,36 @@ def _ascii_stl(folder: Path) -> list[bytes]:
 
 def _vtp_variants(folder: Path) -> list[bytes]:
     """Return a polyline and a polygon in each encoding of the format."""
-    points = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.5]], "<f4")
-    modes = ("ascii", "binary", "zlib", "appended")
-    return [_vtp(points, cells, mode) for cells in ("Lines", "Polys") for mode in modes]
+    import pyvista
+    from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
+
+    points, found = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.5]], np.float32), []
+    for data in (pyvista.PolyData(points, lines=[4, 0, 1, 2, 3]), pyvista.PolyData(points, faces=[4, 0, 1, 2, 3])):
+        data.point_data["radius"] = np.full(4, 0.1)
+        for mode, compressor in (("Ascii", "None"), ("Binary", "None"), ("Binary", "ZLib"), ("Appended", "None")):
+            writer = vtkXMLPolyDataWriter()
+            writer.SetInputData(data)
+            writer.SetFileName(str(folder / "seed.vtp"))
+            getattr(writer, f"SetDataModeTo{mode}")()
+            getattr(writer, f"SetCompressorTypeTo{compressor}")()
+            writer.SetEncodeAppendedData(0)
+            writer.Write()
+            found.append((folder / "seed.vtp").read_bytes())
+    return found
 
 
-def _vtp(points: np.ndarray, cells: str, mode: str) -> bytes:
-    blocks: list[bytes] = []
-
-    def array(name: str, kind: str, values: np.ndarray, columns: int = 1) -> str:
-        """Return the XML of an array; appended ones go to the blocks."""
-        head = f'<DataArray type="{kind}" Name="{name}" NumberOfComponents="{columns}"'
-        raw = values.tobytes()
-        if mode == "ascii":
-            return f'{head} format="ascii">{" ".join(map(str, values.ravel().tolist()))}</DataArray>'
-        if mode == "appended":
-            offset = sum(map(len, blocks))
-            blocks.append(struct.pack("<I", len(raw)) + raw)
-            return f'{head} format="appended" offset="{offset}"/>'
-        packed = zlib.compress(raw)
-        sizes = struct.pack("<4I", 1, len(raw), 0, len(packed)) if mode == "zlib" else struct.pack("<I", len(raw))
-        body = base64.b64encode(sizes) + base64.b64encode(packed) if mode == "zlib" else base64.b64encode(sizes + raw)
-        return f'{head} format="binary">{body.decode()}</DataArray>'
-
-    compressor = ' compressor="vtkZLibDataCompressor"' if mode == "zlib" else ""
-    text = "".join([
-        f'<?xml version="1.0"?>\n<VTKFile type="PolyData" version="1.0" byte_order="LittleEndian" '
-        f'header_type="UInt32"{compressor}>\n<PolyData><Piece NumberOfPoints="4" NumberOfVerts="0" ',
-        f'NumberOfLines="{int(cells == "Lines")}" NumberOfStrips="0" NumberOfPolys="{int(cells == "Polys")}">\n',
-        "<PointData>", array("radius", "Float64", np.full(4, 0.1)), "</PointData>\n<Points>",
-        array("Points", "Float32", points, 3), f"</Points>\n<{cells}>", array("connectivity", "Int64", np.arange(4)),
-        array("offsets", "Int64", np.array([4])), f"</{cells}>\n</Piece></PolyData>\n",
-    ])  # fmt: skip
-    data = b'<AppendedData encoding="raw">\n_' + b"".join(blocks) + b"\n</AppendedData>\n"
-    return text.encode() + (data if mode == "appended" else b"") + b"</VTKFile>\n"
-
-
-def _hdf5_links(folder: Path) -> list[bytes]:
-    """Return files of yarns with compressed, chunked, virtual, external, linked and very large datasets."""
-    import h5py
-
-    found = []
-    for kind in ("compressed", "external link", "external data", "soft link", "virtual", "bomb", "empty", "huge"):
-        path = folder / "seed.h5"
+def _odd_hdf5(folder: Path) -> list[bytes]:
+    """Return files of yarns with chunked, virtual, external, linked and very large datasets."""
+    path, found = folder / "seed.h5", []
+    for kind in ODD_POINTS:
         write_yarns(path, small_yarns())
-        with h5py.File(path, "r+") as file:
-            points = file["points"][()]
-            del file["points"]
-            if kind == "compressed":
-                file.create_dataset("points", data=points, compression="gzip", chunks=(4, 3))
-            elif kind == "external link":
-                file["points"] = h5py.ExternalLink("../../../../etc/passwd", "/points")
-            elif kind == "external data":
-                file.create_dataset("points", points.shape, "f8", external=[("/etc/passwd", 0, points.nbytes)])
-            elif kind == "soft link":
-                file["points"] = h5py.SoftLink("/points")
-            elif kind == "virtual":
-                layout = h5py.VirtualLayout(points.shape, "f8")
-                layout[:] = h5py.VirtualSource("/etc/passwd", "points", points.shape)
-                file.create_virtual_dataset("points", layout)
-            elif kind == "bomb":
-                file.create_dataset("points", data=np.zeros((3_000_000, 3)), compression="gzip", chunks=(1_000_000, 3))
-            elif kind == "empty":
-                file.create_dataset("points", data=h5py.Empty("f8"))
-            else:
-                file.create_dataset("points", (2**40, 3), "f8", chunks=(1000, 3))
+        store_points_oddly(path, kind, "/etc/passwd")
         found.append(path.read_bytes())
     return found
 
 
 def _labeling(folder: Path) -> list[bytes]:
     return written(sm.write_labeling, lambda: sm.start_labeling(cube()), suffix=".h5")(folder)
-
-
-def _read_labeling(path: Path) -> object:
-    return sm.read_labeling(path)
 
 
 def _checkpoint(folder: Path) -> list[bytes]:
@@ -139,12 +92,6 @@ def _checkpoint(folder: Path) -> list[bytes]:
     return written(lambda path, value: write_state(path, {"yarns": "1"}, value), state, suffix=".smc")(folder)
 
 
-def _read_state(path: Path) -> object:
-    from stitchmesh.yarnrelax.checkpoint import read_state
-
-    return read_state(path, {"yarns": "1"})
-
-
 def _frame(folder: Path) -> list[bytes]:
     """Return the file of a frame of mixed yarns and triangles."""
     from stitchmesh.mixed.output.frames import DrapeFrame, Frames
@@ -152,12 +99,6 @@ def _frame(folder: Path) -> list[bytes]:
     points = np.arange(12.0).reshape(4, 3)
     Frames(folder).add(DrapeFrame(0.5, points, points, points[:, :2], np.zeros(2, dtype=np.int64), np.ones(4)))
     return [next(folder.rglob("0000.smc")).read_bytes()]
-
-
-def _read_frame(path: Path) -> object:
-    from stitchmesh.mixed.output.frames import read_frame
-
-    return read_frame(path)
 
 
 def _read_checkpoint_yarns(path: Path) -> object:
@@ -212,30 +153,12 @@ def _read_usd_mesh(path: Path) -> object:
     return moving_mesh_of_stage(path, *samples_of(packed_mesh(str(path))))
 
 
-def _read_viewed(path: Path) -> object:
-    from stitchmesh.app.pages.view.viewed import read_viewed
-
-    return read_viewed(path)
-
-
-def _read_sewing_pattern(path: Path) -> object:
-    from stitchmesh.shaping.panels.read_panels import read_panels
-
-    return read_panels(path)
-
-
 def _sewing_patterns(folder: Path) -> list[bytes]:
     """Return two squares with a common edge: with the texture coordinates of their panels, and in two groups."""
     squares = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 2 0 0\nv 2 1 0\n"
     panels = "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nvt 3 0\nvt 4 0\nvt 4 1\nvt 3 1\n"
     textured = f"{squares}{panels}f 1/1 2/2 3/3 4/4\nf 2/5 5/6 6/7 3/8\n"
     return [textured.encode(), f"{squares}g front\nf 1 2 3 4\ng back\nf 2 5 6 3\n".encode()]
-
-
-def _read_textured(path: Path) -> object:
-    from stitchmesh.mixed.cloth.from_obj import read_textured_obj
-
-    return read_textured_obj(path)
 
 
 def _meshes(suffix: str, kinds: Sequence[damage.Mutation], *seeds: Seeds) -> Reader:
@@ -301,6 +224,7 @@ def _read_poly_data(path: Path) -> object:
 
 
 CHECKPOINT = (*damage.BINARY, *[damage.inside_checkpoint] * 20)
+READ_VIEWED = later("stitchmesh.app.pages.view.viewed.read_viewed")
 YARN_ERRORS = (FileError, ParameterError)
 """Errors of yarns: a radius that cannot be estimated is a ``ParameterError``."""
 
@@ -328,24 +252,26 @@ GEOMETRY_READERS: dict[str, Reader] = {
     "usdc": _usd(".usdc"),
     "usd mesh": Reader(".usda", _read_usd_mesh, _usd_mesh_seeds, USD, (FileError, MeshError),
                        has_own_process=True),
-    "hdf5 yarns": hdf5(read_yarns, written(write_yarns, small_yarns, small_yarns(True), suffix=".h5"), _hdf5_links),
+    "hdf5 yarns": hdf5(read_yarns, written(write_yarns, small_yarns, small_yarns(True), suffix=".h5"), _odd_hdf5),
     "hdf5 stitches": hdf5(read_stitches, written(write_stitches, small_fabric, suffix=".h5")),
-    "hdf5 labels": hdf5(_read_labeling, _labeling),
+    "hdf5 labels": hdf5(later("stitchmesh.read_labeling"), _labeling),
     "smobj": Reader(".smobj", read_stitches, written(write_stitches, small_fabric, suffix=".smobj")),
-    "checkpoint": Reader(".smc", _read_state, _checkpoint, CHECKPOINT, (FileError, ParameterError)),
+    "checkpoint": Reader(".smc", lambda path: later("stitchmesh.yarnrelax.checkpoint.read_state")(path, {"yarns": "1"}),
+                         _checkpoint, CHECKPOINT, (FileError, ParameterError)),
     "checkpoint yarns": Reader(".smc", _read_checkpoint_yarns, _checkpoint, CHECKPOINT),
-    "frame": Reader(".smc", _read_frame, _frame, CHECKPOINT),
+    "frame": Reader(".smc", later("stitchmesh.mixed.output.frames.read_frame"), _frame, CHECKPOINT),
     "yarn chunks": Reader(".yarns", read_yarns, written(write_yarns, small_yarns, suffix=".yarns"), damage.BINARY,
                           YARN_ERRORS),
     "traced stitches": Reader(".st", read_stitches, lambda folder: [
         b"0 s a -1 -1 2 -1 1 0 0\n0 s a -1 -1 3 -1 0 0 0\n0 e c 0 -1 -1 -1 0 0.7 0\n0 e c 1 -1 -1 -1 1 0.7 0\n"]),
     "face mesh": Reader(".smobj", read_face_mesh, lambda folder: [EVERY_RECORD.encode()]),
     "face library": Reader(".sf", read_face_library, lambda folder: [LIBRARY.encode()]),
-    "textured obj": Reader(".obj", _read_textured, lambda folder: [
+    "textured obj": Reader(".obj", later("stitchmesh.mixed.cloth.from_obj.read_textured_obj"), lambda folder: [
         b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\n"]),
-    "sewing pattern": Reader(".obj", _read_sewing_pattern, _sewing_patterns, errors=(FileError, MeshError)),
-    "viewed": hdf5(_read_viewed, _labeling, written(write_stitches, small_fabric, suffix=".h5"),
+    "sewing pattern": Reader(".obj", later("stitchmesh.shaping.panels.read_panels.read_panels"), _sewing_patterns,
+                             errors=(FileError, MeshError)),
+    "viewed": hdf5(READ_VIEWED, _labeling, written(write_stitches, small_fabric, suffix=".h5"),
                    written(write_yarns, small_yarns, suffix=".h5")),
-    "viewed table": Reader(".csv", _read_viewed, lambda folder: [b"iteration,seconds,residual\n1,0.5,0.1\n"]),
+    "viewed table": Reader(".csv", READ_VIEWED, lambda folder: [b"iteration,seconds,residual\n1,0.5,0.1\n"]),
 }  # fmt: skip
 """Readers by name."""

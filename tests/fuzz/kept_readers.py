@@ -20,7 +20,7 @@ from stitchmesh.io.checked import check_value, read_json
 from stitchmesh.quality import Quality, quality_named
 from tests.fuzz import mutations as damage
 from tests.fuzz.geometry_readers import hdf5
-from tests.fuzz.reader import ROOT, Reader, cube, files, joined, small_yarns, under_name, written
+from tests.fuzz.reader import ROOT, Reader, cube, files, joined, later, small_yarns, under_name, written
 from tests.fuzz.structures import JSON, TOML
 
 SWEEP = b"""[job]
@@ -49,12 +49,6 @@ def _jobs(folder: Path) -> list[bytes]:
     from stitchmesh.jobs.job_file import example_job
 
     return [example_job(source).encode() for source in ("hat.obj", "hat.toml", "rib2x2", "chart.png")]
-
-
-def _read_job(path: Path) -> object:
-    from stitchmesh.jobs.job_file import read_job
-
-    return read_job(path)
 
 
 def _status(folder: Path) -> list[bytes]:
@@ -109,12 +103,6 @@ def _plan(folder: Path) -> list[bytes]:
     return written(write_json, asdict(quality_named("draft")), suffix=".json")(folder)
 
 
-def _read_plan(folder: Path) -> Quality:
-    from stitchmesh.jobs.stage_files import read_value
-
-    return read_value(folder, Quality, {})
-
-
 def _run_checkpoint(folder: Path) -> list[bytes]:
     from stitchmesh.mixed.output.report import RunTotals
     from stitchmesh.mixed.run_checkpoint import RunCheckpoint, write_run
@@ -123,12 +111,6 @@ def _run_checkpoint(folder: Path) -> list[bytes]:
     path = folder / "checkpoint.smc"
     write_run(path, {"scene": "1"}, RunCheckpoint(RunTotals(steps=3, seconds=0.5), 2, arrays))
     return [path.read_bytes()]
-
-
-def _read_run(path: Path) -> object:
-    from stitchmesh.mixed.run_checkpoint import read_run
-
-    return read_run(path, {"scene": "1"})
 
 
 def _read_sweep(path: Path) -> object:
@@ -190,12 +172,6 @@ def _maps(folder: Path) -> list[bytes]:
     maps = StateMaps(places, whole, np.ones(4), np.zeros(2, int), np.ones(2), places, np.array([0, 4]), np.arange(4),
                      np.ones(4))  # fmt: skip
     return written(write_dataclass, maps, suffix=".h5", format_name=FORMAT)(folder)
-
-
-def _read_maps(path: Path) -> object:
-    from stitchmesh.mixed.output.files import read_maps
-
-    return read_maps(path)
 
 
 def _scene_history(folder: Path) -> list[bytes]:
@@ -271,19 +247,25 @@ def _read_recent(folder: Path) -> object:
     return recent_projects()
 
 
+READ_VALUE = later("stitchmesh.jobs.stage_files.read_value")
+READ_RUN = later("stitchmesh.mixed.run_checkpoint.read_run")
+
 KEPT_READERS: dict[str, Reader] = {
-    "job": Reader(".toml", _read_job, joined(_jobs, files("examples/jobs/sweater.toml")), TOML),
+    "job": Reader(".toml", later("stitchmesh.jobs.job_file.read_job"),
+                  joined(_jobs, files("examples/jobs/sweater.toml")), TOML),
     "status": Reader(".json", under_name("status.json", _read_status), _status, JSON),
     "stage": Reader(".json", _read_stage, _record, JSON),
-    "plan": Reader(".json", under_name("plan.json", _read_plan), _plan, JSON, (FileError, ParameterError)),
-    "run of a scene": Reader(".smc", _read_run, _run_checkpoint, (*damage.BINARY, *[damage.inside_checkpoint] * 20),
+    "plan": Reader(".json", under_name("plan.json", lambda folder: READ_VALUE(folder, Quality, {})), _plan, JSON,
+                   (FileError, ParameterError)),
+    "run of a scene": Reader(".smc", lambda path: READ_RUN(path, {"scene": "1"}), _run_checkpoint,
+                             (*damage.BINARY, *[damage.inside_checkpoint] * 20),
                              (FileError, ParameterError)),
     "sweep": Reader(".toml", _read_sweep, joined(files("examples/sweeps/tightness.toml"), lambda folder: [SWEEP]),
                     TOML, (FileError, ParameterError)),
     "rows of a task": Reader(".json", _read_rows, _rows, JSON),
     "table of a sweep": Reader(".parquet", under_name("rows.parquet", _read_sweep_table), _sweep_table, damage.BINARY,
                                has_own_process=True),
-    "maps": hdf5(_read_maps, _maps),
+    "maps": hdf5(later("stitchmesh.mixed.output.files.read_maps"), _maps),
     "history of a scene": Reader(".json", under_name("order.json", _read_scene_history), _scene_history, JSON),
     "project": Reader(".json", under_name("project.json", _read_project), _project, JSON),
     "settings of swatches": Reader(".json", _read_swatch_settings, _swatch_settings, JSON,

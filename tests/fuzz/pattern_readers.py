@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +14,7 @@ import stitchmesh as sm
 from stitchmesh.errors import FileError, ParameterError, PatternError
 from stitchmesh.patterns.charts.leaf_chart import write_leaf_chart
 from tests.fuzz import mutations as damage
-from tests.fuzz.reader import Reader, files, written
+from tests.fuzz.reader import Reader, files, later, written
 from tests.fuzz.structures import JSON, PNG
 
 
@@ -70,17 +70,6 @@ def _leaf_png(folder: Path) -> list[bytes]:
     return written(write_leaf_chart, pattern, suffix=".png")(folder)
 
 
-def _read_chart(name: str) -> Callable[[Path], object]:
-    def read(path: Path) -> object:
-        return sm.read_chart(name, path.read_bytes())
-
-    return read
-
-
-def _resolved(path: Path) -> object:
-    return sm.resolve_pattern(path)
-
-
 def _instructions(folder: Path) -> list[bytes]:
     from stitchmesh.patterns import pattern_mesh, read_pattern
 
@@ -89,34 +78,34 @@ def _instructions(folder: Path) -> list[bytes]:
     return [sm.knitting_instructions(piece).encode() for piece in pieces]
 
 
-def _read_own_drawings(path: Path) -> object:
-    from stitchmesh.io.own_stitches import read_own_drawings
-
-    return read_own_drawings(path)
+def read_chart(name: str, path: Path) -> object:
+    return sm.read_chart(name, path.read_bytes())
 
 
 PATTERN_ERRORS = (FileError, PatternError, ParameterError)
 """Errors of charts: a chart that is too large is a ``ParameterError``."""
+RESOLVED = later("stitchmesh.resolve_pattern")
 PATTERNS = [f"assets/patterns/{name}.knit" for name in ("rib2x2", "eyelet-lace", "seed")]
 WEAVES = [f"assets/patterns/{name}.weave" for name in ("satin-2x3", "double-plain-stitched", "orthogonal-interlock")]
 
 PATTERN_READERS: dict[str, Reader] = {
-    "pattern": Reader(".knit", _resolved, files(*PATTERNS), errors=PATTERN_ERRORS),
-    "chart": Reader(".knit", _read_chart("chart.knit"), files(*PATTERNS), errors=PATTERN_ERRORS),
-    "chart text": Reader(".txt", _read_chart("chart.txt"), lambda folder: [b"KPKP\nPKPK\n", b"0011\n1100\n"],
+    "pattern": Reader(".knit", RESOLVED, files(*PATTERNS), errors=PATTERN_ERRORS),
+    "chart": Reader(".knit", partial(read_chart, "chart.knit"), files(*PATTERNS), errors=PATTERN_ERRORS),
+    "chart text": Reader(".txt", partial(read_chart, "chart.txt"), lambda folder: [b"KPKP\nPKPK\n", b"0011\n1100\n"],
                          errors=PATTERN_ERRORS),
-    "weave": Reader(".weave", _resolved, files(*WEAVES), errors=PATTERN_ERRORS),
-    "weave chart": Reader(".weave", _read_chart("chart.weave"), files(*WEAVES), errors=PATTERN_ERRORS),
-    "wif": Reader(".wif", _resolved, _drafts, errors=PATTERN_ERRORS),
+    "weave": Reader(".weave", RESOLVED, files(*WEAVES), errors=PATTERN_ERRORS),
+    "weave chart": Reader(".weave", partial(read_chart, "chart.weave"), files(*WEAVES), errors=PATTERN_ERRORS),
+    "wif": Reader(".wif", RESOLVED, _drafts, errors=PATTERN_ERRORS),
     "gif chart": _other_image(".gif"),
     "bmp chart": _other_image(".bmp"),
     "tif chart": _other_image(".tif"),
-    "png chart": Reader(".png", _read_chart("chart.png"), _png, PNG, PATTERN_ERRORS),
-    "png weave": Reader(".weave.png", _resolved, _png, PNG, PATTERN_ERRORS),
-    "own stitches": Reader(".json", _read_own_drawings, files("examples/stitches/daisy.json"), JSON),
-    "instructions": Reader(".txt", _resolved, _instructions, errors=PATTERN_ERRORS),
-    "tile codes": Reader(".leaf", _resolved, lambda folder: [b"KPKP\nPKPK\n", b"Y3YK\n2UYS\n"], errors=PATTERN_ERRORS),
-    "digits": Reader(".txt", _resolved, lambda folder: [b"0011\n1100\n"], errors=PATTERN_ERRORS),
-    "png tile codes": Reader(".leaf.png", _resolved, _leaf_png, PNG, PATTERN_ERRORS),
+    "png chart": Reader(".png", partial(read_chart, "chart.png"), _png, PNG, PATTERN_ERRORS),
+    "png weave": Reader(".weave.png", RESOLVED, _png, PNG, PATTERN_ERRORS),
+    "own stitches": Reader(".json", later("stitchmesh.io.own_stitches.read_own_drawings"),
+                           files("examples/stitches/daisy.json"), JSON),
+    "instructions": Reader(".txt", RESOLVED, _instructions, errors=PATTERN_ERRORS),
+    "tile codes": Reader(".leaf", RESOLVED, lambda folder: [b"KPKP\nPKPK\n", b"Y3YK\n2UYS\n"], errors=PATTERN_ERRORS),
+    "digits": Reader(".txt", RESOLVED, lambda folder: [b"0011\n1100\n"], errors=PATTERN_ERRORS),
+    "png tile codes": Reader(".leaf.png", RESOLVED, _leaf_png, PNG, PATTERN_ERRORS),
 }  # fmt: skip
 """Readers by name."""

@@ -7,6 +7,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 from random import Random
 from typing import Any
@@ -38,6 +39,19 @@ class Reader:
     """Errors that the reader may raise for a damaged file."""
     has_own_process: bool = False
     """Whether the library reads in a process of its own, so that its end is a ``FileError``; ``read`` does not."""
+
+
+def later(name: str) -> Callable[..., Any]:
+    """Return a function of the package by its full name, whose module is imported by the first call.
+
+    So a process that damages the files of one reader loads the modules of this reader only.
+    """
+    module, _, function = name.rpartition(".")
+
+    def call(*given: Any) -> Any:
+        return getattr(import_module(module), function)(*given)
+
+    return call
 
 
 def written(write: Callable[..., None], *values: Any, suffix: str, **options: Any) -> Callable[[Path], list[bytes]]:

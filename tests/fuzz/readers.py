@@ -20,7 +20,7 @@ from stitchmesh.yarnrelax.model.material import parse_stiffnesses
 from tests.fuzz.geometry_readers import GEOMETRY_READERS
 from tests.fuzz.kept_readers import KEPT_READERS
 from tests.fuzz.pattern_readers import PATTERN_READERS
-from tests.fuzz.reader import Reader, files
+from tests.fuzz.reader import Reader, files, later
 from tests.fuzz.structures import JSON, TOML
 
 
@@ -45,30 +45,6 @@ def _error_of(parse: Callable[[str], object], text: str) -> ParameterError | Non
     return None
 
 
-def _read_recipe(path: Path) -> object:
-    return sm.read_recipe(path)
-
-
-def _read_scene(path: Path) -> object:
-    return sm.read_scene(path)
-
-
-def _read_panels(path: Path) -> object:
-    from stitchmesh.mixed.cloth.panel_file import read_panels
-
-    return read_panels(path)
-
-
-def _read_cloth_material(path: Path) -> object:
-    from stitchmesh.mixed.triangles.material_file import read_material
-
-    return read_material(path)
-
-
-def _read_crossing_materials(path: Path) -> object:
-    return sm.CrossingMaterial.read(path, "jersey")
-
-
 def _edits(folder: Path) -> list[bytes]:
     return [
         b'{"edit": "change_stitch", "arguments": {"faces": [1, 2], "stitch": "P"}}\n'
@@ -76,37 +52,9 @@ def _edits(folder: Path) -> list[bytes]:
     ]
 
 
-def _read_edits(path: Path) -> object:
-    from stitchmesh.editing.log import read_log
-
-    return read_log(path)
-
-
 def _steps(folder: Path) -> list[bytes]:
     first = b'{"step": "start_at_edge", "arguments": {"edge": [3, 2]}}\n'
     return [first + b'{"step": "flip_row", "arguments": {"face": 1}}\n']
-
-
-def _read_steps(path: Path) -> object:
-    return sm.read_label_steps(path)
-
-
-def _read_history(path: Path) -> object:
-    from stitchmesh.io.history import read_history
-
-    return read_history(path)
-
-
-def _read_faces(path: Path) -> object:
-    from stitchmesh.selection.selected_faces import read_faces
-
-    return read_faces(path)
-
-
-def _read_edge_settings(path: Path) -> object:
-    from stitchmesh.tessellate.edge_file import read_edge_settings
-
-    return read_edge_settings(path)
 
 
 SHORT_TEXTS: Sequence[Callable[[str], object]] = (
@@ -121,17 +69,22 @@ CLOTH_MATERIALS = ["examples/mixed/jersey/cloth.toml", "examples/mixed/materials
 YARN_MATERIALS = ["examples/mixed/materials/garment-yarns.toml"]
 
 READERS: dict[str, Reader] = {
-    "recipe": Reader(".toml", _read_recipe, files(*RECIPES), TOML),
-    "scene": Reader(".toml", _read_scene, files(*SCENES), TOML),
-    "panels": Reader(".toml", _read_panels, files("examples/mixed/panels/sleeve.toml"), TOML),
-    "cloth material": Reader(".toml", _read_cloth_material, files(*CLOTH_MATERIALS), TOML),
-    "yarn materials": Reader(".toml", _read_crossing_materials, files(*YARN_MATERIALS), TOML,
-                             (FileError, ParameterError)),
-    "edits": Reader(".jsonl", _read_edits, _edits, JSON),
-    "labeling steps": Reader(".jsonl", _read_steps, _steps, JSON),
-    "history": Reader(".csv", _read_history, lambda folder: [b"iteration,seconds,residual,bend_erg\n1,0.5,0.1,2.5\n"]),
-    "faces": Reader(".txt", _read_faces, lambda folder: [b"1, 2, 3 # faces\n7 8\n"]),
-    "edges": Reader(".txt", _read_edge_settings, lambda folder: [b"4,7=12\n3, 8\n# marked\n5,6 = 3\n"],
+    "recipe": Reader(".toml", later("stitchmesh.read_recipe"), files(*RECIPES), TOML),
+    "scene": Reader(".toml", later("stitchmesh.read_scene"), files(*SCENES), TOML),
+    "panels": Reader(".toml", later("stitchmesh.mixed.cloth.panel_file.read_panels"),
+                     files("examples/mixed/panels/sleeve.toml"), TOML),
+    "cloth material": Reader(".toml", later("stitchmesh.mixed.triangles.material_file.read_material"),
+                             files(*CLOTH_MATERIALS), TOML),
+    "yarn materials": Reader(".toml", lambda path: sm.CrossingMaterial.read(path, "jersey"),
+                             files(*YARN_MATERIALS), TOML, (FileError, ParameterError)),
+    "edits": Reader(".jsonl", later("stitchmesh.editing.log.read_log"), _edits, JSON),
+    "labeling steps": Reader(".jsonl", later("stitchmesh.read_label_steps"), _steps, JSON),
+    "history": Reader(".csv", later("stitchmesh.io.history.read_history"), lambda folder: [
+        b"iteration,seconds,residual,bend_erg\n1,0.5,0.1,2.5\n"]),
+    "faces": Reader(".txt", later("stitchmesh.selection.selected_faces.read_faces"), lambda folder: [
+        b"1, 2, 3 # faces\n7 8\n"]),
+    "edges": Reader(".txt", later("stitchmesh.tessellate.edge_file.read_edge_settings"), lambda folder: [
+        b"4,7=12\n3, 8\n# marked\n5,6 = 3\n"],
                     errors=(FileError, ParameterError)),
     "selection": Reader(".txt", _parse_selection, lambda folder: [
         b"hem 6", b"front and rows 20-40", b"(not left tip 3 or stitch K) and wale 3 to 9", b'file "faces.txt"'],

@@ -29,6 +29,7 @@ from stitchmesh.io.checkpoint_file import (
     write_checkpoint,
 )
 from tests.gallery import ROOT
+from tests.io.refusals import refused
 from tests.killing import killed
 
 
@@ -74,14 +75,14 @@ def test_the_previous_checkpoint_is_kept_and_no_other_file(tmp_path):
 def test_each_changed_byte_is_detected(tmp_path):
     path = written(tmp_path, 1)
     sound = path.read_bytes()
-    for place in range(len(sound)):
+    for place in [*range(64), *range(64, len(sound), 7)]:
         damaged = bytearray(sound)
         damaged[place] ^= 1 << place % 8
         path.write_bytes(damaged)
         assert not is_undamaged(path), place
 
 
-@pytest.mark.parametrize("left", [0, 1, len(MAGIC), len(MAGIC) + CHECKSUM_BYTES, 200, -1])
+@pytest.mark.parametrize("left", [0, len(MAGIC), len(MAGIC) + CHECKSUM_BYTES, -1])
 def test_a_file_that_was_cut_short_gives_a_message_of_one_line(tmp_path, left):
     path = written(tmp_path, 1)
     path.write_bytes(path.read_bytes()[:left])
@@ -104,17 +105,14 @@ def test_the_error_names_the_previous_checkpoint_if_it_is_undamaged(tmp_path):
         read_checkpoint(path)
 
 
-def test_a_file_that_is_not_a_checkpoint_is_an_error(tmp_path):
-    (tmp_path / "a.smc").write_bytes(b"BCC" + bytes(200))
-    with pytest.raises(FileError, match="is not a checkpoint"):
-        read_checkpoint(tmp_path / "a.smc")
-
-
-def test_another_version_is_an_error(tmp_path, monkeypatch):
+def test_another_version_and_another_format_are_errors(tmp_path, monkeypatch):
     monkeypatch.setattr("stitchmesh.io.checkpoint_file.VERSION", 2)
     path = written(tmp_path, 1)
     monkeypatch.undo()
     with pytest.raises(FileError, match="a checkpoint of version 2; expected version 1"):
+        read_checkpoint(path)
+    path.write_bytes(b"BCC" + bytes(200))
+    with pytest.raises(FileError, match="is not a checkpoint"):
         read_checkpoint(path)
 
 
@@ -184,7 +182,5 @@ def forged(path: Path, header: bytes, numbers: bytes = b"") -> None:
 )
 def test_each_forged_header_gets_its_message(tmp_path, header, message):
     forged(tmp_path / "c.smc", header, bytes(8))
-    with pytest.raises(FileError) as caught:
+    with refused(tmp_path / "c.smc", message):
         read_checkpoint(tmp_path / "c.smc")
-    assert message in str(caught.value) and str(caught.value).startswith(f"{tmp_path / 'c.smc'}: ")
-    assert "\n" not in str(caught.value)

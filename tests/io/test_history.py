@@ -20,11 +20,6 @@ def test_a_history_is_read_as_it_was_written(tmp_path):
     assert read_history(tmp_path / "convergence.csv") == ENTRIES
 
 
-def test_a_history_without_entries_is_empty(tmp_path):
-    write_history(tmp_path / "convergence.csv", [])
-    assert read_history(tmp_path / "convergence.csv") == []
-
-
 @pytest.mark.parametrize(
     ("text", "message"),
     [

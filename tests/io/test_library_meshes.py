@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 from dataclasses import asdict
-from itertools import pairwise
 from types import SimpleNamespace
 
 import meshio
@@ -16,7 +15,6 @@ import trimesh
 
 import stitchmesh as sm
 from stitchmesh.errors import LabelError, MeshError, ParameterError
-from stitchmesh.mesh import Mesh
 from stitchmesh.quality import quality_named
 from tests.fuzz.reader import small_yarns
 from tests.gallery import tube
@@ -24,15 +22,11 @@ from tests.gallery import tube
 TUBE = tube(8, 3, radius=2.0, height=1.5)
 
 
-def faces_of(mesh: Mesh) -> list[list[int]]:
-    return [mesh.face_vertex[first:last].tolist() for first, last in pairwise(mesh.face_start)]
-
-
 @pytest.mark.parametrize("convert", [sm.to_pyvista, sm.to_meshio])
 def test_polygons_come_back_as_they_went(convert):
     again = sm.as_mesh(convert(TUBE))
     np.testing.assert_array_equal(again.vertices, TUBE.vertices)
-    assert faces_of(again) == faces_of(TUBE)
+    assert again.polygons == TUBE.polygons
     assert sm.label(convert(TUBE)).face_count == sm.label(TUBE).face_count
 
 
@@ -50,8 +44,8 @@ def test_triangles_come_back_as_they_went_and_points_at_one_place_are_one_vertex
 def test_strips_second_order_and_points_of_a_plane_are_understood():
     flat = np.array([[0, 0], [1, 0], [0, 1], [1, 1]], dtype=float)
     points = np.pad(flat, ((0, 0), (0, 1)))
-    assert faces_of(sm.as_mesh(pyvista.PolyData(points, strips=[4, 0, 1, 2, 3]))) == [[0, 1, 2], [1, 3, 2]]
-    assert faces_of(sm.as_mesh(meshio.Mesh(flat, [("line", [[0, 1]]), ("triangle", [[0, 1, 2]])]))) == [[0, 1, 2]]
+    assert sm.as_mesh(pyvista.PolyData(points, strips=[4, 0, 1, 2, 3])).polygons == [[0, 1, 2], [1, 3, 2]]
+    assert sm.as_mesh(meshio.Mesh(flat, [("line", [[0, 1]]), ("triangle", [[0, 1, 2]])])).polygons == [[0, 1, 2]]
 
 
 @pytest.mark.parametrize(
@@ -68,13 +62,12 @@ def test_what_is_no_surface_is_refused_in_a_line(given, error, message):
         sm.label(given)
 
 
-@pytest.mark.parametrize("convert", [sm.to_trimesh, sm.to_pyvista, sm.to_meshio])
-def test_meshes_of_libraries_are_knitted_and_written_where_a_folder_is_given(convert, tmp_path):
+def test_meshes_of_libraries_are_knitted_and_written_where_a_folder_is_given(tmp_path):
     rough = sm.Quality(**(asdict(quality_named("draft")) | {"max_iterations": 1}))  # The yarns are made, not at rest.
     made = {}
     for place, folder in (("nowhere", None), ("folder", tmp_path)):
         made[place] = sm.knit(
-            convert(TUBE), stitch_width=1.0, auto=True, quality=rough, device="cpu", folder=folder
+            sm.to_trimesh(TUBE), stitch_width=1.0, auto=True, quality=rough, device="cpu", folder=folder
         )
     np.testing.assert_array_equal(made["nowhere"].yarns.points, made["folder"].yarns.points)
     np.testing.assert_array_equal(sm.read_yarns(tmp_path / "yarns.h5").points, made["folder"].yarns.points)
@@ -84,11 +77,6 @@ def test_meshes_of_libraries_are_knitted_and_written_where_a_folder_is_given(con
 def test_a_mesh_of_triangles_is_refused_with_the_way_to_rows():
     with pytest.raises(LabelError, match=r"auto=True.*these are triangles"):
         sm.knit(sm.to_trimesh(TUBE))
-
-
-def test_a_fabric_keeps_its_rows_in_pyvista():
-    fabric = sm.label(TUBE)
-    np.testing.assert_array_equal(sm.to_pyvista(fabric).cell_data["row"], fabric.row)
 
 
 @pytest.mark.parametrize("periodic", [False, True])

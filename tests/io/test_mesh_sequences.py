@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stitchmesh.errors import FileError
+from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.io import write_mesh
 from stitchmesh.io.mesh_sequences import read_moving_mesh, write_moving_mesh
 from stitchmesh.mesh import Mesh
@@ -57,6 +57,11 @@ def test_a_folder_has_its_frames_in_the_order_of_their_numbers(tmp_path: Path) -
 def test_a_wrong_frame_is_refused(tmp_path: Path, numbers: list[int], other: int | None, message: str) -> None:
     with pytest.raises(FileError, match=message):
         read_moving_mesh(folder_of(tmp_path, numbers, other=other))
+
+
+def test_times_that_do_not_increase_are_refused() -> None:
+    with pytest.raises(ParameterError, match="keyframe 1: got 0 s after 0 s; expected times that increase"):
+        MovingMesh.of_frames(frames()[:2], [0.0, 0.0])
 
 
 def test_what_is_no_moving_mesh_is_refused(tmp_path: Path) -> None:

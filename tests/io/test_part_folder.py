@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Parts of files: those of ended processes go at the next write, and those of living ones stay."""
+"""Parts of files go at the next write if their process has ended, and stay if it lives; one program holds a lock."""
 
 from __future__ import annotations
 
@@ -16,9 +16,10 @@ from pathlib import Path
 import pytest
 
 from stitchmesh.errors import FileError
+from stitchmesh.io import folder_lock
 from stitchmesh.io.atomic import atomic_path, write_text
-from stitchmesh.io.folder_lock import FolderLock, is_locked
-from stitchmesh.io.part_folder import PARTS, PartFolder, remove_stale_parts
+from stitchmesh.io.folder_lock import NAME, FolderLock, is_locked
+from stitchmesh.io.part_folder import PARTS, remove_stale_parts
 from tests.gallery import ROOT
 from tests.killing import killed, leave_part
 
@@ -142,7 +143,27 @@ def test_a_folder_that_another_process_removes_before_it_is_locked_is_made_again
     assert names(tmp_path) == ["a.txt"] and len(made) == 3
 
 
-def test_the_number_of_tries_is_limited(tmp_path, monkeypatch):
-    monkeypatch.setattr("stitchmesh.io.part_folder.try_lock", lambda lock: False)
-    with pytest.raises(OSError, match="were removed by another process"):
-        PartFolder(tmp_path)
+def test_a_lock_that_is_given_up_leaves_what_was_there(tmp_path):
+    FolderLock(tmp_path, "held").give_up()
+    assert os.listdir(tmp_path) == []
+    FolderLock(tmp_path, "held").release()
+    FolderLock(tmp_path, "held").give_up()
+    assert os.listdir(tmp_path) == [NAME] and not is_locked(tmp_path)
+
+
+def test_a_lock_on_a_file_that_was_just_removed_is_taken_again(tmp_path, monkeypatch):
+    taken = []
+
+    def try_lock(file):
+        if not taken:
+            (tmp_path / NAME).unlink()  # Another program gives up between the opening of the file and its lock.
+        taken.append(file)
+        return lock(file)
+
+    lock = folder_lock.try_lock
+    monkeypatch.setattr(folder_lock, "try_lock", try_lock)
+    held = FolderLock(tmp_path, "held")
+    held.check()
+    with pytest.raises(FileError, match="held"):
+        FolderLock(tmp_path, "held")
+    held.release()

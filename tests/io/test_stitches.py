@@ -16,6 +16,7 @@ from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.yarn import YarnSet
+from tests.io.refusals import refused
 
 
 def increase_on_a_decrease() -> StitchMesh:
@@ -55,20 +56,12 @@ def test_round_trip_is_the_identity(tmp_path, make):
         np.testing.assert_array_equal(getattr(make(), field.name) is None, read is None, err_msg=field.name)
 
 
-def test_the_file_states_its_format(tmp_path):
-    write_stitches(tmp_path / "s.h5", increase_on_a_decrease())
-    with h5py.File(tmp_path / "s.h5") as file:
-        assert dict(file.attrs) == {"format": "stitchmesh stitches", "version": 1, "unit": "cm"}
-
-
 @pytest.mark.parametrize(
     ("name", "values", "message"),
     [
         ("twin", None, "dataset 'twin' is missing"),
         ("twin", [-1, -1, -1, 4, -1, 3, -1, -1, -1, -1], "is not the same edge reversed"),
-        ("n_top", [2, 2], "a stitch face needs exactly 2 more, its wale sides"),
         ("stitch", [1, 1], "knit on 2 bottom and 1 top sides"),
-        ("vertices", np.zeros((8, 3)), "area is zero"),
         ("face_vertex", [0, 1, 2, 3, 4, 4, 3, 5, 6, 99], "vertex 99 does not exist"),
         ("stretch", [1.0], "stretch: got shape (1,)"),
         ("row", ["a", "b"], "dataset 'row' holds object; expected int64"),
@@ -81,10 +74,8 @@ def test_each_damaged_file_gets_its_message(tmp_path, name, values, message):
         del file[name]
         if values is not None:
             file[name] = values
-    with pytest.raises(FileError) as caught:
+    with refused(path, message):
         read_stitches(path)
-    assert message in str(caught.value)
-    assert str(caught.value).startswith(str(path))
 
 
 def test_a_group_instead_of_a_dataset_is_an_error(tmp_path):

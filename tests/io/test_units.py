@@ -7,7 +7,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stitchmesh.io.garments import MeshReading, read_garment
+from stitchmesh.io.garments import read_garment
+from stitchmesh.io.mesh_reading import MeshReading
 from stitchmesh.io.meshes import write_mesh
 from stitchmesh.io.units import CENTIMETRES, other_units, size_doubt
 from tests.gallery import tube
@@ -20,8 +21,7 @@ def test_the_size_of_a_garment_raises_no_doubt():
     assert size_doubt(JUMPER, "m", stated=False) == "" and other_units(JUMPER, "m") == {}
 
 
-@pytest.mark.parametrize("unit", CENTIMETRES)
-@pytest.mark.parametrize("wrong", CENTIMETRES)
+@pytest.mark.parametrize(("unit", "wrong"), [("m", "cm"), ("mm", "cm"), ("cm", "dm"), ("inch", "cm")])
 def test_the_unit_in_which_a_file_was_written_is_offered_where_another_one_is_odd(unit, wrong):
     """A jumper whose numbers are in one unit, read in another one."""
     read = JUMPER / CENTIMETRES[unit] * CENTIMETRES[wrong]

@@ -21,31 +21,27 @@ from stitchmesh.lattice import Lattice
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.tiling import tile_yarns
 from tests.gallery import shared
-from tests.io.yarn_sets import assert_same, awkward_yarns, ring
+from tests.io.refusals import refused
+from tests.io.yarn_sets import ODD_POINTS, assert_same, awkward_yarns, ring, store_points_oddly
 from tests.yarnrelax.stockinette import woven_cell
 
 HEADER = 64
 
 
 def test_hdf5_keeps_every_field(tmp_path):
-    yarns = awkward_yarns()
-    write_yarns(tmp_path / "y.h5", yarns)
-    assert_same(read_yarns(tmp_path / "y.h5"), yarns)
-
-
-def test_hdf5_without_a_mass_holds_yarns_that_state_none(tmp_path):
-    """Files of before yarns could state a mass have no such dataset."""
-    write_yarns(tmp_path / "y.h5", awkward_yarns())
-    with h5py.File(tmp_path / "y.h5", "r+") as file:
-        del file["mass_per_length"]
-    assert np.isnan(read_yarns(tmp_path / "y.h5").mass_per_length).all()
-
-
-def test_hdf5_keeps_a_lattice(tmp_path):
     step = np.array([[1, 0], [0, -2], [0, 0], [3, 1]])
     yarns = dataclasses.replace(awkward_yarns(), lattice=Lattice([[1, 0, 0], [0.1, 2, 0]]), lattice_step=step)
     write_yarns(tmp_path / "y.h5", yarns)
     assert_same(read_yarns(tmp_path / "y.h5"), yarns)
+
+
+def test_hdf5_of_before_yarns_had_a_mass_and_a_colour_is_read(tmp_path):
+    write_yarns(tmp_path / "y.h5", awkward_yarns())
+    with h5py.File(tmp_path / "y.h5", "r+") as file:
+        del file["mass_per_length"], file["colour"]
+    read = read_yarns(tmp_path / "y.h5")
+    assert np.isnan(read.mass_per_length).all()
+    assert read.colour.tolist() == [0, 0, 0, 0]
 
 
 def cell_of_yarns() -> YarnSet:
@@ -57,7 +53,7 @@ def cell_of_yarns() -> YarnSet:
     return dataclasses.replace(yarns, rest_length=yarns.lengths)
 
 
-@pytest.mark.parametrize("suffix", sorted(set(FORMATS) - {".h5", ".pyp", ".glb"}))
+@pytest.mark.parametrize("suffix", [".bcc", ".obj", ".usda", ".vtp", ".yarns"])
 def test_formats_without_a_lattice_hold_one_period_of_open_yarns(tmp_path, suffix, caplog):
     cell = cell_of_yarns()
     with caplog.at_level(logging.INFO, "stitchmesh"):
@@ -76,7 +72,7 @@ def test_formats_without_a_lattice_hold_one_period_of_open_yarns(tmp_path, suffi
             np.testing.assert_allclose(kept[-1] - kept[0], cell.lattice.shift(cell.lattice_step[yarn]), atol=1e-6)
 
 
-@pytest.mark.parametrize("suffix", [".h5", ".bcc", ".glb"])
+@pytest.mark.parametrize("suffix", [".h5", ".glb"])
 def test_tiles_are_written_as_a_finite_piece(tmp_path, suffix):
     cell = cell_of_yarns()
     for name, yarns, tiles in (("a", cell, (3, 2)), ("b", tile_yarns(cell, 3, 2), None)):
@@ -87,7 +83,7 @@ def test_tiles_are_written_as_a_finite_piece(tmp_path, suffix):
         assert (tmp_path / f"a{suffix}").read_bytes() == (tmp_path / f"b{suffix}").read_bytes()
 
 
-@pytest.mark.parametrize("suffix", [".h5", ".bcc", ".usda"])
+@pytest.mark.parametrize("suffix", [".h5", ".usda"])
 def test_tiles_of_yarns_that_are_not_periodic_are_errors(tmp_path, suffix):
     with pytest.raises(YarnError, match="expected a cell on a lattice"):
         write_yarns(tmp_path / f"y{suffix}", awkward_yarns(), tiles=(2, 2))
@@ -110,32 +106,6 @@ def test_bcc_keeps_control_points_to_float32(tmp_path, curve):
         np.testing.assert_allclose(again.points[part], yarns.points[part], atol=3e-7 * size)
 
 
-@pytest.mark.parametrize("suffix", [".bcc", ".obj", ".vtp"])
-def test_read_yarns_are_in_centimetres(tmp_path, suffix):
-    yarns = YarnSet.from_curves([np.eye(3)], closed=[True], radius=0.1)
-    write_yarns(tmp_path / f"y{suffix}", yarns, unit="m")
-    for unit, scale in (("m", 1.0), ("cm", 0.01)):
-        again = read_yarns(tmp_path / f"y{suffix}", unit=unit, radius=0.1)
-        # The spline through a polyline of 4 points for each segment differs by far less than the units do.
-        assert again.lengths.sum() == pytest.approx(scale * yarns.lengths.sum(), rel=1e-2)
-
-
-def test_obj_polylines_keep_the_points_written(tmp_path):
-    yarns = awkward_yarns()
-    write_yarns(tmp_path / "y.obj", yarns)
-    again = read_yarns(tmp_path / "y.obj", radius=0.1)
-    np.testing.assert_array_equal(again.closed, yarns.closed)
-    for read, written in zip(again.sampled(1), yarns.sampled(4), strict=True):
-        np.testing.assert_allclose(read, written, atol=1e-12 * np.abs(written).max())  # A linear system in float64.
-
-
-def test_writers_do_not_change_their_input(tmp_path):
-    yarns = awkward_yarns()
-    for name in ("y.h5", "y.bcc", "y.obj", "y.usda", "y.usdc", "y.usd", "y.vtp", "y.glb"):
-        write_yarns(tmp_path / name, yarns)
-    assert_same(yarns, awkward_yarns())
-
-
 @pytest.mark.parametrize(("name", "curve"), [("glove.bcc", "catmull-rom"), ("knittube.bcc", "bspline")])
 def test_published_bcc_files_are_written_with_the_same_bytes(tmp_path, name, curve):
     source = shared(f"yarns/{name}")
@@ -145,12 +115,6 @@ def test_published_bcc_files_are_written_with_the_same_bytes(tmp_path, name, cur
     assert before[:24] == after[:24]
     assert before[HEADER:] == after[HEADER:]  # The free text between them depends on the program.
     np.testing.assert_array_equal(read_yarns(tmp_path / name, radius=0.1).points, yarns.points)
-
-
-def test_the_conversion_error_is_logged(tmp_path, caplog):
-    with caplog.at_level(logging.DEBUG, "stitchmesh"):
-        write_yarns(tmp_path / "y.bcc", awkward_yarns())
-    assert "the Catmull-Rom curves differ from the B-splines by up to" in caplog.text
 
 
 def test_z_up_is_rotated_to_y_up(tmp_path):
@@ -176,59 +140,31 @@ def bcc(
     ("content", "message"),
     [
         (b"", "the file is empty"),
-        (b"BCC", "does not start with a BCC header"),
         (bcc(magic=b"ABCD"), "does not start with a BCC header"),
         (bcc(magic=b"BCC\x88"), "byte 3 is 0x88; expected 0x44"),
         (bcc(kind=b"BZ"), "holds Bezier curves"),
-        (bcc(kind=b"QQ"), "kind of curve is 'QQ'"),
         (bcc(dimensions=2), "points have 2 dimensions; expected 3"),
         (bcc(up=0), "up axis is 0; expected 1 (y) or 2 (z)"),
         (bcc()[:-1], "need 116 bytes, the file has 115; it was cut short or altered"),
-        (bcc(tail=b"\0"), "need 116 bytes, the file has 117"),
         (bcc(curves=0, points=0, count=0, values=[]), "0 curves of 0 points"),
         (bcc(curves=2**60), "it was cut short or altered"),
         (bcc(count=0), "curve 0 is open and has 0 points; expected at least 4"),
-        (bcc(count=-2), "curve 0 is closed and has 2 points; expected at least 3"),
         (bcc(count=5), "curve 0 overruns the file"),
-        (bcc(count=-(2**31)), "curve 0 overruns the file"),
         (bcc(count=-3), "12 bytes are left after the last curve"),
         (bcc(values=[0.0] * 11 + [np.nan]), "curve 0, point 3 is [0.0, 0.0, nan]; coordinates must be finite"),
-        (bcc(values=[np.inf] + [0.0] * 11), "curve 0, point 0 is [inf, 0.0, 0.0]"),
     ],
 )
 def test_each_bad_bcc_gets_its_message(tmp_path, content, message):
     path = tmp_path / "y.bcc"
     path.write_bytes(content)
-    with pytest.raises(FileError) as caught:
+    with refused(path, message):
         read_yarns(path, radius=0.1)
-    assert message in str(caught.value)
-    assert str(caught.value).startswith(str(path))
-    assert "\n" not in str(caught.value)
 
 
 def test_an_open_polyline_bcc_of_two_points_is_a_straight_yarn(tmp_path):
     (tmp_path / "y.bcc").write_bytes(bcc(kind=b"PL", points=2, count=2, values=[0, 0, 0, 3, 0, 4]))
     yarns = read_yarns(tmp_path / "y.bcc", radius=0.1)
     assert yarns.lengths.sum() == pytest.approx(5.0, rel=1e-12)
-
-
-@pytest.mark.parametrize("suffix", [suffix for suffix in FORMATS if suffix not in {".pyp", ".glb"}])
-def test_convert_writes_a_format_and_reads_it_again(suffix, tmp_path):
-    rings = [ring([0, 0, 0]), ring([0, 0, 0.2])]
-    write_yarns(tmp_path / "y.bcc", YarnSet.from_curves(rings, closed=[True, True], radius=1.0))
-    assert cli.main(["convert", str(tmp_path / "y.bcc"), str(tmp_path / f"z{suffix}")]) == 0
-    assert cli.main(["convert", str(tmp_path / f"z{suffix}"), str(tmp_path / "again.h5")]) == 0
-    # Files hold float32, and polylines of 4 points for each segment differ by far less than 1 % in length.
-    expected = read_yarns(tmp_path / "y.bcc").lengths.sum()
-    assert read_yarns(tmp_path / "again.h5").lengths.sum() == pytest.approx(expected, rel=0.01)
-
-
-def test_convert_writes_tubes_and_does_not_read_them(tmp_path, capsys):
-    write_yarns(tmp_path / "y.h5", YarnSet.from_curves([ring([0, 0, 0])], closed=[True], radius=0.1))
-    assert cli.main(["convert", str(tmp_path / "y.h5"), str(tmp_path / "z.glb")]) == 0
-    assert cli.main(["convert", str(tmp_path / "z.glb"), str(tmp_path / "again.h5")]) == cli.BAD_INPUT
-    assert capsys.readouterr().err.count("FileError") == 1
-    assert not (tmp_path / "again.h5").exists()
 
 
 def test_convert_writes_a_cell_in_every_format(tmp_path):
@@ -239,20 +175,19 @@ def test_convert_writes_a_cell_in_every_format(tmp_path):
     assert read_yarns(tmp_path / "z.h5").lattice is not None
 
 
-@pytest.mark.parametrize("large", ["points", "radius", "rest_length"])
-@pytest.mark.parametrize("suffix", [".bcc", ".usda", ".usdc", ".glb", ".yarns"])
+@pytest.mark.parametrize(
+    ("suffix", "large"),
+    [(".bcc", "points"), (".usda", "points"), (".usda", "radius"), (".glb", "radius"), (".yarns", "rest_length")],
+)
 def test_numbers_beyond_float32_are_not_written(tmp_path, suffix, large):
     values = {"points": np.eye(3), "radius": np.array([0.1]), "rest_length": np.ones(3)}
     values[large] = 1e41 * values[large]
     yarns = YarnSet.from_curves(
         [values["points"]], closed=[True], radius=values["radius"], rest_lengths=[values["rest_length"]]
     )
-    if large in {".bcc": ("points",), ".yarns": tuple(values)}.get(suffix, ("points", "radius")):
-        with pytest.raises(FileError, match="too large for the format's float32"):
-            write_yarns(tmp_path / f"y{suffix}", yarns)
-        assert not list(tmp_path.iterdir())
-    else:
+    with pytest.raises(FileError, match="too large for the format's float32"):
         write_yarns(tmp_path / f"y{suffix}", yarns)
+    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize(
@@ -262,16 +197,13 @@ def test_numbers_beyond_float32_are_not_written(tmp_path, suffix, large):
         ("v 0 0 0\nl 1 2\n", "line 2: vertex 2 does not exist"),
         ("v 0 0 0\nl 1\n", "line 2: got a polyline of 1 points; expected at least 2"),
         ("v 0 0 0\nv 1 0 0\nl 1 2 1\n", "line 3: got a polyline of 2 points; expected at least 3"),
-        ("v 0 0 0\nv 1 0 zero\nl 1 2\n", "line 2: got 'v 1 0 zero'"),
         ("v 0 0 0\nv 0 0 0\nl 1 2\n", "expected a positive number of cm"),
     ],
 )
 def test_each_bad_obj_gets_its_message(tmp_path, text, message):
     (tmp_path / "y.obj").write_text(text)
-    with pytest.raises(FileError) as caught:
+    with refused(tmp_path / "y.obj", message):
         read_yarns(tmp_path / "y.obj", radius=0.1)
-    assert message in str(caught.value)
-    assert str(tmp_path / "y.obj") in str(caught.value)
 
 
 def damage(path: Path, name: str, values: object) -> None:
@@ -286,10 +218,8 @@ def damage(path: Path, name: str, values: object) -> None:
     [
         ("points", None, "dataset 'points' is missing"),
         ("points", np.full((54, 3), np.nan), "coordinates are not finite"),
-        ("points", np.zeros((54, 2)), "expected (N, 3)"),
         ("start", np.zeros(0, dtype=int), "y.h5"),
         ("start", [0.5, 1.5], "dataset 'start' holds float64; expected int64"),
-        ("closed", [1, 2, 3, 4], "dataset 'closed' holds int64; expected bool"),
         ("radius", [0.1, 0.1, 0.1, -0.1], "expected a positive number of cm"),
         ("row", np.zeros(3, dtype=int), "row: got shape (3,)"),
     ],
@@ -298,11 +228,8 @@ def test_each_damaged_hdf5_gets_its_message(tmp_path, name, values, message):
     path = tmp_path / "y.h5"
     write_yarns(path, awkward_yarns())
     damage(path, name, values)
-    with pytest.raises(FileError) as caught:
+    with refused(path, message):
         read_yarns(path)
-    assert message in str(caught.value)
-    assert str(caught.value).startswith(str(path))
-    assert "\n" not in str(caught.value)
 
 
 def test_other_hdf5_content_is_an_error(tmp_path):
@@ -319,15 +246,6 @@ def test_other_hdf5_content_is_an_error(tmp_path):
     path.write_bytes(b"not HDF5")
     with pytest.raises(FileError, match="is not an HDF5 file"):
         read_yarns(path)
-
-
-def test_a_truncated_hdf5_is_an_error_wherever_it_is_cut(tmp_path):
-    write_yarns(tmp_path / "whole.h5", awkward_yarns())
-    whole = (tmp_path / "whole.h5").read_bytes()
-    for cut in range(0, len(whole) - 1, len(whole) // 40):
-        (tmp_path / "y.h5").write_bytes(whole[:cut])
-        with pytest.raises(FileError):
-            read_yarns(tmp_path / "y.h5")
 
 
 def test_the_error_names_the_bad_parameter(tmp_path):
@@ -348,13 +266,6 @@ def test_the_error_names_the_bad_parameter(tmp_path):
         read_yarns(tmp_path / "y.h5", radius=-1.0)
     with pytest.raises(FileError, match=r"unknown format '.txt'; expected one of .h5 .pyp .bcc .usda"):
         write_yarns(tmp_path / "y.txt", yarns)
-
-
-def test_a_radius_that_cannot_be_estimated_is_an_error(tmp_path):
-    yarns = YarnSet.from_curves([ring([0, 0, 0])], closed=[True], radius=1.0)
-    write_yarns(tmp_path / "y.bcc", yarns)
-    with pytest.raises(ParameterError, match="yarn radius: the yarns never come close"):
-        read_yarns(tmp_path / "y.bcc")
 
 
 def test_an_estimated_radius_is_logged_and_a_given_one_is_not(tmp_path, caplog):
@@ -378,36 +289,12 @@ def test_check_writable_finds_what_cannot_be_written(tmp_path, name):
             refuse(tmp_path / name, awkward_yarns())
 
 
-@pytest.mark.parametrize(
-    "kind", ["external link", "soft link", "external data", "virtual", "empty", "bomb", "huge", "chunks"]
-)
+@pytest.mark.parametrize("kind", ODD_POINTS)
 def test_hdf5_numbers_that_are_not_in_the_file_or_far_larger_are_refused(tmp_path, kind):
     path = tmp_path / "y.h5"
     write_yarns(path, awkward_yarns())
-    secret = tmp_path / "secret"
-    secret.write_bytes(bytes(10_000))
-    with h5py.File(path, "r+") as file:
-        shape = file["points"].shape
-        del file["points"]
-        match kind:
-            case "external link":
-                file["points"] = h5py.ExternalLink(str(secret), "/points")
-            case "soft link":
-                file["points"] = h5py.SoftLink("/start")
-            case "external data":
-                file.create_dataset("points", shape, "f8", external=[(str(secret), 0, 10_000)])
-            case "virtual":
-                layout = h5py.VirtualLayout(shape, "f8")
-                layout[:] = h5py.VirtualSource(str(secret), "points", shape)
-                file.create_virtual_dataset("points", layout)
-            case "empty":
-                file.create_dataset("points", data=h5py.Empty("f8"))
-            case "bomb":
-                file.create_dataset("points", (10**6, 3), "f8", compression="gzip", chunks=(10**6, 3), fillvalue=0.0)
-            case "huge":
-                file.create_dataset("points", (2**40, 3), "f8", chunks=(1000, 3))
-            case "chunks":  # The library needs 4 kB for each of them.
-                file.create_dataset("points", (10**5, 3), "f8", chunks=(1, 3))
+    (tmp_path / "secret").write_bytes(bytes(10_000))
+    store_points_oddly(path, kind, str(tmp_path / "secret"))
     large = "bytes of numbers, more than 100 times"
     expected = {"bomb": large, "huge": large, "virtual": "other data than texts in a heap",
                 "chunks": "into 1000[0-9]{2} chunks"}  # fmt: skip
@@ -427,7 +314,7 @@ def test_a_heap_of_hdf5_that_leads_back_to_itself_is_an_error_and_not_read_for_e
         read_yarns(tmp_path / "y.h5")
 
 
-@pytest.mark.parametrize("options", [{"chunks": True}, {"compression": "gzip"}, {"chunks": (100, 3)}])
+@pytest.mark.parametrize("options", [{"compression": "gzip"}, {"chunks": (100, 3)}])
 def test_hdf5_datasets_that_other_programs_divide_into_chunks_are_read(tmp_path, options):
     points = np.cumsum(np.ones((100_000, 3)), axis=0)
     write_yarns(tmp_path / "y.h5", YarnSet.from_curves([points], closed=[False], radius=0.1))

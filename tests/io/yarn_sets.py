@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import dataclasses
+from pathlib import Path
 
 import numpy as np
 
@@ -28,6 +29,38 @@ def awkward_yarns() -> YarnSet:
         natural_curvature=rng.standard_normal(count),
         mass_per_length=[0.01 / 7, np.nan, 0.1, np.nan],
     )
+
+
+ODD_POINTS = ("external link", "soft link", "external data", "virtual", "empty", "bomb", "huge", "chunks")
+"""Ways to store the points of yarns in HDF5 that a reader refuses."""
+
+
+def store_points_oddly(path: Path, kind: str, other: str) -> None:
+    """Store the points of a file of yarns in one of ``ODD_POINTS``; links name another file."""
+    import h5py
+
+    with h5py.File(path, "r+") as file:
+        shape = file["points"].shape
+        del file["points"]
+        match kind:
+            case "external link":
+                file["points"] = h5py.ExternalLink(other, "/points")
+            case "soft link":
+                file["points"] = h5py.SoftLink("/start")
+            case "external data":
+                file.create_dataset("points", shape, "f8", external=[(other, 0, 10_000)])
+            case "virtual":
+                layout = h5py.VirtualLayout(shape, "f8")
+                layout[:] = h5py.VirtualSource(other, "points", shape)
+                file.create_virtual_dataset("points", layout)
+            case "empty":
+                file.create_dataset("points", data=h5py.Empty("f8"))
+            case "bomb":
+                file.create_dataset("points", (10**6, 3), "f8", compression="gzip", chunks=(10**6, 3), fillvalue=0.0)
+            case "huge":
+                file.create_dataset("points", (2**40, 3), "f8", chunks=(1000, 3))
+            case "chunks":  # The library needs 4 kB for each of them.
+                file.create_dataset("points", (10**5, 3), "f8", chunks=(1, 3))
 
 
 def ring(centre: list[float], size: float = 1.0, count: int = 40) -> np.ndarray:

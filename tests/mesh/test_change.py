@@ -99,23 +99,6 @@ def test_removed_faces_and_vertices_are_restored_with_their_numbers():
     assert_same(apply_change(smaller, inverse_change(mesh, patch)), mesh)
 
 
-def test_marks_change_numbers_and_have_an_inverse():
-    mesh = fabric()
-    faces = np.flatnonzero(mesh.row == 2)
-    change = Marks("stitch", faces, np.full(len(faces), Stitch.PURL))
-    changed = apply_change(mesh, change)
-    assert (changed.stitch[faces] == Stitch.PURL).all()
-    assert_same(apply_change(changed, inverse_change(mesh, change)), mesh)
-
-
-def test_edges_are_numbered_by_their_first_sides():
-    mesh = fabric()
-    first = np.where(mesh.twin < 0, np.arange(mesh.side_count), np.minimum(np.arange(mesh.side_count), mesh.twin))
-    edges, edge = np.unique(first, return_inverse=True)
-    np.testing.assert_array_equal(mesh.side_edge, edge)
-    np.testing.assert_array_equal(mesh.edge_side, edges)
-
-
 def test_invalid_marks_are_refused_and_change_nothing():
     mesh = fabric()
     face = inner_knit(mesh)
@@ -135,12 +118,6 @@ def test_a_patch_of_another_mesh_is_refused():
     small = tessellate(label(grid(1, 1)), stitch_width=0.5)
     with pytest.raises(MeshError, match="there is no face"):
         apply_change(small, patch)
-
-
-def test_a_face_that_does_not_exist_cannot_be_removed():
-    mesh = fabric()
-    with pytest.raises(MeshError, match=f"face {mesh.face_count}: does not exist"):
-        PatchBuilder(mesh).remove(mesh.face_count)
 
 
 def test_faces_that_meet_only_in_a_vertex_are_refused():

@@ -38,14 +38,6 @@ def test_course_through_a_face_agrees_with_the_search_for_all_courses(fabric, cl
             assert (found.faces, found.closed) == (course.faces[turn:] + course.faces[:turn], course.closed)
 
 
-def test_a_spiral_is_one_course_or_one_for_each_row():
-    fabric = make_spiral(around())
-    (whole,) = find_courses(fabric, climbing=True)
-    assert not whole.closed
-    rows = [set(fabric.row[list(course.faces)].tolist()) for course in find_courses(fabric)]
-    assert sorted(row for (row,) in rows) == sorted(set(fabric.row.tolist()))
-
-
 def test_each_face_is_the_left_neighbour_of_its_right_neighbour(fabric):
     right, left = right_neighbours(fabric), left_neighbours(fabric)
     faces = np.flatnonzero(right != BORDER)
@@ -80,3 +72,11 @@ def test_rows_on_a_cycle_get_every_number_once():
     """The rows of a torus have no first row; those that wait for each other keep their order."""
     below, above = np.array([1, 2, 0]), np.array([0, 1, 2])
     assert sorted(renumbered_rows(below, above, np.array([True, True, True])).tolist()) == [0, 1, 2]
+
+
+def test_a_spiral_is_one_course_or_one_for_each_row():
+    fabric = make_spiral(around())
+    (whole,) = find_courses(fabric, climbing=True)
+    assert not whole.closed
+    rows = [set(fabric.row[list(course.faces)].tolist()) for course in find_courses(fabric)]
+    assert sorted(row for (row,) in rows) == sorted(set(fabric.row.tolist()))

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Polygon meshes, stitch meshes and lattices: their topology, and the error message for each kind of invalid input."""
+"""Polygon meshes, stitch meshes and lattices: topology and outlines, and the message for each kind of invalid input."""
 
 from __future__ import annotations
 
-from dataclasses import FrozenInstanceError, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,8 +13,10 @@ from stitchmesh.errors import LabelError, MeshError
 from stitchmesh.labeling import label
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import BORDER, Mesh
+from stitchmesh.mesh.connectivity import linked_groups
+from stitchmesh.mesh.polygon_mesh import outline_sides
 from stitchmesh.mesh.stitch import Stitch
-from tests.gallery import FLAT_AND_ROUND, closed_cone, grid, moebius, torus, tube
+from tests.gallery import FLAT_AND_ROUND, grid, moebius, torus, tube
 
 SQUARE = [[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
 EULER = {"one quad": 1, "flat": 1, "tube": 0, "narrowing tube": 0, "three around": 0, "closed cone": 1,
@@ -26,12 +28,6 @@ EULER = {"one quad": 1, "flat": 1, "tube": 0, "narrowing tube": 0, "three around
 def test_euler_characteristic_is_that_of_the_surface(name):
     mesh = FLAT_AND_ROUND[name]()
     assert len(mesh.vertices) - len(mesh.edge_side) + mesh.face_count == EULER[name]
-
-
-def test_torus_is_closed_and_of_genus_one():
-    mesh = torus(5, 7)
-    assert len(mesh.boundary_loops) == 0
-    assert len(mesh.vertices) - len(mesh.edge_side) + mesh.face_count == 0
 
 
 @pytest.mark.parametrize("name", FLAT_AND_ROUND)
@@ -46,30 +42,15 @@ def test_twins_are_mutual_and_borders_close(name):
         assert (ends == np.roll(mesh.face_vertex[loop], -1)).all()
 
 
-def test_area_of_a_rectangle_is_exact():
-    area = np.linalg.norm(grid(3, 2, width=2.0, height=0.5).face_vector_area, axis=1)
-    np.testing.assert_allclose(area, 1.0, rtol=1e-15)
-
-
 def test_normals_of_a_tube_point_outwards():
     mesh = tube(12, 2)
     outward = mesh.vertices * [1.0, 0.0, 1.0]
     assert (np.einsum("vd,vd->v", mesh.vertex_normal, outward) > 0).all()
 
 
-def test_a_mesh_cannot_be_changed():
-    mesh = grid(1, 1)
-    with pytest.raises(FrozenInstanceError):
-        mesh.vertices = mesh.vertices  # type: ignore[misc]
+def test_the_arrays_of_a_mesh_cannot_be_changed():
     with pytest.raises(ValueError, match="read-only"):
-        mesh.vertices[0] = 1.0
-
-
-def test_a_mesh_does_not_share_the_arrays_of_its_caller():
-    vertices = np.array(SQUARE)
-    mesh = Mesh.from_polygons(vertices, [[0, 1, 2, 3]])
-    vertices[:] = np.nan
-    assert np.isfinite(mesh.vertices).all()
+        grid(1, 1).vertices[0] = 1.0
 
 
 BAD = {
@@ -133,14 +114,6 @@ def test_a_lattice_spans_a_plane(periods):
         Lattice(periods)
 
 
-def test_roles_of_sides_follow_from_their_places_in_the_face():
-    fabric = label(closed_cone(6))
-    for face in range(fabric.face_count):
-        roles = fabric.side_role[fabric.face_start[face] : fabric.face_start[face + 1]].tolist()
-        bottom, top = fabric.n_bottom[face], fabric.n_top[face]
-        assert roles == [0] * bottom + [1] + [2] * top + [3]
-
-
 def test_a_face_without_exactly_two_wale_sides_is_refused():
     fabric = label(grid(2, 2))
     with pytest.raises(LabelError, match="face 0: got 2 bottom and 1 top sides of 4"):
@@ -158,3 +131,22 @@ def test_a_stitch_with_the_wrong_number_of_sides_is_refused():
     fabric = label(grid(1, 1))
     with pytest.raises(LabelError, match=r"face 0: .* \(k2tog\) on 1 bottom and 1 top sides; it needs 2 and 1"):
         replace(fabric, stitch=np.array([Stitch.D12K]))
+
+
+def test_groups_of_linked_things_are_numbered_by_their_first_things():
+    one, other = np.array([8, 2, 5, 1]), np.array([3, 7, 2, 8])
+    assert linked_groups(9, one, other).tolist() == [0, 1, 2, 1, 3, 2, 4, 2, 1]
+    assert linked_groups(0, one[:0], other[:0]).tolist() == []
+
+
+def test_the_outline_of_all_faces_is_the_border_of_the_mesh():
+    for mesh in (grid(4, 3), tube(8, 3), torus(6, 8)):
+        assert outline_sides(mesh, np.arange(mesh.face_count)).tolist() == np.flatnonzero(mesh.twin == BORDER).tolist()
+
+
+def test_the_outline_of_a_block_is_as_long_as_its_perimeter():
+    mesh = grid(5, 4)
+    block = np.array([row * 5 + column for row in (1, 2) for column in (1, 2, 3)])
+    outline = outline_sides(mesh, block)
+    assert mesh.side_length[outline].sum() == 2 * (3 + 2)
+    assert set(mesh.side_face[outline].tolist()) <= set(block.tolist())

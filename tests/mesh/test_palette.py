@@ -9,8 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stitchmesh.errors import LabelError, MeshError, ParameterError
-from stitchmesh.mesh.change import PaletteChange, apply_change, inverse_change
+from stitchmesh.errors import LabelError, ParameterError
 from stitchmesh.mesh.palette import (
     STOCK,
     WOOLS,
@@ -76,16 +75,6 @@ def test_a_stitch_mesh_has_no_palette_by_default_and_checks_one():
         replace(fabric, palette=[1, 2, 3])
     with pytest.raises(LabelError, match="palette: got values 0 to 256; expected whole numbers from 0 to 255"):
         replace(fabric, palette=[[0, 1, 256]])
-
-
-def test_a_change_of_the_palette_has_an_exact_inverse():
-    fabric = replace(flat(), palette=make_palette(["navy"]))
-    change = PaletteChange(make_palette(["red", "cream"]))
-    changed = apply_change(fabric, change)
-    np.testing.assert_array_equal(changed.palette, change.palette)
-    np.testing.assert_array_equal(apply_change(changed, inverse_change(fabric, change)).palette, fabric.palette)
-    with pytest.raises(MeshError, match="palette: got shape"):
-        apply_change(fabric, PaletteChange(np.zeros(3, np.uint8)))
 
 
 def test_colours_of_yarn_numbers_are_read_and_fill_a_palette():

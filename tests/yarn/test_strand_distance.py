@@ -12,6 +12,7 @@ from stitchmesh.render.colouring import control_point_means
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.strand_distance import strand_distance
 from stitchmesh.yarn.tiling import tile_yarns
+from tests.io.yarn_sets import ring
 from tests.yarnrelax.stockinette import woven_cell
 
 
@@ -20,11 +21,6 @@ def lines(*heights: float, radius: float = 0.1) -> YarnSet:
     along = np.linspace(0.0, 4.0, 30)
     curves = [np.stack([along, np.full(30, height), np.zeros(30)], axis=1) for height in heights]
     return YarnSet.from_curves(curves, closed=[False] * len(curves), radius=radius)
-
-
-def ring(radius: float = 1.0) -> np.ndarray:
-    turn = 2 * np.pi * np.arange(40) / 40
-    return radius * np.stack([np.cos(turn), np.sin(turn), np.zeros(40)], axis=1)
 
 
 def test_parallel_yarns_are_apart_by_their_distance_less_two_radii():
@@ -36,17 +32,9 @@ def test_parallel_yarns_are_apart_by_their_distance_less_two_radii():
     np.testing.assert_allclose(gap[2], 0.20, atol=1e-12)
 
 
-def test_pressed_yarns_have_a_negative_gap():
-    np.testing.assert_allclose(strand_distance(lines(0.0, 0.15)), -0.05, atol=1e-12)
-
-
-def test_a_gap_beyond_the_search_is_the_search():
-    assert (strand_distance(lines(0.0, 3.0), within=0.5) == 0.5).all()
-
-
 @pytest.mark.parametrize("closed", [True, False])
 def test_a_ring_or_a_line_alone_has_no_other_strand(closed: bool):
-    yarns = YarnSet.from_curves([ring()], closed=[True], radius=0.1) if closed else lines(0.0)
+    yarns = YarnSet.from_curves([ring([0, 0, 0])], closed=[True], radius=0.1) if closed else lines(0.0)
     assert (strand_distance(yarns) == 0.4).all()
 
 
@@ -87,6 +75,10 @@ def test_means_at_control_points_keep_a_constant_and_the_order_of_the_segments()
     means = control_point_means(open_yarns, np.tile(np.arange(27.0), 2)).reshape(2, 30)
     np.testing.assert_array_equal(means[0], [0, 0, *(np.arange(26) + 0.5), 26, 26])
     np.testing.assert_array_equal(means[0], means[1])
-    closed = YarnSet.from_curves([ring()], closed=[True], radius=0.1)
+    closed = YarnSet.from_curves([ring([0, 0, 0])], closed=[True], radius=0.1)
     values = np.random.default_rng(1).random(40)
     assert control_point_means(closed, values).sum() == pytest.approx(values.sum(), rel=1e-14)  # rounding
+
+
+def test_pressed_yarns_have_a_negative_gap():
+    np.testing.assert_allclose(strand_distance(lines(0.0, 0.15)), -0.05, atol=1e-12)

@@ -12,7 +12,8 @@ import numpy as np
 from stitchmesh.errors import FileError, MeshError, ParameterError
 from stitchmesh.io.any_file import holds_mesh, read_any
 from stitchmesh.io.atomic import temporary_file
-from stitchmesh.io.garments import GarmentMesh, MeshReading, read_garment
+from stitchmesh.io.garments import GarmentMesh, read_garment
+from stitchmesh.io.mesh_reading import MeshReading
 from stitchmesh.io.units import DEFAULT_UNIT
 from stitchmesh.labeling import PartialLabeling, read_labeling, start_labeling
 from stitchmesh.labeling.faults import triangles_message

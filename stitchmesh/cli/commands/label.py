@@ -14,7 +14,8 @@ from stitchmesh.cli.options import CourseHeight, Overwrite, StitchWidth
 from stitchmesh.cli.say import say
 from stitchmesh.cli.words import Pair, help_entry, pair, parsed_by
 from stitchmesh.errors import ParameterError
-from stitchmesh.recipe.sections import LabelSection, MeshInFile, RowsSection, YarnAndGauge
+from stitchmesh.io.mesh_reading import MeshReading
+from stitchmesh.recipe.sections import LabelSection, RowsSection, YarnAndGauge
 from stitchmesh.shaping.options import DEFAULT_PLACEMENT, PANEL_SIZE
 from stitchmesh.tessellate import STITCH_WIDTH
 
@@ -76,7 +77,7 @@ class Label:
     """polygon mesh (OBJ, PLY, OFF, STL, VTK ...), or a labeled or partly labeled mesh (.h5), which is continued"""
     output: Annotated[str, help_entry("FILE", short="-o")]
     """labeled mesh: .h5 or .smobj; with --rows a partly labeled mesh: .h5"""
-    in_file: Annotated[MeshInFile, arg(name="")] = field(default_factory=MeshInFile)
+    in_file: Annotated[MeshReading, arg(name="")] = field(default_factory=MeshReading)
     set_edge: Annotated[UseAppendAction[tuple[EdgeWithLabel, ...]], help_entry("V,W=LABEL")] = ()
     """label of one edge, set by hand before rows are labeled: course, wale, or clear for no label"""
     starts: Annotated[LabelSection, arg(name="")] = field(default_factory=LabelSection)

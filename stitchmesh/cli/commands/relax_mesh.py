@@ -12,8 +12,8 @@ from tyro.conf import Positional
 from stitchmesh.cli.options import READ_STITCHES, WRITTEN_STITCHES, Overwrite
 from stitchmesh.cli.say import say
 from stitchmesh.cli.words import help_entry
+from stitchmesh.io.mesh_reading import MeshReading
 from stitchmesh.meshrelax.options import MeshRelaxOptions
-from stitchmesh.recipe.sections import MeshInFile
 
 if TYPE_CHECKING:
     from stitchmesh.mesh import Mesh
@@ -27,7 +27,7 @@ class RelaxMesh:
     surface: Annotated[str, help_entry("LABELED|MESH")]
     """labeled mesh, from `stitchmesh label`, or the polygon mesh that it was made for"""
     output: Annotated[str, help_entry("FILE", short="-o", help=WRITTEN_STITCHES)]
-    in_file: MeshInFile = field(default_factory=MeshInFile)
+    in_file: MeshReading = field(default_factory=MeshReading)
     forces: MeshRelaxOptions = field(default_factory=MeshRelaxOptions)
     overwrite: Overwrite = False
 
@@ -54,4 +54,4 @@ class RelaxMesh:
 
         if self.surface.lower().endswith(READABLE):
             return read_stitches(self.surface)
-        return read_garment(self.surface, self.in_file.reading(), repaired=True).mesh
+        return read_garment(self.surface, self.in_file, repaired=True).mesh

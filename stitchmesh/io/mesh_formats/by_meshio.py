@@ -25,7 +25,7 @@ from stitchmesh.io.checkpoint_file import CheckpointFile
 from stitchmesh.io.contents import FilePath, check_points, read_bytes
 from stitchmesh.io.guarded_child import answer_of_child, answer_parent
 from stitchmesh.io.left_out import say_left_out
-from stitchmesh.io.mesh_formats.cells import RING_OF_6, RING_OF_8, check_cells_left_out, used_points
+from stitchmesh.io.mesh_formats.cells import RINGS, check_cells_left_out, used_points
 from stitchmesh.mesh import FloatArray
 
 FORMATS = {".vtk": "vtk", ".vtu": "vtu", ".msh": "gmsh", ".mesh": "medit"}
@@ -38,11 +38,6 @@ COUNTS = {
     ".msh": re.compile(rb"(?m)^\$[A-Za-z]+\s+(\d+)(?:[ \t]+(\d+))?"),
 }
 """Numbers of points, cells and other elements in files of the formats that meshio reads, by suffix."""
-RINGS: dict[str, Any] = {
-    "triangle": slice(None), "quad": slice(None), "polygon": slice(None), "triangle6": RING_OF_6,
-    "triangle7": RING_OF_6, "quad8": RING_OF_8, "quad9": RING_OF_8,
-}  # fmt: skip
-"""Points around each type of cells that becomes faces."""
 
 
 def read_meshio_polygons(path: FilePath) -> tuple[FloatArray, list[list[int]]]:

@@ -19,10 +19,13 @@ from stitchmesh.io.contents import FilePath
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.mesh.face_triangles import clip_ears
 
-RING_OF_6 = [0, 3, 1, 4, 2, 5]
-"""Points around a triangle of second order, whose corners are numbered before the middles of its sides."""
-RING_OF_8 = [0, 4, 1, 5, 2, 6, 3, 7]
-"""Points around a quad of second order."""
+_RING_OF_6, _RING_OF_8 = [0, 3, 1, 4, 2, 5], [0, 4, 1, 5, 2, 6, 3, 7]
+RINGS: dict[str, slice | list[int]] = {
+    "triangle": slice(None), "quad": slice(None), "polygon": slice(None), "pixel": [0, 1, 3, 2],
+    "triangle6": _RING_OF_6, "triangle7": _RING_OF_6, "quad8": _RING_OF_8, "quad9": _RING_OF_8,
+}  # fmt: skip
+"""Points around each type of cells that becomes faces. In cells of second order, the corners are numbered before the
+middles of the sides."""
 BESIDE = ("vertex", "poly_vertex", "line", "polyline", "line3", "tetra", "voxel", "hexahedron", "wedge", "pyramid",
           "tetra10", "hexahedron20", "hexahedron27", "wedge15", "pyramid13")  # fmt: skip
 """Types of cells that can be left out, because they are no surfaces."""

@@ -50,7 +50,7 @@ NUMBERS = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: 
 """NumPy's names of the types of numbers."""
 COLUMNS = {"SCALAR": 1, "VEC3": 3, "VEC4": 4, "MAT4": 16}
 """Numbers of an element, for the kinds of accessors of corners, positions, joints with their weights, and matrices."""
-TRIANGLES, STRIP, FAN = 4, 5, 6
+SURFACES = TRIANGLES, STRIP, FAN = 4, 5, 6
 """Modes of primitives that are surfaces."""
 BYTES = 24, 300
 """Memory that is counted for a point and for a triangle, of which lists are made [bytes]."""
@@ -134,6 +134,7 @@ class _Skin(_Stated):
 
 
 class _Node(_Stated):
+    name: str = ""
     mesh: int | None = None
     skin: int | None = None
     weights: list[float] | None = None
@@ -189,8 +190,7 @@ def read_glb_polygons(path: FilePath) -> tuple[FloatArray, list[list[int]]]:
     """
     name, content = fspath(path), read_bytes(path)
     try:
-        json, binary = (content, None) if Path(path).suffix.lower() == ".gltf" else _chunks(content)
-        head = check_value(parse_json(json.decode("utf-8")), _Head)
+        head, binary = _head(path, content)
         if holds_tubes(mesh.name for mesh in head.meshes):
             raise tubes_error(path)
         _check_extensions(name, (one for one in head.extensions_required if not one.startswith(LOOKS)))
@@ -203,6 +203,30 @@ def read_glb_polygons(path: FilePath) -> tuple[FloatArray, list[list[int]]]:
         raise FileError(f"{name}: has no triangles; expected a polygon mesh")
     check_points(f"{name}: point", points)
     return weld(points, triangles.tolist())
+
+
+def glb_face_names(path: FilePath) -> list[tuple[str, ...]]:
+    """Return the names of the node and of the mesh of each triangle that ``read_glb_polygons`` has read.
+
+    Raises:
+        FileError: the file cannot be read.
+    """
+    head, _ = _head(path, read_bytes(path))
+    found: list[tuple[str, ...]] = []
+    for primitive, number in _placed_primitives(head, _world(head)):
+        if primitive.mode in SURFACES:
+            accessor = primitive.attributes["POSITION"] if primitive.indices is None else primitive.indices
+            corners = head.accessors[accessor].count
+            triangles = corners // 3 if primitive.mode == TRIANGLES else max(0, corners - 2)
+            names = head.nodes[number].name, _item(head.meshes, head.nodes[number].mesh, "mesh").name
+            found += [tuple(filter(None, names))] * triangles
+    return found
+
+
+def _head(path: FilePath, content: bytes) -> tuple[_Head, bytes | None]:
+    """Return the head of a file, and the buffer behind it; a ``.gltf`` file is a head alone."""
+    json, binary = (content, None) if Path(path).suffix.lower() == ".gltf" else _chunks(content)
+    return check_value(parse_json(json.decode("utf-8")), _Head), binary
 
 
 def _check_extensions(name: str, needed: Iterable[str]) -> None:
@@ -288,16 +312,10 @@ def _chunks(content: bytes) -> tuple[bytes, bytes]:
 def _placed_triangles(name: str, file: _File) -> tuple[FloatArray, IntArray]:
     """Return the points and the triangles of the surfaces of all nodes."""
     head, world = file.head, _world(file.head)
-    placed = [
-        (primitive, number)
-        for number in world
-        if head.nodes[number].mesh is not None
-        for primitive in _item(head.meshes, head.nodes[number].mesh, "mesh").primitives
-    ]
-    others = len(placed)
-    placed = [(primitive, number) for primitive, number in placed if primitive.mode in (TRIANGLES, STRIP, FAN)]
-    if others > len(placed):
-        say_left_out(name, {"points or lines": others - len(placed)}, "primitives")
+    everything = _placed_primitives(head, world)
+    placed = [(primitive, number) for primitive, number in everything if primitive.mode in SURFACES]
+    if len(everything) > len(placed):
+        say_left_out(name, {"points or lines": len(everything) - len(placed)}, "primitives")
     _check_extensions(name, (COPIES for _, number in placed if COPIES in head.nodes[number].extensions))
     _check_extensions(name, (one for primitive, _ in placed for one in _compressions(file, primitive)))
     check_expansion(sum(_stated_bytes(head, primitive, head.nodes[number]) for primitive, number in placed), file.size)
@@ -314,6 +332,16 @@ def _placed_triangles(name: str, file: _File) -> tuple[FloatArray, IntArray]:
         triangles.append(count + (corners[:, ::-1] if mirrored else corners))
         count += len(own)
     return np.concatenate(points), np.concatenate(triangles)
+
+
+def _placed_primitives(head: _Head, nodes: Iterable[int]) -> list[tuple[_Primitive, int]]:
+    """Return the primitives of some nodes, each with the number of its node."""
+    return [
+        (primitive, number)
+        for number in nodes
+        if head.nodes[number].mesh is not None
+        for primitive in _item(head.meshes, head.nodes[number].mesh, "mesh").primitives
+    ]
 
 
 def _compressions(file: _File, primitive: _Primitive) -> set[str]:

@@ -36,8 +36,6 @@ BYTE_ORDERS = {"binary_little_endian": "<", "binary_big_endian": ">"}
 """NumPy's character of each byte order."""
 CORNER_LISTS = ("vertex_indices", "vertex_index")
 """Names of the property that holds the vertices of a face."""
-SURFACES = ("vertex", "face", "tristrips")
-"""Elements that are read."""
 
 
 @dataclass(frozen=True)
@@ -190,7 +188,8 @@ def read_ply_polygons(path: FilePath, fewest_corners: int = 3) -> tuple[FloatArr
                 if len(lines.lines) == sum(element.count for element in elements):
                     raise by_line from None
                 raise
-    say_left_out(path, {one.name: one.count for one in elements if one.name not in SURFACES and one.count}, "elements")
+    others = [one for one in elements if one.name not in ("vertex", "face", "tristrips") and one.count]
+    say_left_out(path, {one.name: one.count for one in others}, "elements")
     if not len(vertices) or not faces:
         raise FileError(f"{name}: got {len(vertices)} vertices and {len(faces)} faces; expected a polygon mesh")
     bad = [index for index, face in enumerate(faces) if not 0 <= min(face) <= max(face) < len(vertices)]

@@ -26,8 +26,6 @@ HEAD = 84
 """Bytes before the first triangle of a binary file."""
 TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attributes", "<u2")])
 """A triangle of a binary file."""
-OTHER_WORDS = ("solid", "facet", "outer", "endfacet", "endsolid")
-"""First words of lines of a text that hold no corner."""
 
 
 def read_stl_polygons(path: FilePath) -> tuple[FloatArray, list[list[int]]]:
@@ -88,7 +86,7 @@ def _text_corners(name: str, content: bytes) -> NDArray[np.float64]:
             corners.append(_corner(name, number, words))
         elif word == "endloop" and (not corners or len(corners) % 3):
             raise FileError(f"{name}: line {number}: a facet does not have three corners; STL holds triangles")
-        elif word not in (*OTHER_WORDS, "endloop"):
+        elif word not in ("solid", "facet", "outer", "endloop", "endfacet", "endsolid"):
             raise FileError(f"{name}: line {number}: got {line.strip()[:40]!r}; expected a line of an STL file")
     if len(corners) % 3:
         raise FileError(f"{name}: ends within a facet; the file was cut short")

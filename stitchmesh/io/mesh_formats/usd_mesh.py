@@ -16,13 +16,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stitchmesh.errors import FileError
-from stitchmesh.io.atomic import atomic_path
 from stitchmesh.io.checkpoint_file import CheckpointFile
 from stitchmesh.io.contents import FilePath, check_points
 from stitchmesh.io.float32 import to_float32
 from stitchmesh.io.guarded_child import answer_of_child, answer_parent
 from stitchmesh.io.left_out import say_left_out
-from stitchmesh.io.usd_stage import LIBRARIES, METRES_PER_UNIT, read_stage, to_centimetres
+from stitchmesh.io.usd_stage import LIBRARIES, export_stage, new_stage, read_stage, to_centimetres
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.mesh.vertex_motion import MovingMesh
 
@@ -105,17 +104,14 @@ def write_usd_polygons(path: FilePath, vertices: FloatArray, faces: list[list[in
 
     stage, mesh = _new_mesh("/mesh", [len(face) for face in faces], [vertex for face in faces for vertex in face])
     mesh.CreatePointsAttr(Vt.Vec3fArray.FromNumpy(to_float32(path, "the coordinates", vertices)))
-    with atomic_path(path) as temporary:
-        stage.GetRootLayer().Export(str(temporary))
+    export_stage(path, stage)
 
 
 def _new_mesh(place: str, counts: ArrayLike, corners: ArrayLike) -> tuple[Usd.Stage, UsdGeom.Mesh]:
     """Return a stage in centimetres with a mesh without points."""
-    from pxr import Usd, UsdGeom, Vt
+    from pxr import UsdGeom, Vt
 
-    stage = Usd.Stage.CreateInMemory()
-    UsdGeom.SetStageMetersPerUnit(stage, METRES_PER_UNIT)
-    UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.y)
+    stage = new_stage()
     mesh = UsdGeom.Mesh.Define(stage, place)
     stage.SetDefaultPrim(mesh.GetPrim())
     mesh.CreateFaceVertexCountsAttr(Vt.IntArray.FromNumpy(np.asarray(counts, dtype=np.int32)))
@@ -140,8 +136,7 @@ def write_usd_mesh(path: FilePath, moving: MovingMesh, *, frames_per_second: flo
         mesh.CreatePointsAttr().Set(Vt.Vec3fArray.FromNumpy(points), code)
     stage.SetStartTimeCode(codes[0])
     stage.SetEndTimeCode(codes[-1])
-    with atomic_path(path) as temporary:
-        stage.GetRootLayer().Export(str(temporary))
+    export_stage(path, stage)
 
 
 def packed_mesh(stage: str) -> CheckpointFile:

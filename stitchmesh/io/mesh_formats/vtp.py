@@ -8,31 +8,24 @@ from collections import Counter
 from collections.abc import Mapping
 from itertools import pairwise
 from os import fspath
-from typing import Any
 
 import numpy as np
 
 from stitchmesh.errors import FileError
 from stitchmesh.io.contents import FilePath, check_points
 from stitchmesh.io.left_out import say_left_out
-from stitchmesh.io.mesh_formats.cells import RING_OF_6, RING_OF_8, check_cells_left_out, strip_triangles, used_points
+from stitchmesh.io.mesh_formats.cells import RINGS, check_cells_left_out, strip_triangles, used_points
 from stitchmesh.io.vtk_xml import Cells, read_vtk_points
 from stitchmesh.io.yarn_formats.vtp import write_poly_data
 from stitchmesh.mesh import FloatArray
 
-STRIP = 6
-"""VTK's number of strips of triangles."""
-RINGS: dict[int, Any] = {
-    5: slice(None), 7: slice(None), 9: slice(None), 8: [0, 1, 3, 2], 22: RING_OF_6, 34: RING_OF_6, 23: RING_OF_8,
-    28: RING_OF_8,
-}  # fmt: skip
-"""Points around the cells that become faces, by VTK's number of their type: triangle, polygon, quad, pixel, and
-triangles and quads of second order."""
+STRIP = "strip of triangles"
 CELL_NAMES = {
-    1: "vertex", 2: "poly_vertex", 3: "line", 4: "polyline", 10: "tetra", 11: "voxel", 12: "hexahedron", 13: "wedge",
-    14: "pyramid", 21: "line3", 24: "tetra10", 25: "hexahedron20", 26: "wedge15", 27: "pyramid13",
+    1: "vertex", 2: "poly_vertex", 3: "line", 4: "polyline", 5: "triangle", 6: STRIP, 7: "polygon", 8: "pixel",
+    9: "quad", 10: "tetra", 11: "voxel", 12: "hexahedron", 13: "wedge", 14: "pyramid", 21: "line3", 22: "triangle6",
+    23: "quad8", 24: "tetra10", 25: "hexahedron20", 26: "wedge15", 27: "pyramid13", 28: "quad9", 34: "triangle7",
 }  # fmt: skip
-"""Names of types of cells that are no faces."""
+"""Names of types of cells, by VTK's number."""
 
 
 def holds_polygons(path: FilePath) -> bool:
@@ -72,15 +65,17 @@ def read_vtu_polygons(path: FilePath) -> tuple[FloatArray, list[list[int]]]:
     """
     data = read_vtk_points(path, "UnstructuredGrid", ["Cells"])
     cells, faces, others = data.cells["Cells"], [], Counter[str]()
-    for kind, cell in zip(cells.kind.tolist(), _lists(cells), strict=True):
+    for number, cell in zip(cells.kind.tolist(), _lists(cells), strict=True):
+        kind = CELL_NAMES.get(number, f"type {number}")
+        ring = RINGS.get(kind)
         if kind == STRIP:
             faces += _strip(cell)
-        elif kind not in RINGS:
-            others[CELL_NAMES.get(kind, f"type {kind}")] += 1
-        elif isinstance(RINGS[kind], slice) or len(cell) > max(RINGS[kind]):
-            faces.append(np.array(cell)[RINGS[kind]].tolist())
+        elif ring is None:
+            others[kind] += 1
+        elif isinstance(ring, slice) or len(cell) > max(ring):
+            faces.append(np.array(cell)[ring].tolist())
         else:
-            raise FileError(f"{fspath(path)}: a cell of type {kind} has {len(cell)} points; expected more")
+            raise FileError(f"{fspath(path)}: a cell of type {number} has {len(cell)} points; expected more")
     return _checked(path, data.points, faces, others)
 
 

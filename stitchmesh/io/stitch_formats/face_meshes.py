@@ -12,7 +12,8 @@ Beside the lines that the module ``smobj`` describes, a file may hold the follow
 - ``c face/side/crossing factor unit factor unit ...``: a checkpoint on a yarn, and the length to the next one.
 - ``vt``, ``vn``, ``tex`` and the like: texture.
 
-Comments are not kept. Faces may share vertices or not; only ``e`` lines join faces.
+Comments are not kept, except for those with data of a stitch mesh (``OwnComment``). Faces may share vertices or not;
+only ``e`` lines join faces.
 """
 
 from __future__ import annotations
@@ -32,14 +33,28 @@ from stitchmesh.io.contents import FilePath, is_coordinate, read_lines
 
 HINTS = ("h", "o", "t", "I", "ci", "xfer")
 """First words of hints for a machine."""
-ON_FACES = ("h", "t")
-"""Hints whose face must exist; hints on instructions of no face may name face 0 or faces beyond the last one."""
 TEXTURE = ("vt", "vt2", "vn", "tex", "tex2", "usemtl", "mtllib")
 """First words of records of texture."""
+COMMENT_WORD = "#stitchmesh"
+"""First word of the comments with data of a stitch mesh for which the format has no place."""
 UNKNOWN_SOURCE = -1
 """Source line of a face without an ``N`` line."""
 _PLACE = re.compile(r"([0-9]{1,9})/(-?)([0-9]{1,9})")
 _CHECKPOINT = re.compile(r"([0-9]{1,9})/([0-9]{1,9})/([0-9]{1,9})")
+
+
+@dataclass(frozen=True)
+class OwnComment:
+    """A comment with data of a stitch mesh, and where it stands."""
+
+    line: int
+    """Line number, counted from 1."""
+    vertex: int
+    """The last vertex before the comment, counted from 0."""
+    face: int
+    """The last face before the comment, counted from 0."""
+    words: tuple[str, ...]
+    """The words after the first one."""
 
 
 @dataclass
@@ -47,6 +62,9 @@ class _Reading:
     """What has been read so far; numbers are counted from 0."""
 
     path: str
+    surface_only: bool
+    """Whether records that do not describe faces and their joins are left out unread."""
+    comments: list[OwnComment] = field(default_factory=list)
     types: list[FaceType] = field(default_factory=list)
     vertices: list[list[float]] = field(default_factory=list)
     face_vertex: list[int] = field(default_factory=list)
@@ -55,6 +73,7 @@ class _Reading:
     face_type: list[int] = field(default_factory=list)
     source_line: list[int] = field(default_factory=list)
     joins: list[tuple[int, int]] = field(default_factory=list)
+    joined: set[int] = field(default_factory=set)
     reverses: list[bool] = field(default_factory=list)
     hints: list[Record] = field(default_factory=list)
     units: list[tuple[str, float]] = field(default_factory=list)
@@ -87,16 +106,33 @@ def read_face_mesh(path: FilePath) -> FaceMesh:
     Raises:
         FileError: the file is missing, a folder, empty, binary or malformed. The message names the line.
     """
-    reading = _Reading(fspath(path))
+    return _face_mesh(_records(path, surface_only=False))
+
+
+def read_surface(path: FilePath) -> tuple[FaceMesh, list[OwnComment]]:
+    """Read the faces and joins of a file, and its comments about a stitch mesh; other records are left out unread.
+
+    Raises:
+        FileError: as for ``read_face_mesh``.
+    """
+    reading = _records(path, surface_only=True)
+    return _face_mesh(reading), reading.comments
+
+
+def _records(path: FilePath, *, surface_only: bool) -> _Reading:
+    reading = _Reading(fspath(path), surface_only)
     for number, line in enumerate(read_lines(path), start=1):
         words = line.partition("#")[0].split()
-        if words:
+        if line.startswith(COMMENT_WORD):
+            place = number, len(reading.vertices) - 1, reading.face_count - 1
+            reading.comments.append(OwnComment(*place, tuple(line.split()[1:])))
+        elif words:
             try:
                 _read_record(reading, words)
             except ValueError as error:
                 found = " ".join(words)[:60]
                 raise FileError(f"{reading.path}: line {number}: got {found!r}; {error}") from error
-    return _face_mesh(reading)
+    return reading
 
 
 def holds_foreign_faces(path: FilePath) -> bool:
@@ -136,11 +172,14 @@ def _read_record(reading: _Reading, words: Sequence[str]) -> None:
     Raises:
         ValueError: the words are no record of the format; the message says what was expected.
     """
+    known = words[0] in HINTS or words[0] in TEXTURE or words[0] in _READERS
+    if known and reading.surface_only and words[0] not in ("L", "v", "f", "T", "e"):
+        return
     if words[0] in HINTS:
         reading.hints.append(_hint(reading, words))
     elif words[0] in TEXTURE:
         reading.texture.append(tuple(words))
-    elif words[0] in _READERS:
+    elif known:
         _READERS[words[0]](reading, words[1:])
     else:
         raise ValueError("expected a record of an .smobj file: L, v, f, T, N, e, h, o, t, I, U or c")
@@ -203,12 +242,17 @@ def _read_join(reading: _Reading, words: Sequence[str]) -> None:
     if len(places) != 2 or places[0] is None or places[1] is None:
         raise ValueError("expected 'e face/side face/-side'")
     ends = [reading.side(place[1], place[3]) for place in places if place]
-    reading.joins.append(tuple(reading.face_start[face] + side for face, side in ends))  # type: ignore[arg-type]
+    first, second = (reading.face_start[face] + side for face, side in ends)
+    for end, (face, side) in zip((first, second), ends, strict=True):
+        if end in reading.joined:
+            raise ValueError(f"side {side + 1} of face {face + 1} is joined twice; an edge has two sides")
+        reading.joined.add(end)
+    reading.joins.append((first, second))
     reading.reverses.append(bool(places[0][2]) != bool(places[1][2]))
 
 
 def _hint(reading: _Reading, words: Sequence[str]) -> Record:
-    """Return a hint; if it is about a face, the face exists."""
+    """Return a hint. The face of ``h`` and ``t`` exists; other hints may name face 0 or faces beyond the last one."""
     if words[0] == "xfer":
         return tuple(words)
     face, _, side = words[1].partition("/") if len(words) > 1 else ("", "", "")
@@ -217,7 +261,7 @@ def _hint(reading: _Reading, words: Sequence[str]) -> Record:
         _whole(side, "expected a face, or a face and a number such as 3/1")
     if words[0] == "h":
         reading.side(face, side or "0")
-    elif words[0] in ON_FACES and not 1 <= number <= reading.face_count:
+    elif words[0] == "t" and not 1 <= number <= reading.face_count:
         raise ValueError(f"face {face} does not exist; {reading.face_count} faces come before this line")
     return tuple(words)
 

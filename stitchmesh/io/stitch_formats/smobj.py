@@ -24,8 +24,9 @@ from __future__ import annotations
 
 import logging
 from collections import Counter
-from collections.abc import Iterable
-from dataclasses import replace
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
+from os import fspath
 
 import numpy as np
 
@@ -38,13 +39,15 @@ from stitchmesh.faces.face_type import (
     LEAVING,
     LOOP,
     NOTHING,
+    STITCHES_OF_NAMES,
     YARN,
     FaceType,
+    is_framed,
     stitch_of,
 )
 from stitchmesh.io.atomic import write_text
 from stitchmesh.io.contents import FilePath
-from stitchmesh.io.stitch_formats.smobj_lines import COMMENT_WORD, FaceKind, SmobjContents, read_contents
+from stitchmesh.io.stitch_formats.face_meshes import COMMENT_WORD, OwnComment, read_surface
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import BORDER, PER_SIDE, FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.connectivity import find_fans, next_sides
@@ -52,6 +55,37 @@ from stitchmesh.mesh.courses import course_of_faces, courses_below, find_courses
 from stitchmesh.mesh.stitch import Stitch
 
 logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class FaceKind:
+    """A stitch with the numbers of its lower and upper sides."""
+
+    stitch: Stitch
+    n_bottom: int
+    n_top: int
+
+
+@dataclass
+class JoinedStitches:
+    """Stitches as separate faces, and which of their sides are the same edge. All numbers are counted from 0."""
+
+    kinds: list[FaceKind] = field(default_factory=list)
+    """Kind of each face."""
+    vertices: list[tuple[float, float, float]] = field(default_factory=list)
+    """Positions [cm], images of vertices included."""
+    faces: list[list[int]] = field(default_factory=list)
+    """Vertices of each face."""
+    connections: dict[tuple[int, int], tuple[int, int]] = field(default_factory=dict)
+    """For each connected side, as face and place in the face: the other side of the same edge."""
+    image_of: dict[int, tuple[int, int, int]] = field(default_factory=dict)
+    """For each vertex that is a lattice image: the vertex in the cell, and the two lattice steps to the image."""
+    periods: list[list[float]] | None = None
+    """Lattice vectors [cm], shape (2, 3); None if the mesh is not periodic."""
+    counts: tuple[int, int] | None = None
+    """Numbers of faces and connections that a file states."""
+    marks: list[tuple[int, int, list[int]]] = field(default_factory=list)
+    """Line number, face and numbers of each comment about a face."""
 
 
 def write_smobj(path: FilePath, fabric: StitchMesh) -> None:
@@ -81,20 +115,132 @@ def write_smobj(path: FilePath, fabric: StitchMesh) -> None:
 
 
 def read_smobj(path: FilePath) -> StitchMesh:
-    """Read a stitch mesh; if the file has no row numbers, rows are numbered in knitting order.
+    """Read the stitches of a file, and log which faces are left out.
+
+    If the file has no row numbers, rows are numbered in knitting order.
 
     Raises:
-        FileError: the file is missing, a folder, empty, binary or malformed, the kind of a face is not a known stitch,
-            the labels of a face are not loops in, yarn, loops out, yarn, or the faces do not form a stitch mesh. The
-            message names the line.
+        FileError: the file is missing, a folder, empty, binary or malformed, a face is no stitch and cannot be left
+            out, no face is a stitch, or the stitches form no stitch mesh.
     """
-    contents = read_contents(path)
+    name = fspath(path)
+    mesh, comments = read_surface(path)
+    kinds = _stitches_of_types(mesh, name)
     try:
-        return stitch_mesh_of(contents)
-    except FileError:
-        raise
+        stitches = _joined_stitches(mesh, kinds)
+        if len(stitches.faces) == mesh.face_count:  # The comments are about all faces.
+            for comment in comments:
+                _read_comment(stitches, comment)
+        found = mesh.face_count, len(mesh.joins)
+        if stitches.counts is not None and stitches.counts != found:
+            expected = f"{stitches.counts[0]} and {stitches.counts[1]}"
+            raise ValueError(f"got {found[0]} faces and {found[1]} connections of {expected}; the file was cut short")
+        return stitch_mesh_of(stitches)
     except (StitchMeshError, ValueError, IndexError) as error:
-        raise FileError(f"{contents.path}: {error}") from error
+        raise FileError(f"{name}: {error}") from error
+
+
+def _stitches_of_types(mesh: FaceMesh, name: str) -> list[Stitch | None]:
+    """Return the stitch of each type of face, and log which faces are no stitches.
+
+    Raises:
+        FileError: a face is no stitch and cannot be left out, or no face is a stitch.
+    """
+    used = [mesh.types[k] for k in mesh.face_type.tolist()]
+    for kind in dict.fromkeys(used):
+        if kind.name in STITCHES_OF_NAMES and not is_framed(kind):
+            found = f"{kind.name}: got sides {' '.join(kind.labels)[:60]}"
+            expected = "loops in (-l), yarn (y), loops out (+l), yarn, counter-clockwise from the lower left"
+            raise FileError(f"{name}: {found}; expected {expected}")
+    foreign = [kind for kind in used if stitch_of(kind) is None]
+    needed = [kind for kind in foreign if not _may_be_left_out(kind)]
+    if needed or len(foreign) == len(used):
+        found = _counted(needed or used)
+        raise FileError(f"{name}: {found} are no stitches; `stitchmesh yarns` draws the faces as they are")
+    if foreign:
+        logger.info("%s: without %s, which only end loops or lead the yarn on", name, _counted(foreign))
+    return [stitch_of(kind) for kind in mesh.types]
+
+
+def _may_be_left_out(kind: FaceType) -> bool:
+    """Return whether no loop leaves a face, and either loops or yarn enter it."""
+    words = {side.kind for side in kind.sides if side.strands}
+    makes = any(side.kind == LOOP and side.direction == LEAVING and side.strands for side in kind.sides)
+    return not makes and words <= {LOOP, YARN, NOTHING} and len(words) == 1
+
+
+def _counted(kinds: Iterable[FaceType]) -> str:
+    return ", ".join(f"{count} {name}" for name, count in Counter(kind.name for kind in kinds).most_common(8))
+
+
+def _joined_stitches(mesh: FaceMesh, stitches: Sequence[Stitch | None]) -> JoinedStitches:
+    """Return the faces that are stitches, with their joins.
+
+    Args:
+        mesh: the faces.
+        stitches: the stitch of each type of face.
+
+    Raises:
+        ValueError: two stitches are joined without reversal.
+    """
+    found = JoinedStitches(vertices=[(x, y, z) for x, y, z in mesh.vertices.tolist()])
+    number: dict[int, int] = {}
+    corners = np.split(mesh.face_vertex, mesh.face_start[1:-1])
+    for face, kind in enumerate(mesh.face_type.tolist()):
+        stitch, sides = stitches[kind], mesh.types[kind].sides
+        if stitch is not None:
+            number[face] = len(number)
+            n_bottom = next(k for k, side in enumerate(sides) if side.kind == YARN)
+            found.kinds.append(FaceKind(stitch, n_bottom, len(sides) - n_bottom - 2))
+            found.faces.append(corners[face].tolist())
+    faces = np.searchsorted(mesh.face_start, mesh.joins, side="right") - 1
+    places = mesh.joins - mesh.face_start[faces]
+    for (face, other), (side, across), reverses in zip(
+        faces.tolist(), places.tolist(), mesh.reverses.tolist(), strict=True
+    ):
+        if face in number and other in number:
+            if not reverses:
+                what = f"faces {face + 1} and {other + 1} are joined without reversal"
+                raise ValueError(f"{what}; the stitches of a stitch mesh face the same way")
+            found.connections[number[face], side] = number[other], across
+            found.connections[number[other], across] = number[face], side
+    return found
+
+
+def _read_comment(stitches: JoinedStitches, comment: OwnComment) -> None:
+    """Read a comment that ``write_smobj`` wrote.
+
+    Raises:
+        ValueError: it is no such comment.
+    """
+    words = comment.words
+    try:
+        if words[0] == "lattice" and len(words) == 7:
+            stitches.periods = [[float(x) for x in words[1:4]], [float(x) for x in words[4:]]]
+        elif words[0] == "counts" and len(words) == 3:
+            stitches.counts = int(words[1]), int(words[2])
+        elif words[0] == "image" and len(words) == 4:
+            vertex, a, b = (_small_number(text) for text in words[1:])
+            stitches.image_of[comment.vertex] = (vertex - 1, a, b)
+        elif words[0] == "face" and len(words) >= 3 and len(words) % 4 == 3:
+            stitches.marks.append((comment.line, comment.face, [_small_number(text) for text in words[1:]]))
+        else:
+            raise ValueError
+    except (ValueError, IndexError) as error:
+        found = f"line {comment.line}: got {COMMENT_WORD} {' '.join(words)[:40]!r}"
+        raise ValueError(f"{found}; expected counts, lattice, image or face, and numbers") from error
+
+
+def _small_number(text: str) -> int:
+    """Return a whole number of a comment, such as a row or a lattice step.
+
+    Raises:
+        ValueError: it is no whole number, or too large to count anything.
+    """
+    number = int(text)
+    if abs(number) > 2**31 - 1:
+        raise ValueError(f"{text[:20]} is too large")
+    return number
 
 
 def _labels(fabric: StitchMesh, face: int) -> str:
@@ -141,23 +287,23 @@ def _mark_lines(fabric: StitchMesh) -> list[str]:
     return lines
 
 
-def stitch_mesh_of(contents: SmobjContents) -> StitchMesh:
-    """Return the stitch mesh of the lines of a file.
+def stitch_mesh_of(stitches: JoinedStitches) -> StitchMesh:
+    """Return the stitch mesh of joined stitches.
 
     Raises:
         StitchMeshError: the faces do not form a stitch mesh.
         ValueError: the marks do not fit the faces.
     """
-    start = np.concatenate([[0], np.cumsum([len(face) for face in contents.faces])])
-    twin = connected_twins(contents, start)
-    written = np.array([vertex for face in contents.faces for vertex in face])
-    if contents.periods is None:
-        vertices, corner_vertex = _merge_vertices(contents, written, start, twin)
+    start = np.concatenate([[0], np.cumsum([len(face) for face in stitches.faces])])
+    twin = connected_twins(stitches, start)
+    written = np.array([vertex for face in stitches.faces for vertex in face])
+    if stitches.periods is None:
+        vertices, corner_vertex = _merge_vertices(stitches, written, start, twin)
         lattice, images = None, None
     else:
-        lattice = Lattice(np.array(contents.periods))
-        vertices, corner_vertex, images = _vertices_of_cell(contents, written)
-    kinds = contents.kinds_of_faces()
+        lattice = Lattice(np.array(stitches.periods))
+        vertices, corner_vertex, images = _vertices_of_cell(stitches, written)
+    kinds = stitches.kinds
     fabric = StitchMesh(
         vertices, start, corner_vertex, twin, lattice=lattice, corner_image=images,
         n_bottom=[kind.n_bottom for kind in kinds],  # type: ignore[arg-type]
@@ -165,29 +311,29 @@ def stitch_mesh_of(contents: SmobjContents) -> StitchMesh:
         stitch=[kind.stitch for kind in kinds],  # type: ignore[arg-type]
         row=np.zeros(len(kinds), dtype=np.int64),
     )  # fmt: skip
-    return _with_marks(contents, fabric)
+    return _with_marks(stitches, fabric)
 
 
-def connected_twins(contents: SmobjContents, start: IntArray) -> IntArray:
-    """Return the opposite side of each side by the connections of a file, shape (C,).
+def connected_twins(stitches: JoinedStitches, start: IntArray) -> IntArray:
+    """Return the opposite side of each side by the connections of stitches, shape (C,).
 
     Args:
-        contents: the content of the file.
+        stitches: the stitches.
         start: first corner of each face, and the number of corners, shape (F + 1,).
     """
     twin = np.full(start[-1], BORDER)
-    for (face, side), (other, across) in contents.connections.items():
+    for (face, side), (other, across) in stitches.connections.items():
         twin[start[face] + side] = start[other] + across
     return twin
 
 
 def _merge_vertices(
-    contents: SmobjContents, written: IntArray, start: IntArray, twin: IntArray
+    stitches: JoinedStitches, written: IntArray, start: IntArray, twin: IntArray
 ) -> tuple[FloatArray, IntArray]:
     """Merge the vertices of all corners that are the same point because their faces are connected.
 
     Args:
-        contents: the content of the file.
+        stitches: the stitches.
         written: vertex of each corner in the file, shape (C,).
         start: first corner of each face, and the number of corners, shape (F + 1,).
         twin: opposite side of each side, shape (C,).
@@ -203,31 +349,31 @@ def _merge_vertices(
     number[order] = np.arange(len(first))
     corner_vertex = number[group]
     pairs = np.unique(np.stack([corner_vertex, written], axis=1), axis=0)
-    points = np.array(contents.vertices)
+    points = np.array(stitches.vertices)
     vertices = np.zeros((len(first), 3))
     np.add.at(vertices, pairs[:, 0], points[pairs[:, 1]])
     return vertices / np.bincount(pairs[:, 0])[:, None], corner_vertex
 
 
-def _vertices_of_cell(contents: SmobjContents, written: IntArray) -> tuple[FloatArray, IntArray, IntArray]:
+def _vertices_of_cell(stitches: JoinedStitches, written: IntArray) -> tuple[FloatArray, IntArray, IntArray]:
     """Return the vertices of one cell [cm], shape (V, 3), and the vertex and the lattice image of each corner."""
-    count = len(contents.vertices) - len(contents.image_of)
-    places = np.array([contents.image_of.get(vertex, (vertex, 0, 0)) for vertex in range(len(contents.vertices))])
-    return np.array(contents.vertices[:count]), places[written, 0], places[written, 1:]
+    count = len(stitches.vertices) - len(stitches.image_of)
+    places = np.array([stitches.image_of.get(vertex, (vertex, 0, 0)) for vertex in range(len(stitches.vertices))])
+    return np.array(stitches.vertices[:count]), places[written, 0], places[written, 1:]
 
 
-def _with_marks(contents: SmobjContents, fabric: StitchMesh) -> StitchMesh:
+def _with_marks(stitches: JoinedStitches, fabric: StitchMesh) -> StitchMesh:
     """Set rows, yarns and marks from the comments; without comments, number the rows in knitting order."""
-    if not contents.marks:
+    if not stitches.marks:
         return replace(fabric, row=_rows(fabric))
     sides = {name: np.zeros(fabric.side_count, dtype=np.int64) for name in PER_SIDE}
     row, yarn = np.zeros((2, fabric.face_count), dtype=np.int64)
-    for face, (own_row, own_yarn, *marks) in contents.marks:
+    for line, face, (own_row, own_yarn, *marks) in stitches.marks:
         row[face], yarn[face] = own_row, own_yarn
         for place, *values in zip(*(marks[k::4] for k in range(4)), strict=True):
             side = int(fabric.face_start[face]) + place - 1
             if not fabric.face_start[face] <= side < fabric.face_start[face + 1]:
-                raise contents.error(contents.face_line[face], f"side {place} has marks but does not exist")
+                raise ValueError(f"line {line}: side {place} has marks but does not exist")
             for name, value in zip(sides, values, strict=True):
                 sides[name][side] = value
     return replace(fabric, row=row, yarn=yarn, **sides)  # type: ignore[arg-type]
@@ -243,62 +389,3 @@ def _rows(fabric: StitchMesh) -> IntArray:
     number = np.empty(len(courses), dtype=np.int64)
     number[[*order, *rest]] = np.arange(len(courses))
     return number[course_of_faces(fabric, courses)]
-
-
-def stitches_of_faces(mesh: FaceMesh, name: str) -> StitchMesh:
-    """Return the stitches of a face mesh, and log which faces are left out.
-
-    Args:
-        mesh: the faces.
-        name: name of the file, for messages.
-
-    Raises:
-        FileError: a face is no stitch and cannot be left out, no face is a stitch, or the stitches form no stitch mesh.
-    """
-    kinds = [stitch_of(kind) for kind in mesh.types]
-    foreign = {k for k, stitch in enumerate(kinds) if stitch is None} & set(mesh.face_type.tolist())
-    needed = [mesh.types[k] for k in mesh.face_type.tolist() if k in foreign and not _may_be_left_out(mesh.types[k])]
-    if needed or len(foreign) == len(set(mesh.face_type.tolist())):
-        found = _counted(needed or [mesh.types[k] for k in mesh.face_type.tolist()])
-        raise FileError(f"{name}: {found} are no stitches; `stitchmesh yarns` draws the faces as they are")
-    left_out = [mesh.types[k] for k in mesh.face_type.tolist() if k in foreign]
-    if left_out:
-        logger.info("%s: without %s, which only end loops or lead the yarn on", name, _counted(left_out))
-    try:
-        return stitch_mesh_of(_contents(mesh, kinds, name))
-    except (StitchMeshError, ValueError, IndexError) as error:
-        raise FileError(f"{name}: {error}") from error
-
-
-def _may_be_left_out(kind: FaceType) -> bool:
-    """Return whether no loop leaves a face, and either loops or yarn enter it."""
-    words = {side.kind for side in kind.sides if side.strands}
-    makes = any(side.kind == LOOP and side.direction == LEAVING and side.strands for side in kind.sides)
-    return not makes and words <= {LOOP, YARN, NOTHING} and len(words) == 1
-
-
-def _counted(kinds: Iterable[FaceType]) -> str:
-    return ", ".join(f"{count} {name}" for name, count in Counter(kind.name for kind in kinds).most_common(8))
-
-
-def _contents(mesh: FaceMesh, kinds: list[Stitch | None], name: str) -> SmobjContents:
-    """Return the stitches and their joins as the lines of a file."""
-    kept = [face for face in range(mesh.face_count) if kinds[mesh.face_type[face]] is not None]
-    number = {face: k for k, face in enumerate(kept)}
-    contents = SmobjContents(name, vertices=[(x, y, z) for x, y, z in mesh.vertices.tolist()])
-    for face in kept:
-        kind = mesh.types[mesh.face_type[face]]
-        n_bottom = next(k for k, side in enumerate(kind.sides) if side.kind == YARN)
-        stitch = kinds[mesh.face_type[face]] or Stitch.PANEL
-        contents.kinds.append(FaceKind(stitch, n_bottom, len(kind.sides) - n_bottom - 2))
-        contents.face_kind.append(len(contents.face_kind))
-        contents.faces.append(np.asarray(mesh.face_vertex[mesh.face_start[face] : mesh.face_start[face + 1]]).tolist())
-    for (first, second), reverses in zip(mesh.joins.tolist(), mesh.reverses.tolist(), strict=True):
-        (face, side), (other, across) = mesh.side_at(first), mesh.side_at(second)
-        if face in number and other in number:
-            if not reverses:
-                found = f"faces {face + 1} and {other + 1} are joined without reversal"
-                raise ValueError(f"{found}; the stitches of a stitch mesh face the same way")
-            contents.connections[number[face], side] = number[other], across
-            contents.connections[number[other], across] = number[face], side
-    return contents

@@ -24,8 +24,7 @@ import numpy as np
 
 from stitchmesh.errors import FileError, StitchMeshError
 from stitchmesh.io.contents import FilePath, is_coordinate, read_lines
-from stitchmesh.io.stitch_formats.smobj import connected_twins, stitch_mesh_of
-from stitchmesh.io.stitch_formats.smobj_lines import FaceKind, SmobjContents
+from stitchmesh.io.stitch_formats.smobj import FaceKind, JoinedStitches, connected_twins, stitch_mesh_of
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.connectivity import find_fans, next_sides
 from stitchmesh.mesh.stitch import Stitch
@@ -79,7 +78,7 @@ def read_traced_stitches(path: FilePath) -> StitchMesh:
         raise FileError(f"{name}: got no stitches; expected one in each line")
     _check_links(name, stitches, [number for number, _ in lines])
     try:
-        fabric = stitch_mesh_of(_contents(name, stitches))
+        fabric = stitch_mesh_of(_joined_stitches(stitches))
         return replace(fabric, yarn=np.array([stitch.yarn for stitch in stitches]))
     except (StitchMeshError, ValueError, IndexError) as error:
         raise FileError(f"{name}: {error}") from error
@@ -128,63 +127,62 @@ def _check_links(name: str, stitches: Sequence[_Traced], lines: Sequence[int]) -
                 raise FileError(f"{name}: line {lines[index]}: {found}; links must be mutual")
 
 
-def _contents(name: str, stitches: Sequence[_Traced]) -> SmobjContents:
+def _joined_stitches(stitches: Sequence[_Traced]) -> JoinedStitches:
     """Return the faces and joins of stitches."""
-    contents = SmobjContents(name)
+    joined = JoinedStitches()
     right = _right_neighbours(stitches)
     steps = _steps(stitches, right)
     for index, stitch in enumerate(stitches):
-        contents.kinds.append(stitch.kind)
-        contents.face_kind.append(index)
-        first = len(contents.vertices)
-        contents.vertices += [(x, y, z) for x, y, z in _corners(stitch, *steps[index]).tolist()]
-        contents.faces.append(list(range(first, len(contents.vertices))))
+        joined.kinds.append(stitch.kind)
+        first = len(joined.vertices)
+        joined.vertices += [(x, y, z) for x, y, z in _corners(stitch, *steps[index]).tolist()]
+        joined.faces.append(list(range(first, len(joined.vertices))))
         for slot, other in enumerate(stitch.above):
             # Upper sides run from right to left, behind the lower sides and the right wale side.
             top = stitch.kind.n_bottom + stitch.kind.n_top - slot
-            _join(contents, (index, top), (other, stitches[other].below.index(index)))
+            _join(joined, (index, top), (other, stitches[other].below.index(index)))
     for left, other in right.items():
         kind = stitches[other].kind
-        _join(contents, (left, stitches[left].kind.n_bottom), (other, kind.n_bottom + kind.n_top + 1))
-    _open_pinches(contents, stitches)
-    return contents
+        _join(joined, (left, stitches[left].kind.n_bottom), (other, kind.n_bottom + kind.n_top + 1))
+    _open_pinches(joined, stitches)
+    return joined
 
 
-def _open_pinches(contents: SmobjContents, stitches: Sequence[_Traced]) -> None:
+def _open_pinches(joined: JoinedStitches, stitches: Sequence[_Traced]) -> None:
     """Remove joins along the yarn until no side on a border begins and ends in one vertex.
 
     Where a tube divides, the yarn of one branch crosses the gap between the branches, and a join along it would pinch
     the gap together. At a pinched vertex, the longest join is removed.
     """
-    start = np.concatenate([[0], np.cumsum([len(face) for face in contents.faces])])
+    start = np.concatenate([[0], np.cumsum([len(face) for face in joined.faces])])
     following = next_sides(start)
     while True:
-        twin = connected_twins(contents, start)
+        twin = connected_twins(joined, start)
         vertex = find_fans(np.where(twin == BORDER, BORDER, following[twin]))
         pinched = np.flatnonzero((twin == BORDER) & (vertex == vertex[following]))
-        joins = [] if not len(pinched) else _joins_at(contents, stitches, vertex, start, int(vertex[pinched[0]]))
+        joins = [] if not len(pinched) else _joins_at(joined, stitches, vertex, start, int(vertex[pinched[0]]))
         if not joins:
             return
         _, left, right = max(joins)
-        del contents.connections[left], contents.connections[right]
+        del joined.connections[left], joined.connections[right]
 
 
 def _joins_at(
-    contents: SmobjContents, stitches: Sequence[_Traced], vertex: IntArray, start: IntArray, at: int
+    joined: JoinedStitches, stitches: Sequence[_Traced], vertex: IntArray, start: IntArray, at: int
 ) -> list[tuple[float, tuple[int, int], tuple[int, int]]]:
     """Return the joins along the yarn that have an end at a vertex: length, right side and left side."""
     found = []
     for index, stitch in enumerate(stitches):
         side = stitch.kind.n_bottom
-        if at in vertex[start[index] + side : start[index] + side + 2] and (index, side) in contents.connections:
-            other = contents.connections[index, side]
+        if at in vertex[start[index] + side : start[index] + side + 2] and (index, side) in joined.connections:
+            other = joined.connections[index, side]
             gap = np.subtract(stitches[other[0]].position, stitch.position)
             found.append((float(np.linalg.norm(gap)), (index, side), other))
     return found
 
 
-def _join(contents: SmobjContents, first: tuple[int, int], second: tuple[int, int]) -> None:
-    contents.connections[first], contents.connections[second] = second, first
+def _join(joined: JoinedStitches, first: tuple[int, int], second: tuple[int, int]) -> None:
+    joined.connections[first], joined.connections[second] = second, first
 
 
 def _right_neighbours(stitches: Sequence[_Traced]) -> dict[int, int]:

@@ -23,8 +23,8 @@ import numpy as np
 from stitchmesh.errors import FileError
 from stitchmesh.io.contents import FilePath
 from stitchmesh.io.float32 import to_float32
-from stitchmesh.io.usd_stage import METRES_PER_UNIT
-from stitchmesh.io.yarn_formats.usd import define_curves, define_wool, export_stage
+from stitchmesh.io.usd_stage import export_stage, new_stage
+from stitchmesh.io.yarn_formats.usd import define_yarns
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.yarn import YarnSet
 
@@ -56,11 +56,9 @@ def write_animated_usd(path: FilePath, frames: Iterable[UsdFrame], *, frames_per
     Raises:
         FileError: there is no frame, a coordinate is too large for float32, or the file cannot be written.
     """
-    from pxr import Usd, UsdGeom
+    from pxr import UsdGeom
 
-    stage = Usd.Stage.CreateInMemory()
-    UsdGeom.SetStageMetersPerUnit(stage, METRES_PER_UNIT)
-    UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.y)
+    stage = new_stage()
     stage.SetTimeCodesPerSecond(frames_per_second)
     stage.SetDefaultPrim(UsdGeom.Xform.Define(stage, "/yarns").GetPrim())
     curves: list[tuple[Any, Any]] = []
@@ -83,19 +81,10 @@ def write_animated_usd(path: FilePath, frames: Iterable[UsdFrame], *, frames_per
 
 def _define_curves(path: FilePath, stage: Any, frame: UsdFrame) -> list[tuple[Any, Any]]:
     """Define the curves of closed and of open yarns; return the schema of each, and the numbers of its points."""
-    from pxr import UsdGeom, UsdShade
+    from pxr import UsdGeom
 
-    yarns, wool = frame.yarns, define_wool(stage, "/yarns/wool")
-    points = to_float32(path, "the coordinates", yarns.points)
-    widths = to_float32(path, "the widths", 2.0 * yarns.drawn_radius)
-    radii = to_float32(path, "the radii", yarns.radius)
-    defined = []
-    for name, closed in (("closed", True), ("open", False)):
-        chosen = np.flatnonzero(yarns.closed == closed)
-        if not len(chosen):
-            continue
-        prim = define_curves(stage, f"/yarns/{name}", yarns, chosen, points, widths[chosen], radii[chosen])
-        UsdShade.MaterialBindingAPI.Apply(prim).Bind(wool)
+    yarns, defined = frame.yarns, []
+    for prim, chosen in define_yarns(path, stage, "/yarns", yarns):
         curves = UsdGeom.BasisCurves(prim)
         curves.GetPointsAttr().Clear()
         defined.append((curves, np.isin(yarns.point_yarn, chosen)))

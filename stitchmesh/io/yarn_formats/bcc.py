@@ -25,7 +25,6 @@ from stitchmesh.mesh import FloatArray
 HEADER = struct.Struct("<3sB2sBBQQ40s")
 FOUR_BYTE_NUMBERS = 0x44
 UP_Y, UP_Z = 1, 2
-FREE_TEXT = b"StitchMesh"
 
 CATMULL_ROM, POLYLINE, BSPLINE, BEZIER = b"C0", b"PL", b"BS", b"BZ"
 LEAST_POINTS = {CATMULL_ROM: (3, 4), POLYLINE: (3, 2), BSPLINE: (3, 4)}
@@ -73,7 +72,7 @@ def write_bcc(path: FilePath, content: BccCurves) -> None:
         FileError: a coordinate is too large for float32, or the file cannot be written.
     """
     count = sum(map(len, content.curves))
-    parts = [HEADER.pack(b"BCC", FOUR_BYTE_NUMBERS, content.kind, 3, UP_Y, len(content.curves), count, FREE_TEXT)]
+    parts = [HEADER.pack(b"BCC", FOUR_BYTE_NUMBERS, content.kind, 3, UP_Y, len(content.curves), count, b"StitchMesh")]
     for index, (points, closed) in enumerate(zip(content.curves, content.closed, strict=True)):
         parts.append(struct.pack("<i", -len(points) if closed else len(points)))
         parts.append(to_float32(path, f"the coordinates of curve {index}", points).astype("<f4").tobytes())

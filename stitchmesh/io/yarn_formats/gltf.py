@@ -8,6 +8,7 @@ yarns. Sets with more segments get tubes with fewer sides and sections, so that 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator
 from os import fspath
 
@@ -22,14 +23,11 @@ from stitchmesh.mesh.tube_mesh import TubeMesh, tubes_around
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.polyline import polylines_of_segments
 
-METRES = 0.01
-"""Metres in a centimetre."""
-DETAIL = ((20_000, 12, 4), (60_000, 8, 2), (160_000, 6, 1))
-"""Largest number of segments, sides of a tube, sections of a segment; a file has at most about a million vertices."""
-COARSEST = (4, 1)
-"""Sides of a tube and sections of a segment for larger sets."""
+DETAIL = ((20_000, 12, 4), (60_000, 8, 2), (160_000, 6, 1), (math.inf, 4, 1))
+"""Largest number of segments, sides of a tube, sections of a segment; a file has at most about a million vertices,
+unless it has very many segments."""
 ROUGHNESS = 0.9
-"""Roughness of the material, from 0 (mirror) to 1 (matt)."""
+"""Roughness of wool in glTF and USD, from 0 (mirror) to 1 (matt)."""
 TUBES = "yarns"
 """First word of the names of meshes of tubes; ``read_mesh`` recognises a file of yarns by this word."""
 
@@ -55,7 +53,7 @@ def write_glb(path: FilePath, yarns: YarnSet) -> None:
             name=f"wool {number}", baseColorFactor=[*colour, 1.0], metallicFactor=0.0, roughnessFactor=ROUGHNESS
         )
         mesh = trimesh.Trimesh(
-            vertices=to_float32(path, "the coordinates", METRES * tubes.vertices),
+            vertices=to_float32(path, "the coordinates", 0.01 * tubes.vertices),  # Metres in a centimetre.
             faces=tubes.triangles,
             vertex_normals=tubes.normals,
             visual=trimesh.visual.TextureVisuals(material=material),
@@ -73,7 +71,7 @@ def tubes_of_colours(yarns: YarnSet) -> Iterator[tuple[int, TubeMesh]]:
         yarns: a set without a lattice.
     """
     count = len(yarns.segment_points)
-    sides, samples = next(((sides, samples) for most, sides, samples in DETAIL if count <= most), COARSEST)
+    sides, samples = next((sides, samples) for most, sides, samples in DETAIL if count <= most)
     for number in np.unique(yarns.colour).tolist():
         curves = polylines_of_segments(yarns, np.flatnonzero((yarns.colour == number)[yarns.segment_yarn]), samples)
         yield number, tubes_around(curves.points, curves.closed, yarns.drawn_radius[curves.yarn], sides=sides)

@@ -59,14 +59,6 @@ COLUMNS = {"pattern": 4, "Q": 4, "E": 4, "RL": 1, "RK": 2, "RefD1": 3}
 """Blocks that are read, and the number of numbers in each of their lines."""
 OPTIONAL = ("RK", "RefD1")
 """Blocks that a file may lack; without ``RK`` the yarns are straight at rest."""
-INDEX_LIMIT = 2**31
-"""Upper bound of the numbers of vertices and of the shifts of edges."""
-FEWEST_VERTICES = 3
-"""Smallest number of vertices of a closed spline."""
-DIRECTOR_TOLERANCE = 0.01
-"""Largest cosine between an edge and its director; published files have few digits."""
-RIGHT_ANGLE_TOLERANCE = 1e-9
-"""Largest cosine between perpendicular periods, which rounding causes."""
 
 logger = logging.getLogger(__name__)
 
@@ -103,7 +95,7 @@ def read_pyp(path: FilePath) -> YarnSet:
         logger.warning("%s: twists are ignored, because a spline yarn rotates freely about its axis", name)
     following, shift = _following(name, blocks["E"], len(vertices))
     chains = _chains(following)
-    short = [chain for chain in chains if len(chain) < FEWEST_VERTICES]
+    short = [chain for chain in chains if len(chain) < 3]  # A closed spline has at least three.
     if short:
         line, found = blocks["Q"].lines[short[0][0]], len(short[0])
         raise FileError(f"{name}: line {line}: the yarn of this vertex has {found} vertices; expected at least 3")
@@ -171,7 +163,8 @@ def check_pyp(path: FilePath, yarns: YarnSet) -> tuple[Lattice, IntArray]:
         found = f"natural curvature turns the yarn by half a turn or more at knot {first_few(too_curved)}"
         raise FileError(f"{name}: {found}; the format holds smaller turns only, write .h5")
     cosine = float(np.dot(*_axes(yarns.lattice)[:2]))
-    if abs(cosine) > RIGHT_ANGLE_TOLERANCE:
+    # Largest cosine between perpendicular periods, which rounding causes.
+    if abs(cosine) > 1e-9:
         angle = math.degrees(math.acos(cosine))
         raise FileError(f"{name}: the periods are {angle:.4g} degrees apart; the format holds right angles, write .h5")
     return yarns.lattice, yarns.lattice_step
@@ -189,9 +182,7 @@ def _wrapped(yarns: YarnSet, lattice: Lattice, steps: IntArray, sides: FloatArra
     Returns:
         Knots, and edges as first knot, second knot and the shift to the image of the second knot, shape (S, 4).
     """
-    corners = yarns.points[yarns.segment_points]
-    corners = corners if yarns.point_shift is None else corners + yarns.point_shift
-    knots = np.einsum("j,sjd->sd", basis(0.0)[0], corners) @ _axes(lattice).T / CENTIMETRES
+    knots = np.einsum("j,sjd->sd", basis(0.0)[0], yarns.corners_of()) @ _axes(lattice).T / CENTIMETRES
     image = np.floor(knots[:, :2] / sides).astype(np.int64)
     knots[:, :2] -= image * sides
     number = np.arange(len(knots))
@@ -284,7 +275,8 @@ def _check_positive(name: str, block: _Block, columns: slice) -> None:
 def _check_directors(name: str, edges: FloatArray, directors: FloatArray) -> None:
     """Log a warning if edges are not perpendicular to their directors; both have the shape (n, 3)."""
     cosine = np.abs((edges * directors).sum(axis=1)) / np.linalg.norm(edges, axis=1)
-    oblique = np.flatnonzero(cosine > DIRECTOR_TOLERANCE * np.linalg.norm(directors, axis=1))
+    # Largest cosine between an edge and its director; published files have few digits.
+    oblique = np.flatnonzero(cosine > 0.01 * np.linalg.norm(directors, axis=1))
     if len(oblique):
         found = f"the edge that starts at vertex {first_few(oblique)} is not perpendicular to its director"
         logger.warning("%s: %s; the periods may not be those of the yarns", name, found)
@@ -322,7 +314,7 @@ def _following(name: str, block: _Block, count: int) -> tuple[IntArray, IntArray
         FileError: an edge is malformed, or not exactly one edge starts and one ends at each vertex.
     """
     edges = np.array(block.numbers)
-    whole = (edges == np.round(edges)).all(axis=1) & (np.abs(edges) < INDEX_LIMIT).all(axis=1)
+    whole = (edges == np.round(edges)).all(axis=1) & (np.abs(edges) < 2**31).all(axis=1)
     known = (edges[:, :2] >= 0).all(axis=1) & (edges[:, :2] < count).all(axis=1)
     for index in np.flatnonzero(~(whole & known))[:1]:
         found = " ".join(f"{value:g}" for value in block.numbers[index])

@@ -25,11 +25,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stitchmesh.io.atomic import atomic_path
 from stitchmesh.io.contents import FilePath
-from stitchmesh.io.disk_refusal import as_refusal
 from stitchmesh.io.float32 import to_float32
-from stitchmesh.io.usd_stage import METRES_PER_UNIT, reason_of
+from stitchmesh.io.usd_stage import export_stage, new_stage
+from stitchmesh.io.yarn_formats.gltf import ROUGHNESS
 from stitchmesh.io.yarn_formats.usd_curves import CONTACT_RADIUS, LABELS
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.mesh.palette import STOCK, colours_of, linear_colour
@@ -38,8 +37,6 @@ from stitchmesh.yarn import YarnSet
 if TYPE_CHECKING:
     from pxr import Usd
 
-ROUGHNESS = 0.9
-"""Roughness of the material, from 0 (mirror) to 1 (matt)."""
 PERIOD = "/yarns/tiles/period"
 """Path of the prim above the curves of one period, the prototype of the instances."""
 
@@ -56,22 +53,11 @@ def write_usd(path: FilePath, yarns: YarnSet, places: FloatArray | None = None) 
     Raises:
         FileError: a coordinate is too large for float32, or the file cannot be written.
     """
-    from pxr import Sdf, Usd, UsdGeom, UsdShade
+    from pxr import Sdf, UsdGeom
 
-    stage = Usd.Stage.CreateInMemory()
-    UsdGeom.SetStageMetersPerUnit(stage, METRES_PER_UNIT)
-    UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.y)
+    stage = new_stage()
     stage.SetDefaultPrim(UsdGeom.Xform.Define(stage, "/yarns").GetPrim())
-    wool = define_wool(stage, "/yarns/wool")
-    widths = to_float32(path, "the widths", 2.0 * yarns.drawn_radius)
-    radii = to_float32(path, "the radii", yarns.radius)
-    points = to_float32(path, "the coordinates", yarns.points)
-    above = "/yarns" if places is None else PERIOD
-    for name, closed in (("closed", True), ("open", False)):
-        chosen = np.flatnonzero(yarns.closed == closed)
-        if len(chosen):
-            curves = define_curves(stage, f"{above}/{name}", yarns, chosen, points, widths[chosen], radii[chosen])
-            UsdShade.MaterialBindingAPI.Apply(curves).Bind(wool)
+    define_yarns(path, stage, "/yarns" if places is None else PERIOD, yarns)
     if places is not None:
         _define_instances(stage, to_float32(path, "the places", places))
     export_stage(path, stage)
@@ -80,22 +66,38 @@ def write_usd(path: FilePath, yarns: YarnSet, places: FloatArray | None = None) 
         opened.Reload(force=True)
 
 
-def export_stage(path: FilePath, stage: Usd.Stage) -> None:
-    """Write a stage atomically.
+def define_yarns(path: FilePath, stage: Usd.Stage, above: str, yarns: YarnSet) -> list[tuple[Usd.Prim, IntArray]]:
+    """Define a prim with the closed yarns and one with the open yarns; a prim without yarns is left out.
+
+    Args:
+        path: the file, for messages.
+        stage: the stage.
+        above: path of the prim above them.
+        yarns: the yarns.
+
+    Returns:
+        Each prim with the numbers of its yarns.
 
     Raises:
-        FileError: the file cannot be written.
+        FileError: a number is too large for float32.
     """
-    from pxr import Tf
+    from pxr import UsdShade
 
-    with atomic_path(path) as temporary:
-        try:
-            stage.GetRootLayer().Export(str(temporary))
-        except Tf.ErrorException as error:
-            raise as_refusal(reason_of(error)) from error
+    wool = _define_wool(stage, "/yarns/wool")
+    widths = to_float32(path, "the widths", 2.0 * yarns.drawn_radius)
+    radii = to_float32(path, "the radii", yarns.radius)
+    points = to_float32(path, "the coordinates", yarns.points)
+    defined = []
+    for name, closed in (("closed", True), ("open", False)):
+        chosen = np.flatnonzero(yarns.closed == closed)
+        if len(chosen):
+            prim = _define_curves(stage, f"{above}/{name}", yarns, chosen, points, widths[chosen], radii[chosen])
+            UsdShade.MaterialBindingAPI.Apply(prim).Bind(wool)
+            defined.append((prim, chosen))
+    return defined
 
 
-def define_curves(
+def _define_curves(
     stage: Usd.Stage,
     path: str,
     yarns: YarnSet,
@@ -142,7 +144,7 @@ def define_curves(
     return curves.GetPrim()
 
 
-def define_wool(stage: Usd.Stage, path: str) -> Any:
+def _define_wool(stage: Usd.Stage, path: str) -> Any:
     """Define and return a rough material whose colour is the primvar ``displayColor`` of the curves."""
     from pxr import Gf, Sdf, UsdShade
 

@@ -28,10 +28,10 @@ from stitchmesh.yarn.polyline import polylines_of_segments
 if TYPE_CHECKING:
     import pyvista
 
+POINTS_PER_SEGMENT = 4
+"""Number of points for each spline segment where yarns are polylines."""
 COLUMNS: dict[str, tuple[int, ...]] = {"radius": (), "drawn_radius": (), "colour": (), "rgb": (3,)}
 """Arrays of the points that are read, and their components, if they have more than one."""
-LARGEST_WHOLE = 2**53
-"""Largest whole number up to which float64 holds every whole number."""
 
 
 @dataclass(frozen=True)
@@ -52,26 +52,25 @@ class VtpPolylines:
     """sRGB colour of each polyline, shape (c, 3); None if the points have no such array."""
 
 
-def write_vtp(path: FilePath, yarns: YarnSet, scale: float, samples: int) -> None:
+def write_vtp(path: FilePath, yarns: YarnSet, scale: float) -> None:
     """Write yarns as polylines.
 
     Args:
         path: a ``.vtp`` file.
         yarns: a set without a lattice.
         scale: number of centimetres in the file's unit.
-        samples: number of points for each spline segment.
 
     Raises:
         FileError: the file cannot be written.
     """
-    write_poly_data(path, poly_data_of_yarns(yarns, scale, samples))
+    write_poly_data(path, poly_data_of_yarns(yarns, scale))
 
 
-def poly_data_of_yarns(yarns: YarnSet, scale: float, samples: int) -> pyvista.PolyData:
+def poly_data_of_yarns(yarns: YarnSet, scale: float) -> pyvista.PolyData:
     """Return yarns as polylines; the arguments are the same as for ``write_vtp``."""
     import pyvista
 
-    curves = polylines_of_segments(yarns, np.arange(len(yarns.segment_points)), samples)
+    curves = polylines_of_segments(yarns, np.arange(len(yarns.segment_points)), POINTS_PER_SEGMENT)
     data = pyvista.PolyData(np.concatenate(curves.points) / scale, lines=_cells(curves.points, curves.closed))
     yarn = yarns.segment_yarn[curves.segment]
     data.point_data["yarn"] = yarn
@@ -130,7 +129,8 @@ def read_vtp(path: FilePath) -> VtpPolylines:
         curves,
         closed,
         radius=of_line.get("radius"),
-        colour=None if colour is None else _whole(name, "colour", colour, LARGEST_WHOLE).astype(np.int64),
+        # Up to 2**53, float64 holds every whole number.
+        colour=None if colour is None else _whole(name, "colour", colour, 2**53).astype(np.int64),
         drawn_radius=of_line.get("drawn_radius"),
         rgb=None if rgb is None else _whole(name, "rgb", rgb, 255).astype(np.uint8),
     )

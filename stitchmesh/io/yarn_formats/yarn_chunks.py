@@ -29,8 +29,6 @@ from stitchmesh.mesh import FloatArray, IntArray
 
 CHUNKS = {"f3..": 12, "src.": 4, "yarn": 16, "strs": 1, "unit": 12, "chk.": 12}
 """Tags of the chunks in their order, and the bytes of an element; the last three may be missing."""
-NEEDED = ("f3..", "src.", "yarn")
-"""Chunks that every file has."""
 _YARN = np.dtype([("begin", "<u4"), ("end", "<u4"), ("radius", "<f4"), ("rgba", "u1", 4)])
 _UNIT = np.dtype([("begin", "<u4"), ("end", "<u4"), ("length", "<f4")])
 _CHECKPOINT = np.dtype([("point", "<u4"), ("factor", "<f4"), ("unit", "<u4")])
@@ -99,7 +97,7 @@ def _chunks(path: FilePath) -> dict[str, bytes]:
     found: dict[str, bytes] = {}
     offset = 0
     for tag, size in CHUNKS.items():
-        if offset == len(content) and tag not in NEEDED:
+        if offset == len(content) and tag not in ("f3..", "src.", "yarn"):
             break
         header = content[offset : offset + 8]
         if len(header) < 8 or header[:4] != tag.encode():

@@ -9,8 +9,6 @@ from dataclasses import dataclass
 
 from stitchmesh.errors import ParameterError, described, first_few
 
-MOST_PLACES = 8
-"""Largest number of places that an action names."""
 SENTENCES = {
     "isolated vertices": ("vertex", "1 vertex without a face was removed", "{} vertices without a face were removed"),
     "repeated corners": ("face", "1 face that visits a vertex twice was corrected",
@@ -109,7 +107,7 @@ class ActionLog:
     def actions(self) -> tuple[RepairAction, ...]:
         """Return the changes in the order of ``SENTENCES``, each with its places in ascending order."""
         found = [(name, sorted(self._places[name], key=_as_pair)) for name in SENTENCES if name in self._places]
-        return tuple(RepairAction(name, len(places), tuple(places[:MOST_PLACES])) for name, places in found)
+        return tuple(RepairAction(name, len(places), tuple(places[:8])) for name, places in found)
 
 
 def _as_pair(place: Place) -> tuple[int, int]:

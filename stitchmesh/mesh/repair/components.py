@@ -7,17 +7,16 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from stitchmesh.mesh.connectivity import linked_groups
 from stitchmesh.mesh.polygon_mesh import BORDER, IntArray, Mesh, ranges
 from stitchmesh.mesh.repair.action import ActionLog
 from stitchmesh.mesh.repair.soup import Soup, edges_of
 
-SMALLEST = 1e-4
-"""Smallest area of a component that is kept, as a multiple of the area of the largest component."""
-
 
 def component_of_faces(soup: Soup) -> IntArray:
     """Return the component of each face of a manifold surface, shape (F,); components are numbered by first face."""
-    return _numbered_components(soup.side_face[edges_of(soup).with_count(2)], soup.face_count)
+    first, second = soup.side_face[edges_of(soup).with_count(2)].T
+    return linked_groups(soup.face_count, first, second)
 
 
 def first_faces(component: IntArray) -> IntArray:
@@ -41,7 +40,8 @@ def remove_small_components(soup: Soup, log: ActionLog) -> Soup:
     """
     component = component_of_faces(soup)
     area = np.bincount(component, soup.area)
-    small = area < SMALLEST * area.max()
+    # A component is a speck if it is smaller than a ten-thousandth of the largest one.
+    small = area < 1e-4 * area.max()
     if not small.any():
         return soup
     log.add("small components", soup.origin[first_faces(component)][small].tolist())
@@ -55,8 +55,7 @@ def components_of(mesh: Mesh) -> tuple[Mesh, ...]:
         mesh: a mesh without a lattice. Vertices and faces of a component keep their order.
     """
     sides = np.flatnonzero(mesh.twin != BORDER)
-    pairs = np.stack([mesh.side_face[sides], mesh.side_face[mesh.twin[sides]]], axis=1)
-    component = _numbered_components(pairs, mesh.face_count)
+    component = linked_groups(mesh.face_count, mesh.side_face[sides], mesh.side_face[mesh.twin[sides]])
     if not component.any():
         return (mesh,)
     area = np.bincount(component, np.linalg.norm(mesh.face_vector_area, axis=1))
@@ -72,17 +71,3 @@ def _part(mesh: Mesh, faces: IntArray) -> Mesh:
     twin = mesh.twin[sides]
     start = np.concatenate([[0], np.cumsum(np.diff(mesh.face_start)[faces])])
     return Mesh(mesh.vertices[used], start, vertex, np.where(twin == BORDER, BORDER, np.searchsorted(sides, twin)))
-
-
-def _numbered_components(links: IntArray, count: int) -> IntArray:
-    """Component of each of some faces that are linked in pairs, numbered by first face, shape (count,)."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    graph = coo_array((np.ones(len(links)), (links[:, 0], links[:, 1])), shape=(count, count))
-    label = connected_components(graph.tocsr(), directed=False)[1]
-    _, first, place = np.unique(label, return_index=True, return_inverse=True)
-    rank = np.empty_like(first)
-    rank[np.argsort(first)] = np.arange(len(first))
-    numbered: IntArray = rank[place]
-    return numbered

@@ -13,16 +13,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from stitchmesh.mesh.connectivity import linked_groups
 from stitchmesh.mesh.polygon_mesh import FloatArray, IntArray
 from stitchmesh.mesh.repair.action import ActionLog
 from stitchmesh.mesh.repair.components import component_of_faces
 from stitchmesh.mesh.repair.soup import Soup, open_sides
 from stitchmesh.mesh.repair.weld import median_edge
 
-MISSING_TRIANGLE = 4.0
-"""A hole of three sides is always filled if its perimeter is below this multiple of the median length of an edge."""
-OUTLINE = 1.5
-"""A border is a hole only if the area of its component is above this multiple of the largest area that it can bound."""
 CENTRE = -1
 """Place of the centre of a hole in the polygons that fill it."""
 
@@ -49,17 +46,11 @@ class ClosedBorders:
 
 def borders_of(soup: Soup) -> ClosedBorders:
     """Find the borders of an oriented manifold surface."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
     sides = np.flatnonzero(open_sides(soup))
     side_from = np.zeros(len(soup.points), dtype=np.int64)
     side_from[soup.vertex[sides]] = np.arange(len(sides))  # One fan around a vertex has one border side from it.
     following = side_from[soup.head[sides]]
-    places = np.arange(len(sides))
-    graph = coo_array((np.ones(len(sides)), (places, following)), shape=(len(sides), len(sides)))
-    border = connected_components(graph.tocsr(), directed=False)[1] if len(sides) else places
-    return ClosedBorders(sides, border.astype(np.int64), following)
+    return ClosedBorders(sides, linked_groups(len(sides), np.arange(len(sides)), following), following)
 
 
 def fill_holes(soup: Soup, largest_hole: float, log: ActionLog) -> Soup:
@@ -89,12 +80,14 @@ def _small_holes(soup: Soup, borders: ClosedBorders, largest_hole: float) -> Int
     """Numbers of the borders that are holes to fill."""
     count = np.bincount(borders.border)
     perimeter = np.bincount(borders.border, soup.side_length[borders.sides])
-    triangular = (count == 3) & (perimeter < MISSING_TRIANGLE * median_edge(soup))
+    # A triangle is missing if three sides are no longer together than four usual edges.
+    triangular = (count == 3) & (perimeter < 4.0 * median_edge(soup))
     component = component_of_faces(soup)
     area = np.bincount(component, soup.area)
     first = np.unique(borders.border, return_index=True)[1]
     around = area[component[soup.side_face[borders.sides[first]]]]
-    return np.flatnonzero((triangular | (perimeter < largest_hole)) & (around > OUTLINE * perimeter**2 / (4 * np.pi)))
+    # A border is an outline, no hole, if its component is hardly larger than the largest area that it can bound.
+    return np.flatnonzero((triangular | (perimeter < largest_hole)) & (around > 1.5 * perimeter**2 / (4 * np.pi)))
 
 
 def _patch(points: FloatArray) -> list[list[int]]:

@@ -19,8 +19,6 @@ from stitchmesh.mesh.repair.soup import Soup, numbers_in, open_sides
 
 ROUNDING = 1e-11
 """A distance from an edge counts as rounding up to this multiple of the length of the edge."""
-STEEPEST = 0.5
-"""Largest distance of a vertex from an edge, as a multiple of its distance from the nearer end of the edge."""
 
 Insertions = dict[int, list[int]]
 """Vertices that divide a side, in their order along the side."""
@@ -69,7 +67,8 @@ def _vertices_on_sides(soup: Soup, sides: IntArray, distance: float) -> IntArray
     along = np.einsum("ni,ni->n", offset, span) / length
     away = np.linalg.norm(offset - (along / length)[:, None] * span, axis=1)
     within = np.minimum(along, length - along)
-    on = (away <= np.maximum(distance, ROUNDING * length)) & (away <= STEEPEST * within) & (within > 0.0)
+    # A vertex that is farther from the edge than half of its distance from the end belongs to the end.
+    on = (away <= np.maximum(distance, ROUNDING * length)) & (away <= 0.5 * within) & (within > 0.0)
     return pairs[on][np.lexsort((vertex[on], along[on], side[on]))]
 
 

@@ -1,11 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Directions of faces: neighbours agree, and components point outwards.
-
-Each face is a pair of nodes of a graph: the face as it is, and the face reversed. For two faces that share an edge,
-links join the nodes that pass the edge in opposite directions. The component of one node is a consistent choice for all
-faces of a patch, unless it holds both nodes of a face: then the surface has one side only.
-"""
+"""Directions of faces: neighbours agree, and components point outwards."""
 
 from __future__ import annotations
 
@@ -13,18 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.errors import MeshError
+from stitchmesh.mesh import connectivity
 from stitchmesh.mesh.connectivity import find_twins
 from stitchmesh.mesh.orientation import is_inside_out
 from stitchmesh.mesh.polygon_mesh import FloatArray, IntArray, Mesh
 from stitchmesh.mesh.repair.action import ActionLog
 from stitchmesh.mesh.repair.components import closed_components, component_of_faces, first_faces
 from stitchmesh.mesh.repair.soup import Soup, numbers_in
-
-NO_VOLUME = 1e-12
-"""A volume counts as rounding up to this multiple of the area of the surface to the power 3/2."""
-FLAT = 0.95
-"""A component has no inside if the length of the sum of all vector areas is above this multiple of the area. The ratio
-is 0.955 for a part of a tube that goes round by 60 degrees, whose mean winding number is far above ``INSIDE_OUT``."""
 
 
 def patches_and_flips(soup: Soup, pairs: IntArray) -> tuple[IntArray, NDArray[np.bool_]]:
@@ -39,50 +29,20 @@ def patches_and_flips(soup: Soup, pairs: IntArray) -> tuple[IntArray, NDArray[np
         shape (F,).
 
     Raises:
-        MeshError: the surface has one side only.
+        MeshError: the surface has one side only; the message names an edge and a face of the input.
     """
     count, faces = soup.face_count, soup.side_face[pairs]
     same = soup.vertex[pairs[:, 0]] == soup.vertex[pairs[:, 1]]
-    label = _linked(np.concatenate([faces, faces + count]), np.tile(same, 2), count)
-    patch = np.minimum(label[:count], label[count:])
-    _check_two_sided(soup, pairs, label[:count] == label[count:])
-    other = label[:count] != patch
+    patch, other = connectivity.patches_and_flips(faces[:, 0], faces[:, 1], same, count)
+    one_sided = np.flatnonzero(patch[faces[:, 0]] < 0)
+    if len(one_sided):
+        side = int(pairs[one_sided[0], 0])
+        ends = f"{soup.source[side]}-{soup.source[soup.side_next[side]]}"
+        raise MeshError(connectivity.one_sided_surface(ends, int(soup.origin[soup.side_face[side]])))
     most = np.bincount(patch, minlength=2 * count)
     turned = np.bincount(patch[other], minlength=2 * count)
     return patch, other ^ (2 * turned > most)[patch]
 
-
-def _linked(nodes: IntArray, same: NDArray[np.bool_], count: int) -> IntArray:
-    """Component of each of the two nodes of each face, shape (2 F,).
-
-    Args:
-        nodes: nodes of two neighbours whose directions are alike, shape (m, 2).
-        same: whether one of the two faces must be reversed, shape (m,).
-        count: number of faces.
-    """
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    second = np.where(same, (nodes[:, 1] + count) % (2 * count), nodes[:, 1])
-    graph = coo_array((np.ones(len(nodes)), (nodes[:, 0], second)), shape=(2 * count, 2 * count))
-    label: IntArray = connected_components(graph.tocsr(), directed=False)[1].astype(np.int64)
-    return label
-
-
-def _check_two_sided(soup: Soup, pairs: IntArray, one_sided: NDArray[np.bool_]) -> None:
-    """Check that no patch of the surface has one side only.
-
-    Raises:
-        MeshError: a patch has one side only; the message names an edge and a face of the input.
-    """
-    bad = np.flatnonzero(one_sided[soup.side_face[pairs[:, 0]]])
-    if len(bad):
-        side = int(pairs[bad[0], 0])
-        ends = f"{soup.source[side]}-{soup.source[soup.side_next[side]]}"
-        raise MeshError(
-            f"edge {ends}: the surface has one side only (a Moebius strip through face "
-            f"{soup.origin[soup.side_face[side]]}); cut it along an edge loop"
-        )
 
 
 def turn_outwards(soup: Soup, log: ActionLog) -> Soup:
@@ -97,9 +57,13 @@ def turn_outwards(soup: Soup, log: ActionLog) -> Soup:
     component = component_of_faces(soup)
     area = np.bincount(component, soup.area)
     closed = closed_components(soup, component)
-    inwards = closed & (_volumes(soup, component) < -NO_VOLUME * area**1.5)
+    # A volume counts as rounding up to this multiple of the area of the surface to the power 3/2.
+    inwards = closed & (_volumes(soup, component) < -1e-12 * area**1.5)
     net = np.stack([np.bincount(component, axis) for axis in soup.vector_area.T], axis=1)
-    for number in np.flatnonzero(~closed & (np.linalg.norm(net, axis=1) < FLAT * area)):
+    # A component has no inside if the length of the sum of all vector areas is above this multiple of the area.
+    # The ratio is 0.955 for a part of a tube that goes round by 60 degrees, whose mean winding number is far
+    # above ``INSIDE_OUT``.
+    for number in np.flatnonzero(~closed & (np.linalg.norm(net, axis=1) < 0.95 * area)):
         inwards[number] = is_inside_out(mesh_of(soup.kept(np.flatnonzero(component == number))))
     if not inwards.any():
         return soup

@@ -33,10 +33,7 @@ from stitchmesh.mesh.repair.orientation import mesh_of, turn_outwards
 from stitchmesh.mesh.repair.soup import Soup, soup_of
 from stitchmesh.mesh.repair.weld import weld, weld_distance
 
-MOST_PASSES = 20
-"""Largest number of searches for T-junctions; each search finds T-junctions that the divisions of the search before
-made."""
-DEFAULTS = RepairOptions()
+DEFAULT_REPAIR = RepairOptions()
 """What a repair may change by default."""
 
 
@@ -55,7 +52,9 @@ class Repaired:
         return components_of(self.mesh)
 
 
-def repair_mesh(vertices: ArrayLike, faces: Sequence[Sequence[int]], options: RepairOptions = DEFAULTS) -> Repaired:
+def repair_mesh(
+    vertices: ArrayLike, faces: Sequence[Sequence[int]], options: RepairOptions = DEFAULT_REPAIR
+) -> Repaired:
     """Make a valid mesh of polygons or triangles that modelling programs write.
 
     Vertices on the border at equal positions are welded. Faces without area, faces that occur twice, vertices without a
@@ -97,7 +96,8 @@ def _connected(soup: Soup, options: RepairOptions, log: ActionLog) -> Soup:
     soup = remove_duplicates(soup, log)
     distance = weld_distance(soup, options)
     soup = weld(soup, distance)
-    for _ in range(MOST_PASSES):
+    # Each search finds T-junctions that the divisions of the search before made.
+    for _ in range(20):
         soup = correct_repeated_corners(soup, log)
         _check_faces_left(soup, count)
         soup = remove_faces_without_area(soup, log)

@@ -15,14 +15,10 @@ from itertools import chain
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from stitchmesh.errors import MeshError, first_few
-from stitchmesh.lattice import LARGEST_LENGTH
+from stitchmesh.errors import MeshError
 from stitchmesh.mesh.connectivity import next_sides
 from stitchmesh.mesh.face_triangles import Ears, clip_ears
-from stitchmesh.mesh.polygon_mesh import FloatArray, IntArray, ranges
-
-NO_AREA = 1e-12
-"""A face has no area up to this multiple of the square of its longest side; ``Mesh`` refuses such a face."""
+from stitchmesh.mesh.polygon_mesh import NO_AREA, FloatArray, IntArray, check_positions, ranges
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,12 +185,7 @@ def _points(vertices: ArrayLike) -> FloatArray:
         points = np.array(vertices, dtype=np.float64)
     except (TypeError, ValueError) as error:
         raise MeshError(f"vertices: got values that form no array of numbers ({error}); expected (V, 3)") from error
-    if points.ndim != 2 or points.shape[1] != 3:
-        raise MeshError(f"vertices: got shape {points.shape}; expected (V, 3)")
-    bad = np.flatnonzero(~(np.abs(points) <= LARGEST_LENGTH).all(axis=1))
-    if len(bad):
-        found = f"coordinates are not finite or beyond {LARGEST_LENGTH:g}"
-        raise MeshError(f"vertex {first_few(bad)}: {found}; repair the file that wrote them")
+    check_positions(points)
     return points
 
 

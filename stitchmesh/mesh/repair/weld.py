@@ -15,14 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.errors import ParameterError
+from stitchmesh.mesh.connectivity import linked_groups
 from stitchmesh.mesh.polygon_mesh import FloatArray, IntArray
 from stitchmesh.mesh.repair.action import RepairOptions
 from stitchmesh.mesh.repair.soup import Soup, edges_of, numbers_in
 
-OF_DIAGONAL = 1e-6
-"""Weld distance as a multiple of the diagonal of the bounding box, if none is given."""
-OF_EDGE = 0.01
-"""Largest weld distance as a multiple of the median length of an edge, if none is given."""
 LARGEST_OF_EDGE = 0.5
 """Largest weld distance as a multiple of the median length of an edge, if one is given."""
 
@@ -36,7 +33,8 @@ def weld_distance(soup: Soup, options: RepairOptions) -> float:
     edge = median_edge(soup)
     if options.weld_distance is None:
         used = soup.points[soup.vertex]
-        return min(OF_DIAGONAL * float(np.linalg.norm(np.ptp(used, axis=0))), OF_EDGE * edge)
+        # Points that a stray face far away makes look near are kept apart by the length of the usual edge.
+        return min(1e-6 * float(np.linalg.norm(np.ptp(used, axis=0))), 0.01 * edge)
     if options.weld_distance > LARGEST_OF_EDGE * edge > 0.0:
         found = f"got {options.weld_distance:g} cm; half of all edges are shorter than {edge:g} cm"
         raise ParameterError(f"weld_distance: {found}, expected at most {LARGEST_OF_EDGE * edge:g} cm")
@@ -117,14 +115,8 @@ def _merge(soup: Soup, group: IntArray, pairs: IntArray, small: NDArray[np.bool_
 
 def _lowest_linked(pairs: IntArray, count: int) -> IntArray:
     """Lowest number that each number is linked to by pairs, shape (count,)."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(count, count))
-    label = connected_components(graph.tocsr(), directed=False)[1]
-    _, first = np.unique(label, return_index=True)
-    lowest: IntArray = first[label]
-    return lowest
+    group = linked_groups(count, pairs[:, 0], pairs[:, 1])
+    return np.unique(group, return_index=True)[1][group]
 
 
 def _numbers_twice_in_a_face(soup: Soup, group: IntArray, together: IntArray, small: NDArray[np.bool_]) -> IntArray:

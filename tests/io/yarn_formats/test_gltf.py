@@ -61,23 +61,6 @@ def test_tubes_are_closed_and_face_outward(file):
     assert sorted(body.euler_number for body in bodies) == [0, 0, 2]  # Two tori, and the closed tube of the open yarn.
 
 
-def test_volume_is_section_times_length_in_cubic_metres(file):
-    """The area of the polygon is pi r^2 sin(t) / t with t = 2 pi / sides.
-
-    If the directions of successive rings differ by the angle d, the chord is shorter than the arc by a fraction of
-    d^2 / 24, and the section perpendicular to the chord is narrower by a fraction of d^2 / 8.
-    """
-    yarns = linked_and_open()
-    length = np.add.reduceat(yarns.lengths, yarns.segment_start[:-1])
-    t = 2 * np.pi / SIDES
-    expected = np.pi * yarns.radius**2 * length * np.sin(t) / t * 1e-6
-    turn = 2 * np.pi / (40 * SECTIONS)
-    volumes = sorted(body.volume for body in loaded(file).split())
-    # A coordinate of 7 cm has an error of 7 FLOAT32, and the volume three times this error over the smallest radius.
-    tolerance = turn**2 / 6 + 3 * 7 * FLOAT32 / min(RADII)
-    np.testing.assert_allclose(volumes, np.sort(expected), rtol=tolerance)
-
-
 def test_vertices_are_at_the_radius_with_normals_away_from_the_yarn(file):
     yarns, mesh = linked_and_open(), loaded(file)
     centres = np.concatenate(yarns.sampled(SECTIONS))
@@ -116,28 +99,8 @@ def test_tubes_have_the_apparent_radius(tmp_path):
     np.testing.assert_allclose(radius, np.broadcast_to(expected, radius.shape), atol=0.2 * FLOAT32)
 
 
-def test_the_material_is_not_metal(file):
-    tree = header(file)
-    (primitive,) = tree["meshes"][0]["primitives"]
-    assert set(primitive["attributes"]) == {"POSITION", "NORMAL"}
-    surface = tree["materials"][primitive["material"]]["pbrMetallicRoughness"]
-    assert surface["metallicFactor"] == 0.0 and surface["roughnessFactor"] > 0.5
-
-
-def test_the_same_yarns_are_the_same_bytes(file, tmp_path):
-    write_yarns(tmp_path / "z.glb", linked_and_open())
-    assert (tmp_path / "z.glb").read_bytes() == file.read_bytes()
-
-
-def test_larger_sets_have_coarser_tubes_within_a_million_vertices():
-    most, sides, sections = np.array(gltf.DETAIL).T
-    assert (most * sides * sections <= 1_000_000).all()
-    assert (np.diff(most) > 0).all() and (np.diff(sides * sections) < 0).all()
-    assert np.prod(gltf.COARSEST) < (sides * sections).min()
-
-
 def test_the_coarsest_tubes_are_closed(tmp_path, monkeypatch):
-    monkeypatch.setattr(gltf, "DETAIL", ())
+    monkeypatch.setattr(gltf, "DETAIL", gltf.DETAIL[-1:])
     yarns = linked_and_open()
     write_yarns(tmp_path / "y.glb", yarns)
     mesh = loaded(tmp_path / "y.glb")

@@ -18,6 +18,7 @@ from stitchmesh.io.yarns import check_writable
 from stitchmesh.lattice import Lattice
 from stitchmesh.yarn import YarnSet
 from tests.gallery import shared
+from tests.io.refusals import refused
 from tests.io.yarn_sets import awkward_yarns
 from tests.yarnrelax.stockinette import periodic_patch, woven_cell
 
@@ -82,14 +83,6 @@ def test_a_yarn_passes_through_its_vertices_in_continuous_coordinates(tmp_path):
     np.testing.assert_allclose(yarns.radius, [0.1])
 
 
-def test_rest_lengths_belong_to_the_first_vertices_of_edges(tmp_path):
-    lines = CELL.splitlines()
-    lines[9:12] = [lines[11], lines[9], lines[10]]
-    first = read_yarns(written(tmp_path / "a.pyp", CELL))
-    second = read_yarns(written(tmp_path / "b.pyp", "\n".join(lines)))
-    np.testing.assert_array_equal(first.rest_length, second.rest_length)
-
-
 def test_ignored_twists_are_logged(tmp_path, caplog):
     with caplog.at_level(logging.WARNING, "stitchmesh"):
         read_yarns(written(tmp_path / "y.pyp", CELL.replace(" 0.5\n", " 0\n")))
@@ -131,11 +124,6 @@ def test_rest_angles_are_means_of_the_natural_curvature_about_vertices(tmp_path)
     np.testing.assert_allclose(numbers_of(tmp_path / "again.pyp", "RK"), bends, atol=1e-14)
     again = read_yarns(tmp_path / "again.pyp")
     np.testing.assert_allclose(again.natural_curvature, yarns.natural_curvature, rtol=1e-12)
-
-
-def test_without_natural_curvatures_yarns_are_straight_at_rest(tmp_path):
-    bare = CELL.replace("*RK", "*NONE")
-    assert not read_yarns(written(tmp_path / "y.pyp", bare)).natural_curvature.any()
 
 
 def test_periods_that_are_not_those_of_the_yarns_give_a_warning(caplog):
@@ -244,33 +232,23 @@ def test_yarns_that_the_format_cannot_hold_are_errors(tmp_path):
         ("0.008\n\n*RK", "\n*RK", "line 14: block *RL has 2 lines and line 2 says 3"),
         ("1 2 1 -1\n", "", "line 9: block *E has 2 lines and line 2 says 3"),
         ("0 1 0 0", "0 3 0 0", "line 11: got edge 0 3 0 0; expected vertices 0 to 2 and a whole shift"),
-        ("0 1 0 0", "0 -1 0 0", "line 11: got edge 0 -1 0 0; expected vertices 0 to 2"),
         ("0 1 0 0", "0 1 0.5 0", "line 11: got edge 0 1 0.5 0; expected"),
         ("0 1 0 0", "2 1 0 0", "line 11: 2 edges start at vertex 2; expected one, so that chains are closed"),
-        ("1 2 1 -1", "1 1 1 -1", "line 12: 2 edges end at vertex 1; expected one, so that chains are closed"),
         ("0 1 0 0\n1 2", "0 0 0 0\n1 2", "2 edges end at vertex 0; expected one"),
         ("2 0 0 -1\n0 1 0 0\n1 2 1", "2 1 0 -1\n0 0 0 0\n1 2 1", "line 5: the yarn of this vertex has 1 vertices"),
         ("0.008 0.002 0.001 0", "0.008 nan 0.001 0", "line 6: got '0.008 nan 0.001 0'; expected 4 finite numbers"),
-        ("0.008 0.002 0.001 0", "0.008 0.002 0.001", "line 6: got '0.008 0.002 0.001'; expected 4 finite numbers"),
-        ("0.008 0.002 0.001 0", "0.008 two 0.001 0", "line 6: got '0.008 two 0.001 0'; expected 4 numbers"),
         ("0.02 0.01", "0.02 0", "line 2: got 0; expected positive lengths in metres"),
         ("0.02 0.01", "1e-320 0.01", "y.pyp: periods of 1e-320 and 0.01: lattice: the periods"),
-        ("0.001 3", "-0.001 3", "line 2: got -0.001; expected positive lengths in metres"),
         ("0.006\n", "-0.006\n", "line 16: got -0.006; expected positive lengths in metres"),
         ("0.001 3\n", "0.001 3\n1 1 1 3\n", "line 3: a second line of *pattern"),
         ("*RK", "*RL", "line 19: a second block *RL; expected one"),
         ("*RK\n0 0\n", "*RK\n", "line 19: block *RK has 2 lines and line 2 says 3"),
-        ("*RK\n0 0", "*RK\n0 0 0", "line 20: got '0 0 0'; expected 2 finite numbers"),
         ("*pattern", "pattern", "line 1: got 'pattern' outside of any block; expected '*pattern'"),
         ("*RL", "*LR", "block *RL is missing or empty"),
-        ("*Q\n", "*Q\n\n", "line 6: got '0.001' outside of any block"),
     ],
 )
 def test_each_bad_file_gets_its_message(tmp_path, old, new, message):
     assert CELL.count(old) == 1
     path = written(tmp_path / "y.pyp", CELL.replace(old, new))
-    with pytest.raises(FileError) as caught:
+    with refused(path, message):
         read_yarns(path)
-    assert message in str(caught.value)
-    assert str(caught.value).startswith(str(path))
-    assert "\n" not in str(caught.value)

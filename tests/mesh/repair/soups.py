@@ -12,11 +12,6 @@ from stitchmesh.mesh.repair import Repaired, repair_mesh
 from tests.gallery import torus
 
 
-def polygons(mesh: Mesh) -> list[list[int]]:
-    """Vertices of each face."""
-    return [face.tolist() for face in np.split(mesh.face_vertex, mesh.face_start[1:-1])]
-
-
 def triangles(mesh: Mesh) -> list[list[int]]:
     """Vertices of the triangles of all faces."""
     return mesh.face_vertex[face_triangles(mesh).corners].tolist()
@@ -63,5 +58,5 @@ def ring() -> tuple[np.ndarray, list[list[int]]]:
 
 def unchanged(mesh: Mesh) -> bool:
     """Whether a repair leaves a mesh as it is, and says so."""
-    repaired = repair_mesh(mesh.vertices, polygons(mesh))
+    repaired = repair_mesh(mesh.vertices, mesh.polygons)
     return same(repaired.mesh, mesh) and repaired.actions == ()

@@ -7,10 +7,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stitchmesh.mesh.repair import RepairAction, repair_mesh
-from stitchmesh.mesh.repair.action import SENTENCES, ActionLog
+from stitchmesh.mesh.repair import repair_mesh
+from stitchmesh.mesh.repair.action import ActionLog
 from tests.gallery import grid
-from tests.mesh.repair.soups import polygons, ring
 
 
 @pytest.mark.parametrize(("side", "left"), [(0.9, 1), (1.1, 2)])
@@ -18,28 +17,9 @@ def test_components_below_a_ten_thousandth_of_the_largest_are_removed(side, left
     """A square of 0.01 times the side of the sheet has exactly that area."""
     sheet, speck = grid(10, 10, width=1.0), grid(1, 1, width=0.1 * side, height=0.1 * side)
     vertices = np.concatenate([sheet.vertices, speck.vertices + np.array([0.0, 0.0, 5.0])])
-    repaired = repair_mesh(vertices, [*polygons(sheet), [v + 121 for v in polygons(speck)[0]]])
+    repaired = repair_mesh(vertices, [*sheet.polygons, [v + 121 for v in speck.polygons[0]]])
     assert len(repaired.components) == left
     assert [(action.name, action.where) for action in repaired.actions] == [("small components", (100,))] * (2 - left)
-
-
-def test_vertices_without_a_face_are_removed():
-    vertices, faces = ring()
-    repaired = repair_mesh(np.concatenate([[[9.0, 9.0, 9.0]], vertices]), [[v + 1 for v in face] for face in faces])
-    np.testing.assert_array_equal(repaired.mesh.vertices, vertices)
-    assert polygons(repaired.mesh) == faces
-    assert [(action.text, action.places) for action in repaired.actions] == [
-        ("1 vertex without a face was removed", "vertex 0")
-    ]
-
-
-@pytest.mark.parametrize("name", SENTENCES)
-def test_every_change_has_a_sentence_for_one_and_for_several(name):
-    one, several = RepairAction(name, 1, (4,)), RepairAction(name, 12, (4, 7, 9, 11))
-    assert one.text.startswith("1 ")
-    assert several.text.startswith("12 ")
-    assert one.places.endswith(" 4")
-    assert several.places.endswith(" 4, 7, 9 (+9 more)")
 
 
 def test_a_change_in_several_passes_is_one_action():

@@ -11,14 +11,13 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.io import read_mesh
 from stitchmesh.mesh import Mesh
 from stitchmesh.mesh.repair import repair_mesh, self_intersections
-from tests.gallery import GARMENTS, grid, shared, torus
-from tests.mesh.repair.soups import polygons
+from tests.gallery import grid, shared, torus
 
 pytestmark = pytest.mark.decides
 
 
 def together(first: Mesh, second: Mesh, shift: list[float]) -> Mesh:
-    faces = polygons(first) + [[v + len(first.vertices) for v in face] for face in polygons(second)]
+    faces = first.polygons + [[v + len(first.vertices) for v in face] for face in second.polygons]
     return Mesh.from_polygons(np.concatenate([first.vertices, second.vertices + np.array(shift)]), faces)
 
 
@@ -42,20 +41,13 @@ def crossing(first: np.ndarray, second: np.ndarray) -> bool:
     )
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_loose_triangles_cross_where_their_sides_pierce_each_other(seed):
-    rng = np.random.default_rng(seed)
+def test_loose_triangles_cross_where_their_sides_pierce_each_other():
+    rng = np.random.default_rng(0)
     points = rng.uniform(0, 1, (60, 1, 3)) + rng.uniform(-0.3, 0.3, (60, 3, 3))
     mesh = Mesh.from_polygons(points.reshape(-1, 3), np.arange(180).reshape(-1, 3).tolist())
     expected = [(i, j) for i in range(60) for j in range(i + 1, 60) if crossing(points[i], points[j])]
     assert len(expected) > 20
     assert self_intersections(mesh).tolist() == [list(pair) for pair in expected]
-
-
-def test_a_sheet_crosses_the_faces_that_it_passes_through():
-    """An upright strip through the middle of one row of faces."""
-    mesh = together(grid(6, 6), upright(grid(2, 2)), [1.5, 2.5, -0.5])
-    assert self_intersections(mesh).tolist() == [[13, 36], [14, 36], [14, 37], [15, 37]]
 
 
 def test_a_crossing_through_an_inner_edge_counts_and_one_on_the_border_does_not():
@@ -78,26 +70,14 @@ def test_tori_through_each_other_cross_and_linked_ones_do_not():
     through = together(mesh, mesh, [1.3, 0.2, 0.1])
     pairs = self_intersections(through)
     assert len(pairs) > 50
+    some = self_intersections(through, most=5).tolist()
+    assert len(some) == 5 and all(pair in pairs.tolist() for pair in some)
     assert (pairs[:, 0] < mesh.face_count).all()
     assert (pairs[:, 1] >= mesh.face_count).all()
     linked = together(mesh, upright(mesh), [3.0, 0.0, 0.0])
     assert self_intersections(linked).tolist() == []
-
-
-def test_the_number_of_pairs_is_limited():
-    mesh = torus(24, 48)
-    through = together(mesh, mesh, [1.3, 0.2, 0.1])
-    everything = {tuple(pair) for pair in self_intersections(through).tolist()}
-    some = self_intersections(through, most=5)
-    assert len(some) == 5
-    assert {tuple(pair) for pair in some.tolist()} <= everything
     with pytest.raises(ParameterError, match="most: got 0; expected a whole number of at least 1"):
         self_intersections(mesh, most=0)
-
-
-@pytest.mark.parametrize("path", GARMENTS, ids=lambda path: path.stem)
-def test_garments_do_not_cross_themselves(path):
-    assert self_intersections(read_mesh(path)).tolist() == []
 
 
 def test_a_body_does_not_cross_itself():
