@@ -12,7 +12,7 @@ from stitchmesh.errors import first_few
 from stitchmesh.labeling.growth import COURSE, UNKNOWN, WALE, EdgeLabels
 from stitchmesh.labeling.seeds import edge_name
 from stitchmesh.mesh import BORDER, IntArray, Mesh
-from stitchmesh.mesh.linked_groups import connected_faces
+from stitchmesh.mesh.polygon_mesh import connected_faces
 
 
 @dataclass(frozen=True)

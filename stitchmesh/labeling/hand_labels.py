@@ -19,7 +19,7 @@ from stitchmesh.labeling.direction import ParityForest
 from stitchmesh.labeling.growth import COURSE, UNKNOWN, UNLABELED, WALE, EdgeLabels
 from stitchmesh.labeling.seeds import edge_name
 from stitchmesh.mesh import BORDER, IntArray, Mesh, ranges
-from stitchmesh.mesh.linked_groups import linked_groups
+from stitchmesh.mesh.connectivity import linked_groups
 
 LABEL_NAMES = {COURSE: "course", WALE: "wale", UNKNOWN: "unknown"}
 """Names of the labels in messages."""

@@ -23,7 +23,7 @@ from stitchmesh.labeling.hand_labels import find_rows, with_edge_label
 from stitchmesh.labeling.seeds import EdgeName, candidate_seeds, edge_name, seed_chain, side_of, whole_border
 from stitchmesh.mesh import IntArray, Mesh, StitchMesh, frozen_array
 from stitchmesh.mesh.courses import renumbered_rows
-from stitchmesh.mesh.linked_groups import connected_faces
+from stitchmesh.mesh.polygon_mesh import connected_faces
 from stitchmesh.mesh.stitch import Stitch
 
 NOT_HELD = -1

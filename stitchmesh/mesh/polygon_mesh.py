@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from stitchmesh.errors import MeshError, first_few
 from stitchmesh.lattice import LARGEST_LENGTH, Lattice
-from stitchmesh.mesh.connectivity import check_fans, find_twins, next_sides
+from stitchmesh.mesh.connectivity import check_fans, find_twins, linked_groups, next_sides
 
 BORDER = -1
 """Twin of a side on the border, where no face is on the other side."""
@@ -353,3 +353,13 @@ def outline_sides(mesh: Mesh, faces: IntArray) -> IntArray:
     sides = mesh.sides_of(faces)
     across = mesh.twin[sides]
     return sides[(across == BORDER) | ~within[mesh.side_face[across]]]
+
+
+def connected_faces(mesh: Mesh) -> IntArray:
+    """Number the connected parts of a mesh, and return the part of each face, shape (F,).
+
+    Args:
+        mesh: the mesh.
+    """
+    inner = np.flatnonzero(mesh.twin != BORDER)
+    return linked_groups(mesh.face_count, mesh.side_face[inner], mesh.side_face[mesh.twin[inner]])

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.mesh import FloatArray, Mesh, StitchMesh
-from stitchmesh.mesh.linked_groups import connected_faces
+from stitchmesh.mesh.polygon_mesh import connected_faces
 from stitchmesh.mesh.shaping_stitches import stitch_counts
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.mesh.turns import turn_edges, turn_slits

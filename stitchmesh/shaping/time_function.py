@@ -35,7 +35,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.mesh import FloatArray, IntArray
-from stitchmesh.mesh.linked_groups import linked_groups
+from stitchmesh.mesh.connectivity import linked_groups
 from stitchmesh.shaping.ends import Ends
 from stitchmesh.shaping.triangle_surface import TriangleSurface
 

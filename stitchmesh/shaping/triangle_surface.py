@@ -19,8 +19,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stitchmesh.mesh import FloatArray, IntArray, Mesh
+from stitchmesh.mesh.connectivity import linked_groups
 from stitchmesh.mesh.face_triangles import face_triangles
-from stitchmesh.mesh.linked_groups import linked_groups
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array

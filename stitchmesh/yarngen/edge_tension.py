@@ -27,7 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.mesh import BORDER, BOTTOM, TOP, FloatArray, IntArray, StitchMesh
-from stitchmesh.mesh.linked_groups import linked_groups
+from stitchmesh.mesh.connectivity import linked_groups
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.yarngen.embedding import PlacedParts
 from stitchmesh.yarngen.templates.edge_templates import Edge

@@ -20,8 +20,8 @@ from stitchmesh.io.contents import FilePath, suffix_of
 from stitchmesh.io.mesh_formats.obj_texture import ObjTexture, read_obj_texture
 from stitchmesh.io.units import DEFAULT_UNIT, centimetres
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, Mesh
-from stitchmesh.mesh.connectivity import find_fans, find_twins, next_sides
-from stitchmesh.mesh.linked_groups import connected_faces, linked_groups
+from stitchmesh.mesh.connectivity import find_fans, find_twins, linked_groups, next_sides
+from stitchmesh.mesh.polygon_mesh import connected_faces
 from stitchmesh.mesh.upright import Direction, Y, upright_turn
 from stitchmesh.shaping.panels.panel_mesh import PanelMesh, Seam
 
