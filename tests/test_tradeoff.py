@@ -38,16 +38,13 @@ def turned(points: np.ndarray) -> np.ndarray:
     return points[:, [1, 2, 0]] + np.array([3.0, -7.0, 2.0])
 
 
-@pytest.mark.parametrize("scene", scenes()[:1], ids=lambda scene: scene.name)
-def test_a_tube_after_a_rigid_motion_has_no_distance(scene: Any) -> None:
+def test_a_tube_after_a_rigid_motion_has_no_distance_and_a_mirror_image_is_no_rigid_motion() -> None:
+    scene = scenes()[0]
     # The lattice does not move, so that positions are compared and not spacings.
     places = tradeoff_measures.places_of(scene.make(12), scene.per_run)
     moved = tradeoff_measures.aligned(turned(places.points), places.points, scene.freedom)
     # Rounding of a singular value decomposition of coordinates of a few centimetres.
     np.testing.assert_allclose(moved, places.points, atol=1e-12)
-
-
-def test_a_mirror_image_is_not_a_rigid_motion() -> None:
     corners = np.array([[0, 0, 0], [1, 0, 0], [0, 2, 0], [0, 0, 3]], dtype=float)
     moved = tradeoff_measures.aligned(corners * [1.0, 1.0, -1.0], corners, "rigid")
     # Four corners of a box of sides 1, 2, 3 and their mirror image: no rotation makes them equal.
@@ -55,15 +52,11 @@ def test_a_mirror_image_is_not_a_rigid_motion() -> None:
 
 
 @pytest.mark.parametrize("scene", scenes(), ids=lambda scene: scene.name)
-def test_a_shifted_copy_has_no_distance(scene: Any) -> None:
+def test_a_shifted_copy_has_no_distance_and_positions_are_the_same_in_all_discretisations(scene: Any) -> None:
     yarns = scene.make(12)
-    found = compared(scene, replace(yarns, points=yarns.points + np.array([1.0, -2.0, 0.5])), yarns)
+    shifted = compared(scene, replace(yarns, points=yarns.points + np.array([1.0, -2.0, 0.5])), yarns)
     # Rounding of coordinates of a few centimetres, in radii.
-    assert max(found.rms, found.largest, found.wale_error, found.course_error) < 1e-11
-
-
-@pytest.mark.parametrize("scene", scenes(), ids=lambda scene: scene.name)
-def test_positions_are_the_same_in_all_discretisations(scene: Any) -> None:
+    assert max(shifted.rms, shifted.largest, shifted.wale_error, shifted.course_error) < 1e-11
     found = [compared(scene, scene.make(count), scene.make(48)).rms for count in (12, 24)]
     # A spline through points of a smooth curve converges with the fourth power of their spacing, and at kinks of the
     # rib with the second. A position that moved with the control points would have an error of a spacing.
