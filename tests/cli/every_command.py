@@ -82,11 +82,10 @@ def write_inputs(folder: Path) -> Path:
     for frame in range(3):
         sm.write_mesh(folder / "frames" / f"b.{frame:04d}.obj", mesh)
     (folder / "deep.jsonl").write_text('{"edit": "flip_row", "arguments": {"face": ' + "[" * 900 + "]" * 900 + "}}\n")
-    swatch = 'quality = "draft"\ndevice = "cpu"\nrender = []\n[swatch]\npattern = "stockinette"\n'
-    (folder / "job.toml").write_text(swatch)
+    brief, swatch = 'quality = "draft"\ndevice = "cpu"\n', 'pattern = "stockinette"\nmax_iterations = 2\n'
+    (folder / "job.toml").write_text(f"{brief}render = []\n[swatch]\n{swatch}")
     (folder / "sweep.toml").write_text(
-        'picture = false\n[job]\nquality = "draft"\ndevice = "cpu"\n[job.swatch]\npattern = "stockinette"\n'
-        "[grid]\nswatch.gamma = [1.0]\n"
+        f"picture = false\n[job]\n{brief}[job.swatch]\n{swatch}[grid]\nswatch.gamma = [1.0]\n"
     )
     (folder / "scene.toml").write_text(SCENE)
     assert main(["run", str(folder / "job.toml"), "-o", str(folder / "job")]) == 0

@@ -20,6 +20,7 @@ from stitchmesh.time_limit import TimeLimit
 from tests.cli.calls import refused_without_files, run
 from tests.counting_clock import CountingClock
 from tests.nightly import at_night
+from tests.periodic.first_state import from_generated_yarns
 
 PLAIN = ["--device", "cpu", "--no-picture"]
 FREE = ["swatch", "stockinette", "--relax-cell"]
@@ -49,7 +50,8 @@ def report_of(folder: Path) -> dict:
 
 
 def test_an_error_tightens_the_rule_and_is_expected_to_be_kept(tmp_path):
-    assert cli.main([*FREE, "--error", "3%", *PLAIN, "-o", str(tmp_path)]) == 0
+    with from_generated_yarns():
+        run(*FREE, "--error", "3%", *PLAIN, "-o", tmp_path)
     report = report_of(tmp_path)
     chosen = report["budget"]
     assert chosen["error"] == 0.03 and chosen["expected"]["error"] <= 0.03
@@ -97,7 +99,7 @@ def test_a_garment_that_its_time_ends_is_made_again_by_its_recipe(tmp_path, coun
 
 
 def test_yarns_are_relaxed_within_a_time(tmp_path, counted):
-    run(*FREE, "--quality", "draft", "--max-iterations", "20", *PLAIN, "-o", tmp_path)
+    run("swatch", "stockinette", "--quality", "draft", "--max-iterations", "5", *PLAIN, "-o", tmp_path)
     words = ["relax", str(tmp_path / "cell.h5"), "-o", str(tmp_path / "relaxed.h5"), "--report", str(tmp_path / "r"),
              "--quality", "draft", "--device", "cpu"]  # fmt: skip
     time = share_of_looks(counted, 0.5, *words)

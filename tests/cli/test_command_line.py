@@ -20,7 +20,7 @@ import numpy as np
 import pytest
 
 from stitchmesh.cli import main as cli
-from stitchmesh.cli.commands.patterns import Patterns
+from stitchmesh.cli.commands.library import Patterns
 from stitchmesh.io import read_stitches, read_yarns, write_mesh, write_yarns
 from stitchmesh.io.own_files import RECORD
 from stitchmesh.mesh import extent

@@ -14,6 +14,8 @@ import pytest
 from stitchmesh.cli import main as cli
 from stitchmesh.errors import YarnError
 from stitchmesh.io import read_stitches
+from stitchmesh.jobs.job import Job
+from stitchmesh.jobs.run_job import run_job
 from stitchmesh.recipe.recipe_file import read_recipe
 from stitchmesh.shaping.panels.read_panels import read_panels
 from stitchmesh.shaping.panels.shape_panels import knit_panels
@@ -66,22 +68,15 @@ def test_the_options_reach_the_panels(knitted, skirt_obj):
     assert shape["rms_stretch"] > 0.0  # of the relaxed stitches
 
 
-def test_the_recipe_that_knit_writes_knits_the_same_stitches(knitted, tmp_path):
+def test_a_job_of_the_recipe_that_knit_writes_makes_the_same_yarns_and_keeps_its_stages(knitted, tmp_path):
     panels = read_recipe(knitted / "garment.toml").panels
     assert panels.knit and panels.sewn == (("gore0", 3),)
     assert [(one.panel, one.direction) for one in panels.directions] == [("gore1", (0.0, -1.0))]
-    assert cli.main(["knit", str(knitted / "garment.toml"), "--no-picture", "-o", str(tmp_path / "again")]) == 0
-    assert (tmp_path / "again" / "yarns.h5").read_bytes() == (knitted / "yarns.h5").read_bytes()
-
-
-def test_a_job_of_a_recipe_keeps_the_stitches_of_its_panels(knitted, tmp_path):
-    from stitchmesh.jobs.job import Job
-    from stitchmesh.jobs.run_job import run_job
-
     job = Job(recipe=str(knitted / "garment.toml"), render=())
-    first = run_job(job, tmp_path / "job")
+    first = run_job(job, tmp_path)
     assert first.report["shape"]["panels"] == GORES
-    again = run_job(job, tmp_path / "job")
+    assert (tmp_path / "yarns.h5").read_bytes() == (knitted / "yarns.h5").read_bytes()
+    again = run_job(job, tmp_path)
     assert [stage["name"] for stage in again.report["job"]["stages"] if not stage["kept"]] == []
     assert again.report["shape"] == first.report["shape"]
 

@@ -53,7 +53,8 @@ def made(tmp_path_factory) -> Path:
     """Return the output folder of a relaxed repeat of stockinette, with all optional files."""
     folder = tmp_path_factory.mktemp("made") / "deep" / "out"
     words = [*FREE, "--tile", "3", "2", "--texture", "16", "24", "--gamma", "1.1"]
-    assert cli.main(["swatch", "stockinette", *words, *DRAFT, "-o", str(folder)]) == 0
+    with from_generated_yarns():
+        assert cli.main(["swatch", "stockinette", *words, *DRAFT, "-o", str(folder)]) == 0
     return folder
 
 
@@ -108,8 +109,9 @@ def test_the_fabric_covers_the_whole_picture(made):
 def test_options_reach_the_yarns(tmp_path):
     width = 1.2
     words = ["--yarn-radius", 0.1, "--spacing", 0.5, 0.6, "--rest-length", "warp=0.9", "--rest-length", "weft=1.1"]
-    cell = swatch(tmp_path / "a", "plain", *words, "--period", width, "free")
-    plain = swatch(tmp_path / "b", "plain", *words[:5])
+    brief = ["--max-iterations", 5]
+    cell = swatch(tmp_path / "a", "plain", *words, *brief, "--period", width, "free")
+    plain = swatch(tmp_path / "b", "plain", *words[:5], *brief)
     assert visible(tmp_path / "b") == {
         "cell.h5", "cell.pyp", "tiled.bcc", "report.json", "convergence.csv", "convergence.png",
     }  # fmt: skip
@@ -118,25 +120,25 @@ def test_options_reach_the_yarns(tmp_path):
     assert size_of(cell.lattice) == pytest.approx((width, 1.2), rel=1e-5)  # float32
     weft = cell.lattice_step[cell.segment_yarn, 0] != 0
     np.testing.assert_allclose(cell.rest_length / plain.rest_length, np.where(weft, 1.1, 0.9), rtol=1e-12)  # products
-    knit = swatch(tmp_path / "c", "rib1x1", "--loop-length", 3.5, "--columns", 2, "--rows", 2, "--max-iterations", 20)
+    knit = swatch(tmp_path / "c", "rib1x1", "--loop-length", 3.5, "--columns", 2, "--rows", 2, *brief)
     report = json.loads((tmp_path / "c" / "report.json").read_text())
-    assert (report["wales"], report["courses"], report["iterations"]) == (4, 4, 20)
+    assert (report["wales"], report["courses"], report["iterations"]) == (4, 4, 5)
     assert knit.rest_length.sum() == pytest.approx(16 * 3.5, rel=1e-12)  # A sum
 
 
 def test_digits_in_a_text_file_are_a_chart_of_colours_unless_it_states_a_weave(files, tmp_path, caplog):
-    chart = swatch(tmp_path / "chart", files / "matrix.txt", "--colour", "1=#aa2233")
+    chart = swatch(tmp_path / "chart", files / "matrix.txt", "--colour", "1=#aa2233", "--max-iterations", 5)
     assert set(chart.colour.tolist()) == {0, 1} and (chart.face >= 0).all()
     np.testing.assert_array_equal(chart.palette, [STOCK[0], [0xAA, 0x22, 0x33]])
     assert caplog.text.count("read as a chart of yarn colours") == 1
     assert "name a matrix of a weave .weave" in caplog.text
-    cell = swatch(tmp_path / "weave", files / "stated.txt")
+    cell = swatch(tmp_path / "weave", files / "stated.txt", "--max-iterations", 5)
     assert cell.yarn_count == 4 and set(map(tuple, cell.lattice_step.tolist())) == {(1, 0), (0, 1)}
 
 
 def test_a_pyp_that_cannot_hold_the_yarns_is_left_out_with_a_message(tmp_path, capsys):
     (tmp_path / "two.weave").write_text("warps radius: 1 1.5\n01\n10\n")
-    swatch(tmp_path / "out", tmp_path / "two.weave")
+    swatch(tmp_path / "out", tmp_path / "two.weave", "--max-iterations", 5)
     assert not (tmp_path / "out" / "cell.pyp").exists() and (tmp_path / "out" / "cell.h5").exists()
     assert "cell.pyp: got yarns of radius 0.125 to 0.1875 cm" in capsys.readouterr().err
 
@@ -233,7 +235,8 @@ def test_convert_tiles_yarns_only(tmp_path, capsys):
 
 def test_explore_writes_and_prints_the_states_of_rest(tmp_path, capsys):
     words = ["stockinette", "--explore", "1", "--relaxation", "frictionless", *DRAFT, "-o", str(tmp_path)]
-    assert cli.main(["swatch", *words]) == 0
+    with from_generated_yarns():
+        assert cli.main(["swatch", *words]) == 0
     report = json.loads((tmp_path / "rests.json").read_text())
     states = len(report["rests"])
     assert report["starts"] == 2 and sum(rest["count"] for rest in report["rests"]) + report["not_at_rest"] == 2
@@ -267,7 +270,7 @@ def test_a_knit_off_the_needles_writes_its_path(tmp_path) -> None:
 
 def test_a_pattern_to_take_home_is_written_where_it_is_asked_for(tmp_path):
     """It states the size of the report and all yarn of the repeat, by colour."""
-    yarns = swatch(tmp_path / "out", "checks", "--sheet", "--yarn", "dk")
+    yarns = swatch(tmp_path / "out", "checks", "--sheet", "--yarn", "dk", "--max-iterations", 5)
     assert (tmp_path / "out" / "pattern.pdf").read_bytes().startswith(b"%PDF-")
     report = json.loads((tmp_path / "out" / "report.json").read_text())
     gauge, dk = Gauge.of_stitch(report["wale_spacing"], report["course_spacing"]), Yarn.named("dk")

@@ -16,7 +16,6 @@ from stitchmesh.meshrelax.options import MeshRelaxOptions
 from stitchmesh.recipe.recipe import Recipe, RecipeColour, RecipePattern, recipe_options
 from stitchmesh.recipe.recipe_file import read_recipe, write_recipe
 from stitchmesh.recipe.sections import (
-    DirectionTable,
     LabelSection,
     MaterialSection,
     PanelsSection,
@@ -27,7 +26,7 @@ from stitchmesh.recipe.sections import (
     StitchesSection,
 )
 from stitchmesh.shaping.marks import TimeMark
-from stitchmesh.shaping.panels.options import PanelOptions
+from stitchmesh.shaping.panels.options import PanelDirection, PanelOptions
 from stitchmesh.yarngen import YarnFinish
 from tests.gallery import ROOT
 
@@ -56,7 +55,7 @@ FULL = Recipe(
         ),
     ),
     panels=PanelsSection(
-        knit=True, directions=(DirectionTable(panel="back", direction=(1.0, 0.0)),), sewn=(("back", 2), (0, 1)),
+        knit=True, directions=(PanelDirection(panel="back", direction=(1.0, 0.0)),), sewn=(("back", 2), (0, 1)),
         shaping="seams",
     ),
     label=LabelSection(start_borders=((1, 2),), start_edges=((3, 4), (5, 6)), flip=(7,), turn_inside_out=True),
@@ -211,7 +210,8 @@ def test_found_rows_reach_the_options_of_the_stages():
 
 def test_the_panels_reach_the_options_of_the_stages():
     panels = recipe_options(Recipe(mesh="shirt.obj", panels=FULL.panels)).panels
-    assert panels == PanelOptions(directions=(("back", (1.0, 0.0)),), sewn=(("back", 2), (0, 1)), shaping="seams")
+    directions = (PanelDirection(panel="back", direction=(1.0, 0.0)),)
+    assert panels == PanelOptions(directions=directions, sewn=(("back", 2), (0, 1)), shaping="seams")
 
 
 def test_a_colour_that_the_palette_has_is_its_number_and_another_is_added():
