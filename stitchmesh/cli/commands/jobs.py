@@ -176,8 +176,6 @@ def status_lines(status: JobStatus) -> list[str]:
     return [*ended, f"{status.state} {spent}{note}"]
 
 
-ALL_FAILED = 1
-"""Exit status after a sweep of which no job has a result."""
 REPORT = "report"
 """Word for the page of a sweep, in the place of a file."""
 
@@ -229,7 +227,7 @@ class Batch:
             say(f"stopped; `stitchmesh batch {self.sweep} -o {folder}` continues the sweep", file=sys.stderr)
             return TERMINATED
         _print_beside_reports(_sweep_lines(ended, folder))
-        return ALL_FAILED if ended.all_failed else None
+        return 1 if ended.all_failed else None  # no job has a result
 
     def _report(self) -> None:
         """Write the page of a sweep."""

@@ -46,6 +46,7 @@ from stitchmesh.cli.summary import AsJson, files_to_open, knit_summary, print_re
 from stitchmesh.cli.words import Flag, help_entry
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.examples import mesh_file
+from stitchmesh.io.toml_file import SUFFIX
 from stitchmesh.mesh.palette import colour_text, empty_palette
 from stitchmesh.patterns.placement.columns import DEFAULT_REMAINDER, check_remainder
 from stitchmesh.quality import DEFAULT_QUALITY
@@ -58,7 +59,6 @@ if TYPE_CHECKING:
     from stitchmesh.progress import Progress
     from stitchmesh.recipe.recipe import Recipe
 
-RECIPE_SUFFIX = ".toml"
 SHAPING_PICTURE = "shaping.png"
 """Name of the picture of found rows."""
 OUTPUTS = (
@@ -130,7 +130,7 @@ class Knit:
     @property
     def _is_recipe(self) -> bool:
         """Whether the file is a recipe."""
-        return self.mesh.lower().endswith(RECIPE_SUFFIX)
+        return self.mesh.lower().endswith(SUFFIX)
 
     def _budget(self, recipe: Recipe, after: float) -> Budget | None:
         """Return the budget, which chooses the quality unless the options or the recipe ask for one.

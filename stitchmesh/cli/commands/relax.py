@@ -50,8 +50,6 @@ if TYPE_CHECKING:
 
 FABRIC = tyro.conf.create_mutex_group(required=False, title="fabric")
 """Group of options of which at most one can be given."""
-REPORT_FILES = ("report.json", "convergence.csv", "convergence.png")
-"""Files that are written into the folder of a report."""
 T = TypeVar("T", "Relaxation", "RelaxedAgain")
 logger = logging.getLogger(__name__)
 
@@ -213,7 +211,8 @@ def _relax_to_file(
 
     with ExitStack() as stack:
         stack.enter_context(output_folder(str(Path(output).parent), [Path(output).name]))
-        folder = None if report is None else stack.enter_context(output_folder(report, REPORT_FILES))
+        files = ("report.json", "convergence.csv", "convergence.png")
+        folder = None if report is None else stack.enter_context(output_folder(report, files))
         progress = stack.enter_context(show_progress())
         try:
             relaxed: T = relax(run=replace(run, progress=progress, on_state=keep))
