@@ -117,11 +117,6 @@ def test_a_live_swatch_has_the_mass_of_its_dial():
     assert frame.measures.areal_density * np.prod(frame.size) == pytest.approx(frame.yarns.mass(np.nan), rel=1e-12)
 
 
-def test_thicker_threads_of_a_weave_are_as_dense():
-    options = SwatchOptions(yarn_radius=0.1, mass_per_length=0.003)
-    assert options.stated_masses(np.array([0.1, 0.2])) == pytest.approx([0.003, 0.012], rel=1e-15)
-
-
 def stating(*masses: float) -> YarnSet:
     curves = [ring([3.0 * place, 0.0, 0.0], count=12) for place in range(len(masses))]
     return replace(
@@ -129,7 +124,9 @@ def stating(*masses: float) -> YarnSet:
     )
 
 
-def test_yarns_that_are_joined_tiled_or_scaled_keep_their_mass():
+def test_yarns_that_are_joined_tiled_or_scaled_keep_their_mass_and_thicker_threads_are_as_dense():
+    options = SwatchOptions(yarn_radius=0.1, mass_per_length=0.003)
+    assert options.stated_masses(np.array([0.1, 0.2])) == pytest.approx([0.003, 0.012], rel=1e-15)
     joined = join_yarns([stating(0.001, np.nan), stating(0.002)])
     np.testing.assert_array_equal(joined.mass_per_length, [0.001, np.nan, 0.002])
     prepared = prepare_swatch(

@@ -15,7 +15,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stitchmesh.editing.edit import Edit, apply_edit
 from stitchmesh.io import read_stitches, read_yarns, write_mesh, write_stitches, write_yarns
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.mesh.change import Marks, apply_change
@@ -48,7 +47,6 @@ def folder(tmp_path_factory) -> Path:
     (folder / "half.h5").write_bytes(whole[: len(whole) // 2])
     text = (folder / "tube.smobj").read_text()
     (folder / "half.smobj").write_text(text[: len(text) // 2])
-    (folder / "nan.smobj").write_text(re.sub("\nv .*", "\nv nan 0 0", text, count=1))
     for suffix in ("h5", "smobj", "jsonl", "knit", "png"):
         (folder / f"empty.{suffix}").touch()
         (folder / f"binary.{suffix}").write_bytes(b"\x00\x01\xff\xfe" * 50)
@@ -78,11 +76,6 @@ def test_commands_do_not_accept_a_file_that_is_not_a_stitch_mesh(folder, capsys,
     ):  # fmt: skip
         said = refused_without_files(capsys, folder, *words)
         assert bad in said and re.search(message, said), said
-
-
-def test_the_error_of_a_malformed_number_names_its_line(folder, capsys, monkeypatch):
-    monkeypatch.chdir(folder)
-    assert "coordinates must be finite" in refused_without_files(capsys, folder, "convert", "nan.smobj", "out.k")
 
 
 def test_a_malformed_cable_is_an_error_of_reading(folder, capsys, monkeypatch):
@@ -210,18 +203,6 @@ def test_the_options_of_the_finish_reach_the_yarns(folder, tmp_path):
     run(*words, "--bind-off", "chain", "--cast-on", "open")
     expected = generate_yarns(read_stitches(folder / "flat.h5"), quality="draft", bind_off="chain", cast_on="open")
     np.testing.assert_array_equal(read_yarns(tmp_path / "yarns.h5").points, expected.points)
-
-
-def test_long_floats_are_cut(folder, tmp_path):
-    """Two stitches of a yarn with two of another yarn between them: one yarn with a float, or else two yarns."""
-    striped = apply_edit(read_stitches(folder / "flat.h5"), Edit("stripe", {"yarn": 1, "faces": [41, 44]})).fabric
-    write_stitches(tmp_path / "striped.h5", striped)
-    made = {}
-    for longest in ("12", "1"):
-        words = ["yarns", tmp_path / "striped.h5", *DRAFT, "-o", tmp_path / "yarns.h5", "--longest-float", longest]
-        run(*words)
-        made[longest] = np.count_nonzero(read_yarns(tmp_path / "yarns.h5").colour == 1)
-    assert made == {"12": 1, "1": 2}
 
 
 def test_knit_makes_a_spiral_of_a_tube(tmp_path):

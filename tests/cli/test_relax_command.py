@@ -51,9 +51,12 @@ def relax(made: Path, output: Path, *words: object) -> YarnSet:
 
 
 def test_a_report_is_written_only_if_its_option_is_given(made, tmp_path, capsys):
-    relax(made, tmp_path / "alone" / "relaxed.h5")
+    relaxed = relax(made, tmp_path / "alone" / "relaxed.h5")
     assert visible(tmp_path / "alone") == {"relaxed.h5"}
-    capsys.readouterr()
+    first, second, last = capsys.readouterr().out.splitlines()
+    assert first.startswith(f"Relaxed {relaxed.yarn_count} yarns, ") and first.endswith(" cm.")
+    assert second == "Not good: the yarns are not at rest after 20 iterations; raise --max-iterations."
+    assert last == f"Wrote {tmp_path / 'alone' / 'relaxed.h5'}; --report DIR writes all numbers."
     relax(made, tmp_path / "out" / "relaxed.h5", "--report", tmp_path / "report", "--json")
     assert visible(tmp_path / "out") == {"relaxed.h5"}
     assert visible(tmp_path / "report") == {
@@ -62,14 +65,6 @@ def test_a_report_is_written_only_if_its_option_is_given(made, tmp_path, capsys)
     report = json.loads((tmp_path / "report" / "report.json").read_text())
     assert report == json.loads(capsys.readouterr().out)
     assert report["iterations"] == 20 and report["device"] == "cpu"
-
-
-def test_without_a_report_the_summary_says_how_to_get_the_numbers(made, tmp_path, capsys):
-    relaxed = relax(made, tmp_path / "relaxed.h5")
-    first, second, last = capsys.readouterr().out.splitlines()
-    assert first.startswith(f"Relaxed {relaxed.yarn_count} yarns, ") and first.endswith(" cm.")
-    assert second == "Not good: the yarns are not at rest after 20 iterations; raise --max-iterations."
-    assert last == f"Wrote {tmp_path / 'relaxed.h5'}; --report DIR writes all numbers."
 
 
 def test_an_estimated_radius_is_logged_once_and_a_given_one_is_not(made, tmp_path, capsys, monkeypatch):
