@@ -156,7 +156,6 @@ def relaxing_progress(
     course = ResidualCourse()
 
     def report_assessment(iteration: int, residual: float) -> None:
-        """Report one assessment."""
         course.add(iteration, residual)
         done = course.completed_part(goal, max_iterations)
         progress(stage, done, f"iteration {iteration}, residual {residual:.3g}")

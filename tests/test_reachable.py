@@ -130,6 +130,7 @@ def modules() -> dict[str, Module]:
     return {name: Module(name, paths) for name, paths in sources().items()}
 
 
+@cache
 def definition_of(module: str, name: str) -> Definition | None:
     """Where a name of a module is defined; None if it is a module, or comes from another package."""
     while module in modules():

@@ -116,7 +116,6 @@ def _fault(error: Exception) -> int:
 
 
 def _say(line: str) -> None:
-    """Print a line to standard error."""
     with suppress(OSError):  # The disk of standard error is full too.
         say(line, file=sys.stderr)
 

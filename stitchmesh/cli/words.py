@@ -171,7 +171,6 @@ def panel_pair(text: str) -> tuple[int | str, int | str]:
 
 
 def _panel(name: str, text: str) -> int | str:
-    """Return the number of a panel, or its name."""
     if not name.strip():
         raise ValueError(f"got {text!r}; expected the number or the name of a panel")
     return whole_number(name) if name.isdecimal() else name.strip()

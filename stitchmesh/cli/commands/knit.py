@@ -129,7 +129,6 @@ class Knit:
 
     @property
     def _is_recipe(self) -> bool:
-        """Whether the file is a recipe."""
         return self.mesh.lower().endswith(SUFFIX)
 
     def _budget(self, recipe: Recipe, after: float) -> Budget | None:

@@ -282,7 +282,6 @@ class Swatch:
 
     @property
     def _name(self) -> str:
-        """Name of the quality."""
         return self.quality or DEFAULT_QUALITY
 
     @property
@@ -292,7 +291,6 @@ class Swatch:
 
     @property
     def _quality(self) -> Quality:
-        """The quality that the options ask for."""
         return quality_named(quality_with(self._name, max_iterations=self.max_iterations))
 
     def _relaxed(
