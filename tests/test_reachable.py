@@ -176,6 +176,13 @@ def used_by(module: str, node: ast.AST) -> Iterator[Definition | None]:
 
 
 @cache
+def uses_of(module: str, name: str) -> frozenset[Definition]:
+    """The definitions that one definition names."""
+    found = (one for statement in modules()[module].definitions[name] for one in used_by(module, statement))
+    return frozenset(one for one in found if one)
+
+
+@cache
 def reached(further: frozenset[Definition]) -> frozenset[Definition]:
     """All definitions to which the entry, the public names, what runs at import and further definitions lead."""
     seen = {ENTRY, *further}
@@ -188,11 +195,9 @@ def reached(further: frozenset[Definition]) -> frozenset[Definition]:
             seen |= {found for found in used_by(name, statement) if found}
     waiting = list(seen)
     while waiting:
-        module, name = waiting.pop()
-        for statement in modules()[module].definitions[name]:
-            new = {found for found in used_by(module, statement) if found} - seen
-            seen |= new
-            waiting += new
+        new = uses_of(*waiting.pop()) - seen
+        seen |= new
+        waiting += new
     return frozenset(seen)
 
 
