@@ -46,7 +46,6 @@ from stitchmesh.cli.summary import AsJson, files_to_open, knit_summary, print_re
 from stitchmesh.cli.words import Flag, help_entry
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.examples import mesh_file
-from stitchmesh.io.toml_file import SUFFIX
 from stitchmesh.mesh.palette import colour_text, empty_palette
 from stitchmesh.patterns.placement.columns import DEFAULT_REMAINDER, check_remainder
 from stitchmesh.quality import DEFAULT_QUALITY
@@ -129,7 +128,7 @@ class Knit:
 
     @property
     def _is_recipe(self) -> bool:
-        return self.mesh.lower().endswith(SUFFIX)
+        return self.mesh.lower().endswith(".toml")
 
     def _budget(self, recipe: Recipe, after: float) -> Budget | None:
         """Return the budget, which chooses the quality unless the options or the recipe ask for one.
