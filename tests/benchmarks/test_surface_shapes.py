@@ -55,7 +55,7 @@ TOPOLOGY = {
     "octopus": (2, 0),
 }
 """Euler characteristic and number of borders."""
-BY_DAY = ("sphere", "torus", "t_shirt", "flat_disc")
+BY_DAY = ("sphere", "torus", "camisole", "flat_disc")
 """A surface of each kind: closed, with a handle, a garment, and flat."""
 
 

@@ -49,6 +49,7 @@ def report_of(folder: Path) -> dict:
     return json.loads((folder / "report.json").read_text())
 
 
+@pytest.mark.nightly
 def test_an_error_tightens_the_rule_and_is_expected_to_be_kept(tmp_path):
     with from_generated_yarns():
         run(*FREE, "--error", "3%", *PLAIN, "-o", tmp_path)

@@ -393,7 +393,7 @@ def test_knit_takes_rest_lengths_terms_and_checkpoints(tube_obj, tmp_path, capsy
     report = json.loads((part / "report.json").read_text())
     assert report["quality"]["max_iterations"] == 20 and report["yarnrelax"]["iterations"] == 20
     assert report["yarnrelax"]["energies"]["gravity"] != 0.0
-    words += ["--max-iterations", "60"]
+    words += ["--max-iterations", "30"]
     assert cli.main([*words, "-o", str(rest), "--resume", str(part / "checkpoint.smc")]) == 0
     assert cli.main([*words, "-o", str(whole)]) == 0
     np.testing.assert_array_equal(read_yarns(rest / "yarns.h5").points, read_yarns(whole / "yarns.h5").points)

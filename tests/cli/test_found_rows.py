@@ -71,14 +71,6 @@ def test_triangles_are_knitted_with_a_picture_of_their_shaping(knitted):
     assert all(np.sum(fabric.n_top[fabric.row == row]) % 2 == 0 for row in np.unique(fabric.row))
 
 
-def test_the_recipe_that_knit_writes_knits_the_same_stitches(knitted, tmp_path):
-    rows = read_recipe(knitted / "garment.toml").rows
-    assert rows.auto and rows.multiple == 2
-    assert cli.main(["knit", str(knitted / "garment.toml"), "--no-picture", "-o", str(tmp_path / "again")]) == 0
-    assert (tmp_path / "again" / "yarns.h5").read_bytes() == (knitted / "yarns.h5").read_bytes()
-    assert read_recipe(tmp_path / "again" / "garment.toml").rows == rows
-
-
 def test_the_summary_says_how_the_stitches_fit_and_rounds_become_a_spiral(cone_obj, tmp_path, capsys, caplog):
     knit(cone_obj, "--spiral", "-o", tmp_path / "out")
     report = json.loads((tmp_path / "out" / "report.json").read_text())

@@ -249,14 +249,15 @@ def test_explore_writes_and_prints_the_states_of_rest(tmp_path, capsys):
     assert width == pytest.approx(report["rests"][0]["wale_spacing"], rel=1e-6)
 
 
-def test_a_blocked_repeat_is_larger_and_an_unsupported_one_lies_on_nothing(tmp_path):
-    with from_generated_yarns():
-        flat = swatch(tmp_path / "flat", "stockinette", *FREE)
-        blocked = swatch(tmp_path / "blocked", "stockinette", "--blocked", "50")
-        swatch(tmp_path / "loose", "stockinette", *FREE, "--unsupported", "--max-iterations", "20")
-    assert size_of(blocked.lattice)[0] > size_of(flat.lattice)[0]
-    lying, loose = (json.loads((tmp_path / name / "report.json").read_text()) for name in ("flat", "loose"))
-    assert "confinement" in lying["energies"] and "confinement" not in loose["energies"]
+def test_a_blocked_repeat_is_pulled_and_an_unsupported_one_lies_on_nothing(tmp_path):
+    brief = ["--max-iterations", "5"]
+    reports = {}
+    for name, words in (("flat", FREE), ("loose", [*FREE, "--unsupported"]), ("blocked", ["--blocked", "50"])):
+        with from_generated_yarns():
+            swatch(tmp_path / name, "stockinette", *words, *brief)
+        reports[name] = json.loads((tmp_path / name / "report.json").read_text())
+    assert "confinement" in reports["flat"]["energies"] and "confinement" not in reports["loose"]["energies"]
+    assert reports["blocked"]["options"]["blocked"] == 50.0 and "tension" in reports["blocked"]["energies"]
 
 
 def test_a_knit_off_the_needles_writes_its_path(tmp_path) -> None:
