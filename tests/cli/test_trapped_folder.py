@@ -106,14 +106,11 @@ def words_of(name: str) -> list[str]:
     return [name, *OWN.get(name, WORDS[name][0]), *quick_words(list(options_of(command_named(name))), "")]
 
 
-chosen = pytest.mark.parametrize("name", mostly_at_night(NAMES, by_day=FEW))
-
-
 def test_every_command_is_tried():
     assert {name_of(command) for command in COMMANDS} == set(WORDS)
 
 
-@chosen
+@pytest.mark.parametrize("name", mostly_at_night(NAMES, by_day=FEW))
 def test_a_command_changes_nothing_of_the_users_and_replaces_no_output_that_they_changed(trapped, name):
     before = contents(trapped)
     check(trapped, words_of(name), statuses=(0,))
@@ -126,7 +123,7 @@ def test_a_command_changes_nothing_of_the_users_and_replaces_no_output_that_they
         check(trapped, words_of(name), statuses=(2,))
 
 
-@chosen
+@pytest.mark.parametrize("name", mostly_at_night(NAMES, by_day=["run"]))
 def test_links_in_the_output_folder_are_not_followed(trapped, name):
     for link in (PARTS, "frames", "tasks", "jobs", RECORD, LOCK, "report.json", "out.h5"):
         (trapped / "out" / link).symlink_to(trapped.parent / "victim")
