@@ -22,9 +22,6 @@ QUICK_START, MOST_LOAD = 0.5, 5.0
 """Time in which a machine that has nothing else to do reads the options [s], and the largest factor by which a shared
 machine is slower: where the start takes longer, files and pictures do too."""
 WITHIN_HELP = f"time for the whole command: 60s, 2min, 0.5h; it ends with what is reached (exit status {OUT_OF_TIME})"
-NO_TIME_FOR_PICTURE = "no picture: the time leaves none for it; give more, or draw it with `stitchmesh render`"
-"""Line in the place of a picture that is left out."""
-
 ChosenQuality = Annotated[
     str | None,
     help_entry(

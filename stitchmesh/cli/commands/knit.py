@@ -12,9 +12,8 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 
 from tyro.conf import Positional, UseAppendAction, arg
 
-from stitchmesh.budget.budget import START_OF_RENDERER
+from stitchmesh.budget.budget import NO_TIME_FOR_PICTURE, START_OF_RENDERER
 from stitchmesh.cli.budget_options import (
-    NO_TIME_FOR_PICTURE,
     BudgetOptions,
     chosen_setting,
     exit_status,

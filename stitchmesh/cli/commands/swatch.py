@@ -13,9 +13,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 from tyro.conf import Positional, UseAppendAction, arg
 
 from stitchmesh import __version__
-from stitchmesh.budget.budget import POINT_OF_PICTURE, START_OF_RENDERER
+from stitchmesh.budget.budget import NO_TIME_FOR_PICTURE, POINT_OF_PICTURE, START_OF_RENDERER
 from stitchmesh.cli.budget_options import (
-    NO_TIME_FOR_PICTURE,
     BudgetOptions,
     ChosenQuality,
     chosen_setting,
