@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from stitchmesh.cli.arguments import parse
-from stitchmesh.cli.commands.knit import Knit
+from stitchmesh.cli.main import COMMANDS
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.checked import check_table
 from stitchmesh.jobs.job_file import job_of_table
@@ -110,8 +110,8 @@ def test_each_setting_of_a_garment_is_a_key_an_axis_and_an_option(path, tmp_path
     sign = "no-" if part.default is True else ""
     flag = f"--{sign}{declared.flag or part.name.replace('_', '-')}"
     switch = {"rows": ["--auto"], "panels": ["--panels"]}.get(path.partition(".")[0], [])
-    line = ["/a.obj", "-o", "out", *[word for word in switch if word != flag], flag, *words]
-    assert parse([Knit], line, program="stitchmesh knit", description="").recipe() == recipe
+    line = ["knit", "/a.obj", "-o", "out", *[word for word in switch if word != flag], flag, *words]
+    assert parse(COMMANDS, line, program="stitchmesh", description="").recipe() == recipe
 
 
 def test_each_number_of_a_swatch_is_a_key_and_an_axis():
