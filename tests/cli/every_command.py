@@ -8,6 +8,7 @@ from pathlib import Path
 
 import stitchmesh as sm
 from stitchmesh.cli.main import main
+from stitchmesh.quality import quality_named, quality_with
 from tests.gallery import tube
 
 WORDS: dict[str, list[list[str]]] = {
@@ -77,15 +78,16 @@ def write_inputs(folder: Path) -> Path:
     yarns = sm.generate_yarns(fabric, quality="draft")
     for name in ("yarns.h5", "yarns.usda"):
         sm.write_yarns(folder / name, yarns)
-    sm.write_yarns(folder / "rest.h5", sm.relax_yarns(yarns, quality="draft", device="cpu").yarns)
-    sm.write_yarns(folder / "cell.h5", sm.swatch("stockinette", quality="draft", device="cpu").yarns)
+    brief = quality_named(quality_with("draft", max_iterations=20))
+    sm.write_yarns(folder / "rest.h5", sm.relax_yarns(yarns, quality=brief, device="cpu").yarns)
+    sm.write_yarns(folder / "cell.h5", sm.swatch("stockinette", quality=brief, device="cpu").yarns)
     for frame in range(3):
         sm.write_mesh(folder / "frames" / f"b.{frame:04d}.obj", mesh)
     (folder / "deep.jsonl").write_text('{"edit": "flip_row", "arguments": {"face": ' + "[" * 900 + "]" * 900 + "}}\n")
-    brief, swatch = 'quality = "draft"\ndevice = "cpu"\n', 'pattern = "stockinette"\nmax_iterations = 2\n'
-    (folder / "job.toml").write_text(f"{brief}render = []\n[swatch]\n{swatch}")
+    head, swatch = 'quality = "draft"\ndevice = "cpu"\n', 'pattern = "stockinette"\nmax_iterations = 2\n'
+    (folder / "job.toml").write_text(f"{head}render = []\n[swatch]\n{swatch}")
     (folder / "sweep.toml").write_text(
-        f"picture = false\n[job]\n{brief}[job.swatch]\n{swatch}[grid]\nswatch.gamma = [1.0]\n"
+        f"picture = false\n[job]\n{head}[job.swatch]\n{swatch}[grid]\nswatch.gamma = [1.0]\n"
     )
     (folder / "scene.toml").write_text(SCENE)
     assert main(["run", str(folder / "job.toml"), "-o", str(folder / "job")]) == 0

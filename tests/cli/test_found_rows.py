@@ -20,7 +20,6 @@ from stitchmesh.recipe.recipe_file import read_recipe
 from tests.cli.calls import refused, refused_without_files
 from tests.gallery import moebius, odd_corner, torus, tube
 from tests.labeling.test_partial_labeling import triangulated
-from tests.output_files import visible
 
 SHORT = ["--auto", "--stitch-width", "1", "--quality", "draft", "--device", "cpu", "--max-iterations", "5"]
 """Options with which a small tube is knitted in a moment; its yarns do not come to rest."""
@@ -48,7 +47,7 @@ def cone_obj(tmp_path_factory) -> Path:
 @pytest.fixture(scope="module")
 def knitted(tmp_path_factory, cone_obj) -> Path:
     folder = tmp_path_factory.mktemp("knitted") / "out"
-    assert cli.main(["knit", str(cone_obj), *SHORT, "--multiple", "2", "-o", str(folder)]) == 0
+    knit(cone_obj, "--multiple", "2", "-o", folder)
     return folder
 
 
@@ -57,11 +56,7 @@ def knit(*words: object) -> None:
     assert cli.main(["knit", *map(str, words), *SHORT, "--no-picture"]) == 0
 
 
-def test_triangles_are_knitted_with_a_picture_of_their_shaping(knitted):
-    assert visible(knitted) == {
-        "stitches.h5", "yarns.h5", "yarns.bcc", "preview.png", "shaping.png", "report.json", "convergence.csv",
-        "convergence.png", "garment.toml",
-    }  # fmt: skip
+def test_triangles_are_knitted(knitted):
     report, fabric = json.loads((knitted / "report.json").read_text()), read_stitches(knitted / "stitches.h5")
     assert report["repair"] == [] and not {"label", "tessellate"} & set(report)
     shape = report["shape"]
