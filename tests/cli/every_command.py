@@ -79,10 +79,10 @@ def write_inputs(folder: Path) -> Path:
     for name in ("yarns.h5", "yarns.usda"):
         sm.write_yarns(folder / name, yarns)
     brief = quality_named(quality_with("draft", max_iterations=20))
-    sm.write_yarns(folder / "rest.h5", sm.relax_yarns(yarns, quality=brief, device="cpu").yarns)
+    sm.write_yarns(folder / "rest.h5", sm.relax_yarns(yarns, quality="draft", device="cpu").yarns)
     sm.write_yarns(folder / "cell.h5", sm.swatch("stockinette", quality=brief, device="cpu").yarns)
     for frame in range(3):
-        sm.write_mesh(folder / "frames" / f"b.{frame:04d}.obj", mesh)
+        sm.write_mesh(folder / "frames" / f"b.{frame:04d}.obj", tube(8, 3, radius=10.0, height=12.0))
     (folder / "deep.jsonl").write_text('{"edit": "flip_row", "arguments": {"face": ' + "[" * 900 + "]" * 900 + "}}\n")
     head, swatch = 'quality = "draft"\ndevice = "cpu"\n', 'pattern = "stockinette"\nmax_iterations = 2\n'
     (folder / "job.toml").write_text(f"{head}render = []\n[swatch]\n{swatch}")
