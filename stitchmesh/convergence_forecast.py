@@ -24,8 +24,6 @@ POWER = 0.8
 LEFT = (0.7, 2.7)
 """Least and most remaining iterations, over the iterations so far. A residual below its goal does not end a relaxation
 (``yarnrelax.convergence``), and one far above its goal says little beyond a few times the iterations so far."""
-RECENT = 4.0
-"""The line begins at the number of iterations so far divided by this."""
 FEWEST = 3
 """Number of assessments that a line needs."""
 
@@ -58,7 +56,7 @@ class ResidualCourse:
         n, r = n[known], r[known]
         if len(n) < FEWEST:
             return 0.0
-        late = n >= min(n[-1] / RECENT, n[-FEWEST])
+        late = n >= min(n[-1] / 4.0, n[-FEWEST])  # the line begins at a quarter of the iterations so far
         level = float(np.median(np.log(r[late]) + POWER * np.log(n[late] / n[-1])))
         growth = math.expm1(min((level - math.log(goal)) / POWER, math.log(1.0 + LEFT[1])))
         left = min(n[-1] * max(growth, LEFT[0]), max(most - n[-1], 0.0))

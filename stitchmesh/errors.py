@@ -37,8 +37,6 @@ LONGEST_MESSAGE = 2000
 """A longer message loses its middle."""
 REPLACEMENT = "\N{REPLACEMENT CHARACTER}"
 """This character replaces each one that cannot be printed."""
-MAX_CHARACTERS = 40
-"""Number of characters of a text that a message shows."""
 
 
 class StitchMeshError(Exception):
@@ -184,7 +182,7 @@ def check_positive(name: str, value: float, unit: str = "") -> None:
 def described(value: object) -> str:
     """Return a short description of a value for a message: a text or a number itself, or the class of another value."""
     if isinstance(value, str):
-        return f"the text {value[:MAX_CHARACTERS]!r}"
+        return f"the text {value[:40]!r}"
     if value is None or isinstance(value, bool | int | float):
         return str(value)
     if isinstance(value, np.ndarray):

@@ -53,8 +53,6 @@ SPREADS = (1.25, 2.0)
 because estimates that agree can be wrong together. A first estimate has the largest factor."""
 CREEP = 0.2
 """The power with which the rest shrinks while the reported part does not grow."""
-SAMPLE = 1.01
-"""Least ratio of the times of two estimates that are compared."""
 TIME_STEPS = (
     (10.0, 1.0, "s", 1.0), (120.0, 5.0, "s", 1.0), (7200.0, 60.0, "min", 60.0), (math.inf, 1800.0, "h", 3600.0),
 )  # fmt: skip
@@ -62,8 +60,6 @@ TIME_STEPS = (
 the last number of seconds."""
 LINE_SECONDS = 0.2
 """Shortest time between two changes of the line [s]; a computation that ends within this time shows no line."""
-NOTEBOOK_SHELL = "ZMQInteractiveShell"
-"""Class of the shell in which a notebook runs Python."""
 
 
 def no_progress(stage: str, done: float, note: str) -> None:
@@ -126,7 +122,7 @@ class StageClock:
             return Outlook(self._part, None)
         left = spent / done - spent
         self._totals = [(at, total) for at, total in self._totals if at >= spent / 2.0]
-        if not self._totals or spent >= SAMPLE * self._totals[-1][0]:
+        if not self._totals or spent >= 1.01 * self._totals[-1][0]:  # others say the same
             self._totals.append((spent, left + spent))
         totals = [total for _at, total in self._totals]
         known = self._totals[0][0] < spent
@@ -160,7 +156,6 @@ def relaxing_progress(
     course = ResidualCourse()
 
     def report_assessment(iteration: int, residual: float) -> None:
-        """Report one assessment."""
         course.add(iteration, residual)
         done = course.completed_part(goal, max_iterations)
         progress(stage, done, f"iteration {iteration}, residual {residual:.3g}")
@@ -236,7 +231,7 @@ def output_stream() -> TextIO | None:
     if threading.current_thread() is not threading.main_thread():
         return None
     shell = getattr(builtins, "get_ipython", None)  # IPython adds this function to the built-in ones.
-    if shell is not None and type(shell()).__name__ == NOTEBOOK_SHELL:
+    if shell is not None and type(shell()).__name__ == "ZMQInteractiveShell":  # the shell of a notebook
         return sys.stdout
     return sys.stderr if sys.stderr is not None and sys.stderr.isatty() else None
 

@@ -30,8 +30,8 @@ NEEDS_FINE = ("bobble", "set_cable", "ungraft")
 """On the coarse hat yarns of the others start too close, and the cable starts warm: here it is relaxed anew."""
 POSSIBLE = tuple(name for name in _ARGUMENTS if name not in ("clear_cable", "graft"))
 """A hat has one border and no cable."""
-TELLING = ("twist_loop", "insert_row", "paste_pattern")
-"""Edits that change a loop, a row and a region; all of them on the coarse hat."""
+TELLING = ("twist_loop", "insert_row")
+"""Edits that change a loop and a row; both of them on the coarse hat."""
 
 
 @cache

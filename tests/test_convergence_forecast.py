@@ -50,16 +50,12 @@ def forecast_after(name: str, share: float) -> tuple[float, float]:
 
 
 @pytest.mark.parametrize("name", GOALS)
-def test_a_forecast_after_a_fifth_is_within_a_factor_of_two(name):
+def test_a_forecast_is_within_a_factor_of_two(name):
+    """Newton's method ends the free cell of a swatch, with steps that the course before them does not show."""
     forecast, left = forecast_after(name, 0.2)
     assert (0.5 <= forecast / left <= 2.0) != (name in SLOWER_THAN_FORECAST)
-
-
-@pytest.mark.parametrize("name", sorted(GOALS.keys() - {"rib-cell"}))
-def test_a_forecast_at_half_of_the_way_is_within_a_factor_of_two(name):
-    """Newton's method ends the free cell of a swatch, with steps that the course before them does not show."""
     forecast, left = forecast_after(name, 0.5)
-    assert 0.5 <= forecast / left <= 2.0
+    assert 0.5 <= forecast / left <= 2.0 or name == "rib-cell"
 
 
 def test_a_power_law_is_forecast_exactly():

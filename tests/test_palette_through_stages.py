@@ -7,6 +7,7 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import cache
 
+import h5py
 import numpy as np
 import pytest
 
@@ -42,13 +43,6 @@ def test_the_stages_of_a_mesh_keep_the_palette():
         np.testing.assert_array_equal(made.palette, PALETTE)
 
 
-def test_the_history_takes_a_colour_back():
-    history = sm.History(fabric())
-    history.apply(sm.Edit("recolour", {"yarn": 0, "colour": "teal"}))
-    assert history.fabric.palette[0].tolist() == [0, 128, 128]
-    np.testing.assert_array_equal(history.undo().palette, PALETTE)
-
-
 def test_generated_and_relaxed_yarns_keep_the_palette_and_the_apparent_radius():
     free = sm.relax_yarns(yarns(), quality=QUICK, device="cpu").yarns
     purled = int(np.flatnonzero(fabric().row == 2)[0])
@@ -69,7 +63,7 @@ def test_a_repeat_keeps_them_on_its_lattice_and_in_tiles():
         np.testing.assert_allclose(made.drawn_radius, 0.15, rtol=1e-12)  # the radius is scaled a few times
 
 
-def test_files_without_loss_keep_them(tmp_path):
+def test_files_without_loss_keep_them_and_older_files_are_read(tmp_path):
     sm.write_stitches(tmp_path / "s.h5", fabric())
     sm.write_yarns(tmp_path / "y.h5", yarns())
     np.testing.assert_array_equal(sm.read_stitches(tmp_path / "s.h5").palette, PALETTE)
@@ -77,22 +71,15 @@ def test_files_without_loss_keep_them(tmp_path):
     np.testing.assert_array_equal(read.palette, PALETTE)
     np.testing.assert_array_equal(read.drawn_radius, yarns().drawn_radius)
     assert sm.read_yarns(tmp_path / "y.h5", radius=0.04).drawn_radius == pytest.approx(0.06)  # the ratio is kept
-
-
-def test_older_files_are_read(tmp_path):
-    import h5py
-
-    sm.write_stitches(tmp_path / "s.h5", fabric())
-    sm.write_yarns(tmp_path / "y.h5", yarns())
-    for name in ("s.h5", "y.h5"):
+    for name in ("s.h5", "y.h5"):  # older files have neither
         with h5py.File(tmp_path / name, "a") as file:
             del file["palette"]
             if "drawn_radius" in file:
                 del file["drawn_radius"]
     assert sm.read_stitches(tmp_path / "s.h5").palette.shape == (0, 3)
-    read = sm.read_yarns(tmp_path / "y.h5")
-    assert read.palette.shape == (0, 3)
-    np.testing.assert_array_equal(read.drawn_radius, read.radius)
+    old = sm.read_yarns(tmp_path / "y.h5")
+    assert old.palette.shape == (0, 3)
+    np.testing.assert_array_equal(old.drawn_radius, old.radius)
 
 
 def test_the_apparent_radius_is_given_or_follows_from_the_contact_radius():
@@ -106,8 +93,3 @@ def test_the_apparent_radius_is_given_or_follows_from_the_contact_radius():
         replace(yarns(), drawn_radius=np.zeros(yarns().yarn_count))
     with pytest.raises(YarnError, match="palette: got shape"):
         replace(yarns(), palette=[[1, 2]])
-
-
-def test_a_smaller_radius_keeps_the_ratio():
-    half = yarns().with_radius(0.04)
-    np.testing.assert_allclose(half.drawn_radius / half.radius, 1.5)

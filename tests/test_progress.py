@@ -47,10 +47,6 @@ def test_the_completed_part_is_that_of_the_forecast():
     assert reports_of(*entries)[-1] == ("yarnrelax", course.completed_part(0.01), "iteration 80, residual 0.2")
 
 
-def test_the_completed_part_is_0_before_there_is_a_forecast():
-    assert [part for _, part, _ in reports_of((0, math.inf), (20, 1.0), (40, 3.0))] == [0.0, 0.0, 0.0]
-
-
 def test_the_completed_part_follows_from_the_iterations_if_these_end_first():
     done = [part for _, part, _ in reports_of((50, 1.0), (100, 0.9), (150, 0.9), (200, 0.8), max_iterations=200)]
     assert done == [0.0, 0.0, 0.75, 1.0]
@@ -87,10 +83,8 @@ def test_a_part_that_falls_is_shown_as_one_that_grows_more_slowly():
     [
         (None, ""),
         ((0.2, 0.3), "1 s left"),
-        ((5.4, 8.1), "5 to 8 s left"),
         ((21.0, 84.0), "20 to 85 s left"),
         ((52.0, 130.0), "50 s to 2 min left"),
-        ((1000.0, 4000.0), "17 to 67 min left"),
         ((7000.0, 21_000.0), "117 min to 6 h left"),
     ],
 )
@@ -117,7 +111,7 @@ def shell(name: str):
     return type(name, (), {})
 
 
-def test_a_line_is_shown_on_a_terminal_or_in_a_notebook_only(monkeypatch):
+def test_a_line_is_shown_on_a_terminal_or_in_a_notebook_only_and_not_of_another_thread(monkeypatch):
     terminal, notebook = Terminal(), io.StringIO()
     monkeypatch.setattr(sys, "stderr", terminal)
     monkeypatch.setattr(sys, "stdout", notebook)
@@ -126,19 +120,15 @@ def test_a_line_is_shown_on_a_terminal_or_in_a_notebook_only(monkeypatch):
     assert output_stream() is notebook
     monkeypatch.setattr(builtins, "get_ipython", shell("TerminalInteractiveShell"))
     assert output_stream() is terminal
-    monkeypatch.setattr(sys, "stderr", io.StringIO())
-    assert output_stream() is None
-    monkeypatch.setattr(sys, "stderr", None)  # as in a program without a console
-    assert output_stream() is None
-
-
-def test_no_line_is_shown_in_another_thread(monkeypatch):
-    monkeypatch.setattr(sys, "stderr", Terminal())
     found = []
     thread = threading.Thread(target=lambda: found.append(output_stream()))
     thread.start()
     thread.join()
     assert found == [None]
+    monkeypatch.setattr(sys, "stderr", io.StringIO())
+    assert output_stream() is None
+    monkeypatch.setattr(sys, "stderr", None)  # as in a program without a console
+    assert output_stream() is None
 
 
 def test_the_function_of_the_caller_is_called_and_false_shows_nothing(monkeypatch):
@@ -186,12 +176,9 @@ def functions_with(argument: str) -> list[str]:
     return [name for name in functions if argument in inspect.signature(getattr(stitchmesh, name)).parameters]
 
 
-@pytest.mark.parametrize("name", functions_with("run"))
-def test_every_public_relaxation_shows_its_progress_by_default(name):
-    assert inspect.signature(getattr(stitchmesh, name)).parameters["run"].default is SHOWN
-
-
-@pytest.mark.parametrize("name", functions_with("progress"))
-def test_every_public_function_shows_progress_by_default_and_nothing_with_false(name):
-    given = inspect.signature(getattr(stitchmesh, name)).parameters["progress"]
-    assert given.default is None and given.annotation.endswith("| Literal[False] | None")
+def test_every_public_function_shows_progress_by_default_and_nothing_with_false():
+    for name in functions_with("run"):
+        assert inspect.signature(getattr(stitchmesh, name)).parameters["run"].default is SHOWN, name
+    for name in functions_with("progress"):
+        given = inspect.signature(getattr(stitchmesh, name)).parameters["progress"]
+        assert given.default is None and given.annotation.endswith("| Literal[False] | None"), name

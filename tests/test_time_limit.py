@@ -63,16 +63,11 @@ def test_a_share_leaves_the_rest_for_what_follows():
             with pytest.raises(OutOfTime):
                 check_time()
         assert seconds_left() == 6.0
-    with limited_to_share(0.25):
-        assert seconds_left() == math.inf
-
-
-def test_a_share_of_time_that_has_passed_is_no_time():
-    clock = Clock()
-    with limited_to(TimeLimit(1.0, clock)):
-        clock.now += 5.0
+        clock.now += 9.0
         with limited_to_share(0.5):
             assert seconds_left() == 0.0
+    with limited_to_share(0.25):
+        assert seconds_left() == math.inf
 
 
 def test_work_that_is_done_twice_is_paid_for_twice():

@@ -21,6 +21,8 @@ FILES = 1.5
 """Time to write the files and to plot the convergence after the relaxations, on a machine without other load [s]."""
 START_OF_RENDERER, POINT_OF_PICTURE = 2.0, 6e-5
 """Time to start the renderer, and to draw one control point without a GPU [s]."""
+NO_TIME_FOR_PICTURE = "no picture: the time leaves none for it; give more, or draw it with `stitchmesh render`"
+"""Line in the place of a picture that is left out."""
 AMOUNT = re.compile(r"\s*([-+]?(?:[\d.]+(?:e[-+]?\d+)?|nan|inf\w*))\s*([a-z%]*)\s*", re.IGNORECASE)
 """A number and a unit."""
 

@@ -21,14 +21,7 @@ OUT_OF_TIME = 3
 QUICK_START, MOST_LOAD = 0.5, 5.0
 """Time in which a machine that has nothing else to do reads the options [s], and the largest factor by which a shared
 machine is slower: where the start takes longer, files and pictures do too."""
-BOOT, OWN = Path("/proc/uptime"), Path("/proc/self/stat")
-"""On Linux: the time since the machine was started [s], and when this process was started [clock ticks]."""
 WITHIN_HELP = f"time for the whole command: 60s, 2min, 0.5h; it ends with what is reached (exit status {OUT_OF_TIME})"
-ERROR_HELP = "largest relative error of the stitch spacing: 1% or 0.01; tables then choose the quality"
-
-NO_TIME_FOR_PICTURE = "no picture: the time leaves none for it; give more, or draw it with `stitchmesh render`"
-"""Line in the place of a picture that is left out."""
-
 ChosenQuality = Annotated[
     str | None,
     help_entry(
@@ -48,8 +41,9 @@ def mark_start(*, fresh: bool) -> None:
 def _age_of_process() -> float:
     """Return the time since the start of the process [s]; 0 where it is not known."""
     try:
-        ticks = int(OWN.read_text().rpartition(")")[2].split()[19])
-        return float(BOOT.read_text().split()[0]) - ticks / os.sysconf("SC_CLK_TCK")
+        since_boot = float(Path("/proc/uptime").read_text().split()[0])
+        ticks = int(Path("/proc/self/stat").read_text().rpartition(")")[2].split()[19])  # when the process was started
+        return since_boot - ticks / os.sysconf("SC_CLK_TCK")
     except (OSError, ValueError, IndexError):
         return 0.0
 
@@ -78,7 +72,8 @@ class BudgetOptions:
     """Limits on the time and on the error, for which measured tables choose the quality."""
 
     within: Annotated[str | None, help_entry("TIME", "no limit", help=WITHIN_HELP)] = None
-    error: Annotated[str | None, help_entry("ERROR", "that of the quality", help=ERROR_HELP)] = None
+    error: Annotated[str | None, help_entry("ERROR", "that of the quality")] = None
+    """largest relative error of the stitch spacing: 1% or 0.01; tables then choose the quality"""
 
     def budget(self, after: float = FILES, *, chooses: bool = True) -> Budget | None:
         """Return the budget; None if neither option is given.

@@ -10,8 +10,6 @@ from pathlib import Path
 
 from stitchmesh.errors import DisplayError, LabelError
 
-FAULTS_PICTURE = "labeling-faults.png"
-"""Name of the picture."""
 REMEDY = "knit it with --auto"
 """What helps a mesh of any kind: rows are found on it without labels."""
 
@@ -37,7 +35,7 @@ def faults_drawn(folder: Path, remedy: str = REMEDY) -> Iterator[None]:
             raise
         from stitchmesh.render.labeling_picture import render_labeling
 
-        picture = folder / FAULTS_PICTURE
+        picture = folder / "labeling-faults.png"
         message = f"{remedy}, which finds rows where a mesh has none; or change the mesh: {error}"
         try:
             render_labeling(error.labeling, picture)

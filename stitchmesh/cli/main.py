@@ -14,35 +14,23 @@ from contextlib import nullcontext, suppress
 from stitchmesh import __version__
 from stitchmesh.cli.arguments import BAD_INPUT, Command, parse
 from stitchmesh.cli.budget_options import mark_start
-from stitchmesh.cli.commands.app import App
-from stitchmesh.cli.commands.batch import Batch
-from stitchmesh.cli.commands.capture import Capture
-from stitchmesh.cli.commands.check import Check
-from stitchmesh.cli.commands.convert import Convert
+from stitchmesh.cli.commands.application import App, View
 from stitchmesh.cli.commands.drape import Drape
 from stitchmesh.cli.commands.edit import Edit
-from stitchmesh.cli.commands.examples import Examples
+from stitchmesh.cli.commands.fabric_parts import Capture, Pattern, Select
+from stitchmesh.cli.commands.files import Check, Convert, Info
 from stitchmesh.cli.commands.follow import Follow
-from stitchmesh.cli.commands.info import Info
 from stitchmesh.cli.commands.instructions import Instructions
-from stitchmesh.cli.commands.job import Job
+from stitchmesh.cli.commands.jobs import Batch, Job, Run, Status
 from stitchmesh.cli.commands.knit import Knit
 from stitchmesh.cli.commands.label import Label
+from stitchmesh.cli.commands.library import Examples, Patterns
 from stitchmesh.cli.commands.outline import Outline
-from stitchmesh.cli.commands.pattern import Pattern
-from stitchmesh.cli.commands.patterns import Patterns
-from stitchmesh.cli.commands.relax import Relax
-from stitchmesh.cli.commands.relax_edited import RelaxEdited
-from stitchmesh.cli.commands.relax_mesh import RelaxMesh
+from stitchmesh.cli.commands.relax import Relax, RelaxEdited
 from stitchmesh.cli.commands.render import Render
-from stitchmesh.cli.commands.run import Run
-from stitchmesh.cli.commands.select import Select
-from stitchmesh.cli.commands.status import Status
+from stitchmesh.cli.commands.stages import RelaxMesh, Tessellate, Yarns
 from stitchmesh.cli.commands.stretch import Stretch
 from stitchmesh.cli.commands.swatch import Swatch
-from stitchmesh.cli.commands.tessellate import Tessellate
-from stitchmesh.cli.commands.view import View
-from stitchmesh.cli.commands.yarns import Yarns
 from stitchmesh.cli.fault import FAULT, fault_of
 from stitchmesh.cli.say import say
 from stitchmesh.cli.stop_signal import INTERRUPTED, interrupt_noted
@@ -128,7 +116,6 @@ def _fault(error: Exception) -> int:
 
 
 def _say(line: str) -> None:
-    """Print a line to standard error."""
     with suppress(OSError):  # The disk of standard error is full too.
         say(line, file=sys.stderr)
 

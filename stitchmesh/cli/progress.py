@@ -18,8 +18,6 @@ from stitchmesh.progress import Progress as Report
 
 LINE_SECONDS = 3.0
 """Shortest time between two lines in a file [s]."""
-LINES_AGAIN = 1.2
-"""Least ratio of the times from the start of a stage to two of its lines, so that a night fills no screen."""
 NEXT_LINE = "\n"
 """Separator of the two lines of a note."""
 
@@ -51,7 +49,7 @@ class _Lines:
             self._stage, self._stage_start, self._clock = stage, now, StageClock()
         outlook = self._clock.outlook(now - self._stage_start, done)
         since = self._last_line - self._stage_start
-        if now - self._last_line < max(LINE_SECONDS, (LINES_AGAIN - 1.0) * since):
+        if now - self._last_line < max(LINE_SECONDS, 0.2 * since):  # a night fills no screen
             return
         self._last_line = now
         estimate = f", {outlook.words}" if outlook.words else ""

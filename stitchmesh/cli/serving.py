@@ -15,9 +15,6 @@ from stitchmesh.cli.words import Flag, help_entry
 if TYPE_CHECKING:
     from stitchmesh.app.project.project import Project
 
-TOKEN_VARIABLE = "STITCHMESH_TOKEN"
-"""Name of the variable of the environment that can hold the token."""
-
 
 @dataclass(frozen=True)
 class Serving:
@@ -40,7 +37,7 @@ class Serving:
 
         token = self.token
         if token is None and not self.no_token:
-            token = os.environ.get(TOKEN_VARIABLE) or None
+            token = os.environ.get("STITCHMESH_TOKEN") or None
         options = RunOptions(
             host=self.host, port=self.port, token=token, needs_token=not self.no_token, browser=not self.no_browser
         )

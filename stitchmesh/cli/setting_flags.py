@@ -17,18 +17,13 @@ from tyro.constructors import StructConstructorSpec, StructFieldSpec, StructType
 
 from stitchmesh.cli.words import DirectionWord, NumberOrPair, OneOrTwoSizes, Pair, PanelPair, panel_direction, parsed_by
 from stitchmesh.errors import FileError, ParameterError
-from stitchmesh.recipe.sections import DirectionTable
 from stitchmesh.settings import SettingDeclaration, declared_setting, setting_named
 from stitchmesh.shaping.marks import TimeMark
 from stitchmesh.shaping.options import ShapingOptions
+from stitchmesh.shaping.panels.options import PanelDirection
 
 METAVARS = {int: "N", float: "X", str: "NAME"}
 """Placeholder of a value whose declaration has no form and no unit, by its type."""
-
-
-def _panel_table(text: str) -> DirectionTable:
-    panel, direction = panel_direction(text)
-    return DirectionTable(panel=panel, direction=direction)
 
 
 def _read_marks(path: str) -> tuple[TimeMark, ...]:
@@ -55,7 +50,7 @@ FORMS: dict[str, Any] = {
 }
 """How one word becomes a value, by the form of a declaration; the words of all others follow from the type."""
 TYPES: dict[Any, Any] = {
-    DirectionTable: Annotated[DirectionTable, parsed_by(_panel_table, "PANEL=U,V")],
+    PanelDirection: Annotated[PanelDirection, parsed_by(panel_direction, "PANEL=U,V")],
     tuple[TimeMark, ...]: Annotated[tuple[TimeMark, ...], parsed_by(_read_marks, "FILE")],
 }
 """How one word becomes a value, by the type."""

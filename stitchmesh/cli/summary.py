@@ -168,7 +168,6 @@ def files_to_open(folder: Path, drawn: bool) -> str:
 
 
 def _length(yarns: YarnSet) -> str:
-    """Return the length of all yarn."""
     metres = float(yarns.lengths.sum()) / 100.0
     return f"{metres:.3g} m" if metres < 1000.0 else f"{metres:,.0f} m"
 

@@ -14,6 +14,8 @@ from typing import Annotated, Any, TypeVar
 from tyro.conf import arg
 from tyro.constructors import PrimitiveConstructorSpec
 
+from stitchmesh.shaping.panels.options import PanelDirection
+
 AXES = {
     sign + name: tuple(float(f"{sign}1") if place == axis else 0.0 for place in range(3))
     for sign in ("", "-")
@@ -152,14 +154,14 @@ def _one_or_two_sizes(words: list[str]) -> float | tuple[float, float]:
     return first, second
 
 
-def panel_direction(text: str) -> tuple[int | str, tuple[float, float]]:
+def panel_direction(text: str) -> PanelDirection:
     """Convert the name of a panel and its direction, ``PANEL=U,V``."""
     name, _, words = text.rpartition("=")
     try:
         u, v = (finite_number(word) for word in words.split(","))
     except ValueError as error:
         raise ValueError(f"got {text!r}; expected a panel and its direction in the texture, PANEL=U,V") from error
-    return _panel(name, text), (u, v)
+    return PanelDirection(panel=_panel(name, text), direction=(u, v))
 
 
 def panel_pair(text: str) -> tuple[int | str, int | str]:
@@ -169,7 +171,6 @@ def panel_pair(text: str) -> tuple[int | str, int | str]:
 
 
 def _panel(name: str, text: str) -> int | str:
-    """Return the number of a panel, or its name."""
     if not name.strip():
         raise ValueError(f"got {text!r}; expected the number or the name of a panel")
     return whole_number(name) if name.isdecimal() else name.strip()

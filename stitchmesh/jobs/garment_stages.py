@@ -68,7 +68,6 @@ def _with_contents(options: KnitOptions) -> KnitOptions:
 
 
 def _content(path: str) -> str:
-    """Return the content of a file as text."""
     return read_bytes(path).hex()
 
 
@@ -86,7 +85,6 @@ def _checked_memory(run: JobRun, garment: Garment) -> dict[str, float]:
     fabric, options, device, pictures = garment.fabric, garment.options, garment.device, run.job.render
 
     def memory_at(quality: Quality) -> float:
-        """Return the memory of the job at a quality [bytes]."""
         if garment.found is None:
             return garment_memory(fabric, options, quality, device, pictures)
         return found_memory(fabric, quality, device, pictures)
@@ -102,7 +100,6 @@ def _relaxed(run: JobRun, garment: Garment, kept: KeptStage[Relaxation]) -> Made
     run.check_resume(kept, stopped=is_file(checkpoint))
 
     def relax() -> Made[Relaxation]:
-        """Relax the yarns from their beginning or from the checkpoint."""
         saver, continues = StateSaver(run.folder, garment.report, garment.yarns), is_file(checkpoint)
         relaxation = Run(
             run.progress, on_state=saver.keep, checkpoints=Checkpoints(folder, run.job.interval),

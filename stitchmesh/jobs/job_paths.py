@@ -61,7 +61,6 @@ def _checked(file: FilePath, folders: Sequence[FilePath], seen: list[str]) -> Ca
     """Return a function that checks that a path leads into one of the folders, notes the path, and returns it."""
 
     def check(path: str) -> str:
-        """Return a path that leads into one of the folders."""
         found, roots = whole_path(path), [whole_path(folder) for folder in folders]
         if not any(found.is_relative_to(root) for root in roots):
             raise FileError(

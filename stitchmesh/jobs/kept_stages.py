@@ -162,10 +162,6 @@ class KeptStages:
         """Return the folders of all stages, finished or not, in the order of their names."""
         return [path for path in self._inside() if self._is_stage(path)]
 
-    def unfinished(self) -> list[Path]:
-        """Return the folders of stages that are not finished."""
-        return [path for path in self.folders() if not (path / RECORD).is_file()]
-
     def say_what_stays(self) -> None:
         """Print the names of other files in the folder of the stages, which the program did not make."""
         others = [path.name for path in self._inside() if not self._is_stage(path) and path.name not in (MARK, PARTS)]
@@ -194,8 +190,7 @@ class KeptStages:
         for path in self.folders():
             for parts in list(path.rglob(PARTS)):
                 remove_stale_parts(parts.parent)
-        for path in self.unfinished():
-            if not any(path.rglob(checkpoint)):
+            if not (path / RECORD).is_file() and not any(path.rglob(checkpoint)):
                 self._remove(path)
 
     def _inside(self) -> list[Path]:

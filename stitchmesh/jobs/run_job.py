@@ -13,7 +13,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from stitchmesh.budget.budget import FILES, START_OF_RENDERER, Budget
+from stitchmesh.budget.budget import FILES, NO_TIME_FOR_PICTURE, START_OF_RENDERER, Budget
 from stitchmesh.budget.plan import limit_of
 from stitchmesh.errors import FileError, StitchMeshError, is_interrupt
 from stitchmesh.io.atomic import write_json
@@ -159,7 +159,7 @@ def _drawn_in_time(run: JobRun, fabric: StitchMesh | None, yarns: YarnSet) -> st
     budget = run.budget
     if budget is not None and budget.within is not None:
         if budget.began + budget.within - time.perf_counter() < START_OF_RENDERER:
-            logger.warning("no picture: the time leaves none for it; give more, or draw it with `stitchmesh render`")
+            logger.warning(NO_TIME_FOR_PICTURE)
             return "the time leaves none for it"
     return draw_yarns(run, fabric, yarns)
 

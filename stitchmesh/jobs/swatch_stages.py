@@ -72,7 +72,6 @@ def _planned(run: JobRun, table: SwatchTable, source: Source, given: Quality, de
     inputs = source, sorted(arguments.items()), device, given, budget.within, budget.error, budget.chooses
 
     def plan() -> Made[Quality]:
-        """Choose the quality by the budget."""
         return planned_quality(plan_swatch(source, budget, given, device, **arguments), asdict(given))
 
     return run.keep(KeptStage("budget", stage_key("budget", *inputs), Quality), plan)
@@ -94,7 +93,6 @@ def _relaxed(
         run.progress("swatch", done, note)
 
     def relax() -> Made[Swatch]:
-        """Relax the repeat from its beginning or from the checkpoints."""
         began = time.perf_counter()
         before = relaxations.seconds()
         with run.continued(before) if before else nullcontext():

@@ -48,10 +48,11 @@ from stitchmesh.periodic.relaxation.drawn_cell import (
 from stitchmesh.periodic.relaxation.prepared_swatch import PreparedSwatch, prepare_swatch
 from stitchmesh.periodic.relaxation.support import planes
 from stitchmesh.periodic.swatch import Swatch, relax_prepared
-from stitchmesh.periodic.swatch_options import STRETCH_STEPS
+from stitchmesh.periodic.swatch_options import StretchSettings
 from stitchmesh.periodic.weave.weave import Weave
 from stitchmesh.quality import DEFAULT_QUALITY, PRESETS, Quality, quality_named
 from stitchmesh.run import SHOWN, Run
+from stitchmesh.settings import check_settings
 from stitchmesh.time_limit import limited_to
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial
@@ -79,7 +80,7 @@ logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, kw_only=True)
-class StretchPath:
+class StretchPath(StretchSettings):
     """The strains that a stretch test goes through, one after another, with the size across and the friction.
 
     Raises:
@@ -93,13 +94,6 @@ class StretchPath:
     """First and last strain along the wales. Either ``course`` or ``wale`` must be given."""
     other: Other = "free"
     """``free`` relaxes the size across the stretch direction; ``held`` keeps its value in the free cell."""
-    steps: int = STRETCH_STEPS
-    """Number of strains, including the first and the last."""
-    cycles: int = 0
-    """How often the fabric is let back from the last strain to the first, and then stretched again before the next
-    time. With 0 it stays stretched."""
-    friction: float | None = None
-    """Coefficient of friction between the yarns; no friction if not given."""
 
     def __post_init__(self) -> None:
         if (self.course is None) == (self.wale is None):
@@ -113,10 +107,7 @@ class StretchPath:
             raise ParameterError(f"{self.direction}: got {found}; expected strains of {bounds}")
         if first == last:
             raise ParameterError(f"{self.direction}: got {100 * first:g} % twice; expected two different strains")
-        if self.steps < 2:
-            raise ParameterError(f"steps: got {self.steps}; expected at least 2")
-        if self.cycles < 0:
-            raise ParameterError(f"cycles: got {self.cycles}; expected at least 0")
+        check_settings(self)
         if self.other not in get_args(Other):
             raise ParameterError(f"other: got {self.other!r}; expected free or held")
         states = self.steps + max(2 * self.cycles - 1, 0) * (self.steps - 1)

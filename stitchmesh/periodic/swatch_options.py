@@ -36,8 +36,6 @@ KnitState = Literal["dry", "wet", "full", "frictionless"]
 """The states of ``LetGo``, and the state without friction, which weaves have too."""
 YARN_FRICTION = 0.2
 """Default coefficient of friction between yarns, in the range of spun yarns, 0.1 to 0.5."""
-STRETCH_STEPS = 9
-"""Default number of states of a stretch curve."""
 
 
 def has_free_size(*, relax_cell: Any, relaxation: KnitState | None, blocked: float | None) -> bool:
@@ -163,3 +161,17 @@ class SwatchOptions(RepeatSettings, StateSettings):
     def drawn_over_contact(self, default: float) -> float:
         """Apparent radius over contact radius; ``default`` if no apparent radius is given."""
         return default if self.drawn_radius is None else self.drawn_radius / self.yarn_radius
+
+
+@dataclass(frozen=True, kw_only=True)
+class StretchSettings:
+    """How a stretch test goes through its strains, apart from the direction and the strains themselves."""
+
+    steps: int = setting(9, "number of strains, with the first and the last", least=2, expected="at least 2")
+    cycles: int = setting(
+        0, "how often the swatch is let back to the first strain; between two times it is stretched again; with 0 it "
+        "stays stretched", least=0, expected="at least 0",
+    )  # fmt: skip
+    friction: float | None = setting(
+        None, "coefficient of friction between yarns; loading then differs from unloading", form="MU", unset="off"
+    )

@@ -9,7 +9,7 @@ The names of the fields are the keys of recipes, of jobs and of sweeps, and the 
 from __future__ import annotations
 
 from dataclasses import dataclass, field, fields
-from typing import TYPE_CHECKING, get_args
+from typing import TYPE_CHECKING
 
 from numpy.typing import ArrayLike
 
@@ -101,17 +101,7 @@ class RowsSection(ShapingOptions):
 
 
 @dataclass(frozen=True, kw_only=True)
-class DirectionTable:
-    """The direction of knitting of a panel."""
-
-    panel: int | str
-    """Number of the panel, or the name of an object, a group or a material: then all panels of this name."""
-    direction: tuple[float, float]
-    """Direction in the texture (u, v)."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class PanelsSection:
+class PanelsSection(PanelOptions):
     """Panels of a sewing pattern, each knitted in its own direction.
 
     Raises:
@@ -122,22 +112,11 @@ class PanelsSection:
         False, "knit the mesh as a sewing pattern, panel by panel, by its texture coordinates or groups "
         "(docs/panels.md)", flag="panels",
     )  # fmt: skip
-    directions: tuple[DirectionTable, ...] = setting(
-        (), "direction of knitting of a panel in its texture; PANEL is a number, or the name of objects or groups",
-        flag="panel-direction", form="PANEL=U,V", unset="0,1: up in the pattern",
-    )  # fmt: skip
-    sewn: tuple[tuple[int | str, int | str], ...] = setting(
-        (), "two panels whose seams are left to be sewn, also where their stitches fit", flag="sew", form="PANEL,PANEL"
-    )
-    shaping: Placement = setting(
-        DEFAULT_PLACEMENT, "increases and decreases: at both ends of the rows (seams) or spread", flag=None,
-        choices=get_args(Placement),
-    )  # fmt: skip
 
     def __post_init__(self) -> None:
         for name in () if self.knit else changed_settings(self):
             raise ParameterError(f"{name}: is for the panels of a sewing pattern; give knit (--panels) too")
-        self.options()
+        super().__post_init__()
 
     def options(self, placement: Placement = DEFAULT_PLACEMENT) -> PanelOptions | None:
         """Return how the panels are knitted; None if the mesh is no sewing pattern.
@@ -147,9 +126,8 @@ class PanelsSection:
         """
         if not self.knit:
             return None
-        directions = tuple((one.panel, one.direction) for one in self.directions)
         shaping = placement if self.shaping == DEFAULT_PLACEMENT else self.shaping
-        return PanelOptions(directions=directions, sewn=self.sewn, shaping=shaping)
+        return PanelOptions(directions=self.directions, sewn=self.sewn, shaping=shaping)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -61,8 +61,9 @@ def found_on_panels(
         StitchMeshError: as for ``knit_panels``.
     """
     shaped = knit_panels(
-        panels, stitch_width=stitch_width, stitch_height=stitch_height, directions=dict(options.directions),
-        sewn=options.sewn, shaping=options.shaping, progress=progress,
+        panels, stitch_width=stitch_width, stitch_height=stitch_height,
+        directions={one.panel: one.direction for one in options.directions}, sewn=options.sewn,
+        shaping=options.shaping, progress=progress,
     )  # fmt: skip
     given = triangle_surface(panels.mesh, EDGE_OVER_WIDTH * stitch_width)
     fit = asdict(shaping_report(shaped.fabric, given, stitch_width, shaped.report.seconds))

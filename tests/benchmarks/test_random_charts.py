@@ -15,7 +15,7 @@ MOST = 160
 """Stitches of the largest chart that the benchmark promises: eight by eight, knitted twice, and ten by sixteen."""
 
 
-@pytest.mark.parametrize("number", range(16))
+@pytest.mark.parametrize("number", range(4))
 def test_a_chart_closes_and_has_knit_and_purl_stitches(number: int) -> None:
     chart = charts.random_chart(number)
     fabric, _yarns = draw_swatch(chart, SwatchOptions(), PRESETS["draft"])
@@ -26,6 +26,6 @@ def test_a_chart_closes_and_has_knit_and_purl_stitches(number: int) -> None:
 
 
 def test_charts_are_always_the_same_and_differ_from_each_other() -> None:
-    texts = [charts.chart_text(number).split("\n", 1)[1] for number in range(64)]
-    assert texts == [charts.chart_text(number).split("\n", 1)[1] for number in range(64)]
-    assert len(set(texts)) > 32  # small welts and ropes repeat
+    texts = [charts.chart_text(number).split("\n", 1)[1] for number in range(16)]
+    assert texts == [charts.chart_text(number).split("\n", 1)[1] for number in range(16)]
+    assert len(set(texts)) > 8  # small welts and ropes repeat

@@ -14,48 +14,27 @@ from scipy.sparse.csgraph import connected_components
 import stitchmesh as sm
 from benchmarks.scenes import surface_shapes as shapes
 from stitchmesh.errors import MeshError
-from stitchmesh.mesh import BORDER, FloatArray, IntArray, Mesh
+from stitchmesh.mesh import BORDER, IntArray, Mesh
 from stitchmesh.yarngen.bridges import crossing_number
 from stitchmesh.yarngen.row_ends import finish_row_ends
-from tests.gallery import GARMENTS, grid
+from tests.gallery import grid
+from tests.nightly import mostly_at_night
 
 TOPOLOGY = {
     "cylinder": (0, 2),
-    "frustum": (0, 2),
-    "closed_cone": (1, 1),
-    "dome": (1, 1),
     "sphere": (2, 0),
     "torus": (0, 0),
-    "bent_tube": (0, 2),
-    "s_tube": (0, 2),
-    "t_junction": (-1, 3),
     "y_junction": (-1, 3),
     "genus_2": (-2, 0),
-    "capsule": (2, 0),
-    "box": (2, 0),
-    "flat_square": (1, 1),
     "flat_disc": (1, 1),
-    "annulus_disc": (0, 2),
-    "t_shirt": (-2, 4),
-    "jumper": (-2, 4),
-    "trousers": (-1, 3),
-    "leggings": (1, 1),
-    "mitten": (1, 1),
-    "glove": (1, 1),
-    "beanie": (1, 1),
-    "cardigan": (-1, 3),
-    "v_neck_cardigan": (-1, 3),
-    "vest": (-2, 4),
     "camisole": (-2, 4),
-    "briefs": (-1, 3),
     "hoodie": (-2, 4),
-    "v_neck_jumper": (-2, 4),
-    "bear": (2, 0),
+    "cardigan": (-1, 3),
+    "glove": (1, 1),
     "octopus": (2, 0),
 }
-"""Euler characteristic and number of borders."""
-MIRRORED = sorted(set(TOPOLOGY) - {"bent_tube", "s_tube", "mitten", "glove"})
-"""Shapes that are their own mirror images in x."""
+"""Euler characteristic and number of borders of one surface of each kind."""
+BY_DAY = ("sphere", "torus", "camisole", "flat_disc")
 
 
 @cache
@@ -85,27 +64,7 @@ def enclosed_volume(mesh: Mesh) -> float:
     return float(np.linalg.det(np.concatenate(triangles)).sum() / 6.0)
 
 
-def girth(mesh: Mesh, height: float) -> float:
-    """Length of the section at a height [cm]."""
-    corners = mesh.vertices[mesh.face_vertex.reshape(-1, 3)]
-    corners = corners[(corners[..., 1].min(axis=1) < height) & (corners[..., 1].max(axis=1) > height)]
-    ends, after = corners, np.roll(corners, -1, axis=1)
-    cut = (ends[..., 1] < height) != (after[..., 1] < height)
-    share = ((height - ends[..., 1]) / np.where(cut, after[..., 1] - ends[..., 1], 1.0))[..., None]
-    points = (ends + share * (after - ends))[cut].reshape(-1, 2, 3)
-    return float(np.linalg.norm(points[:, 1] - points[:, 0], axis=1).sum())
-
-
-def border_lengths(mesh: Mesh) -> list[float]:
-    """Lengths of the borders, the longest first [cm]."""
-    return sorted((float(mesh.side_length[loop].sum()) for loop in mesh.boundary_loops), reverse=True)
-
-
-def test_every_shape_has_its_topology_here():
-    assert set(TOPOLOGY) == set(shapes.SHAPES)
-
-
-@pytest.mark.parametrize("name", TOPOLOGY)
+@pytest.mark.parametrize("name", mostly_at_night(TOPOLOGY, by_day=BY_DAY))
 def test_a_shape_is_one_surface_of_even_triangles_that_faces_outwards(name):
     mesh = shape(name)
     assert (np.diff(mesh.face_start) == 3).all()
@@ -115,28 +74,10 @@ def test_a_shape_is_one_surface_of_even_triangles_that_faces_outwards(name):
         assert (mesh.face_vector_area[:, 2] > 0.0).all()
     else:
         assert enclosed_volume(mesh) > 0.0
-    edge = {"mitten": 0.6, "glove": 0.5, "bear": 0.6, "octopus": 0.6}.get(name, 1.0)
+    edge = {"glove": 0.5, "octopus": 0.6}.get(name, 1.0)
     # The steps of remeshing aim at this length and leave a quarter of it at least.
     assert abs(np.median(mesh.side_length) - edge) < 0.1 * edge
     assert mesh.side_length.min() > 0.25 * edge and mesh.side_length.max() < 2.0 * edge
-
-
-@pytest.mark.parametrize("name", MIRRORED)
-def test_a_symmetric_shape_has_a_symmetric_box(name):
-    x = shape(name).vertices[:, 0]
-    # An edge of 1 cm leaves a surface with a radius of 3 cm, the smallest, by 1 / (8 * 3) cm.
-    assert abs(x.min() + x.max()) < 0.05
-
-
-@pytest.mark.nightly
-def test_worn_garments_have_the_sizes_of_adults():
-    # Half a centimetre is what a tailor reads from a tape.
-    assert border_lengths(shape("t_shirt")) == pytest.approx([100.0, 50.0, 40.3, 40.3], abs=0.5)
-    assert girth(shape("t_shirt"), 34.0) == pytest.approx(100.0, abs=0.5)
-    assert np.ptp(shape("t_shirt").vertices[:, 1]) == pytest.approx(68.0, abs=0.5)
-    assert border_lengths(shape("jumper")) == pytest.approx([100.0, 52.0, 28.0, 28.0], abs=0.5)
-    assert border_lengths(shape("trousers")) == pytest.approx([80.0, 39.5, 39.5], abs=0.5)
-    assert border_lengths(shape("beanie")) == pytest.approx([56.0], abs=0.5)
 
 
 def test_simple_shapes_lie_on_their_surfaces():
@@ -145,13 +86,10 @@ def test_simple_shapes_lie_on_their_surfaces():
     # The last of Newton's steps starts within a tenth of an edge of the surface, where it ends within 1e-4 cm.
     assert np.abs(radius - 8.0).max() < 1e-4
     assert np.abs(np.hypot(np.hypot(x, z) - 12.0, y) - 4.0).max() < 1e-2
-    x, y, z = shape("cylinder").vertices.T
-    assert np.abs(np.hypot(x, z) - 6.0).max() < 1e-3 and (y.min(), y.max()) == pytest.approx((0.0, 20.0), abs=1e-6)
 
 
-@pytest.mark.parametrize("path", GARMENTS, ids=lambda path: path.stem)
-def test_triangles_of_a_garment_keep_its_topology(path):
-    mesh = sm.read_mesh(path)
+def test_triangles_of_a_garment_keep_its_topology():
+    mesh = sm.read_mesh("sweater")
     coarse = shapes.triangulated(mesh)
     assert np.array_equal(coarse.vertices, mesh.vertices)
     assert coarse.face_count == mesh.side_count - 2 * mesh.face_count
@@ -182,14 +120,6 @@ def test_a_moebius_strip_is_one_surface_with_one_border_that_no_mesh_takes():
     assert parts(numbered.reshape(-1, 2)[:, [0, 1, 0]]) == 1
     with pytest.raises(MeshError):
         Mesh.from_polygons(points, corners.tolist())
-
-
-def lengths_of_edges(points: FloatArray, corners: IntArray) -> FloatArray:
-    return np.linalg.norm(points[corners] - points[np.roll(corners, -1, axis=1)], axis=-1)
-
-
-def test_a_moebius_strip_has_edges_of_about_a_centimetre():
-    assert np.median(lengths_of_edges(*shapes.moebius_polygons())) == pytest.approx(1.0, abs=0.1)
 
 
 @pytest.mark.nightly

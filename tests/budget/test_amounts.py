@@ -12,8 +12,8 @@ from stitchmesh.errors import ParameterError
 
 @pytest.mark.parametrize(
     ("amount", "seconds"),
-    [("60s", 60.0), ("60 s", 60.0), ("60", 60.0), (60, 60.0), (0.5, 0.5), ("2min", 120.0), ("1h", 3600.0),
-     ("0.5 h", 1800.0), ("500ms", 0.5), (" 1.5 H ", 5400.0), ("6e1 sec", 60.0)],
+    [("60 s", 60.0), ("60", 60.0), (0.5, 0.5), ("2min", 120.0), ("500ms", 0.5), (" 1.5 H ", 5400.0),
+     ("6e1 sec", 60.0)],
 )  # fmt: skip
 def test_times(amount, seconds):
     assert parse_time(amount) == pytest.approx(seconds, rel=1e-15)
@@ -29,9 +29,8 @@ def test_errors(amount, part):
 @pytest.mark.parametrize(
     ("amount", "said"),
     [("0s", "above zero"), ("-3s", "above zero"), ("nan", "finite"), ("inf", "finite"), (float("nan"), "finite"),
-     ("1 day", "expected a time such as"), ("soon", "expected a time such as"), ("", "expected a time such as"),
-     ("1.2.3s", "expected a time such as"), ("60%", "expected a time such as"), (True, "expected a time such as"),
-     ("1ms", "the shortest is 0.1s")],
+     ("1 day", "expected a time such as"), ("", "expected a time such as"), ("1.2.3s", "expected a time such as"),
+     (True, "expected a time such as"), ("1ms", "the shortest is 0.1s")],
 )  # fmt: skip
 def test_times_that_cannot_be_kept(amount, said):
     with pytest.raises(ParameterError, match=said) as raised:

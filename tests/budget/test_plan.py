@@ -9,7 +9,7 @@ import pytest
 
 from stitchmesh.budget import plan
 from stitchmesh.budget.budget import Budget
-from stitchmesh.budget.calibration import calibrate, device_title, stockinette_cell
+from stitchmesh.budget.calibration import calibrate, stockinette_cell
 from stitchmesh.budget.plan import make_plan
 from stitchmesh.budget.tables import BudgetScene, read_tables
 
@@ -49,7 +49,3 @@ def test_the_scene_of_the_calibration_is_a_cell_of_plain_stitches():
     assert yarns.lattice is not None and yarns.yarn_count == 3
     np.testing.assert_allclose(yarns.lengths, yarns.rest_length, rtol=1e-12)
     assert len(np.unique(yarns.face)) == 9
-
-
-def test_a_cpu_is_named_with_its_threads():
-    assert "thread" in device_title("cpu")

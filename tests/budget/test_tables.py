@@ -18,9 +18,9 @@ from stitchmesh.errors import FileError
 from stitchmesh.quality import PRESETS
 
 SCENES = [
-    BudgetScene(kind=kind, stitches=stitches, name=name)
-    for kind in ("free cell", "given cell", "garment")
-    for stitches, name in ((2, "Stockinette"), (2, ""), (60, ""), (5000, ""))
+    BudgetScene(kind="free cell", stitches=2, name="Stockinette"),
+    BudgetScene(kind="given cell", stitches=60),
+    BudgetScene(kind="garment", stitches=5000),
 ]
 TIMES = [0.1 * 2.0**k for k in range(20)]
 ERRORS = [0.5 * 0.6**k for k in range(20)]
@@ -41,18 +41,10 @@ def test_the_tables_hold_what_a_choice_needs(table):
     assert len(set(keys)) == len(keys)
 
 
-def test_there_is_a_table_of_a_cpu():
-    assert "cpu" in {table.processor for table in read_tables()}
-    assert len({table.device for table in read_tables()}) == len(read_tables())
-
-
-@pytest.mark.parametrize("text", ["", "{}", "[{}]", '[{"pace": [1, 2]}]'])
+@pytest.mark.parametrize("text", ["", "[{}]"])
 def test_tables_that_are_damaged_are_refused(tmp_path, text):
     path = tmp_path / "tables.json"
     path.write_text(text)
-    if text == "{}":
-        assert read_tables(path) == ()
-        return
     with pytest.raises(FileError, match="install the program again"):
         read_tables(path)
 
@@ -94,18 +86,12 @@ OPTIONS = [CHEAP, MIDDLE, FINE]
     ("within", "error", "setting", "doubt"),
     [
         (1.0, None, "draft", "before rest"),
-        (3.0, None, "draft", ""),
         (20.0, None, "standard", ""),
         (1000.0, None, "reference", ""),
-        (None, 0.05, "draft", ""),
         (None, 0.01, "standard", ""),
-        (None, 0.001, "reference", ""),
         (None, 1e-4, "reference", "no setting was measured with 0.01%"),
         (20.0, 0.01, "standard", ""),
-        (1000.0, 0.05, "reference", ""),
         (20.0, 0.001, "standard", "0.1% cannot be had in the time: reference may need 100 s"),
-        (3.0, 0.01, "draft", "1% cannot be had in the time: standard may need 8 s"),
-        (1000.0, 1e-4, "reference", "no setting was measured"),
     ],
 )
 def test_choices(within, error, setting, doubt):
@@ -114,16 +100,21 @@ def test_choices(within, error, setting, doubt):
     assert doubt in choice.doubt and bool(doubt) == bool(choice.doubt)
 
 
-def test_times_of_unknown_scenes_are_scaled_by_their_stitches():
-    def row(
-        scene: str, stitches: int, seconds: float, error: float | None, converged: bool = True
-    ) -> MeasuredRelaxation:
-        return MeasuredRelaxation(
-            kind="garment", scene=scene, setting="draft", stitches=stitches, points=12 * stitches, iterations=100,
-            seconds=seconds, error=error, converged=converged,
-        )  # fmt: skip
+def measured(
+    scene: str, setting: str = "draft", *, stitches: int = 100, seconds: float = 1.0, error: float | None = 0.01,
+    converged: bool = True,
+) -> MeasuredRelaxation:  # fmt: skip
+    return MeasuredRelaxation(
+        kind="garment", scene=scene, setting=setting, stitches=stitches, points=12 * stitches, iterations=100,
+        seconds=seconds, error=error, converged=converged,
+    )  # fmt: skip
 
-    rows = row("a", 100, 1.0, 0.02), row("b", 100, 3.0, 0.04), row("c", 400, 8.0, None), row("d", 100, 99.0, 0.5, False)
+
+def test_times_of_unknown_scenes_are_scaled_by_their_stitches():
+    rows = (
+        measured("a", error=0.02), measured("b", seconds=3.0, error=0.04),
+        measured("c", stitches=400, seconds=8.0, error=None), measured("d", seconds=99.0, error=0.5, converged=False),
+    )  # fmt: skip
     table = replace(read_tables()[0], measurements=rows)
     (found,) = expectations(table, BudgetScene(kind="garment", stitches=200))
     assert (found.seconds, found.most_seconds, found.error) == (4.0, 6.0, 0.04)
@@ -135,13 +126,8 @@ def test_times_of_unknown_scenes_are_scaled_by_their_stitches():
 
 
 def test_a_setting_that_was_at_rest_in_easy_scenes_only_is_left_out():
-    def row(scene: str, setting: str, converged: bool) -> MeasuredRelaxation:
-        return MeasuredRelaxation(
-            kind="garment", scene=scene, setting=setting, stitches=100, points=1200, iterations=100,
-            seconds=1.0, error=0.01, converged=converged,
-        )  # fmt: skip
-
-    rows = [row(scene, "standard", True) for scene in "abcd"] + [row(scene, "draft", scene in "ab") for scene in "abcd"]
+    rows = [measured(scene, "standard") for scene in "abcd"]
+    rows += [measured(scene, converged=scene in "ab") for scene in "abcd"]
     table = replace(read_tables()[0], measurements=tuple(rows))
     unknown = expectations(table, BudgetScene(kind="garment", stitches=100))
     assert [one.setting for one in unknown] == ["standard"]

@@ -31,41 +31,13 @@ import stitchmesh
 from stitchmesh.app import run as app_run
 from stitchmesh.cli import progress as cli_progress
 from stitchmesh.cli.main import COMMANDS, main
+from tests.cli.every_command import WORDS, name_of
 from tests.gallery import ROOT
 
 NUMBERS = ("0", "-1", "nan", "inf", "1e9", "1000000000", "1e-300", "1e300", "1e400", "1" + "0" * 400)
 """Numbers at which a computation may break; one that is whole in every way of writing a count."""
 TEXTS = ("", "nan", "x" * 300, "a/" * 2500 + "b", "a\nb", "a\0b", "[" * 1000, "\udcff")
 """Texts and names of files at which a command may break."""
-BASE: dict[str, list[list[str]]] = {
-    "knit": [["tube.obj", "-o", "out", "--stitch-width", "8", "--no-picture"],
-             ["tube.obj", "-o", "out", "--stitch-width", "8", "--no-picture", "--auto"]],
-    "label": [["tube.obj", "-o", "out.h5"], ["tube.obj", "-o", "out.h5", "--auto"]],
-    "tessellate": [["labeled.h5", "-o", "out.h5"]],
-    "pattern": [["stitches.h5", "rib1x1", "-o", "out.h5"]],
-    "capture": [["stitches.h5", "-o", "out.knit", "--on", "row 2"]],
-    "edit": [["stitches.h5", "side=61", "courses=2", "--apply", "insert_wale", "-o", "out.h5"]],
-    "relax-mesh": [["stitches.h5", "--surface", "labeled.h5", "-o", "out.h5"]],
-    "yarns": [["stitches.h5", "-o", "out.h5"]],
-    "relax": [["yarns.h5", "-o", "out.h5"]],
-    "relax-edited": [["yarns.h5", "--before", "stitches.h5", "--after", "stitches.h5", "-o", "out.h5"]],
-    "outline": [["rib1x1", "-o", "out", "--columns", "2", "--rows", "2"]],
-    "swatch": [["stockinette", "-o", "out", "--no-picture"], ["plain", "-o", "out", "--no-picture"],
-               ["stockinette", "-o", "out", "--no-picture", "--relaxation", "dry"]],
-    "stretch": [["stockinette", "-o", "out", "--course", "0:4%", "--steps", "2"]],
-    "drape": [["scene.toml", "-o", "out", "--no-picture"]],
-    "follow": [["rest.h5", "frames", "-o", "out"]],
-    "run": [["job.toml", "-o", "out"]],
-    "job": [["init", "tube.obj", "-o", "out.toml"]],
-    "status": [["job"]],
-    "batch": [["sweep.toml", "-o", "out", "--workers", "0"]],
-    "info": [["yarns.h5"]], "check": [["yarns.h5"]], "select": [["stitches.h5", "-o", "out.txt"]],
-    "patterns": [[]], "examples": [[], ["-o", "out"]], "instructions": [["stitches.h5", "-o", "out.txt"]],
-    "convert": [["cell.h5", "out.bcc"]],
-    "render": [["yarns.h5", "-o", "out.png", "--size", "32", "32"], ["cell.h5", "-o", "out.png", "--size", "32", "32"]],
-    "view": [["yarns.h5", "--no-browser"]], "app": [["tube.obj", "--project", "out", "--no-browser"]],
-}  # fmt: skip
-"""Words with which each command does its work on the small inputs."""
 QUICK = {"quality": "draft", "device": "cpu", "max_iterations": "2"}
 """Options with which a command is quick, where it has them."""
 FORMS = {
@@ -95,12 +67,6 @@ class Option:
             return [[f"{flag}={text}"]] if self.metavar != "CM CM" else [[flag, *text.split()]]
         values = [["1"] * place + [value] + ["1"] * (self.numbers - place - 1) for place in range(self.numbers)]
         return [[flag, *each] for each in values]
-
-
-def name_of(command: type) -> str:
-    """Return the name of a command on the command line."""
-    return "".join("-" * (place > 0) + letter.lower() if letter.isupper() else letter
-                   for place, letter in enumerate(command.__name__))  # fmt: skip
 
 
 def options_of(group: Any) -> Iterator[Option]:
@@ -134,7 +100,7 @@ def cases(name: str, values: Sequence[str], *, texts: Sequence[str] = ()) -> Ite
         texts: texts, for options that take any.
     """
     own = list(options_of(command_named(name)))
-    for base in BASE[name]:
+    for base in WORDS[name]:
         for option in own:
             beside = quick_words(own, option.name)
             yield from (
@@ -147,7 +113,7 @@ def cases(name: str, values: Sequence[str], *, texts: Sequence[str] = ()) -> Ite
 def without_hostile_words(name: str) -> Iterator[list[str]]:
     """Yield the words with which a command does its work, quickly."""
     quick = quick_words(list(options_of(command_named(name))), "")
-    yield from ([name, *base, *quick] for base in BASE[name])
+    yield from ([name, *base, *quick] for base in WORDS[name])
 
 
 def with_path(name: str, hostile: Callable[[str], Iterator[str]]) -> Iterator[list[str]]:

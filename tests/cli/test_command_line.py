@@ -11,8 +11,6 @@ import logging
 import os
 import re
 import signal
-import subprocess
-import sys
 from contextlib import redirect_stdout, suppress
 from dataclasses import asdict, replace
 from io import StringIO
@@ -22,7 +20,7 @@ import numpy as np
 import pytest
 
 from stitchmesh.cli import main as cli
-from stitchmesh.cli.commands.patterns import Patterns
+from stitchmesh.cli.commands.library import Patterns
 from stitchmesh.io import read_stitches, read_yarns, write_mesh, write_yarns
 from stitchmesh.io.own_files import RECORD
 from stitchmesh.mesh import extent
@@ -32,8 +30,8 @@ from stitchmesh.yarn.rest_length import plain_stitches, stitch_lengths
 from stitchmesh.yarn.stitch_size import fabric_gauge
 from stitchmesh.yarn.yarn_presets import Yarn
 from stitchmesh.yarngen import generate_yarns
-from tests.cli.calls import refused, run
-from tests.gallery import ROOT, grid, moebius, tube
+from tests.cli.calls import refused, refused_without_files, run
+from tests.gallery import tube
 from tests.output_files import visible
 
 REPORT = {
@@ -85,17 +83,12 @@ def test_the_files_of_knit_agree_with_each_other(knitted):
     fabric, yarns = read_stitches(knitted / "stitches.h5"), read_yarns(knitted / "yarns.h5")
     assert report["tessellate"]["faces"] == fabric.face_count
     assert report["yarngen"]["control_points"] == len(yarns.points)
-    assert np.abs(yarns.strain).max() == pytest.approx(report["yarnrelax"]["max_strain"], rel=1e-6)
-
-
-def test_the_last_line_of_the_convergence_agrees_with_the_report(knitted):
+    relaxed = report["yarnrelax"]
+    assert np.abs(yarns.strain).max() == pytest.approx(relaxed["max_strain"], rel=1e-6)
     with (knitted / "convergence.csv").open() as file:
         *_, last = csv.DictReader(file)
-    report = json.loads((knitted / "report.json").read_text())["yarnrelax"]
-    assert int(last["iteration"]) == report["iterations"]
-    assert float(last["residual"]) == report["residual"]
-    assert {name: float(last[f"{name}_erg"]) for name in report["energies"]} == report["energies"]
-    assert (knitted / "convergence.png").stat().st_size > 1000
+    assert (int(last["iteration"]), float(last["residual"])) == (relaxed["iterations"], relaxed["residual"])
+    assert {name: float(last[f"{name}_erg"]) for name in relaxed["energies"]} == relaxed["energies"]
 
 
 def test_the_stages_one_by_one_give_the_result_of_knit(tmp_path, tube_obj, knitted, capsys):
@@ -120,17 +113,13 @@ def test_knit_says_in_four_lines_what_it_made(said):
     assert where == f"Open {folder / 'preview.png'}; {folder / 'report.json'} holds all numbers."
 
 
-def test_knit_says_what_is_not_good_or_prints_its_report(tube_obj, tmp_path, capsys):
-    words = ["knit", tube_obj, "--yarn", "bulky", "--quality", "draft", "--max-iterations", 20, "--no-picture"]
-    run(*words, "-o", tmp_path / "lines")
-    _, gauge, state, where = capsys.readouterr().out.splitlines()
-    assert " m of bulky, about " in gauge and gauge.endswith(" g.")
-    assert state == "Not good: the yarns are not at rest after 20 iterations; raise --max-iterations."
-    assert where == f"No picture was drawn; {tmp_path / 'lines' / 'report.json'} holds all numbers."
-    run(*words, "--json", "-o", tmp_path / "json")
+def test_knit_prints_its_report_in_the_place_of_the_lines(tube_obj, tmp_path, capsys):
+    words = ["knit", tube_obj, "--yarn", "bulky", "--quality", "draft", "--max-iterations", 5, "--no-picture"]
+    run(*words, "--json", "-o", tmp_path)
     report = json.loads(capsys.readouterr().out)
-    assert report == json.loads((tmp_path / "json" / "report.json").read_text())
-    assert report["gauge"] == asdict(fabric_gauge(read_stitches(tmp_path / "json" / "stitches.h5")))
+    assert report == json.loads((tmp_path / "report.json").read_text())
+    assert report["gauge"] == asdict(fabric_gauge(read_stitches(tmp_path / "stitches.h5")))
+    assert report["yarnrelax"]["iterations"] == 5 and not report["yarnrelax"]["converged"]
 
 
 def test_a_yarn_sets_the_sizes_of_every_stage(tmp_path, tube_obj):
@@ -154,22 +143,18 @@ def test_a_yarn_sets_the_sizes_of_every_stage(tmp_path, tube_obj):
 
 
 def test_info_check_and_convert(knitted, tmp_path, capsys):
-    assert cli.main(["info", str(knitted / "yarns.h5")]) == 0
+    run("info", knitted / "yarns.h5")
     assert "control points" in capsys.readouterr().out
-    assert cli.main(["check", str(knitted / "stitches.h5")]) == 0
+    run("check", knitted / "stitches.h5")
     assert "valid stitch mesh" in capsys.readouterr().out
-    yarns = read_yarns(knitted / "yarns.h5")
-    capsys.readouterr()
-    assert cli.main(["convert", str(knitted / "yarns.h5"), str(tmp_path / "yarns.obj")]) == 0
+    yarns, fabric = read_yarns(knitted / "yarns.h5"), read_stitches(knitted / "stitches.h5")
     counts = f"{yarns.yarn_count:,} yarns, {len(yarns.points):,} control points, {yarns.lengths.sum() / 100:.3g} m"
-    assert capsys.readouterr().out == f"Wrote {tmp_path / 'yarns.obj'}: {counts}.\n"
-    assert cli.main(["convert", str(knitted / "stitches.h5"), str(tmp_path / "stitches.smobj")]) == 0
-    assert cli.main(["convert", str(knitted / "stitches.h5"), str(tmp_path / "mesh.ply")]) == 0
-    fabric = read_stitches(knitted / "stitches.h5")
     kind = f"stitch mesh, {fabric.face_count:,} stitches in {fabric.row.max() + 1} rows"
-    wrote = [f"Wrote {tmp_path / name}: {kind}." for name in ("stitches.smobj", "mesh.ply")]
-    assert capsys.readouterr().out.splitlines() == wrote
-    assert cli.main(["info", str(tmp_path / "yarns.obj")]) == 0
+    capsys.readouterr()
+    for source, name, what in (("yarns.h5", "yarns.obj", counts), ("stitches.h5", "stitches.smobj", kind)):
+        run("convert", knitted / source, tmp_path / name)
+        assert capsys.readouterr().out == f"Wrote {tmp_path / name}: {what}.\n"
+    run("info", tmp_path / "yarns.obj")
 
 
 def test_a_chart_and_the_options_colour_the_yarns_of_a_garment(tube_obj, tmp_path):
@@ -216,53 +201,27 @@ def far_ring(tmp_path) -> Path:
     return tmp_path / "ring.bcc"
 
 
-def test_info_and_check_take_the_yarn_radius(far_ring, capsys):
-    assert "give it (--yarn-radius)" in refused(capsys, "info", far_ring)
-    assert cli.main(["info", str(far_ring), "--yarn-radius", "0.25"]) == 0
-    assert "radius: 0.25 to 0.25 cm" in capsys.readouterr().out
-    assert "give it (--yarn-radius)" in refused(capsys, "check", far_ring)
-    assert cli.main(["check", str(far_ring), "--yarn-radius", "0.25"]) == 0
-    assert "valid yarns" in capsys.readouterr().out
-
-
-def test_convert_takes_the_yarn_radius(far_ring, tmp_path, capsys):
-    output = tmp_path / "ring.h5"
-    assert "give it (--yarn-radius)" in refused(capsys, "convert", far_ring, output)
-    assert not output.exists()
-    assert cli.main(["convert", str(far_ring), str(output), "--yarn-radius", "0.25"]) == 0
-    assert read_yarns(output).radius.tolist() == [0.25]
-
-
-@pytest.mark.nightly
-def test_render_takes_the_yarn_radius(far_ring, tmp_path, capsys):
-    """A ring that is eight times as thick covers more of the background."""
-    assert "give it (--yarn-radius)" in refused(capsys, "render", far_ring, "-o", tmp_path / "ring.png")
-    drawn = []
-    for radius in ("0.1", "0.8"):
-        path = tmp_path / f"{radius}.png"
-        assert cli.main(["render", str(far_ring), "--yarn-radius", radius, "-o", str(path)]) == 0
-        drawn.append(covered(path))
-    assert drawn[1] > 3 * drawn[0]  # The ratio is not 8, because the camera is farther from the thicker ring.
-
-
-def covered(path: Path) -> float:
-    """Return the fraction of the pixels of a picture that differ from its corner."""
-    from PIL import Image
-
-    pixels = np.asarray(Image.open(path).convert("RGB")).astype(int)
-    return float((np.abs(pixels - pixels[0, 0]).max(axis=2) > 30).mean())
+@pytest.mark.parametrize(
+    "words",
+    [["info", "{}"], ["check", "{}"], ["convert", "{}", "out.h5"], ["render", "{}", "-o", "out.png", "--size", 32, 32]],
+    ids=lambda words: words[0],
+)
+def test_a_file_that_states_no_radius_needs_the_option(far_ring, tmp_path, capsys, monkeypatch, words):
+    monkeypatch.chdir(tmp_path)
+    words = [far_ring if word == "{}" else word for word in words]
+    assert "give it (--yarn-radius)" in refused_without_files(capsys, tmp_path, *words)
+    message = refused_without_files(capsys, tmp_path, *words, "--yarn-radius", "-0.1")
+    assert "radius: got -0.1 cm; expected a positive number" in message
+    run(*words, "--yarn-radius", "0.25")
+    if words[0] == "info":
+        assert "radius: 0.25 to 0.25 cm" in capsys.readouterr().out
+    if words[0] == "convert":
+        assert read_yarns("out.h5").radius.tolist() == [0.25]
 
 
 @pytest.mark.parametrize("command", ["info", "check"])
-@pytest.mark.parametrize("name", ["tube.obj", "stitches.h5"])
-def test_a_yarn_radius_without_yarns_is_an_error(tube_obj, knitted, capsys, command, name):
-    path = tube_obj if name == tube_obj.name else knitted / name
-    assert "holds no yarns; leave the yarn radius out" in refused(capsys, command, path, "--yarn-radius", "0.1")
-
-
-def test_a_yarn_radius_must_be_positive(far_ring, capsys):
-    message = refused(capsys, "info", far_ring, "--yarn-radius", "-0.1")
-    assert "radius: got -0.1 cm; expected a positive number" in message
+def test_a_yarn_radius_without_yarns_is_an_error(tube_obj, capsys, command):
+    assert "holds no yarns; leave the yarn radius out" in refused(capsys, command, tube_obj, "--yarn-radius", "0.1")
 
 
 @pytest.mark.parametrize("words", [[], ["--verbose"]])
@@ -281,40 +240,24 @@ def test_details_are_said_with_verbose_only(far_ring, tmp_path, capsys, monkeypa
     assert "a font is missing" in said
 
 
-def test_help_names_every_command(capsys):
-    with pytest.raises(SystemExit) as stop:
-        cli.main(["--help"])
-    assert stop.value.code == 0
-    text = capsys.readouterr().out
-    commands = "knit label tessellate pattern edit relax-mesh yarns relax relax-edited info check patterns instructions"
-    for command in [*commands.split(), "convert", "render", "swatch"]:
-        assert re.search(rf"\n\W+{command}  ", text)
-
-
-def test_the_module_runs_as_a_program():
-    done = subprocess.run([sys.executable, "-m", "stitchmesh", "--version"], capture_output=True, text=True, cwd=ROOT)
-    assert done.returncode == 0 and done.stdout.startswith("stitchmesh ")
+def test_the_version_is_printed(capsys):
+    run("--version")
+    assert capsys.readouterr().out.startswith("stitchmesh ")
 
 
 @pytest.mark.parametrize(
     ("content", "message"),
     [
         ("", "no faces|empty"),
-        ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2", "at least 3|3"),
-        ("v 0 0 0\nv 1 0 nan\nv 0 1 0\nf 1 2 3\n", "not finite|finite"),
         ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", "9"),
-        ("v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n", "area is zero"),
-        ("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 5 5 5\nf 1 2 3\n", "vertex 3: no face uses it"),
-        ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 2 3 1\n", "same vertices as face 0"),
         ("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 3\nf 2 3 4\n", "reverse the vertex order"),
         ("\x00\x01\x02 junk \xff", "FileError"),
     ],
-)  # fmt: skip
+)
 def test_a_bad_mesh_file_gives_a_message_of_one_line(tmp_path, capsys, content, message):
     path = tmp_path / "bad.obj"
     path.write_bytes(content.encode("latin-1"))
-    assert re.search(message, refused(capsys, "knit", path, "-o", tmp_path / "out"))
-    assert not (tmp_path / "out").exists(), "nothing half-written"
+    assert re.search(message, refused_without_files(capsys, tmp_path, "knit", path, "-o", tmp_path / "out"))
 
 
 def test_a_missing_file_a_folder_and_an_unknown_suffix_are_errors(tmp_path, capsys):
@@ -325,52 +268,35 @@ def test_a_missing_file_a_folder_and_an_unknown_suffix_are_errors(tmp_path, caps
     assert "expected" in refused(capsys, "info", tmp_path / "mesh.xyz")
 
 
-def test_a_moebius_strip_gives_a_message_of_one_line(tmp_path, capsys):
-    vertices, faces = moebius()
-    lines = [f"v {x} {y} {z}" for x, y, z in vertices] + ["f " + " ".join(str(v + 1) for v in face) for face in faces]
-    (tmp_path / "strip.obj").write_text("\n".join(lines))
-    assert "one side only" in refused(capsys, "knit", tmp_path / "strip.obj", "-o", tmp_path / "out")
-
-
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["--stitch-width", "0"], "positive"),
         (["--stitch-width", "-1"], "positive"),
         (["--stitch-width", "500"], "the widest row is"),
         (["--stitch-width", "1e-5"], "GB of memory"),
         (["--stitch-width", "1", "--yarn-radius", "0.9"], "too thick"),
-        (["--stitch-width", "1", "--yarn-radius", "0"], "positive"),
         (["--yarn", "worstad"], "yarn: got 'worstad'; expected worsted"),
         (["--gauge", "wide"], "gauge: got 'wide'; expected stitches in 10 cm such as 22"),
-        (["--gauge", "22x0"], "gauge: got 0.0 rows in 10 cm"),
         (["--gauge", "22", "--stitch-width", "1"], "give one of the two"),
         (["--device", "tpu"], "expected one of"),
         (["--quality", "best"], "expected one of draft, standard, reference"),
         (["--unit", "furlong"], "furlong"),
         (["--seed", "0,9999"], "no edge joins"),
         (["--flip", "9999"], "does not exist"),
-        (["--material", "wool"], "material: got 'wool'; expected one of"),
         (["--max-iterations", "-3"], "max iterations: got -3"),
         (["--rest-length", "zz=1.1"], "rest length zz: unknown stitch"),
+        (["--stiffness", "k_bend=-2"], "k_bend is -2; expected a number from 0"),
         (["--body", "nothing.obj"], "nothing.obj: there is no such file"),
         (["--colour", "red"], "colour: got 'red'; expected the number of a yarn and its colour, such as 0=navy"),
         (["--colour", "0=navvy"], "colour: got 'navvy'"),
         (["--drawn-radius", "90"], "drawn radius: got 90 cm"),
+        (["--bind-off", "knot"], "bind off: got 'knot'; expected one of drawn, chain"),
+        (["--pattern", "rib2x3"], "did you mean rib3x3 or rib2x2"),
         (["--pattern-remainder", "stretch"], "pattern remainder: got stretch without a pattern; add --pattern NAME"),
     ],
-)  # fmt: skip
+)
 def test_a_bad_option_gives_a_message_of_one_line(tube_obj, tmp_path, capsys, words, message):
-    assert message in refused(capsys, "knit", tube_obj, "-o", tmp_path / "out", *words)
-    assert not (tmp_path / "out").exists(), "nothing half-written"
-
-
-@pytest.mark.parametrize("words", [["--seed", "zero"], ["--stitch-width", "wide"], ["--flavour", "red"]])
-def test_words_that_are_not_options_give_a_message_of_one_line(tube_obj, tmp_path, capsys, words):
-    with pytest.raises(SystemExit) as stop:
-        cli.main(["knit", str(tube_obj), "-o", str(tmp_path), *words])
-    assert stop.value.code == 2
-    assert capsys.readouterr().err.count("\n") == 1
+    assert message in refused_without_files(capsys, tmp_path, "knit", tube_obj, "-o", tmp_path / "out", *words)
 
 
 def test_an_output_folder_that_cannot_be_written_is_an_error(tube_obj, tmp_path, capsys):
@@ -420,7 +346,6 @@ def test_an_interrupt_writes_the_last_good_state(tube_obj, tmp_path, capsys, mon
 @pytest.mark.parametrize(
     ("words", "work"),
     [
-        (["drape", str(ROOT / "examples/mixed/swinging.toml")], "stitchmesh.mixed.drape.drape"),
         (["swatch", "rib1x1"], "stitchmesh.periodic.swatch.swatch"),
         (["run", "JOB"], "stitchmesh.jobs.run_job.run_job"),
     ],
@@ -459,14 +384,6 @@ def test_an_interrupt_before_the_first_state_writes_the_generated_yarns(tube_obj
     np.testing.assert_array_equal(read_yarns(tmp_path / "yarns.h5").points, made.points)
 
 
-@pytest.mark.nightly
-def test_knit_makes_flat_pieces(tmp_path):
-    write_mesh(tmp_path / "flat.obj", grid(2, 2, width=2.0, height=2.0))
-    options = ["--stitch-width", "1", "--quality", "draft", "--device", "cpu", "--no-picture"]
-    assert cli.main(["knit", str(tmp_path / "flat.obj"), *options, "-o", str(tmp_path / "out")]) == 0
-    assert read_yarns(tmp_path / "out" / "yarns.h5").yarn_count == 1
-
-
 def test_knit_takes_rest_lengths_terms_and_checkpoints(tube_obj, tmp_path, capsys):
     """A relaxation that continues from a checkpoint with the same options gives the same bits as one without a stop."""
     words = ["knit", str(tube_obj), "--stitch-width", "1", "--quality", "draft", "--device", "cpu", "--no-picture",
@@ -476,7 +393,7 @@ def test_knit_takes_rest_lengths_terms_and_checkpoints(tube_obj, tmp_path, capsy
     report = json.loads((part / "report.json").read_text())
     assert report["quality"]["max_iterations"] == 20 and report["yarnrelax"]["iterations"] == 20
     assert report["yarnrelax"]["energies"]["gravity"] != 0.0
-    words += ["--max-iterations", "60"]
+    words += ["--max-iterations", "30"]
     assert cli.main([*words, "-o", str(rest), "--resume", str(part / "checkpoint.smc")]) == 0
     assert cli.main([*words, "-o", str(whole)]) == 0
     np.testing.assert_array_equal(read_yarns(rest / "yarns.h5").points, read_yarns(whole / "yarns.h5").points)

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from stitchmesh.cli.commands.patterns import Patterns
+from stitchmesh.cli.commands.library import Patterns
 from stitchmesh.cli.main import main
 
 

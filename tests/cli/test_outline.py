@@ -14,6 +14,7 @@ from stitchmesh.cli.main import main
 from stitchmesh.io import read_stitches
 from stitchmesh.periodic.natural_outline import natural_outline
 from stitchmesh.render.plots.outline_picture import plot_outline
+from tests.cli.calls import refused_without_files
 
 
 def test_outline_writes_stitches_a_picture_and_the_figures(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -40,13 +41,8 @@ def test_outline_writes_stitches_a_picture_and_the_figures(tmp_path: Path, capsy
         (["missing.h5", "--form", "tube"], "only a pattern has it"),
     ],
 )
-def test_bad_input_is_one_line_and_writes_nothing(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], words: list[str], text: str
-) -> None:
-    assert main(["outline", *words, "-o", str(tmp_path / "out")]) == 2
-    printed = capsys.readouterr()
-    assert text in printed.err and printed.err.count("\n") == 1
-    assert not (tmp_path / "out").exists()
+def test_bad_input_is_one_line_and_writes_nothing(tmp_path: Path, capsys, words: list[str], text: str) -> None:
+    assert text in refused_without_files(capsys, tmp_path, "outline", *words, "-o", tmp_path / "out")
 
 
 def test_the_name_of_a_pattern_is_no_formula(tmp_path: Path) -> None:

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import pytest
 
-from stitchmesh.cli.commands.status import status_lines
+from stitchmesh.cli.commands.jobs import status_lines
 from stitchmesh.jobs.job_status import JobStatus
 from stitchmesh.jobs.sweep.run_sweep import STAGE
 

@@ -5,13 +5,11 @@
 from __future__ import annotations
 
 import dataclasses
-import json
-from pathlib import Path
 
 import pytest
 
 import stitchmesh as sm
-from stitchmesh.cli.summary import files_to_open, knit_summary, print_result, relax_summary, state_of, swatch_summary
+from stitchmesh.cli.summary import knit_summary, relax_summary, state_of, swatch_summary
 from stitchmesh.yarn.stitch_size import fabric_gauge
 from tests.editing.fabrics import flat
 
@@ -50,11 +48,6 @@ def test_each_fault_is_named(changed, line):
     assert state_of(GOOD | changed, mesh_converged=False) == f"Not good: {uneven}; {line}."
 
 
-def test_stitches_that_are_not_even_are_a_fault(fabric, yarns):
-    report = {"meshrelax": {"converged": False}, "yarnrelax": GOOD}
-    assert knit_summary(fabric, yarns, report, None)[-1].startswith("Not good: the stitches are not even, because the")
-
-
 def test_a_garment_has_its_size_gauge_and_yarn(fabric, yarns):
     report = {"meshrelax": {"converged": True}, "yarnrelax": GOOD}
     what, gauge, _ = knit_summary(fabric, yarns, report, None)
@@ -65,28 +58,26 @@ def test_a_garment_has_its_size_gauge_and_yarn(fabric, yarns):
     dk = sm.Yarn.named("dk")
     named = knit_summary(fabric, yarns, report, dk)[1]
     assert named.endswith(f"{metres:.3g} m of dk, about {float(f'{metres * dk.grams_per_metre:.2g}'):g} g.")
+    heavy = dataclasses.replace(dk, grams_per_metre=461.0 / metres)
+    assert knit_summary(fabric, yarns, report, heavy)[1].endswith(" of dk, about 460 g.")  # two digits, no exponent
+    report["meshrelax"]["converged"] = False
+    assert knit_summary(fabric, yarns, report, None)[-1].startswith("Not good: the stitches are not even, because the")
 
 
-def test_a_weight_has_two_digits_and_no_exponent(fabric, yarns):
-    report = {"meshrelax": {"converged": True}, "yarnrelax": GOOD}
-    heavy = dataclasses.replace(sm.Yarn.named("dk"), grams_per_metre=461.0 / (yarns.lengths.sum() / 100))
-    assert knit_summary(fabric, yarns, report, heavy)[1].endswith(" of dk, about 460 g.")
+SIZES = {"wales": 2, "courses": 4, "width": 0.9, "height": 1.2, "wale_spacing": 0.45, "course_spacing": 0.3,
+         "relaxation": "frictionless", "friction": 0.0, "planes_distance": None, "planes_pressure": None}  # fmt: skip
 
 
-def test_the_gauge_of_a_fabric_is_that_of_its_stitches(fabric):
-    """The fabric has square stitches of 1 cm times 0.72 cm, so 10 stitches and 13.9 rows are in 10 cm."""
-    gauge = fabric_gauge(fabric)
-    assert (gauge.stitches, gauge.rows) == pytest.approx((10.0, 10 / 0.72))
+def plain_cell() -> sm.YarnSet:
+    return sm.weave_yarns(sm.read_weave("plain"), yarn_radius=0.1, quality="draft")
 
 
 def test_a_swatch_has_its_repeat_and_a_weave_its_threads():
-    cell = sm.weave_yarns(sm.read_weave("plain"), yarn_radius=0.1, quality="draft")
-    sizes = {"wales": 2, "courses": 4, "width": 0.9, "height": 1.2, "wale_spacing": 0.45, "course_spacing": 0.3}
-    sizes |= {"relaxation": "frictionless", "friction": 0.0, "planes_distance": None, "planes_pressure": None}
-    knit, gauge, *_ = swatch_summary(sm.Swatch(cell, GOOD | sizes, flat(), []), "rib", None)
+    knit, gauge, acting, *_ = swatch_summary(sm.Swatch(plain_cell(), GOOD | SIZES, flat(), []), "rib", None)
     assert knit == "Relaxed one repeat of rib: 2 stitches x 4 rows, 0.9 x 1.2 cm."
     assert gauge.startswith("Gauge: 22.2 stitches and 33.3 rows in 10 cm. Yarn: ") and gauge.endswith(" if it is dk.")
-    woven, threads, *_ = swatch_summary(sm.Swatch(cell, GOOD | sizes, None, []), "plain", None)
+    assert acting == "Relaxed without friction between its yarns."
+    woven, threads, *_ = swatch_summary(sm.Swatch(plain_cell(), GOOD | SIZES, None, []), "plain", None)
     assert woven == "Relaxed one repeat of plain: 2 warps x 4 wefts, 0.9 x 1.2 cm."
     assert threads.startswith("22.2 warps and 33.3 wefts in 10 cm. Yarn: ") and " g" not in threads
 
@@ -94,7 +85,6 @@ def test_a_swatch_has_its_repeat_and_a_weave_its_threads():
 @pytest.mark.parametrize(
     ("acting", "line"),
     [
-        (("frictionless", 0.0, None, None), "Relaxed without friction between its yarns."),
         (("dry", 0.2, None, None), "Let go off the needles (dry) with a friction of 0.2."),
         # 0.04 g/cm^2 weigh 39.24 dyn/cm^2
         (("wet", 0.3, 0.61, 19.62), "Let go off the needles (wet) with a friction of 0.3, between planes 0.61 cm apart "
@@ -102,26 +92,11 @@ def test_a_swatch_has_its_repeat_and_a_weave_its_threads():
     ],
 )  # fmt: skip
 def test_a_swatch_says_what_acted_on_it(acting, line):
-    cell = sm.weave_yarns(sm.read_weave("plain"), yarn_radius=0.1, quality="draft")
-    sizes = {"wales": 2, "courses": 4, "width": 0.9, "height": 1.2, "wale_spacing": 0.45, "course_spacing": 0.3}
     named = zip(("relaxation", "friction", "planes_distance", "planes_pressure"), acting, strict=True)
-    report = GOOD | sizes | dict(named) | {"areal_density": 0.04}
-    assert swatch_summary(sm.Swatch(cell, report, None, []), "plain", None)[2] == line
+    report = GOOD | SIZES | dict(named) | {"areal_density": 0.04}
+    assert swatch_summary(sm.Swatch(plain_cell(), report, None, []), "plain", None)[2] == line
 
 
 def test_one_yarn_is_counted_as_one():
     curve = sm.YarnSet.from_curves([[[x, 0.0, 0.0] for x in range(5)]], closed=[False], radius=0.1)
     assert relax_summary(curve, GOOD)[0] == "Relaxed 1 yarn, 0.02 m, 4.0 x 0.0 x 0.0 cm."
-
-
-def test_the_picture_is_named_if_there_is_one():
-    folder = Path("out") / "hat"
-    assert files_to_open(folder, True) == "Open out/hat/preview.png; out/hat/report.json holds all numbers."
-    assert files_to_open(folder, False) == "No picture was drawn; out/hat/report.json holds all numbers."
-
-
-def test_the_report_is_printed_instead_of_the_lines(capsys):
-    print_result(GOOD, ["one", "two"], as_json=False)
-    assert capsys.readouterr().out == "one\ntwo\n"
-    print_result(GOOD, ["one", "two"], as_json=True)
-    assert json.loads(capsys.readouterr().out) == GOOD

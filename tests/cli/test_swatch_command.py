@@ -17,14 +17,11 @@ from stitchmesh.io import read_yarns
 from stitchmesh.mesh.palette import STOCK
 from stitchmesh.patterns import read_pattern
 from stitchmesh.periodic.relaxation.continuation import size_of
-from stitchmesh.periodic.weave.library import read_weave
-from stitchmesh.periodic.weave.text import parse_weave
 from stitchmesh.render.pattern_sheet import swatch_sheet
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.tiling import tile_yarns
 from stitchmesh.yarn.yarn_presets import Gauge, Yarn
 from tests.cli.calls import refused_without_files
-from tests.gallery import ROOT
 from tests.output_files import visible
 from tests.periodic.first_state import from_generated_yarns
 
@@ -37,11 +34,10 @@ def files(tmp_path_factory) -> Path:
     """Return a folder of valid and invalid charts and weaves."""
     folder = tmp_path_factory.mktemp("files")
     for name, text in {
-        "ragged.leaf": "KKP\nKK\n", "unknown.leaf": "KQ\nKK\n", "open.knit": 'pattern "x"\nround 1: k3 yo\n',
-        "empty.leaf": "", "slipped.leaf": "KB\n", "empty.weave": "", "nothing.weave": 'weave "none"\n',
-        "ragged.weave": "011\n10\n", "letters.weave": "0a\n10\n", "loose.weave": "01\n11\n",
+        "ragged.leaf": "KKP\nKK\n", "open.knit": 'pattern "x"\nround 1: k3 yo\n',
+        "empty.leaf": "", "slipped.leaf": "KB\n", "letters.weave": "0a\n10\n", "loose.weave": "01\n11\n",
         "apart.weave": "0111\n1011\n0001\n0010\n", "matrix.txt": "01\n10\n",
-        "stated.txt": 'weave "plain"\n01\n10\n', "long.knit": "x" * 5000,
+        "stated.txt": 'weave "plain"\n01\n10\n',
     }.items():  # fmt: skip
         (folder / name).write_text(text)
     (folder / "folder.weave").mkdir()
@@ -57,7 +53,8 @@ def made(tmp_path_factory) -> Path:
     """Return the output folder of a relaxed repeat of stockinette, with all optional files."""
     folder = tmp_path_factory.mktemp("made") / "deep" / "out"
     words = [*FREE, "--tile", "3", "2", "--texture", "16", "24", "--gamma", "1.1"]
-    assert cli.main(["swatch", "stockinette", *words, *DRAFT, "-o", str(folder)]) == 0
+    with from_generated_yarns():
+        assert cli.main(["swatch", "stockinette", *words, *DRAFT, "-o", str(folder)]) == 0
     return folder
 
 
@@ -109,43 +106,39 @@ def test_the_fabric_covers_the_whole_picture(made):
             assert np.ptp(part) > 100
 
 
-def test_defaults_are_no_textures_and_five_by_five_tiles(tmp_path):
-    cell = swatch(tmp_path, "plain")
-    assert visible(tmp_path) == {
-        "cell.h5", "cell.pyp", "tiled.bcc", "report.json", "convergence.csv", "convergence.png",
-    }  # fmt: skip
-    pieces = read_yarns(tmp_path / "tiled.bcc", radius=0.125)
-    assert pieces.yarn_count == tile_yarns(cell, 5, 5).yarn_count == 20
-
-
 def test_options_reach_the_yarns(tmp_path):
     width = 1.2
     words = ["--yarn-radius", 0.1, "--spacing", 0.5, 0.6, "--rest-length", "warp=0.9", "--rest-length", "weft=1.1"]
-    cell = swatch(tmp_path / "a", "plain", *words, "--period", width, "free")
-    plain = swatch(tmp_path / "b", "plain", *words[:5])
+    brief = ["--max-iterations", 5]
+    cell = swatch(tmp_path / "a", "plain", *words, *brief, "--period", width, "free")
+    plain = swatch(tmp_path / "b", "plain", *words[:5], *brief)
+    assert visible(tmp_path / "b") == {
+        "cell.h5", "cell.pyp", "tiled.bcc", "report.json", "convergence.csv", "convergence.png",
+    }  # fmt: skip
+    assert read_yarns(tmp_path / "b" / "tiled.bcc").yarn_count == tile_yarns(plain, 5, 5).yarn_count == 20
     assert set(cell.radius.tolist()) == {0.1}
     assert size_of(cell.lattice) == pytest.approx((width, 1.2), rel=1e-5)  # float32
     weft = cell.lattice_step[cell.segment_yarn, 0] != 0
     np.testing.assert_allclose(cell.rest_length / plain.rest_length, np.where(weft, 1.1, 0.9), rtol=1e-12)  # products
-    knit = swatch(tmp_path / "c", "rib1x1", "--loop-length", 3.5, "--columns", 2, "--rows", 2, "--max-iterations", 20)
+    knit = swatch(tmp_path / "c", "rib1x1", "--loop-length", 3.5, "--columns", 2, "--rows", 2, *brief)
     report = json.loads((tmp_path / "c" / "report.json").read_text())
-    assert (report["wales"], report["courses"], report["iterations"]) == (4, 4, 20)
+    assert (report["wales"], report["courses"], report["iterations"]) == (4, 4, 5)
     assert knit.rest_length.sum() == pytest.approx(16 * 3.5, rel=1e-12)  # A sum
 
 
 def test_digits_in_a_text_file_are_a_chart_of_colours_unless_it_states_a_weave(files, tmp_path, caplog):
-    chart = swatch(tmp_path / "chart", files / "matrix.txt", "--colour", "1=#aa2233")
+    chart = swatch(tmp_path / "chart", files / "matrix.txt", "--colour", "1=#aa2233", "--max-iterations", 5)
     assert set(chart.colour.tolist()) == {0, 1} and (chart.face >= 0).all()
     np.testing.assert_array_equal(chart.palette, [STOCK[0], [0xAA, 0x22, 0x33]])
     assert caplog.text.count("read as a chart of yarn colours") == 1
     assert "name a matrix of a weave .weave" in caplog.text
-    cell = swatch(tmp_path / "weave", files / "stated.txt")
+    cell = swatch(tmp_path / "weave", files / "stated.txt", "--max-iterations", 5)
     assert cell.yarn_count == 4 and set(map(tuple, cell.lattice_step.tolist())) == {(1, 0), (0, 1)}
 
 
 def test_a_pyp_that_cannot_hold_the_yarns_is_left_out_with_a_message(tmp_path, capsys):
     (tmp_path / "two.weave").write_text("warps radius: 1 1.5\n01\n10\n")
-    swatch(tmp_path / "out", tmp_path / "two.weave")
+    swatch(tmp_path / "out", tmp_path / "two.weave", "--max-iterations", 5)
     assert not (tmp_path / "out" / "cell.pyp").exists() and (tmp_path / "out" / "cell.h5").exists()
     assert "cell.pyp: got yarns of radius 0.125 to 0.1875 cm" in capsys.readouterr().err
 
@@ -154,21 +147,14 @@ def test_a_pyp_that_cannot_hold_the_yarns_is_left_out_with_a_message(tmp_path, c
     ("pattern", "message"),
     [
         ("stokinette", "is not in the library of .* did you mean .*stockinette"),
-        ("twil-2x1", "did you mean .*twill-2x1"),
         ("missing.knit", "missing.knit: there is no such file"),
-        ("missing.weave", "missing.weave: there is no such file"),
         ("missing.weave.png", "there is no such file"),
         ("folder.weave", "is a folder"),
         ("binary.knit", "binary"),
-        ("long.knit", "expected"),
         ("ragged.leaf", "line 2, column 1: got 2 columns where the chart's first line has 3"),
-        ("unknown.leaf", "Q"),
         ("empty.leaf", "empty"),
         ("open.knit", "row 1: its tile leaves 4 loops|row 1"),
         ("slipped.leaf", "stitch 2 from the left: slips a loop that every row slips"),
-        ("empty.weave", "empty"),
-        ("nothing.weave", "empty matrix|expected"),
-        ("ragged.weave", "2"),
         ("letters.weave", "'0a'|a"),
         ("loose.weave", "passes over every .* and never interlaces|never interlaces"),
         ("apart.weave", "the fabric falls apart"),
@@ -183,15 +169,10 @@ def test_a_bad_pattern_gives_a_message_of_one_line(files, capsys, monkeypatch, p
     ("words", "message"),
     [
         (["stockinette", "--gamma", "0"], "gamma: got 0.0; expected 0.1 to 10"),
-        (["stockinette", "--gamma", "-1"], "gamma: got -1.0"),
         (["garter", "--gamma", "10"], "yarn of this radius does not fit"),
         (["stockinette", "--period", "0", "1"], "period width: got 0.0 cm; expected a positive number"),
-        (["stockinette", "--period", "1", "-3"], "period height: got -3.0 cm"),
         (["stockinette", "--period", "free", "1e5"], "period height: got 100000 cm; expected 0.158 to 15.8"),
         (["stockinette", "--loop-length", "0.05"], "yarn of this radius does not fit; take thinner or longer yarn"),
-        (["stockinette", "--loop-length", "-2"], "loop length: got -2.0 cm; expected a positive number"),
-        (["stockinette", "--yarn-radius", "9", "--loop-length", "4"], "yarn of this radius does not fit"),
-        (["stockinette", "--yarn-radius", "0"], "yarn radius: got 0.0 cm; expected a positive number"),
         (["stockinette", "--spacing", "1"], "spacing: got one for a knitted swatch"),
         (["plain", "--spacing", "0"], "spacing: got 0.0 cm; expected a positive number"),
         (["plain", "--loop-length", "4"], "loop length: got one for a weave, which has no loops"),
@@ -199,14 +180,17 @@ def test_a_bad_pattern_gives_a_message_of_one_line(files, capsys, monkeypatch, p
         (["stockinette", "--columns", "0"], "columns: got 0; expected at least 1"),
         (["stockinette", "--rest-length", "held=0.5"], "the fabric has no slip or tuck that holds a loop"),
         (["stockinette", "--rest-length", "k=3"], "got a factor of 3; expected 0.1 to 2"),
-        (["stockinette", "--rest-length", "stretchy"], "got 'stretchy'; expected CODE=FACTOR"),
-        (["stockinette", "--material", "wool"], "material: got 'wool'; expected one of"),
-        (["stockinette", "--quality", "best"], "quality: got 'best'; expected one of"),
-        (["stockinette", "--device", "tpu"], "expected one of"),
-        (["stockinette", "--max-iterations", "0"], "max iterations: got 0; expected at least 1"),
+        (["stockinette", "--stiffness", "k_bent=2"], "is no value of a material; expected k_bend"),
         (["stockinette", "--tile", "0", "5"], "tile: got 0 5; expected whole numbers from 1"),
         (["stockinette", "--texture", "0"], "texture: got 0; expected a width"),
-        (["stockinette", "--texture", "16", "16", "16"], "texture: got 16 16 16"),
+        (["stockinette", "--explore", "0"], "explore: got 0 starts"),
+        (["stockinette", "--explore", "2", "--friction", "0.3"], "friction: got 0.3 for"),
+        (["stockinette", "--explore", "2", "--tile", "3", "3"], "swatch: tile has no effect beside --explore"),
+        (["stockinette", "--blocked", "0"], "expected a positive tension"),
+        (["stockinette", "--blocked", "1e7"], "it tears at"),
+        (["stockinette", "--relaxation", "dry", "--friction", "9"], "coefficients (9.0, 9.0); expected numbers from 0"),
+        (["stockinette", "--relaxation", "dry", "--period", "1", "free"], "relaxation: got a period or blocking"),
+        (["stockinette", "--unsupported"], "a repeat of fixed size lies on nothing anyway; add --relax-cell"),
     ],
 )  # fmt: skip
 def test_a_bad_option_gives_a_message_of_one_line(tmp_path, capsys, monkeypatch, words, message):
@@ -215,12 +199,14 @@ def test_a_bad_option_gives_a_message_of_one_line(tmp_path, capsys, monkeypatch,
 
 
 @pytest.mark.parametrize(
-    "words", [["--period", "1"], ["--period", "wide", "1"], ["--gamma", "x"], ["--tile", "1.5", "2"]]
+    ("words", "message"),
+    [
+        (["--port", "9000"], "swatch: serving has no effect beside -o DIR; add --view"),
+        (["--view"], "swatch: output has no effect beside --view"),
+    ],
 )
-def test_words_that_are_not_numbers_give_a_message_of_one_line(capsys, words):
-    with pytest.raises(SystemExit) as stop:
-        cli.main(["swatch", "plain", "-o", "out", *words])
-    assert stop.value.code == 2 and capsys.readouterr().err.count("\n") == 1
+def test_an_option_without_effect_is_refused(capsys, tmp_path, words, message):
+    assert message in refused_without_files(capsys, tmp_path, "swatch", "stockinette", "-o", tmp_path / "out", *words)
 
 
 def test_a_folder_that_cannot_be_written_is_an_error_before_the_computation(tmp_path, capsys):
@@ -247,14 +233,10 @@ def test_convert_tiles_yarns_only(tmp_path, capsys):
     assert "is a polygon mesh; only periodic yarns can be tiled" in refused_without_files(capsys, tmp_path, *words)
 
 
-def test_the_weave_of_the_documentation_is_that_of_the_library():
-    (text,) = re.findall(r"```weave\n(.*?)```", (ROOT / "docs" / "swatches.md").read_text(), re.DOTALL)
-    assert parse_weave(text).matrix == read_weave("double-plain-stitched").matrix
-
-
 def test_explore_writes_and_prints_the_states_of_rest(tmp_path, capsys):
     words = ["stockinette", "--explore", "1", "--relaxation", "frictionless", *DRAFT, "-o", str(tmp_path)]
-    assert cli.main(["swatch", *words]) == 0
+    with from_generated_yarns():
+        assert cli.main(["swatch", *words]) == 0
     report = json.loads((tmp_path / "rests.json").read_text())
     states = len(report["rests"])
     assert report["starts"] == 2 and sum(rest["count"] for rest in report["rests"]) + report["not_at_rest"] == 2
@@ -267,40 +249,15 @@ def test_explore_writes_and_prints_the_states_of_rest(tmp_path, capsys):
     assert width == pytest.approx(report["rests"][0]["wale_spacing"], rel=1e-6)
 
 
-def test_a_blocked_repeat_is_larger_and_an_unsupported_one_lies_on_nothing(tmp_path):
-    with from_generated_yarns():
-        flat = swatch(tmp_path / "flat", "stockinette", *FREE)
-        blocked = swatch(tmp_path / "blocked", "stockinette", "--blocked", "50")
-        swatch(tmp_path / "loose", "stockinette", *FREE, "--unsupported", "--max-iterations", "20")
-    assert size_of(blocked.lattice)[0] > size_of(flat.lattice)[0]
-    lying, loose = (json.loads((tmp_path / name / "report.json").read_text()) for name in ("flat", "loose"))
-    assert "confinement" in lying["energies"] and "confinement" not in loose["energies"]
-
-
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (["--explore", "0"], "explore: got 0 starts"), (["--blocked", "0"], "expected a positive tension"),
-        (["--blocked", "1e7"], "it tears at"), (["--explore", "2", "--friction", "0.3"], "friction: got 0.3 for"),
-    ],
-)  # fmt: skip
-def test_impossible_explorations_and_tensions_are_refused(capsys, tmp_path, words, message):
-    command = ["swatch", "stockinette", *words, *QUICK, "-o", tmp_path / "out"]
-    assert message in refused_without_files(capsys, tmp_path, *command)
-
-
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (["--unsupported"], "unsupported: a repeat of fixed size lies on nothing anyway; add --relax-cell"),
-        (["--explore", "2", "--tile", "3", "3"], "swatch: tile has no effect beside --explore"),
-        (["--explore", "2", "--texture", "64"], "swatch: texture has no effect beside --explore"),
-        (["--port", "9000"], "swatch: serving has no effect beside -o DIR; add --view"),
-        (["--view"], "swatch: output has no effect beside --view"),
-    ],
-)  # fmt: skip
-def test_an_option_without_effect_is_refused(capsys, tmp_path, words, message):
-    assert message in refused_without_files(capsys, tmp_path, "swatch", "stockinette", "-o", tmp_path / "out", *words)
+def test_a_blocked_repeat_is_pulled_and_an_unsupported_one_lies_on_nothing(tmp_path):
+    brief = ["--max-iterations", "5"]
+    reports = {}
+    for name, words in (("flat", FREE), ("loose", [*FREE, "--unsupported"]), ("blocked", ["--blocked", "50"])):
+        with from_generated_yarns():
+            swatch(tmp_path / name, "stockinette", *words, *brief)
+        reports[name] = json.loads((tmp_path / name / "report.json").read_text())
+    assert "confinement" in reports["flat"]["energies"] and "confinement" not in reports["loose"]["energies"]
+    assert reports["blocked"]["options"]["blocked"] == 50.0 and "tension" in reports["blocked"]["energies"]
 
 
 def test_a_knit_off_the_needles_writes_its_path(tmp_path) -> None:
@@ -312,23 +269,9 @@ def test_a_knit_off_the_needles_writes_its_path(tmp_path) -> None:
     assert int(history[-1]["iteration"]) == report["iterations"]
 
 
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (["--friction", "0.3"], "friction: got 0.3 for a swatch that relaxes without it; add a relaxation"),
-        (["--relaxation", "dry", "--friction", "-1"], "friction: got coefficients (-1.0, -1.0)"),
-        (["--relaxation", "dry", "--friction", "9"], "friction: got coefficients (9.0, 9.0); expected numbers from 0"),
-        (["--relaxation", "dry", "--period", "1", "free"], "relaxation: got a period or blocking beside it"),
-    ],
-)
-def test_friction_that_does_not_fit_is_refused_in_one_line(capsys, tmp_path, words: list[str], message: str) -> None:
-    command = ["swatch", "stockinette", *words, *QUICK, "-o", tmp_path / "out"]
-    assert message in refused_without_files(capsys, tmp_path, *command)
-
-
 def test_a_pattern_to_take_home_is_written_where_it_is_asked_for(tmp_path):
     """It states the size of the report and all yarn of the repeat, by colour."""
-    yarns = swatch(tmp_path / "out", "checks", "--sheet", "--yarn", "dk")
+    yarns = swatch(tmp_path / "out", "checks", "--sheet", "--yarn", "dk", "--max-iterations", 5)
     assert (tmp_path / "out" / "pattern.pdf").read_bytes().startswith(b"%PDF-")
     report = json.loads((tmp_path / "out" / "report.json").read_text())
     gauge, dk = Gauge.of_stitch(report["wale_spacing"], report["course_spacing"]), Yarn.named("dk")

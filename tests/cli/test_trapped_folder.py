@@ -17,82 +17,30 @@ from pathlib import Path
 
 import pytest
 
-import stitchmesh as sm
 from stitchmesh.cli.main import COMMANDS
 from stitchmesh.io.folder_lock import NAME as LOCK
 from stitchmesh.io.own_files import RECORD
 from stitchmesh.io.part_folder import PARTS
-from stitchmesh.mixed.scene.scene_file import write_scene
-from tests.gallery import tube
-from tests.mixed.small_scene import SWINGING
-from tests.nightly import at_night
+from tests.cli.every_command import WORDS, name_of, write_inputs
+from tests.cli.hostile import command_named, options_of, quick_words
+from tests.nightly import at_night, mostly_at_night
 
 MODULES = ("sitecustomize", "usercustomize", "numpy", "multiprocessing", "json", "warp", "h5py", "matplotlib", "runpy")
 PACKAGES = ("vtkmodules", "pxr", "distributed", "pyvista", "dask", "stitchmesh")
 """What a command or a child of it would import from the present folder, if it looked there."""
-INPUTS = {
-    "label": ["tube.obj", "-o", "{out}.h5"],
-    "tessellate": ["labeled.h5", "-o", "{out}.h5"],
-    "pattern": ["stitches.h5", "rib1x1", "-o", "{out}.h5"],
-    "capture": ["stitches.h5", "--on", "row 1", "-o", "{out}.knit"],
-    "edit": ["stitches.h5", "yarn=1", "--apply", "stripe", "--on", "row 1", "-o", "{out}.h5"],
-    "relax-mesh": ["stitches.h5", "--surface", "labeled.h5", "-o", "{out}.h5"],
-    "yarns": ["stitches.h5", "-o", "{out}.h5"],
-    "relax": ["yarns.h5", "--quality", "draft", "--max-iterations", "1", "-o", "{out}.h5"],
-    "relax-edited": [
-        "yarns.h5", "--before", "stitches.h5", "--after", "stitches.h5", "--max-iterations", "1", "-o", "{out}.h5",
-    ],
-    "outline": ["rib1x1", "--columns", "2", "--rows", "2", "-o", "{out}"],
-    "knit": ["tube.obj", "--quality", "draft", "--max-iterations", "1", "--no-picture", "-o", "{out}"],
-    "swatch": ["stockinette", "--quality", "draft", "--max-iterations", "1", "--no-picture", "-o", "{out}"],
-    "stretch": ["stockinette", "--quality", "draft", "--course", "0:2%", "--steps", "2", "-o", "{out}"],
-    "drape": ["scene.toml", "--no-picture", "-o", "{out}"],
-    "follow": ["yarns.h5", "walk", "--quality", "draft", "-o", "{out}"],
-    "run": ["job.toml", "-o", "{out}"],
-    "job": ["init", "tube.obj", "-o", "{out}.toml"],
-    "status": ["{out}"],
-    "batch": ["sweep.toml", "--workers", "1", "-o", "{out}"],
-    "info": ["tube.obj"],
-    "select": ["stitches.h5", "row 1", "-o", "{out}.txt"],
-    "check": ["tube.obj"],
-    "patterns": [], "examples": [],
-    "instructions": ["stitches.h5", "-o", "{out}.txt"],
-    "convert": ["yarns.usda", "{out}.bcc"],
-    "render": ["yarns.h5", "--size", "80", "60", "-o", "{out}.png"],
-}  # fmt: skip
-"""Words of each command that ends by itself, in the folder of traps."""
+OWN = {"convert": ["yarns.usda", "out.bcc"], "batch": ["sweep.toml", "--workers", "1", "-o", "out"]}
+"""Other words than those of ``WORDS``: their children read USD, and do the jobs of a sweep."""
 SERVERS = {"view", "app"}
 """Commands that serve the application until they are interrupted."""
+NAMES = sorted(WORDS.keys() - SERVERS)
 FEW = ("convert", "run")
 """Commands that every run of the tests tries: one writes a file, and its child reads USD; the other writes a folder in
 which stages are removed again."""
-DID_NOT_REST = 1
-"""Status of a scene that did not converge."""
-
-
-def name_of(command: type) -> str:
-    return "".join(f"-{letter.lower()}" if letter.isupper() else letter for letter in command.__name__).lstrip("-")
 
 
 @pytest.fixture(scope="module")
 def inputs(tmp_path_factory) -> Path:
-    """Return a folder with an input of each kind."""
-    folder = tmp_path_factory.mktemp("inputs")
-    mesh = tube(8, 3, radius=2.0, height=1.2)
-    sm.write_mesh(folder / "tube.obj", mesh)
-    labeled = sm.label(mesh)
-    sm.write_stitches(folder / "labeled.h5", labeled)
-    fabric = sm.tessellate(labeled, stitch_width=0.8)
-    sm.write_stitches(folder / "stitches.h5", fabric)
-    for name in ("yarns.h5", "yarns.usda"):
-        sm.write_yarns(folder / name, sm.generate_yarns(fabric))
-    (folder / "walk").mkdir()
-    for number in range(2):
-        sm.write_mesh(folder / "walk" / f"{number}.obj", tube(8, 3, radius=1.0, height=1.2))
-    write_scene(folder / "scene.toml", SWINGING)
-    (folder / "job.toml").write_text('quality = "draft"\nrender = []\n[swatch]\npattern = "stockinette"\n')
-    (folder / "sweep.toml").write_text('[job]\nquality = "draft"\n[job.swatch]\npattern = "stockinette"\n')
-    return folder
+    return write_inputs(tmp_path_factory.mktemp("inputs"))
 
 
 @pytest.fixture
@@ -154,23 +102,18 @@ def check(folder: Path, words: list[str], *, statuses: tuple[int, ...]) -> None:
 
 
 def words_of(name: str) -> list[str]:
-    """Return the words of a command that writes ``out``, with the suffix of a file or in the folder of this name."""
-    return [name, *(word.replace("{out}", "out") for word in INPUTS[name])]
-
-
-chosen = pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=() if name in FEW else pytest.mark.nightly) for name in INPUTS]
-)
+    """Return the words with which a command does its work quickly."""
+    return [name, *OWN.get(name, WORDS[name][0]), *quick_words(list(options_of(command_named(name))), "")]
 
 
 def test_every_command_is_tried():
-    assert {name_of(command) for command in COMMANDS} == {*INPUTS, *SERVERS}
+    assert {name_of(command) for command in COMMANDS} == set(WORDS)
 
 
-@chosen
+@pytest.mark.parametrize("name", mostly_at_night(NAMES, by_day=FEW))
 def test_a_command_changes_nothing_of_the_users_and_replaces_no_output_that_they_changed(trapped, name):
     before = contents(trapped)
-    check(trapped, words_of(name), statuses=(2,) if name == "status" else (0, DID_NOT_REST))
+    check(trapped, words_of(name), statuses=(0,))
     made = {path for path in set(contents(trapped)) - set(before) if (trapped / path).is_file()}
     written = {path for path in made if Path(path).name not in (RECORD, LOCK) and "stages" not in Path(path).parts}
     assert bool(written) == (name not in ("info", "check", "patterns", "examples", "status"))
@@ -180,19 +123,17 @@ def test_a_command_changes_nothing_of_the_users_and_replaces_no_output_that_they
         check(trapped, words_of(name), statuses=(2,))
 
 
-@chosen
+@pytest.mark.parametrize("name", mostly_at_night(NAMES, by_day=["run"]))
 def test_links_in_the_output_folder_are_not_followed(trapped, name):
     for link in (PARTS, "frames", "tasks", "jobs", RECORD, LOCK, "report.json", "out.h5"):
         (trapped / "out" / link).symlink_to(trapped.parent / "victim")
     shutil.rmtree(trapped / "out" / "stages")
     (trapped / "out" / "stages").symlink_to(trapped.parent / "victim")
-    words = [word.replace("{out}", "out" if word == "{out}" else "out/out") for word in [name, *INPUTS[name]]]
-    writes = any("{out}" in word for word in INPUTS[name])
+    words = [f"out/{word}" if word.startswith("out.") else word for word in words_of(name)]
+    writes = any(word.startswith("out") for word in words[1:])
     check(trapped, words, statuses=(2,) if writes else (0,))
 
 
-@pytest.mark.parametrize(
-    "words", [["info", "pipe.h5"], *at_night(["convert", "pipe.obj", "a.ply"], ["run", "pipe.toml"])]
-)
+@pytest.mark.parametrize("words", [["info", "pipe.h5"], *at_night(["run", "pipe.toml"])])
 def test_a_pipe_in_the_place_of_an_input_is_refused(trapped, words):
     check(trapped, words, statuses=(2,))

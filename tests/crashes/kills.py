@@ -23,7 +23,6 @@ import traceback
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -210,41 +209,24 @@ def check_next(work: Work, folder: Path, known: Reference, tally: Tally) -> None
             tally.faults.append(f"{work.name}: {name} is not the new one after the next run")
 
 
-def kill_often(
-    work: Work, scratch: Path, kills: Callable[[Reference], Iterator[Callable[[Path], bool]]], most: int
-) -> Tally:
-    """Kill a work many times, each time in a copy of the old folder.
-
-    Args:
-        work: the work.
-        scratch: folder for all files.
-        kills: functions that run the work in a folder and kill it, and return whether it was killed.
-        most: number of kills.
-    """
+def kill_often(work: Work, scratch: Path, random: np.random.Generator, most: int) -> Tally:
+    """Kill a work many times at a random time within a random write, each time in a copy of the old folder."""
     old, tally = scratch / "old", Tally()
     old.mkdir(parents=True)
     if status_of(in_child(lambda: work.old(old))) != 0:
         raise SystemExit(f"{work.name}: the old files could not be written")
     known = reference(work, old, scratch)
     before = {name: checksum(old / name) for name in files_of(old)}
-    for kill in kills(known):
+    while tally.kills < most:
         folder = Path(shutil.copytree(old, scratch / "killed"))
-        if kill(folder):
+        number = int(random.integers(len(known.seconds)))
+        if kill_one(work, folder, number, random.uniform(0.0, 0.8) * known.seconds[number]):
             tally.kills += 1
             tally.parts += bool(list(folder.rglob(PARTS)))
             check(work, folder, before, known, tally, f"after kill {tally.kills}")
             check_next(work, folder, known, tally)
         shutil.rmtree(folder)
-        if tally.kills == most:
-            break
     return tally
-
-
-def random_kills(work: Work, known: Reference, random: np.random.Generator) -> Iterator[Callable[[Path], bool]]:
-    """Yield functions that kill a work at a random time within a random write."""
-    while True:
-        number = int(random.integers(len(known.seconds)))
-        yield partial(kill_one, work, number=number, delay=random.uniform(0.0, 0.8) * known.seconds[number])
 
 
 @dataclass(frozen=True)
@@ -271,8 +253,7 @@ def kills(arguments: Options) -> Rows:
             if arguments.only and work.name not in arguments.only:
                 continue
             random = np.random.default_rng([arguments.seed, number])
-            tries, most = partial(random_kills, work, random=random), round(work.share * arguments.kills)
-            tally = kill_often(work, Path(name) / work.name, tries, most)
+            tally = kill_often(work, Path(name) / work.name, random, round(work.share * arguments.kills))
             files = (tally.files[kind] for kind in ("old", "new", "times"))
             yield work.name, tally.kills, tally.parts, *files, len(tally.faults)
             faults += tally.faults

@@ -16,6 +16,8 @@ from benchmarks.run import name_of as name_of_measure
 from benchmarks.run import named, paths
 from stitchmesh.cli.arguments import parse
 from stitchmesh.cli.main import COMMANDS, DESCRIPTION
+from stitchmesh.periodic.weave.library import read_weave
+from stitchmesh.periodic.weave.text import parse_weave
 from tests.docs.pages import PAGES, blocks, name_of, prose
 from tests.gallery import ROOT
 
@@ -106,3 +108,8 @@ def test_python_blocks_compile_and_use_existing_names(page, block):
 def test_prose_names_public_names(page):
     for name in re.findall(r"`sm\.(\w+)", prose(page)):
         assert name in stitchmesh.__all__, name
+
+
+def test_the_weave_of_the_documentation_is_that_of_the_library():
+    (text,) = (block for page in PAGES for block in blocks(page, "weave"))
+    assert parse_weave(text).matrix == read_weave("double-plain-stitched").matrix

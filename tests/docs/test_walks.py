@@ -10,7 +10,7 @@ import sys
 import pytest
 
 from tests.docs.pages import DOCS
-from tests.nightly import mostly_at_night
+from tests.nightly import at_night
 
 sys.path.insert(0, str(DOCS / "site_build"))
 
@@ -25,7 +25,7 @@ def listed_files(name: str) -> set[str]:
     return {f"{folder}/{file}".removeprefix("/") for folder, files in rows for file in re.findall("`(.*?)`", files)}
 
 
-@pytest.mark.parametrize("name", mostly_at_night(WALKS, by_day=["one iteration"]))
+@pytest.mark.parametrize("name", at_night(*WALKS))
 def test_the_page_lists_the_files_whose_functions_run(name: str) -> None:
     # `python docs/site_build/walks.py` updates the page. How a processor shares its work among threads, in
     # stitchmesh/compute, depends on the number of its cores.

@@ -61,7 +61,7 @@ def _status(folder: Path) -> list[bytes]:
 
 
 def _read_status(folder: Path) -> object:
-    from stitchmesh.cli.commands.status import status_lines
+    from stitchmesh.cli.commands.jobs import status_lines
     from stitchmesh.jobs.job_status import read_status
 
     return status_lines(read_status(folder))

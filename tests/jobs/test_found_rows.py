@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Jobs and sweeps of meshes whose rows are found: the bits of `knit`, kept stages, and the memory that they need."""
+"""Jobs and sweeps of meshes whose rows are found: kept stages, and the memory that they need."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import pytest
 
 import stitchmesh as sm
 from stitchmesh.jobs import job_memory
-from stitchmesh.jobs.job import Job, recipe_of
+from stitchmesh.jobs.job import Job
 from stitchmesh.jobs.job_memory import found_memory
 from stitchmesh.jobs.run_job import run_job
 from stitchmesh.jobs.stage_files import GIVEN
@@ -20,9 +20,7 @@ from stitchmesh.jobs.stop import JobStopped, StopRequest
 from stitchmesh.jobs.sweep.row import inputs_of, measures_of
 from stitchmesh.quality import PRESETS
 from stitchmesh.recipe.estimate import control_points, loops_in_chains
-from stitchmesh.recipe.knit_recipe import knit_recipe
 from stitchmesh.recipe.recipe import Recipe
-from stitchmesh.recipe.recipe_file import write_recipe
 from stitchmesh.recipe.sections import RowsSection, SolverSection
 from tests.gallery import tube
 from tests.labeling.test_partial_labeling import triangulated
@@ -47,29 +45,19 @@ def computed(made) -> list[str]:
     return [stage["name"] for stage in made.report["job"]["stages"] if not stage["kept"]]
 
 
-def test_a_job_has_the_bits_and_the_figures_of_knit(job, done, tmp_path):
-    made = knit_recipe(recipe_of(job), tmp_path / "knit")
-    assert (tmp_path / "knit" / "yarns.h5").read_bytes() == (done / "yarns.h5").read_bytes()
+def test_the_row_of_a_sweep_has_the_options_and_the_figures(job, done):
     report = json.loads((done / "report.json").read_text())
-    assert report["repair"] == made.report["repair"] == []
-    assert {**report["shape"], "seconds": 0} == {**made.report["shape"], "seconds": 0}
-
-
-def test_a_second_run_computes_nothing_and_reports_the_same(job, copy):
-    before = json.loads((copy / "report.json").read_text())["shape"]
-    made = run_job(job, copy)
-    assert computed(made) == [] and made.report["shape"] == before
-
-
-def test_the_recipe_of_a_job_is_the_same_job(job, copy, tmp_path):
-    write_recipe(tmp_path / "garment.toml", recipe_of(job))
-    assert computed(run_job(Job(recipe=str(tmp_path / "garment.toml"), render=()), copy)) == []
+    measures = measures_of(report)
+    assert measures["shape.irregular"] > 0 and measures["shape.rms_stretch"] > 0.0
+    assert report["repair"] == [] and inputs_of(job)["rows.multiple"] == 1
 
 
 def test_an_option_of_found_rows_computes_all_stages(job, copy):
     changed = replace(job, garment=replace(job.garment, rows=RowsSection(auto=True, multiple=2)))
     assert computed(run_job(changed, copy)) == STAGES
-    assert computed(run_job(job, copy)) == []
+    before = json.loads((copy / "report.json").read_text())["shape"]
+    again = run_job(changed, copy)
+    assert computed(again) == [] and again.report["shape"] == before
 
 
 def test_a_damaged_surface_is_found_again_with_the_same_bits(job, copy):
@@ -78,13 +66,6 @@ def test_a_damaged_surface_is_found_again_with_the_same_bits(job, copy):
     path.write_bytes(content[: len(content) // 2])
     assert computed(run_job(job, copy)) == ["auto_stitches"]
     assert path.read_bytes() == content
-
-
-def test_the_row_of_a_sweep_has_the_options_and_the_figures(job, done):
-    inputs = inputs_of(job)
-    assert inputs["stitch_width"] == 1.0 and inputs["rows.multiple"] == 1
-    measures = measures_of(json.loads((done / "report.json").read_text()))
-    assert measures["shape.irregular"] > 0 and measures["shape.rms_stretch"] > 0.0
 
 
 def test_the_memory_follows_from_the_stitches_that_were_found(job, done):

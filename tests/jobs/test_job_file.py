@@ -97,20 +97,17 @@ def test_the_former_keys_of_found_rows_reach_the_options_of_the_stages():
     [
         ({"mehs": "a.obj"}, "has no key 'mehs'; did you mean 'mesh'?"),
         ({"mesh": "a.obj", "tessellate": {"stich_width": 1}}, "tessellate has no key 'stich_width'; did you mean"),
-        ({"mesh": "a.obj", "relax_yarns": {"gravty": [0, 1, 2]}}, "did you mean 'gravity'?"),
         ({"swatch": {"pattern": "rib2x2", "gama": 1.0}}, "did you mean 'gamma'?"),
         ({"swatch": {"gamma": 1.0}}, "swatch needs 'pattern'"),
         ({"mesh": "a.obj", "tessellate": {"stitch_width": "wide"}}, 'stitch_width is "wide"; expected a number'),
         ({"mesh": "a.obj", "stitch_width": 1, "tessellate": {"stitch_width": 2}},
          "tessellate.stitch_width: is the former name of stitch_width, which is given too; leave one of the two out"),
-        ({"mesh": "a.obj", "stitches": {"course_heigth": 1}}, "job.toml: stitches has no key 'course_heigth'; did you"),
         ({"mesh": "a.obj", "tessellate": 3}, "tessellate is 3; expected a table"),
-        ({"mesh": "a.obj", "withn": "8h"}, "has no key 'withn'; did you mean 'within'?"),
         ({}, "got none of them; expected one of mesh, recipe and"),
         ({"mesh": "a.obj", "recipe": "b.toml"}, "got mesh and recipe"),
         ({"swatch": {"pattern": "rib2x2"}, "tessellate": {"stitch_width": 1.0}},
          "stitch_width: is no key of a job with a swatch; leave it out"),
-        ({"recipe": "b.toml", "relax_mesh": {"alpha": 0.8}}, "is no key of a job with a recipe; write it into"),
+        ({"recipe": "b.toml", "auto_stitches": {}}, "rows: is no key of a job with a recipe; write it into"),
         ({"mesh": "a.obj", "quality": "fine"}, "quality: got 'fine'; expected one of draft"),
         ({"mesh": "a.obj", "within": "soon"}, "within: got the text 'soon'"),
         ({"mesh": "a.obj", "quality": "draft", "error": "1%"}, "error: got a quality"),
@@ -119,10 +116,7 @@ def test_the_former_keys_of_found_rows_reach_the_options_of_the_stages():
         ({"mesh": "a.obj", "render": [{"path": "/tmp/a.png"}]}, "render: got '/tmp/a.png'"),
         ({"mesh": "a.obj", "render": [{"view": "abvoe"}]}, "abvoe"),
         ({"mesh": "a.obj", "relax_yarns": {"checkpoint_every": 0}}, "checkpoint every: got 0"),
-        ({"swatch": {"pattern": "rib2x2", "checkpoint_every": 0}}, "checkpoint every: got 0; expected at least 1"),
-        ({"mesh": "a.obj", "auto_stitches": {"multipel": 2}}, "auto_stitches has no key 'multipel'; did you mean"),
         ({"mesh": "a.obj", "auto_stitches": {"multiple": 0}}, "multiple: got 0; expected 1 or more stitches"),
-        ({"recipe": "b.toml", "auto_stitches": {}}, "rows: is no key of a job with a recipe; write it into"),
         ({"mesh": "a.obj", "apply_edit": [{"yarn": 1}]}, "edits[0] needs 'edit'"),
     ],
 )  # fmt: skip
@@ -198,9 +192,5 @@ def test_init_writes_a_job_that_runs_from_its_folder(tmp_path, capsys, monkeypat
     assert read_job(path).garment.mesh == str(tmp_path / "parts" / ".." / "hat.obj")
     assert main(["job", "init", "rib2x2", "-o", str(path)]) == 2
     assert "is there already" in capsys.readouterr().err
-
-
-def test_init_refuses_a_folder(tmp_path, capsys):
     assert main(["job", "init", str(tmp_path), "-o", str(tmp_path / "job.toml")]) == 2
-    assert "is a folder; expected a mesh" in capsys.readouterr().err
-    assert not (tmp_path / "job.toml").exists()
+    assert "is a folder; expected a mesh" in capsys.readouterr().err and not (tmp_path / "job.toml").exists()

@@ -1,53 +1,31 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A swatch job that was killed or stopped continues to the same bits; it consists of several relaxations."""
+"""A swatch job that was stopped continues to the same bits; it consists of several relaxations."""
 
 from __future__ import annotations
 
-import functools
 import itertools
 import json
-import os
-import signal
-import subprocess
-import sys
-import tempfile
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from stitchmesh.cli.main import main
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.checkpoint_file import read_checkpoint
 from stitchmesh.io.history import read_history
 from stitchmesh.io.yarns import read_yarns
-from stitchmesh.jobs import job_status, swatch_stages
+from stitchmesh.jobs import swatch_stages
 from stitchmesh.jobs.job import Job
 from stitchmesh.jobs.run_job import run_job
 from stitchmesh.jobs.sections import SwatchTable
 from stitchmesh.jobs.stop import JobStopped, StopRequest
 from stitchmesh.periodic.relaxation import lowest_rest
 from stitchmesh.yarnrelax import observer
-from tests.gallery import ROOT
-from tests.killing import killed
 
-TEXT = """
-quality = "draft"
-device = "cpu"
-render = []
-[swatch]
-pattern = "stockinette"
-relax_cell = true
-relaxation = "frictionless"
-checkpoint_every = 40
-"""
 STARTS = 1
 """Displaced starts of the search for the lowest state."""
-KILL_CALLS, STOP_WRITES = 700, 6
-"""Calls that may change a file before the kill, and checkpoints from there to SIGTERM. A run that is never stopped
-makes about 300 such calls for each of the 4 checkpoints of its first relaxation, and 8 checkpoints in those after."""
 
 
 def results(folder: Path) -> tuple[bytes, list[Any], dict[str, Any]]:
@@ -60,73 +38,33 @@ def results(folder: Path) -> tuple[bytes, list[Any], dict[str, Any]]:
     return (folder / "yarns.h5").read_bytes(), history, report
 
 
-def stop_twice() -> dict[str, Any]:
-    """Kill a swatch job while it writes files, stop it by SIGTERM, and let it end.
-
-    Returns:
-        Whether it was killed, the exit status after SIGTERM, the numbers of relaxations that had begun after each stop,
-        the exit status at the end and that of a job that was never stopped, the number of checkpoints that are left,
-        and whether both have the same results.
-    """
-    observer.PROGRESS_SECONDS, job_status.WRITE_SECONDS, lowest_rest.STARTS = 0.0, float("inf"), STARTS
-    write_state, writes = observer.write_state, itertools.count(1)
-
-    def write_and_terminate(*given: Any) -> None:
-        write_state(*given)
-        if next(writes) == STOP_WRITES:
-            os.kill(os.getpid(), signal.SIGTERM)
-
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        (folder / "job.toml").write_text(TEXT)
-        run = functools.partial(main, ["run", str(folder / "job.toml"), "--resume", "-o", str(folder / "stopped")])
-        was_killed = killed("relax_yarns", KILL_CALLS, run, of_files=True)
-        # Checkpoints that were being written when the process was killed lie in folders of parts.
-        begun = [len(list(folder.rglob("relaxations/*/checkpoint.smc")))]
-        observer.write_state = write_and_terminate
-        status = run()
-        begun.append(len(list(folder.rglob("relaxations/*/checkpoint.smc"))))
-        observer.write_state = write_state
-        ended = [run(), main(["run", str(folder / "job.toml"), "-o", str(folder / "whole")])]
-        left = len(list(folder.rglob("*.smc")))
-        same = results(folder / "stopped") == results(folder / "whole")
-        return {"killed": was_killed, "status": status, "begun": begun, "ended": ended, "left": left, "same": same}
-
-
 @pytest.mark.nightly
-def test_a_kill_and_sigterm_in_a_swatch_change_no_bit():
-    code = "import json, tests.jobs.test_stopped_swatches as t; print('\\n' + json.dumps(t.stop_twice()))"
-    # The subprocess must not use a GPU, because a process with a GPU context cannot be forked.
-    own = {"PYTHONPATH": str(ROOT), "CUDA_VISIBLE_DEVICES": "", "STITCHMESH_THREADS": "1"}
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, env=os.environ | own)
-    assert done.returncode == 0, done.stderr
-    outcome = json.loads(done.stdout.splitlines()[-1])
-    assert (outcome["killed"], outcome["status"], outcome["ended"]) == (True, 143, [0, 0])
-    # The kill was in the first relaxation, and SIGTERM in a later one; how many iterations the displaced start needs
-    # before it, and whether it leaves an unstable balance, follows from rounding.
-    assert outcome["begun"][0] == 1 < outcome["begun"][1]
-    assert outcome["left"] == 0
-    assert outcome["same"]
-
-
-@pytest.mark.nightly
-def test_a_release_off_the_needles_that_is_stopped_twice_changes_no_bit(tmp_path, monkeypatch):
+@pytest.mark.parametrize(
+    ("table", "every", "reports"),
+    [
+        (SwatchTable(pattern="stockinette", relaxation="dry"), 200, (20, 30)),
+        (SwatchTable(pattern="stockinette", relax_cell=True, relaxation="frictionless"), 40, (5, 15)),
+    ],
+    ids=["release off the needles", "search for the lowest state"],
+)
+def test_a_swatch_that_is_stopped_twice_changes_no_bit(tmp_path, monkeypatch, table, every, reports):
+    """Both stops are after the first of several relaxations, or of the load steps of one."""
     monkeypatch.setattr(observer, "PROGRESS_SECONDS", 0.0)
-    table = SwatchTable(pattern="stockinette", relaxation="dry")
-    job = Job(swatch=table, checkpoint_every=200, quality="draft", device="cpu", render=())
-    ended = list[int]()
-    for reports in (20, 30):
+    monkeypatch.setattr(lowest_rest, "STARTS", STARTS)
+    job = Job(swatch=table, checkpoint_every=every, quality="draft", device="cpu", render=())
+    begun = list[int]()
+    for number in reports:
         stop, count = StopRequest(), itertools.count(1)
 
-        def stop_after_some(status, stop=stop, count=count, reports=reports):
-            if "iteration" in status.note and next(count) == reports:
+        def stop_after_some(status, stop=stop, count=count, number=number):
+            if "iteration" in status.note and next(count) == number:
                 stop.ask()
 
         with pytest.raises(JobStopped):
             run_job(job, tmp_path / "stopped", resume=True, stop=stop, listener=stop_after_some)
-        found = [read_checkpoint(path).header["ended"] for path in tmp_path.rglob("relaxations/*/checkpoint.smc")]
-        ended.append(max(map(len, found)))
-    assert 0 < ended[0] < ended[1]  # both stops were in load steps after the first one
+        checkpoints = [read_checkpoint(path) for path in tmp_path.rglob("relaxations/*/checkpoint.smc")]
+        begun.append(sum(1 + len(one.header.get("ended", ())) for one in checkpoints))
+    assert 0 < begun[0] < begun[1]
     for folder in ("stopped", "whole"):
         run_job(job, tmp_path / folder, resume=True)
     assert results(tmp_path / "stopped") == results(tmp_path / "whole")

@@ -18,6 +18,7 @@ from stitchmesh.tessellate import tessellate
 from stitchmesh.tessellate.planned_stitches import planned_stitches
 from stitchmesh.yarngen import generate_yarns
 from tests.gallery import GARMENTS, closed_cone, grid, tube
+from tests.nightly import mostly_at_night
 
 SHAPES = {
     "flat": label(grid(4, 3)),
@@ -40,16 +41,14 @@ def counted(labeled: StitchMesh, **size: object) -> tuple[int, int]:
 
 
 @pytest.mark.decides
-@pytest.mark.parametrize("width", [0.2, 0.31])
 @pytest.mark.parametrize("name", SHAPES)
-def test_the_numbers_of_stitches_and_rows_are_those_that_are_made(name, width):
-    assert counted(SHAPES[name], stitch_width=width) == made(SHAPES[name], stitch_width=width)
-    size = {"stitch_width": width, "stitch_height": 0.5 * width}
+def test_the_numbers_of_stitches_and_rows_are_those_that_are_made(name):
+    size = {"stitch_width": 0.31, "stitch_height": 0.155}
     assert counted(SHAPES[name], **size) == made(SHAPES[name], **size)
 
 
 @pytest.mark.decides
-@pytest.mark.parametrize("path", GARMENTS, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", mostly_at_night(GARMENTS, by_day=GARMENTS[:2]), ids=lambda path: path.stem)
 def test_the_stitches_of_a_garment_are_counted_exactly(path):
     labeled = label(read_mesh(path))
     assert counted(labeled, stitch_width=2.0) == made(labeled, stitch_width=2.0)
@@ -62,29 +61,26 @@ def test_given_counts_are_counted_too():
     assert counted(labeled, **size) == made(labeled, **size)
 
 
-@pytest.mark.parametrize("name", ["flat", "tube", "flared"])
+@pytest.mark.parametrize("name", ["flat", "flared"])
 def test_yarn_and_control_points_are_near_those_that_are_generated(name):
     """The bounds are those that ``GarmentEstimate`` states; small pieces have the largest part of borders."""
     labeled = SHAPES[name]
-    estimate = estimate_garment(labeled, stitch_width=0.2, quality="draft", device="cpu")
-    yarns = generate_yarns(tessellate(labeled, stitch_width=0.2), quality="draft")
+    estimate = estimate_garment(labeled, stitch_width=0.3, quality="draft", device="cpu")
+    yarns = generate_yarns(tessellate(labeled, stitch_width=0.3), quality="draft")
     assert estimate.yarn_length == pytest.approx(float(yarns.lengths.sum()), rel=0.1)
     assert estimate.control_points == pytest.approx(len(yarns.points), rel=0.1)
 
 
-def test_the_costs_of_the_stages_add_up():
-    estimate = estimate_garment(SHAPES["tube"], stitch_width=0.2, device="cpu")
-    assert list(estimate.stages) == ["tessellate", "meshrelax", "yarngen", "yarnrelax"]
-    assert estimate.seconds == pytest.approx(sum(cost.seconds for cost in estimate.stages.values()))
-    assert estimate.memory == max(cost.memory for cost in estimate.stages.values())
-
-
-def test_finer_control_points_cost_more():
+def test_finer_control_points_cost_more_and_the_costs_of_the_stages_add_up():
     costs = [estimate_garment(SHAPES["tube"], stitch_width=0.2, quality=name, device="cpu")
              for name in ("draft", "standard", "reference")]  # fmt: skip
     assert costs[0].control_points < costs[1].control_points < costs[2].control_points
     assert costs[0].memory < costs[1].memory < costs[2].memory
     assert len({cost.yarn_length for cost in costs}) == 1
+    stages = costs[1].stages
+    assert list(stages) == ["tessellate", "meshrelax", "yarngen", "yarnrelax"]
+    assert costs[1].seconds == pytest.approx(sum(cost.seconds for cost in stages.values()))
+    assert costs[1].memory == max(cost.memory for cost in stages.values())
 
 
 @pytest.mark.parametrize(("name", "longer"), [("tube", "largest_change"), ("flat", "tolerance")])
@@ -100,7 +96,6 @@ def test_what_the_yarns_wait_for_decides_their_time(name, longer):
 REFUSED = {
     "zero": {"stitch_width": 0.0},
     "wider than the garment": {"stitch_width": 90.0},
-    "larger than the faces": {"stitch_width": 15.0},
     "too many": {"stitch_width": 1e-4},
     "count": {"stitch_width": 0.5, "counts": {0: 0}},
     "mark on a course edge": {"stitch_width": 0.5, "marked": [int(SHAPES["tube"].face_start[0])]},

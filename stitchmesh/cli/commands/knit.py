@@ -12,9 +12,8 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 
 from tyro.conf import Positional, UseAppendAction, arg
 
-from stitchmesh.budget.budget import START_OF_RENDERER
+from stitchmesh.budget.budget import NO_TIME_FOR_PICTURE, START_OF_RENDERER
 from stitchmesh.cli.budget_options import (
-    NO_TIME_FOR_PICTURE,
     BudgetOptions,
     chosen_setting,
     exit_status,
@@ -58,7 +57,6 @@ if TYPE_CHECKING:
     from stitchmesh.progress import Progress
     from stitchmesh.recipe.recipe import Recipe
 
-RECIPE_SUFFIX = ".toml"
 SHAPING_PICTURE = "shaping.png"
 """Name of the picture of found rows."""
 OUTPUTS = (
@@ -129,8 +127,7 @@ class Knit:
 
     @property
     def _is_recipe(self) -> bool:
-        """Whether the file is a recipe."""
-        return self.mesh.lower().endswith(RECIPE_SUFFIX)
+        return self.mesh.lower().endswith(".toml")
 
     def _budget(self, recipe: Recipe, after: float) -> Budget | None:
         """Return the budget, which chooses the quality unless the options or the recipe ask for one.

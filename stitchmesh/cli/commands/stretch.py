@@ -16,7 +16,7 @@ from stitchmesh.cli.output_folder import output_folder
 from stitchmesh.cli.say import say
 from stitchmesh.cli.words import help_entry
 from stitchmesh.errors import ParameterError
-from stitchmesh.periodic.swatch_options import STRETCH_STEPS
+from stitchmesh.periodic.swatch_options import StretchSettings
 from stitchmesh.quality import DEFAULT_QUALITY
 from stitchmesh.recipe.sections import MaterialSection
 
@@ -26,7 +26,6 @@ if TYPE_CHECKING:
 FREE, HELD = "free", "held"
 """Words for the direction in which the swatch is not stretched: no tension, or constant size."""
 STRAINS = "0:40% or 0:0.4 (=-10:40% if the first is negative); free or held if the swatch is stretched in the other"
-
 TABLE, PLOT = "stretch.csv", "stretch.png"
 """Files in the output folder."""
 
@@ -41,12 +40,7 @@ class Stretch:
     """output folder for stretch.csv and stretch.png"""
     course: Annotated[str, help_entry("FROM:TO", help=f"strains along the courses: {STRAINS} direction")] = FREE
     wale: Annotated[str, help_entry("FROM:TO", help=f"strains along the wales: {STRAINS} direction")] = FREE
-    steps: Annotated[int, help_entry("N")] = STRETCH_STEPS
-    """number of strains, with the first and the last"""
-    cycles: Annotated[int, help_entry("N")] = 0
-    """how often the swatch is let back to the first strain; between two times it is stretched again"""
-    friction: Annotated[float | None, help_entry("MU", "off")] = None
-    """coefficient of friction between yarns; loading then differs from unloading"""
+    way: Annotated[StretchSettings, arg(name="")] = field(default_factory=StretchSettings)
     material: MaterialSection = field(default_factory=MaterialSection)
     quality: QualityName = DEFAULT_QUALITY
     device: Device = None
@@ -72,7 +66,7 @@ class Stretch:
         pattern = resolve_pattern(self.pattern)
         options = self.fabric.options(woven=isinstance(pattern, Weave))
         material = self.material.yarn_material(options["yarn_radius"], options["mass_per_length"])
-        path = StretchPath(**directions, steps=self.steps, cycles=self.cycles, friction=self.friction)
+        path = StretchPath(**directions, **vars(self.way))
         with output_folder(self.output, (TABLE, PLOT)) as folder:
             run: Run[StretchPoint] = Run(on_state=_print_state)
             curve = stretch_test(

@@ -13,9 +13,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 from tyro.conf import Positional, UseAppendAction, arg
 
 from stitchmesh import __version__
-from stitchmesh.budget.budget import POINT_OF_PICTURE, START_OF_RENDERER
+from stitchmesh.budget.budget import NO_TIME_FOR_PICTURE, POINT_OF_PICTURE, START_OF_RENDERER
 from stitchmesh.cli.budget_options import (
-    NO_TIME_FOR_PICTURE,
     BudgetOptions,
     ChosenQuality,
     chosen_setting,
@@ -282,7 +281,6 @@ class Swatch:
 
     @property
     def _name(self) -> str:
-        """Name of the quality."""
         return self.quality or DEFAULT_QUALITY
 
     @property
@@ -292,7 +290,6 @@ class Swatch:
 
     @property
     def _quality(self) -> Quality:
-        """The quality that the options ask for."""
         return quality_named(quality_with(self._name, max_iterations=self.max_iterations))
 
     def _relaxed(

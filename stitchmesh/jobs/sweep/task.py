@@ -112,5 +112,4 @@ def _swept_job(sweep: Sweep, number: int, device: str, checksum_of: Callable[[st
 
 
 def _file_checksum(path: str) -> str:
-    """Return the checksum of the content of a file."""
     return checksum("file", read_bytes(path).hex())

@@ -26,7 +26,7 @@ from stitchmesh.shaping.counts import StitchSize
 from stitchmesh.shaping.found_stitches import faces_of
 from stitchmesh.shaping.level_lines import LevelLine, level_lines
 from stitchmesh.shaping.options import DEFAULT_PLACEMENT, Placement, check_placement
-from stitchmesh.shaping.panels.options import PanelName, PanelOptions
+from stitchmesh.shaping.panels.options import PanelDirection, PanelName, PanelOptions
 from stitchmesh.shaping.panels.outline_pieces import outline_pieces
 from stitchmesh.shaping.panels.panel_mesh import PanelMesh
 from stitchmesh.shaping.panels.panel_rows import PanelStitches
@@ -270,8 +270,9 @@ def _directions(panels: PanelMesh, given: Directions) -> FloatArray:
         ParameterError: a panel does not exist, or a direction is not two finite numbers that are not both zero.
     """
     direction = panels.direction.copy()
-    for name, along in PanelOptions(directions=tuple(given.items())).directions:
-        direction[_numbers(panels, "directions", name)] = along
+    named = tuple(PanelDirection(panel=name, direction=along) for name, along in given.items())
+    for one in PanelOptions(directions=named).directions:
+        direction[_numbers(panels, "directions", one.panel)] = one.direction
     bad = np.flatnonzero(~direction.any(axis=1))
     if len(bad):
         raise ParameterError(f"directions: panel {bad[0]}: got (0, 0); expected two numbers that are not both zero")

@@ -37,8 +37,12 @@ RADIUS_OVER_WIDTH = 1 / 8
 """Yarn radius for which the heights of the templates are designed [stitch widths]."""
 CURVE_POINTS = 200
 """Number of points of the dense curve of a part, before the part is resampled."""
+LONGEST_TURN = 0.5
+"""Largest arc length of the turn, from the top side down [stitch widths]."""
 LARGEST_SHARE_OF_PART = 0.45
 """Largest fraction of a part that a turn uses; a part may have a turn at either end."""
+HALF_GAP = 1.1
+"""Distance of the crossing legs from their midline [radii]. At 1 the legs touch."""
 TURN_POINTS = 80
 """Number of points along a turn."""
 
@@ -263,8 +267,7 @@ def twisted(template: Template, twists: tuple[int, ...]) -> Template:
 def _twist_loop(parts: list[TemplatePart], slots: list[Crossing], turn: int) -> None:
     """Turn the left and the right leg, which end at ``slots``, around each other; ``parts`` is changed in place."""
     left, right = ([slot in (part.start, part.end) for part in parts].index(True) for slot in slots)
-    # Largest arc length of the turn, from the top side down [stitch widths].
-    length = min(0.5, LARGEST_SHARE_OF_PART * parts[left].length, LARGEST_SHARE_OF_PART * parts[right].length)
+    length = min(LONGEST_TURN, LARGEST_SHARE_OF_PART * parts[left].length, LARGEST_SHARE_OF_PART * parts[right].length)
     legs = (
         parts[left].end_stretch(slots[0], length, TURN_POINTS),
         parts[right].end_stretch(slots[1], length, TURN_POINTS),
@@ -272,8 +275,7 @@ def _twist_loop(parts: list[TemplatePart], slots: list[Crossing], turn: int) -> 
     share = np.linspace(0.0, 1.0, TURN_POINTS)[:, None]
     angle = turn_angle(share)
     middle, across = (legs[0] + legs[1]) / 2, (legs[1] - legs[0]) / 2
-    # Distance of the crossing legs from their midline [radii]. At 1 the legs touch.
-    offset = across * np.cos(angle) - turn * 1.1 * np.sin(angle) * [0.0, 0.0, 1.0]
+    offset = across * np.cos(angle) - turn * HALF_GAP * np.sin(angle) * [0.0, 0.0, 1.0]
     parts[left] = parts[left].with_end_replaced(slots[0], length, middle - offset, slots[1])
     parts[right] = parts[right].with_end_replaced(slots[1], length, middle + offset, slots[0])
 

@@ -46,9 +46,9 @@ swatches_per_task = 1
 device = "cpu"
 quality = "draft"
 [[list]]
-swatch = { pattern = "stockinette" }
+swatch = { pattern = "stockinette", max_iterations = 20 }
 [[list]]
-swatch = { pattern = "seed", gamma = 1.1 }
+swatch = { pattern = "seed", gamma = 1.1, max_iterations = 20 }
 [[list]]
 mesh = "tube.obj"
 tessellate.stitch_width = 0.8

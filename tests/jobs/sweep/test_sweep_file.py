@@ -43,18 +43,12 @@ def test_random_samples_follow_from_the_seed_and_lie_within_their_bounds(tmp_pat
     jobs = [one.job.swatch for one in jobs_of(read_sweep(written(tmp_path, text)), "cpu")]
     again = [one.job.swatch for one in jobs_of(read_sweep(written(tmp_path, text)), "cpu")]
     other = [one.job.swatch for one in jobs_of(read_sweep(written(tmp_path, text.replace("= 3", "= 4"))), "cpu")]
-    assert jobs == again != other
+    longer = [one.job.swatch for one in jobs_of(read_sweep(written(tmp_path, text.replace("= 20", "= 30"))), "cpu")]
+    assert jobs == again == longer[:20] and jobs != other
     assert all(0.5 <= job.gamma <= 2.0 and job.columns in (1, 2, 3, 4) for job in jobs)
     assert {job.pattern for job in jobs} == {"seed", "rib1x1"}
     # Half of the logarithms lie below 1; with 20 samples, fewer than 3 or more than 17 come up once in 2,500 seeds.
     assert 3 <= sum(job.gamma < 1.0 for job in jobs) <= 17
-
-
-def test_a_sample_is_the_same_in_a_longer_sweep(tmp_path):
-    text = JOB + "[random]\nsamples = 3\nswatch.gamma = { low = 0.5, high = 2 }\n"
-    short = jobs_of(read_sweep(written(tmp_path, text)), "cpu")
-    longer = jobs_of(read_sweep(written(tmp_path, text.replace("= 3", "= 30"))), "cpu")
-    assert [one.key for one in short] == [one.key for one in longer[:3]]
 
 
 def test_keys_follow_the_inputs_the_files_and_the_kind_of_device(tmp_path):
@@ -91,28 +85,20 @@ def test_small_swatches_share_tasks_and_equal_jobs_are_done_once(tmp_path):
     [
         ("[jobs]\n", "has no key 'jobs'; did you mean 'job'?"),
         (JOB + "[grid]\nswatch.gamma = 1.0\n", "grid.swatch.gamma: got 1.0; expected a list of values"),
-        (JOB + "[grid]\nswatch.gamma = []\n", "expected a list of values"),
-        (JOB + "[random]\nsamples = 0\n", "random.samples: got 0; expected 1 to"),
         (JOB + "[random]\nswatch.gamma = { low = 2, high = 1 }\n", "random.swatch.gamma: got low 2 and high 1"),
         (JOB + "[random]\nswatch.rows = { low = 0, high = 1e30, whole = true }\n", "in this order, at most 1e+15"),
         (JOB + "[random]\nswatch.gamma = { low = 0, high = 1, spread = 'log' }\n", "expected a positive number"),
         (JOB + "[random]\nswatch.rows = { low = 1.2, high = 1.8, whole = true }\n", "no whole number between"),
-        (JOB + "[random]\nswatch.gamma = 3\n", "random.swatch.gamma: got 3; expected a list of values, or"),
         (JOB + "[grid]\nswatch.gamma = [1]\n[[list]]\nswatch.gamma = 2\n", "is set by grid and by list; keep one"),
         (JOB + "swatches_per_task = 1\n", "has no key 'swatches_per_task'"),
         ("swatches_per_task = 0\n" + JOB, "swatches_per_task: got 0; expected at least 1"),
+        (JOB + "[grid]\nswatch.gama = [1.0]\n", "job 0 (swatch.gama = 1.0): swatch has no key 'gama'; did you mean"),
     ],
 )
 def test_what_no_sweep_has_is_refused_in_one_line(tmp_path, text, message):
     with pytest.raises(FileError) as error:
         jobs_of(read_sweep(written(tmp_path, text)), "cpu")
     assert message in str(error.value) and "\n" not in str(error.value)
-
-
-def test_a_job_that_is_none_is_named_before_anything_starts(tmp_path):
-    file = written(tmp_path, JOB + "[grid]\nswatch.gama = [1.0, 1.1]\n")
-    with pytest.raises(FileError, match=r"job 0 \(swatch.gama = 1.0\): swatch has no key 'gama'; did you mean 'gamma'"):
-        jobs_of(read_sweep(file), "cpu")
 
 
 def test_files_of_jobs_are_in_the_project(tmp_path):

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The command ``app``."""
+"""The commands that open the application in the browser: ``app`` and ``view``."""
 
 from __future__ import annotations
 
@@ -32,3 +32,18 @@ class App:
         from stitchmesh.app.project.opening import project_for
 
         self.serving.run(partial(project_for, self.file, self.project, self.unit))
+
+
+@dataclass(frozen=True)
+class View:
+    """Look at a file, or follow a running job, in the browser."""
+
+    file: Annotated[Positional[str], help_entry("FILE")]
+    """polygon mesh, stitch mesh or yarns, or the output folder of a job"""
+    serving: Annotated[Serving, arg(name="")] = field(default_factory=Serving)
+
+    def run(self) -> None:
+        """Open the application at the page View, and run it until it is interrupted."""
+        from stitchmesh.app.starts import VIEW, view_project
+
+        self.serving.run(partial(view_project, self.file), VIEW)
