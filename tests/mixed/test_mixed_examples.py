@@ -19,10 +19,6 @@ from tests.nightly import mostly_at_night
 SCENES = sorted((ROOT / "examples" / "mixed").glob("*.toml"))
 
 
-def test_there_are_scenes():
-    assert len(SCENES) >= 6
-
-
 @pytest.mark.parametrize("path", mostly_at_night(SCENES, by_day=SCENES[::4]), ids=lambda path: path.stem)
 def test_a_scene_has_yarns_in_a_part_of_the_cloth(path):
     read = read_scene(path)

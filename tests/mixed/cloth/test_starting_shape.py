@@ -5,9 +5,7 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 
-from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.cloth.panel_position import PanelPosition
 from stitchmesh.mixed.cloth.seams import PanelBorder, PanelSeam, cloth_from_panels
 from stitchmesh.mixed.cloth.starting_shape import evened_vertices
@@ -40,8 +38,3 @@ def test_panels_that_are_apart_come_together():
     vertices = evened_vertices(cloth, rounds=300)
     assert largest_strain(cloth, vertices) < 0.15
     assert vertices[:, 2].max() - vertices[:, 2].min() > 3.0  # a tube, not a flat pair
-
-
-def test_the_number_of_rounds_is_checked():
-    with pytest.raises(ParameterError, match="got -1; expected a number of at least 0"):
-        evened_vertices(side_by_side(8.0, 8.0), rounds=-1)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Uniform stretch, shear and turns of a weave whose triangles are as stiff as its yarns, through the hybrid region."""
+"""Uniform stretch and shear of a weave whose triangles are as stiff as its yarns, through the hybrid region."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ STRAIN = 1e-3
 """Small, so that the laws of triangles and yarns, which differ by the square of the strain, do not."""
 
 
-def moved_nodes(deformation: np.ndarray, rings: int) -> np.ndarray:
+def moved_nodes(deformation: np.ndarray) -> np.ndarray:
     """Distances by which nodes of the full-yarn region leave a uniform deformation [spacings of yarns]."""
     layout = CLOTH.triangles, len(CLOTH.vertices), LAYOUT.triangle, LAYOUT.barycentric
-    region = region_around(*layout, MIDDLE, rings=rings)
+    region = region_around(*layout, MIDDLE, rings=2)
     model = ClothModel(MATERIAL, YARN, acceleration=(0.0, 0.0, 0.0))
     border = np.flatnonzero(FROM_MIDDLE > SIDE / 2 - 1e-9)
     scene = cloth_system(
@@ -46,20 +46,13 @@ def moved_nodes(deformation: np.ndarray, rings: int) -> np.ndarray:
 
 
 @pytest.mark.parametrize(
-    ("deformation", "most"),
+    "deformation",
     [
-        # The rest is what changes of the weights by more than tenths would take away; with weights alpha it is 0.2.
-        (np.diag([1.0 + STRAIN, 1.0 + 0.5 * STRAIN, 1.0]), 0.04),
-        (np.diag([1.0, 1.0 + STRAIN, 1.0]), 0.04),
-        (np.array([[1.0, STRAIN, 0.0], [STRAIN, 1.0, 0.0], [0.0, 0.0, 1.0]]), 0.04),
+        np.diag([1.0 + STRAIN, 1.0 + 0.5 * STRAIN, 1.0]),
+        np.array([[1.0, STRAIN, 0.0], [STRAIN, 1.0, 0.0], [0.0, 0.0, 1.0]]),
     ],
 )
-def test_uniform_deformation_passes_two_rings(deformation, most):
-    moved = moved_nodes(deformation, 2)
-    assert np.sqrt(np.mean(moved**2)) < most * STRAIN
-
-
-def test_a_turn_passes_unchanged():
-    c, s = np.cos(0.9), np.sin(0.9)
-    turn = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
-    assert moved_nodes(turn, 2).max() < 1e-9  # rounding of positions of size 3 cm, in spacings of 0.1 cm
+def test_uniform_deformation_passes_two_rings(deformation):
+    moved = moved_nodes(deformation)
+    # The rest is what changes of the weights by more than tenths would take away; with weights alpha it is 0.2.
+    assert np.sqrt(np.mean(moved**2)) < 0.04 * STRAIN
