@@ -86,6 +86,7 @@ def test_a_limp_strip_hangs_as_a_catenary():
     assert 0.0 < errors[1] < 6e-3 and 3.7 < errors[0] / errors[1] < 4.5
 
 
+@pytest.mark.nightly
 def test_a_heavy_cantilever():
     """Drop of the end over length for w L^3 / B = 4, with the weight w per area and the rigidity B of a strip."""
     columns, load, drop = 12, 4.0, 0.425159
