@@ -224,6 +224,7 @@ def test_measured_distances_change_no_bit():
     assert term.step_limit(state, nodes_at(0.1 * start)) <= fresh.step_limit(state, nodes_at(0.1 * start)) == 1.0
 
 
+@pytest.mark.nightly
 def test_single_precision_agrees():
     mesh = ball(1.0, 2)
     places = around(mesh)

@@ -161,6 +161,7 @@ def test_stop_and_resume_give_the_same_bits():
     assert (friction.face.numpy() == int(NO_ANCHOR)).all() and not friction.load.numpy().any()
 
 
+@pytest.mark.nightly
 def test_single_precision_agrees():
     cloth = sheet(3, 1.0, height=0.03)
     forces = []

@@ -62,18 +62,18 @@ def test_a_ball_that_is_pushed_slowly_into_a_cloth_does_not_pass_it():
     assert motion.vertices[:, 2].max() > 0.4
 
 
-@pytest.mark.parametrize(("speed", "spacing"), [(100.0, THICKNESS), (1000.0, THICKNESS), (1000.0, np.inf)])
-def test_a_sheet_that_falls_fast_on_another_one_does_not_pass_it(speed, spacing):
+@pytest.mark.parametrize("spacing", [THICKNESS, np.inf], ids=["fine", "coarse"])
+def test_a_sheet_that_falls_fast_on_another_one_does_not_pass_it(spacing):
     """Steps of up to twenty thicknesses, whose energy the lower sheet, which is held at its border, can take up."""
+    speed, lower = 1000.0, 49
     cloth = together(sheet(6, 0.8), sheet(3, 0.4, height=0.5, shift=0.02))
-    lower = 49
     points, links = cloth.points(THICKNESS, spacing=spacing)
     contact = SelfCollision(points, links, pressure=2e5, scalar=FLOAT64, device=cpu())
     border = np.flatnonzero(np.abs(cloth.vertices[:lower, :2]).max(axis=1) > 0.39)
     motion = motion_of(cloth, 2e4, [contact], held=border)
     motion.velocity[lower:, 2] = -speed
     pressed = 0.0
-    for _ in range(8 if speed < 1000.0 else 4):
+    for _ in range(4):
         motion.run(1, 2e-3)
         assert not crossings(cloth, motion.vertices)
         pressed = max(pressed, contact.energy(state_of(motion.vertices)))

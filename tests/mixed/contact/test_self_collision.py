@@ -225,6 +225,7 @@ def test_a_layer_that_slides_is_not_limited():
     assert term.step_limit(state, everything) == 1.0  # motion of the whole cloth brings nothing nearer
 
 
+@pytest.mark.nightly
 def test_single_precision_agrees(pressed):
     term, cloth = pressed
     single = collision(cloth, "float32")

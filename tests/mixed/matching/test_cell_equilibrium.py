@@ -31,33 +31,6 @@ def solver() -> CellSolver:
     return CellSolver(weave_cell(PLAIN, ends=ENDS, picks=PICKS, materials=FabricMaterials.of(YARN)))
 
 
-@pytest.mark.parametrize("strain", [-0.1, 0.3])
-def test_a_stretched_weave_has_the_tension_of_its_straight_yarns(solver: CellSolver, strain: float) -> None:
-    state = solver.equilibrium(CellShape(1.0 + strain, 1.0 + 2.0 * strain))
-    expected = np.array([PICKS, 2.0 * ENDS]) * YARN.stretch_stiffness * strain
-    assert np.allclose(state.slopes[:2], expected, rtol=1e-10)  # rounding
-    energy = YARN.stretch_stiffness * strain**2 * (PICKS + 4.0 * ENDS) / 2.0
-    assert state.energy == pytest.approx(energy, rel=1e-10)
-
-
-def test_shear_is_resisted_by_the_four_quadrants_of_each_crossing(solver: CellSolver) -> None:
-    angle, half = 0.5, 0.25
-    state = solver.equilibrium(CellShape(np.cos(half), np.cos(half), np.sin(half)))
-    # 4 * 1/2 k_x L angle^2 for each crossing, with L = (1/ENDS + 1/PICKS) / 2 and ENDS * PICKS crossings for each cm^2
-    energy = YARN.shear * YARN.radius**2 * (ENDS + PICKS) * angle**2
-    assert state.energy == pytest.approx(energy, rel=1e-9)
-
-
-@pytest.mark.parametrize(
-    ("direction", "per_cm"), [(0.0, PICKS), (np.pi / 2.0, ENDS), (np.pi / 4.0, (ENDS + PICKS) / 4.0)]
-)
-def test_a_roll_bends_each_yarn(solver: CellSolver, direction: float, per_cm: float) -> None:
-    shape = CellShape(curvature=0.1, direction=direction)
-    state = solver.equilibrium(shape, free=("stretch_course", "stretch_wale", "skew"))
-    # chords turn by 2 asin(kappa L / 2) instead of kappa L: (kappa L)^2 / 24 = 3e-5; and k_s resists the rest
-    assert state.slopes[3] == pytest.approx(per_cm * YARN.bending_stiffness * 0.1, rel=2e-3)
-
-
 def test_slopes_are_derivatives_of_the_energy() -> None:
     material = replace(YARN, contact=1e6)
     solver = CellSolver(
@@ -158,8 +131,6 @@ def test_forces_turn_back_as_displacements_turn() -> None:
     push, change = RANDOM.normal(size=(7, 3)), RANDOM.normal(size=(7, 3))
     moved = place_nodes(ROLLED, FLAT, MOVED + change) - place_nodes(ROLLED, FLAT, MOVED)
     assert abs((push * moved).sum() - (turned_back(ROLLED, FLAT, push) * change).sum()) < 1e-13  # rounding
-
-
 
 
 def test_the_mass_is_that_of_yarns_at_their_distances() -> None:

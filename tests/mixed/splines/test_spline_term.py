@@ -112,6 +112,7 @@ def test_forces_turn_with_the_cloth():
     np.testing.assert_allclose(found[0].sum(axis=0), 0.0, atol=1e-8)  # no load from outside
 
 
+@pytest.mark.nightly
 def test_single_precision_agrees():
     single, double = built("middle", scalar=wp.float32), built("middle")
     state, _ = shaken(double)
