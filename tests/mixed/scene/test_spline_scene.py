@@ -159,7 +159,7 @@ def test_loops_keep_their_height_where_a_region_grows_to_the_border(tmp_path):
     yarns = prepared.fabric.yarns
     assert isinstance(yarns, SplineYarns)
     laid = yarns.curves.points[grown.nodes]
-    assert len(grown.nodes) > 2 * len(prepared.region.nodes) and yarns.height[grown.nodes].std() > RADIUS
+    assert len(grown.nodes) > 1.5 * len(prepared.region.nodes) and yarns.height[grown.nodes].std() > RADIUS
     # the change that makes p = B v + F x moves mainly the vertices
     assert np.sqrt(np.mean((nodes - laid) ** 2)) < 0.5 * RADIUS
     np.testing.assert_allclose(simulation._system.embedding.constraint(vertices, nodes), 0.0, atol=1e-12)  # rounding
