@@ -46,8 +46,6 @@ WORTH = 1.1
 SAVED_NUMBERS = "region numbers"
 SAVED_TRIANGLES = "region triangles"
 """Names of the arrays of a checkpoint."""
-WEIGHT = "weight"
-"""How the names of the terms of gravity begin."""
 
 
 def changed_triangles(
@@ -190,7 +188,7 @@ class AdaptiveRegion:
 
 def _energy(simulation: Simulation) -> float:
     """Kinetic and elastic energy [erg]."""
-    return sum(value for name, value in simulation.energies().items() if not name.startswith(WEIGHT))
+    return sum(value for name, value in simulation.energies().items() if not name.startswith("weight"))
 
 
 def resumed_region(prepared: PreparedScene, arrays: Mapping[str, NDArray[Any]]) -> PreparedScene:

@@ -53,10 +53,6 @@ Numbers = NDArray[np.float64]
 AfterStep = Callable[[Simulation, int, float], None]
 """Called after each step in time, or each iteration of a search for an equilibrium, with the simulation, the number of
 iterations so far, and the error of the state [cm/s or dyn]. ``RunStopped`` ends the run."""
-STEPS = 4
-"""Steps of a motion that are timed, after the first one."""
-FIRST_PART = 8
-"""The first trial has yarns on one part in this many of all nodes."""
 LEAST = 1e-9
 """Smallest time that a node adds to a step [s]."""
 
@@ -198,7 +194,7 @@ def node_budget(prepared: PreparedScene, error: Numbers, scalar: Any, device: wp
             "seconds, or longer edges of triangles"
         )
     layout = prepared.fabric.yarns.node_count
-    few, first = _trial(prepared, error, max(layout // FIRST_PART, 1), scalar, device)
+    few, first = _trial(prepared, error, max(layout // 8, 1), scalar, device)
     guess = NodeBudget.of_seconds(seconds, base=base, per_node=max((first - base) / max(few, 1), LEAST))
     many, second = _trial(prepared, error, min(guess.nodes, layout), scalar, device)
     slope = (second - first) / (many - few) if many != few else 0.0
@@ -215,7 +211,7 @@ def step_seconds(prepared: PreparedScene, scalar: Any, device: wp.Device) -> flo
     static = prepared.scene.mode == "static"
     simulation = begin_simulation(prepared, scalar, device) if static else simulation
     began, steps = time.perf_counter(), 0
-    while steps < (1 if static else STEPS) and not simulation.done:
+    while steps < (1 if static else 4) and not simulation.done:  # one equilibrium, or four steps after the first one
         simulation.step()
         steps += 1
     return (time.perf_counter() - began) / max(steps, 1)

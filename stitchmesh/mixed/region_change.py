@@ -29,9 +29,6 @@ from stitchmesh.mixed.placement.carried_terms import SLIDING, NodeMemory, Region
 from stitchmesh.mixed.placement.moved_state import move_state
 from stitchmesh.mixed.term import MixedTerm
 
-SETTLING_ITERATIONS = 3
-"""Newton iterations that bring new nodes near to their equilibrium."""
-
 
 def moved_positions(fabric: MixedFabric, change: RegionChange, positions: MixedVector) -> MixedVector:
     """Return positions for another region.
@@ -106,9 +103,8 @@ def settle_changed(
     held = replace(loads, held=[stays], gravity=(0.0, 0.0, 0.0))
     system = loaded_system(fabric, change.new, held, vertices, scalar=positions.scalar, device=positions.device)
     carry_terms(old_terms, system.terms, change)
-    settings = EquilibriumSettings(
-        most_iterations=SETTLING_ITERATIONS, first_time_step=time_step, longest_time_step=time_step
-    )
+    # three iterations bring new nodes near to their equilibrium
+    settings = EquilibriumSettings(most_iterations=3, first_time_step=time_step, longest_time_step=time_step)
     find_equilibrium(system, positions, settings)
 
 

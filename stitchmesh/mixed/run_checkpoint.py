@@ -26,9 +26,6 @@ from stitchmesh.mixed.output.report import RunTotals
 from stitchmesh.mixed.scene.scene_fabric import PreparedScene
 from stitchmesh.yarnrelax.fingerprint import fingerprint
 
-PLACE_OF_REGION = ("yarns", "nodes", "seconds", "adapt_every", "boxes", "faces", "rings")
-"""Entries of a region that is not automatic; a resumed run compares the region itself instead of them."""
-
 
 @dataclass(frozen=True, eq=False)
 class RunCheckpoint:
@@ -56,7 +53,9 @@ def run_inputs(prepared: PreparedScene, device: wp.Device) -> dict[str, str]:
     found |= fingerprint("scene", prepared.scene, without=("output", "cloth", "yarns", "region"))
     # An automatic region is part of the checkpoint: it may depend on a clock, and change while the run goes on.
     section = prepared.scene.region
-    found |= fingerprint("region", section, without=() if section.yarns == "automatic" else PLACE_OF_REGION)
+    # A resumed run compares any other region itself instead of the entries that place it.
+    of_place = ("yarns", "nodes", "seconds", "adapt_every", "boxes", "faces", "rings")
+    found |= fingerprint("region", section, without=() if section.yarns == "automatic" else of_place)
     if section.yarns != "automatic":
         found |= fingerprint("region", prepared.region)
     found |= fingerprint("cloth", prepared.fabric.cloth) | fingerprint("yarns", prepared.fabric.yarns)

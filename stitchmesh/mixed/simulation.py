@@ -47,9 +47,6 @@ from stitchmesh.mixed.scene.scene_fabric import PreparedScene
 from stitchmesh.mixed.splines.spline_term import SplineTerm
 from stitchmesh.mixed.term import MixedTerm
 
-MOST_PARTS = 200
-"""Largest number of parts of the motion of attachments between two equilibria with B-spline yarns."""
-
 
 @dataclass(frozen=True)
 class SimulationStep:
@@ -377,7 +374,7 @@ class StaticSimulation(Simulation):
         """
         guards = [term for term in self._system.terms if isinstance(term, SplineTerm)]
         left = 1.0
-        for _ in range(MOST_PARTS):
+        for _ in range(200):  # smaller parts would take too long
             part = min((term.step_limit(self._positions, move) for term in guards), default=1.0)
             part = min(part, left)
             set_sum(self._positions, 1.0, self._positions, part, move)

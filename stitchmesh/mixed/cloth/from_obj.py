@@ -30,7 +30,7 @@ from stitchmesh.io.units import centimetres
 from stitchmesh.mesh import BORDER, FloatArray, IntArray
 from stitchmesh.mesh.connectivity import find_twins
 from stitchmesh.mesh.face_triangles import clip_ears
-from stitchmesh.mixed.cloth.cloth import SMALLEST_AREA, Cloth
+from stitchmesh.mixed.cloth.cloth import SMALLEST_AREA, Cloth, signed_areas
 from stitchmesh.mixed.cloth.outline import first_crossing
 
 
@@ -234,17 +234,16 @@ def _islands(twin: IntArray, joined: NDArray[np.bool_]) -> tuple[IntArray, int]:
 def _mirrored_back(mesh: TexturedTriangles, panel: IntArray, count: int) -> FloatArray:
     """Texture coordinates of the corners of each triangle, anticlockwise, shape (T, 3, 2)."""
     corners: FloatArray = mesh.texture[mesh.texture_corners]
-    one, other = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    doubled = one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0]
+    area = signed_areas(corners)
     longest = ((np.roll(corners, -1, axis=1) - corners) ** 2).sum(axis=2).max(axis=1)
-    bad = np.flatnonzero(np.abs(doubled) <= 2 * SMALLEST_AREA * longest)
+    bad = np.flatnonzero(np.abs(area) <= SMALLEST_AREA * longest)
     if len(bad):
         raise FileError(
             f"{mesh.path}: line {mesh.line[bad[0]]}: a triangle has no area in the texture; expected three corners "
             "that are not on one line; unwrap the mesh again"
         )
-    turned = np.bincount(panel, weights=doubled, minlength=count) < 0.0
-    bad = np.flatnonzero((doubled < 0.0) != turned[panel])
+    turned = np.bincount(panel, weights=area, minlength=count) < 0.0
+    bad = np.flatnonzero((area < 0.0) != turned[panel])
     if len(bad):
         raise FileError(
             f"{mesh.path}: line {mesh.line[bad[0]]}: a triangle is turned over in the texture, unlike most of island "

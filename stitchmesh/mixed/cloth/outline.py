@@ -13,8 +13,6 @@ from stitchmesh.mesh import FloatArray, IntArray
 
 TOUCHING = 1e-9
 """Distance of two sides, as a part of the extent of the outline, below which they touch."""
-PAIRS = 2_000_000
-"""Pairs of points and sides that are computed at a time, to bound the memory."""
 
 
 def checked_outline(name: str, outline: ArrayLike) -> FloatArray:
@@ -149,7 +147,8 @@ def distance_to_sides(points: FloatArray, start: FloatArray, end: FloatArray) ->
 
 
 def _parts(points: int, sides: int) -> list[slice]:
-    rows = max(1, PAIRS // max(sides, 1))
+    """Parts of points with at most two million pairs of a point and a side each, to bound the memory."""
+    rows = max(1, 2_000_000 // max(sides, 1))
     return [slice(first, first + rows) for first in range(0, points, rows)]
 
 

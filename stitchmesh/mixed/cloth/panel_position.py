@@ -27,10 +27,6 @@ from stitchmesh.mesh import FloatArray
 
 Triple = tuple[float, float, float]
 
-LARGEST_COSINE = 1e-6
-"""Largest cosine of the angle between the two axes of a panel; a user writes them with a few digits."""
-
-
 @dataclass(frozen=True, kw_only=True)
 class PanelPosition:
     """Where a panel lies in space.
@@ -58,7 +54,7 @@ class PanelPosition:
             if not any(getattr(self, name)):
                 raise ParameterError(f"position: {name}: got a zero vector; expected a direction")
         cosine = float(_unit(self.x_axis) @ _unit(self.y_axis))
-        if abs(cosine) > LARGEST_COSINE:
+        if abs(cosine) > 1e-6:  # a user writes the axes with a few digits
             angle = math.degrees(math.acos(max(-1.0, min(1.0, cosine))))
             raise ParameterError(f"position: x_axis and y_axis: got an angle of {angle:.4g} degrees; expected 90")
         if self.radius is not None and not (math.isfinite(self.radius) and self.radius > 0.0):

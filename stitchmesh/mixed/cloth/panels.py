@@ -37,12 +37,6 @@ from stitchmesh.mixed.cloth.outline import checked_outline, distance_to_sides, e
 from stitchmesh.mixed.cloth.panel_position import PanelPosition
 
 Edge = tuple[int, int]
-CLEARANCE = 0.65
-"""Smallest distance of a grid point from the outline, in edge lengths: somewhat less than the height of a triangle."""
-SMOOTHINGS = 8
-"""How often grid points are moved to the mean of their neighbours; further rounds hardly change the smallest angle."""
-SLIVER = 1e-10
-"""Twice the area of a triangle over the squares of two sides; below it the area counts as zero, up to rounding."""
 SMALLEST_EDGE = 1e-4
 """Smallest edge length that can be asked for [cm]."""
 MOST_POINTS = 4_000_000
@@ -282,14 +276,15 @@ def _grid_points(panel: Panel, border: FloatArray, edge_length: float) -> FloatA
     points = low + margin + np.stack([(column + row % 2 / 2 - 0.25) * edge_length, row * height], axis=1)
     start, end = border, np.roll(border, -1, axis=0)
     points = points[inside(points, start, end)]
-    return points[distance_to_sides(points, start, end) > CLEARANCE * edge_length]
+    # a clearance of somewhat less than the height of a triangle
+    return points[distance_to_sides(points, start, end) > 0.65 * edge_length]
 
 
 def _smoothed(points: FloatArray, border_count: int) -> tuple[FloatArray, IntArray]:
     """Move the points inside the border to the mean of their neighbours; return points and Delaunay triangles."""
     border = points[:border_count]
     triangles = _delaunay(points)
-    for _ in range(SMOOTHINGS if len(points) > border_count else 0):
+    for _ in range(8 if len(points) > border_count else 0):  # further rounds hardly change the smallest angle
         kept = _within(points, triangles, border)
         sides = np.unique(np.sort(np.concatenate([kept[:, [0, 1]], kept[:, [1, 2]], kept[:, [2, 0]]]), axis=1), axis=0)
         ends = np.concatenate([sides, sides[:, ::-1]])
@@ -322,7 +317,7 @@ def _within(points: FloatArray, triangles: IntArray, border: FloatArray) -> IntA
     one, other = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     doubled = one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0]
     kept = inside(corners.mean(axis=1), border, np.roll(border, -1, axis=0))
-    return triangles[kept & (doubled > SLIVER * (one**2 + other**2).sum(axis=1))]
+    return triangles[kept & (doubled > 1e-10 * (one**2 + other**2).sum(axis=1))]  # above rounding
 
 
 def _check_all_used(panel: Panel, points: FloatArray, triangles: IntArray) -> None:

@@ -19,11 +19,6 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import BORDER, FloatArray, IntArray
 from stitchmesh.mixed.cloth.cloth import Cloth
 
-OVER_RELAXATION = 1.5
-"""Factor of the mean displacement of a vertex; below 2 the rounds converge (Macklin et al. 2014)."""
-SMALLEST_LENGTH = 1e-12
-"""Length below which an edge has no direction [cm]."""
-
 
 @dataclass(frozen=True, eq=False)
 class RestEdges:
@@ -41,7 +36,8 @@ class RestEdges:
         """Return the edges of a cloth."""
         ends, length = _edges(cloth)
         count = np.bincount(ends.ravel(), minlength=len(cloth.vertices))
-        return RestEdges(ends, length, OVER_RELAXATION / np.maximum(count, 1)[:, None])
+        # over-relaxation by 1.5; below 2 the rounds converge (Macklin et al. 2014)
+        return RestEdges(ends, length, 1.5 / np.maximum(count, 1)[:, None])
 
     def evening_move(self, vertices: FloatArray) -> FloatArray:
         """Return how the vertices move in one round [cm], shape (V, 3).
@@ -50,7 +46,7 @@ class RestEdges:
             vertices: positions of the vertices [cm], shape (V, 3).
         """
         span = vertices[self.ends[:, 1]] - vertices[self.ends[:, 0]]
-        now = np.maximum(np.linalg.norm(span, axis=1), SMALLEST_LENGTH)
+        now = np.maximum(np.linalg.norm(span, axis=1), 1e-12)  # a shorter edge has no direction
         pull = span * (0.5 * (1.0 - self.length / now))[:, None]
         asked, index = np.concatenate([pull, -pull]), self.ends.T.ravel()
         total = [np.bincount(index, weights=asked[:, axis], minlength=len(vertices)) for axis in range(3)]

@@ -34,18 +34,6 @@ NO_NODE = -1
 """Neighbour or link where a yarn ends."""
 
 
-def _no_pairs() -> IntArray:
-    return np.zeros((0, 2), dtype=np.int64)
-
-
-def _no_flags() -> NDArray[np.bool_]:
-    return np.zeros(0, dtype=np.bool_)
-
-
-def _no_triples() -> IntArray:
-    return np.zeros((0, 3), dtype=np.int64)
-
-
 @dataclass(frozen=True, eq=False, kw_only=True)
 class CrossingYarns:
     """Y yarns with N nodes and M passages.
@@ -82,15 +70,15 @@ class CrossingYarns:
     """Angle by which the u yarn and the v yarn turn at the node at rest, in the plane of the panel [rad], (N, 2)."""
     rest_shear: FloatArray
     """Angle between the directions of the u yarn and of the v yarn at rest, in [0, pi], shape (N,)."""
-    stitch_contacts: IntArray = field(default_factory=_no_pairs)
+    stitch_contacts: IntArray = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
     """The two nodes of each stitch contact, shape (C, 2): P, where the new loop enters beside the leg of the old loop,
     and Q, where it leaves over the head of the old loop (``knit`` describes the loop). Both yarns run directly from P
     to Q. The stitch length energy of a knit acts on the distance of P and Q."""
-    stitch_left: NDArray[np.bool_] = field(default_factory=_no_flags)
+    stitch_left: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
     """Whether each stitch contact is at the left foot of its new loop, seen from outside, shape (C,). The neighbours
     outside of the contact lie to the left of the line from P to Q at a left foot, and to the right of it at a right
     foot. The positions do not tell this, because P and Q may lie in different panels."""
-    wrapping: IntArray = field(default_factory=_no_triples)
+    wrapping: IntArray = field(default_factory=lambda: np.zeros((0, 3), dtype=np.int64))
     """Wrapping elements of a knit, shape (W, 3): a node of a stitch contact, and its neighbours along its u yarn and
     along its v yarn outside of the contact. The angle between these two neighbours is the angle of wrapping."""
 

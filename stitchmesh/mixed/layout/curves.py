@@ -47,25 +47,26 @@ def yarn_curves(
     if place.shape != (yarns.node_count, 3):
         raise ParameterError(f"yarn curves: nodes: got shape {place.shape}; expected ({yarns.node_count}, 3)")
     thickness = np.broadcast_to(np.asarray(radius, dtype=np.float64), yarns.yarn_count)
-    points, start = _curve_points(yarns, place, node_normals(cloth, yarns, corners), thickness)
+    normal = normals_at(cloth, yarns.triangle, yarns.barycentric, corners)
+    points, start = _curve_points(yarns, place, normal, thickness)
     control, start = interpolating_points(points, start)
     made = _yarn_set(yarns, control, start, thickness)
     return replace(made, rest_length=made.lengths) if measured else made
 
 
-def node_normals(cloth: Cloth, yarns: CrossingYarns, vertices: FloatArray) -> FloatArray:
-    """Return the unit normal of the cloth at each node, interpolated from the vertices, shape (N, 3)."""
-    return normals_at(cloth, yarns.triangle, yarns.barycentric, vertices)
-
-
 def normals_at(cloth: Cloth, triangle: IntArray, barycentric: FloatArray, vertices: FloatArray) -> FloatArray:
     """Return the unit normals of the cloth at points in triangles, interpolated from the vertices, shape (n, 3)."""
-    corners = vertices[cloth.triangles]
-    areas = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    sums = [np.bincount(cloth.triangles.ravel(), np.repeat(areas[:, axis], 3), len(vertices)) for axis in range(3)]
-    at_vertices = unit_vectors(np.stack(sums, axis=1).astype(np.float64))
+    at_vertices = vertex_normals(cloth.triangles, vertices)
     normals: FloatArray = np.einsum("nk,nkd->nd", barycentric, at_vertices[cloth.triangles[triangle]])
     return unit_vectors(normals)
+
+
+def vertex_normals(triangles: IntArray, vertices: FloatArray) -> FloatArray:
+    """Return the sums of the area vectors of the triangles at each vertex, of unit length, shape (V, 3)."""
+    corners = vertices[triangles]
+    areas = np.repeat(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), 3, axis=0)
+    sums = [np.bincount(triangles.ravel(), areas[:, axis], len(vertices)) for axis in range(3)]
+    return unit_vectors(np.stack(sums, axis=1).astype(np.float64))
 
 
 def unit_vectors(vectors: FloatArray) -> FloatArray:
@@ -80,7 +81,8 @@ def _curve_points(
 ) -> tuple[FloatArray, IntArray]:
     """The points that each yarn passes, and the number of the first point of each yarn with the total at the end."""
     node, is_v = yarns.yarn_node, yarns.yarn_coordinate == 1
-    apart = _half_distance(yarns, radius)
+    pair = yarns.node_yarn
+    apart = np.where(pair < 0, 0.0, radius[pair]).sum(axis=1) / 2  # half the distance of the two yarns of each node
     sign = np.where(is_v, -1.0, 1.0)
     points = place[node] + normal[node] * (sign * yarns.side[node] * apart[node])[:, None]
     first = np.flatnonzero(_within_contacts(yarns))
@@ -89,14 +91,6 @@ def _curve_points(
     between = (place[one] + place[other]) / 2 + aside * (sign[first] * (apart[one] + apart[other]) / 2)[:, None]
     points = np.insert(points, first + 1, between, axis=0)
     return points, yarns.yarn_start + np.searchsorted(first, yarns.yarn_start)
-
-
-def _half_distance(yarns: CrossingYarns, radius: FloatArray) -> FloatArray:
-    """Half the distance of the two yarns at each node [cm], shape (N,)."""
-    pair = yarns.node_yarn
-    of_pair = np.where(pair < 0, 0.0, radius[pair])
-    half: FloatArray = of_pair.sum(axis=1) / 2
-    return half
 
 
 def _within_contacts(yarns: CrossingYarns) -> NDArray[np.bool_]:

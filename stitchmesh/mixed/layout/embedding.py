@@ -18,14 +18,6 @@ from stitchmesh.mixed.cloth.cloth import Cloth
 
 NO_TRIANGLE = -1
 """Triangle of a point outside its panel."""
-ROUNDING = 1e-9
-"""Barycentric coordinate below zero that still counts as inside, for a point that lies on a border up to rounding."""
-CELLS_PER_EDGE = 2.0
-"""Cells of the grid along the side of a mean bounding box of a triangle."""
-MOST_CELLS_PER_TRIANGLE = 16
-"""Bound of the number of cells for each triangle, for panels with few large and many small triangles."""
-POINTS = 1_000_000
-"""Points that are located at a time, to bound the memory."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,8 +63,7 @@ def embed_points(cloth: Cloth, panel: IntArray, position: FloatArray) -> Barycen
     for number in np.unique(panel).tolist():
         grid = _grid(cloth, number)
         points = order[bounds[number] : bounds[number + 1]]
-        for first in range(0, len(points), POINTS):
-            part = points[first : first + POINTS]
+        for part in np.split(points, range(1_000_000, len(points), 1_000_000)):  # parts bound the memory
             triangle[part], barycentric[part] = _locate(grid, position[part])
     return BarycentricPoints(triangle, barycentric)
 
@@ -100,10 +91,8 @@ def _grid(cloth: Cloth, panel: int) -> _Grid:
     own = np.flatnonzero(cloth.panel == panel)
     low, high = cloth.rest[own].min(axis=1), cloth.rest[own].max(axis=1)
     size = np.ptp(np.concatenate([low, high]), axis=0)
-    cell_size = max(
-        float((high - low).mean()) / CELLS_PER_EDGE,
-        float(np.sqrt(size.prod() / (MOST_CELLS_PER_TRIANGLE * len(own)))),
-    )
+    # half a mean bounding box, but at most 16 cells for each triangle where few large triangles are among small ones
+    cell_size = max(float((high - low).mean()) / 2.0, float(np.sqrt(size.prod() / (16 * len(own)))))
     origin = low.min(axis=0)
     shape = (size / cell_size).astype(np.int64) + 1
     first, last = (((bound - origin) / cell_size).astype(np.int64) for bound in (low, high))
@@ -123,7 +112,7 @@ def _locate(grid: _Grid, points: FloatArray) -> tuple[IntArray, FloatArray]:
     column, row = np.clip(((points - grid.low) / grid.cell_size).astype(np.int64), 0, grid.shape - 1).T
     cell = column * grid.shape[1] + row
     own, barycentric = _first_holding(
-        grid.affine, grid.entry, grid.start[cell], grid.start[cell + 1], points, -ROUNDING
+        grid.affine, grid.entry, grid.start[cell], grid.start[cell + 1], points, -1e-9  # on a border up to rounding
     )
     return np.where(own < 0, NO_TRIANGLE, grid.triangle[own]), barycentric
 

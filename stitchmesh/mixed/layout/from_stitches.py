@@ -31,7 +31,7 @@ from stitchmesh.mixed.layout.crossing_yarns import WEFT, CrossingYarns
 from stitchmesh.mixed.layout.embedding import embed_among
 from stitchmesh.mixed.layout.knit import NODES, P, Q, contacts_of_links
 from stitchmesh.mixed.layout.passages import LaidNodes, Passages, assembled
-from stitchmesh.mixed.layout.stitch_division import DividedStitches, divide_stitches
+from stitchmesh.mixed.layout.stitch_division import DividedStitches, divide_stitches, places_from_left
 
 DRAWN = {Stitch.BIND_OFF: "k", Stitch.DRAW_THROUGH: "k"}
 """Kind of the stitches of faces with any number of sides whose yarn runs through the loops below."""
@@ -130,7 +130,7 @@ def _nodes(cloth: Cloth, fabric: StitchMesh, corners: IntArray, divided: Divided
     parent = divided.parent[divided.fabric.side_face[own]]
     rest = np.empty((fabric.side_count, 2))
     rest[corners] = cloth.rest
-    position = _position_in_face(fabric, rest, parent, place)
+    position = _within_face(fabric, rest, parent, place)  # flat, at rest
     start = triangle_start(fabric)
     found = embed_among(cloth, position, start[parent], start[parent + 1])
     sign = np.where(links.is_knit, 1, -1)[:, None] * np.array([-1, 1, 1, -1])
@@ -148,33 +148,15 @@ def _place_in_parent(divided: DividedStitches, side: IntArray, along: FloatArray
         height: part of the way from the bottom to the top of the face, shape (n,).
     """
     fabric = divided.fabric
-    own = _corner_places_of(fabric, side, along)
-    face = fabric.side_face[side]
-    first = fabric.face_start[face]
-    low_left, low_right = divided.corner_place[first], divided.corner_place[first + fabric.n_bottom[face]]
-    high_right = divided.corner_place[first + fabric.n_bottom[face] + 1]
-    high_left = divided.corner_place[fabric.face_start[face + 1] - 1]
-    low = low_left + own[:, None] * (low_right - low_left)
-    high = high_left + own[:, None] * (high_right - high_left)
-    place: FloatArray = low + height[:, None] * (high - low)
-    return place
+    own = np.stack([places_from_left(fabric, side, along), height], axis=1)
+    return _within_face(fabric, divided.corner_place, fabric.side_face[side], own)
 
 
-def _corner_places_of(fabric: StitchMesh, side: IntArray, along: FloatArray) -> FloatArray:
-    """Places of points of course sides as a part of the width of their face, from the left, shape (n,)."""
-    face = fabric.side_face[side]
-    at_top = fabric.role_of(side) == TOP
-    step = fabric.side_place[side] + along
-    bottom, top = fabric.n_bottom[face], fabric.n_top[face]
-    part: FloatArray = np.where(at_top, (bottom + 1 + top - step) / np.maximum(top, 1), step / np.maximum(bottom, 1))
-    return part
-
-
-def _position_in_face(fabric: StitchMesh, rest: FloatArray, face: IntArray, place: FloatArray) -> FloatArray:
-    """Flat position at rest of places in faces [cm], shape (n, 2); both chains of a trapezoid are evenly divided."""
+def _within_face(fabric: StitchMesh, corners: FloatArray, face: IntArray, place: FloatArray) -> FloatArray:
+    """Values at places in faces from values at all corners, shape (n, 2); both chains of a face are evenly divided."""
     first, bottom = fabric.face_start[face], fabric.n_bottom[face]
-    low_left, low_right, high_right = rest[first], rest[first + bottom], rest[first + bottom + 1]
-    high_left = rest[fabric.face_start[face + 1] - 1]
+    low_left, low_right, high_right = corners[first], corners[first + bottom], corners[first + bottom + 1]
+    high_left = corners[fabric.face_start[face + 1] - 1]
     x, y = place[:, :1], place[:, 1:]
     low, high = low_left + x * (low_right - low_left), high_left + x * (high_right - high_left)
     position: FloatArray = low + y * (high - low)
@@ -255,17 +237,12 @@ def _spirals(fabric: StitchMesh, courses: list[Course]) -> list[list[IntArray]]:
         while face != BORDER and not used[number[face]] and (courses[number[face]].closed or not chain):
             course = courses[number[face]]
             used[number[face]] = True
-            chain.append(_from_face(course, face))
+            faces = np.array(course.faces)
+            chain.append(np.roll(faces, -int(np.flatnonzero(faces == face)[0])) if course.closed else faces)
             face = int(above[face]) if course.closed else BORDER
         if chain:
             spirals.append(chain)
     return spirals
-
-
-def _from_face(course: Course, face: int) -> IntArray:
-    """The faces of a course; a ring begins with the given face."""
-    faces = np.array(course.faces)
-    return np.roll(faces, -int(np.flatnonzero(faces == face)[0])) if course.closed else faces
 
 
 def _face_above(fabric: StitchMesh) -> IntArray:

@@ -59,20 +59,10 @@ NODES = np.array([[-P[0], P[1]], [-Q[0], Q[1]], [Q[0], Q[1]], [P[0], P[1]]])
 """The four nodes of the contacts of a new loop with its old loop: P and Q at the left, Q and P at the right."""
 SLOTS = 8
 """Nodes of a loop along its yarn."""
-AS_NEW = np.array([0, 1, 6, 7])
-"""Places of the four nodes along the yarn of the new loop."""
-AS_OLD = np.array([2, 3, 4, 5])
-"""Places of the four nodes along the yarn of the old loop."""
 HEAD, FOOT = 3.5, -0.5
 """Places along the yarn at which a loop is joined to a rod: at its head, and before its left foot."""
 NARROWEST = 0.5
 """Smallest width of a loop beside a border, in wale spacings."""
-FAR = 1e15
-"""Order of a passage at the end of a yarn: after all its loops, or before them if it is negative."""
-REACH = 1.5
-"""Largest distance of a loop to the seam to which its head or foot is joined, in course spacings."""
-MARGIN = 0.25
-"""Smallest distance of two nodes of a rod, as a part of the smaller of wale and course spacing."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,9 +91,9 @@ def lay_knit(cloth: Cloth, knit: ArrayLike, *, wale_spacing: float, course_spaci
         ParameterError: the chart is empty, a spacing is not positive, or no loop is drawn through another one.
     """
     chart = _checked_chart(knit)
-    spacing = np.array([_checked_spacing("wale", wale_spacing), _checked_spacing("course", course_spacing)])
+    spacing = np.array([checked_spacing("wale", wale_spacing), checked_spacing("course", course_spacing)])
     panels = [_panel_yarns(cloth, panel, spacing, chart) for panel in range(len(cloth.panel_names))]
-    return yarns_on_cloth("knit", cloth, panels, MARGIN * float(spacing.min()))
+    return yarns_on_cloth("knit", cloth, panels, 0.25 * float(spacing.min()))  # nodes of a rod keep this distance
 
 
 def _panel_yarns(cloth: Cloth, panel: int, spacing: FloatArray, chart: NDArray[np.bool_]) -> PanelYarns:
@@ -130,7 +120,12 @@ def _checked_chart(knit: ArrayLike) -> NDArray[np.bool_]:
     return chart.astype(np.bool_)
 
 
-def _checked_spacing(name: str, spacing: float) -> float:
+def checked_spacing(name: str, spacing: float) -> float:
+    """Return a spacing.
+
+    Raises:
+        ParameterError: it is not a positive number of cm.
+    """
     if not (math.isfinite(spacing) and spacing > 0.0):
         raise ParameterError(f"knit: {name} spacing: got {spacing}; expected a positive number of cm")
     return spacing
@@ -205,9 +200,9 @@ def _cells(
 def _passages(loops: _Loops, linked: IntArray, laid: LaidNodes) -> Passages:
     """Each node as u along the yarn of its new loop, and as v along the yarn of its old loop."""
     place = SLOTS * loops.wale
-    order = np.concatenate(
-        [(place[linked, None] + AS_NEW).ravel(), (place[loops.below[linked], None] + AS_OLD).ravel()]
-    )
+    as_new = place[linked, None] + np.array([0, 1, 6, 7])  # of the slots of a loop
+    as_old = place[loops.below[linked], None] + np.array([2, 3, 4, 5])
+    order = np.concatenate([as_new.ravel(), as_old.ravel()])
     yarn = np.concatenate([loops.yarn[linked], loops.yarn[loops.below[linked]]])
     node = np.tile(np.arange(laid.count), 2)
     return Passages(
@@ -224,8 +219,8 @@ def _joints(
 ) -> list[Joints]:
     """Places where the yarns of a panel reach its border: at both ends, at open heads, and between open feet."""
     piece = np.repeat(np.arange(len(courses.line)), 2)
-    ends = Joints(piece, np.tile([-FAR, FAR], len(courses.line)),
-                  courses.border.ravel(), courses.part.ravel())  # fmt: skip
+    order = np.tile([-1e15, 1e15], len(courses.line))  # before and after all loops
+    ends = Joints(piece, order, courses.border.ravel(), courses.part.ravel())
     drawn, holds = np.zeros((2, len(loops.wale)), dtype=np.bool_)
     drawn[linked] = True
     holds[loops.below[linked]] = True
@@ -243,7 +238,7 @@ def _reached(lines: ClippedLines, loops: _Loops, some: IntArray, spacing: FloatA
     level = (loops.course[some] + 0.5) * spacing[1]
     piece = lines.piece_at(loops.wale[some], level)
     some, level, piece = some[piece >= 0], level[piece >= 0], piece[piece >= 0]
-    near = np.abs(lines.ends[piece, end] - level) <= REACH * spacing[1]
+    near = np.abs(lines.ends[piece, end] - level) <= 1.5 * spacing[1]  # farther loops are not joined to the seam
     some, piece = some[near], piece[near]
     order: FloatArray = SLOTS * loops.wale[some] + np.float64(slot)
     return Joints(loops.yarn[some], order, lines.border[piece, end], lines.part[piece, end])

@@ -77,10 +77,6 @@ def clipped_lines(cloth: Cloth, panel: int, axis: int, distance: float, phase: f
     return ClippedLines(line[pairs[:, 0]], along[pairs], sides[side[pairs]], part[pairs])
 
 
-def _no_contacts() -> IntArray:
-    return np.zeros((0, 2), dtype=np.int64)
-
-
 @dataclass(frozen=True, eq=False)
 class PanelYarns:
     """The yarns of a panel; nodes and yarns are numbered from 0 in the panel."""
@@ -91,7 +87,7 @@ class PanelYarns:
     """Family of each yarn, shape (yarns,)."""
     joints: Joints
     """Where yarns reach the border of the panel; joints of yarns without nodes are left out later."""
-    contacts: IntArray = field(default_factory=_no_contacts)
+    contacts: IntArray = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
     """The two nodes of each stitch contact, shape (C, 2), in turn for the left and for the right foot of a loop."""
 
 

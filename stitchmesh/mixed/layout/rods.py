@@ -22,9 +22,6 @@ from stitchmesh.mixed.layout.crossing_yarns import ROD
 from stitchmesh.mixed.layout.embedding import rest_positions
 from stitchmesh.mixed.layout.passages import LaidNodes, Passages, joined
 
-FULLEST = 0.9
-"""Largest part of the length of a seam that the smallest distances of all its nodes may take."""
-
 
 @dataclass(frozen=True, eq=False)
 class Joints:
@@ -112,7 +109,7 @@ def _spread(cloth: Cloth, seam: IntArray, along: FloatArray, smallest: float) ->
     result = np.empty_like(along)
     for number in np.unique(seam).tolist():
         own = np.flatnonzero(seam == number)
-        gap = min(smallest, FULLEST * float(total[number]) / len(own))
+        gap = min(smallest, 0.9 * float(total[number]) / len(own))  # all gaps take at most this part of the seam
         steps = gap * np.arange(len(own))
         free = total[number] - gap * (len(own) - 1)
         result[own] = np.clip(isotonic_regression(along[own] - steps).x, 0.0, free) + steps

@@ -20,15 +20,12 @@ from scipy.sparse import csr_array
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
+from stitchmesh.mesh.polygon_mesh import ranges
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.cloth.from_stitches import triangle_start
 from stitchmesh.mixed.layout.curves import normals_at
 from stitchmesh.mixed.layout.spline_yarns import SplineYarns, spline_yarns
 from stitchmesh.yarn import YarnSet
-
-ROUNDS = 8
-"""Rounds in which the foot of a control point is found. Each round multiplies the error by the height over the radius
-of curvature of the cloth."""
 
 
 def lay_splines(cloth: Cloth, fabric: StitchMesh, curves: YarnSet) -> SplineYarns:
@@ -75,16 +72,8 @@ def _candidates(fabric: StitchMesh, start: IntArray, faces: IntArray) -> tuple[I
     holds = csr_array((np.ones(len(fabric.face_vertex)), fabric.face_vertex, fabric.face_start))
     around = csr_array(holds @ holds.T)
     near = np.repeat(np.arange(len(faces)), np.diff(around.indptr)[faces])
-    face = around.indices[_ranges(around.indptr[faces], around.indptr[faces + 1])]
-    return np.repeat(near, np.diff(start)[face]), _ranges(start[face], start[face + 1])
-
-
-def _ranges(first: IntArray, end: IntArray) -> IntArray:
-    """The numbers from each start to its end, one range after the other."""
-    count = end - first
-    offset = np.repeat(first - (np.cumsum(count) - count), count)
-    numbers: IntArray = offset + np.arange(count.sum())
-    return numbers
+    face = around.indices[ranges(around.indptr, faces)]
+    return np.repeat(near, np.diff(start)[face]), ranges(start, face)
 
 
 def _nearest_prism(cloth: Cloth, places: FloatArray, point: IntArray, triangle: IntArray) -> IntArray:
@@ -105,7 +94,7 @@ def _feet(cloth: Cloth, places: FloatArray, triangle: IntArray) -> tuple[FloatAr
     corners = cloth.vertices[cloth.triangles[triangle]]
     barycentric = _barycentric(cloth, triangle, places)
     height = np.zeros(len(places))
-    for _ in range(ROUNDS):
+    for _ in range(8):  # each round multiplies the error by the height over the radius of curvature of the cloth
         normal = normals_at(cloth, triangle, barycentric, cloth.vertices)
         foot = np.einsum("nk,nkd->nd", barycentric, corners)
         height = ((places - foot) * normal).sum(axis=1)

@@ -93,11 +93,24 @@ def divide_stitches(fabric: StitchMesh, k: int) -> DividedStitches:
 
 def _corner_places(fabric: StitchMesh) -> FloatArray:
     """Place of each corner in its own face, shape (C, 2)."""
-    face, place = fabric.side_face, fabric.side_place
-    bottom, top = fabric.n_bottom[face], fabric.n_top[face]
-    at_top = place > bottom
-    along = np.where(at_top, (bottom + 1 + top - place) / np.maximum(top, 1), place / np.maximum(bottom, 1))
+    at_top = fabric.side_place > fabric.n_bottom[fabric.side_face]
+    along = places_from_left(fabric, np.arange(fabric.side_count), np.zeros(fabric.side_count))
     return np.stack([along, at_top.astype(np.float64)], axis=1)
+
+
+def places_from_left(fabric: StitchMesh, side: IntArray, along: FloatArray) -> FloatArray:
+    """Return places of points on bottom and top sides as a part of the width of their face, from the left, shape (n,).
+
+    Args:
+        fabric: stitch mesh.
+        side: side of each point, shape (n,).
+        along: part of the way along the side, in its direction, shape (n,).
+    """
+    face, step = fabric.side_face[side], fabric.side_place[side] + along
+    bottom, top = fabric.n_bottom[face], fabric.n_top[face]
+    at_top = fabric.side_place[side] > bottom
+    part: FloatArray = np.where(at_top, (bottom + 1 + top - step) / np.maximum(top, 1), step / np.maximum(bottom, 1))
+    return part
 
 
 def _corner_weights(places: FloatArray, bottom: int, top: int) -> FloatArray:

@@ -44,7 +44,7 @@ def lay_weave(cloth: Cloth, over: ArrayLike, *, ends: float, picks: float) -> Cr
         ParameterError: the matrix is empty, a density is not positive, or no yarn has two crossings on the cloth.
     """
     matrix = _checked_matrix(over)
-    spacing = _checked_spacing("ends", ends), _checked_spacing("picks", picks)
+    spacing = yarn_distance("ends", ends), yarn_distance("picks", picks)
     panels = [_panel_yarns(cloth, panel, spacing, matrix) for panel in range(len(cloth.panel_names))]
     return yarns_on_cloth("weave", cloth, panels, MARGIN * min(spacing))
 
@@ -71,8 +71,12 @@ def _checked_matrix(over: ArrayLike) -> NDArray[np.bool_]:
     return matrix.astype(np.bool_)
 
 
-def _checked_spacing(name: str, density: float) -> float:
-    """Return the distance of two yarns [cm]."""
+def yarn_distance(name: str, density: float) -> float:
+    """Return the distance of two yarns [cm].
+
+    Raises:
+        ParameterError: the density is not a positive number of yarns per cm.
+    """
     if not (math.isfinite(density) and density > 0.0):
         raise ParameterError(f"weave: {name}: got {density}; expected a positive number of yarns per cm")
     return 1.0 / density

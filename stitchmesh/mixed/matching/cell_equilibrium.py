@@ -57,22 +57,7 @@ from stitchmesh.mixed.term import MixedTerm
 Numbers = NDArray[np.float64]
 PARAMETERS = ("stretch_course", "stretch_wale", "skew", "curvature")
 """Names of the parameters of a shape, in the order of derivatives."""
-IMAGINARY_STEP = 1e-30
-TOLERANCE = 1e-8
-"""Largest unbalanced force, over the stretch stiffness of a yarn."""
 MOST_ITERATIONS = 150
-STEP = 1e-6
-"""Step of the differences of the gradient, over the size of the repeat."""
-SMALLEST_EIGENVALUE = 1e-9
-"""Smallest eigenvalue of the matrix, over the largest one. It matters for motions that cost no energy, such as yarns
-that slide as a whole."""
-MOST_HALVINGS = 40
-DECREASE = 1e-4
-"""Part of the decrease that the linear model predicts and a step must reach."""
-ROUNDING = 1e-14
-"""Rounding of the energy, over its size."""
-LARGEST_MOVE = 0.1
-"""Largest change of an unknown in one iteration, over the size of the repeat."""
 
 
 @dataclass(frozen=True)
@@ -131,8 +116,9 @@ def turned_back(shape: CellShape, flat: Numbers, vectors: Numbers) -> Numbers:
 
 def shape_derivatives(shape: CellShape, flat: Numbers, moved: Numbers) -> Numbers:
     """Derivatives of the positions by each of the ``PARAMETERS``, shape (4, P, 3)."""
-    stepped = (shape.changed(name, 1j * IMAGINARY_STEP) for name in PARAMETERS)
-    return np.stack([place_nodes(each, flat, moved).imag / IMAGINARY_STEP for each in stepped])
+    step = 1e-30
+    stepped = (shape.changed(name, 1j * step) for name in PARAMETERS)
+    return np.stack([place_nodes(each, flat, moved).imag / step for each in stepped])
 
 
 @dataclass(frozen=True, eq=False)
@@ -250,7 +236,7 @@ class _Search:
 
     def run(self) -> CellState:
         """Iterate until forces balance."""
-        bound = TOLERANCE * self.solver.cell.stiffness
+        bound = 1e-8 * self.solver.cell.stiffness
         unknown = np.zeros((0 if self.held else self.start.size) + len(self.free))
         force = 0.0
         for _ in range(MOST_ITERATIONS):
@@ -268,19 +254,21 @@ class _Search:
         """A step that decreases the energy."""
         values, vectors = eigh(self._hessian(unknown))
         curvature = np.abs(values)
-        curvature = np.maximum(curvature, SMALLEST_EIGENVALUE * curvature.max())
+        # some motions cost no energy, such as yarns that slide as a whole
+        curvature = np.maximum(curvature, 1e-9 * curvature.max())
         direction: Numbers = -vectors @ ((vectors.T @ gradient) / curvature)
-        direction *= min(1.0, LARGEST_MOVE * self.solver.size / np.abs(direction).max())
-        slope, rounding = float(gradient @ direction), ROUNDING * abs(energy)
-        for halving in range(MOST_HALVINGS):
+        direction *= min(1.0, 0.1 * self.solver.size / np.abs(direction).max())  # a tenth of the repeat at most
+        slope, rounding = float(gradient @ direction), 1e-14 * abs(energy)
+        for halving in range(40):
             part = 0.5**halving
-            if self._value(unknown + part * direction)[0] <= energy + DECREASE * part * slope + rounding:
+            # a step reaches a part of the decrease that the linear model predicts (Armijo)
+            if self._value(unknown + part * direction)[0] <= energy + 1e-4 * part * slope + rounding:
                 return part * direction
         raise SolverError(f"yarn cell: no step decreases the energy at {self.shape}; take smaller strains")
 
     def _hessian(self, unknown: Numbers) -> Numbers:
         """The matrix of second derivatives, by differences."""
-        step = STEP * self.solver.size
+        step = 1e-6 * self.solver.size
         columns = []
         for unit in np.eye(len(unknown)) * step:
             after, before = (self._value(unknown + sign * unit)[1] for sign in (1.0, -1.0))

@@ -41,8 +41,6 @@ BENDS: tuple[Test, ...] = ("bend course", "bend wale", "bend across")
 Numbers = NDArray[np.float64]
 STAGE = "match"
 """Name of the stage in reports of progress."""
-FREE = ("stretch_course", "stretch_wale", "skew")
-"""Parameters of the shape that are free while a fabric is bent."""
 DIRECTION = {"bend course": 0.0, "bend wale": np.pi / 2.0, "bend across": np.pi / 4.0}
 """Angle between the courses and the direction along which the fabric is curved [rad]."""
 
@@ -164,7 +162,10 @@ def _state(solver: CellSolver, test: str, strain: float, before: CellState, load
         return solver.equilibrium(
             CellShape(np.cos(strain / 2.0), np.cos(strain / 2.0), np.sin(strain / 2.0)), before.moved
         )
-    return solver.equilibrium(replace(before.shape, curvature=strain), before.moved, free=FREE, load=load, held=True)
+    in_plane = ("stretch_course", "stretch_wale", "skew")
+    return solver.equilibrium(
+        replace(before.shape, curvature=strain), before.moved, free=in_plane, load=load, held=True
+    )
 
 
 def _tensions(test: str, strain: float, slopes: Numbers) -> tuple[float, float]:

@@ -31,12 +31,6 @@ STRAINS = (-0.05, -0.02, 0.02, 0.05, 0.1, 0.15, 0.2)
 """Strains of the tests."""
 CURVATURES = (-1.0, -0.5, 0.5, 1.0)
 """Curvatures of the tests [1/cm]."""
-WORTH = 0.8
-"""The tables are kept if their mismatch of stretch is at most this part of the mismatch of the linear law."""
-NOTHING = 1e-6
-"""Tension at rest, over the largest tension, below which it counts as no tension."""
-CLOSE = 0.01
-"""Mismatch of the linear law up to which tables are not needed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +48,7 @@ class ClothMatch:
     def material(self) -> ClothMaterial:
         """The material to use: with tables if they decrease the mismatch of stretch by over a fifth, from above 1 %."""
         linear, tables = self.stretch_mismatch(self.linear), self.stretch_mismatch(self.tables)
-        return self.tables if linear > CLOSE and tables < WORTH * linear else self.linear
+        return self.tables if linear > 0.01 and tables < 0.8 * linear else self.linear
 
     def mismatch(self, material: ClothMaterial) -> dict[str, float]:
         """Relative difference of a material in each test: sqrt(sum (|dT| / strain)^2 / sum (|T| / strain)^2).
@@ -180,7 +174,7 @@ def _at_rest(curves: tuple[LoadingCurve, ...]) -> list[str]:
     parts = [
         f"{test} {at_rest[test]:.3g} {unit}"
         for test, unit in kinds
-        if test in at_rest and abs(at_rest[test]) > NOTHING * stiffness[test]
+        if test in at_rest and abs(at_rest[test]) > 1e-6 * stiffness[test]
     ]
     return [f"yarns as laid out have, and triangles have not: {', '.join(parts)}"] if parts else []
 

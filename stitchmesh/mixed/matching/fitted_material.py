@@ -34,27 +34,16 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicHermiteSpline
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.matching.cell_tests import BENDS, STRETCHES, LoadingCurve
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial, Table
-from stitchmesh.mixed.triangles.tension_curve import TensionCurve
 
 Numbers = NDArray[np.float64]
 SMALLEST_MODULUS = 1e-6
 """Smallest modulus or rigidity over the largest one of its kind."""
-SMALLEST_TWIST = 1e-2
-"""Smallest twist over the mean of both rigidities. Straight yarns that cross do not resist twist, and triangles without
-resistance would have no definite shape."""
 LARGEST_POISSON = 0.9
 """Largest Poisson ratio of a fitted material, a bound that keeps the material stable."""
-SMALLEST_SLOPE = 1e-2
-"""Smallest slope of a table of tensions over its largest slope: the stress of triangles must rise with the strain."""
-LARGEST_ANGLE = 1.5
-"""A measured change of angle that reaches this bound gives no table of shear [rad]."""
-SAFE_COUPLING = 0.9
-"""Largest coupling of both axes over their smallest stiffness, for a law with tables."""
 
 
 def respond(material: ClothMaterial, curve: LoadingCurve) -> tuple[Numbers, Numbers]:
@@ -70,14 +59,14 @@ def respond(material: ClothMaterial, curve: LoadingCurve) -> tuple[Numbers, Numb
         return rigidity(material, curve.test) * strain, none
     course, wale, shear, sum_of_both = material.energies()
     if curve.test == "shear":
-        return stress_at(shear, np.sin(strain)) * np.cos(strain), none
+        return shear.at(np.sin(strain)) * np.cos(strain), none
     stretch = 1.0 + strain
     green = (stretch**2 - 1.0) / 2.0
     if curve.test == "both":
-        side = stress_at(sum_of_both, 2.0 * green) + material.coupling * green
-        return stretch * (stress_at(course, green) + side), stretch * (stress_at(wale, green) + side)
-    across = stress_at(sum_of_both, green)
-    own = stress_at(course if curve.test == "course" else wale, green)
+        side = sum_of_both.at(2.0 * green) + material.coupling * green
+        return stretch * (course.at(green) + side), stretch * (wale.at(green) + side)
+    across = sum_of_both.at(green)
+    own = (course if curve.test == "course" else wale).at(green)
     return stretch * (own + across), across + material.coupling * green
 
 
@@ -87,19 +76,6 @@ def rigidity(material: ClothMaterial, test: str) -> float:
     c, s = {"bend course": (1.0, 0.0), "bend wale": (0.0, 1.0), "bend across": (0.5**0.5, 0.5**0.5)}[test]
     curvature = np.array([c * c, s * s, 2.0 * c * s])
     return float(curvature @ rigidities @ curvature)
-
-
-def stress_at(curve: TensionCurve, strain: Numbers) -> Numbers:
-    """Stress [dyn/cm] at Green strains."""
-    low, high = curve.strain[0], curve.strain[-1]
-    inside = np.clip(strain, low, high)
-    if len(curve.strain) > 1:
-        stress = CubicHermiteSpline(curve.strain, curve.stress, curve.slope)(inside)
-    else:
-        stress = np.full(strain.shape, curve.stress[0])
-    slope = np.where(strain < low, curve.slope[0], curve.slope[-1])
-    result: Numbers = stress + slope * (strain - inside)
-    return result
 
 
 def fit_linear(curves: Mapping[str, LoadingCurve], name: str, density: float, source: str = "") -> ClothMaterial:
@@ -152,7 +128,7 @@ def fit_tables(curves: Mapping[str, LoadingCurve], linear: ClothMaterial) -> Clo
     alone = replace(linear, poisson=0.0, tension_course=along, tension_wale=beside, shear_table=shear)
     coupling = _coupling(curves, alone)
     course, wale, _shear, _both = alone.energies()
-    bound = SAFE_COUPLING * np.sqrt(course.least_slope * wale.least_slope)
+    bound = 0.9 * np.sqrt(course.least_slope * wale.least_slope)  # the smallest stiffness of both axes stays positive
     coupling = float(np.clip(coupling, -bound, bound))
     first, second = float(linear.moduli()[0, 0]), float(linear.moduli()[1, 1])
     poisson = float(np.clip(coupling / np.sqrt(first * second), -LARGEST_POISSON, LARGEST_POISSON))
@@ -201,7 +177,8 @@ def _rigidities(curves: Mapping[str, LoadingCurve]) -> tuple[float, float, float
         )
     course, wale = max(course, least), max(wale, least)
     twist = across - (course + wale) / 4.0
-    return course, wale, float(max(twist, SMALLEST_TWIST * np.sqrt(course * wale)))
+    # Straight yarns that cross do not resist twist, and triangles without resistance would have no definite shape.
+    return course, wale, float(max(twist, 1e-2 * np.sqrt(course * wale)))
 
 
 def _slope(curve: LoadingCurve) -> float:
@@ -221,7 +198,7 @@ def _table(curve: LoadingCurve) -> Table:
 def _shear_table(curve: LoadingCurve) -> Table:
     """Strain 2 E_12 and stress, the mean of both signs where both are tested; empty for angles of a quarter turn."""
     angle = np.unique(np.abs(curve.strain))
-    if angle[-1] >= LARGEST_ANGLE:
+    if angle[-1] >= 1.5:  # nearly a quarter turn
         return ()
     tension = np.sign(curve.strain) * curve.rise[0]
     mean = np.array([tension[np.abs(curve.strain) == size].mean() for size in angle])
@@ -234,7 +211,7 @@ def _shear_table(curve: LoadingCurve) -> Table:
 def _risen(strain: Numbers, stress: Numbers, zero: int) -> Numbers | None:
     """Stresses that rise with the strain, with zero at the place ``zero``; None where the fabric only gives way."""
     risen = np.array(stress)
-    least = SMALLEST_SLOPE * float((np.diff(stress) / np.diff(strain)).max())
+    least = 1e-2 * float((np.diff(stress) / np.diff(strain)).max())  # the stress of triangles must rise
     if not least > 0.0:
         return None
     for k in range(zero + 1, len(risen)):

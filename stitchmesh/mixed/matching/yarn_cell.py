@@ -22,8 +22,8 @@ from stitchmesh.mixed.crossings.crossing_elements import CrossingElements, cross
 from stitchmesh.mixed.crossings.crossing_material import FabricMaterials
 from stitchmesh.mixed.crossings.stitch_term import StitchElements, stitch_elements
 from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
-from stitchmesh.mixed.layout.knit import lay_knit
-from stitchmesh.mixed.layout.weave import lay_weave
+from stitchmesh.mixed.layout.knit import checked_spacing, lay_knit
+from stitchmesh.mixed.layout.weave import lay_weave, yarn_distance
 
 Numbers = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -31,8 +31,6 @@ MARGIN = 4
 """Width of the patch around the repeat, in yarns or loops; an element reaches over two nodes."""
 OUTSIDE = -1
 """Copy number of a node near the border of the patch that is no copy of a node of the repeat."""
-SAME_PLACE = 1e-6
-"""Distance below which two nodes of the repeat are the same, over the size of the repeat."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -99,10 +97,7 @@ def weave_cell(over: ArrayLike, *, ends: float, picks: float, materials: FabricM
     """
     matrix = np.asarray(over)
     rows, columns = matrix.shape if matrix.ndim == 2 else (1, 1)
-    for name, density in (("ends", ends), ("picks", picks)):
-        if not (np.isfinite(density) and density > 0.0):
-            raise ParameterError(f"yarn cell: {name} is {density}; expected a number of yarns per cm above 0")
-    spacing = np.array([1.0 / ends, 1.0 / picks])
+    spacing = np.array([yarn_distance("ends", ends), yarn_distance("picks", picks)])
     count = np.array([columns, rows])
     yarns = lay_weave(_patch(-MARGIN * spacing, (count + MARGIN) * spacing), matrix, ends=ends, picks=picks)
     return cell_of(yarns, count * spacing, materials)
@@ -123,9 +118,7 @@ def knit_cell(knit: ArrayLike, *, wale_spacing: float, course_spacing: float, ma
     """
     chart = np.asarray(knit)
     rows, columns = chart.shape if chart.ndim == 2 else (1, 1)
-    spacing = np.array([wale_spacing, course_spacing])
-    if not (np.isfinite(spacing) & (spacing > 0.0)).all():
-        raise ParameterError(f"yarn cell: spacings are {spacing.tolist()}; expected numbers of cm above 0")
+    spacing = np.array([checked_spacing("wale", wale_spacing), checked_spacing("course", course_spacing)])
     count = np.array([columns, rows])
     cloth = _patch(-MARGIN * spacing, (count + MARGIN) * spacing)
     yarns = lay_knit(cloth, chart, wale_spacing=wale_spacing, course_spacing=course_spacing)
@@ -176,7 +169,7 @@ def _patch(low: Numbers, high: Numbers) -> Cloth:
 def _copies(position: Numbers, period: Numbers) -> Integers:
     """The node of the repeat of which each node is a copy."""
     tile = np.floor(position / period)
-    place = np.round((position / period - tile) / SAME_PLACE).astype(np.int64)
+    place = np.round((position / period - tile) / 1e-6).astype(np.int64)  # nodes that are nearer are one
     inside = (tile == 0.0).all(axis=1)
     of_repeat, number = np.unique(place[inside], axis=0, return_inverse=True)
     if len(of_repeat) != inside.sum():

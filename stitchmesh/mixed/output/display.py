@@ -37,7 +37,7 @@ from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.enrichment.embedding import basis_of
 from stitchmesh.mixed.enrichment.region import YARNS, Region
-from stitchmesh.mixed.layout.curves import unit_vectors, yarn_curves
+from stitchmesh.mixed.layout.curves import unit_vectors, vertex_normals, yarn_curves
 from stitchmesh.mixed.layout.spline_yarns import LaidYarns, SplineYarns
 from stitchmesh.mixed.output.frames import DrapeFrame
 from stitchmesh.mixed.output.loop_subdivision import Subdivision, loop_subdivision
@@ -137,7 +137,8 @@ class Display:
         self.parent: IntArray = np.repeat(outside, 4**rounds)
         """Triangle of the cloth of each subdivided triangle."""
         self._linear = csr_array(divided.linear[used])
-        smooth = _sharpened(divided.matrix, len(cloth.vertices))
+        at_vertices = csr_array(divided.matrix[: len(cloth.vertices)])
+        smooth = csr_array(2.0 * divided.matrix - divided.matrix @ at_vertices)
         self._change = csr_array(smooth[used] - self._linear)
         self._basis = basis_of(region.triangles[region.node_triangle], region.node_weight, len(cloth.vertices))
         self._node_change = self._changes_at_nodes(outside, divided, smooth)
@@ -199,20 +200,6 @@ class Display:
         within = basis_of(divided.triangles[child], weight, divided.matrix.shape[0])
         change = csr_array(within @ smooth - self._basis[moved]).tocoo()
         return csr_array((change.data, (moved[change.row], change.col)), shape=self._basis.shape)
-
-
-def _sharpened(matrix: csr_array, vertex_count: int) -> csr_array:
-    """The weights L of subdivided vertices that stay near the V vertices, shape (W, V)."""
-    at_vertices = csr_array(matrix[:vertex_count])
-    return csr_array(2.0 * matrix - matrix @ at_vertices)
-
-
-def vertex_normals(triangles: IntArray, vertices: FloatArray) -> FloatArray:
-    """Return the sums of the area vectors of the triangles at each vertex, of unit length, shape (V, 3)."""
-    corners = vertices[triangles]
-    areas = np.repeat(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), 3, axis=0)
-    sums = [np.bincount(triangles.ravel(), areas[:, axis], len(vertices)) for axis in range(3)]
-    return unit_vectors(np.stack(sums, axis=1))
 
 
 def _along_normals(normals: FloatArray, change: FloatArray) -> FloatArray:

@@ -23,10 +23,6 @@ from scipy.sparse import csr_array, eye_array
 
 from stitchmesh.mesh import FloatArray, IntArray
 
-CHILDREN = 4
-"""Number of triangles into which a round divides a triangle. Child 4 t + k of triangle t has its corner k; child 4 t +
-3 lies in the middle."""
-
 
 @dataclass(frozen=True, eq=False)
 class Subdivision:
@@ -54,7 +50,7 @@ class Subdivision:
             at_corner = 2.0 * weight - np.eye(4, 3)[corner]
             middle = 1.0 - 2.0 * weight[:, [2, 0, 1]]
             weight = np.where((corner == 3)[:, None], middle, at_corner)
-            number = CHILDREN * number + corner
+            number = 4 * number + corner  # child 4 t + k has corner k of triangle t; child 4 t + 3 is in the middle
         return number, weight
 
 

@@ -27,7 +27,6 @@ from stitchmesh.mixed.crossings.crossing_material import FabricMaterials
 from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
 from stitchmesh.mixed.splines.spline_material import SplineMaterial
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
-from stitchmesh.mixed.triangles.tension_curve import TensionCurve
 from stitchmesh.yarn import YarnSet
 
 
@@ -39,47 +38,19 @@ def triangle_tension(cloth: Cloth, material: ClothMaterial, vertices: FloatArray
         material: material of the cloth.
         vertices: positions of the vertices [cm], shape (V, 3).
     """
-    gradient = deformation_gradients(cloth, vertices)
+    gradient = cloth.deformation_gradients(vertices)
     strain = 0.5 * (np.swapaxes(gradient, 1, 2) @ gradient - np.eye(2))
     course, wale, shear = material.curves()
     coupling = float(material.moduli()[0, 1])
     stress = np.empty_like(strain)
-    stress[:, 0, 0] = _stress(course, strain[:, 0, 0]) + coupling * strain[:, 1, 1]
-    stress[:, 1, 1] = _stress(wale, strain[:, 1, 1]) + coupling * strain[:, 0, 0]
-    stress[:, 0, 1] = stress[:, 1, 0] = _stress(shear, 2.0 * strain[:, 0, 1])
+    stress[:, 0, 0] = course.at(strain[:, 0, 0]) + coupling * strain[:, 1, 1]
+    stress[:, 1, 1] = wale.at(strain[:, 1, 1]) + coupling * strain[:, 0, 0]
+    stress[:, 0, 1] = stress[:, 1, 0] = shear.at(2.0 * strain[:, 0, 1])
     area = np.sqrt(np.maximum(np.linalg.det(np.swapaxes(gradient, 1, 2) @ gradient), 1e-30))
     cauchy = gradient @ stress @ np.swapaxes(gradient, 1, 2) / area[:, None, None]
-    return _largest_in_plane(gradient, cauchy)
-
-
-def _stress(curve: TensionCurve, strain: FloatArray) -> FloatArray:
-    """Stress of a curve at the given strains; beyond its ends the curve is straight."""
-    if len(curve.strain) == 1:
-        linear: FloatArray = curve.stress[0] + curve.slope[0] * (strain - curve.strain[0])
-        return linear
-    from scipy.interpolate import CubicHermiteSpline
-
-    inside = np.clip(strain, curve.strain[0], curve.strain[-1])
-    beyond = np.where(strain > inside, curve.slope[-1], curve.slope[0]) * (strain - inside)
-    stress: FloatArray = CubicHermiteSpline(curve.strain, curve.stress, curve.slope)(inside) + beyond
-    return stress
-
-
-def deformation_gradients(cloth: Cloth, vertices: FloatArray) -> FloatArray:
-    """Return F of each triangle, shape (T, 3, 2)."""
-    corners = vertices[cloth.triangles]
-    edges = np.swapaxes(corners[:, 1:] - corners[:, :1], 1, 2)
-    rest = np.swapaxes(cloth.rest[:, 1:] - cloth.rest[:, :1], 1, 2)
-    gradients: FloatArray = edges @ np.linalg.inv(rest)
-    return gradients
-
-
-def _largest_in_plane(gradient: FloatArray, cauchy: FloatArray) -> FloatArray:
-    """The larger eigenvalue of a stress within the plane of each triangle, shape (T,)."""
-    first, _ = np.linalg.qr(gradient)
-    within = np.swapaxes(first, 1, 2) @ cauchy @ first
-    values: FloatArray = np.linalg.eigvalsh(within)[:, 1]
-    return values
+    plane, _ = np.linalg.qr(gradient)
+    largest: FloatArray = np.linalg.eigvalsh(np.swapaxes(plane, 1, 2) @ cauchy @ plane)[:, 1]
+    return largest
 
 
 def yarn_tension(

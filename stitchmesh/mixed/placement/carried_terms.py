@@ -32,9 +32,6 @@ SLIDING = "sliding"
 """Name of the Eulerian coordinates."""
 PREFIX = "node memory "
 """How the names of the arrays of a checkpoint begin."""
-PARTS = 1 << 20
-"""Shares of contact points are compared as multiples of one over this number; all shares are multiples of a power of
-1/2."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,6 +154,6 @@ def _same_points(change: RegionChange) -> tuple[IntArray, IntArray]:
 def _point_keys(points: ContactPoints, region: Region) -> list[bytes]:
     """A key for each contact point that is the same in all regions: its vertices or its layout node, and its shares."""
     numbered = np.concatenate([np.arange(points.vertex_count), points.vertex_count + region.nodes])
-    shares = np.rint(points.share * PARTS).astype(np.int64)
+    shares = np.rint(points.share * 2**20).astype(np.int64)  # all shares are multiples of a power of 1/2
     rows = np.concatenate([numbered[points.index], shares], axis=1)
     return [row.tobytes() for row in np.ascontiguousarray(rows)]

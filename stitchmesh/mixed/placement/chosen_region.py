@@ -43,13 +43,9 @@ from stitchmesh.mixed.cloth.from_stitches import triangle_start
 
 Integers = NDArray[np.int64]
 Numbers = NDArray[np.float64]
-PRICES = 24
-"""Number of prices that are tried, each in the middle of the remaining interval."""
 UNLIMITED = 2**31 - 1
 WHOLE = 2**29
 """Sum of all errors in the network, whose capacities are whole numbers."""
-LEAST_ERROR = 1e-5
-"""Indicated error, over the largest one, below which a triangle is not chosen."""
 
 
 def best_closure(reach: csr_array, nodes: Integers, error: Numbers, budget: int) -> Integers:
@@ -66,7 +62,7 @@ def best_closure(reach: csr_array, nodes: Integers, error: Numbers, budget: int)
     if total <= 0.0 or budget <= 0:
         return best
     low, high = -12.0, 0.0  # powers of ten of the price of a node, over the error of all triangles
-    for _ in range(PRICES):
+    for _ in range(24):
         price = 0.5 * (low + high)
         chosen = _closure(reach, nodes, error / total, 10.0**price)
         if _needed(reach, nodes, chosen) <= budget:
@@ -198,7 +194,7 @@ def choose_triangles(
     if rings < 1:
         raise ParameterError(f"region: got {rings} hybrid rings; expected at least 1")
     nodes = np.bincount(np.asarray(node_triangle, dtype=np.int64), minlength=len(corners))
-    reach, least = reach_of(corners, rings), LEAST_ERROR * float(values.max(initial=0.0))
+    reach, least = reach_of(corners, rings), 1e-5 * float(values.max(initial=0.0))  # less is not worth a node
     wanted = np.where(values >= least, values, 0.0)
     regions = []
     for start in (best_closure(reach, nodes, wanted, budget.nodes), np.zeros(0, dtype=np.int64)):

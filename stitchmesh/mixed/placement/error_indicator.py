@@ -75,12 +75,11 @@ def deformation_of(cloth: Cloth, vertices: Numbers, shares: SlopeShares | None =
         vertices: positions of the vertices [cm], shape (V, 3).
         shares: ``shares_of(cloth)``, which is the same for all positions; computed if it is None.
     """
-    corners = np.asarray(vertices, dtype=np.float64)[cloth.triangles]
-    edges = np.swapaxes(corners[:, 1:] - corners[:, :1], 1, 2)
-    rest = np.swapaxes(cloth.rest[:, 1:] - cloth.rest[:, :1], 1, 2)
-    gradient = edges @ np.linalg.inv(rest)
+    places = np.asarray(vertices, dtype=np.float64)
+    gradient = cloth.deformation_gradients(places)
     strain = (np.swapaxes(gradient, 1, 2) @ gradient - np.eye(2)) / 2.0
-    return TriangleDeformation(strain, _curvatures(cloth, corners, shares_of(cloth) if shares is None else shares))
+    known = shares_of(cloth) if shares is None else shares
+    return TriangleDeformation(strain, _curvatures(cloth, places[cloth.triangles], known))
 
 
 def shares_of(cloth: Cloth) -> SlopeShares:

@@ -23,6 +23,8 @@ import hashlib
 from dataclasses import replace
 from pathlib import Path
 
+from numpy.typing import ArrayLike
+
 from stitchmesh.errors import FileError
 from stitchmesh.io.path_kind import is_there
 from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial, FabricMaterials
@@ -34,18 +36,12 @@ from stitchmesh.mixed.triangles.material_file import named_material, read_materi
 from stitchmesh.progress import Progress
 from stitchmesh.yarnrelax.fingerprint import fingerprint
 
-TWIST_SHARE = 0.1
-"""Rigidity against twist over the geometric mean of the rigidities of bending."""
-KNIT = "interlock"
-"""Name of the measured cloth whose stiffness is used for knits."""
 MATCHED = "matched"
 """Name of the cloth material that is matched to the yarns of the scene."""
 NAME = "matched-cloth.toml"
 """Name of the file in the output folder."""
 CHECKSUM = "checksum"
 """Word that precedes the checksum in the source of the material."""
-PLAIN_KNIT = ((1,),)
-"""Chart that stands for the stitches of a stitch mesh."""
 _known: dict[str, ClothMatch] = {}
 """Matches of this process, by the checksums of their cells."""
 
@@ -71,7 +67,7 @@ def cloth_of_weave(materials: FabricMaterials, ends: float, picks: float) -> Clo
         bending_course=bending[0],
         bending_wale=bending[1],
         density=picks * weft.density + ends * warp.density,
-        twist=TWIST_SHARE * (bending[0] * bending[1]) ** 0.5,
+        twist=0.1 * (bending[0] * bending[1]) ** 0.5,
     )
 
 
@@ -82,7 +78,7 @@ def cloth_of_knit(material: CrossingMaterial, length: float) -> ClothMaterial:
         material: material of the yarn.
         length: length of yarn on each cm^2 of cloth [cm].
     """
-    return replace(named_material(KNIT), density=material.density * length)
+    return replace(named_material("interlock"), density=material.density * length)
 
 
 def matched_cloth(cell: YarnCell, folder: Path | None, progress: Progress) -> ClothMaterial:
@@ -124,7 +120,8 @@ def cell_of_scene(section: YarnsSection, stitch: tuple[float, float] | None, mat
         matrix = weave_matrix(section.weave)
         return weave_cell(matrix, ends=n * section.ends, picks=n * section.picks, materials=materials)
     spacing = stitch or (1.0 / (n * section.wales), 1.0 / (n * section.courses))
-    chart = PLAIN_KNIT if stitch is not None or section.knit is None else knit_chart(section.knit)
+    # the stitches of a stitch mesh count as plain knit
+    chart: ArrayLike = [[1]] if stitch is not None or section.knit is None else knit_chart(section.knit)
     return knit_cell(chart, wale_spacing=spacing[0], course_spacing=spacing[1], materials=materials)
 
 

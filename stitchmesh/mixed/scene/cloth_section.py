@@ -21,8 +21,6 @@ from stitchmesh.settings import setting
 
 STITCH_SUFFIXES = (".h5", ".smobj")
 """Suffixes of stitch meshes."""
-EDGE_LENGTH = 1.0
-"""Length of the edges of triangles if none is given [cm]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,7 +89,7 @@ class ClothSection:
             width, height = self.rectangle
             outline = [[0.0, 0.0], [width, 0.0], [width, height], [0.0, height]]
             panels = [Panel(name="panel", outline=outline, position=self.position)]
-        return cloth_from_panels(panels, self.seams, edge_length=self.edge_length or EDGE_LENGTH)
+        return cloth_from_panels(panels, self.seams, edge_length=self.edge_length or 1.0)
 
     def _from_file(self, path: str) -> Cloth:
         suffix = Path(path).suffix.lower()

@@ -26,11 +26,11 @@ from stitchmesh.mixed.contact.self_collision import PRESSURE
 from stitchmesh.mixed.crossings.crossing_material import DEFAULT, CrossingMaterial, FabricMaterials
 from stitchmesh.mixed.enrichment.region import Region, region_around
 from stitchmesh.mixed.layout.crossing_yarns import ROD
+from stitchmesh.mixed.layout.curves import vertex_normals
 from stitchmesh.mixed.layout.from_stitches import lay_stitches
 from stitchmesh.mixed.layout.spline_yarns import LaidYarns, SplineYarns
 from stitchmesh.mixed.layout.splines_on_stitches import lay_splines
 from stitchmesh.mixed.memory import check_layout_memory
-from stitchmesh.mixed.output.display import vertex_normals
 from stitchmesh.mixed.scene.cloth_of_yarns import MATCHED, cell_of_scene, cloth_of_knit, cloth_of_weave, matched_cloth
 from stitchmesh.mixed.scene.motion_section import AttachmentSection
 from stitchmesh.mixed.scene.region_section import RegionSection
@@ -52,8 +52,6 @@ from stitchmesh.yarnrelax.model.material import DEFAULT_MATERIAL
 QUALITY = replace(quality_named("draft"), contact_samples=SplineMaterial.contact_samples)
 """Quality of the yarns: 12 control points for each stitch. The loops of a swatch are then 1 % larger than at quality
 ``reference``."""
-POINTS_OF_STITCH = 16.0
-"""Approximate number of control points of a stitch, including its row end, for an estimate of the memory."""
 
 
 def lay_scene_splines(section: YarnsSection, fabric: StitchMesh, cloth: Cloth, device: str | None) -> SplineYarns:
@@ -225,7 +223,8 @@ def _layout(scene: Scene, cloth: Cloth) -> LaidYarns:
         check_layout_memory(scene.yarns.crossings_on(cloth), free)
         return scene.yarns.layout(cloth)
     fabric = scene.cloth.stitches()
-    per_stitch = POINTS_OF_STITCH if scene.yarns.model == "splines" else 4.0 * scene.yarns.divisions**2
+    # a spline has about 16 control points for each stitch, including its row end
+    per_stitch = 16.0 if scene.yarns.model == "splines" else 4.0 * scene.yarns.divisions**2
     check_layout_memory(per_stitch * fabric.face_count, free)
     if scene.yarns.model == "splines":
         return lay_scene_splines(scene.yarns, fabric, cloth, scene.solver.device)

@@ -67,18 +67,16 @@ class TensionCurve:
         return TensionCurve(strain, stress, _slopes(strain, stress))
 
     def at(self, strain: FloatArray) -> FloatArray:
-        """Stress at the given strains [dyn / cm], of the same shape."""
-        k = np.clip(np.searchsorted(self.strain, strain, side="right") - 1, 0, len(self.strain) - 1)
-        d = strain - self.strain[k]
-        line: FloatArray = self.stress[k] + d * self.slope[k]
-        inside = (d > 0.0) & (k + 1 < len(self.strain))
-        if inside.any():
-            k, d = k[inside], d[inside]
-            step = self.strain[k + 1] - self.strain[k]
-            chord = (self.stress[k + 1] - self.stress[k]) / step
-            bend = (3.0 * chord - 2.0 * self.slope[k] - self.slope[k + 1]) / step
-            line[inside] += d * d * (bend + d * (self.slope[k] + self.slope[k + 1] - 2.0 * chord) / step**2)
-        return line
+        """Stress at the given Green strains [dyn / cm], of the same shape; beyond its ends the curve is straight."""
+        from scipy.interpolate import CubicHermiteSpline
+
+        inside = np.clip(strain, self.strain[0], self.strain[-1])
+        if len(self.strain) > 1:
+            stress = CubicHermiteSpline(self.strain, self.stress, self.slope)(inside)
+        else:
+            stress = np.full(strain.shape, self.stress[0])
+        beyond: FloatArray = np.where(strain < inside, self.slope[0], self.slope[-1]) * (strain - inside)
+        return stress + beyond
 
     def without(self, other: TensionCurve, place: str) -> TensionCurve:
         """The curve whose stress at the strains of both curves is the difference of their stresses.

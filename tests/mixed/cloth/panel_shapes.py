@@ -24,6 +24,13 @@ OUTLINES = {
 """Outlines of panels by name [cm]: convex and not, round, and narrower than their triangles' edges are long."""
 
 
+def edge_stretch(cloth: Cloth, vertices: np.ndarray) -> np.ndarray:
+    """Length of the sides of all triangles over their length at rest, shape (T, 3)."""
+    corners = vertices[cloth.triangles]
+    length = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
+    return length / np.linalg.norm(np.roll(cloth.rest, -1, axis=1) - cloth.rest, axis=2)
+
+
 def rectangle(width: float, height: float, name: str = "panel", **fields: object) -> Panel:
     """A rectangle with its corner 0 at (0, 0)."""
     return Panel(name=name, outline=[[0, 0], [width, 0], [width, height], [0, height]], **fields)  # type: ignore[arg-type]

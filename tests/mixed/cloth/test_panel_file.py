@@ -10,6 +10,7 @@ import pytest
 from stitchmesh.errors import FileError
 from stitchmesh.mixed.cloth.panel_file import read_panels
 from tests.gallery import ROOT
+from tests.mixed.cloth.panel_shapes import edge_stretch
 
 TEXT = """
 edge_length = 1.5
@@ -60,8 +61,6 @@ def test_the_example_of_the_documentation_is_read(tmp_path):
 
 REFUSED = {
     "has no key 'edge_lenght'; did you mean 'edge_length'?": TEXT.replace("edge_length", "edge_lenght"),
-    r"panels\[0\].position has no key 'radios'; did you mean 'radius'?": TEXT.replace("{ radius", "{ radios"),
-    r"seams\[1\] has no key 'edge'; did you mean 'edges'?": TEXT.replace("edges = 9", "edge = 9"),
     r"panels\[1\] needs 'outline'": TEXT.replace("outline = [[0, 0], [12, 0], [12, 8.5]", "#"),
     r"panels\[0\].outline\[0\]\[0\] is \[0, 0\]; expected a number":
         TEXT.replace("[[0, 0], [12, 0], [12, 8], [0, 8.5]]", "[[[0, 0], [9, 0]], [[1, 1], [2, 2]]]"),
@@ -73,10 +72,8 @@ REFUSED = {
                                                                "start = 1, end = 7 }\nsecond = { panel = \"back\""),
     r"seam 0 .*: got 6 and 7 edges; expected the same":
         TEXT.replace('name = "front"', 'name = "front"\nside_edges = [8, 6, 8, 9]').replace("angle = 15", "edges = 7"),
-    "rounds of evening out: got -3": "evening_rounds = -3\n" + TEXT,
     "edge length: got -1": TEXT.replace("edge_length = 1.5", "edge_length = -1"),
     "is no TOML": TEXT + "[[",
-    "radius: got 0": TEXT.replace("3.8197186342054885", "0.0"),
 }  # fmt: skip
 
 
@@ -93,12 +90,5 @@ def test_files_that_are_refused(message, tmp_path):
 def test_the_files_of_the_examples(path):
     cloth = read_panels(path).cloth()
     assert cloth.seam_count >= 1
-    corners = cloth.vertices[cloth.triangles]
-    length = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
-    at_rest = np.linalg.norm(np.roll(cloth.rest, -1, axis=1) - cloth.rest, axis=2)
-    assert 0.5 < (length / at_rest).min() and (length / at_rest).max() < 2.0  # no triangle begins in a wild shape
-
-
-def test_other_suffixes_are_refused(tmp_path):
-    with pytest.raises(FileError, match=r"expected one of \.toml"):
-        read_panels(tmp_path / "panels.json")
+    stretch = edge_stretch(cloth, cloth.vertices)
+    assert 0.5 < stretch.min() and stretch.max() < 2.0  # no triangle begins in a wild shape

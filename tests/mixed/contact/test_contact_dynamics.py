@@ -35,11 +35,9 @@ def motion_of(
     return MovingCloth(cloth, DENSITY, gravity, stiffness, terms, held=held)
 
 
-@pytest.mark.parametrize("kind", ["floor", "ball"])
-def test_a_falling_patch_comes_to_rest_with_its_weight_on_the_body(kind):
+def test_a_falling_patch_comes_to_rest_with_its_weight_on_a_ball():
     cloth = sheet(4, 1.0, height=0.3)
-    body = box((5, 5, 1), (0, 0, -1)) if kind == "floor" else ball(2.0, 3, (0.0, 0.0, -2.0))
-    contact = contact_of(cloth, SolidBody(body))
+    contact = contact_of(cloth, SolidBody(ball(2.0, 3, (0.0, 0.0, -2.0))))
     friction = BodyFriction(contact, 0.6)
     motion = motion_of(cloth, 200.0, [contact, friction])
     motion.run(60, 1e-2)  # implicit Euler damps the rest of the motion
@@ -65,18 +63,17 @@ def test_a_ball_that_is_pushed_slowly_into_a_cloth_does_not_pass_it():
 
 
 @pytest.mark.parametrize("spacing", [THICKNESS, np.inf], ids=["fine", "coarse"])
-@pytest.mark.parametrize("speed", [100.0, 1000.0])
-def test_a_sheet_that_falls_fast_on_another_one_does_not_pass_it(speed, spacing):
+def test_a_sheet_that_falls_fast_on_another_one_does_not_pass_it(spacing):
     """Steps of up to twenty thicknesses, whose energy the lower sheet, which is held at its border, can take up."""
+    speed, lower = 1000.0, 49
     cloth = together(sheet(6, 0.8), sheet(3, 0.4, height=0.5, shift=0.02))
-    lower = 49
     points, links = cloth.points(THICKNESS, spacing=spacing)
     contact = SelfCollision(points, links, pressure=2e5, scalar=FLOAT64, device=cpu())
     border = np.flatnonzero(np.abs(cloth.vertices[:lower, :2]).max(axis=1) > 0.39)
     motion = motion_of(cloth, 2e4, [contact], held=border)
     motion.velocity[lower:, 2] = -speed
     pressed = 0.0
-    for _ in range(8 if speed < 1000.0 else 4):
+    for _ in range(4):
         motion.run(1, 2e-3)
         assert not crossings(cloth, motion.vertices)
         pressed = max(pressed, contact.energy(state_of(motion.vertices)))

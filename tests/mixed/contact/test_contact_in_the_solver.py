@@ -30,8 +30,6 @@ from tests.mixed.patch import square_patch
 
 PATCH = square_patch(4, 3)
 HYBRID = region_around(*PATCH.layout, PATCH.near((0.5, 0.5), 0.2))
-REGIONS = {"hybrid": HYBRID, "none": region_around(*PATCH.layout, []),
-           "all yarns": region_around(*PATCH.layout, np.arange(len(PATCH.triangles)))}  # fmt: skip
 THICKNESS = 0.1
 GRAVITY = (0.0, 0.0, -981.0)
 FLOOR = box((5.0, 5.0, 1.0), (0.5, 0.5, -1.04))
@@ -67,18 +65,6 @@ def total_force(scene: Scene, state: MixedVector, *terms: Any) -> np.ndarray:
     return sum(forces_of(term, state) for term in terms).sum(axis=0)
 
 
-@pytest.mark.parametrize("name", REGIONS)
-def test_a_patch_settles_on_a_floor_that_carries_its_weight(name):
-    scene, contact, friction = on_floor(REGIONS[name])
-    run = Dynamics(scene.system, scene.at_rest(), DynamicsSettings(time_step=5e-3, velocity_tolerance=1e-4))
-    for _ in range(40):
-        run.step()
-    total = scene.masses.total * 981.0
-    held = total_force(scene, run.positions, contact, friction)
-    assert held == pytest.approx([0.0, 0.0, total], abs=0.01 * total)  # accelerations below g / 100 are left
-    assert contact.distances(run.positions).min() > 0.0
-
-
 def test_the_static_equilibrium_on_a_floor_carries_the_weight():
     scene, contact, friction = on_floor(HYBRID)
     positions = scene.at_rest()
@@ -90,9 +76,9 @@ def test_the_static_equilibrium_on_a_floor_carries_the_weight():
     assert held == pytest.approx([0.0, 0.0, total], abs=0.02)
 
 
-@pytest.mark.parametrize("speed", [300.0, 3000.0])
-def test_no_first_guess_jumps_through_a_floor(speed):
+def test_no_first_guess_jumps_through_a_floor():
     """A patch that falls by many thicknesses of the floor in a step bounces."""
+    speed = 3000.0
     scene, contact, _friction = on_floor(HYBRID)
     up = np.array([0.0, 0.0, 1.0])
     positions = scene.vector(PATCH.vertices + up, PATCH.nodes + up)
@@ -145,7 +131,7 @@ def test_attachments_prescribe_the_motion_of_vertices_and_nodes():
     assert p[motion.fixed_nodes, 2] == pytest.approx(0.3)
 
 
-@pytest.mark.parametrize("time_step", [1e-5, 1e-4, 1e-3, 1e-2, 1e-1])
+@pytest.mark.parametrize("time_step", [1e-5, 1e-1])
 def test_time_steps_over_four_decades_stay_above_the_floor(time_step):
     """A patch that falls on a floor at 200 cm/s; the longest step would carry it 20 cm."""
     scene, contact, _friction = on_floor(HYBRID)
@@ -165,7 +151,7 @@ def test_a_cloth_that_is_dragged_over_a_body_wraps_it_and_one_that_is_dragged_in
     ball_in_the_way = SolidBody(ball(0.25, 2, (0.5, 0.5, -0.3)))
     border = np.flatnonzero(np.abs(PATCH.vertices[:, :2] - 0.5).max(axis=1) > 0.49)
     for held, works in ((border, True), (np.arange(len(PATCH.vertices)), False)):
-        none = REGIONS["none"]
+        none = region_around(*PATCH.layout, [])
         scene = spring_scene(PATCH, none, stiffness=2e3, fixed_vertices=held.tolist())
         contact = BodyContact(points_of(none), ball_in_the_way, depth=0.2, scalar=wp.float64, device=cpu())
         scene.system.add(contact)

@@ -28,15 +28,6 @@ def test_areas_add_up_to_the_cloth_whatever_the_spacing():
     assert len(cloth.points(0.1, spacing=np.inf)[0]) == len(cloth.vertices)
 
 
-def test_every_place_of_a_divided_cloth_is_near_a_point():
-    cloth = sheet(3, 2.0)
-    points, _links = cloth.points(0.1, most_parts=16)
-    grid = np.stack(np.meshgrid(*[np.linspace(-1, 1, 37)] * 2), axis=-1).reshape(-1, 2)
-    nearest = np.linalg.norm(grid[:, None] - points.rest[None], axis=2).min(axis=1)
-    # in a right triangle the middle of the longest side, the spacing, is half of it from all corners
-    assert nearest.max() <= 0.05 + 1e-12
-
-
 def test_triangles_of_different_sizes_share_the_points_of_their_sides():
     cloth = sheet(1, 1.0)
     middle = np.array([[0.0, 0.0, 0.0]])  # one of the two triangles is divided at the middle of the diagonal
@@ -111,12 +102,6 @@ def test_places_and_forces_are_the_matrix_of_shares_and_its_transpose():
     assert (v * cloth.vertices).sum() + (p * nodes).sum() == pytest.approx(work)
     assert np.concatenate([v, p]).sum(axis=0) == pytest.approx(force.sum(axis=0))
     assert not s.any()
-
-
-def test_nodes_without_weight_have_no_point():
-    points = points_at_nodes(5, panel=[0, 0, 1], rest=np.zeros((3, 2)), area=0.02, weight=[0, 0.5, 1], thickness=0.1)
-    assert points.index[:, 0].tolist() == [6, 7]
-    assert points.area.tolist() == [0.01, 0.02]
 
 
 def test_refuses():

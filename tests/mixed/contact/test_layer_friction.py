@@ -51,7 +51,7 @@ def test_forces_and_products_are_derivatives_of_the_energy():
     moved = state_of(cloth.vertices + 0.008 * np.random.default_rng(0).normal(size=cloth.vertices.shape))
     of_force, of_product = derivative_errors(friction, moved, 1e-7)
     assert of_force < 1e-7 and of_product < 1e-5  # (h / e)^2, and rounding of forces over h
-    for seed in range(10):
+    for seed in range(5):
         direction = random_direction(moved, seed)
         assert (direction.numpy()[0] * products_of(friction, moved, direction)).sum() >= 0.0
 
@@ -106,12 +106,16 @@ def test_a_scene_that_moves_asks_for_it():
     assert not made[0.0] and [term.coefficient for term in made[0.3]] == [0.3]
 
 
-def test_nothing_and_single_precision():
+@pytest.mark.nightly
+def test_single_precision_agrees():
     cloth, _collision, friction = layers()
     moved = cloth.vertices + 0.004 * np.random.default_rng(0).normal(size=cloth.vertices.shape)
     expected = forces_of(friction, state_of(moved))
     found = forces_of(layers(precision="float32")[2], state_of(moved, precision="float32"))
     assert np.abs(found - expected).max() < 1e-3 * np.abs(expected).max()  # places of 6e-8 cm, slips of 1e-3 cm
+
+
+def test_no_points_have_no_friction():
     lonely = sheet(1, 0.05)
     points, links = lonely.points(THICKNESS, weight=0.0)
     none = LayerFriction(SelfCollision(points, links, scalar=wp.float64, device=cpu()), 0.3)

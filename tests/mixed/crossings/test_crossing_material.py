@@ -51,18 +51,11 @@ def test_an_unknown_name_is_answered_by_the_nearest_one():
         CrossingMaterial.named("gong1")
 
 
-@pytest.mark.parametrize("field", list(asdict(CrossingMaterial.named())))
-def test_values_out_of_range_are_refused(field):
-    for value in (-1.0, float("nan"), "soft", True):
-        with pytest.raises(ParameterError, match=f"crossing material: {field} is"):
-            replace(CrossingMaterial.named(), **{field: value})
-
-
-def test_limits_of_the_range():
+def test_values_out_of_range_are_refused():
     yarn = replace(CrossingMaterial.named(), bending=0.0, friction=0, yield_curvature=float("inf"))
-    assert yarn.bending_stiffness == 0.0
-    for field, value in (("radius", 0.0), ("density", 0.0), ("young", 0.0), ("friction", float("inf"))):
-        with pytest.raises(ParameterError, match=f"{field} is"):
+    wrong = [(field, value) for field in asdict(yarn) for value in (-1.0, float("nan"), "soft", True)]
+    for field, value in (*wrong, ("radius", 0.0), ("density", 0.0), ("young", 0.0), ("friction", float("inf"))):
+        with pytest.raises(ParameterError, match=f"crossing material: {field} is"):
             replace(yarn, **{field: value})
 
 

@@ -57,10 +57,9 @@ def test_forces_and_products_are_derivatives(energy):
     np.testing.assert_allclose(hessian_at(term, state), matrix, rtol=0, atol=1e-7 * np.abs(matrix).max())
 
 
-@pytest.mark.parametrize("energy", ONLY)
-def test_the_other_matrix_is_never_negative_and_equals_the_exact_one_at_rest(energy):
+def test_the_other_matrix_is_never_negative_and_equals_the_exact_one_at_rest():
     fabric = plain_weave(3, 3, spacing=0.19)
-    term = term_of(fabric, softened(**ONLY[energy]))
+    term = term_of(fabric)
     for size in (0.1, 0.4, 1.5):  # up to yarns that are folded and nodes that have passed one another
         matrix = hessian_at(term, disturbed(fabric, size=size), exact=0.0)
         np.testing.assert_allclose(matrix, matrix.T, rtol=0, atol=1e-12 * np.abs(matrix).max())
@@ -111,16 +110,6 @@ def test_uniform_stretch_of_a_plain_weave_is_that_of_its_yarns_in_parallel():
     assert -force[:, 0, 0].sum() == pytest.approx(-5 * 0.05 * YARN.stretch_stiffness, rel=1e-10)
 
 
-def test_segments_in_series_share_a_pull_in_proportion_to_their_rest_lengths():
-    rest = np.array([0.0, 0.1, 0.4, 0.5, 0.9])
-    yarn = single_yarn(np.column_stack([rest, 0 * rest, 0 * rest]))
-    force, slide = split(force_at(term_of(yarn), flat(1.1 * yarn.position, yarn.sliding)))
-    np.testing.assert_allclose(
-        force[:, 0], 0.1 * YARN.stretch_stiffness * np.array([1, 0, 0, 0, -1]), rtol=0, atol=1e-8
-    )
-    assert np.abs(slide[1:-1]).max() < 1e-8  # no yarn wants to slide
-
-
 def test_a_trellis_shears_by_its_four_quadrants():
     fabric = plain_weave(3, 3)
     angle = 0.2
@@ -146,15 +135,6 @@ def test_a_roll_has_the_energy_of_a_rod_of_rigidity_b_pi_r2():
     assert energy_at(term_of(yarn), flat(nodes, yarn.sliding)) == pytest.approx(
         expected, rel=0.5 * (np.pi / count) ** 2
     )
-
-
-def test_rest_angles_of_the_layout_cost_nothing():
-    turn = np.linspace(0, 1, 8)
-    nodes = np.column_stack([np.cos(turn), np.sin(turn), 0 * turn])
-    yarn = single_yarn(nodes)
-    assert energy_at(term_of(yarn), flat(nodes, yarn.sliding)) < 1e-20
-    straight = np.column_stack([yarn.sliding[:, 0], np.zeros((8, 2))])
-    assert energy_at(term_of(yarn), flat(straight, yarn.sliding)) > 0
 
 
 def test_parallel_yarns_touch_below_four_radii_where_the_yarn_changes_its_side():
@@ -207,8 +187,8 @@ def test_bending_beyond_the_yield_curvature_stays():
         assert moment == pytest.approx(2 * YARN.bending_stiffness * min(abs(angle), 0.2) / 0.4, rel=1e-9)
 
 
-@pytest.mark.parametrize("scalar", [wp.float32, wp.float64])
-def test_extremes_have_finite_forces_and_products(scalar):
+def test_extremes_have_finite_forces_and_products():
+    """In single precision, which overflows first."""
     fabric = plain_weave(3, 3)
     position, sliding = fabric.position, fabric.sliding
     merged, passed = sliding.copy(), sliding.copy()
@@ -226,13 +206,13 @@ def test_extremes_have_finite_forces_and_products(scalar):
         "straight": (position, sliding),
         "stretched by 1000": (1000 * position, sliding),
     }
-    term = term_of(fabric, scalar=scalar)
+    term = term_of(fabric, scalar=wp.float32)
     for name, (nodes, places) in states.items():
         state = flat(nodes, places)
-        assert np.isfinite(energy_at(term, state, scalar)), name
-        assert np.isfinite(force_at(term, state, scalar)).all(), name
+        assert np.isfinite(energy_at(term, state, wp.float32)), name
+        assert np.isfinite(force_at(term, state, wp.float32)).all(), name
         for exact in (0.0, 1.0):
-            assert np.isfinite(hessian_at(term, state, exact, scalar)).all(), name
+            assert np.isfinite(hessian_at(term, state, exact, wp.float32)).all(), name
 
 
 def test_nodes_that_merge_are_pushed_apart_with_bounded_stiffness():
@@ -276,7 +256,6 @@ def test_elements_with_nodes_that_are_not_simulated_are_left_out():
     nodes, sliding = split(state)
     part = crossing_elements(fabric.yarns, FabricMaterials.of(YARN), nodes=chosen)
     assert part.link[1].tolist() == [-1, 0, 7, -1] and (part.stretch > 0).sum() == 5 and (part.bending > 0).sum() == 1
-    term = CrossingTerm(part, wp.float64, CPU)
     lengths = [np.linalg.norm(nodes[j] - nodes[i]) for i, j in ((0, 1), (4, 5), (5, 6))]
     lengths += [np.linalg.norm(nodes[j] - nodes[i]) for i, j in ((0, 4), (1, 5))]
     rest = [sliding[1, 0] - sliding[0, 0], sliding[5, 0] - sliding[4, 0], sliding[6, 0] - sliding[5, 0]]
@@ -310,9 +289,10 @@ def test_wrong_nodes_and_shapes_are_refused():
 
 def test_rounded_blocks_have_the_products_of_single_precision_and_none_for_a_translation():
     fabric = plain_weave(3, 4, spacing=0.19)
+    slides = np.arange(12) != 5
     state = disturbed(fabric)
-    exact = hessian_at(term_of(fabric), state)
-    term = CrossingTerm(fabric.elements(), wp.float64, CPU)
+    exact = hessian_at(term_of(fabric, slides=slides), state)
+    term = CrossingTerm(fabric.elements(slides=slides), wp.float64, CPU)
     rounded = hessian_at(term, state)
     # a block is rounded by 6e-8 of its largest entry, and a few of them are added up
     np.testing.assert_allclose(rounded, exact, rtol=0, atol=5e-7 * np.abs(exact).max())
@@ -320,19 +300,7 @@ def test_rounded_blocks_have_the_products_of_single_precision_and_none_for_a_tra
     np.testing.assert_allclose(rounded, rounded.T, rtol=0, atol=5e-7 * np.abs(exact).max())
     blocks = MixedBlocks.zeros(0, 12, wp.float64, CPU)
     term.diagonal(blocks, RUN)
-    np.testing.assert_allclose(blocks.nodes.numpy()[4], exact[12:15, 12:15], rtol=0, atol=5e-7 * np.abs(exact).max())
-
-
-def test_diagonal_blocks_are_those_of_the_matrix():
-    fabric = plain_weave(4, 3, spacing=0.19)
-    term = term_of(fabric, slides=np.arange(12) != 5)
-    state = disturbed(fabric)
-    matrix = hessian_at(term, state)
-    blocks = MixedBlocks.zeros(0, 12, wp.float64, CPU)
-    term.diagonal(blocks, RUN)
     for i in range(12):
         own, slide = slice(3 * i, 3 * i + 3), slice(36 + 2 * i, 38 + 2 * i)
-        np.testing.assert_allclose(blocks.nodes.numpy()[i], matrix[own, own], rtol=0, atol=1e-12 * np.abs(matrix).max())
-        np.testing.assert_allclose(
-            blocks.sliding.numpy()[i], matrix[slide, slide], rtol=0, atol=1e-12 * np.abs(matrix).max()
-        )
+        for found, expected in ((blocks.nodes, exact[own, own]), (blocks.sliding, exact[slide, slide])):
+            np.testing.assert_allclose(found.numpy()[i], expected, rtol=0, atol=5e-7 * np.abs(exact).max())

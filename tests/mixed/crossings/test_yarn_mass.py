@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Mass of crossing yarns: kinetic energy, symmetric and positive blocks, straight yarns."""
+"""Mass and weight of crossing yarns: kinetic energy, symmetric and positive blocks, straight yarns, forces."""
 
 from __future__ import annotations
 
@@ -8,13 +8,18 @@ import numpy as np
 import pytest
 import warp as wp
 
+from stitchmesh.mixed.crossings.yarn_gravity import YarnGravity
 from stitchmesh.mixed.crossings.yarn_mass import SLIDING_INERTIA, YarnMass
 from tests.mixed.crossings.small_fabrics import (
     CPU,
     RUN,
     YARN,
+    differences,
     disturbed,
+    energy_at,
     flat,
+    force_at,
+    hessian_at,
     plain_weave,
     single_yarn,
     split,
@@ -22,9 +27,9 @@ from tests.mixed.crossings.small_fabrics import (
 )
 
 
-def mass_at(fabric, state, scalar=wp.float64, **changes):
-    mass = YarnMass(fabric.elements(**changes), scalar, CPU)
-    mass.update_launches(vector_of(*split(state), scalar), RUN)
+def mass_at(fabric, state, **changes):
+    mass = YarnMass(fabric.elements(**changes), wp.float64, CPU)
+    mass.update_launches(vector_of(*split(state)), RUN)
     return mass
 
 
@@ -58,20 +63,9 @@ def test_the_energy_is_that_of_the_velocities_at_both_ends_of_each_segment():
     assert energy == pytest.approx(expected, rel=1e-12)  # rounding
 
 
-def test_the_total_mass_is_that_of_the_yarn():
-    fabric = plain_weave(4, 3)
-    state = disturbed(fabric)
-    _nodes, sliding = split(state)
-    u = sliding[:, 0].reshape(3, 4)
-    v = sliding[:, 1].reshape(3, 4)
-    yarn = (u[:, -1] - u[:, 0]).sum() + (v[-1] - v[0]).sum()
-    assert mass_at(fabric, state).mass.numpy().sum() == pytest.approx(YARN.density * yarn, rel=1e-12)
-
-
-@pytest.mark.parametrize("fixed", [False, True])
-def test_blocks_are_positive_and_fixed_coordinates_have_no_mass(fixed):
+def test_blocks_are_positive_and_fixed_coordinates_have_no_mass():
     fabric = plain_weave(3, 3)
-    slides = np.arange(9) % 2 == 0 if fixed else np.ones(9)
+    slides = np.arange(9) % 2 == 0
     blocks = blocks_of(mass_at(fabric, disturbed(fabric), slides=slides))
     assert (blocks[:, [3, 4], [3, 4]] > 0).all(axis=1).tolist() == [bool(slide) for slide in slides]
     for block in blocks:
@@ -80,15 +74,14 @@ def test_blocks_are_positive_and_fixed_coordinates_have_no_mass(fixed):
         assert np.linalg.eigvalsh(block[np.ix_(moves, moves)]).min() > 0
 
 
-@pytest.mark.parametrize(("scalar", "tolerance"), [(wp.float64, 1e-11), (wp.float32, 1e-3)])
-def test_a_straight_yarn_alone_slides_with_the_least_inertia(scalar, tolerance):
+def test_a_straight_yarn_alone_slides_with_the_least_inertia():
     nodes = np.column_stack([np.arange(5) * 0.2, np.zeros(5), np.zeros(5)])
     yarn = single_yarn(nodes)
-    blocks = blocks_of(mass_at(yarn, flat(nodes, yarn.sliding), scalar))
+    blocks = blocks_of(mass_at(yarn, flat(nodes, yarn.sliding)))
     slides = np.array([1.0, 0.0, 0.0, 1.0, 0.0])  # nodes move along a yarn that rests
     # the least inertia of sliding is 1e-3 of the mass of a node: relative errors of 1e3 roundings
     expected = SLIDING_INERTIA * YARN.density * 0.8
-    assert (slides @ blocks @ slides).sum() == pytest.approx(expected, rel=tolerance)
+    assert (slides @ blocks @ slides).sum() == pytest.approx(expected, rel=1e-11)
 
 
 def test_nodes_that_merge_and_nodes_without_yarn_have_finite_blocks():
@@ -97,3 +90,39 @@ def test_nodes_that_merge_and_nodes_without_yarn_have_finite_blocks():
     assert not blocks_of(weightless).any()
     merged = mass_at(fabric, flat(0 * fabric.position, 0 * fabric.sliding))
     assert np.isfinite(blocks_of(merged)).all()
+
+
+PULL = (30.0, -900.0, 200.0)
+
+
+def weight_of(fabric, **changes):
+    return YarnGravity(fabric.elements(**changes), wp.float64, CPU, PULL)
+
+
+def test_forces_are_derivatives_and_products_leave_the_coupling_out():
+    fabric = plain_weave(3, 3)
+    term, state = weight_of(fabric), disturbed(fabric)
+    slope = differences(lambda values: energy_at(term, values), state, 0.1)
+    # the energy is bilinear: differences are exact but for rounding
+    np.testing.assert_allclose(force_at(term, state), -slope, rtol=0, atol=1e-12 * np.abs(slope).max())
+    assert not hessian_at(term, state).any()
+
+
+def test_the_whole_weight_is_that_of_the_yarn():
+    fabric = plain_weave(4, 3)
+    state = disturbed(fabric)
+    sliding = split(state)[1]
+    u, v = sliding[:, 0].reshape(3, 4), sliding[:, 1].reshape(3, 4)
+    mass = YARN.density * ((u[:, -1] - u[:, 0]).sum() + (v[-1] - v[0]).sum())
+    np.testing.assert_allclose(
+        split(force_at(weight_of(fabric), state))[0].sum(axis=0), mass * np.array(PULL), rtol=1e-12
+    )
+
+
+def test_yarn_over_a_crossing_runs_to_its_lower_side():
+    hanging = single_yarn(np.array([[0.0, -0.3, 0.0], [0.0, 0.0, 0.0], [0.0, -0.2, 0.0]]))
+    slide = split(force_at(YarnGravity(hanging.elements(), wp.float64, CPU), flat(hanging.position, hanging.sliding)))[
+        1
+    ]
+    # the coordinate of the node grows with the yarn on the side of node 0, which hangs lower by 0.05 cm in its middle
+    assert slide[1, 0] == pytest.approx(YARN.density * 981.0 * 0.05, rel=1e-12)

@@ -118,3 +118,10 @@ def triangle_springs(patch: Patch, region: Region, rest: float, stiffness: float
     kept = (weight * share) > 0.0
     k = (stiffness * weight * share)[kept]
     return Springs("vertices", pairs[kept], len(patch.vertices), k, (rest * length)[kept], scalar, CPU)
+
+
+def set_hessian_product(system: MixedSystem, direction: MixedVector, product: MixedVector) -> None:
+    """Set ``product`` to H d of the last ``linearize``."""
+    product.values.zero_()
+    for term in system.terms:
+        term.products(direction, product, system.launch)

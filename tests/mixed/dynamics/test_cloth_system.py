@@ -25,8 +25,7 @@ from stitchmesh.mixed.layout.weave import lay_weave
 from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
 from stitchmesh.mixed.triangles.seam_rod import SeamMaterial
-from tests.mixed.dynamics.scene import CPU
-from tests.mixed.hessian_product import set_hessian_product
+from tests.mixed.dynamics.scene import CPU, set_hessian_product
 from tests.mixed.patch import enriched_everywhere
 
 SIDE, ENDS = 3.0, 6.0
@@ -41,7 +40,6 @@ LAYOUT: Any = (CLOTH.triangles, len(CLOTH.vertices), YARNS.triangle, YARNS.baryc
 MIDDLE = np.flatnonzero(np.abs(CLOTH.vertices[CLOTH.triangles].mean(axis=1)[:, :2] - SIDE / 2).max(axis=1) < 0.5)
 REGIONS = {
     "middle": region_around(*LAYOUT, MIDDLE),
-    "one triangle": region_around(*LAYOUT, [0]),
     "everywhere": enriched_everywhere(*LAYOUT),
     "all yarns": region_around(*LAYOUT, np.arange(len(CLOTH.triangles))),
     "none": region_around(*LAYOUT, []),
@@ -76,7 +74,7 @@ def test_enriched_everywhere_equals_the_full_yarn_run():
         np.testing.assert_allclose(s, full_s, atol=1e-8 * step)
 
 
-@pytest.mark.parametrize("name", REGIONS)
+@pytest.mark.parametrize("name", ["middle", "all yarns", "none"])
 def test_masses_of_the_nodes_are_those_of_the_yarn_model_and_the_cloth_weighs_the_same(name):
     scene = built(REGIONS[name])
     scene.system.update_masses(scene.positions)
@@ -86,9 +84,8 @@ def test_masses_of_the_nodes_are_those_of_the_yarn_model_and_the_cloth_weighs_th
     assert scene.masses.total == pytest.approx(SHEET.density * SIDE**2, rel=4 / (SIDE * ENDS))
 
 
-@pytest.mark.parametrize("name", REGIONS)
-def test_a_cloth_in_free_fall_stays_as_it_is(name):
-    scene = built(REGIONS[name])
+def test_a_cloth_in_free_fall_stays_as_it_is():
+    scene = built(REGIONS["middle"])
     run = Dynamics(scene.system, scene.positions, replace(TIGHT, time_step=1e-3, velocity_tolerance=1e-6))
     start = scene.positions.numpy()
     for _ in range(3):
@@ -125,26 +122,22 @@ def test_a_rod_along_a_seam_goes_on_from_the_triangles_to_the_yarns():
     assert weights[2] < weights[1] < weights[0]
 
 
-@pytest.mark.parametrize("name", ["middle", "one triangle"])
-def test_a_turned_cloth_has_no_forces(name):
-    scene = built(REGIONS[name])
+def test_a_turned_cloth_has_no_forces():
     c, s = np.cos(0.8), np.sin(0.8)
     turn = np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]])
     turned = cloth_system(
-        CLOTH, YARNS, REGIONS[name], ClothModel(SHEET, FabricMaterials.of(YARN), acceleration=(0, 0, 0)),
+        CLOTH, YARNS, REGIONS["middle"], ClothModel(SHEET, FabricMaterials.of(YARN), acceleration=(0, 0, 0)),
         vertices=CLOTH.vertices @ turn.T + [1, 2, 3], device=CPU,
     )  # fmt: skip
     report = find_equilibrium(turned.system, turned.positions, EquilibriumSettings(force_tolerance=1e-5))
     # Rounding of the stretch of yarns: 1e4 dyn times 1e-15 over the length of a segment, and more for angles.
     assert (report.converged, report.iterations) == (True, 0)
-    assert scene.masses.total == pytest.approx(turned.masses.total, rel=1e-14)
 
 
-@pytest.mark.parametrize("name", ["middle", "one triangle", "all yarns", "none"])
-def test_inner_forces_have_no_sum_and_no_moment_and_do_the_work_of_the_energy(name):
+def test_inner_forces_have_no_sum_and_no_moment_and_do_the_work_of_the_energy():
     """Momentum and angular momentum of a free cloth are kept, whatever its shape."""
     model = ClothModel(SHEET, FabricMaterials.of(YARN), acceleration=(0.0, 0.0, 0.0))
-    scene = cloth_system(CLOTH, YARNS, REGIONS[name], model, device=CPU)
+    scene = cloth_system(CLOTH, YARNS, REGIONS["middle"], model, device=CPU)
     random, system, state = np.random.default_rng(21), scene.system, scene.positions
     moved, motion, force = state.like(), state.like(), state.like()
     for vector, size in ((moved, 0.02), (motion, 1e-6)):
@@ -165,9 +158,9 @@ def test_inner_forces_have_no_sum_and_no_moment_and_do_the_work_of_the_energy(na
     assert energies[1] - energies[0] == pytest.approx(2.0 * work, rel=1e-4, abs=1e-9 * max(energies))
 
 
-@pytest.mark.parametrize("scalar", [wp.float32, wp.float64])
-def test_a_swinging_cloth_loses_energy_only(scalar):
-    scene = built(REGIONS["middle"], vertices=[0, 5], scalar=scalar)
+def test_a_swinging_cloth_loses_energy_only():
+    """In single precision, with all terms and the whole solver."""
+    scene = built(REGIONS["middle"], vertices=[0, 5], scalar=wp.float32)
     settings = DynamicsSettings(time_step=1e-3, velocity_tolerance=1e-2)
     run = Dynamics(scene.system, scene.positions, settings)
     energy = sum(run.energies().values())
@@ -221,16 +214,3 @@ def test_the_blocks_of_the_metric_are_those_of_the_products(kind):
             weight = 981.0 * YARN.density
             np.testing.assert_allclose(pull[node], columns[node][axis], atol=rounding + weight)
     assert np.isfinite(of_sliding).all()
-
-
-def test_a_hanging_cloth_comes_to_rest():
-    scene = built(REGIONS["middle"], vertices=[0, 5])
-    report = find_equilibrium(
-        scene.system, scene.positions, EquilibriumSettings(force_tolerance=1.0, most_iterations=150)
-    )
-    assert report.converged
-    v, p, _ = scene.positions.numpy()
-    unknown = scene.region.unknown_vertices
-    # Rounding of the longest pseudo time steps, whose metric has the smallest masses.
-    assert np.abs(scene.system.embedding.constraint(v, p)).max() < 1e-6
-    assert v[unknown][:, 2].min() > -2 * SIDE

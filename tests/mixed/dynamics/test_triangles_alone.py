@@ -19,7 +19,7 @@ from tests.mixed.dynamics.test_cloth_system import CLOTH, FALLING, REGIONS, SHEE
 from tests.mixed.triangles.derivatives import FloatArray, forces_of, hessian_of
 
 HELD = [0, 5]
-STEPS = 4
+STEPS = 2
 
 
 def lumped_masses() -> FloatArray:

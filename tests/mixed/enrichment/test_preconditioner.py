@@ -69,8 +69,9 @@ def dense_system(embedding: Embedding, mass: tuple) -> tuple[np.ndarray, np.ndar
     return s, full
 
 
-@pytest.mark.parametrize("name", REGIONS)
-@pytest.mark.parametrize("ratio", [1e-3, 1.0, 1e3, 1e6])
+@pytest.mark.parametrize(
+    ("name", "ratio"), [("square", 1e-3), ("square", 1e6), ("one triangle", 1e3), ("everywhere", 1e3)]
+)
 def test_p_times_its_inverse_is_the_identity(name, ratio):
     region = REGIONS[name]
     mass, force = masses(region, ratio), forces_on(region, wp.float64)
@@ -94,33 +95,16 @@ def test_p_times_its_inverse_is_the_identity(name, ratio):
     assert not sliding[~slides].any()
 
 
-def test_the_dense_inverse_of_p_gives_the_same_motion():
-    region, ratio = REGIONS["square"], 1e3
-    mass, force = masses(region, ratio), forces_on(region, wp.float64)
-    f_v, f_p, _ = force.numpy()
-    f_v[~region.unknown_vertices] = 0.0
-    embedding, motion = solved(region, FreeUnknowns.of(region), mass, force)
-    basis, hybrid = embedding.basis.toarray(), embedding.nodes
-    s, m = dense_system(embedding, mass)
-    r = s @ np.concatenate([f_v + basis.T @ f_p[hybrid], f_p[hybrid]])
-    z = np.linalg.solve(s @ m + np.eye(len(s)) - s, r)
-    v, nodes, _ = motion.numpy()
-    # Rounding times the condition number of P, about the ratio of masses.
-    np.testing.assert_allclose(v, z[: len(v)], atol=1e-12 * ratio * np.abs(v).max())
-    expected = basis @ z[: len(v)] + z[len(v) :]
-    np.testing.assert_allclose(nodes[hybrid], expected, atol=1e-12 * ratio * np.abs(nodes).max())
-
-
-@pytest.mark.parametrize("scalar", [wp.float32, wp.float64])
-def test_the_result_is_symmetric_and_satisfies_the_constraint_and_the_rest_of_the_force_is_mass_times_motion(scalar):
+def test_the_result_is_symmetric_and_satisfies_the_constraint_and_the_rest_of_the_force_is_mass_times_motion():
+    """In single precision."""
     region = REGIONS["square"]
     mass = masses(region, 1e2)
-    first, second = forces_on(region, scalar), forces_on(region, scalar)
+    first, second = forces_on(region, wp.float32), forces_on(region, wp.float32)
     second.values.assign(second.values.numpy()[::-1].copy())
     given = [first.copy(), second.copy()]
     embedding, one = solved(region, FreeUnknowns.of(region), mass, first)
     _, two = solved(region, FreeUnknowns.of(region), mass, second)
-    rounding = 1e-5 if scalar is wp.float32 else 1e-13  # sums of some 100 numbers
+    rounding = 1e-5  # sums of some 100 numbers
     v, nodes, _ = one.numpy()
     assert np.abs(embedding.constraint(v, nodes)).max() < 30 * rounding * np.abs(nodes).max()
     left, right = (a.values.numpy().astype(float) @ b.values.numpy() for a, b in ((two, given[0]), (one, given[1])))
@@ -205,40 +189,38 @@ def test_the_result_in_a_metric_of_blocks_minimizes_the_work_under_the_constrain
     assert np.abs(embedding.constraint(v, p)).max() < 1e-11 * np.abs(p).max()  # rounding times the ratio of masses
 
 
-@pytest.mark.parametrize("scalar", [wp.float32, wp.float64])
-def test_the_projection_in_a_metric_of_blocks_is_idempotent(scalar):
+def test_the_projection_in_a_metric_of_blocks_is_idempotent():
     region = REGIONS["everywhere"]
-    mass, blocks = random_blocks(region, scalar)
+    mass, blocks = random_blocks(region, wp.float64)
     free = FreeUnknowns.of(region, fixed_vertices=[0, 1], fixed_nodes=[7])
-    preconditioner = Preconditioner(embed(region), free, mass, scalar, CPU, by_masses=False)
+    preconditioner = Preconditioner(embed(region), free, mass, wp.float64, CPU, by_masses=False)
     preconditioner.set_metric(blocks)
-    motion = forces_on(region, scalar)
+    motion = forces_on(region, wp.float64)
     preconditioner.project_launches(motion, RUN)
     once = motion.values.numpy().copy()
     preconditioner.project_launches(motion, RUN)
-    rounding = 1e-4 if scalar is wp.float32 else 1e-12  # times the condition number of Sigma, some 1,000
-    np.testing.assert_allclose(motion.values.numpy(), once, atol=rounding * np.abs(once).max())
+    # rounding times the condition number of Sigma, some 1,000
+    np.testing.assert_allclose(motion.values.numpy(), once, atol=1e-12 * np.abs(once).max())
 
 
-@pytest.mark.parametrize("scalar", [wp.float32, wp.float64])
-def test_positions_and_eulerian_coordinates_of_free_nodes_are_solved_together(scalar):
+def test_positions_and_eulerian_coordinates_of_free_nodes_are_solved_together():
     region = region_around(*PATCH.layout, np.arange(50))
     vertices, yarns = masses(region, 1.0)
     random = np.random.default_rng(13)
     along = random.normal(size=(2, len(yarns), 3))
-    blocks = blocks_of(vertices, 2 * yarns, scalar)
+    blocks = blocks_of(vertices, 2 * yarns, wp.float64)
     sliding = yarns[:, None] * (along**2).sum(axis=2).T * 1.01
     blocks.sliding.assign(sliding[:, :, None] * np.eye(2))
     for array, w in ((blocks.coupling_u, along[0]), (blocks.coupling_v, along[1])):
         array.assign(-w * yarns[:, None])
     free = FreeUnknowns.of(region)
-    preconditioner = Preconditioner(embed(region), free, (vertices, yarns), scalar, CPU, by_masses=False)
+    preconditioner = Preconditioner(embed(region), free, (vertices, yarns), wp.float64, CPU, by_masses=False)
     preconditioner.set_metric(blocks)
-    force = forces_on(region, scalar)
+    force = forces_on(region, wp.float64)
     (_, f_p, f_s), motion = force.numpy(), force.like()
     preconditioner.launches(force, motion, RUN)
     _, p, s = motion.numpy()
-    rounding = 1e-3 if scalar is wp.float32 else 1e-11  # times the condition number of a block, at most some 1,000
+    rounding = 1e-11  # times the condition number of a block, at most some 1,000
     by_yarn = -np.einsum("kni,nk->ni", along, s * yarns[:, None])
     np.testing.assert_allclose(2 * yarns[:, None] * p + by_yarn, f_p, atol=rounding)
     np.testing.assert_allclose(sliding * s - np.einsum("kni,ni->nk", along, p) * yarns[:, None], f_s, atol=rounding)

@@ -51,8 +51,7 @@ def test_a_flat_piece_has_the_yarns_of_a_chart_of_the_same_size():
     np.testing.assert_array_equal(yarns.stitch_left, chart.stitch_left)
 
 
-@pytest.mark.parametrize("name", ["hat", *at_night("sweater", "sock")])
-@pytest.mark.parametrize("divisions", [1, 3])
+@pytest.mark.parametrize(("name", "divisions"), [("hat", 2), *at_night(("sweater", 1), ("sock", 3))])
 def test_garments(name, divisions):
     fabric = garment(name)
     cloth = cloth_from_stitches(fabric, **SIZE)
@@ -99,10 +98,8 @@ def test_a_slipped_loop_is_worked_by_the_row_above():
     assert step[np.diff(yarns.passage_yarn) == 0].max() > 1.2  # the loop of the row below is one course longer
 
 
-@pytest.mark.parametrize("name", ["hat", "sock"])
-@pytest.mark.parametrize("k", [2, 3])
-def test_division_keeps_the_surface_and_the_loops(name, k):
-    fabric = garment(name)
+def test_division_keeps_the_surface_and_the_loops():
+    k, fabric = 3, garment("sock")
     divided = divide_stitches(fabric, k)
     small = divided.fabric
     np.testing.assert_array_equal(np.bincount(divided.parent), k * k)
@@ -115,11 +112,6 @@ def test_division_keeps_the_surface_and_the_loops(name, k):
     across = np.count_nonzero(fabric.n_top > fabric.n_bottom), np.count_nonzero(fabric.n_top < fabric.n_bottom)
     assert tops[0] == k * (k * fabric.face_count + across[0]) and tops[1] == fabric.face_count + across[0]
     assert across[1] > 0
-
-
-def test_a_division_in_one_part_is_the_fabric():
-    fabric = garment("hat")
-    assert divide_stitches(fabric, 1).fabric is fabric
 
 
 def test_what_is_refused():

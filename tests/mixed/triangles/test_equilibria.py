@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
 import warp as wp
@@ -12,19 +14,52 @@ from scipy.linalg import eigh
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.dynamics.mass_matrix import BlendedMasses, MassMatrix
 from stitchmesh.mixed.dynamics.weight import Weight
+from stitchmesh.mixed.term import MixedTerm
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
 from stitchmesh.mixed.triangles.membrane import Membrane
 from stitchmesh.mixed.triangles.shell_bending import ShellBending
-from tests.mixed.triangles.derivatives import CPU, hessian_of
-from tests.mixed.triangles.equilibrium import equilibrium
+from tests.mixed.triangles.derivatives import CPU, energy_of, forces_of, hessian_of
 from tests.mixed.triangles.flat_cloths import FloatArray, rectangle
-from tests.nightly import at_night
 
 STRIP = ClothMaterial.isotropic("strip", 2e4, 0.0, 1.0, 0.02)
 """Stiff against stretch, but not so stiff that triangles across the rulings of a bend, which cannot follow it without
 strains of (curvature times edge)^2 / 8, resist it by their stretch."""
 TAUT = ClothMaterial.isotropic("taut", 2e6, 0.0, 1.0, 0.02)
 GRAVITY = (0.0, 0.0, -981.0)
+
+
+def equilibrium(terms: Sequence[MixedTerm], vertices: FloatArray, free: np.ndarray, steps: int = 100) -> FloatArray:
+    """The vertices at rest.
+
+    Args:
+        terms: energies in double precision.
+        vertices: start, shape (V, 3).
+        free: whether each coordinate may move, shape (V, 3).
+        steps: largest number of Newton steps.
+    """
+    index, part = np.flatnonzero(free.ravel()), 0.0
+    for _step in range(steps):
+        force = sum(forces_of(term, vertices) for term in terms).ravel()[index]
+        size = max(float(np.abs(forces_of(term, vertices)).max()) for term in terms)
+        if np.abs(force).max() < 1e-9 * size:
+            return vertices
+        matrix = sum(hessian_of(term, vertices, part) for term in terms)[np.ix_(index, index)]
+        move = np.zeros(vertices.size)
+        move[index] = np.linalg.solve(matrix + 1e-12 * np.abs(matrix).max() * np.eye(len(index)), force)
+        if move[index] @ force <= 0.0:
+            part = 0.0
+            continue
+        vertices, length = _lowered(terms, vertices, move.reshape(-1, 3))
+        part = 1.0 if length == 1.0 else 0.0
+    raise AssertionError(f"no equilibrium in {steps} steps: the largest force is {np.abs(force).max():g}")
+
+
+def _lowered(terms: Sequence[MixedTerm], vertices: FloatArray, move: FloatArray) -> tuple[FloatArray, float]:
+    """The vertices moved by the largest halved step that lowers the energy, and the part of the step."""
+    before, length = sum(energy_of(term, vertices) for term in terms), 1.0
+    while length > 1e-6 and sum(energy_of(term, vertices + length * move) for term in terms) > before:
+        length /= 2.0
+    return vertices + length * move, length
 
 
 def terms_of(cloth: Cloth, material: ClothMaterial, density: float, *, bends: bool) -> list:
@@ -35,11 +70,11 @@ def terms_of(cloth: Cloth, material: ClothMaterial, density: float, *, bends: bo
     return [*terms, ShellBending(cloth, material, wp.float64, CPU)] if bends else terms
 
 
-@pytest.mark.parametrize(("ratio", "sag"), [(1.5, 0.502633), *at_night((1.1, 0.200301))])
-def test_a_limp_strip_hangs_as_a_catenary(ratio, sag):
-    """Sag over span of a strip whose length is a multiple of the span."""
+def test_a_limp_strip_hangs_as_a_catenary():
+    """Sag over span of a strip that is half as long again as the span."""
+    ratio, sag = 1.5, 0.502633
     errors = []
-    for columns in (8, 16):
+    for columns in (6, 12):
         cloth = rectangle("diagonals", columns, 1, ratio, 0.1)
         x = cloth.vertices[:, 0] / ratio
         start = np.column_stack([x, cloth.vertices[:, 1], -4.0 * sag * x * (1.0 - x)])
@@ -48,18 +83,15 @@ def test_a_limp_strip_hangs_as_a_catenary(ratio, sag):
         rest = equilibrium(terms_of(cloth, TAUT, 0.02, bends=False), start, free)
         errors.append(-rest[:, 2].min() / sag - 1.0)
     # the sag of a polygon differs by the square of the length of its edges
-    assert 0.0 < errors[1] < 3e-3 and 3.7 < errors[0] / errors[1] < 4.5
+    assert 0.0 < errors[1] < 6e-3 and 3.7 < errors[0] / errors[1] < 4.5
 
 
-@pytest.mark.parametrize(
-    ("kind", "load", "drop"),
-    [("irregular", 4.0, 0.425159), *at_night(("diagonals", 1.0, 0.123471), ("alternating", 8.0, 0.640631))],
-)
-def test_a_heavy_cantilever(kind, load, drop):
-    """Drop of the end over length for G = w L^3 / B, with the weight w per area and the rigidity B of a strip."""
-    columns = 12
+@pytest.mark.nightly
+def test_a_heavy_cantilever():
+    """Drop of the end over length for w L^3 / B = 4, with the weight w per area and the rigidity B of a strip."""
+    columns, load, drop = 12, 4.0, 0.425159
     edge = 1.0 / (columns - 0.5)
-    cloth = rectangle(kind, columns, 2, columns * edge, 2.0 * edge)
+    cloth = rectangle("irregular", columns, 2, columns * edge, 2.0 * edge)
     x = cloth.vertices[:, 0] - 0.5 * edge  # the strip is clamped half-way between two columns that are held
     free = np.ones(cloth.vertices.shape, dtype=bool)
     held = np.argsort(x, kind="stable")[:6]
@@ -69,13 +101,12 @@ def test_a_heavy_cantilever(kind, load, drop):
     density = load * STRIP.bending_course / 981.0
     rest = equilibrium(terms_of(cloth, STRIP, density, bends=True), start, free)
     # errors of the square of an edge, 1 / 130; irregular triangles are held along an uneven line too
-    assert -rest[x > 1.0 - 1e-9, 2].mean() == pytest.approx(drop, rel=0.03 if kind == "irregular" else 0.01)
+    assert -rest[x > 1.0 - 1e-9, 2].mean() == pytest.approx(drop, rel=0.03)
 
 
-@pytest.mark.parametrize("kind", ["diagonals", "alternating", "irregular"])
-def test_the_load_under_which_a_strip_buckles(kind):
+def test_the_load_under_which_a_strip_buckles():
     """Euler: pi^2 B / L^2 per width between pinned ends."""
-    cloth = rectangle(kind, 24, 2, 1.0, 0.1)
+    cloth = rectangle("irregular", 24, 2, 1.0, 0.1)
     free = (cloth.vertices[:, 0] > 1e-9) & (cloth.vertices[:, 0] < 1.0 - 1e-9)
     bending = heights_of(hessian_of(ShellBending(cloth, STRIP, wp.float64, CPU), cloth.vertices), free)
     strain = 1e-6

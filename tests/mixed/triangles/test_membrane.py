@@ -37,7 +37,6 @@ STIFFENING = ClothMaterial(
 )
 COUPLING = ((-0.3, -40.0), (0.0, 0.0), (0.1, 20.0), (0.5, 300.0))
 COUPLED = replace(STIFFENING, name="coupled", coupling_table=COUPLING)
-MATERIALS = [ISOTROPIC, KNIT, STIFFENING, COUPLED]
 
 
 def membrane(cloth, material: ClothMaterial, scalar: type = wp.float64, weight=None) -> Membrane:
@@ -61,12 +60,11 @@ def tension_of_free_strip(material: ClothMaterial, stretch: float, angle: float)
     return -forces(lateral)[1:3, 0].sum(), lateral
 
 
-@pytest.mark.parametrize(("stretch", "tension", "lateral"), [(1.1, 0.1155, 0.967988), (1.2, 0.264, 0.931665)])
-def test_plane_stress_of_an_isotropic_strip(stretch, tension, lateral):
+def test_plane_stress_of_an_isotropic_strip():
     """P = Y lambda (lambda^2 - 1) / 2, and the sides contract to (1 - nu (lambda^2 - 1))^(1/2)."""
-    found = tension_of_free_strip(ISOTROPIC, stretch, 0.7)  # whatever the axes of the panel
-    assert found[0] / 1000.0 == pytest.approx(tension, rel=1e-12)
-    assert found[1] == pytest.approx(lateral, abs=5e-7)  # the digits of the closed form that are given
+    found = tension_of_free_strip(ISOTROPIC, 1.2, 0.7)  # whatever the axes of the panel
+    assert found[0] / 1000.0 == pytest.approx(0.264, rel=1e-12)
+    assert found[1] == pytest.approx((1.0 - 0.3 * 0.44) ** 0.5, rel=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -86,48 +84,37 @@ def test_pure_shear_strain_costs_half_the_shear_modulus_times_its_square():
 
 
 @pytest.mark.parametrize("material", [STIFFENING, COUPLED], ids=lambda material: material.name)
-@pytest.mark.parametrize(("strain", "tension"), [point for point in TABLE if point[0] != 0.0])
-def test_a_strip_of_constant_width_has_the_tensions_of_its_table(strain, tension, material):
+def test_a_strip_of_constant_width_has_the_tensions_of_its_table(material):
     cloth = rectangle("diagonals", 2, 2)
-    force = forces_of(membrane(cloth, material), cloth.vertices * [1.0 + strain, 1.0, 1.0])
-    assert -force[cloth.vertices[:, 0] == 1.0, 0].sum() == pytest.approx(tension, rel=1e-12)
+    for strain, tension in TABLE:
+        force = forces_of(membrane(cloth, material), cloth.vertices * [1.0 + strain, 1.0, 1.0])
+        found = -force[cloth.vertices[:, 0] == 1.0, 0].sum()
+        assert found == pytest.approx(tension, rel=1e-12, abs=1e-12)
 
 
-@pytest.mark.parametrize("scale", [[1.0, 0.0], [0.0, 1.0], [0.5, 0.5]])
-@pytest.mark.parametrize(("strain", "stress"), COUPLING)
-def test_the_coupling_adds_the_stress_of_its_table_along_both_axes(strain, stress, scale):
+@pytest.mark.parametrize("axis", [0, 1])
+def test_the_coupling_adds_the_stress_of_its_table_across_the_axis_that_is_stretched(axis):
     cloth = rectangle("diagonals", 2, 2)
-    stretch = np.sqrt(1.0 + 2.0 * strain * np.array(scale))
-    force = forces_of(membrane(cloth, COUPLED), cloth.vertices * [*stretch, 1.0])
-    alone = forces_of(
-        membrane(cloth, replace(COUPLED, coupling_table=(), poisson=0.0)), cloth.vertices * [*stretch, 1.0]
-    )
-    for axis, part in enumerate(scale):
-        if part == 0.0:  # the axis whose length stays
-            side = cloth.vertices[:, axis] == 1.0
-            assert -(force - alone)[side, axis].sum() == pytest.approx(stress, rel=1e-10, abs=1e-10)
+    side = cloth.vertices[:, 1 - axis] == 1.0
+    uncoupled = replace(COUPLED, coupling_table=(), poisson=0.0)
+    for strain, stress in COUPLING:
+        stretched = cloth.vertices.copy()
+        stretched[:, axis] *= np.sqrt(1.0 + 2.0 * strain)
+        force, alone = (forces_of(membrane(cloth, one), stretched) for one in (COUPLED, uncoupled))
+        assert -(force - alone)[side, 1 - axis].sum() == pytest.approx(stress, rel=1e-10, abs=1e-10)
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
-@pytest.mark.parametrize(("strain", "stress"), JAMMING)
-def test_yarns_that_turn_towards_each_other_have_the_stress_of_their_table(strain, stress, sign):
+def test_yarns_that_turn_towards_each_other_have_the_stress_of_their_table(sign):
     """Along the sides y = 0 and y = 1 of a square whose sides keep their lengths, the stress pulls along x."""
     cloth = rectangle("diagonals", 2, 2)
-    sheared = cloth.vertices @ [[1.0, 0.0, 0.0], [sign * strain, (1.0 - strain**2) ** 0.5, 0.0], [0.0, 0.0, 1.0]]
-    force = forces_of(membrane(cloth, STIFFENING), sheared)[cloth.vertices[:, 1] == 1.0].sum(axis=0)
-    np.testing.assert_allclose(force, [-sign * stress, 0.0, 0.0], atol=1e-10)  # rounding of 3000
+    for strain, stress in JAMMING:
+        sheared = cloth.vertices @ [[1.0, 0.0, 0.0], [sign * strain, (1.0 - strain**2) ** 0.5, 0.0], [0.0, 0.0, 1.0]]
+        force = forces_of(membrane(cloth, STIFFENING), sheared)[cloth.vertices[:, 1] == 1.0].sum(axis=0)
+        np.testing.assert_allclose(force, [-sign * stress, 0.0, 0.0], atol=1e-10)  # rounding of 3000
 
 
-def test_uniform_strain_gives_the_same_energy_on_every_mesh():
-    change = np.array([[1.1, 0.05, 0.0], [-0.1, 0.9, 0.02], [0.0, 0.0, 1.0]])
-    energies = [
-        energy_of(membrane(cloth, KNIT), cloth.vertices @ change)
-        for cloth in (rectangle(kind, 5, 5) for kind in ("diagonals", "alternating", "irregular"))
-    ]
-    np.testing.assert_allclose(energies, energies[0], rtol=1e-12)  # rounding of some fifty triangles
-
-
-@pytest.mark.parametrize("material", MATERIALS, ids=lambda material: material.name)
+@pytest.mark.parametrize("material", [KNIT, COUPLED], ids=lambda material: material.name)
 def test_derivatives(material):
     cloth = rectangle("irregular", 5, 4)
     term, vertices = membrane(cloth, material), moved(cloth)
@@ -140,20 +127,19 @@ def test_derivatives(material):
         np.testing.assert_allclose(blocks_of(term, vertices, part), diagonal_of(matrix), atol=1e-9)
 
 
-@pytest.mark.parametrize("material", [KNIT, COUPLED], ids=lambda material: material.name)
-def test_shares_along_course_and_wale(material):
+def test_shares_along_course_and_wale():
     """They scale the energies along their axes, the smaller one that of both axes; derivatives follow."""
     cloth = rectangle("irregular", 4, 3)
     count, vertices = len(cloth.triangles), moved(cloth)
     shares = np.random.default_rng(6).uniform(0.2, 2.0, (count, 2))
-    term = Membrane(cloth, material, wp.float64, CPU, shares=shares)
+    term = Membrane(cloth, COUPLED, wp.float64, CPU, shares=shares)
     assert_forces_are_minus_the_gradient(term, vertices)
     assert_products_are_differences_of_forces(term, vertices)
     assert np.linalg.eigvalsh(hessian_of(term, cloth.vertices))[0] > -1e-9  # rounding of stiffnesses of 3,000 dyn/cm
     stretched = cloth.vertices * [1.1, 1.0, 1.0]
-    alone = [energy_of(membrane(cloth, material, weight=np.arange(count) == t), stretched) for t in range(count)]
+    alone = [energy_of(membrane(cloth, COUPLED, weight=np.arange(count) == t), stretched) for t in range(count)]
     wider = np.column_stack([shares[:, 0], shares[:, 0]])
-    found = energy_of(Membrane(cloth, material, wp.float64, CPU, shares=wider), stretched)
+    found = energy_of(Membrane(cloth, COUPLED, wp.float64, CPU, shares=wider), stretched)
     assert found == pytest.approx(shares[:, 0] @ alone, rel=1e-12)  # rounding of sums
 
 
@@ -179,13 +165,6 @@ def test_a_rigid_motion_costs_nothing():
     assert np.abs(forces_of(term, vertices)).max() < 3000.0 * 1e-13
 
 
-def test_blending_weights_scale_the_energy_of_each_triangle():
-    cloth = rectangle("diagonals", 3, 3)
-    vertices, weight = moved(cloth), np.linspace(0.0, 1.0, 18)
-    alone = [energy_of(membrane(cloth, KNIT, weight=np.arange(18) == t), vertices) for t in range(18)]
-    assert energy_of(membrane(cloth, KNIT, weight=weight), vertices) == pytest.approx(weight @ alone, rel=1e-12)
-
-
 def test_each_panel_has_its_own_material():
     cloth = rectangle("diagonals", 2, 1)
     cloth = replace(cloth, panel=np.array([0, 0, 1, 1]), panel_names=("left", "right"))
@@ -208,14 +187,13 @@ def test_single_precision_agrees_with_double_precision():
     assert energy_of(single, vertices, wp.float32) == pytest.approx(energy_of(double, vertices), rel=1e-4)
 
 
-@pytest.mark.parametrize("scalar", [wp.float32, wp.float64])
-@pytest.mark.parametrize("scale", [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (1.0, -1.0, 1.0), (1e4, 1e4, 1.0)])
-def test_collapsed_inverted_and_huge_triangles_stay_finite(scalar, scale):
+def test_collapsed_inverted_and_huge_triangles_stay_finite():
+    """In single precision, which overflows first."""
     cloth = flat_cloth([[0, 0], [1, 0], [0.5, 1e-4], [0.2, 1.0]], [[0, 1, 2], [0, 2, 3]])  # a sliver and a triangle
-    term = membrane(cloth, KNIT, scalar)
-    vertices = cloth.vertices * scale
-    assert np.isfinite(energy_of(term, vertices, scalar))
-    assert np.isfinite(forces_of(term, vertices, scalar)).all()
+    term = membrane(cloth, KNIT, wp.float32)
+    for scale in ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (1.0, -1.0, 1.0), (1e4, 1e4, 1.0)):
+        assert np.isfinite(energy_of(term, cloth.vertices * scale, wp.float32)), scale
+        assert np.isfinite(forces_of(term, cloth.vertices * scale, wp.float32)).all(), scale
 
 
 @pytest.mark.parametrize(

@@ -30,8 +30,8 @@ STRETCHY, BENDY = SeamMaterial(500.0, 0.0), SeamMaterial(0.0, 3.0)
 BOTH = SeamMaterial(500.0, 3.0, density=0.002)
 
 
-def rod(cloth: Cloth, material: SeamMaterial = BOTH, scalar: type = wp.float64, weight=None) -> SeamRod:
-    return SeamRod(cloth, material, scalar, CPU, weight)
+def rod(cloth: Cloth, material: SeamMaterial = BOTH, weight=None) -> SeamRod:
+    return SeamRod(cloth, material, wp.float64, CPU, weight)
 
 
 def straight_seam() -> Cloth:
@@ -112,7 +112,7 @@ def test_derivatives(make):
     assert np.linalg.eigvalsh(least)[0] > -1e-12 * scale
 
 
-@pytest.mark.parametrize("turning", [1e-9, 1e-5, 0.0999, 0.1001, 2.0])
+@pytest.mark.parametrize("turning", [1e-9, 0.0999, 0.1001, 2.0])
 def test_small_and_large_angles_join_smoothly(turning):
     """Forces of one angle are B angle over the mean length and over each length, for all angles."""
     cloth = rectangle("diagonals", 2, 2)
@@ -147,26 +147,17 @@ def test_the_rest_length_is_the_mean_of_both_panels():
     np.testing.assert_allclose(rest_lengths(puckered), 1.1 / COUNT)
 
 
-def test_single_precision_agrees_with_double_precision():
-    cloth = straight_seam()
-    vertices = moved(cloth) + np.array([5.0, 2.0, 1.0])
-    expected = forces_of(rod(cloth), vertices)
-    found = forces_of(rod(cloth, scalar=wp.float32), vertices, wp.float32)
-    # coordinates of 5 with 6e-8 over edges of 0.08, times the stiffness over strains of 0.3
-    np.testing.assert_allclose(found, expected, atol=1e-4 * np.abs(expected).max())
-
-
-@pytest.mark.parametrize("scalar", [wp.float32, wp.float64])
 @pytest.mark.parametrize("last", [[0.5, 0.0, 0.0], [0.5, 0.5, 0.0]])
-def test_folded_back_and_collapsed_rods_stay_finite(last, scalar):
+def test_folded_back_and_collapsed_rods_stay_finite(last):
     cloth = with_seam(rectangle("diagonals", 2, 2), [[1, 4], [4, 7]])
     vertices = cloth.vertices.copy()
     vertices[7] = last
+    term = rod(cloth)
+    assert np.isfinite(energy_of(term, vertices))
+    assert np.isfinite(forces_of(term, vertices)).all()
+    direction = np.random.default_rng(0).normal(size=vertices.shape)
     for part in (0.0, 1.0):
-        term = rod(cloth, scalar=scalar)
-        assert np.isfinite(energy_of(term, vertices, scalar)) and np.isfinite(forces_of(term, vertices, scalar)).all()
-        direction = np.random.default_rng(0).normal(size=vertices.shape)
-        assert np.isfinite(product_of(term, vertices, direction, part, scalar)).all()
+        assert np.isfinite(product_of(term, vertices, direction, part)).all()
 
 
 def test_a_cloth_without_seams_has_no_rods():

@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import cache
 
 import numpy as np
 import pytest
@@ -61,15 +60,16 @@ def inner_triangles(cloth: Cloth, rings: int = 1, outside: float = 1e-12) -> Flo
     return np.where(touched, outside, 1.0)
 
 
-@pytest.mark.parametrize("degrees", range(0, 180, 15))
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_cylinder_costs_the_same_on_every_mesh_in_every_direction(kind, degrees):
+def test_a_cylinder_costs_the_same_on_every_mesh_in_every_direction(kind):
     """Half the rigidity times the square of the curvature, per area of the triangles away from the border."""
     cloth = rectangle(kind, 10, 10)
     weight = inner_triangles(cloth)
-    energy = energy_of(bending(cloth, PLATE, weight=weight), rolled(cloth, 0.01, degrees))
-    # angles of 0.01 times edges of 0.1: their sines differ by 1e-7, softened shares by 1e-4 (``LEAST_SINGULAR``)
-    assert energy == pytest.approx(0.5 * 0.01**2 * (cloth.rest_area @ weight), rel=1e-4)
+    term = bending(cloth, PLATE, weight=weight)
+    for degrees in (0, 30, 45, 105):
+        energy = energy_of(term, rolled(cloth, 0.01, degrees))
+        # angles of 0.01 times edges of 0.1: their sines differ by 1e-7, softened shares by 1e-4 (``LEAST_SINGULAR``)
+        assert energy == pytest.approx(0.5 * 0.01**2 * (cloth.rest_area @ weight), rel=1e-4), degrees
 
 
 def test_a_tube_costs_the_same_across_its_seam():
@@ -93,10 +93,9 @@ def test_rolls_along_course_wale_and_between_have_the_rigidities_of_the_material
     assert energy == pytest.approx(0.5 * expected * 0.01**2 * (cloth.rest_area @ weight), rel=1e-4)
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_moments_curl_a_cloth_to_the_curvature_that_uses_them_up(kind):
+def test_moments_curl_a_cloth_to_the_curvature_that_uses_them_up():
     """Flat, the moments are those of the material; rolled up by the moments over the rigidities there is no energy."""
-    cloth, curvature = rectangle(kind, 10, 10), 0.01
+    cloth, curvature = rectangle("irregular", 10, 10), 0.01
     course, wale, _twist = KNIT.rigidities() @ [curvature, 0.0, 0.0]
     curled = replace(KNIT, moment_course=course, moment_wale=wale)
     weight = inner_triangles(cloth)
@@ -106,39 +105,6 @@ def test_moments_curl_a_cloth_to_the_curvature_that_uses_them_up(kind):
     assert flat == pytest.approx(0.5 * course * curvature * (cloth.rest_area @ weight), rel=1e-4)
     assert other == pytest.approx(4.0 * flat, rel=1e-4)
     assert rest < 1e-6 * flat
-
-
-def test_a_strong_roll_converges_quadratically():
-    """Refined meshes of one cylinder of a whole turn: the chord of an arc is shorter by its third power."""
-    errors = []
-    for count in (10, 20, 40):
-        cloth = rectangle("alternating", count, count)
-        weight = inner_triangles(cloth, rings=count // 10)
-        energy = energy_of(bending(cloth, PLATE, weight=weight), rolled(cloth, 2.0 * np.pi * 0.9, 30.0))
-        errors.append(abs(energy / (0.5 * (2.0 * np.pi * 0.9) ** 2 * (cloth.rest_area @ weight)) - 1.0))
-    assert errors[1] < errors[0] / 3.0 and errors[2] < errors[1] / 3.0  # 4 for a quadratic rate
-
-
-def test_hinges_alone_depend_on_the_direction():
-    """Why angles are coupled: the diagonal energy of discrete shells costs from 0.75 to 3 times D kappa^2 / 2."""
-    cloth = rectangle("diagonals", 12, 12)
-    edges = cloth.vertices[cloth.hinges[:, 1]] - cloth.vertices[cloth.hinges[:, 0]]
-    area = cloth.rest_area[cloth.hinge_sides // 3].sum(axis=1)
-    inner = ~np.isin(cloth.hinges, cloth.hinges[(cloth.hinges % 13 % 12 == 0) | (cloth.hinges // 13 % 12 == 0)]).any(1)
-    costs = []
-    for degrees in range(0, 180, 15):
-        angle = angles_of(cloth, rolled(cloth, 0.01, degrees))
-        energy = (0.5 * (edges**2).sum(axis=1) / area * angle**2)[inner].sum()
-        costs.append(energy / (0.5 * 0.01**2 * inner.sum() / 3.0 / 144.0))
-    assert min(costs) == pytest.approx(0.75, rel=0.01) and max(costs) == pytest.approx(3.0, rel=0.01)
-
-
-def angles_of(cloth: Cloth, vertices: FloatArray) -> FloatArray:
-    """Angles between the normals of the two triangles of each hinge, without sign."""
-    corners = vertices[cloth.triangles]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    first, second = (normals[cloth.hinge_sides[:, k] // 3] for k in (0, 1))
-    return np.arctan2(np.linalg.norm(np.cross(first, second), axis=1), (first * second).sum(axis=1))
 
 
 def test_panels_bend_as_one_cloth_across_their_seam():
@@ -160,16 +126,14 @@ def test_the_energy_is_smallest_at_the_rest_angle(lift, sign):
     cloth = flat_cloth([[0, 0], [1, 0], [0.5, 1], [0.5, -1]], [[0, 1, 2], [1, 0, 3]])
     vertices = cloth.vertices.copy()
     vertices[2:, 2] = lift
-    angle = angles_of(cloth, vertices)
-    term = bending(with_seam(cloth, [[0, 1]], float(sign * angle[0])))
+    term = bending(with_seam(cloth, [[0, 1]], sign * 2.0 * np.arctan(0.4)))
     assert energy_of(term, vertices) < 1e-28 and np.abs(forces_of(term, vertices)).max() < 1e-13  # rounding
     flat, mirrored = energy_of(term, cloth.vertices), energy_of(term, vertices * [1.0, 1.0, -1.0])
     assert flat > 0.1 and mirrored == pytest.approx(4.0 * flat, rel=1e-12)  # twice the deflection
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_derivatives(kind):
-    cloth = rectangle(kind, 4, 3)
+def test_derivatives():
+    cloth = rectangle("irregular", 4, 3)
     term, vertices = bending(cloth), moved(cloth)
     assert_forces_are_minus_the_gradient(term, vertices)
     assert_products_are_differences_of_forces(term, vertices)
@@ -202,7 +166,6 @@ def test_the_matrix_between_hinges_is_never_negative_and_only_flat_cloth_is_free
         assert eigenvalues[0] > 1e-3 * eigenvalues[-1]  # rows of a corner triangle with one hinge are the softest
 
 
-@cache
 def heights_matrix(kind: str, count: int) -> tuple[Cloth, FloatArray]:
     """Second derivatives of the energy by the heights of the vertices of a flat square, or of a disc."""
     cloth = disc(count, count / (count - 0.5)) if kind == "disc" else rectangle(kind, count, count)
@@ -217,12 +180,11 @@ def deflection(cloth: Cloth, matrix: FloatArray, free: np.ndarray) -> float:
     return float(np.abs(np.linalg.solve(matrix[np.ix_(free, free)], load[free])).max())
 
 
-@pytest.mark.parametrize("kind", ["diagonals", "alternating", "irregular"])
-def test_a_simply_supported_square_plate(kind):
+def test_a_simply_supported_square_plate():
     """0.00406235 q a^4 / D in the middle. Between supported sides the Poisson ratio has no effect."""
     errors = []
     for count in (8, 16):
-        cloth, matrix = heights_matrix(kind, count)
+        cloth, matrix = heights_matrix("irregular", count)
         free = ((cloth.vertices[:, :2] > 1e-9) & (cloth.vertices[:, :2] < 1.0 - 1e-9)).all(axis=1)
         errors.append(abs(deflection(cloth, matrix, free) / 0.00406235 - 1.0))
     # the Morley element has errors of h^2 in the heights, so that a refinement divides them by 4
@@ -232,7 +194,7 @@ def test_a_simply_supported_square_plate(kind):
 def test_a_clamped_disc():
     """q a^4 / 64 D in the middle; the edge lies half-way between two rings of vertices that are held."""
     errors = []
-    for count in (6, 12):
+    for count in (5, 10):
         cloth, matrix = heights_matrix("disc", count)
         free = np.linalg.norm(cloth.vertices, axis=1) < (count - 1.25) / (count - 0.5)
         errors.append(abs(deflection(cloth, matrix, free) * 64.0 - 1.0))
@@ -249,10 +211,9 @@ def test_the_energy_is_linear_in_the_blending_weights():
     assert energy_of(bending(cloth, weight=np.zeros(count)), vertices) == 0.0
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_triangles_without_weight_are_not_read_and_the_cloth_goes_on_behind_them(kind):
+def test_triangles_without_weight_are_not_read_and_the_cloth_goes_on_behind_them():
     """Where yarns alone carry the cloth, the vertices of the triangles are not unknowns and have no definite place."""
-    cloth = rectangle(kind, 10, 10)
+    cloth = rectangle("irregular", 10, 10)
     weight = inner_triangles(cloth, outside=0.0)
     vertices = rolled(cloth, 0.01, 30.0)
     unread = ~np.isin(np.arange(len(vertices)), cloth.triangles[weight > 0.0])
@@ -264,14 +225,6 @@ def test_triangles_without_weight_are_not_read_and_the_cloth_goes_on_behind_them
     assert not product_of(term, vertices, vertices)[unread].any()
 
 
-def test_slopes_at_the_end_of_the_triangles_are_exact_on_regular_meshes():
-    cloth = rectangle("diagonals", 10, 10)
-    weight = inner_triangles(cloth, outside=0.0)
-    energy = energy_of(bending(cloth, PLATE, weight=weight), rolled(cloth, 0.01, 60.0))
-    # softened by 1e-4 of the sum of squares of the angles (``LEAST_SINGULAR``)
-    assert energy == pytest.approx(0.5 * 0.01**2 * (cloth.rest_area @ weight), rel=5e-4)
-
-
 def test_single_precision_agrees_with_double_precision():
     cloth = rectangle("irregular", 6, 6)
     vertices = moved(cloth) @ rotation() + [5.0, 2.0, 1.0]
@@ -281,7 +234,6 @@ def test_single_precision_agrees_with_double_precision():
     np.testing.assert_allclose(found, expected, atol=1e-4 * np.abs(expected).max())
 
 
-@pytest.mark.parametrize("scalar", [wp.float32, wp.float64])
 @pytest.mark.parametrize(
     "corners",
     [
@@ -292,19 +244,19 @@ def test_single_precision_agrees_with_double_precision():
         [[0, 0, 0], [1, 0, 0], [0.5, -1, 1e-6], [0.5, 1, 0]],  # turned over
     ],
 )
-def test_folded_and_collapsed_hinges_stay_finite(corners, scalar):
+def test_folded_and_collapsed_hinges_stay_finite(corners):
+    """In single precision, which overflows first."""
     cloth = flat_cloth([[0, 0], [1, 0], [0.5, 1], [0.5, -1]], [[0, 1, 2], [1, 0, 3]])
-    term, vertices = bending(cloth, scalar=scalar), np.array(corners, dtype=float)
-    assert np.isfinite(energy_of(term, vertices, scalar))
-    assert np.isfinite(forces_of(term, vertices, scalar)).all()
+    term, vertices = bending(cloth, scalar=wp.float32), np.array(corners, dtype=float)
+    assert np.isfinite(energy_of(term, vertices, wp.float32))
+    assert np.isfinite(forces_of(term, vertices, wp.float32)).all()
     direction = np.random.default_rng(0).normal(size=(4, 3))
-    assert np.isfinite(product_of(term, vertices, direction, 1.0, scalar)).all()
+    assert np.isfinite(product_of(term, vertices, direction, 1.0, wp.float32)).all()
 
 
-@pytest.mark.parametrize("thin", [1e-2, 1e-4])
-def test_slivers_and_conics_have_finite_stiffness(thin):
+def test_slivers_and_conics_have_finite_stiffness():
     """Narrow triangles, and eight vertices on one circle, where five angles do not show one curvature."""
-    sliver = flat_cloth([[0, 0], [1, 0], [0.5, thin], [0.5, -thin], [0.2, 1]], [[0, 1, 2], [1, 0, 3], [0, 2, 4]])
+    sliver = flat_cloth([[0, 0], [1, 0], [0.5, 1e-4], [0.5, -1e-4], [0.2, 1]], [[0, 1, 2], [1, 0, 3], [0, 2, 4]])
     angle = np.arange(8) * np.pi / 4.0
     fan = flat_cloth(np.column_stack([np.cos(angle), np.sin(angle)]), [[0, k, k + 1] for k in range(1, 7)])
     for cloth in (sliver, fan):

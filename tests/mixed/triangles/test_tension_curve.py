@@ -45,9 +45,3 @@ def test_the_difference_of_curves_holds_at_the_strains_of_both():
     np.testing.assert_allclose(rest.stress, STEEP.at(rest.strain) - rest.strain, rtol=1e-12)
     with pytest.raises(ParameterError, match="difference: point 1 is not above point 0"):
         line.without(STEEP, "difference")
-
-
-def test_points_of_a_line_give_the_line():
-    line = TensionCurve.through(np.array([-0.1, 0.0, 0.3]), np.array([-5.0, 0.0, 15.0]), "table")
-    np.testing.assert_allclose(line.slope, TensionCurve.linear(50.0).slope[0])
-    assert line.least_slope == pytest.approx(50.0)
