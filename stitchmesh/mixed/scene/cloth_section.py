@@ -58,7 +58,7 @@ class ClothSection:
     unit: str = setting(DEFAULT_UNIT, "unit of the coordinates in an OBJ file")
     edge_length: float | None = setting(
         None, "length of the edges of triangles; an OBJ file has its own triangles", unit="cm",
-        unset=f"{EDGE_LENGTH:g}, or as the file of panels states",
+        unset="1, or as the file of panels states",
     )  # fmt: skip
     material: str | None = setting(
         None, "a measured cloth (docs/cloth-materials.md), a material file (.toml), or matched: fitted to the yarns by "
