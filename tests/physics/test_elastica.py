@@ -7,6 +7,7 @@ six digits by shooting. The yarn is in equilibrium where its forces balance the 
 with their own quasi-Newton method, which starts from the Hessian of the energy at the straight yarn; of the relaxer,
 they use only the energies and the forces. Loads act on points of the curve through the spline basis. Each half of a
 yarn of length 2 L is a cantilever of length L: the loads on both halves are equal, and the middle is supported.
+``test_gravity`` has the heavy cantilever and the catenary.
 """
 
 from __future__ import annotations
@@ -31,8 +32,6 @@ Response = Callable[[np.ndarray], tuple[float, np.ndarray]]
 
 STIFF_LENGTH = 1e3
 """k_len for k_bend = 1 and segments of length 1: the strains P / (2 k_len) under loads of a few EI / L^2 are 1e-4."""
-CHAIN_LENGTH = 3e4
-"""k_len for a chain of weight 24, with similar strains."""
 RADIUS = 0.5
 """The yarns touch nothing, so the radius affects only the number of contact samples: a thinner yarn gets more."""
 HALF = 8
@@ -45,14 +44,13 @@ def straight_yarn(segments: int) -> YarnSet:
     return YarnSet.from_curves([points], closed=[False], radius=RADIUS)
 
 
-def material(k_bend: float, k_len: float = STIFF_LENGTH) -> YarnMaterial:
-    return YarnMaterial(k_len, 0.0, k_bend, 0.0, 0.0, 0.0, 0.0, 1.0)
+MATERIAL = YarnMaterial(STIFF_LENGTH, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
 
-def response(yarns: YarnSet, matter: YarnMaterial) -> Response:
+def response(yarns: YarnSet) -> Response:
     """A function that returns energy and forces of a yarn without contacts; it reuses one model on the device."""
     model = put_model(
-        yarns, matter, quadrature_points=5, contact_samples=1, scalar=scalar_named("float64"),
+        yarns, MATERIAL, quadrature_points=5, contact_samples=1, scalar=scalar_named("float64"),
         device=device_named("cpu"),
     )  # fmt: skip
     state, no_candidates = make_state(model), make_candidates(model, 0.1)
@@ -74,24 +72,15 @@ def weights_at(yarns: YarnSet, segment: int, parameter: float) -> np.ndarray:
     return weights
 
 
-def uniform_load(yarns: YarnSet) -> np.ndarray:
-    """Control-point weights of a load of 1 per unit of rest length, by Gauss quadrature, shape (N,)."""
-    nodes, shares = np.polynomial.legendre.leggauss(4)
-    weights = np.zeros(len(yarns.points))
-    for segment, length in zip(yarns.segment_points, yarns.rest_length, strict=True):
-        weights[segment] += length * (shares / 2) @ basis((nodes + 1) / 2)
-    return weights
-
-
-def equilibrium(yarns: YarnSet, k_bend: float, load: np.ndarray, start: np.ndarray | None = None) -> np.ndarray:
+def equilibrium(yarns: YarnSet, load: np.ndarray) -> np.ndarray:
     """Control points (x, y) at which the forces of the yarn balance a dead load [dyn], shape (N, 2)."""
-    respond, count = response(yarns, material(k_bend)), len(yarns.points)
+    respond, count = response(yarns), len(yarns.points)
 
     def energy_and_gradient(flat: np.ndarray) -> tuple[float, np.ndarray]:
         stored, force = respond(flat.reshape(count, 2))
         return stored - float(load.ravel() @ flat), -force.ravel() - load.ravel()
 
-    flat = yarns.points[:, :2].ravel() if start is None else start.ravel()
+    flat = yarns.points[:, :2].ravel()
     inverse = positive_inverse(hessian(lambda flat: energy_and_gradient(flat)[1], flat))
     options = {"hess_inv0": inverse, "gtol": 1e-5, "maxiter": 400}
     found = minimize(energy_and_gradient, flat, jac=True, method="BFGS", options=options)
@@ -119,25 +108,14 @@ def drop(yarns: YarnSet, points: np.ndarray) -> float:
     return float((weights_at(yarns, HALF, 0.0) - end) @ points[:, 1] / HALF)
 
 
-@pytest.mark.parametrize(("group", "expected"), [(1.0, 0.301721), (2.0, 0.493457), (5.0, 0.713792)])
-def test_end_loaded_cantilever(group: float, expected: float) -> None:
-    """The drop over L of the elastica for P L^2 / EI = 1, 2, 5."""
+def test_end_loaded_cantilever() -> None:
+    """The drop over L of the elastica for P L^2 / EI = 5."""
     yarns = straight_yarn(2 * HALF)
-    force = group * 2.0 / HALF**2
+    force = 5.0 * 2.0 / HALF**2
     last = len(yarns.rest_length) - 1
     load = np.zeros((len(yarns.points), 2))
     load[:, 1] = force * (2 * weights_at(yarns, HALF, 0.0) - weights_at(yarns, 0, 0.0) - weights_at(yarns, last, 1.0))
-    assert drop(yarns, equilibrium(yarns, 1.0, load)) == pytest.approx(expected, rel=0.01)
-
-
-@pytest.mark.parametrize(("group", "expected"), [(1.0, 0.123471), (4.0, 0.425159), (8.0, 0.640631)])
-def test_heavy_cantilever(group: float, expected: float) -> None:
-    """The drop over L of the heavy elastica for w L^3 / EI = 1, 4, 8."""
-    yarns = straight_yarn(2 * HALF)
-    weight = group * 2.0 / HALF**3
-    load = np.zeros((len(yarns.points), 2))
-    load[:, 1] = weight * (yarns.rest_length.sum() * weights_at(yarns, HALF, 0.0) - uniform_load(yarns))
-    assert drop(yarns, equilibrium(yarns, 1.0, load)) == pytest.approx(expected, rel=0.01)
+    assert drop(yarns, equilibrium(yarns, load)) == pytest.approx(0.713792, rel=0.01)
 
 
 def test_euler_load_of_a_free_column() -> None:
@@ -159,7 +137,7 @@ def smallest_eigenvalue(yarns: YarnSet, compression: float) -> float:
 
     E_len = k_len (1 - lambda)^2 for a segment of length 1, so a compressive force P shortens each by P / (2 k_len).
     """
-    count, respond = len(yarns.points), response(yarns, material(1.0))
+    count, respond = len(yarns.points), response(yarns)
     line = yarns.points * (1.0 - compression / (2 * STIFF_LENGTH))
 
     def across(height: np.ndarray) -> np.ndarray:
@@ -169,40 +147,3 @@ def smallest_eigenvalue(yarns: YarnSet, compression: float) -> float:
     held = np.stack([weights_at(yarns, 0, 0.0), weights_at(yarns, len(yarns.rest_length) - 1, 1.0)])
     free = np.linalg.svd(held)[2][2:].T
     return float(np.linalg.eigvalsh(free.T @ curvature @ free)[0])
-
-
-@pytest.mark.parametrize(("slack", "expected"), [(1.1, 0.200301), (1.5, 0.502633)])
-def test_catenary(slack: float, expected: float) -> None:
-    """A yarn with very small bending stiffness hangs as a chain: sag / span for L / span = 1.1 and 1.5.
-
-    k_bend is so small that the boundary layers at the ends, of length sqrt(EI / H), are shorter than a hundredth of the
-    span.
-    """
-    yarns = straight_yarn(24)
-    length, last = 24.0, len(yarns.rest_length) - 1
-    span = length / slack
-    weight, tether = 1.0, 3e4
-    ends = [(weights_at(yarns, 0, 0.0), -span / 2), (weights_at(yarns, last, 1.0), span / 2)]
-    x = yarns.points[:, 0] / slack
-    start = np.stack([x, 4 * expected * span * ((x / span) ** 2 - 0.25)], axis=1)
-    respond = response(yarns, material(1e-3, CHAIN_LENGTH))
-
-    def energy_and_gradient(flat: np.ndarray) -> tuple[float, np.ndarray]:
-        points = flat.reshape(-1, 2)
-        energy, force = respond(points)
-        gradient = -force
-        gradient[:, 1] += weight * heavy
-        energy += weight * float(heavy @ points[:, 1])
-        for weights, place in ends:
-            off = weights @ points - [place, 0.0]
-            energy += tether / 2 * float(off @ off)
-            gradient += tether * np.outer(weights, off)
-        return energy, gradient.ravel()
-
-    heavy = uniform_load(yarns)
-    inverse = positive_inverse(hessian(lambda flat: energy_and_gradient(flat)[1], start.ravel()))
-    options = {"hess_inv0": inverse, "gtol": 1e-3, "maxiter": 600}
-    found = minimize(energy_and_gradient, start.ravel(), jac=True, method="BFGS", options=options)
-    hung = found.x.reshape(-1, 2)
-    sag = (ends[0][0] @ hung)[1] - (weights_at(yarns, 12, 0.0) @ hung)[1]
-    assert sag / span == pytest.approx(expected, rel=0.01)

@@ -57,20 +57,18 @@ def wavy_yarns() -> YarnSet:
     )
 
 
-def on_device(yarns: YarnSet, precision: str = "float64") -> Model:
+def on_device(yarns: YarnSet) -> Model:
     matter = YarnMaterial.named("leaf")
-    scalar, device = scalar_named(precision), device_named("cpu")
+    scalar, device = scalar_named("float64"), device_named("cpu")
     return put_model(yarns, matter, quadrature_points=3, contact_samples=2, scalar=scalar, device=device)
 
 
-def gravity_of(
-    yarns: YarnSet, choice: Gravity, precision: str = "float64", moved: np.ndarray | None = None
-) -> tuple[float, np.ndarray]:
+def gravity_of(yarns: YarnSet, choice: Gravity, moved: np.ndarray | None = None) -> tuple[float, np.ndarray]:
     """Energy [erg] and forces on the control points [dyn] of gravity alone.
 
     The control points are those of ``yarns``, or ``moved`` if it is given.
     """
-    model = on_device(yarns, precision)
+    model = on_device(yarns)
     state, candidates, term = make_state(model, external=True), make_candidates(model, 1e-4), choice.on(model)
     if moved is not None:
         state.points.assign(model.to_device(moved))
@@ -90,13 +88,12 @@ def test_force_is_minus_the_gradient() -> None:
     assert ends[0] - ends[1] == pytest.approx(-(force * direction).sum(), rel=1e-13)
 
 
-@pytest.mark.parametrize(("precision", "accuracy"), [("float64", 1e-14), ("float32", 1e-6)])
-def test_the_forces_sum_to_the_weight(precision: str, accuracy: float) -> None:
+def test_the_forces_sum_to_the_weight() -> None:
     yarns = wavy_yarns()
-    force = gravity_of(yarns, Gravity(), precision)[1]
+    force = gravity_of(yarns, Gravity())[1]
     weight = YarnMaterial.named("leaf").mass_per_length * yarns.rest_length.sum() * FALL
-    # accuracy: rounding of the masses and of a sum of a dozen terms
-    np.testing.assert_allclose(force.sum(axis=0), [0.0, -weight, 0.0], rtol=accuracy)
+    # rounding of the masses and of a sum of a dozen terms
+    np.testing.assert_allclose(force.sum(axis=0), [0.0, -weight, 0.0], rtol=1e-14)
 
 
 def test_a_stated_mass_goes_before_that_of_the_material() -> None:
@@ -107,11 +104,6 @@ def test_a_stated_mass_goes_before_that_of_the_material() -> None:
     own = np.bincount(yarns.segment_yarn, yarns.rest_length) * [3.0 * usual, usual]
     # rounding of a sum of a dozen terms
     assert np.bincount(yarns.point_yarn, mass) == pytest.approx(own, rel=1e-14)
-
-
-def test_an_inner_control_point_has_the_mass_of_one_segment() -> None:
-    mass = point_masses(on_device(straight_yarn(9)))
-    assert mass[3:-3] == pytest.approx(YarnMaterial.named("leaf").mass_per_length, rel=1e-14)  # m l with l = 1
 
 
 def test_a_periodic_cell_weighs_as_much_as_its_yarn() -> None:
@@ -125,12 +117,11 @@ def test_a_periodic_cell_weighs_as_much_as_its_yarn() -> None:
     assert force[:, 1] == pytest.approx(-YarnMaterial.named("leaf").mass_per_length * FALL, rel=1e-14)
 
 
-@pytest.mark.parametrize(("group", "expected"), [(1.0, 0.123471), (8.0, 0.640631)])
-def test_heavy_cantilever(group: float, expected: float) -> None:
-    """The drop over L of the heavy elastica for w L^3 / EI = 1 and 8."""
+def test_heavy_cantilever() -> None:
+    """The drop over L of the heavy elastica for w L^3 / EI = 8."""
     yarns = straight_yarn(2 * HALF)
     # the strains w L / (2 k_len) are below 2e-3
-    matter = material(k_bend=1.0, k_len=25.0, weight=group * 2.0 / HALF**3)
+    matter = material(k_bend=1.0, k_len=25.0, weight=8.0 * 2.0 / HALF**3)
     middle = len(yarns.points) // 2
     result = relax_yarns(
         yarns, material=matter, quality=EXACT, device="cpu", terms=[Gravity(), Pins([middle])]
@@ -138,7 +129,7 @@ def test_heavy_cantilever(group: float, expected: float) -> None:
     assert result.report["converged"]
     curve = result.yarns.sampled(2)[0]
     drop = curve[2 * HALF, 1] - (curve[0, 1] + curve[-1, 1]) / 2
-    assert drop / HALF == pytest.approx(expected, rel=0.01)
+    assert drop / HALF == pytest.approx(0.640631, rel=0.01)
 
 
 def sag_of_catenary(slack: float) -> float:
@@ -147,19 +138,13 @@ def sag_of_catenary(slack: float) -> float:
     return float((np.cosh(half) - 1.0) / (2.0 * half))
 
 
-def test_the_reference_formula_gives_the_tabulated_catenary() -> None:
-    # reference values to six digits
-    assert sag_of_catenary(1.1) == pytest.approx(0.200301, abs=1e-6)
-    assert sag_of_catenary(1.5) == pytest.approx(0.502633, abs=1e-6)
-
-
-@pytest.mark.parametrize("slack", [1.1, 1.5])
-def test_catenary(slack: float) -> None:
+def test_catenary() -> None:
     """A yarn with very small bending stiffness hangs as a chain between the ends of its curve.
 
     The pins hold the ends of the curve only approximately, so length and span are measured at rest. k_bend is so small
     that the boundary layers at the ends, of length sqrt(EI / H), are shorter than a hundredth of the span.
     """
+    slack = 1.5
     yarns = straight_yarn(24, 1.0 / slack)
     matter = material(k_bend=1e-3, k_len=3e3, weight=0.1)  # strains w L / (2 k_len) of 4e-4
     pins = Pins([1, len(yarns.points) - 2])

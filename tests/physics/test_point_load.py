@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -39,10 +41,10 @@ def wavy_yarns() -> YarnSet:
     )
 
 
-def load_of(yarns: YarnSet, choice: PointLoad, precision: str, points: np.ndarray) -> tuple[float, np.ndarray]:
+def load_of(yarns: YarnSet, choice: PointLoad, points: np.ndarray) -> tuple[float, np.ndarray]:
     """Energy [erg] and forces on the control points [dyn] of a point load alone, with control points at ``points``."""
     model = put_model(
-        yarns, YarnMaterial.named("leaf"), quadrature_points=3, contact_samples=2, scalar=scalar_named(precision),
+        yarns, YarnMaterial.named("leaf"), quadrature_points=3, contact_samples=2, scalar=scalar_named("float64"),
         device=device_named("cpu"),
     )  # fmt: skip
     state, candidates, term = make_state(model, external=True), make_candidates(model, 1e-4), choice.on(model)
@@ -55,31 +57,28 @@ def load_of(yarns: YarnSet, choice: PointLoad, precision: str, points: np.ndarra
 
 def test_force_is_minus_the_gradient() -> None:
     yarns, choice = wavy_yarns(), PointLoad((100.0, -9.0, 30.0), [2, 11, 4])
-    force = load_of(yarns, choice, "float64", yarns.points)[1]
+    force = load_of(yarns, choice, yarns.points)[1]
     direction = np.random.default_rng(3).normal(size=yarns.points.shape)
-    ends = [load_of(yarns, choice, "float64", yarns.points + side * direction)[0] for side in (0.5, -0.5)]
+    ends = [load_of(yarns, choice, yarns.points + side * direction)[0] for side in (0.5, -0.5)]
     # The energy is linear in the points, so the only error is rounding: 1e-16 of energies whose difference is of
     # about their own size.
     assert ends[0] - ends[1] == pytest.approx(-(force * direction).sum(), rel=1e-13)
 
 
-@pytest.mark.parametrize(("precision", "accuracy"), [("float64", 1e-15), ("float32", 1e-7)])
-def test_the_force_is_divided_equally_among_the_points(precision: str, accuracy: float) -> None:
+def test_the_force_is_divided_equally_among_the_points() -> None:
     yarns = wavy_yarns()
-    force = load_of(yarns, PointLoad((6.0, 0.0, -3.0), [2, 11, 4]), precision, yarns.points)[1]
+    force = load_of(yarns, PointLoad((6.0, 0.0, -3.0), [2, 11, 4]), yarns.points)[1]
     expected = np.zeros_like(force)
     expected[[2, 4, 11]] = [2.0, 0.0, -1.0]
-    # accuracy: rounding of the division
-    np.testing.assert_allclose(force, expected, rtol=accuracy, atol=accuracy)
+    np.testing.assert_allclose(force, expected, rtol=1e-15, atol=1e-15)  # rounding of the division
 
 
-@pytest.mark.parametrize("tension", [100.0, 1000.0])
-def test_the_strain_of_a_yarn_under_tension(tension: float) -> None:
+def test_the_strain_of_a_yarn_under_tension() -> None:
     """The tension is dE / d(lambda l) = 2 (k_len + k_length) (lambda - 1) / l.
 
     E = (k_len + k_length) (lambda - 1)^2 is the energy of a segment of rest length l.
     """
-    yarns = straight_yarn()
+    yarns, tension = straight_yarn(), 1000.0
     material = YarnMaterial(2000.0, 1000.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     held, pulled = np.arange(4), len(yarns.points) - np.arange(1, 5)
     result = relax_yarns(
@@ -92,20 +91,17 @@ def test_the_strain_of_a_yarn_under_tension(tension: float) -> None:
     np.testing.assert_allclose(result.yarns.strain[10:-10], strain, rtol=1e-3)
 
 
-@pytest.mark.parametrize("force", [(0.0, 1.0), (0.0, np.nan, 0.0), 3.0])
-def test_a_force_must_be_three_finite_numbers(force: object) -> None:
-    with pytest.raises(ParameterError, match=r"point load: got force .* expected three finite numbers"):
-        PointLoad(force)  # type: ignore[arg-type]
-
-
 @pytest.mark.parametrize(
-    ("load", "message"),
+    ("options", "message"),
     [
-        (PointLoad((1.0, 0.0, 0.0), [0, 33]), "point load: got control point 33; expected 0 to 32"),
-        (PointLoad((1.0, 0.0, 0.0), faces=[2]), "point load: got stitch face 2; no control point came from it"),
-        (PointLoad((1.0, 0.0, 0.0)), "point load: got neither control points nor stitch faces"),
+        ({"force": (0.0, 1.0)}, r"got force .* expected three finite numbers"),
+        ({"force": (0.0, np.nan, 0.0)}, r"got force .* expected three finite numbers"),
+        ({"force": 3.0}, r"got force .* expected three finite numbers"),
+        ({"points": [0, 33]}, "got control point 33; expected 0 to 32"),
+        ({"faces": [2]}, "got stitch face 2; no control point came from it"),
+        ({}, "got neither control points nor stitch faces"),
     ],
 )
-def test_bad_point_loads_are_refused(load: PointLoad, message: str) -> None:
-    with pytest.raises(ParameterError, match=message):
-        relax_yarns(straight_yarn(), device="cpu", terms=[load])
+def test_bad_point_loads_are_refused(options: dict[str, Any], message: str) -> None:
+    with pytest.raises(ParameterError, match=f"point load: {message}"):
+        relax_yarns(straight_yarn(), device="cpu", terms=[PointLoad(**{"force": (1.0, 0.0, 0.0)} | options)])

@@ -31,7 +31,7 @@ def relaxed(most: int, **options: Any) -> Relaxation:
 
 
 @pytest.mark.parametrize("solver", ["quasistatic", "dynamics"])
-@pytest.mark.parametrize("most", [0, 1, 5, 20, 27])
+@pytest.mark.parametrize("most", [0, 27])
 def test_the_limit_is_reached_exactly(solver: Solver, most: int) -> None:
     quality = replace(QUALITY, solver=solver, max_iterations=most)
     made = relax_yarns(tube(3, 6), quality=quality, device="cpu")

@@ -104,12 +104,6 @@ def test_a_path_that_the_time_ends_goes_on_with_more_time(tmp_path):
     assert bits(relaxed(run=Run(resume=tmp_path / "checkpoint.smc"))) == bits(relaxed())
 
 
-def test_the_time_of_a_path_counts_from_its_first_start(checkpoints):
-    found, written = checkpoints
-    before = read_checkpoint(written[4]).header["seconds"]
-    assert relaxed(run=Run(resume=written[4]))[-1].seconds > before > found[0].seconds > 0.0
-
-
 @pytest.mark.parametrize(
     ("options", "message"),
     [({"steps": STEPS[:-1]}, "steps is"), ({"yarns": YARNS.with_radius(YARNS.radius * 0.9)}, "yarns.radius is")],
