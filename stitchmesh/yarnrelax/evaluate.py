@@ -21,9 +21,6 @@ from stitchmesh.yarnrelax.model.material import YarnMaterial
 from stitchmesh.yarnrelax.model.state import State, make_state
 from stitchmesh.yarnrelax.model.upload import put_cells
 
-SMALLEST_MARGIN = 1e-4
-"""Margin of the candidate lists, in mean radii; the result does not depend on it."""
-
 
 @alone()
 def yarn_energies(
@@ -107,6 +104,6 @@ def put_evaluations(
         device=device_named(device),
     )
     state = make_state(model)
-    candidates = make_candidates(model, margin=SMALLEST_MARGIN)
+    candidates = make_candidates(model, margin=1e-4)  # in mean radii; the result does not depend on it
     ContactSearch(model, state, candidates).run()
     return model, state, candidates

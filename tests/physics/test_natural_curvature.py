@@ -76,11 +76,6 @@ def test_the_energy_of_a_ring_is_the_square_of_the_difference_of_curvatures(natu
         assert bend_energy(ring(radius, 60, side * natural)) == pytest.approx(expected, rel=0.02)
 
 
-def test_a_ring_with_its_natural_curvature_has_no_force() -> None:
-    straight, curved = (yarn_forces(ring(2.0, 60, natural), BENDING) for natural in (0.0, 0.5))
-    assert np.abs(curved).max() < 0.005 * np.abs(straight).max()  # 0.1 % of the curvature is the spline's error
-
-
 def test_nearly_straight_yarn_has_the_energy_of_the_parabola() -> None:
     """The energy density is (1 - q) k^2 - (1 / q - 1) kappa^2 with q = 1/4, for kappa below q k."""
     radius, part = 2.0, 0.2
@@ -128,14 +123,6 @@ def test_zero_natural_curvature_gives_the_bits_of_yarn_without_it() -> None:
     )  # fmt: skip
     set_straight = replace(yarns, natural_curvature=np.zeros(len(yarns.points)))
     np.testing.assert_array_equal(yarn_forces(bare, LEAF), yarn_forces(set_straight, LEAF))
-
-
-def test_single_precision_agrees_with_double() -> None:
-    yarns = shaken()
-    double, single = yarn_forces(yarns, BENDING), yarn_forces(yarns, BENDING, precision="float32")
-    # Float32 rounds coordinates of 5 cm to 3e-7 cm. The relative error is 1e-5 for second differences of 0.1 cm and
-    # 1e-4 for a difference of curvatures.
-    np.testing.assert_allclose(single, double, atol=1e-4 * np.abs(double).max())
 
 
 @pytest.mark.parametrize(

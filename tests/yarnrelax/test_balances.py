@@ -11,17 +11,15 @@ import numpy as np
 import pytest
 
 from stitchmesh.compute.device import device_named
-from stitchmesh.periodic.relaxation.prepared_swatch import prepare_swatch
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial, relax_yarns
 from stitchmesh.yarnrelax.hessian.factored_matrix import factored
-from stitchmesh.yarnrelax.newton import BALANCED, MOVE, SHORTER, SMALLEST_MOVE, Newton
+from stitchmesh.yarnrelax.newton import BALANCED, MOVE, SHORTER, SMALLEST_MOVE
 from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.newton_system import SIGNIFICANT
 from stitchmesh.yarnrelax.together.relax_cells import relax_cells
-from tests.periodic.free_cells import FREE
 from tests.yarnrelax.hessian.scenes import assembled_hessian
 from tests.yarnrelax.rings import RADIUS, height, ring
 
@@ -118,27 +116,3 @@ def test_a_balance_that_only_leads_down_by_tiny_moves_counts_as_rest(monkeypatch
     assert height(found.yarns) == 0.0
     assert tried == [MOVE * SHORTER**count for count in range(len(tried))]
     assert SHORTER * tried[-1] < SMALLEST_MOVE <= tried[-1]
-
-
-@pytest.mark.nightly
-def test_moss_stitch_leaves_the_balance_in_which_it_stands_upright(monkeypatch: pytest.MonkeyPatch) -> None:
-    """With three contact samples in double precision, rounding does not take it out of its balance."""
-    start = prepare_swatch("moss", material=None, quality="draft", device="cpu", **FREE, smallest=False)
-    quality = replace(start.quality, contact_samples=3, precision="float64", tolerance=DOUBLE.tolerance)
-    simulation = YarnSimulation.start(
-        start.yarns, start.similar, quality, device_named("cpu"), start.terms, cell=start.cell
-    )
-    loop, balances = RelaxationLoop(simulation, quality.tolerance, quality.largest_change), list[float]()
-    move = Newton.move
-
-    def note_balance(newton: Newton, *arguments: Any) -> Any:
-        if newton.leaving[0]:
-            balances.append(loop.last[0].energy)
-        return move(newton, *arguments)
-
-    monkeypatch.setattr(Newton, "move", note_balance)
-    loop.run(20_000)
-    assert loop.at_rest[0] and loop.newton is not None
-    assert balances and loop.last[0].energy < balances[0]  # that in which it stands upright
-    # what still leads down does so only by moves that are too short to matter
-    assert negative_eigenvalues(simulation) == 0 or loop.newton.away[0] < SMALLEST_MOVE

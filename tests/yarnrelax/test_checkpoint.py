@@ -4,13 +4,7 @@
 
 from __future__ import annotations
 
-import functools
-import json
-import os
 import shutil
-import subprocess
-import sys
-import tempfile
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -37,18 +31,12 @@ from stitchmesh.yarnrelax.model.material import YarnMaterial
 from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.alternation import STEP_COST
-from tests.gallery import ROOT
-from tests.killing import count_calls, killed
 from tests.yarnrelax.rings import ring
 from tests.yarnrelax.stockinette import fabric_of, periodic_patch, tube
 
 ROWS, STITCHES = 4, 6
 QUALITY = replace(PRESETS["draft"], tolerance=1e-6, max_iterations=300)
 """Long enough for new candidate lists, changed margins and a full L-BFGS memory."""
-KILLS, LONG = 10, replace(QUALITY, max_iterations=1400)
-"""Number of kills, and the quality of a relaxation that is long enough for all of them."""
-LAST_INTERVAL = 80
-"""Iterations of that relaxation before its Newton steps."""
 
 
 def relaxed(quality: Quality = QUALITY, **options: Any) -> Relaxation:
@@ -61,57 +49,6 @@ def same(first: Relaxation, second: Relaxation) -> bool:
     histories = [[{**entry, "seconds": 0.0} for entry in result.history] for result in (first, second)]
     points = np.array_equal(first.yarns.points, second.yarns.points)
     return bool(points and reports[0] == reports[1] and histories[0] == histories[1])
-
-
-def kill_ten_times() -> dict[str, Any]:
-    """Kill a relaxation and its continuations at ten random times.
-
-    Returns:
-        The number of kills, the iterations reached after the fourth and after the last one, and whether the final
-        result equals that of an uninterrupted relaxation.
-    """
-    fabric = fabric_of(ROWS, STITCHES, closed=True)
-    with tempfile.TemporaryDirectory() as folder:
-        checkpoint = Checkpoints(folder, every=20)
-
-        def continue_relaxation(iterations: int = LONG.max_iterations) -> Relaxation:
-            resume = checkpoint.path if checkpoint.path.exists() else None
-            quality = replace(LONG, max_iterations=iterations)
-            return relaxed(quality, keep_shape=fabric, run=Run(checkpoints=checkpoint, resume=resume))
-
-        uninterrupted = relaxed(LONG, keep_shape=fabric)  # runs first, so that no kernel is compiled during counting
-        # Calls from the start to 20 iterations, from there to 40, from there to 80, and from there to the end: resuming
-        # makes many calls, and each interval after it makes equally many.
-        stops = (20, 40, LAST_INTERVAL, LONG.max_iterations)
-        counts = [count_calls("_run_to_rest", functools.partial(continue_relaxation, count)) for count in stops]
-        each, resumed = counts[2] - counts[1], 2 * counts[1] - counts[2]
-        shutil.rmtree(folder)
-        # Four parts end one to two intervals after resuming, six during the first Newton steps after resuming. The work
-        # since the last checkpoint is lost.
-        random = np.random.default_rng(3)
-        few, many = random.integers(each, 2 * each, 4), random.integers(0, (counts[3] - resumed) // 4, KILLS - 4)
-        kill_calls = np.concatenate([[counts[0] - each], [resumed] * (KILLS - 1)]) + np.concatenate([few, many])
-        kills, reached = 0, []
-        for number, calls in enumerate(kill_calls.tolist()):
-            kills += killed("_run_to_rest", calls, continue_relaxation)
-            if number in (3, KILLS - 1):
-                reached.append(read_checkpoint(checkpoint.path).header["iteration"])
-        return {"kills": kills, "reached": reached, "same": same(continue_relaxation(), uninterrupted)}
-
-
-@pytest.mark.nightly
-def test_ten_kills_at_random_times_change_no_bit():
-    code = "import json, tests.yarnrelax.test_checkpoint as t; print(json.dumps(t.kill_ten_times()))"
-    path = str(ROOT)
-    # The subprocess must not use a GPU, because a process with a GPU context cannot be forked.
-    environment = {**os.environ, "PYTHONPATH": path, "CUDA_VISIBLE_DEVICES": ""}
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, env=environment)
-    assert done.returncode == 0, done.stderr
-    outcome = json.loads(done.stdout)
-    assert outcome["kills"] == KILLS
-    first, last = outcome["reached"]
-    assert 0 < first <= LAST_INTERVAL < last < LONG.max_iterations  # kills in intervals, then between Newton steps
-    assert outcome["same"]
 
 
 @pytest.mark.parametrize(("solver", "precision"), [("quasistatic", "float64"), ("dynamics", "float32")])
@@ -273,13 +210,16 @@ def test_a_checkpoint_of_another_relaxation_is_refused(folder):
 
 
 @pytest.mark.parametrize(
-    ("name", "reason"), [("listed_points", "is missing"), ("points", r"has the shape \(3, 3\), expected \(\d+, 3\)")]
+    ("name", "other", "reason"),
+    [
+        ("listed_points", {}, "is missing"),
+        ("points", {"points": np.zeros((3, 3), dtype=np.float32)}, r"has the shape \(3, 3\), expected \(\d+, 3\)"),
+    ],
 )
-def test_a_checkpoint_whose_arrays_were_exchanged_is_refused(folder, tmp_path, name, reason):
+def test_a_checkpoint_whose_arrays_were_exchanged_is_refused(folder, tmp_path, name, other, reason):
     content = read_checkpoint(folder / "checkpoint.smc")
     arrays = {key: array for key, array in content.arrays.items() if key != name}
-    others = {} if "missing" in reason else {name: np.zeros((3, 3), dtype=np.float32)}
-    write_checkpoint(tmp_path / "other.smc", CheckpointFile(content.header, arrays | others))
+    write_checkpoint(tmp_path / "other.smc", CheckpointFile(content.header, arrays | other))
     with pytest.raises(ParameterError, match=f"resume: array '{name}' of the checkpoint {reason}"):
         relaxed(run=Run(resume=tmp_path / "other.smc"))
 
@@ -302,13 +242,3 @@ def test_a_checkpoint_with_another_mass_is_refused_where_the_mass_decides(tmp_pa
     heavy = replace(tube(ROWS, STITCHES), mass_per_length=np.full(tube(ROWS, STITCHES).yarn_count, 0.01))
     with pytest.raises(ParameterError, match=r"yarns.mass_per_length is .* and was absent"):
         relax_yarns(heavy, quality=quality, device="cpu", run=Run(resume=tmp_path / "checkpoint.smc"), **options)
-
-
-def test_a_missing_checkpoint_is_refused(tmp_path):
-    with pytest.raises(FileError, match="there is no such file"):
-        relaxed(run=Run(resume=tmp_path / "checkpoint.smc"))
-
-
-def test_checkpoints_need_a_positive_number_of_iterations(tmp_path):
-    with pytest.raises(ParameterError, match="got one every 0 iterations; expected at least 1"):
-        Checkpoints(tmp_path, 0)

@@ -57,7 +57,7 @@ def test_each_cell_of_a_batch_ends_at_the_limit() -> None:
 def test_each_load_step_of_a_path_ends_at_the_limit() -> None:
     quality, steps = replace(QUALITY, max_iterations=13), [LoadStep(), LoadStep(friction=0.5)]
     found = relax_through_steps(
-        periodic_patch(1, 1), steps, friction=Friction(0.3), material=YarnMaterial.named(), quality=quality,
+        periodic_patch(1, 1), steps, terms=[Friction(0.3)], material=YarnMaterial.named(), quality=quality,
         cell=FREE, device="cpu",
     )  # fmt: skip
     assert [step.iterations for step in found] == [13, 13]

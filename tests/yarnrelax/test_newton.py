@@ -31,7 +31,7 @@ from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.alternation import STEP_COST
 from stitchmesh.yarnrelax.solvers.newton_system import REFINED
 from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL
-from stitchmesh.yarnrelax.together.begun_cell import learned_by, teach
+from stitchmesh.yarnrelax.together.cell_batch import learned_by, teach
 from stitchmesh.yarnrelax.together.relax_cells import relax_cells
 from tests.yarnrelax.stockinette import fabric_of, flat_patch, periodic_patch, tube, woven_cell
 

@@ -80,7 +80,7 @@ def test_the_laplace_matrix_of_a_path_has_the_inertia_that_its_eigenvalues_say()
         assert factored(laplace, -shift).negative_count == np.count_nonzero(values < shift)
 
 
-@pytest.mark.parametrize("matrix", [[[0.0, 1.0], [1.0, 0.0]], [[0.0, 0.0], [0.0, 1.0]], [[np.nan, 0.0], [0.0, 1.0]]])
+@pytest.mark.parametrize("matrix", [[[0.0, 1.0], [1.0, 0.0]], [[np.nan, 0.0], [0.0, 1.0]]])
 def test_a_matrix_without_such_factors_is_refused(matrix: list[list[float]]) -> None:
     with pytest.raises(SolverError, match="factors of the Hessian"):
         factored(csc_array(np.array(matrix)))

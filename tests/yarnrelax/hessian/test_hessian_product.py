@@ -11,9 +11,9 @@ from stitchmesh.yarnrelax.hessian.hessian_product import Hessian
 from tests.yarnrelax.hessian.scenes import SCENES, Scene, forces_at, mixture, points_of, started
 
 
-@pytest.mark.parametrize("exact", [0.0, 0.7, 1.0])
 @pytest.mark.parametrize("scene", SCENES.values(), ids=SCENES)
-def test_products_are_those_of_the_assembled_matrix(scene: Scene, exact: float) -> None:
+def test_products_are_those_of_the_assembled_matrix(scene: Scene) -> None:
+    exact = 0.7
     simulation = started(*scene)
     model = simulation.model
     forces_at(simulation, points_of(simulation))  # places the contact samples
