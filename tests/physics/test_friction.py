@@ -15,8 +15,6 @@ import numpy as np
 import pytest
 import warp as wp
 
-from stitchmesh.compute.device import device_named
-from stitchmesh.compute.precision import scalar_named
 from stitchmesh.errors import ParameterError
 from stitchmesh.lattice import Lattice
 from stitchmesh.yarn import YarnSet
@@ -29,8 +27,8 @@ from stitchmesh.yarnrelax.friction.friction import Friction
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.spline import place_contact_samples
 from stitchmesh.yarnrelax.model.state import State, make_state
-from stitchmesh.yarnrelax.model.upload import put_model
 from tests.nightly import at_night
+from tests.yarnrelax.one_term import on_device
 
 RADIUS = 0.125
 MATERIAL = YarnMaterial.named("kaldor-simulation")
@@ -50,15 +48,10 @@ class FrictionScene:
     friction: Term
 
     @classmethod
-    def of(cls, yarns: YarnSet, friction: Friction, material: YarnMaterial = MATERIAL, **choices) -> FrictionScene:
-        model = put_model(
-            yarns,
-            material,
-            quadrature_points=3,
-            contact_samples=choices.get("contact_samples", 5),
-            scalar=scalar_named(choices.get("precision", "float64")),
-            device=device_named("cpu"),
-        )
+    def of(
+        cls, yarns: YarnSet, friction: Friction, material: YarnMaterial = MATERIAL, contact_samples: int = 5
+    ) -> FrictionScene:
+        model = on_device(yarns, material, contact_samples=contact_samples)
         scene = cls(model, make_state(model, external=True), make_candidates(model, 0.5), friction.on(model))
         scene.begin_step(scene.start)
         return scene
@@ -206,16 +199,6 @@ def test_the_choice_of_the_periodic_image_does_not_matter() -> None:
     # rounding of coordinates of 8 units, divided by a slip of 0.1
     np.testing.assert_allclose(
         two.friction_forces(two.start + offset), expected, atol=1e-11 * np.abs(expected).max()
-    )
-
-
-def test_single_precision_agrees_with_double() -> None:
-    single, double = (FrictionScene.of(heap(), Friction((0.5, 0.2)), precision=p) for p in ("float32", "float64"))
-    offset = slip(heap(), 0.1)
-    expected = double.friction_forces(double.start + offset)
-    # float32 rounds coordinates of 10 units to 1e-6; the overlap is a tenth of a unit, so its relative error is 1e-5
-    np.testing.assert_allclose(
-        single.friction_forces(single.start + offset), expected, atol=1e-4 * np.abs(expected).max()
     )
 
 

@@ -21,11 +21,14 @@ from stitchmesh.yarnrelax.model.state import State, make_state
 from stitchmesh.yarnrelax.model.upload import put_model
 
 
-def on_device(yarns: YarnSet, material: YarnMaterial | None = None, precision: str = "float64") -> Model:
+def on_device(
+    yarns: YarnSet, material: YarnMaterial | None = None, *, precision: str = "float64", contact_samples: int = 3
+) -> Model:
     """The yarns on the processor."""
-    scalar, device = scalar_named(precision), device_named("cpu")
-    material = material or YarnMaterial.named("leaf")
-    return put_model(yarns, material, quadrature_points=3, contact_samples=3, scalar=scalar, device=device)
+    return put_model(
+        yarns, material or YarnMaterial.named("leaf"), quadrature_points=3, contact_samples=contact_samples,
+        scalar=scalar_named(precision), device=device_named("cpu"),
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -85,19 +85,6 @@ def test_single_precision_agrees_with_double() -> None:
     np.testing.assert_allclose(single, double, atol=5e-5 * np.abs(double).max())
 
 
-def test_yarns_of_different_radii_touch_at_the_sum_of_their_radii() -> None:
-    place = np.arange(-1.5, 1.55, 0.1)
-    zero = np.zeros_like(place)
-    curves = [np.stack([place, zero, zero], axis=1), np.stack([zero, place, zero + 0.29], axis=1)]
-    material = YarnMaterial.named("leaf")
-    touching, apart = (
-        yarn_energies(YarnSet.from_curves(curves, closed=[False] * 2, radius=[0.1, other]), material)["contact"]
-        for other in (0.2, 0.18)
-    )
-    assert touching > 0.0
-    assert apart == 0.0
-
-
 def test_a_straight_yarn_of_short_segments_does_not_touch_itself() -> None:
     line = np.stack([np.arange(0.0, 1.0, 0.02), np.zeros(50), np.zeros(50)], axis=1)
     yarns = YarnSet.from_curves([line], closed=[False], radius=0.125)

@@ -6,14 +6,12 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import pairwise
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 from stitchmesh.quality import PRESETS, Solver
-from stitchmesh.run import CHECKPOINT, Checkpoints, Run
 from stitchmesh.yarnrelax import Relaxation, RelaxCell, YarnMaterial, relax_yarns, simulation
 from stitchmesh.yarnrelax.friction.friction import Friction
 from stitchmesh.yarnrelax.load_steps import LoadStep, relax_through_steps
@@ -71,11 +69,3 @@ def test_a_launch_of_several_time_steps_does_not_exceed_the_limit(monkeypatch: p
     several = relax_yarns(tube(3, 6), quality=steps, device="cpu")
     assert several.report["iterations"] == single.report["iterations"] == 7
     np.testing.assert_array_equal(several.yarns.points, single.yarns.points)
-
-
-def test_a_relaxation_that_goes_on_after_a_limit_has_the_bits_of_one_without(tmp_path: Path) -> None:
-    whole = relaxed(60)
-    relaxed(27, run=Run(checkpoints=Checkpoints(tmp_path, 10)))
-    again = relaxed(60, run=Run(resume=tmp_path / CHECKPOINT))
-    np.testing.assert_array_equal(again.yarns.points, whole.yarns.points)
-    assert again.report["iterations"] == whole.report["iterations"]

@@ -213,13 +213,6 @@ def test_yarns_are_at_rest_only_where_the_remaining_change_is_small() -> None:
     assert ends[0].report["iterations"] < ends[1].report["iterations"]
 
 
-def test_where_yarns_have_speed_nothing_is_known_of_the_remaining_change() -> None:
-    quality = replace(DRAFT, solver="dynamics", max_iterations=60)
-    result = relax_yarns(tube(3, 6), keep_shape=fabric_of(3, 6, closed=True), quality=quality, device="cpu")
-    assert result.report["remaining_change"] is None
-    assert all(entry["iteration"] % ASSESSMENT_INTERVAL == 0 for entry in result.history)
-
-
 def test_nothing_is_known_of_the_change_left_where_iterations_end_after_a_step(
     caplog: pytest.LogCaptureFixture,
 ) -> None:

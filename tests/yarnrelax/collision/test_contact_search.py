@@ -10,10 +10,7 @@ import numpy as np
 import pytest
 from scipy.spatial.distance import cdist
 
-from stitchmesh.compute.device import device_named
-from stitchmesh.compute.precision import scalar_named
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax import YarnMaterial
 from stitchmesh.yarnrelax.collision.broad_phase import FIRST_CAPACITY
 from stitchmesh.yarnrelax.collision.captured_search import ContactSearch
 from stitchmesh.yarnrelax.collision.narrow_phase import (
@@ -25,7 +22,7 @@ from stitchmesh.yarnrelax.collision.narrow_phase import (
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.self_contact import neighbour_reach
 from stitchmesh.yarnrelax.model.state import make_state
-from stitchmesh.yarnrelax.model.upload import put_model
+from tests.yarnrelax.one_term import on_device
 from tests.yarnrelax.stockinette import tube
 
 pytestmark = pytest.mark.decides
@@ -34,19 +31,8 @@ MARGIN = 0.4
 """In mean yarn radii."""
 
 
-def put(yarns: YarnSet, samples: int) -> Model:
-    return put_model(
-        yarns,
-        YarnMaterial.named("leaf"),
-        quadrature_points=3,
-        contact_samples=samples,
-        scalar=scalar_named("float64"),
-        device=device_named("cpu"),
-    )
-
-
 def lists_and_samples(yarns: YarnSet, samples: int) -> tuple[list[list[int]], np.ndarray, Model]:
-    model = put(yarns, samples)
+    model = on_device(yarns, contact_samples=samples)
     state, candidates = make_state(model), make_candidates(model, MARGIN)
     ContactSearch(model, state, candidates).run()
     return lists_of(candidates), state.samples.numpy(), model
@@ -89,7 +75,7 @@ def test_lists_of_random_yarns_with_different_radii_equal_all_pairs() -> None:
 
 def test_margins_that_change_to_and_fro_between_searches_leave_no_pair_out() -> None:
     yarns = tube(3, 4)
-    model = put(yarns, 3)
+    model = on_device(yarns)
     state, candidates = make_state(model), make_candidates(model, NARROWEST_MARGIN)
     search, start, random = ContactSearch(model, state, candidates), state.points.numpy(), np.random.default_rng(4)
     for margin in 2 * (NARROWEST_MARGIN, WIDEST_MARGIN, MARGIN):

@@ -9,15 +9,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stitchmesh.compute.device import device_named
-from stitchmesh.compute.precision import scalar_named
 from stitchmesh.errors import ParameterError
 from stitchmesh.lattice import Lattice
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial, relax_yarns
 from stitchmesh.yarnrelax.constraints.pins import Pins
 from stitchmesh.yarnrelax.model.state import make_state
-from stitchmesh.yarnrelax.model.upload import put_model
+from tests.yarnrelax.one_term import on_device
 from tests.yarnrelax.stockinette import flat_patch
 
 MATTER = YarnMaterial.named("leaf")
@@ -33,8 +31,7 @@ def tight_patch() -> YarnSet:
 
 def test_pinned_points_have_no_force_and_take_no_step() -> None:
     yarns = tight_patch()
-    scalar, device = scalar_named("float64"), device_named("cpu")
-    model = put_model(yarns, MATTER, quadrature_points=3, contact_samples=3, scalar=scalar, device=device)
+    model = on_device(yarns)
     values = np.random.default_rng(2).normal(size=yarns.points.shape)
     force, step = model.upload(values, 3), model.upload(values, 3)
     held = Pins([4, 0, 71]).on(model)

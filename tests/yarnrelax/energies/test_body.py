@@ -279,15 +279,6 @@ def test_a_straight_yarn_over_a_flat_body_has_the_energy_of_the_formula(x: float
     np.testing.assert_allclose(force[:, [0, 2]], 0.0, atol=1e-9 * force[:, 1].max())
 
 
-def test_the_row_sum_is_the_second_derivative() -> None:
-    yarns = straight(2, 0.0)
-    scene = OneTerm.of(on_device(yarns), Body(box((8.0, 3.0, 8.0))))
-    at, above, below = (sample_forces(scene, lifted(yarns, 3.0 + 0.25 * x)) for x in (0.7, 0.7 + 1e-4, 0.7 - 1e-4))
-    # The derivative is with respect to the height in radii. The truncation error is 1e-8 times the ratio of the fourth
-    # derivative to the second, which is about 100.
-    np.testing.assert_allclose(at[:, 3], (below[:, 1] - above[:, 1]) / 2e-4, rtol=1e-6)
-
-
 def sample_forces(scene: OneTerm, points: np.ndarray) -> np.ndarray:
     """Force and stiffness of each sample, shape (S, 4) [units]."""
     scene.forces(points)
@@ -306,23 +297,6 @@ def test_skipping_searches_out_of_range_changes_no_bit() -> None:
         fresh = OneTerm.of(model, body)
         assert np.array_equal(sample_forces(reused, points), sample_forces(fresh, points))
         assert reused.energy(points) == fresh.energy(points)
-
-
-def test_the_penetration_of_a_loaded_yarn_equals_the_formula() -> None:
-    """q = k_body (2 / x^3 - 2 x) / R for a weight q per length; measured in the middle, where the load is uniform."""
-    radius, weight = 0.25, 2e4
-    matter = replace(MATTER, mass_per_length=weight / -STANDARD[1])
-    yarns = straight(12, 3.0 + radius)
-    quality = Quality("float64", 3, 3, 12, 0.2, 1e-5, 5000)
-    result = relax_yarns(
-        yarns, material=matter, quality=quality, device="cpu", terms=[Gravity(), Body(box((8.0, 3.0, 8.0)))]
-    )
-    assert result.report["converged"]
-    k_body = 2 * radius * MATTER.k_contact
-    x = brentq(lambda x: k_body * (2 / x**3 - 2 * x) / radius - weight, 0.5, 1.0)
-    middle = result.yarns.sampled(4)[0][len(result.yarns.rest_length) * 2]
-    assert 0.6 < x < 0.8
-    assert (middle[1] - 3.0) / radius == pytest.approx(x, rel=1e-4)  # ten times the residual
 
 
 def test_a_ring_tightened_around_the_waist_lies_on_the_body() -> None:

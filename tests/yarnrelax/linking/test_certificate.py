@@ -196,18 +196,6 @@ def test_a_woven_crossing_changes_its_sign_if_the_warp_passes_through_the_weft()
     assert signs == [{(0, 1, 0, 0): -1}, {(0, 1, 0, 0): 1}]
 
 
-def test_the_smallest_cell_of_plain_weave_distinguishes_over_from_under() -> None:
-    # With the periods (1, 1) and (1, -1), the warp runs along their difference and the weft along their sum. The two
-    # yarns cross twice.
-    rise = 0.2 * np.cos(np.arange(8) / 8 * 2 * np.pi)[:, None] * [0.0, 0.0, 1.0]
-    warp = straight((0.0, 0.0, 0.0), (0.0, 2.0, 0.0), 8) + rise
-    weft = straight((0.0, 0.0, 0.0), (2.0, 0.0, 0.0), 8) - rise
-    yarns = periodic([warp, weft], [(1, -1), (1, 1)], [[1.0, 1.0, 0.0], [1.0, -1.0, 0.0]])
-    # These periods have the opposite orientation, so the fabric is seen from its back. The signs are the same.
-    assert sorted(doubled_by_pair(yarns).values()) == [-1, 1]
-    assert linking_certificate(yarns).nnz == 0
-
-
 def half_pulled(yarns: YarnSet) -> YarnSet:
     """Move one side of the loop's head to the back, through a leg of the row above."""
     points = yarns.points.copy()
@@ -223,29 +211,6 @@ def test_rows_of_stockinette_are_unlinked_and_a_pull_through_is_detected() -> No
     # each row is now linked with the row below it, once per stitch
     assert {key: abs(value) for key, value in doubled_by_pair(pulled).items()} == {(0, 0, 0, -1): 2}
     assert changed_pairs(doubled_linking(yarns), doubled_linking(pulled)).tolist() == [[0, 0]]
-
-
-def test_one_cell_and_two_by_three_cells_agree() -> None:
-    cell = half_pulled(periodic_patch(1, 1, radius=FORMULA_RADIUS))
-    (value,) = doubled_by_pair(cell).values()
-    across, up = cell.lattice.periods
-    rows = [np.concatenate([cell.points, cell.points + across]) + k * up for k in range(3)]
-    tiled = periodic(rows, [(1, 0)] * 3, [2 * across, 3 * up])
-    # a period has two stitches; the top row is linked with the bottom row of the next cell
-    assert doubled_by_pair(tiled) == {(0, 1, 0, 0): 2 * value, (1, 2, 0, 0): 2 * value, (0, 2, 0, -1): 2 * value}
-
-
-def test_a_yarn_plied_with_its_own_image_counts_each_turn_once() -> None:
-    # The yarn advances by two cells and has an odd number of turns, so that its image in the next cell is the second
-    # ply. The plies cross twice per turn; half of the lattice step maps one crossing to the other.
-    place, turns = np.arange(40) / 40, 3
-    angle = 2 * np.pi * turns * place
-    ply = np.stack([2 * place, 0.1 * np.cos(angle), 0.1 * np.sin(angle)], axis=1)
-    yarns = periodic([ply], [(2, 0)], np.eye(3)[:2])
-    # parallel strands of a right-handed helix have positive crossings
-    assert doubled_by_pair(yarns) == {(0, 0, 1, 0): turns}
-    mirrored = replace(yarns, points=yarns.points * [1.0, 1.0, -1.0])
-    assert doubled_by_pair(mirrored) == {(0, 0, 1, 0): -turns}
 
 
 def random_fabric(seed: int) -> YarnSet:

@@ -21,7 +21,8 @@ from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.image_table import CONTACT_RANGE, SPREAD, corners_of, near_images, renew_images
 from stitchmesh.yarnrelax.model.self_contact import neighbour_reach
 from stitchmesh.yarnrelax.model.state import make_state
-from stitchmesh.yarnrelax.model.upload import put_cells, put_model
+from stitchmesh.yarnrelax.model.upload import put_cells
+from tests.yarnrelax.one_term import on_device
 from tests.yarnrelax.stockinette import flat_patch, periodic_patch, woven_cell
 
 LEAF = YarnMaterial.named("leaf")
@@ -67,7 +68,7 @@ def rolled(yarns: YarnSet, first: int) -> YarnSet:
 
 def candidate_lists(yarns: YarnSet, margin: float) -> tuple[list[set[tuple[int, int, int]]], np.ndarray, Model]:
     """The candidate list of each sample as a set of (sample, image), the samples, and the model."""
-    model = put_model(yarns, LEAF, **COARSE, scalar=scalar_named("float64"), device=device_named("cpu"))
+    model = on_device(yarns)
     state, candidates = make_state(model), make_candidates(model, margin)
     ContactSearch(model, state, candidates).run()
     table = model.constants.images.image.numpy()
@@ -207,10 +208,7 @@ def test_forces_on_a_cell_are_minus_the_gradient() -> None:
 
 def test_images_are_added_when_yarns_spread_over_more_cells() -> None:
     cell = periodic_patch(1, 1)
-    model = put_model(
-        cell, YarnMaterial.named("leaf"), quadrature_points=3, contact_samples=3, scalar=scalar_named("float64"),
-        device=device_named("cpu"),
-    )  # fmt: skip
+    model = on_device(cell)
     assert not renew_images(model, model.upload(model.to_device(cell.points), 3))
     before = len(model.constants.images.image)
     extended = cell.points.copy()

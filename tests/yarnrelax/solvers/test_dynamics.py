@@ -165,18 +165,6 @@ def test_a_cell_moves_like_its_tiling() -> None:
     np.testing.assert_allclose(ends[1], np.tile(ends[0], (4, 1)), rtol=0, atol=1e-10)
 
 
-def test_a_restart_sets_velocities_to_zero_and_shortens_the_steps() -> None:
-    simulation, solver = started(straight_yarn(2.0))
-    solver.velocity.fill_(1.0)
-    solver.restart(np.array([0.25]))
-    assert solver.kinetic_energy() == 0.0
-    iterate(simulation, 1)
-    assert solver.time_step == LONGEST_TIME_STEP / 4
-    solver.set_step_scale(np.ones(1))
-    iterate(simulation, 1)
-    assert solver.time_step == LONGEST_TIME_STEP
-
-
 def test_a_yarn_without_mass_is_refused() -> None:
     with pytest.raises(ParameterError, match="mass_per_length"):
         started(straight_yarn(0.2), replace(LEAF, mass_per_length=0.0))

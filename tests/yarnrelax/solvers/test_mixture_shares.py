@@ -7,7 +7,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-import pytest
 
 from stitchmesh.compute.device import device_named
 from stitchmesh.quality import PRESETS
@@ -15,44 +14,11 @@ from stitchmesh.yarnrelax import YarnMaterial
 from stitchmesh.yarnrelax.energies.shape import KeepShape
 from stitchmesh.yarnrelax.newton import LARGE, Newton
 from stitchmesh.yarnrelax.simulation import YarnSimulation
-from stitchmesh.yarnrelax.solvers.mixture_shares import (
-    DISTRUSTED,
-    FASTER,
-    LEAST_SHARE,
-    REACH,
-    SLOWER,
-    MixtureShares,
-)
-from tests.yarnrelax.stockinette import fabric_of, periodic_patch, tube
+from stitchmesh.yarnrelax.solvers.mixture_shares import REACH, MixtureShares
+from tests.yarnrelax.stockinette import fabric_of, tube
 
 KALDOR = YarnMaterial.named("kaldor-simulation")
 DOUBLE = replace(PRESETS["draft"], precision="float64")
-
-
-def of_cells() -> MixtureShares:
-    given = [(periodic_patch(1, 1), KALDOR), (periodic_patch(2, 1), KALDOR)]
-    return MixtureShares(YarnSimulation(given, DOUBLE, device_named("cpu")).model, local=False)
-
-
-def test_a_cell_has_one_share_that_grows_at_once_and_shrinks_after_steps() -> None:
-    shares, nowhere = of_cells(), np.zeros(0, dtype=np.int64)
-    shares.grow(1, nowhere, np.zeros((0, 3)))
-    assert shares.largest.tolist() == shares.least.tolist() == [0.0, 1.0]
-    assert shares.part.tolist() == [0.0, 1.0]
-    shares.shrink(1)
-    shares.shrink(1)
-    assert shares.largest[1] == pytest.approx(FASTER**2)
-    shares.grow(1, nowhere, np.zeros((0, 3)))
-    assert shares.largest[1] == pytest.approx(FASTER**2 * SLOWER)
-    while shares.largest[1] > 0.0:
-        last = shares.largest[1]
-        shares.shrink(1)
-    assert LEAST_SHARE < last <= LEAST_SHARE / FASTER
-    shares.distrust(np.array([True, False]))
-    assert shares.largest.tolist() == [DISTRUSTED, 0.0]
-    # where the Hessian becomes negative again, the last share that was sufficient comes first
-    shares.grow(1, nowhere, np.zeros((0, 3)))
-    assert shares.largest[1] == shares.sufficient[1] == last
 
 
 def large() -> YarnSimulation:
