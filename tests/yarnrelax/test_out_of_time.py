@@ -96,7 +96,7 @@ def test_steps_between_changes_of_size_are_not_cut_short():
 
 def test_all_cells_of_a_batch_end_with_the_time():
     cells = [periodic_patch(1, 1), woven_cell()]
-    with limited_to(limit(10)):
+    with limited_to(limit(3)):
         ended = relax_cells(cells, quality="draft", device="cpu")
     rested = relax_cells(cells, quality="draft", device="cpu")
     assert ended.report["converged"] == 0 and rested.report["converged"] == 2

@@ -7,12 +7,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from stitchmesh.compute.device import device_named
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarnrelax import YarnMaterial
 from stitchmesh.yarnrelax.energies.shape import KeepShape
-from stitchmesh.yarnrelax.newton import LARGE, Newton
+from stitchmesh.yarnrelax.newton import Newton
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.mixture_shares import REACH, MixtureShares
 from tests.yarnrelax.stockinette import fabric_of, tube
@@ -21,14 +22,13 @@ KALDOR = YarnMaterial.named("kaldor-simulation")
 DOUBLE = replace(PRESETS["draft"], precision="float64")
 
 
-def large() -> YarnSimulation:
-    yarns = tube(9, 40)
-    assert len(yarns.points) > LARGE
-    return YarnSimulation.start(yarns, KALDOR, DOUBLE, device_named("cpu"), [KeepShape(fabric_of(9, 40, closed=True))])
+def tube_that_keeps_its_shape(rows: int, stitches: int) -> YarnSimulation:
+    shape = KeepShape(fabric_of(rows, stitches, closed=True))
+    return YarnSimulation.start(tube(rows, stitches), KALDOR, DOUBLE, device_named("cpu"), [shape])
 
 
 def test_in_a_large_piece_shares_grow_near_negative_pivots_and_at_last_everywhere() -> None:
-    simulation = large()
+    simulation = tube_that_keeps_its_shape(9, 40)
     shares = MixtureShares(simulation.model, local=True)
     points = simulation.state.points.numpy()[: simulation.model.point_count].astype(np.float64)
     shares.grow(0, np.array([300, 301]), points)
@@ -45,8 +45,11 @@ def test_in_a_large_piece_shares_grow_near_negative_pivots_and_at_last_everywher
     assert not shares.of_segments.any()
 
 
-def test_the_step_of_a_large_piece_far_from_rest_descends_and_is_not_the_last_one() -> None:
-    simulation, every = large(), np.ones(1, dtype=bool)
+def test_the_step_of_a_large_piece_far_from_rest_descends_and_is_not_the_last_one(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("stitchmesh.yarnrelax.newton.LARGE", 100)  # so that a small one will do
+    simulation, every = tube_that_keeps_its_shape(4, 10), np.ones(1, dtype=bool)
     newton = Newton(simulation)
     newton.find_steps(every, ~every, np.ones(1))
     step = newton.steps[0]
