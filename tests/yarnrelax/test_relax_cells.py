@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -18,9 +17,8 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, relax_yarns, yarn_energies, yarn_forces
 from stitchmesh.yarnrelax.energies import evaluation as all_terms
 from stitchmesh.yarnrelax.model.image_table import has_room
-from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 from stitchmesh.yarnrelax.simulation import YarnSimulation
-from stitchmesh.yarnrelax.solvers import alternation, point_blocks
+from stitchmesh.yarnrelax.solvers import point_blocks
 from stitchmesh.yarnrelax.solvers.lbfgs import LBFGS
 from stitchmesh.yarnrelax.together.cell_batch import BegunCell, CellBatch, RelaxedCell, relax_batch
 from stitchmesh.yarnrelax.together.relax_cells import relax_cells
@@ -189,24 +187,3 @@ def test_the_last_cell_of_a_batch_goes_on_with_other_cells() -> None:
     alone = relax_yarns(CELLS[2], material=LEAF, quality=EXACT, device="cpu", cell=FREE)
     # as in ``test_each_cell_relaxes_to_the_same_state_as_alone``
     assert second.report["energy"] == pytest.approx(alone.report["energy"], rel=1e-6)
-
-
-def test_cells_of_a_batch_take_their_newton_steps_in_the_same_intervals(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(alternation.ROUND, "cpu", 3)
-    given = list(zip(CELLS[:2], MATERIALS[:2], strict=True))
-    simulation = YarnSimulation(given, EXACT, device_named("cpu"), cells=[FREE] * 2)
-    loop = RelaxationLoop(simulation, EXACT.tolerance, EXACT.largest_change)
-    loop.start()
-    assert loop.newton is not None
-    asked, find_steps = set[int](), loop.newton.find_steps
-
-    def note(*given: Any) -> None:
-        asked.add(loop.alternation.intervals)
-        find_steps(*given)
-
-    monkeypatch.setattr(loop.newton, "find_steps", note)
-    while not loop.at_rest.all() and loop.iteration < EXACT.max_iterations:
-        loop.advance(~loop.at_rest)
-    assert loop.at_rest.all() and asked and all(interval % 3 == 0 for interval in asked)
-    alone = YarnSimulation(given[:1], EXACT, device_named("cpu"), cells=[FREE])
-    assert RelaxationLoop(alone, EXACT.tolerance).alternation.round == 1
