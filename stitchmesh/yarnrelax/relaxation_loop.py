@@ -22,7 +22,6 @@ from stitchmesh.yarnrelax.assessment import Assessments, RemainingChange
 from stitchmesh.yarnrelax.collision.narrow_phase import LONG_LIFE, fitting_margin
 from stitchmesh.yarnrelax.convergence import has_converged, is_at_rest, is_level
 from stitchmesh.yarnrelax.loop_state import LoopState, carried_arrays, resume_from_arrays
-from stitchmesh.yarnrelax.model.resting_cells import only_in
 from stitchmesh.yarnrelax.newton import SMALLEST_NEWTON_SCALE, newton_of
 from stitchmesh.yarnrelax.newton_interval import follow_steps, judge_and_move, move_less
 from stitchmesh.yarnrelax.settling import settling_of
@@ -147,7 +146,7 @@ class RelaxationLoop:
         wanted = cells * np.minimum(np.int64(ASSESSMENT_INTERVAL), self.most - self.iterations)
         if cells.any():
             self.cut_short |= bool((wanted[cells] < int(ASSESSMENT_INTERVAL)).any())
-            with only_in(self.simulation.model, cells):
+            with self.simulation.model.only_in(cells):
                 self.iterate(wanted)
         return wanted
 
