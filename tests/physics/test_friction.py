@@ -187,21 +187,6 @@ def test_parallel_yarns_have_their_own_coefficients_along_and_across(
     assert found / full == pytest.approx(expected, rel=1e-9)
 
 
-def test_the_choice_of_the_periodic_image_does_not_matter() -> None:
-    """A yarn that is moved by one period touches the other yarn itself instead of its image."""
-    here = repeated()
-    points = here.points.copy()
-    points[len(ARC_LENGTHS) :] -= [0.0, 1.0, 0.0]
-    moved = replace(here, points=points)
-    offset = slip(here, 0.1)
-    one, two = FrictionScene.of(here, Friction(0.3)), FrictionScene.of(moved, Friction(0.3))
-    expected = one.friction_forces(one.start + offset)
-    # rounding of coordinates of 8 units, divided by a slip of 0.1
-    np.testing.assert_allclose(
-        two.friction_forces(two.start + offset), expected, atol=1e-11 * np.abs(expected).max()
-    )
-
-
 def test_a_renewal_keeps_the_friction_of_a_slip_that_is_held() -> None:
     """Anchors follow a slide up to the slip length, so a renewal keeps both full friction and partial friction."""
     for share in (0.4, 30.0):

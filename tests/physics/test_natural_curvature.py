@@ -115,16 +115,6 @@ def test_the_sign_of_the_natural_curvature_does_not_matter() -> None:
     np.testing.assert_array_equal(*forces)
 
 
-def test_zero_natural_curvature_gives_the_bits_of_yarn_without_it() -> None:
-    yarns = shaken()
-    bare = YarnSet.from_curves(
-        [yarns.points[:14], yarns.points[14:]], closed=yarns.closed.tolist(), radius=0.05,
-        rest_lengths=[yarns.rest_length],
-    )  # fmt: skip
-    set_straight = replace(yarns, natural_curvature=np.zeros(len(yarns.points)))
-    np.testing.assert_array_equal(yarn_forces(bare, LEAF), yarn_forces(set_straight, LEAF))
-
-
 @pytest.mark.parametrize(
     ("natural", "message"),
     [

@@ -66,17 +66,6 @@ def test_the_residual_is_the_net_force_over_the_sum_of_magnitudes(yarns: YarnSet
     assert found.energy == pytest.approx(sum(found.energies.values()), rel=1e-12)
 
 
-def test_the_residual_does_not_depend_on_the_unit_of_length() -> None:
-    yarns, gamma = shaken(flat_patch(3, 2)), 1e3
-    scaled = replace(
-        yarns, points=gamma * yarns.points, rest_length=gamma * yarns.rest_length, radius=gamma * yarns.radius
-    )
-    before, after = assessed(yarns), assessed(scaled, LEAF.scaled(gamma))
-    # the similarity is exact; the tolerance is rounding
-    assert after.residual == pytest.approx(before.residual, rel=1e-9)
-    assert after.energy == pytest.approx(before.energy, rel=1e-9)
-
-
 def test_a_force_slightly_above_rounding_counts() -> None:
     line = np.arange(12)[:, None] * [0.21, 0.13, 0.07]
     rest = YarnSet.from_curves([line], closed=[False], radius=0.125)

@@ -16,7 +16,6 @@ from stitchmesh.quality import PRESETS, Quality, Solver
 from stitchmesh.run import Run
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial, linking_certificate, relax_yarns
-from stitchmesh.yarnrelax.collision.budget import SAFETY
 from stitchmesh.yarnrelax.model.self_contact import neighbour_reach
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from tests.yarnrelax.stockinette import flat_patch, hopf_link
@@ -76,23 +75,6 @@ def test_clearances_are_lower_bounds_of_the_distances_of_the_curves() -> None:
     assert touching.sum() > 10
     # For touching arcs, the bound is close: the arcs differ from their chords by a few hundredths of a radius.
     assert (clearance[touching] > nearest.min(axis=1)[touching] - 0.1 * radius).all()
-
-
-def test_a_budget_is_a_fraction_of_the_smallest_clearance_of_the_arcs_of_a_point() -> None:
-    patch = flat_patch(3, 2)
-    noise = np.random.default_rng(4).normal(scale=0.01, size=patch.points.shape)
-    # with this radius, the distances at crossings of loops are smaller than one radius
-    yarns = replace(patch, points=patch.points + noise, radius=np.full(3, 0.4))
-    quality = replace(DRAFT, precision="float64")
-    simulation = YarnSimulation.start(yarns, YarnMaterial.named("leaf"), quality, device_named("cpu"))
-    model, margin = simulation.model, simulation.candidates.margin
-    clearance = simulation.search.clearance.numpy()
-    expected = np.full(model.point_count, margin / 2)
-    of_segment = np.minimum.reduceat(clearance, model.sample_start[:-1])
-    np.minimum.at(expected, model.yarns.segment_points, SAFETY * of_segment[:, None])
-    # the kernel has the factor as a literal; both values are float64
-    np.testing.assert_allclose(simulation.state.budget.numpy(), expected, rtol=1e-15)
-    assert (expected < margin / 2).any() and (expected == margin / 2).any()
 
 
 @pytest.mark.parametrize(("solver", "forces"), [("quasistatic", "random"), ("dynamics", "of tight rings")])

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.lattice import Lattice
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial, relax_yarns
 from stitchmesh.yarnrelax.constraints.pins import Pins
@@ -67,20 +66,6 @@ def test_yarns_with_all_points_pinned_are_at_rest_immediately() -> None:
     assert result.report["residual"] == 0.0
     assert result.report["iterations"] == 0
     np.testing.assert_allclose(result.yarns.points, yarns.points, atol=HELD * 10 * yarns.radius[0])
-
-
-def test_pins_hold_on_a_lattice() -> None:
-    """One of the four control points of a yarn that crosses the cell is pinned; the others align with it."""
-    points = np.array([[0.0, 0.0, 0.0], [1.0, 0.3, 0.0], [2.0, 0.0, 0.3], [3.0, 0.2, 0.0]])
-    lattice = Lattice(np.array([[4.0, 0.0, 0.0], [0.0, 4.0, 0.0]]))
-    cell = YarnSet(
-        points=points, start=[0, 4], closed=[True], radius=[0.1], rest_length=np.full(4, 1.0), row=np.zeros(4),
-        face=np.full(4, -1), part=np.zeros(4), lattice=lattice, lattice_step=[[1, 0]],
-    )  # fmt: skip
-    result = relax_yarns(cell, material=MATTER, quality="draft", device="cpu", terms=[Pins([1])])
-    assert result.report["converged"]
-    np.testing.assert_allclose(result.yarns.points[1], points[1], atol=1e-6)
-    assert np.ptp(result.yarns.points[:, 1]) < 0.02  # straight across the cell, within the residual
 
 
 @pytest.mark.parametrize(

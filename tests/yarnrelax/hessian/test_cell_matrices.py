@@ -78,23 +78,6 @@ def test_the_upper_triangle_is_that_of_the_shifted_matrices_and_of_the_identity(
     np.testing.assert_array_equal(csc_array(parts, shape=(count, count)).toarray().T, expected)
 
 
-def test_the_analysis_of_a_group_without_new_entries_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
-    pretend_cudss(monkeypatch)
-    every, device, group = CELL >= 0, device_named("cpu"), np.where(CELL == 1, 1, 0)
-    given = matrix()
-    pattern = pattern_of(given, device, group)
-    before = [part.factors for part in pattern.parts_for(every)]
-    alike = [part.factors for part in pattern_of(given, device, group, pattern).parts_for(every)]
-    assert alike[0] is before[0] and alike[1] is before[1]
-    more = np.zeros(given.shape)
-    one, other = np.flatnonzero(CELL == 1)[[0, -1]]
-    more[one, other] = more[other, one] = 1.0
-    assert given[one, other] == 0.0
-    last = pattern_of(csc_array(given + csc_array(more)), device, group, pattern)
-    now = [part.factors for part in last.parts_for(every)]
-    assert now[0] is before[0] and now[1] is not before[1]
-
-
 @pytest.mark.decides
 def test_factors_count_and_solve_for_each_cell(place: Place) -> None:
     factors, right = place(OWNERS, matrix()).factored(SHIFT), normal(len(CELL))

@@ -10,8 +10,6 @@ import numpy as np
 import pytest
 from scipy.spatial.distance import cdist
 
-from stitchmesh.compute.device import device_named
-from stitchmesh.compute.precision import scalar_named
 from stitchmesh.lattice import Lattice
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial, yarn_energies, yarn_forces
@@ -21,7 +19,6 @@ from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.image_table import CONTACT_RANGE, SPREAD, corners_of, near_images, renew_images
 from stitchmesh.yarnrelax.model.self_contact import neighbour_reach
 from stitchmesh.yarnrelax.model.state import make_state
-from stitchmesh.yarnrelax.model.upload import put_cells
 from tests.yarnrelax.one_term import on_device
 from tests.yarnrelax.stockinette import flat_patch, periodic_patch, woven_cell
 
@@ -220,21 +217,3 @@ def test_images_are_added_when_yarns_spread_over_more_cells() -> None:
     needed = near_images(corners_of(model, spread.numpy(), periods), CONTACT_RANGE)
     assert {tuple(image) for image in needed} <= {tuple(image) for image in table}
     assert not renew_images(model, spread)
-
-
-def test_the_images_of_several_cells_are_the_union_of_those_of_each() -> None:
-    cells = [periodic_patch(1, 1), woven_cell(), periodic_patch(3, 2)]
-    each: set[tuple[int, int]] = set()
-    for cell in cells:
-        corners = (cell.points[cell.segment_points] + cell.point_shift).reshape(-1, 3)
-        assert cell.lattice is not None
-        near = cell.lattice.near_images(corners, CONTACT_RANGE * float(cell.radius.max()))
-        each |= {tuple(image) for image in near.tolist()}
-    material = YarnMaterial.named("leaf")
-    model = put_cells(
-        [(cell, material) for cell in cells], quadrature_points=3, contact_samples=3, scalar=scalar_named("float64"),
-        device=device_named("cpu"),
-    )  # fmt: skip
-    periods = model.constants.images.periods.numpy().reshape(-1, 2, 3)
-    together = near_images(corners_of(model, model.to_device(model.yarns.points), periods), CONTACT_RANGE)
-    assert {tuple(image) for image in together.tolist()} == each

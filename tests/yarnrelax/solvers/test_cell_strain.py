@@ -94,17 +94,6 @@ def test_a_free_cell_equals_its_tiling(at_rest: YarnSet) -> None:
     assert many[1] / rows == pytest.approx(one[1], rel=1e-3)
 
 
-def test_the_choice_of_periods_does_not_matter(at_rest: YarnSet) -> None:
-    yarns, basis = periodic_patch(1, 1), [[1, 0], [-2, 1]]
-    assert yarns.lattice is not None
-    other = replace(yarns, lattice=Lattice(np.array(basis) @ yarns.lattice.periods))
-    result = relax_yarns(other, material=KALDOR, quality=EXACT, device="cpu", cell=RelaxCell())
-    found, expected = size_of(result.yarns), size_of(at_rest)
-    # the tolerance of the test above
-    assert found[:2] == pytest.approx(expected[:2], rel=1e-3)
-    assert found[2] == pytest.approx(basis[1][0] * expected[0] + expected[2], abs=1e-3 * expected[0])
-
-
 @pytest.mark.parametrize(
     ("cell", "kept"),
     [(RelaxCell(course=None), (0,)), (RelaxCell(wale=None), (1,)), (RelaxCell(shear=False), (2,))],

@@ -92,14 +92,6 @@ def test_damping_is_minus_the_derivative_of_the_dissipation(only: str) -> None:
         assert force.flat[number] == pytest.approx(ends[1] - ends[0], rel=1e-10, abs=1e-12 * ends[0])
 
 
-def test_contact_damping_conserves_momentum_and_has_the_power_of_twice_the_dissipation() -> None:
-    yarns, material = overlapping_yarns(), replace(LEAF, k_global=0.0)
-    velocity = np.random.default_rng(3).normal(scale=10.0, size=yarns.points.shape)
-    force = damping_forces(yarns, material, velocity)
-    np.testing.assert_allclose(force.sum(axis=0), 0.0, atol=1e-13 * np.abs(force).max())  # rounding
-    assert (force * velocity).sum() == pytest.approx(-2 * dissipation(yarns, material, velocity), rel=1e-12)
-
-
 def straight_yarn(spacing: float) -> YarnSet:
     line = np.stack([spacing * np.arange(9.0), np.zeros(9), np.zeros(9)], axis=1)
     return YarnSet.from_curves([line], closed=[False], radius=0.125)
