@@ -10,7 +10,7 @@ between two evaluations of the forces. Candidate lists and step budgets are the 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -108,8 +108,7 @@ class BodyFollower:
 
     def yarns(self) -> YarnSet:
         """The yarns at the present frame."""
-        model = self.simulation.model
-        return replace(self.inputs.yarns, points=model.from_device(self.simulation.state.points))
+        return self.simulation.current_yarns()
 
     def report(self) -> dict[str, Any]:
         """Return figures of the present frame as plain numbers."""

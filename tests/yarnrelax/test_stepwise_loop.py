@@ -57,7 +57,7 @@ def test_parts_of_intervals_have_the_bits_of_whole_intervals(yarns, solver, cell
         if divided.iteration == ITERATIONS:  # iterations of whole intervals
             break
     assert np.array_equal(whole.simulation.good_yarns().points, divided.simulation.good_yarns().points)
-    assert np.array_equal(divided.current_yarns().points, divided.simulation.good_yarns().points)
+    assert np.array_equal(divided.simulation.current_yarns().points, divided.simulation.good_yarns().points)
     assert list(whole.last) == list(divided.last)
     assert whole.simulation.candidates.margin == divided.simulation.candidates.margin
 
@@ -67,7 +67,7 @@ def test_the_current_yarns_move_within_an_interval_and_the_accepted_ones_do_not(
     first = loop.simulation.good_yarns()
     assert loop.advance_partly(3) == 3 and not loop.is_between_intervals
     assert np.array_equal(loop.simulation.good_yarns().points, first.points)
-    moved = loop.current_yarns()
+    moved = loop.simulation.current_yarns()
     assert np.abs(moved.points - first.points).max() > 0.0
     assert not np.array_equal(moved.lattice.periods, first.lattice.periods)
     assert loop.advance_partly(100) == 17 and loop.is_between_intervals
