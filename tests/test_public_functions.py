@@ -13,7 +13,6 @@ MOST = 8
 LONGER = {
     "explore": 9,
     "relax_edited": 9,
-    "relax_through_steps": 9,
     "swatch": 9,
 }
 """Functions that take more. None may join, and none may grow."""

@@ -25,7 +25,7 @@ def relaxed_outline(run: sm.Run[Any]) -> object:
 
 def relaxed_in_steps(run: sm.Run[Any]) -> object:
     return sm.relax_through_steps(
-        periodic_patch(1, 1), [sm.LoadStep()], friction=sm.Friction(0.2), material=sm.YarnMaterial.named(),
+        periodic_patch(1, 1), [sm.LoadStep()], terms=[sm.Friction(0.2)], material=sm.YarnMaterial.named(),
         quality=PRESETS["draft"], cell=sm.RelaxCell(), device="cpu", run=run,
     )  # fmt: skip
 

@@ -24,7 +24,7 @@ from stitchmesh.lattice import Lattice
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet, segment_lengths, segment_points
 from stitchmesh.yarnrelax import YarnMaterial
-from stitchmesh.yarnrelax.relax_partly import relax_partly
+from stitchmesh.yarnrelax.relax import relax_partly
 
 FORMULA_RADIUS, STITCH_WIDTH, ROW_HEIGHT = 0.78, 2.0 * math.pi, 4.5
 """Radius, width and height of a stitch in units of the formula."""

@@ -2,15 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """The simulation of yarns that follow a moving body, from one frame of the body to the next.
 
-In a time step the surface moves by at most ``LARGEST_MOTION`` of the reach of a contact sample. It therefore cannot
-pass a sample between two evaluations of the forces. Candidate lists and step budgets are the same as in a relaxation
+In a time step the surface moves by at most a fifth of the reach of a contact sample. It therefore cannot pass a sample
+between two evaluations of the forces. Candidate lists and step budgets are the same as in a relaxation
 (``relaxation_loop``), so no yarn passes through another one.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -32,9 +32,6 @@ from stitchmesh.yarnrelax.motion.moving_body import MovingBody, MovingBodyTerm
 from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.dynamics import YarnDynamics
-
-LARGEST_MOTION = 0.2
-"""Largest motion of the surface in a time step, over the reach of the contact samples."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,8 +108,7 @@ class BodyFollower:
 
     def yarns(self) -> YarnSet:
         """The yarns at the present frame."""
-        model = self.simulation.model
-        return replace(self.inputs.yarns, points=model.from_device(self.simulation.state.points))
+        return self.simulation.current_yarns()
 
     def report(self) -> dict[str, Any]:
         """Return figures of the present frame as plain numbers."""
@@ -147,10 +143,10 @@ class BodyFollower:
         self.term.surface.begin(max(self.frame - 1, 0))
 
     def _longest_step(self) -> float:
-        """Time in which the surface moves by ``LARGEST_MOTION`` of the smallest reach [s]."""
+        """Time in which the surface moves by a fifth of the smallest reach [s]."""
         speed = self.term.surface.speed(self.frame)
         reach = float(self.simulation.model.radius.min() + float(self.term.thickness))
-        return LARGEST_MOTION * reach / speed if speed > 0.0 else np.inf
+        return 0.2 * reach / speed if speed > 0.0 else np.inf
 
     def _checked_gap(self) -> float:
         """Return the smallest signed distance of a sample from the body, over the reach of the sample.

@@ -19,7 +19,7 @@ from stitchmesh.compute.kernel import kernel
 from stitchmesh.mesh import FloatArray
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.energies.contact import contact_force_scale
-from stitchmesh.yarnrelax.evaluate import put_evaluation
+from stitchmesh.yarnrelax.evaluate import put_evaluations
 from stitchmesh.yarnrelax.model.lattice_images import sample_number
 from stitchmesh.yarnrelax.model.material import YarnMaterial
 from stitchmesh.yarnrelax.model.spline import from_entry
@@ -70,7 +70,7 @@ def contact_load(
     Raises:
         ParameterError: the device or the precision is unknown, or a count is below 1.
     """
-    model, state, candidates = put_evaluation(yarns, material, precision, 1, contact_samples, device)
+    model, state, candidates = put_evaluations([(yarns, material)], precision, 1, contact_samples, device)
     magnitude = model.empty(model.sample_count)
     model.launch(
         contact_magnitudes, model.sample_count,

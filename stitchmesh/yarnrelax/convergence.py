@@ -67,7 +67,6 @@ from stitchmesh.yarnrelax.energies import by_term, evaluation
 from stitchmesh.yarnrelax.energies.term import Constraint, Term
 from stitchmesh.yarnrelax.model.cells import CONTACT
 from stitchmesh.yarnrelax.model.constants import Model
-from stitchmesh.yarnrelax.model.resting_cells import only_in
 from stitchmesh.yarnrelax.model.spline import place_contact_samples
 from stitchmesh.yarnrelax.model.state import State
 from stitchmesh.yarnrelax.solvers.cell_strain import CellStrain
@@ -255,7 +254,7 @@ class Assessor:
 
         With ``cells``, only the assessments of these cells belong to the current state.
         """
-        with only_in(self.model, cells):
+        with self.model.only_in(cells):
             self.launches.launch()
         found = self.sums.totals()
         counts = np.diff(self.model.point_start)

@@ -21,9 +21,6 @@ from stitchmesh.yarnrelax.model.material import YarnMaterial
 from stitchmesh.yarnrelax.model.state import State, make_state
 from stitchmesh.yarnrelax.model.upload import put_cells
 
-SMALLEST_MARGIN = 1e-4
-"""Margin of the candidate lists, in mean radii; the result does not depend on it."""
-
 
 @alone()
 def yarn_energies(
@@ -52,7 +49,8 @@ def yarn_energies(
     Raises:
         ParameterError: the device or the precision is unknown, or a count is below 1.
     """
-    model, state, candidates = put_evaluation(yarns, material, precision, quadrature_points, contact_samples, device)
+    given = [(yarns, material)]
+    model, state, candidates = put_evaluations(given, precision, quadrature_points, contact_samples, device)
     return by_term.energies(model, state, candidates, ())
 
 
@@ -70,22 +68,11 @@ def yarn_forces(
 
     The arguments and errors are the same as in ``yarn_energies``.
     """
-    model, state, candidates = put_evaluation(yarns, material, precision, quadrature_points, contact_samples, device)
+    given = [(yarns, material)]
+    model, state, candidates = put_evaluations(given, precision, quadrature_points, contact_samples, device)
     no_stiffness = model.empty(model.point_count)
     evaluation.force_launches(model, state, candidates, (), no_stiffness, model.launch)
     return state.force.numpy().astype(np.float64) / model.unit
-
-
-def put_evaluation(
-    yarns: YarnSet,
-    material: YarnMaterial,
-    precision: str,
-    quadrature_points: int,
-    contact_samples: int,
-    device: str | None,
-) -> tuple[Model, State, Candidates]:
-    """Return a model, and a state with placed samples and listed candidates, for an evaluation."""
-    return put_evaluations([(yarns, material)], precision, quadrature_points, contact_samples, device)
 
 
 def put_evaluations(
@@ -95,7 +82,7 @@ def put_evaluations(
     contact_samples: int | Sequence[int],
     device: str | None,
 ) -> tuple[Model, State, Candidates]:
-    """Return the same as ``put_evaluation``, for several cells on lattices or for one piece."""
+    """Return a model of cells on lattices, or of one piece, and a state with placed samples and listed candidates."""
     for yarns, material in given:
         check_kind("yarn_energies", yarns, YarnSet)
         check_kind("yarn_energies, material", material, YarnMaterial)
@@ -107,6 +94,6 @@ def put_evaluations(
         device=device_named(device),
     )
     state = make_state(model)
-    candidates = make_candidates(model, margin=SMALLEST_MARGIN)
+    candidates = make_candidates(model, margin=1e-4)  # in mean radii; the result does not depend on it
     ContactSearch(model, state, candidates).run()
     return model, state, candidates

@@ -28,7 +28,7 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.energies.mesh_features import feature_topology
 from stitchmesh.yarnrelax.follow_body import YarnFrame
 
-FRAMES, ANIMATION, REPORT = "frames", "animation.usdc", "report.json"
+ANIMATION, REPORT = "animation.usdc", "report.json"
 """Names in the output folder."""
 
 
@@ -86,4 +86,4 @@ class FollowFiles:
             yield UsdFrame(frame.time, frame.yarns, surface, triangles, {})
 
     def _path(self, number: int, suffix: str) -> Path:
-        return self.folder / FRAMES / f"{number:04d}.{suffix}"
+        return self.folder / "frames" / f"{number:04d}.{suffix}"

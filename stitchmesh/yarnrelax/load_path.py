@@ -37,12 +37,6 @@ from stitchmesh.yarnrelax.solvers.cell_strain import RelaxCell
 
 MOST_STRAIN = 100.0
 """Largest ratio, up or down, of a segment's length at the start to its rest length with which the path begins."""
-TORN = 0.3
-"""Above this strain, a refusal names the strain as its reason; wool yarn breaks at 25 to 35 %."""
-SLENDER, USUAL = 20.0, 3.0
-"""Lengths of segments over the radius: yarn is thin above the first; thicker yarn is made to have the second."""
-SAME = 0.02
-"""An input whose relative change is below this is not named."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,12 +76,12 @@ class LoadPath:
         This holds for pieces. Thicker yarn would lead a relaxing cell to other strains, so that nothing would be
         gained.
         """
-        return self.asked.cell is None and self.slenderness > SLENDER
+        return self.asked.cell is None and self.slenderness > 20.0
 
     def thick_start(self, iterations: int) -> LoadPosition:
-        """Return the position at share 0, with yarn thick enough for its segments, after a trial of ``iterations``."""
+        """Return the position at share 0, with segments that are 3 radii long, after a trial of ``iterations``."""
         reason = f"the yarn is thin, its segments are {self.slenderness:.3g} radii long"
-        return LoadPosition(share=0.0, thin=self.slenderness / USUAL, reason=reason, iterations=iterations)
+        return LoadPosition(share=0.0, thin=self.slenderness / 3.0, reason=reason, iterations=iterations)
 
     def with_asked_inputs(self, yarns: YarnSet) -> YarnSet:
         """Return the yarns of a step with the rest lengths and radii that the caller asked for."""
@@ -101,7 +95,8 @@ class LoadPath:
         head, stretched = str(error).split(";")[0], self._strain_at(position)
         load = f"{position.reached:.2g} of the load ({self._changes(position)})"
         took = f"the yarns took {load} in {position.steps} steps, stretched by {100 * stretched:.2g} %"
-        remedy = "the yarn cannot be that short, give longer" if stretched > TORN else "take thinner or longer"
+        # wool yarn breaks at a strain of 25 to 35 %
+        remedy = "the yarn cannot be that short, give longer" if stretched > 0.3 else "take thinner or longer"
         remedy = "take a smaller load, thicker" if self._pulls else remedy
         return OverloadError(f"{head}; {took}; {remedy} yarn, a smaller k_bend or a larger k_contact (--stiffness)")
 
@@ -144,7 +139,7 @@ class LoadPath:
         first, last = self._first_material(), self.asked.material
         factors = {"rest lengths": rest_length, "radius": 1.0 / position.thin}
         factors |= {name: _ratio(getattr(last, name), getattr(first, name)) for name in ("k_bend", "k_contact")}
-        named = [f"{name} x {factor:.2g}" for name, factor in factors.items() if abs(factor - 1.0) > SAME]
+        named = [f"{name} x {factor:.2g}" for name, factor in factors.items() if abs(factor - 1.0) > 0.02]
         if self._pulls:
             named.append("the loads on the cell")
         return ", ".join(named) or "rest lengths of single segments"

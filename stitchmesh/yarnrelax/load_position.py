@@ -23,14 +23,10 @@ STEP_ITERATIONS = 300
 """Largest number of iterations of a step before the whole load acts."""
 TRIAL_ITERATIONS, THICK_ITERATIONS = 2000, 10_000
 """Iterations of thin yarn under the whole load before it is relaxed from thicker yarn; and iterations of that yarn."""
-FIRST_STEP, LARGEST_STEP, SMALLEST_STEP = 0.25, 0.25, 1.0 / 128.0
-"""First, largest and smallest share of the load that is added in one step."""
-LONGER_STEP = 1.5
-"""Factor by which each step is larger than the one before."""
+LARGEST_STEP, SMALLEST_STEP = 0.25, 1.0 / 128.0
+"""Largest and smallest share of the load that is added in one step; the first step is the largest."""
 MOST_FINER = 8
 """Largest factor of the contact samples."""
-THICK = 2.0
-"""Thicker yarn does not help below this factor of the radius."""
 THIN, THINNEST = 0.6, 0.1
 """Factors of the radius of yarns that start too close to each other. The first is ``THIN``, and each next one is the
 square of the one before it, down to ``THINNEST``."""
@@ -78,8 +74,9 @@ class LoadPosition:
 
     def after_step(self, yarns: YarnSet, iterations: int) -> LoadPosition:
         """Return the next step after one that ended with ``yarns``, and with ``iterations`` since the start."""
-        step = FIRST_STEP if self.reached is None else self.share - self.reached
-        step = FIRST_STEP if self.share == 0.0 else min(LONGER_STEP * step, LARGEST_STEP)
+        step = LARGEST_STEP
+        if self.share != 0.0 and self.reached is not None:
+            step = min(1.5 * (self.share - self.reached), LARGEST_STEP)
         periods = None if yarns.lattice is None else yarns.lattice.periods
         share = min(self.share + step, 1.0)
         return replace(
@@ -109,7 +106,7 @@ class LoadPosition:
 
     def _with_another_radius(self) -> LoadPosition | None:
         """Return another start at share 0: less thick, or thinner."""
-        if self.thin > THICK:
+        if self.thin > 2.0:  # below this factor of the radius thicker yarn does not help
             return replace(self, thin=self.thin**0.5)
         if self.thin > 1.0:
             return replace(self, thin=1.0, share=1.0)

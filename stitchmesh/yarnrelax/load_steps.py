@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 
 from stitchmesh.compute.device import alone, device_named
 from stitchmesh.compute.shared_work import shared
+from stitchmesh.errors import ParameterError
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.lattice import Lattice
 from stitchmesh.quality import Quality
@@ -103,12 +104,11 @@ def relax_through_steps(
     yarns: YarnSet,
     steps: Sequence[LoadStep],
     *,
-    friction: Friction,
+    terms: Sequence[TermChoice],
     material: YarnMaterial,
     quality: Quality,
     cell: RelaxCell,
     device: str | None = None,
-    terms: Sequence[TermChoice] = (),
     run: Run[YarnSet] = SHOWN,
 ) -> list[StepAtRest]:
     """Relax yarns on a lattice through load steps, and return the state of rest of each.
@@ -119,24 +119,24 @@ def relax_through_steps(
     Args:
         yarns: the yarns, without slip.
         steps: loads, drawing and friction of each step, in order.
-        friction: friction with its whole coefficient.
+        terms: friction with its whole coefficient, and further energies, such as a support on which the fabric lies.
         material: stiffnesses.
         quality: sampling and tolerance of each step; ``max_iterations`` holds for each step.
         cell: the changes that the periods are free to make; the steps replace its loads.
         device: "cpu", "cuda:0" ...; None for the first GPU, or the CPU if there is no GPU.
-        terms: further energies, such as a support on which the fabric lies.
         run: progress, states and checkpoints; a control is refused.
 
     Raises:
         FileError: a checkpoint cannot be written, or the checkpoint to resume is missing or damaged.
-        ParameterError: the yarns have no lattice, a term does not act in free cells, or the checkpoint belongs to
-            another path.
+        ParameterError: the yarns have no lattice, the terms have no friction or two of them, a term does not act in
+            free cells, or the checkpoint belongs to another path.
         SolverError: the yarns are too close to each other, or a yarn passed through another one.
     """
     refuse_in_free_cells(terms, ())
+    friction, others = friction_and_others(terms)
     run.refuse_all_but("relax_through_steps", "on_state", "checkpoints", "resume")
     began = time.perf_counter()
-    inputs = RelaxationInputs(yarns, material, quality, device_named(device), [friction, *terms], cell=cell)
+    inputs = RelaxationInputs(yarns, material, quality, device_named(device), [friction, *others], cell=cell)
     keeps = run.checkpoints is not None or run.resume is not None
     written = _path_fingerprint(inputs, steps) if keeps else {}
     saved = None if run.resume is None else read_state(run.resume, written)
@@ -148,6 +148,19 @@ def relax_through_steps(
     results = path.results(yarns, observer.history)
     refuse_pull_through(yarns, results[-1].yarns, device)
     return results
+
+
+def friction_and_others(terms: Sequence[TermChoice]) -> tuple[Friction, list[TermChoice]]:
+    """Return the term of friction, and the other terms.
+
+    Raises:
+        ParameterError: there is no term of friction, or more than one.
+    """
+    friction = [term for term in terms if isinstance(term, Friction)]
+    if len(friction) != 1:
+        found = f"relax_through_steps, terms: got {len(friction)} terms of friction"
+        raise ParameterError(f"{found}; expected one Friction")
+    return friction[0], [term for term in terms if term is not friction[0]]
 
 
 def _path_fingerprint(inputs: RelaxationInputs, steps: Sequence[LoadStep]) -> dict[str, str]:

@@ -66,11 +66,16 @@ class Loading:
         """
         while True:
             try:
-                _run_to_rest(self.loop, self._limit, note)
+                _run_to_rest(self.loop, int(min(self.quality.max_iterations, self._step_end)), note)
                 if not self._step_is_done:
-                    self._say_steps()
+                    if not self.position.is_first:
+                        count, why = self.position.steps, self.position.why
+                        logger.debug("the load was applied in %d steps, because at once: %s", count, why)
                     return
-                self.position = self._following()
+                if self.position.is_whole:
+                    self.position = self.path.thick_start(self.loop.iteration)
+                else:
+                    self.position = self.position.after_step(self.loop.simulation.good_yarns(), self.loop.iteration)
             except OverloadError as error:
                 after = self.loop.iteration + int(ASSESSMENT_INTERVAL)
                 self._refuse(error, min(after, self.quality.max_iterations), began=True)
@@ -94,39 +99,20 @@ class Loading:
         ended = bool((self.loop.at_rest | self.loop.stalled)[0])
         return self.loop.iteration >= self._step_end or (not self.position.is_whole and ended)
 
-    @property
-    def _limit(self) -> int:
-        """Number of iterations after which the present step ends."""
-        return int(min(self.quality.max_iterations, self._step_end))
-
-    def _following(self) -> LoadPosition:
-        """Return the step that follows the present one."""
-        if self.position.is_whole:
-            return self.path.thick_start(self.loop.iteration)
-        return self.position.after_step(self.loop.simulation.good_yarns(), self.loop.iteration)
-
     def _begin(self) -> RelaxationLoop:
         """Start the present step, or the next one that the yarns can start."""
+        quality = self.quality
         while True:
+            position = self.position
             try:
-                return self._loop()
+                simulation = self.path.inputs_at(position).start()
+                tolerance = quality.tolerance if position.is_whole else DESCENT
+                return RelaxationLoop(
+                    simulation, tolerance, quality.largest_change, position.iterations, quality.max_iterations,
+                    by_newton=position.is_whole or position.thin > 1.0,
+                )  # fmt: skip
             except OverloadError as error:
-                self._refuse(error, self.position.iterations, began=False)
-
-    def _loop(self) -> RelaxationLoop:
-        quality, whole = self.quality, self.position.is_whole
-        simulation = self.path.inputs_at(self.position).start()
-        tolerance = quality.tolerance if whole else DESCENT
-        return RelaxationLoop(
-            simulation, tolerance, quality.largest_change, self.position.iterations, quality.max_iterations,
-            by_newton=whole or self.position.thin > 1.0,
-        )  # fmt: skip
-
-    def _say_steps(self) -> None:
-        """Log in one line that there were steps, and why."""
-        position = self.position
-        if not position.is_first:
-            logger.debug("the load was applied in %d steps, because at once: %s", position.steps, position.why)
+                self._refuse(error, position.iterations, began=False)
 
     def _refuse(self, error: OverloadError, iterations: int, *, began: bool) -> None:
         """Go on to the next step after a refusal.

@@ -41,7 +41,6 @@ from stitchmesh.yarnrelax.assessment import RemainingChange
 from stitchmesh.yarnrelax.collision.budget import STRAIN_UNIT
 from stitchmesh.yarnrelax.energies.term import Coupling
 from stitchmesh.yarnrelax.hessian.cell_matrices import Owners
-from stitchmesh.yarnrelax.model.resting_cells import only_in
 from stitchmesh.yarnrelax.newton_moves import NewtonMoves, entries_of
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.mixture_shares import MixtureShares
@@ -162,7 +161,7 @@ class Newton:
             )  # fmt: skip
             return simulation.balance_launches() + further
 
-        with only_in(self.model, cells):
+        with self.model.only_in(cells):
             simulation.captured("forces", launches).launch()
 
     def _steps(
@@ -206,7 +205,7 @@ class Newton:
 
     def _systems(self, cells: NDArray[np.bool_]) -> NewtonSystems:
         """Return the systems of some cells with their present shares."""
-        with only_in(self.model, cells):
+        with self.model.only_in(cells):
             matrices = self._assembly.cell_matrices(
                 1.0 - self.shares.of_segments, self._owners(cells), self._couplings(), forces_are_found=True
             )

@@ -24,8 +24,6 @@ from stitchmesh.yarnrelax.ended_step import EndedStep
 from stitchmesh.yarnrelax.load_position import LoadPosition
 from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 
-ON_STATE_SECONDS = 5.0
-"""Time between two calls of ``on_state`` [s]."""
 PROGRESS_SECONDS = 0.5
 """Time between two calls of ``report`` [s]."""
 
@@ -94,7 +92,7 @@ class Observer:
         if self.report is not None and now - self.reported > PROGRESS_SECONDS:
             self.reported = now
             self.report(loop.iteration, last.residual)
-        if self.run.on_state is not None and now - self.saved > ON_STATE_SECONDS:
+        if self.run.on_state is not None and now - self.saved > 5.0:  # seconds
             self.saved = now
             self.run.on_state(self.loading.good_yarns())
         if self.run.control is not None:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Relaxation of yarns to a state of rest: the order of operations."""
+"""Relaxation of yarns, to a state of rest or for some iterations only: the order of operations."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ import logging
 import time
 from collections.abc import Sequence
 
-from stitchmesh.compute.device import alone
+from stitchmesh.compute.device import alone, device_named
 from stitchmesh.compute.shared_work import shared
 from stitchmesh.errors import check_kind
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.quality import DEFAULT_QUALITY, Quality
 from stitchmesh.run import SHOWN, Run
 from stitchmesh.run_control import RunStopped
-from stitchmesh.time_limit import OutOfTime, done_twice
+from stitchmesh.time_limit import OutOfTime, done_twice, without_limit
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.checkpoint import read_state
-from stitchmesh.yarnrelax.energies.term import Choice
+from stitchmesh.yarnrelax.energies.term import Choice, TermChoice
 from stitchmesh.yarnrelax.linking.certificate import doubled_linking, refuse_changed_linking
 from stitchmesh.yarnrelax.load_path import LoadPath
 from stitchmesh.yarnrelax.load_position import AT_ONCE
@@ -26,7 +26,9 @@ from stitchmesh.yarnrelax.loading import Loading
 from stitchmesh.yarnrelax.model.material import YarnMaterial
 from stitchmesh.yarnrelax.observer import Observer
 from stitchmesh.yarnrelax.relaxation_inputs import checked_inputs
+from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 from stitchmesh.yarnrelax.relaxation_result import Relaxation, relaxation_report, unrest_text
+from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.cell_strain import RelaxCell
 
 logger = logging.getLogger(__name__)
@@ -99,3 +101,22 @@ def relax_yarns(
     refuse_changed_linking(yarns, relaxed, linking, device)
     report = relaxation_report(loading, relaxed, observer.seconds(), stopped=stopped, out_of_time=out_of_time)
     return Relaxation(relaxed, report, observer.history)
+
+
+@shared
+@alone()
+def relax_partly(
+    yarns: YarnSet, *, material: YarnMaterial, quality: Quality, iterations: int, device: str | None = None,
+    cell: RelaxCell | None = None, terms: Sequence[TermChoice] = (),
+) -> YarnSet:  # fmt: skip
+    """Relax yarns for some iterations only, for changes in small steps; the arguments are as in ``relax_yarns``.
+
+    The solver does all iterations; Newton's method does not end this relaxation.
+
+    Raises:
+        SolverError: the relaxation cannot continue.
+    """
+    simulation = YarnSimulation.start(yarns, material, quality, device_named(device), terms, cell=cell)
+    with without_limit():  # the next change of size needs all of these iterations
+        RelaxationLoop(simulation, quality.tolerance, quality.largest_change, by_newton=False).run(iterations)
+    return simulation.good_yarns()

@@ -22,7 +22,6 @@ from stitchmesh.yarnrelax.assessment import Assessments, RemainingChange
 from stitchmesh.yarnrelax.collision.narrow_phase import LONG_LIFE, fitting_margin
 from stitchmesh.yarnrelax.convergence import has_converged, is_at_rest, is_level
 from stitchmesh.yarnrelax.loop_state import LoopState, carried_arrays, resume_from_arrays
-from stitchmesh.yarnrelax.model.resting_cells import only_in
 from stitchmesh.yarnrelax.newton import SMALLEST_NEWTON_SCALE, newton_of
 from stitchmesh.yarnrelax.newton_interval import follow_steps, judge_and_move, move_less
 from stitchmesh.yarnrelax.settling import settling_of
@@ -32,8 +31,6 @@ from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL, UNLIMITED
 
 SMALLEST_STEP_SCALE = 5e-5
 """The loop does not step back again below this scale of steps."""
-RECOVERY, NEWTON_RECOVERY = 1.2, 2.0
-"""Growth of the scale of steps after each accepted assessment."""
 REMEDY = "move the yarns apart, or control points that lie in one place"
 """Advice for yarns whose energy is too steep."""
 
@@ -149,7 +146,7 @@ class RelaxationLoop:
         wanted = cells * np.minimum(np.int64(ASSESSMENT_INTERVAL), self.most - self.iterations)
         if cells.any():
             self.cut_short |= bool((wanted[cells] < int(ASSESSMENT_INTERVAL)).any())
-            with only_in(self.simulation.model, cells):
+            with self.simulation.model.only_in(cells):
                 self.iterate(wanted)
         return wanted
 
@@ -182,7 +179,7 @@ class RelaxationLoop:
         """Accept the current states of some cells, and let their steps become longer again."""
         self.simulation.accept(cells)
         if (self.step_scale[cells] < 1.0).any():
-            recovery = np.where(self.ending, NEWTON_RECOVERY, RECOVERY)[cells]
+            recovery = np.where(self.ending, 2.0, 1.2)[cells]  # twice after a Newton step
             self.step_scale[cells] = np.minimum(self.step_scale[cells] * recovery, 1.0)
             self.simulation.solver.set_step_scale(self.step_scale)
 

@@ -52,17 +52,13 @@ NEAR = 1e-6
 RESIDUAL, LARGEST_RESIDUAL = 1e-10, 1e-7
 """A state is brought to the first residual before it is differentiated, and refused above the second. Errors of the
 derivatives are about the residual over the softness of the fabric, 1e-3."""
-MOST_ITERATIONS, LAST_STEPS = 20_000, 8
-"""Largest number of iterations of the relaxation, and of steps with the exact Hessian after it."""
+MOST_ITERATIONS = 20_000
+"""Largest number of iterations of the relaxation."""
 WORTH = 0.5
 """If a step leaves more than this part of the residual, further steps of Newton's method do not help."""
 STEP = 1e-6
 """Relative change of an input in a central difference of forces. Rounding then leaves 1e-10 of a term's force, and
 pairs of samples that begin to touch within the step hardly count."""
-REFINEMENTS = 2
-"""Number of times that the residual of a solution is used to refine it."""
-UNOPPOSED = 1e-9
-"""Nothing holds a translation of the whole fabric if its stiffness, over the median of the diagonal, is below this."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,7 +151,7 @@ class RestSystem:
     def _solved(self, right: FloatArray) -> FloatArray:
         """Return the motions of the control points at held strains, without a motion of the fabric as a whole."""
         found = self._factors.solve(right)
-        for _ in range(REFINEMENTS):
+        for _ in range(2):  # refine the solution by its residual
             found = found + self._factors.solve(right - self._points @ found)
         return found
 
@@ -167,7 +163,7 @@ def _held(matrix: csc_array) -> csc_array:
     for axis in range(3):
         whole = np.zeros(matrix.shape[0])
         whole[axis::3] = 1.0
-        if np.abs(matrix @ whole).max() < UNOPPOSED * level:
+        if np.abs(matrix @ whole).max() < 1e-9 * level:  # nothing holds a translation of the whole fabric
             springs[axis] = level
     return csc_array(matrix + diags_array(springs))
 
@@ -208,7 +204,7 @@ def _end(loop: RelaxationLoop) -> None:
         before = float(loop.last.residual[0])
         loop.advance()
     forces, assembly = ForcesByInput(simulation), HessianAssembly(simulation)
-    for _ in range(LAST_STEPS if loop.last.residual[0] > RESIDUAL else 0):
+    for _ in range(8 if loop.last.residual[0] > RESIDUAL else 0):  # steps with the exact Hessian
         force = forces.now()
         motion = RestSystem(simulation, assembly).motions(force[:, None])[:, 0]
         newton.steps[0] = NewtonStep(motion.reshape(-1, 3), exact=True, work=float(force @ motion))

@@ -48,8 +48,6 @@ FASTEST, SLOWEST = (1.0 / 3.0) ** 0.5, 0.75**0.5
 """Smallest and largest ratio of the changes over two successive spans with which an estimate is made."""
 MARK = 2.0**0.25
 """Ratio of the iterations of two successive marks."""
-OLDEST = SPAN**2 * MARK**2
-"""Ratio of the iterations of the last mark to the iterations of the oldest mark that an estimate needs."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,7 +99,8 @@ class Settling:
         middles = self.stitches.middles(points)
         spacing = self.stitches.mean_distances(middles)
         self.marks.append(Milestone(iteration, now.energy, now.size, now.residual, spacing, middles))
-        while len(self.marks) > 1 and self.marks[1].iteration * OLDEST <= iteration:
+        # an estimate needs marks of the last two spans
+        while len(self.marks) > 1 and self.marks[1].iteration * (SPAN**2 * MARK**2) <= iteration:
             del self.marks[0]
         return self.remaining_change()
 

@@ -246,12 +246,20 @@ class YarnSimulation:
 
     def good_cells(self) -> list[YarnSet]:
         """Return the yarns of each cell in the last accepted state."""
-        start, places, cells = self.model.point_start, self.model.from_device(self.good_points), self.model.cells
+        return self._cells_at(self.good_points, self.good_periods)
+
+    def current_yarns(self) -> YarnSet:
+        """Return the yarns of the only cell or piece in the current state, which is not assessed yet."""
+        periods = self.model.constants.images.periods if self.model.on_lattice else None
+        return self._cells_at(self.state.points, periods)[0]
+
+    def _cells_at(self, points: wp.array[Any], periods: wp.array[Any] | None) -> list[YarnSet]:
+        start, places, cells = self.model.point_start, self.model.from_device(points), self.model.cells
         moved = [replace(cell.yarns, points=places[start[k] : start[k + 1]]) for k, cell in enumerate(cells)]
-        if self.strain is None or self.good_periods is None:
+        if self.strain is None or periods is None:
             return moved
-        periods = self.good_periods.numpy().astype(np.float64).reshape(-1, 2, 3)
-        lattices = [Lattice(periods[k] * cell.unit) for k, cell in enumerate(cells)]
+        each = periods.numpy().astype(np.float64).reshape(-1, 2, 3)
+        lattices = [Lattice(each[k] * cell.unit) for k, cell in enumerate(cells)]
         return [replace(yarns, lattice=lattice) for yarns, lattice in zip(moved, lattices, strict=True)]
 
     def smallest_distances(self) -> NDArray[np.float64]:

@@ -9,13 +9,9 @@ lists after the same iterations. The state at the end of an interval has the sam
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 from numpy.typing import NDArray
 
-from stitchmesh.lattice import Lattice
-from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.collision.narrow_phase import LONG_LIFE
 from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 from stitchmesh.yarnrelax.simulation import YarnSimulation
@@ -41,15 +37,6 @@ class StepwiseLoop(RelaxationLoop):
     def is_between_intervals(self) -> bool:
         """Whether an assessment interval has ended and the next one has not begun."""
         return self.done == 0
-
-    def current_yarns(self) -> YarnSet:
-        """Return the yarns in the current state, which is not assessed yet within an interval."""
-        model, state = self.simulation.model, self.simulation.state
-        yarns, unit = model.cells[0].yarns, model.cells[0].unit
-        points = model.from_device(state.points)[: len(yarns.points)]
-        periods = model.constants.images.periods.numpy().astype(np.float64).reshape(2, 3)
-        lattice = yarns.lattice if self.simulation.strain is None else Lattice(periods * unit)
-        return replace(yarns, points=points, lattice=lattice)
 
     def advance_partly(self, most: int) -> int:
         """Iterate for a part of an assessment interval; at its end, accept the new state or step back.

@@ -27,7 +27,7 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, linking_certificate, relax_yarns, yarn_energies, yarn_forces
 from stitchmesh.yarnrelax.cell_stress import cell_stress
 from stitchmesh.yarnrelax.linking.certificate import doubled_linking, refuse_pull_through
-from stitchmesh.yarnrelax.relax_partly import relax_partly
+from stitchmesh.yarnrelax.relax import relax_partly
 from stitchmesh.yarnrelax.together.relax_cells import relax_cells
 from tests.nightly import mostly_at_night
 

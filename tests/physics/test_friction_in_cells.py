@@ -11,22 +11,16 @@ from typing import Any
 
 import numpy as np
 import pytest
-import warp as wp
 
-from stitchmesh.compute.kernel import kernel
 from stitchmesh.lattice import Lattice
 from stitchmesh.quality import PRESETS
-from stitchmesh.run import CHECKPOINT, Checkpoints, Run
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial, relax_yarns
 from stitchmesh.yarnrelax.friction.friction import Friction
-from stitchmesh.yarnrelax.friction.friction_law import resistance_block, slip_stiffness_block
-from stitchmesh.yarnrelax.model.image_table import renew_images
 from stitchmesh.yarnrelax.model.state import make_state
 from stitchmesh.yarnrelax.relax import Relaxation
 from stitchmesh.yarnrelax.solvers.cell_strain import RelaxCell
-from tests.nightly import at_night
-from tests.physics.test_friction import Capstan, FrictionScene, repeated, slip
+from tests.physics.test_friction import FrictionScene, repeated, slip
 from tests.yarnrelax.stockinette import periodic_patch
 
 KALDOR = YarnMaterial.named("kaldor-simulation")
@@ -66,15 +60,12 @@ def strain(a: float, b: float, c: float) -> np.ndarray:
     return np.array([[1.0 + a, c, 0.0], [0.0, 1.0 + b, 0.0], [0.0, 0.0, 1.0]])
 
 
-@pytest.mark.parametrize("mu", [(0.5, 0.2), *at_night(0.3)])
 @pytest.mark.parametrize("size", [0.003, 0.1], ids=["sticking", "sliding"])
-@pytest.mark.parametrize("yarns", [periodic_patch(1, 1), *at_night(repeated())], ids=["stockinette", "lines"])
-def test_the_virial_is_minus_the_gradient_by_the_strains(
-    yarns: YarnSet, size: float, mu: float | tuple[float, float]
-) -> None:
+def test_the_virial_is_minus_the_gradient_by_the_strains(size: float) -> None:
     """The energy is that of friction for anchors that stay, of points and periods that both follow the strain."""
+    yarns = periodic_patch(1, 1)
     thicker = yarns.with_radius(1.1 * yarns.radius)  # the loops of the formula hardly touch
-    scene = CellScene.of(thicker, Friction(mu))
+    scene = CellScene.of(thicker, Friction((0.5, 0.2)))
     points, periods = scene.start + slip(yarns, size), scene.periods
     virial = scene.strain_forces(points)
     assert np.abs(virial[:3]).max() > 0.0
@@ -104,78 +95,6 @@ def test_the_stiffness_by_the_strains_bounds_the_change_of_the_virial_where_yarn
     stiffness = np.array(columns)
     assert np.linalg.eigvalsh((stiffness + stiffness.T) / 2).min() > 0.0
     assert np.linalg.eigvalsh(bound - (stiffness + stiffness.T) / 2).min() > -1e-3 * np.abs(bound).max()
-
-
-@kernel
-def blocks_of_a_pair(
-    # model
-    press: Any,
-    first: Any,
-    second: Any,
-    law: Any,
-    # state in
-    slip: wp.array[Any],
-    # state out
-    blocks: wp.array2d[Any],
-) -> None:
-    """H and K of a pair for several slips."""
-    i = wp.tid()
-    zero = type(blocks[0, 0])()
-    blocks[i, 0] = slip_stiffness_block(press, slip[i], first, second, law, zero)
-    blocks[i, 1] = resistance_block(wp.length(press) * law[0], wp.normalize(press), first, second, law, zero)
-
-
-def matrix_of(block: np.ndarray) -> np.ndarray:
-    xx, yy, zz, xy, xz, yz = block
-    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-
-
-@pytest.mark.parametrize("law", [(0.3, 1.0, 1.0), (0.5, 1.0, 0.16)], ids=["one coefficient", "two coefficients"])
-def test_the_stiffness_of_a_pair_is_the_second_derivative_and_has_no_negative_eigenvalue(law: tuple) -> None:
-    press, first, second = np.array([1.0, 2.0, 2.0]), np.array([0.6, 0.0, 0.8]), np.array([0.0, 1.0, 0.0])
-    slips = np.array([[0.0, 0.0, 0.0], [0.01, -0.02, 0.005], [0.03, 0.04, 0.01], [0.3, -0.2, 0.1]])
-    given, found = wp.array(slips, dtype=wp.vec3d), wp.zeros((4, 2), dtype=wp.types.vector(6, wp.float64))
-    arguments = [wp.vec3d(*press), wp.vec3d(*first), wp.vec3d(*second), wp.vec4d(*law, 0.05), given]
-    wp.launch(blocks_of_a_pair, 4, arguments, [found])
-    for u, (exact, unit) in zip(slips, found.numpy(), strict=True):
-        a = matrix_of(unit) / (3.0 * law[0])  # A: the block of size mu N is mu N A
-        hessian = second_derivative(lambda x, a=a: 3.0 * law[0] * mollified(np.sqrt(max(x @ a @ x, 0.0)), 0.05), u)
-        # second differences with a step of 1e-4: the third derivative, 2 / e^2, times the step
-        np.testing.assert_allclose(matrix_of(exact), hessian, atol=0.02 * 3.0 * law[0] * 2 / 0.05)
-        assert np.linalg.eigvalsh(matrix_of(exact)).min() > -1e-12 * 3.0 * 2 / 0.05  # rounding
-        assert np.abs(matrix_of(exact) @ press).max() < 1e-12 * 3.0 * 2 / 0.05  # nothing along the normal
-
-
-def mollified(s: float, e: float) -> float:
-    """phi (``friction``)."""
-    return s * s / e - s**3 / (3 * e * e) if s < e else s - e / 3
-
-
-def second_derivative(energy: Any, at: np.ndarray, step: float = 1e-4) -> np.ndarray:
-    axes = step * np.eye(3)
-    sides = [[energy(at + p + q) - energy(at + p - q) - energy(at - p + q) + energy(at - p - q) for q in axes]
-             for p in axes]  # fmt: skip
-    return np.array(sides) / (4 * step * step)
-
-
-def test_a_new_table_of_images_changes_no_force_and_loses_no_pair() -> None:
-    yarns = periodic_patch(2, 1)
-    scene = CellScene.of(yarns.with_radius(1.1 * yarns.radius), Friction(0.3))
-    points = scene.start + slip(yarns, 0.1)
-    before, energy = scene.sample_forces(points), scene.energy(points)
-    first, table = scene.friction.arrays(), scene.model.constants.images.image.numpy()
-    scene.model.constants.images.box = scene.model.empty(2, 3)
-    wide = scene.start * [1.0, 1.0, 12.0]  # yarns that are spread need other images
-    renew_images(scene.model, scene.model.upload(3.0 * wide, 3), anyway=True)
-    assert scene.model.constants.images.image.shape != table.shape
-    np.testing.assert_array_equal(scene.sample_forces(points), before)
-    assert scene.energy(points) == energy
-    scene.begin_step(points)
-    kept, count = scene.friction.arrays(), first["count"].numpy()
-    assert kept["table"].shape != first["table"].shape
-    slid = np.linalg.norm(scene.sample_forces(points), axis=1)
-    # pairs that press before and after keep their friction up to the change of N, so most of the force is left
-    assert slid[count > 0].sum() > 0.5 * np.linalg.norm(before, axis=1).sum()
 
 
 @pytest.mark.parametrize("size", [0.01, 0.4], ids=["sticking", "sliding"])
@@ -230,28 +149,26 @@ def height(found: Relaxation) -> float:
     return float(found.yarns.lattice.periods[1][1])
 
 
-def test_friction_holds_a_part_of_a_stretch_and_more_friction_holds_more() -> None:
-    found = [relaxed(mu, start=1.1) for mu in (0.0, 0.1, 0.2, 0.4)]
-    assert all(each.report["converged"] for each in found)
-    heights = [height(each) for each in found]
-    assert np.all(np.diff(heights) > 0.001 * heights[0])
+def test_friction_holds_a_part_of_a_stretch() -> None:
+    without, held = relaxed(0.0, start=1.1), relaxed(0.3, start=1.1)
+    assert without.report["converged"] and held.report["converged"]
+    assert height(held) > 1.003 * height(without)
     # without friction the fabric returns to its size: the tolerance of 1e-5 leaves a strain of some 1e-3
-    assert heights[0] == pytest.approx(drawn(1.0).lattice.periods[1][1], rel=2e-3)
+    assert height(without) == pytest.approx(drawn(1.0).lattice.periods[1][1], rel=2e-3)
 
 
 def test_yarns_stick_below_coulombs_bound_and_slide_above_it() -> None:
     """A small load moves a fabric with friction much less than one without; a large load moves both alike."""
     rest = float(drawn(1.0).lattice.periods[1][1])
-    small = [height(relaxed(mu, 100.0)) - rest for mu in (0.0, 0.2, 0.5)]
-    assert 0.0 < small[2] < small[1] < 0.3 * small[0]  # what is left is the bending of yarn that sticks
-    large = [height(relaxed(mu, 1000.0)) - rest for mu in (0.0, 0.2, 0.5)]
-    assert 0.85 * large[0] < large[2] < large[1] < large[0]
+    small, small_held = (height(relaxed(mu, 100.0)) - rest for mu in (0.0, 0.3))
+    assert 0.0 < small_held < 0.3 * small  # what is left is the bending of yarn that sticks
+    large, large_held = (height(relaxed(mu, 1000.0)) - rest for mu in (0.0, 0.3))
+    assert 0.85 * large < large_held < large
 
 
 def test_a_load_that_is_taken_off_leaves_a_strain_and_does_more_work_than_it_gets_back() -> None:
     """The work of the load is the gain of elastic energy plus what friction dissipates (loads are dead)."""
-    load, rest = 300.0, relaxed(0.3)
-    pulled = relaxed(0.3, load)
+    load, rest, pulled = 1000.0, relaxed(0.3), relaxed(0.3, 1000.0)
     terms = [Friction(0.3)]
     off = relax_yarns(pulled.yarns, material=KALDOR, quality=EXACT, device="cpu", cell=UPRIGHT, terms=terms)
     elastic = [sum(found.report["energies"][name] for name in ("stretch", "length", "bend", "contact"))
@@ -282,51 +199,12 @@ def test_every_sample_of_a_relaxed_cell_obeys_coulombs_bound() -> None:
         assert (force > 0.15 * press)[press > 0.0].any()  # the pairs of a sample pull in several directions
 
 
-def test_a_relaxation_without_friction_is_the_same_before_and_after_one_with_friction() -> None:
-    common: dict[str, Any] = {"material": KALDOR, "quality": EXACT, "device": "cpu", "cell": UPRIGHT}
-    before = relax_yarns(periodic_patch(1, 1), **common)
-    relax_yarns(periodic_patch(1, 1), terms=[Friction(0.3)], **common)
-    after = relax_yarns(periodic_patch(1, 1), **common)
-    np.testing.assert_array_equal(after.yarns.points, before.yarns.points)
-    np.testing.assert_array_equal(after.yarns.lattice.periods, before.yarns.lattice.periods)
-    assert "friction" not in after.report["energies"]
-
-
-def test_friction_of_coefficient_zero_changes_no_force() -> None:
-    """Forces and virials have the same bits as without the term."""
-    yarns = periodic_patch(1, 1)
-    scene = CellScene.of(yarns.with_radius(1.1 * yarns.radius), Friction(0.0))
-    points = scene.start + slip(yarns, 0.1)
-    assert not scene.sample_forces(points).any()
-    assert not scene.strain_forces(points).any()
-
-
-def test_a_resumed_relaxation_with_friction_ends_in_the_same_bits(tmp_path) -> None:  # type: ignore[no-untyped-def]
-    yarns, terms = drawn(1.1), [Friction(0.3)]
-    common: dict[str, Any] = {"material": KALDOR, "device": "cpu", "cell": UPRIGHT, "terms": terms}
-    whole = relax_yarns(yarns, quality=EXACT, **common)
-    short = replace(EXACT, max_iterations=60)
-    relax_yarns(yarns, quality=short, run=Run(checkpoints=Checkpoints(tmp_path, every=20)), **common)
-    rest = relax_yarns(yarns, quality=EXACT, run=Run(resume=tmp_path / CHECKPOINT), **common)
-    np.testing.assert_array_equal(rest.yarns.points, whole.yarns.points)
-    np.testing.assert_array_equal(rest.yarns.lattice.periods, whole.yarns.lattice.periods)
-
-
-@pytest.mark.nightly
-def test_capstan_on_a_lattice() -> None:
-    """The cylinder lies in another image than the yarn that is wound around it."""
-    capstan = Capstan(np.pi / 2, 0.3, lattice=Lattice([[12.0, 0.0, 0.0], [0.0, 11.0, 0.0]]))
-    tensions = [capstan.pull(distance) for distance in [0.0] + 7 * [0.03]]
-    assert tensions[-1] == pytest.approx(1.602, rel=0.05)
-
-
-@pytest.mark.parametrize("share", [0.4, 30.0], ids=["sticking", "sliding"])
-def test_a_renewal_keeps_the_friction_of_a_change_of_the_periods(share: float) -> None:
+def test_a_renewal_keeps_the_friction_of_a_change_of_the_periods() -> None:
     """The yarns stay where they are; the period carries the image of one along the other."""
     scene = CellScene.of(repeated(), Friction(0.3))
     points, periods = scene.start, scene.periods
     half = len(points) // 2
-    periods[1, 0] += share * 0.05
+    periods[1, 0] += 1.5
     scene.model.constants.images.periods.assign(periods)
     before = scene.friction_forces(points)[half:].sum(axis=0)
     scene.begin_step(points)

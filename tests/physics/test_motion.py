@@ -63,12 +63,11 @@ def crossing_yarns() -> YarnSet:
     return YarnSet.from_curves([along, across, above], closed=[False] * 3, radius=0.125)
 
 
-@pytest.mark.parametrize("step_scale", [1.0, 0.5])
-def test_a_yarn_in_free_fall(step_scale: float) -> None:
+def test_a_yarn_in_free_fall() -> None:
     simulation, solver = started(straight_yarn(5), undamped(), [Gravity()])
-    solver.restart(np.array([step_scale]))
+    solver.restart(np.array([0.5]))
     iterate(simulation, 100)
-    time, step = solver.time, step_scale * 4e-4
+    time, step = solver.time, 0.5 * 4e-4
     assert time == pytest.approx(100 * step, rel=1e-12)  # nothing is stiff enough to shorten the step
     # float64 rounding of a hundred steps
     np.testing.assert_allclose(velocities(simulation, solver)[:, 1], -FALL * time, rtol=1e-13)
@@ -89,21 +88,6 @@ def test_terminal_speed_shows_the_factor_of_global_damping() -> None:
     assert rate * solver.time > 40  # the speed approaches its limit exponentially; e^-40 is left
     terminal = material.mass_per_length * FALL / (2 * material.k_global)
     np.testing.assert_allclose(velocities(simulation, solver)[:, 1], -terminal, rtol=1e-10)
-
-
-def test_momentum_is_conserved_without_global_damping() -> None:
-    yarns = crossing_yarns()
-    simulation, solver = started(yarns, replace(YarnMaterial.named("leaf"), k_global=0.0))
-    start = np.zeros((len(yarns.points), 3))
-    start[:12, 2], start[24:, 0] = 8.0, -12.0  # the first hits the second from below, the third slides over it
-    solver.velocity.assign(start / simulation.model.unit)
-    mass = solver.mass.numpy() / simulation.model.unit**2
-    before = mass @ start
-    iterate(simulation, 200)
-    after = velocities(simulation, solver)
-    assert np.abs(after[12:24]).max() > 1.0  # the yarns have touched
-    # float64 rounding of 200 steps
-    np.testing.assert_allclose(mass @ after, before, rtol=0, atol=1e-13 * np.abs(before).max())
 
 
 def test_angular_momentum_is_conserved_without_damping() -> None:

@@ -65,7 +65,7 @@ def test_the_force_is_minus_the_gradient() -> None:
     assert (ends[0] - ends[1]) / (2 * step) == pytest.approx(-(force * direction).sum(), rel=1e-6)
 
 
-@pytest.mark.parametrize("natural", [0.2, 0.5, 1.0, 1.9])
+@pytest.mark.parametrize("natural", [0.2, 1.9])
 def test_the_energy_of_a_ring_is_the_square_of_the_difference_of_curvatures(natural: float) -> None:
     """E = 2 pi R k_bend (1 / R - k)^2. The sign of k does not matter."""
     radius = 2.0
@@ -73,22 +73,12 @@ def test_the_energy_of_a_ring_is_the_square_of_the_difference_of_curvatures(natu
     # The curvature of the spline differs from the circle's by (2 pi / 60)^2 / 12 = 0.1 %, which is at most 2 % of the
     # difference of curvatures.
     for side in (1, -1):
-        energy = bend_energy(ring(radius, 60, side * natural))
-        assert energy == pytest.approx(expected, rel=0.02, abs=1e-5 * K_BEND)
+        assert bend_energy(ring(radius, 60, side * natural)) == pytest.approx(expected, rel=0.02)
 
 
-def test_a_ring_with_its_natural_curvature_has_no_force() -> None:
-    straight, curved = (yarn_forces(ring(2.0, 60, natural), BENDING) for natural in (0.0, 0.5))
-    assert np.abs(curved).max() < 0.005 * np.abs(straight).max()  # 0.1 % of the curvature is the spline's error
-
-
-@pytest.mark.parametrize("part", [0.05, 0.2, 0.249])
-def test_nearly_straight_yarn_has_the_energy_of_the_parabola(part: float) -> None:
-    """The energy density is (1 - q) k^2 - (1 / q - 1) kappa^2 with q = 1/4.
-
-    The rings have the curvature ``part`` times their natural curvature, below q.
-    """
-    radius = 2.0
+def test_nearly_straight_yarn_has_the_energy_of_the_parabola() -> None:
+    """The energy density is (1 - q) k^2 - (1 / q - 1) kappa^2 with q = 1/4, for kappa below q k."""
+    radius, part = 2.0, 0.2
     natural = 1 / (part * radius)
     expected = 2 * np.pi * radius * K_BEND * (0.75 * natural**2 - 3 / radius**2)
     assert bend_energy(ring(radius, 60, natural)) == pytest.approx(expected, rel=0.002)  # spline error 0.1 %
@@ -118,37 +108,20 @@ def test_an_open_yarn_relaxes_to_an_arc_with_its_natural_curvature() -> None:
     np.testing.assert_allclose(rest.yarns.strain, 0.0, atol=1e-4)
 
 
-@pytest.mark.parametrize("precision", ["float32", "float64"])
-def test_the_sign_of_the_natural_curvature_does_not_matter(precision: str) -> None:
+def test_the_sign_of_the_natural_curvature_does_not_matter() -> None:
     yarns = shaken()
     other = replace(yarns, natural_curvature=-yarns.natural_curvature)
-    forces = [yarn_forces(each, LEAF, precision=precision) for each in (yarns, other)]
+    forces = [yarn_forces(each, LEAF) for each in (yarns, other)]
     np.testing.assert_array_equal(*forces)
 
 
-def test_zero_natural_curvature_gives_the_bits_of_yarn_without_it() -> None:
-    yarns = shaken()
-    bare = YarnSet.from_curves(
-        [yarns.points[:14], yarns.points[14:]], closed=yarns.closed.tolist(), radius=0.05,
-        rest_lengths=[yarns.rest_length],
-    )  # fmt: skip
-    set_straight = replace(yarns, natural_curvature=np.zeros(len(yarns.points)))
-    np.testing.assert_array_equal(yarn_forces(bare, LEAF), yarn_forces(set_straight, LEAF))
-
-
-def test_single_precision_agrees_with_double() -> None:
-    yarns = shaken()
-    double, single = yarn_forces(yarns, BENDING), yarn_forces(yarns, BENDING, precision="float32")
-    # Float32 rounds coordinates of 5 cm to 3e-7 cm. The relative error is 1e-5 for second differences of 0.1 cm and
-    # 1e-4 for a difference of curvatures.
-    np.testing.assert_allclose(single, double, atol=1e-4 * np.abs(double).max())
-
-
-def test_bad_natural_curvatures_are_refused() -> None:
-    yarns = shaken()
-    with pytest.raises(YarnError, match=r"natural_curvature: got shape \(3,\); expected \(23,\)"):
-        replace(yarns, natural_curvature=np.ones(3))
-    bad = yarns.natural_curvature.copy()
-    bad[7] = np.nan
-    with pytest.raises(YarnError, match="natural_curvature 7: got nan; expected finite numbers in 1/cm"):
-        replace(yarns, natural_curvature=bad)
+@pytest.mark.parametrize(
+    ("natural", "message"),
+    [
+        (np.ones(3), r"natural_curvature: got shape \(3,\); expected \(23,\)"),
+        (np.append(np.nan, np.ones(22)), "natural_curvature 0: got nan; expected finite numbers in 1/cm"),
+    ],
+)
+def test_bad_natural_curvatures_are_refused(natural: np.ndarray, message: str) -> None:
+    with pytest.raises(YarnError, match=message):
+        replace(shaken(), natural_curvature=natural)

@@ -28,8 +28,7 @@ def straight(direction: Vector, through: Vector, half: float = 1.5) -> np.ndarra
     return np.asarray(through) + arc_length[:, None] * np.asarray(direction)
 
 
-@pytest.mark.parametrize("angle", [90.0, 40.0])
-@pytest.mark.parametrize("delta", [0.95, 0.8, 0.5])
+@pytest.mark.parametrize(("angle", "delta"), [(90.0, 0.95), (40.0, 0.5)])
 def test_the_contact_force_of_crossing_yarns_equals_the_integral(angle: float, delta: float) -> None:
     """The force is 4 pi r k (1 - delta^2)^2 / delta / sin(angle)."""
     turn = np.radians(angle)
@@ -42,9 +41,9 @@ def test_the_contact_force_of_crossing_yarns_equals_the_integral(angle: float, d
     np.testing.assert_allclose(force, [0.0, 0.0, expected], rtol=0.01, atol=0.01 * expected)
 
 
-@pytest.mark.parametrize("delta", [0.9, 0.8, 0.5])
-def test_the_contact_energy_of_parallel_yarns_equals_the_integral(delta: float) -> None:
+def test_the_contact_energy_of_parallel_yarns_equals_the_integral() -> None:
     """E / L = 2 r k [(2 / delta) atan(s / delta) + 2 (delta^2 - 2) s + 2/3 s^3] with s = sqrt(1 - delta^2)."""
+    delta = 0.8
     lower = straight((1.0, 0.0, 0.0), (0.0, 0.0, 0.0))
     longer = straight((1.0, 0.0, 0.0), (0.0, delta * 2 * RADIUS, 0.0), half=3.0)
     yarns = YarnSet.from_curves([lower, longer], closed=[False, False], radius=RADIUS)
@@ -52,8 +51,7 @@ def test_the_contact_energy_of_parallel_yarns_equals_the_integral(delta: float) 
     s = np.sqrt(1 - delta**2)
     inside = 2 / delta * np.arctan(s / delta) + 2 * (delta**2 - 2) * s + 2 / 3 * s**3
     expected = 2 * RADIUS * MATERIAL.k_contact * inside * length
-    energy = yarn_energies(yarns, MATERIAL)["contact"]
-    assert energy == pytest.approx(expected, rel=0.01)
+    assert yarn_energies(yarns, MATERIAL)["contact"] == pytest.approx(expected, rel=0.01)
 
 
 def ring(radius: float, points: int) -> YarnSet:

@@ -11,17 +11,15 @@ import numpy as np
 import pytest
 
 from stitchmesh.compute.device import device_named
-from stitchmesh.periodic.relaxation.prepared_swatch import prepare_swatch
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, relax_yarns
+from stitchmesh.yarnrelax import YarnMaterial, relax_yarns
 from stitchmesh.yarnrelax.hessian.factored_matrix import factored
-from stitchmesh.yarnrelax.newton import BALANCED, MOVE, SHORTER, SMALLEST_MOVE, Newton
+from stitchmesh.yarnrelax.newton import BALANCED, MOVE, SHORTER, SMALLEST_MOVE
 from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.newton_system import SIGNIFICANT
 from stitchmesh.yarnrelax.together.relax_cells import relax_cells
-from tests.periodic.free_cells import FREE
 from tests.yarnrelax.hessian.scenes import assembled_hessian
 from tests.yarnrelax.rings import RADIUS, height, ring
 
@@ -69,16 +67,18 @@ def test_a_ring_that_is_curled_more_than_its_circle_leaves_its_plane_and_another
         assert (loop.last[0].energy < 0.1 * energy) == folds
 
 
+def test_a_state_of_rest_stays_in_place() -> None:
+    rest = relaxed(CURLED)
+    again = relaxed(rest.yarns)
+    assert rest.report["converged"] and again.report["converged"]
+    moved = np.linalg.norm(again.yarns.points - rest.yarns.points, axis=1).max()
+    assert moved < MOVE * RADIUS
+
+
 def test_each_ring_of_a_batch_stays_or_leaves_by_itself() -> None:
     batch = relax_cells([OPEN, CURLED], materials=[MATERIAL] * 2, quality=DOUBLE, device="cpu")
     assert batch.report["converged"] == 2
     assert height(batch.cells[0].yarns) == 0.0 and height(batch.cells[1].yarns) > 1.0
-
-
-def test_equal_balances_are_left_in_equal_bits() -> None:
-    ends = [relaxed(CURLED) for _ in range(2)]
-    np.testing.assert_array_equal(ends[0].yarns.points, ends[1].yarns.points)
-    assert ends[0].report["iterations"] == ends[1].report["iterations"]
 
 
 def test_a_move_away_from_a_balance_has_the_given_length() -> None:
@@ -116,43 +116,3 @@ def test_a_balance_that_only_leads_down_by_tiny_moves_counts_as_rest(monkeypatch
     assert height(found.yarns) == 0.0
     assert tried == [MOVE * SHORTER**count for count in range(len(tried))]
     assert SHORTER * tried[-1] < SMALLEST_MOVE <= tried[-1]
-
-
-@pytest.mark.nightly
-def test_moss_stitch_leaves_the_balance_in_which_it_stands_upright(monkeypatch: pytest.MonkeyPatch) -> None:
-    """With three contact samples in double precision, rounding does not take it out of its balance."""
-    start = prepare_swatch("moss", material=None, quality="draft", device="cpu", **FREE, smallest=False)
-    quality = replace(start.quality, contact_samples=3, precision="float64", tolerance=DOUBLE.tolerance)
-    simulation = YarnSimulation.start(
-        start.yarns, start.similar, quality, device_named("cpu"), start.terms, cell=start.cell
-    )
-    loop, balances = RelaxationLoop(simulation, quality.tolerance, quality.largest_change), list[float]()
-    move = Newton.move
-
-    def note_balance(newton: Newton, *arguments: Any) -> Any:
-        if newton.leaving[0]:
-            balances.append(loop.last[0].energy)
-        return move(newton, *arguments)
-
-    monkeypatch.setattr(Newton, "move", note_balance)
-    loop.run(20_000)
-    assert loop.at_rest[0] and loop.newton is not None
-    assert balances and loop.last[0].energy < balances[0]  # that in which it stands upright
-    # what still leads down does so only by moves that are too short to matter
-    assert negative_eigenvalues(simulation) == 0 or loop.newton.away[0] < SMALLEST_MOVE
-
-
-def test_a_cell_of_constant_size_keeps_its_size() -> None:
-    found = relaxed(CURLED, cell=RelaxCell(None, None, shear=False))
-    np.testing.assert_array_equal(found.yarns.lattice.periods, CURLED.lattice.periods)
-    assert height(found.yarns) > 1.0
-
-
-def test_a_state_of_rest_stays_in_place() -> None:
-    start = prepare_swatch("stockinette", material=None, quality="draft", device="cpu", **FREE)
-    given = {"material": start.similar, "quality": replace(DOUBLE, contact_samples=3), "cell": start.cell}
-    rest = relaxed(start.yarns, **given, terms=start.terms)
-    again = relaxed(rest.yarns, **given, terms=start.terms)
-    assert rest.report["converged"] and again.report["converged"]
-    moved = np.linalg.norm(again.yarns.points - rest.yarns.points, axis=1).max()
-    assert moved < MOVE * rest.yarns.radius[0]

@@ -16,8 +16,6 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial, yarn_energies, yarn_forces
 from stitchmesh.yarnrelax.assessment import Assessment
 from stitchmesh.yarnrelax.constraints.borders import KeepBorders
-from stitchmesh.yarnrelax.energies.gravity import Gravity
-from stitchmesh.yarnrelax.energies.shape import KeepShape
 from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from tests.yarnrelax.stockinette import fabric_of, flat_patch, periodic_patch, tube
@@ -68,31 +66,6 @@ def test_the_residual_is_the_net_force_over_the_sum_of_magnitudes(yarns: YarnSet
     assert found.energy == pytest.approx(sum(found.energies.values()), rel=1e-12)
 
 
-def test_a_single_energy_term_has_a_residual_of_one() -> None:
-    material = YarnMaterial(2000.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.006)
-    assert assessed(shaken(flat_patch(1, 2)), material).residual == pytest.approx(1.0, rel=1e-12)
-
-
-@pytest.mark.parametrize("gamma", [1e-3, 1e3])
-def test_the_residual_does_not_depend_on_the_unit_of_length(gamma: float) -> None:
-    yarns = shaken(flat_patch(3, 2))
-    scaled = replace(
-        yarns, points=gamma * yarns.points, rest_length=gamma * yarns.rest_length, radius=gamma * yarns.radius
-    )
-    before, after = assessed(yarns), assessed(scaled, LEAF.scaled(gamma))
-    # the similarity is exact; the tolerance is rounding
-    assert after.residual == pytest.approx(before.residual, rel=1e-9)
-    assert after.energy == pytest.approx(before.energy, rel=1e-9)
-
-
-@pytest.mark.parametrize("precision", ["float32", "float64"])
-def test_yarns_without_force_are_at_rest(precision: str) -> None:
-    line = np.arange(12)[:, None] * [0.21, 0.13, 0.07]  # lengths that no precision represents exactly
-    found = assessed(YarnSet.from_curves([line], closed=[False], radius=0.125), precision=precision)
-    assert found.residual == 0.0
-    assert found.finite
-
-
 def test_a_force_slightly_above_rounding_counts() -> None:
     line = np.arange(12)[:, None] * [0.21, 0.13, 0.07]
     rest = YarnSet.from_curves([line], closed=[False], radius=0.125)
@@ -114,27 +87,10 @@ def test_the_residual_excludes_the_forces_that_constraints_carry() -> None:
     assert held.residual < free.residual
 
 
-def test_additional_terms_contribute_to_force_and_energy() -> None:
-    yarns, fabric = flat_patch(2, 2), fabric_of(2, 2, closed=False)
-    bare, more = assessed(yarns), assessed(yarns, terms=[Gravity(), KeepShape(fabric)])
-    assert list(more.energies) == [*bare.energies, "gravity", "shape"]
-    assert more.residual != bare.residual
-    assert more.energies["shape"] == 0.0  # the yarns are in their initial shape
-
-
-@pytest.mark.parametrize("value", [np.nan, np.inf])
-def test_a_state_that_is_not_finite_is_detected(value: float) -> None:
-    assert not Assessment(0.1, {"bend": value, "stretch": 1.0}).finite
-    assert not Assessment(value, {"bend": 1.0}).finite
+def test_a_state_that_is_not_finite_is_detected() -> None:
+    assert not Assessment(0.1, {"bend": np.inf, "stretch": 1.0}).finite
+    assert not Assessment(np.nan, {"bend": 1.0}).finite
     assert Assessment(0.1, {"bend": 1.0}).finite
-
-
-def test_an_assessment_does_not_change_the_state() -> None:
-    simulation = YarnSimulation.start(shaken(flat_patch(2, 2)), LEAF, DOUBLE, device_named("cpu"))
-    points = simulation.state.points.numpy().copy()
-    first, second = simulation.assess_cells()[0], simulation.assess_cells()[0]
-    assert first == second
-    assert np.array_equal(simulation.state.points.numpy(), points)
 
 
 def test_an_assessment_keeps_its_energies_when_the_yarns_move():

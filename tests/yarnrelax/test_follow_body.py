@@ -83,14 +83,6 @@ def test_a_yarn_slides_on_a_moving_slope_beyond_the_angle_of_friction() -> None:
     assert place == pytest.approx(0.5 * fall * time**2, abs=late * time)
 
 
-def test_a_moving_slope_below_the_angle_of_friction_carries_a_yarn() -> None:
-    times = [0.0, 0.04, 0.08]
-    places = on_the_floor(times, (-2.0, 0.0, 0.0), float(np.arctan(0.7 * MU)))
-    slips = [-2.0 * time - place for time, place in zip(times, places, strict=True)]
-    # an anchored yarn swings within the slip length
-    assert slips[2] == pytest.approx(slips[1], abs=2.0 * SLIP_LENGTH)
-
-
 def ball_in_a_ring(velocity: tuple[float, float, float], times: list[float]) -> tuple[YarnSet, MovingMesh]:
     """A ring that touches a moving ball."""
     return ring(1.085, 0.3, 24, RADIUS), moving(sphere(1.0), times, velocity)
@@ -162,6 +154,20 @@ def test_a_resumed_run_has_the_bits_of_one_that_never_stopped(tmp_path: Path) ->
         follow_body(yarns, MovingBody(body, friction=0.1), **options, run=resumed)
 
 
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"drag": -1.0}, "got a drag of -1.0; expected a number from 0 to 100000"),
+        ({"run": Run(start=ring(1.2, 0.0, 12, RADIUS))}, "follow_body, run: got start, which it does not obey"),
+        ({"friction": -0.1}, "got a coefficient of friction of -0.1; expected a number from 0 to 2"),
+    ],
+)
+def test_wrong_options_are_refused(options: dict[str, Any], message: str) -> None:
+    yarns, body = ball_in_a_ring((0.0, 0.0, 0.0), [0.0, 0.01])
+    with pytest.raises(ParameterError, match=message):
+        follow_body(yarns, MovingBody(body, friction=options.pop("friction", 0.3)), **options)
+
+
 def test_a_body_that_passes_into_yarn_is_an_error_that_names_the_frame() -> None:
     grown = [sphere(size) for size in (1.0, 1.0, 2.5)]
     body = MovingBody(MovingMesh.of_frames(grown, [0.0, 0.001, 0.011]), stiffness=1e-6)
@@ -170,21 +176,3 @@ def test_a_body_that_passes_into_yarn_is_an_error_that_names_the_frame() -> None
         SolverError, match=r"frame 2 \(0.011 s\): yarn 0 .* reaches inside the body; expected at most"
     ):
         list(frames)
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ({"drag": -1.0}, "got a drag of -1.0; expected a number from 0 to 100000"),
-        ({"run": Run(start=ring(1.2, 0.0, 12, RADIUS))}, "follow_body, run: got start, which it does not obey"),
-    ],
-)
-def test_wrong_options_are_refused(options: dict[str, Any], message: str) -> None:
-    yarns, body = ball_in_a_ring((0.0, 0.0, 0.0), [0.0, 0.01])
-    with pytest.raises(ParameterError, match=message):
-        follow_body(yarns, MovingBody(body), **options)
-
-
-def test_a_coefficient_that_no_yarn_has_is_refused() -> None:
-    with pytest.raises(ParameterError, match=r"got a coefficient of friction of -0.1; expected a number from 0 to 2"):
-        MovingBody(ball_in_a_ring((0.0, 0.0, 0.0), [0.0])[1], friction=-0.1)

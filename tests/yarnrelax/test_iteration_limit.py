@@ -6,14 +6,12 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import pairwise
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 from stitchmesh.quality import PRESETS, Solver
-from stitchmesh.run import CHECKPOINT, Checkpoints, Run
 from stitchmesh.yarnrelax import Relaxation, RelaxCell, YarnMaterial, relax_yarns, simulation
 from stitchmesh.yarnrelax.friction.friction import Friction
 from stitchmesh.yarnrelax.load_steps import LoadStep, relax_through_steps
@@ -31,7 +29,7 @@ def relaxed(most: int, **options: Any) -> Relaxation:
 
 
 @pytest.mark.parametrize("solver", ["quasistatic", "dynamics"])
-@pytest.mark.parametrize("most", [0, 1, 5, 20, 27])
+@pytest.mark.parametrize("most", [0, 27])
 def test_the_limit_is_reached_exactly(solver: Solver, most: int) -> None:
     quality = replace(QUALITY, solver=solver, max_iterations=most)
     made = relax_yarns(tube(3, 6), quality=quality, device="cpu")
@@ -57,7 +55,7 @@ def test_each_cell_of_a_batch_ends_at_the_limit() -> None:
 def test_each_load_step_of_a_path_ends_at_the_limit() -> None:
     quality, steps = replace(QUALITY, max_iterations=13), [LoadStep(), LoadStep(friction=0.5)]
     found = relax_through_steps(
-        periodic_patch(1, 1), steps, friction=Friction(0.3), material=YarnMaterial.named(), quality=quality,
+        periodic_patch(1, 1), steps, terms=[Friction(0.3)], material=YarnMaterial.named(), quality=quality,
         cell=FREE, device="cpu",
     )  # fmt: skip
     assert [step.iterations for step in found] == [13, 13]
@@ -71,11 +69,3 @@ def test_a_launch_of_several_time_steps_does_not_exceed_the_limit(monkeypatch: p
     several = relax_yarns(tube(3, 6), quality=steps, device="cpu")
     assert several.report["iterations"] == single.report["iterations"] == 7
     np.testing.assert_array_equal(several.yarns.points, single.yarns.points)
-
-
-def test_a_relaxation_that_goes_on_after_a_limit_has_the_bits_of_one_without(tmp_path: Path) -> None:
-    whole = relaxed(60)
-    relaxed(27, run=Run(checkpoints=Checkpoints(tmp_path, 10)))
-    again = relaxed(60, run=Run(resume=tmp_path / CHECKPOINT))
-    np.testing.assert_array_equal(again.yarns.points, whole.yarns.points)
-    assert again.report["iterations"] == whole.report["iterations"]

@@ -31,12 +31,11 @@ from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.alternation import STEP_COST
 from stitchmesh.yarnrelax.solvers.newton_system import REFINED
 from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL
-from stitchmesh.yarnrelax.together.begun_cell import learned_by, teach
+from stitchmesh.yarnrelax.together.cell_batch import learned_by, teach
 from stitchmesh.yarnrelax.together.relax_cells import relax_cells
-from tests.nightly import at_night
 from tests.yarnrelax.stockinette import fabric_of, flat_patch, periodic_patch, tube, woven_cell
 
-KALDOR, LEAF, FREE = YarnMaterial.named("kaldor-simulation"), YarnMaterial.named("leaf"), RelaxCell()
+KALDOR, FREE = YarnMaterial.named("kaldor-simulation"), RelaxCell()
 DRAFT = PRESETS["draft"]
 DOUBLE = replace(DRAFT, precision="float64")
 FINE = replace(DOUBLE, tolerance=1e-10, largest_change=1e-9)
@@ -64,18 +63,15 @@ def until_the_end(loop: RelaxationLoop) -> RelaxationLoop:
 
 
 SCENES: dict[str, tuple[YarnSet, dict[str, Any]]] = {
-    "free cell": (periodic_patch(1, 1), {"cell": FREE}),
-    "cell with its periods": (periodic_patch(2, 1), {}),
     "weave": (woven_cell(), {"cell": FREE}),
     "garment": (tube(4, 6), {"terms": [KeepShape(FABRIC)], "constraints": [KeepBorders(FABRIC)]}),
     "cell with friction": (periodic_patch(2, 1), {"cell": FREE, "terms": [Friction(0.3)]}),
 }
 
 
-@pytest.mark.parametrize("precision", ["float32", *at_night("float64")])
 @pytest.mark.parametrize("scene", SCENES.values(), ids=SCENES)
-def test_no_accepted_step_raises_the_energy(scene: tuple[YarnSet, dict[str, Any]], precision: str) -> None:
-    loop = until_the_end(started(scene[0], replace(DRAFT, precision=precision), **scene[1]))
+def test_no_accepted_step_raises_the_energy(scene: tuple[YarnSet, dict[str, Any]]) -> None:
+    loop = until_the_end(started(scene[0], DRAFT, **scene[1]))
     energies, steps = [loop.last[0].energy], [False]
     for _ in range(12):
         steps.append(bool(loop.takes_newton_step[0]))
@@ -87,13 +83,10 @@ def test_no_accepted_step_raises_the_energy(scene: tuple[YarnSet, dict[str, Any]
     assert min(energies[1:]) < energies[0] + rounding
 
 
-@pytest.mark.parametrize("pattern", ["rib1x1", "garter", "moss", "stockinette"])
-def test_near_rest_two_steps_reduce_the_residual_a_hundred_thousandfold(
-    pattern: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_near_rest_two_steps_reduce_the_residual_a_hundred_thousandfold(monkeypatch: pytest.MonkeyPatch) -> None:
     """Each leaves a multiple of the square of the residual, and what conjugate gradients leave of it (``REFINED``)."""
     monkeypatch.setattr(Newton, "factors_hold", lambda newton, cells, fall: cells & False)  # each with its own factors
-    loop = until_the_end(started(drawn(pattern), FINE, cell=FREE))
+    loop = until_the_end(started(drawn("rib1x1"), FINE, cell=FREE))
     residuals = [loop.last[0].residual]
     while not loop.at_rest[0]:
         loop.advance()
@@ -105,12 +98,7 @@ def test_near_rest_two_steps_reduce_the_residual_a_hundred_thousandfold(
     assert 1e-7 < residuals[-4] < 0.05
 
 
-NEAR: dict[str, tuple[YarnSet, dict[str, Any]]] = SCENES | {
-    pattern: (drawn(pattern), {"cell": FREE}) for pattern in ("garter", "seed", "rib1x1", "half-cardigan")
-}
-
-
-@pytest.mark.parametrize("scene", NEAR.values(), ids=NEAR)
+@pytest.mark.parametrize("scene", SCENES.values(), ids=SCENES)
 def test_a_step_near_rest_is_the_motion_that_is_left(scene: tuple[YarnSet, dict[str, Any]]) -> None:
     """Points are shaken by h, and the cell is strained by h: the step takes both back, up to the square of h."""
     loop = started(scene[0], FINE, **scene[1])
@@ -174,9 +162,8 @@ def test_pinned_points_keep_their_bits_and_borders_their_middles() -> None:
 
 
 @pytest.mark.parametrize("free", [None, FREE])
-@pytest.mark.parametrize("scale", [1.0, 0.125])
-def test_moves_are_no_longer_than_the_scaled_limit(scale: float, free: RelaxCell | None) -> None:
-    yarns = periodic_patch(1, 1)
+def test_moves_are_no_longer_than_the_scaled_limit(free: RelaxCell | None) -> None:
+    yarns, scale = periodic_patch(1, 1), 0.125
     simulation = started(replace(yarns, rest_length=0.9 * yarns.rest_length), cell=free).simulation
     newton, every = Newton(simulation), np.ones(1, dtype=bool)
     periods, points = periods_and_points(simulation)
@@ -195,18 +182,6 @@ def test_moves_are_no_longer_than_the_scaled_limit(scale: float, free: RelaxCell
 def periods_and_points(simulation: YarnSimulation) -> tuple[np.ndarray, np.ndarray]:
     periods = simulation.model.constants.images.periods.numpy()
     return np.array(periods), np.array(simulation.state.points.numpy()[: simulation.model.point_count])
-
-
-@pytest.mark.parametrize("scene", SCENES.values(), ids=SCENES)
-def test_the_same_steps_have_the_same_bits_twice(scene: tuple[YarnSet, dict[str, Any]]) -> None:
-    ends = []
-    for _ in range(2):
-        loop = until_the_end(started(scene[0], DRAFT, **scene[1]))
-        for _step in range(3):
-            loop.advance()
-        ends.append((loop.simulation.state.points.numpy().copy(), list(loop.last), loop.remaining, loop.iteration))
-    assert np.array_equal(ends[0][0], ends[1][0])
-    assert ends[0][1:] == ends[1][1:]
 
 
 def test_it_ends_pieces_whose_ends_are_held_and_whose_factors_are_affordable(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -236,13 +211,6 @@ def test_yarns_are_at_rest_only_where_the_remaining_change_is_small() -> None:
         assert end.report["converged"]
         assert end.report["remaining_change"]["spacing"] < quality.largest_change
     assert ends[0].report["iterations"] < ends[1].report["iterations"]
-
-
-def test_where_yarns_have_speed_nothing_is_known_of_the_remaining_change() -> None:
-    quality = replace(DRAFT, solver="dynamics", max_iterations=60)
-    result = relax_yarns(tube(3, 6), keep_shape=fabric_of(3, 6, closed=True), quality=quality, device="cpu")
-    assert result.report["remaining_change"] is None
-    assert all(entry["iteration"] % ASSESSMENT_INTERVAL == 0 for entry in result.history)
 
 
 def test_nothing_is_known_of_the_change_left_where_iterations_end_after_a_step(
@@ -278,7 +246,7 @@ def test_a_step_that_cannot_lower_the_energy_ends_the_relaxation_with_a_warning(
     assert "no step lowers the energy" in caplog.records[-1].getMessage()
 
 
-def test_steps_count_as_iterations_of_each_cell() -> None:
+def test_steps_count_as_iterations_of_each_cell_which_has_its_own_remaining_change() -> None:
     cells = [periodic_patch(1, 1), woven_cell()]
     batch = relax_cells(cells, free=[FREE, FREE], quality=FINE, device="cpu")
     assert batch.report["converged"] == 2
@@ -286,21 +254,24 @@ def test_steps_count_as_iterations_of_each_cell() -> None:
     for cell in batch.cells:
         counts = np.diff([entry["iteration"] for entry in cell.history])
         assert set(counts.tolist()) == {int(ASSESSMENT_INTERVAL), STEP_COST["cpu"]}
+    left = [cell.report["remaining_change"] for cell in batch.cells]
+    assert left[0] != left[1] and max(change["spacing"] for change in left) < FINE.largest_change
 
 
-@pytest.mark.parametrize("free", [[FREE, FREE], None])
-def test_a_cell_goes_on_in_another_batch_with_what_is_known_of_it(free: list[RelaxCell] | None) -> None:
+def test_a_cell_goes_on_in_another_batch_with_what_is_known_of_it() -> None:
     given = [(periodic_patch(1, 1), KALDOR), (woven_cell(), KALDOR)]
 
     def batch(cells: slice) -> RelaxationLoop:
-        own = None if free is None else free[cells]
-        return RelaxationLoop(YarnSimulation(given[cells], DOUBLE, device_named("cpu"), cells=own), 1e-3)
+        simulation = YarnSimulation(given[cells], DOUBLE, device_named("cpu"), cells=[FREE, FREE][cells])
+        return RelaxationLoop(simulation, 1e-3)
 
     both, alone = batch(slice(0, 2)), batch(slice(1, 2))
     assert both.newton is not None and alone.newton is not None
     both.newton.memory = np.array([[1.0, 1.0, 0.05, 0.0], [0.3, 0.5, 0.0125, 2.0]])
-    both.iterations[:], both.ending[:] = [140, 260], [False, True]
-    both.alternation.descent[:], both.alternation.newton_fall[:] = [0, 40], [0.0, 1e-5]
+    both.iterations[:] = [140, 260]
+    both.ending[:] = [False, True]
+    both.alternation.descent[:] = [0, 40]
+    both.alternation.newton_fall[:] = [0.0, 1e-5]
     teach(alone, learned_by(both)[1:])
     assert np.array_equal(alone.newton.memory, both.newton.memory[1:])
     for name in ("iterations", "ending"):
@@ -309,25 +280,15 @@ def test_a_cell_goes_on_in_another_batch_with_what_is_known_of_it(free: list[Rel
         assert getattr(alone.alternation, name).tolist() == getattr(both.alternation, name)[1:].tolist()
 
 
-@pytest.mark.parametrize("free", [[FREE, FREE], None])
-def test_each_cell_of_a_batch_steps_as_it_does_alone(free: list[RelaxCell] | None) -> None:
+def test_each_cell_of_a_batch_steps_as_it_does_alone() -> None:
     given = [(periodic_patch(1, 1), KALDOR), (woven_cell(), KALDOR)]
     ends = []
     for numbers in ([0, 1], [0], [1]):
-        own = None if free is None else [free[number] for number in numbers]
-        simulation = YarnSimulation([given[number] for number in numbers], DOUBLE, device_named("cpu"), cells=own)
+        own = [given[number] for number in numbers]
+        simulation = YarnSimulation(own, DOUBLE, device_named("cpu"), cells=[FREE] * len(own))
         newton, every = Newton(simulation), np.ones(len(numbers), dtype=bool)
         newton.find_steps(every, every, np.ones(len(every)))
         ends.append([step.motion for step in newton.steps if step is not None])
     for together, alone in zip(ends[0], ends[1] + ends[2], strict=True):
         # The table of images of a batch is another one, and with it the order of sums; the softest motions amplify it.
         np.testing.assert_allclose(together, alone, atol=1e-6 * np.abs(alone).max())
-
-
-def test_each_cell_of_a_batch_has_its_own_remaining_change() -> None:
-    cells = [periodic_patch(1, 1), woven_cell()]
-    for free in ([FREE, FREE], None):
-        batch = relax_cells(cells, free=free, quality=DOUBLE, device="cpu")
-        left = [cell.report["remaining_change"] for cell in batch.cells]
-        assert left[0] is not None and left[1] is not None and left[0] != left[1]
-        assert max(change["spacing"] for change in left) < DOUBLE.largest_change

@@ -4,8 +4,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -27,20 +25,6 @@ def test_where_the_energy_is_a_parabola_the_next_move_ends_at_its_minimum(curvat
     second = first.less(rise)
     assert second.part == pytest.approx(np.clip(STEP.work / curvature, *(first.part * np.array(LESS))), rel=1e-12)
     np.testing.assert_allclose(second.motion, second.part * STEP.motion, rtol=1e-12)
-
-
-def test_the_fall_that_the_model_says_is_that_of_a_parabola_and_unknown_away_from_a_balance() -> None:
-    """With a whole step from the force f at the stiffness k, E falls by f^2 / 2 k, half of the work."""
-    assert move(1.0).said == 0.5 * STEP.work
-    assert move(0.5).said == pytest.approx(0.75 * move(1.0).said, rel=1e-15)
-    assert Move(replace(STEP, leaves_balance=True), STEP.motion, 1.0).said == 0.0
-
-
-def test_a_move_is_never_shortened_to_nothing_and_never_by_little() -> None:
-    assert move(1.0).less(1e9).part == LESS[0]
-    assert move(1.0).less(0.0).part == LESS[1]
-    # forces that do no work, and rounding
-    assert Move(NewtonStep(STEP.motion, exact=True, work=0.0), STEP.motion, 1.0).less(0.0).part == LESS[0]
 
 
 def test_factors_serve_again_where_they_converge_or_where_only_the_limit_ended_the_move() -> None:

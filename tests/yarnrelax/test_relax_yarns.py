@@ -24,35 +24,12 @@ from stitchmesh.yarnrelax.solvers.lbfgs_steps import PAIRS, STEP_SCALE
 from tests.yarnrelax.stockinette import fabric_of, hopf_link, tube
 
 DRAFT = PRESETS["draft"]
-ROWS, STITCHES = 6, 8
+ROWS, STITCHES = 4, 6
 
 
 @pytest.fixture(scope="module")
 def knit() -> YarnSet:
     return tube(ROWS, STITCHES)
-
-
-def straight_yarn() -> YarnSet:
-    line = np.stack([np.arange(0.0, 3.0, 0.3), np.zeros(10), np.zeros(10)], axis=1)
-    return YarnSet.from_curves([line], closed=[False], radius=0.125)
-
-
-def test_a_straight_yarn_is_at_rest_immediately() -> None:
-    result = relax_yarns(straight_yarn(), quality=replace(DRAFT, precision="float64"), device="cpu")
-    assert result.report["iterations"] == 0
-    assert result.report["converged"]
-    np.testing.assert_allclose(result.yarns.points, straight_yarn().points, atol=1e-15)
-
-
-def test_a_bent_free_yarn_becomes_straight() -> None:
-    angle = np.linspace(0.0, np.pi, 12)
-    arc = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
-    yarns = YarnSet.from_curves([arc], closed=[False], radius=0.05)
-    quality = replace(DRAFT, precision="float64", tolerance=1e-9, max_iterations=5000)
-    relaxed = relax_yarns(yarns, quality=quality, device="cpu").yarns
-    spread = np.linalg.svd(relaxed.points - relaxed.points.mean(axis=0), compute_uv=False)
-    # the residual is 1e-9 and the forces vanish in the limit, so the remaining arc is far below a thousandth
-    assert spread[1] < 1e-3 * spread[0]
 
 
 def test_a_knitted_tube_relaxes_to_rest_and_the_report_says_so(knit: YarnSet) -> None:
@@ -71,14 +48,8 @@ def test_a_knitted_tube_relaxes_to_rest_and_the_report_says_so(knit: YarnSet) ->
     assert report["energy"] < start
 
 
-def test_the_same_run_gives_the_same_bits(knit: YarnSet) -> None:
-    quality = replace(DRAFT, tolerance=1e-6, max_iterations=60)
-    first, second = (relax_yarns(knit, quality=quality, device="cpu").yarns.points for _ in range(2))
-    assert np.array_equal(first, second)
-
-
-@pytest.mark.parametrize("gamma", [1e-3, 1e3])
-def test_the_result_does_not_depend_on_the_unit_of_length(knit: YarnSet, gamma: float) -> None:
+def test_the_result_does_not_depend_on_the_unit_of_length(knit: YarnSet) -> None:
+    gamma = 1e3
     scaled = replace(knit, points=gamma * knit.points, rest_length=gamma * knit.rest_length, radius=gamma * knit.radius)
     quality = replace(DRAFT, precision="float64", tolerance=1e-6, max_iterations=40)
     small, large = (relax_yarns(yarns, quality=quality, device="cpu").yarns for yarns in (knit, scaled))
@@ -171,15 +142,6 @@ def test_a_keyboard_interrupt_passes_on_the_last_accepted_state(knit: YarnSet, m
     assert np.array_equal(states[-1].points, expected.points)
 
 
-def test_the_history_contains_every_assessment(knit: YarnSet) -> None:
-    result = relax_yarns(knit, quality=replace(DRAFT, tolerance=1e-9, max_iterations=60), device="cpu")
-    assert [entry["iteration"] for entry in result.history] == [0, 20, 40, 60]
-    assert result.history[-1]["residual"] == result.report["residual"]
-    assert result.history[-1]["energies"] == result.report["energies"]
-    seconds = [entry["seconds"] for entry in result.history]
-    assert seconds == sorted(seconds)
-
-
 def test_an_unfinished_relaxation_logs_a_warning(knit: YarnSet, caplog: pytest.LogCaptureFixture) -> None:
     result = relax_yarns(knit, quality=replace(DRAFT, tolerance=1e-9, max_iterations=20), device="cpu")
     assert not result.report["converged"]
@@ -217,18 +179,6 @@ def test_the_error_for_an_unknown_device_lists_the_known_devices(knit: YarnSet, 
     with pytest.raises(ParameterError, match=f"device: got '{device}'; expected one of cpu") as caught:
         relax_yarns(knit, device=device)
     assert "\n" not in str(caught.value)
-
-
-def test_the_error_for_an_unknown_material_lists_the_known_materials() -> None:
-    with pytest.raises(ParameterError, match="kaldor-simulation, kaldor-relaxation, leaf"):
-        YarnMaterial.named("wool")
-
-
-def test_materials_refuse_invalid_values() -> None:
-    with pytest.raises(ParameterError, match="k_bend"):
-        replace(YarnMaterial.named("leaf"), k_bend=-1.0)
-    with pytest.raises(ParameterError, match="scale"):
-        YarnMaterial.named("leaf").scaled(0.0)
 
 
 @pytest.mark.parametrize("bad", [{"precision": "float16"}, {"quadrature_points": 0}, {"contact_samples": 0}])

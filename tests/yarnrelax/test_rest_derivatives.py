@@ -20,7 +20,7 @@ from stitchmesh.yarnrelax.energies.gravity import Gravity
 from stitchmesh.yarnrelax.model.input_powers import INPUTS
 from stitchmesh.yarnrelax.relaxation_inputs import RelaxationInputs
 from stitchmesh.yarnrelax.rest_derivatives import ForcesByInput, polished, rest_derivatives
-from tests.yarnrelax.stockinette import periodic_patch, periodic_set, woven_cell
+from tests.yarnrelax.stockinette import periodic_patch, periodic_set
 
 LEAF = YarnMaterial.named("leaf")
 DOUBLE = replace(PRESETS["draft"], precision="float64")
@@ -56,8 +56,8 @@ def changed(inputs: RelaxationInputs, name: str, factor: float) -> RelaxationInp
 
 
 @pytest.mark.parametrize("name", INPUTS)
-@pytest.mark.parametrize("yarns", [periodic_patch(2, 1), woven_cell()], ids=["knit", "woven"])
-def test_forces_with_a_factor_of_an_input_are_those_of_the_changed_input(yarns: YarnSet, name: str) -> None:
+def test_forces_with_a_factor_of_an_input_are_those_of_the_changed_input(name: str) -> None:
+    yarns = periodic_patch(2, 1)
     crowded = replace(yarns, rest_length=0.97 * yarns.rest_length).with_radius(1.05 * yarns.radius)
     inputs = inputs_of(crowded, RelaxCell(20.0, 10.0), planes=0.04)
     simulation = inputs.start()
@@ -94,7 +94,7 @@ def test_a_straight_yarn_is_stretched_by_a_load_as_its_segments_are() -> None:
     assert found.negative_eigenvalues == 0
 
 
-@pytest.mark.parametrize(("short", "modes"), [(0.999, 0), (0.996, 1), (0.99, 2)])
+@pytest.mark.parametrize(("short", "modes"), [(0.999, 0), (0.99, 2)])
 def test_a_straight_yarn_buckles_in_as_many_ways_as_euler_says(short: float, modes: int) -> None:
     """A wave of wave number q grows where the yarn pushes with more than EI q^2, to two sides and in two phases.
 

@@ -76,18 +76,6 @@ def test_a_relaxation_in_steps_has_the_bits_of_one_without(plain: Relaxation) ->
     assert result.report["iterations"] == 80 and not result.report["stopped"]
 
 
-def test_a_snapshot_has_the_state_and_the_assessment_of_its_iteration(plain: Relaxation) -> None:
-    live = Live()
-    live.control.step(2)
-    shown = live.wait_for(40)
-    live.control.stop()
-    live.end()
-    expected = relaxed(quality=replace(SHORT, max_iterations=40))
-    assert np.array_equal(shown.state.points, expected.yarns.points)
-    assert shown.residual == plain.history[2]["residual"] and shown.energies == plain.history[2]["energies"]
-    assert shown.tolerance == SHORT.tolerance
-
-
 def test_a_stopped_relaxation_returns_its_last_good_state_without_a_warning(caplog: pytest.LogCaptureFixture) -> None:
     live = Live()
     live.control.step()
@@ -109,13 +97,3 @@ def test_a_pause_writes_a_checkpoint_from_which_another_process_could_continue(t
     live.control.stop()
     live.end()
     assert np.array_equal(resumed.yarns.points, plain.yarns.points)
-
-
-def test_the_seconds_of_a_report_leave_pauses_out() -> None:
-    live = Live()
-    live.wait_for(0)
-    threading.Event().wait(0.05)
-    live.control.resume()
-    result = live.end()
-    seconds = [entry["seconds"] for entry in result.history]
-    assert seconds == sorted(seconds) and live.control.seconds_waited >= 0.05

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -25,9 +26,13 @@ from tests.gallery import grid, tube
 from tests.yarnrelax.stockinette import periodic_patch, woven_cell
 
 BRIEF = replace(PRESETS["draft"], max_iterations=60)
-FABRIC = sm.tessellate(sm.label(tube(8, 2, radius=2.0, height=2.0)), stitch_width=0.9)
-PIECE = sm.generate_yarns(FABRIC, quality="draft")
-"""A piece of a garment with two dozen parts in each launch."""
+
+
+@cache
+def piece() -> tuple[sm.StitchMesh, YarnSet]:
+    """A piece of a garment with two dozen parts in each launch."""
+    fabric = sm.tessellate(sm.label(tube(8, 2, radius=2.0, height=2.0)), stitch_width=0.9)
+    return fabric, sm.generate_yarns(fabric, quality="draft")
 
 
 def below(yarns: YarnSet) -> Mesh:
@@ -39,14 +44,16 @@ def below(yarns: YarnSet) -> Mesh:
 
 def garment() -> FloatArray:
     """A piece of a garment that keeps its shape."""
-    return relax_yarns(PIECE, quality=BRIEF, device="cpu", keep_shape=FABRIC).yarns.points
+    fabric, yarns = piece()
+    return relax_yarns(yarns, quality=BRIEF, device="cpu", keep_shape=fabric).yarns.points
 
 
 def garment_with_all_terms() -> FloatArray:
     """The same in another precision and with every other term."""
-    terms = [Gravity(), Friction(0.2), Twist(5.0), Body(below(PIECE))]
+    _, yarns = piece()
+    terms = [Gravity(), Friction(0.2), Twist(5.0), Body(below(yarns))]
     quality = replace(BRIEF, precision="float64", max_iterations=40)
-    return relax_yarns(PIECE, quality=quality, device="cpu", terms=terms).yarns.points
+    return relax_yarns(yarns, quality=quality, device="cpu", terms=terms).yarns.points
 
 
 def small_cells() -> FloatArray:
@@ -66,22 +73,21 @@ def large_cells() -> FloatArray:
 def dynamics() -> FloatArray:
     """The other solver."""
     quality = replace(BRIEF, solver="dynamics")
-    return relax_yarns(PIECE, material=YarnMaterial.named("leaf"), quality=quality, device="cpu").yarns.points
+    return relax_yarns(piece()[1], material=YarnMaterial.named("leaf"), quality=quality, device="cpu").yarns.points
 
 
 @pytest.mark.parametrize("relaxed", [garment, garment_with_all_terms, small_cells, large_cells, dynamics])
 def test_relaxed_yarns_have_the_same_bits_for_any_number_of_threads(relaxed: Callable[[], FloatArray]) -> None:
     found = []
-    for threads in (1, 2, 3, 7):
+    for threads in (1, 3):
         with thread_count(threads):
             found.append(relaxed())
-    for other in found[1:]:
-        assert np.array_equal(found[0], other)
+    assert np.array_equal(*found)
 
 
 def test_the_certificate_does_not_depend_on_the_number_of_threads() -> None:
     found = []
-    for threads in (1, 2, 3, 7):
+    for threads in (1, 3):
         with thread_count(threads):
-            found.append(linking_certificate(PIECE, device="cpu"))
-    assert all((found[0] != other).nnz == 0 for other in found[1:])
+            found.append(linking_certificate(piece()[1], device="cpu"))
+    assert (found[0] != found[1]).nnz == 0

@@ -44,7 +44,7 @@ from stitchmesh.quality import PRESETS
 from stitchmesh.run import QUIET
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import relax_yarns
-from stitchmesh.yarnrelax.relax_partly import relax_partly
+from stitchmesh.yarnrelax.relax import relax_partly
 
 PROMISE = {"draft": 0.05, "standard": 0.01, "reference": 0.001}
 """Largest relative error of the spacings that each preset promises."""

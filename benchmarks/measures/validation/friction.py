@@ -85,7 +85,7 @@ def _let_go_from(k_c: float, k_w: float, order: str, mu: float) -> str:
     free = let_go("stockinette", COMPACT_LOOP, "frictionless")
     wales, courses = free.report["wales"], free.report["courses"]
     held = change_period(free.yarns, (wales * loop / k_w, courses * loop / k_c), material, QUALITY, "cpu")
-    common: dict[str, Any] = {"friction": Friction(mu), "material": material, "quality": QUALITY, "device": "cpu"}
+    common: dict[str, Any] = {"terms": [Friction(mu)], "material": material, "quality": QUALITY, "device": "cpu"}
     start = relax_through_steps(held, [LoadStep()], cell=ON_NEEDLES, **common)[0]
     course, wale = start.border_forces
     shares = falling(1.0, LAST_FORCE, RELEASE_STEPS)
@@ -133,9 +133,9 @@ def drawn(
     flat = FlatFabric.of(generated, fabric, resolve_pattern(pattern))
     steps = [LoadStep(), *(LoadStep(**{direction: tension * border}) for tension in loads)]
     return relax_through_steps(
-        start.yarns, steps, friction=Friction(mu), material=YarnMaterial.named(MATERIAL),
-        quality=close_contacts(QUALITY, options), cell=RelaxCell(shear=False), device="cpu",
-        terms=planes(True, options, flat, start.yarns.radius),
+        start.yarns, steps, terms=[Friction(mu), *planes(True, options, flat, start.yarns.radius)],
+        material=YarnMaterial.named(MATERIAL), quality=close_contacts(QUALITY, options),
+        cell=RelaxCell(shear=False), device="cpu",
     )  # fmt: skip
 
 

@@ -22,7 +22,7 @@ from stitchmesh.quality import Quality
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial
 from stitchmesh.yarnrelax.energies.term import TermChoice
-from stitchmesh.yarnrelax.relax_partly import relax_partly
+from stitchmesh.yarnrelax.relax import relax_partly
 from stitchmesh.yarnrelax.solvers.cell_strain import RelaxCell
 
 GROWTH = 1.2

@@ -178,8 +178,8 @@ def draw_with_friction(drawn: DrawnCell, strains: Sequence[float], friction: Fri
         ends.append(len(steps) - 1)
         last = strain
     found = relax_through_steps(
-        drawn.free, steps, friction=friction, material=drawn.material, quality=drawn.quality, cell=drawn.cell,
-        device=drawn.device, terms=drawn.terms, run=drawn.run,
+        drawn.free, steps, terms=[friction, *drawn.terms], material=drawn.material, quality=drawn.quality,
+        cell=drawn.cell, device=drawn.device, run=drawn.run,
     )  # fmt: skip
     width0, height0 = drawn.free_size
     for strain, end, way in zip(strains, ends, _ways(strains), strict=True):

@@ -30,7 +30,7 @@ from stitchmesh.periodic.relaxation.prepared_swatch import PreparedSwatch
 from stitchmesh.time_limit import seconds_left
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.linking.certificate import refuse_pull_through
-from stitchmesh.yarnrelax.relax_partly import relax_partly
+from stitchmesh.yarnrelax.relax import relax_partly
 from stitchmesh.yarnrelax.relaxation_result import Relaxation, continued
 
 STARTS = 4

@@ -196,7 +196,7 @@ def on_needles(
         )  # fmt: skip
         drawn = change_period(free.yarns, needles, material, quality, device)
     (rest,) = relax_through_steps(
-        drawn, [LoadStep()], friction=Friction(release.friction), material=material, quality=quality, cell=ON_NEEDLES,
+        drawn, [LoadStep()], terms=[Friction(release.friction)], material=material, quality=quality, cell=ON_NEEDLES,
         device=device, run=QUIET,
     )  # fmt: skip
     return rest
@@ -211,8 +211,8 @@ def _release(
     steps = [LoadStep(share * course, share * wale) for share in falling(1.0, LAST_FORCE, RELEASE_STEPS)]
     steps += [LoadStep(friction=share) for share in friction_left(release.state)]
     return relax_through_steps(
-        start.yarns, steps, friction=Friction(release.friction), material=material, quality=quality,
-        cell=release.cell, device=device, terms=terms, run=run,
+        start.yarns, steps, terms=[Friction(release.friction), *terms], material=material, quality=quality,
+        cell=release.cell, device=device, run=run,
     )  # fmt: skip
 
 

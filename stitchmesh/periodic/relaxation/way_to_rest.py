@@ -26,7 +26,7 @@ from stitchmesh.quality import Quality
 from stitchmesh.run import Run
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import relax_yarns
-from stitchmesh.yarnrelax.relax_partly import relax_partly
+from stitchmesh.yarnrelax.relax import relax_partly
 from stitchmesh.yarnrelax.relaxation_result import Relaxation, continued
 
 WEDGED = 1.0

@@ -303,7 +303,7 @@ class LiveSwatch:
         """Return the yarns of the repeat in the fabric; within an assessment interval, these are not assessed yet."""
         now = self.state
         if self.loop is not None and not self.loop.is_between_intervals:
-            now = replace(now, yarns=self.loop.current_yarns())
+            now = replace(now, yarns=self.loop.simulation.current_yarns())
         return self.target.smallest.repeated(now.in_fabric, self.generated.yarns)
 
     def _next_frame(self) -> Frame:

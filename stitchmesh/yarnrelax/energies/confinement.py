@@ -49,8 +49,6 @@ from stitchmesh.yarnrelax.model.state import State
 
 STIFFNESS = 0.1
 """Stiffness of the planes over k_bend / r^4."""
-NOWHERE = 1e30
-"""Half the distance between the planes for a cell without planes [units]."""
 
 
 @wp.func
@@ -252,7 +250,8 @@ class _Planes(Term):
         # the material belongs to yarns whose mean radius is one unit
         stiffness = [choice.stiffness * cell.material.k_bend if choice else 0.0
                      for choice, cell in zip(choices, cells, strict=True)]  # fmt: skip
-        half = [choice.half_thickness / cell.unit if choice else NOWHERE
+        nowhere = 1e30  # for a cell without planes
+        half = [choice.half_thickness / cell.unit if choice else nowhere
                 for choice, cell in zip(choices, cells, strict=True)]  # fmt: skip
         middle = [0.0 if height is None else (height - height_of_middle(cell)) / cell.unit
                   for height, cell in zip(heights, cells, strict=True)]  # fmt: skip

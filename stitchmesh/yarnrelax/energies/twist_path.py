@@ -15,9 +15,6 @@ from stitchmesh.errors import ParameterError, first_few
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.model.constants import Model
 
-SHORTEST_STRAND = 32
-"""Segments of a strand, or fewer where the yarn ends."""
-
 
 @dataclass(frozen=True, eq=False)
 class Path:
@@ -97,7 +94,7 @@ def smallest_rotations(first: NDArray[np.float64], second: NDArray[np.float64]) 
 def _strands(segment_start: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return the first segment of each strand, and the first strand of each yarn."""
     counts = np.diff(segment_start)
-    size = np.maximum(np.ceil(np.sqrt(counts)).astype(np.int64), SHORTEST_STRAND)
+    size = np.maximum(np.ceil(np.sqrt(counts)).astype(np.int64), 32)  # the shortest strand
     strands = -(-counts // size)
     yarn_strand = np.concatenate([[0], np.cumsum(strands)])
     place = np.arange(yarn_strand[-1]) - np.repeat(yarn_strand[:-1], strands)

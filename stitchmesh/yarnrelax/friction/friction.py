@@ -56,6 +56,7 @@ from stitchmesh.yarnrelax.friction.friction_contacts import (
     renewed_contacts,
 )
 from stitchmesh.yarnrelax.friction.friction_law import (
+    LARGEST_COEFFICIENT,
     resistance_block,
     resisted_slip,
     slip_energy,
@@ -171,10 +172,6 @@ def friction_energies(
         slip, resisted = slip_of_pair(images, law, tangent, samples, p, contact_entry[p, c], anchor[p, c], force)
         energy += wp.length(force) * slip_energy(slip_measure(slip, resisted), law[3])
     sample_energy[p] = energy * law[0] * type(energy)(0.5)
-
-
-LARGEST_COEFFICIENT = 2.0
-"""No yarn has a larger coefficient; the largest of dry and wet fibres in Morton and Hearle is 0.9, of swollen wool."""
 
 
 @dataclass(frozen=True)

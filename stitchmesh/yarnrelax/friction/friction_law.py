@@ -23,6 +23,10 @@ from stitchmesh.yarnrelax.energies.contact import contact_force_scale, outer_pro
 from stitchmesh.yarnrelax.model.lattice_images import sample_number
 from stitchmesh.yarnrelax.model.spline import from_entry
 
+LARGEST_COEFFICIENT = 2.0
+"""No yarn has a larger coefficient on yarn, skin or cloth; the largest of dry and wet fibres in Morton and Hearle is
+0.9, of swollen wool."""
+
 # Two yarns cross where the difference of their unit tangents is longer than sqrt(0.1), an angle of 18 degrees; below
 # that their contact is long, and only the direction that they share counts as along.
 

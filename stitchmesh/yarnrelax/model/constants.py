@@ -10,6 +10,8 @@ per unit. By the similarity of L section 6.2 the material is scaled to match. ``
 from __future__ import annotations
 
 import functools
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -62,6 +64,22 @@ class Model(CellTables):
     def resting(self) -> wp.array[Any]:
         """1 for each cell that the launches of forces and of Hessians leave out, else 0, shape (C,)."""
         return self.integers(np.zeros(self.cell_count))
+
+    @contextmanager
+    def only_in(self, cells: NDArray[np.bool_] | None) -> Iterator[None]:
+        """In this block, leave out all but ``cells``, shape (C,), and cells that launches mark; None changes nothing.
+
+        For a cell that is left out, the output of a launch keeps its last value.
+        """
+        if cells is None:
+            yield
+            return
+        if not cells.all():
+            self.resting.assign(~cells)
+        try:
+            yield
+        finally:
+            self.resting.zero_()
 
     @cached_property
     def largest_cell(self) -> int:

@@ -184,10 +184,6 @@ def _check_field(name: str) -> None:
         raise ParameterError(f"stiffness {name!r}: is no value of a material; expected {near[0]}")
 
 
-SHARES = np.array([1.0, 11.0, 11.0, 1.0]) / 24.0
-"""Integrals of the four basis functions over a segment."""
-
-
 def point_masses(model: Model) -> NDArray[np.float64]:
     """Return the mass of each control point [g], shape (N,).
 
@@ -213,5 +209,5 @@ def carried_lengths(
         segment_points: control points of each segment, shape (S, 4).
         count: number of control points.
     """
-    length = rest_length[:, None] * SHARES
+    length = rest_length[:, None] * (np.array([1.0, 11.0, 11.0, 1.0]) / 24.0)  # integrals of the basis functions
     return np.bincount(segment_points.ravel(), weights=length.ravel(), minlength=count).astype(np.float64)

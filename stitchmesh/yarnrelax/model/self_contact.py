@@ -19,15 +19,11 @@ UNENDING = 1 << 30
 """Cycle of the segments of a yarn that does not return to its first segment, because it is open or leaves the cell."""
 
 
-MOST_TURNS = 1_000
-"""Largest diameter of a closed yarn over its rest length; a ring of yarn is not thicker than it is long."""
-
-
 def neighbour_reach(yarns: YarnSet) -> NDArray[np.int64]:
     """Return the number of following segments that do not collide with each segment, shape (S,).
 
     Raises:
-        ParameterError: a closed yarn is more than ``MOST_TURNS`` times thicker than it is long.
+        ParameterError: a closed yarn is more than a thousand times thicker than it is long.
     """
     reach = np.ones(len(yarns.rest_length), dtype=np.int64)
     diameter = 2.0 * yarns.radius
@@ -35,7 +31,7 @@ def neighbour_reach(yarns: YarnSet) -> NDArray[np.int64]:
     for yarn in np.flatnonzero(shortest < diameter):
         first, last = yarns.segment_start[yarn], yarns.segment_start[yarn + 1]
         length = float(yarns.rest_length[first:last].sum())
-        if yarns.closed[yarn] and diameter[yarn] > MOST_TURNS * length:
+        if yarns.closed[yarn] and diameter[yarn] > 1_000 * length:
             found = f"yarn {yarn}: has a rest length of {length:.3g} cm and is {diameter[yarn]:.3g} cm thick"
             raise ParameterError(f"{found}; take thinner yarn or larger rest lengths")
         reach[first:last] = _reach(yarns.rest_length[first:last], diameter[yarn], closed=bool(yarns.closed[yarn]))

@@ -54,8 +54,6 @@ from stitchmesh.yarnrelax.solvers.preconditioner import inverse_block
 
 PARTS = 9
 """Sums of a cell: the three forces, and the block of stiffness (aa, bb, cc, ab, ac, bc)."""
-SAMPLES_PER_BLOCK, MOST_BLOCKS = 4 * THREADS, 64
-"""Contact samples of the largest cell for each block, and the largest number of blocks for a cell."""
 HELD = wp.constant(wp.float64(1.0e20))
 """Stiffness of a held strain [erg]."""
 
@@ -269,7 +267,7 @@ class CellStrain:
 
     def _blocks(self) -> int:
         """Return the number of blocks that sum over each cell; it suits the largest cell. Cores of a CPU share them."""
-        return int(np.clip(self.model.largest_cell // SAMPLES_PER_BLOCK, 1, MOST_BLOCKS))
+        return int(np.clip(self.model.largest_cell // (4 * THREADS), 1, 64))
 
     @property
     def periods(self) -> wp.array[Any]:

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The change of the spacing of stitches by a motion of the control points of a piece.
 
-The control points of a stitch form a group. If the yarns were not made from stitches, ``RUN`` successive control points
-form one. Each group has its ``NEIGHBOURS`` nearest groups as neighbours. With the distances d between the middles of
+The control points of a stitch form a group. If the yarns were not made from stitches, 12 successive control points form
+one. Each group has its four nearest groups as neighbours. With the distances d between the middles of
 neighbours, before and after a motion, the change is
 
     rms of (d' - d) / d
@@ -21,10 +21,6 @@ from scipy.spatial import cKDTree
 
 from stitchmesh.yarn import YarnSet
 
-RUN = 12
-"""Number of successive control points in a group."""
-NEIGHBOURS = 4
-"""Number of nearest groups that are compared with a group."""
 NEAREST = 2.0
 """Smallest distance of two groups that have a spacing, in mean yarn radii."""
 
@@ -37,7 +33,7 @@ class SpacingChange:
         self.group, radius = _groups(yarns), float(yarns.radius.mean())
         self.count = np.bincount(self.group)
         middle = self.middles(yarns.points / radius)
-        wanted = min(NEIGHBOURS + 1, len(middle))
+        wanted = min(5, len(middle))  # a group is the nearest one to itself
         distance, near = cKDTree(middle).query(middle, k=wanted) if wanted > 1 else (np.zeros((1, 1)), np.zeros((1, 1)))
         apart = np.asarray(distance) > NEAREST
         self.pairs = np.column_stack([np.nonzero(apart)[0], np.asarray(near)[apart]]).astype(np.int64)
@@ -78,5 +74,5 @@ def _groups(yarns: YarnSet) -> NDArray[np.int64]:
         labels = yarns.face.astype(np.int64)
     else:
         yarn = np.repeat(np.arange(yarns.yarn_count), np.diff(yarns.start))
-        labels = yarn * len(yarns.points) + (np.arange(len(yarns.points)) - yarns.start[yarn]) // RUN
+        labels = yarn * len(yarns.points) + (np.arange(len(yarns.points)) - yarns.start[yarn]) // 12
     return np.unique(labels, return_inverse=True)[1].astype(np.int64)

@@ -5,13 +5,14 @@
 Cells at rest stand still, but launches still pass over them. When the cells that are not at rest are only a small part
 of all (``SMALL_PART``), they continue as a batch of their own. A launch of few cells takes hardly less time than a
 launch of many, so that the last cells of a batch cost most. If other cells will follow, the last cells
-(``LAST_PART``) are therefore left, to continue together with these.
+(``LAST_PART``) are therefore left, to continue together with these. The solver starts anew with them, as it does after
+new candidate lists. The memory of Newton's method, and of its alternation with the solver, goes with the cell.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
 from typing import Any
@@ -33,7 +34,6 @@ from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.cell_strain import RelaxCell
 from stitchmesh.yarnrelax.solvers.lbfgs import LBFGS
-from stitchmesh.yarnrelax.together.begun_cell import BegunCell, learned_by, teach
 
 CellProgress = Callable[[int, int], None]
 """Called with the number of cells at rest and the number of iterations."""
@@ -61,6 +61,22 @@ class RelaxedCell:
     def __repr__(self) -> str:
         """Return one line: whether the yarns are at rest, and the yarns."""
         return f"RelaxedCell({rest_text(self.report)}, {self.yarns})"
+
+
+@dataclass(frozen=True, eq=False)
+class BegunCell:
+    """A cell between two batches."""
+
+    yarns: YarnSet
+    """The yarns in their last accepted state."""
+    height: float | None
+    """Height of the middle plane of the given yarns, between the planes [cm]; None without planes."""
+    learned: Mapping[str, NDArray[Any]]
+    """What the solvers have learned about the cell (``learned_by``)."""
+    history: Sequence[HistoryEntry]
+    """The figures of each assessment."""
+    seconds: float
+    """Time that the cell has spent in batches [s]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,6 +126,44 @@ class CellBatch:
 def _some(each: Sequence[Any] | None, cells: NDArray[np.bool_]) -> Any:
     """Return the entries of some of the cells; None if there are no entries."""
     return None if each is None else [own for own, chosen in zip(each, cells.tolist(), strict=True) if chosen]
+
+
+def learned_by(loop: RelaxationLoop) -> list[dict[str, NDArray[Any]]]:
+    """Return what the solvers have learned about each cell of a batch, for ``teach``.
+
+    This includes the counts and gradients of each cell, because a relaxation reports them.
+    """
+    newton = loop.newton
+    solver = loop.simulation.solver
+    assert newton is not None and isinstance(solver, LBFGS)
+    columns = {
+        "iterations": loop.iterations, "ending": loop.ending, "descent": loop.alternation.descent,
+        "newton_fall": loop.alternation.newton_fall, "newton": newton.memory, "gradients": solver.recorded_gradients(),
+    }  # fmt: skip
+    return [{name: np.array(column[cell]) for name, column in columns.items()} for cell in range(len(loop.iterations))]
+
+
+def teach(loop: RelaxationLoop, cells: Sequence[Mapping[str, NDArray[Any]] | None]) -> None:
+    """Continue with what the solvers have learned about cells (``learned_by``); None for cells that begin."""
+    known = [(number, own) for number, own in enumerate(cells) if own is not None]
+    if not known:
+        return
+    newton = loop.newton
+    solver = loop.simulation.solver
+    assert newton is not None and isinstance(solver, LBFGS)
+    numbers = np.array([number for number, _own in known])
+
+    def column(name: str) -> NDArray[Any]:
+        return np.array([learned[name] for _number, learned in known])
+
+    memory = newton.memory
+    memory[numbers] = column("newton")
+    newton.memory = memory
+    loop.iterations[numbers] = column("iterations")
+    loop.ending[numbers] = column("ending")
+    loop.alternation.descent[numbers] = column("descent")
+    loop.alternation.newton_fall[numbers] = column("newton_fall")
+    solver.record_gradients(numbers, column("gradients"))
 
 
 def relax_batch(

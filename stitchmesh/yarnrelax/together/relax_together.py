@@ -33,11 +33,15 @@ from stitchmesh.yarnrelax.convergence import rest_text
 from stitchmesh.yarnrelax.energies.confinement import Confinement
 from stitchmesh.yarnrelax.linking.certificate import pull_throughs_together, refuse_pull_through
 from stitchmesh.yarnrelax.load_steps import StepAtRest, relax_through_steps
-from stitchmesh.yarnrelax.relax import relax_yarns
-from stitchmesh.yarnrelax.relax_partly import relax_partly
+from stitchmesh.yarnrelax.relax import relax_partly, relax_yarns
 from stitchmesh.yarnrelax.relaxation_result import Relaxation
-from stitchmesh.yarnrelax.together.begun_cell import BegunCell
-from stitchmesh.yarnrelax.together.cell_batch import CellBatch, RelaxedCell, relax_batch, relax_batch_partly
+from stitchmesh.yarnrelax.together.cell_batch import (
+    BegunCell,
+    CellBatch,
+    RelaxedCell,
+    relax_batch,
+    relax_batch_partly,
+)
 from stitchmesh.yarnrelax.together.steps_together import group_of_steps, relax_group_through_steps
 
 IN_CELLS = {"yarns", "material", "quality", "device", "cell", "terms", "run", "iterations"}

@@ -25,23 +25,23 @@ from stitchmesh.time_limit import OutOfTime
 from stitchmesh.yarnrelax.energies.confinement import CellConfinements, Confinement
 from stitchmesh.yarnrelax.energies.term import TermChoice
 from stitchmesh.yarnrelax.linking.certificate import pull_throughs_together
-from stitchmesh.yarnrelax.load_steps import LoadedCells, LoadStep, StepAtRest
+from stitchmesh.yarnrelax.load_steps import LoadedCells, LoadStep, StepAtRest, friction_and_others
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 
-IN_CELLS = {"yarns", "steps", "friction", "material", "quality", "cell", "device", "terms", "run"}
+IN_CELLS = {"yarns", "steps", "terms", "material", "quality", "cell", "device", "run"}
 """Arguments of ``relax_through_steps`` that many cells may have together."""
 
 
 def group_of_steps(call: Call, number: int) -> Hashable:
     """Return what the cells of a group of calls have in common; the number of the call if it belongs to no group."""
     given = call.arguments
-    terms = given.get("terms", ())
-    lies = len(terms) == 1 and isinstance(terms[0], Confinement)
+    friction, others = friction_and_others(given["terms"])
+    lies = len(others) == 1 and isinstance(others[0], Confinement)
     suits = given.keys() <= IN_CELLS and given["quality"].solver == "quasistatic" and given.get("run", SHOWN).only_shows
-    if not suits or not (lies or len(terms) == 0):
+    if not suits or not (lies or len(others) == 0):
         return number
     path = tuple((step.friction, step.stretch) for step in given["steps"])
-    return replace(given["quality"], contact_samples=0), given.get("device"), given["friction"], lies, path
+    return replace(given["quality"], contact_samples=0), given.get("device"), friction, lies, path
 
 
 def relax_group_through_steps(calls: Sequence[Call]) -> list[list[StepAtRest] | StitchMeshError | None]:
@@ -73,8 +73,9 @@ class _Path:
         self.began = time.perf_counter()
         each = [call.arguments for call in calls]
         first = each[0]
-        planes = tuple(given["terms"][0] for given in each if given.get("terms"))
-        terms: list[TermChoice] = [first["friction"]]
+        others = [friction_and_others(given["terms"])[1] for given in each]
+        planes = tuple(own[0] for own in others if own)
+        terms: list[TermChoice] = [friction_and_others(first["terms"])[0]]
         terms += [CellConfinements(planes, (None,) * len(planes))] if planes else []
         simulation = YarnSimulation(
             [(given["yarns"], given["material"]) for given in each], first["quality"],

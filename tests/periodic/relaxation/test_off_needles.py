@@ -143,7 +143,7 @@ def test_work_is_dissipated_in_a_cycle_of_loads(most: float) -> None:
     loads = most * np.concatenate([np.linspace(0.1, 1.0, 10), np.linspace(0.9, 0.0, 10)] * 2)
     exact = replace(PRESETS["standard"], tolerance=1e-3)
     found = relax_through_steps(
-        start.yarns, [LoadStep(), *(LoadStep(wale=load) for load in loads)], friction=sm.Friction(0.2),
+        start.yarns, [LoadStep(), *(LoadStep(wale=load) for load in loads)], terms=[sm.Friction(0.2)],
         material=KALDOR, quality=exact, cell=RelaxCell(shear=False), device="cpu",
     )  # fmt: skip
     assert all(step.converged for step in found)

@@ -10,10 +10,7 @@ import numpy as np
 import pytest
 from scipy.spatial.distance import cdist
 
-from stitchmesh.compute.device import device_named
-from stitchmesh.compute.precision import scalar_named
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax import YarnMaterial
 from stitchmesh.yarnrelax.collision.broad_phase import FIRST_CAPACITY
 from stitchmesh.yarnrelax.collision.captured_search import ContactSearch
 from stitchmesh.yarnrelax.collision.narrow_phase import (
@@ -25,8 +22,8 @@ from stitchmesh.yarnrelax.collision.narrow_phase import (
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.self_contact import neighbour_reach
 from stitchmesh.yarnrelax.model.state import make_state
-from stitchmesh.yarnrelax.model.upload import put_model
-from tests.yarnrelax.stockinette import flat_patch, tube
+from tests.yarnrelax.one_term import on_device
+from tests.yarnrelax.stockinette import tube
 
 pytestmark = pytest.mark.decides
 
@@ -34,19 +31,8 @@ MARGIN = 0.4
 """In mean yarn radii."""
 
 
-def put(yarns: YarnSet, samples: int) -> Model:
-    return put_model(
-        yarns,
-        YarnMaterial.named("leaf"),
-        quadrature_points=3,
-        contact_samples=samples,
-        scalar=scalar_named("float64"),
-        device=device_named("cpu"),
-    )
-
-
 def lists_and_samples(yarns: YarnSet, samples: int) -> tuple[list[list[int]], np.ndarray, Model]:
-    model = put(yarns, samples)
+    model = on_device(yarns, contact_samples=samples)
     state, candidates = make_state(model), make_candidates(model, MARGIN)
     ContactSearch(model, state, candidates).run()
     return lists_of(candidates), state.samples.numpy(), model
@@ -73,9 +59,8 @@ def all_pairs(samples: np.ndarray, model: Model, margin: float = MARGIN) -> list
     return [np.flatnonzero(row).tolist() for row in near]
 
 
-@pytest.mark.parametrize("yarns", [tube(3, 4), flat_patch(3, 3)], ids=["closed", "open"])
-def test_lists_equal_all_pairs(yarns: YarnSet) -> None:
-    lists, samples, model = lists_and_samples(yarns, 3)
+def test_lists_of_knitted_yarns_equal_all_pairs() -> None:
+    lists, samples, model = lists_and_samples(tube(3, 4), 3)
     assert lists == all_pairs(samples, model)
     assert sum(map(len, lists)) > 0
 
@@ -90,7 +75,7 @@ def test_lists_of_random_yarns_with_different_radii_equal_all_pairs() -> None:
 
 def test_margins_that_change_to_and_fro_between_searches_leave_no_pair_out() -> None:
     yarns = tube(3, 4)
-    model = put(yarns, 3)
+    model = on_device(yarns)
     state, candidates = make_state(model), make_candidates(model, NARROWEST_MARGIN)
     search, start, random = ContactSearch(model, state, candidates), state.points.numpy(), np.random.default_rng(4)
     for margin in 2 * (NARROWEST_MARGIN, WIDEST_MARGIN, MARGIN):
@@ -99,24 +84,6 @@ def test_margins_that_change_to_and_fro_between_searches_leave_no_pair_out() -> 
         candidates.margin = margin
         search.run()
         assert lists_of(candidates) == all_pairs(state.samples.numpy(), model, margin)
-
-
-def test_the_order_of_the_lists_is_reproducible() -> None:
-    yarns = tube(3, 4)
-    found = []
-    for _ in range(2):
-        model = put_model(
-            yarns,
-            YarnMaterial.named("leaf"),
-            quadrature_points=3,
-            contact_samples=3,
-            scalar=scalar_named("float32"),
-            device=device_named("cpu"),
-        )
-        state, candidates = make_state(model), make_candidates(model, MARGIN)
-        ContactSearch(model, state, candidates).run()
-        found.append(candidates.lists.numpy())
-    assert np.array_equal(*found)
 
 
 def test_lists_grow_beyond_their_first_capacity() -> None:

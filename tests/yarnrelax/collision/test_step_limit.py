@@ -16,10 +16,8 @@ from stitchmesh.quality import PRESETS, Quality, Solver
 from stitchmesh.run import Run
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial, linking_certificate, relax_yarns
-from stitchmesh.yarnrelax.collision.budget import SAFETY
 from stitchmesh.yarnrelax.model.self_contact import neighbour_reach
 from stitchmesh.yarnrelax.simulation import YarnSimulation
-from tests.yarnrelax.loops import iterate
 from tests.yarnrelax.stockinette import flat_patch, hopf_link
 
 pytestmark = pytest.mark.decides
@@ -31,18 +29,15 @@ def many_iterations(tolerance: float) -> Quality:
     return replace(DRAFT, tolerance=tolerance, max_iterations=2000)
 
 
-@pytest.mark.parametrize("radius", [0.125, 0.3])
-def test_linked_rings_that_are_pulled_tight_stay_linked(radius: float) -> None:
-    yarns = hopf_link(0.5, radius)
+def test_linked_rings_that_are_pulled_tight_stay_linked() -> None:
+    yarns = hopf_link(0.5, 0.3)
     result = relax_yarns(yarns, quality=many_iterations(0.01), device="cpu")
     assert linking_certificate(result.yarns)[0, 1] == linking_certificate(yarns)[0, 1] != 0
     assert result.report["certificate"] == "unchanged"
     assert result.report["converged"]
-    # Rings of radius 0.5 of the thin yarn leave a hole of radius 0.375, which is wide enough for the other ring. The
-    # hole in rings of the thick yarn is too small.
-    touching = result.report["min_distance_over_radius"] < 2.0
-    assert touching == (result.report["energies"]["contact"] > 0.0) == (radius > 0.25)
-    assert result.report["min_distance_over_radius"] > 1.0
+    # the hole in a ring of radius 0.5 is too small for the other ring
+    assert 1.0 < result.report["min_distance_over_radius"] < 2.0
+    assert result.report["energies"]["contact"] > 0.0
 
 
 def test_the_step_limit_alone_separates_yarns_without_contact_energy() -> None:
@@ -82,38 +77,7 @@ def test_clearances_are_lower_bounds_of_the_distances_of_the_curves() -> None:
     assert (clearance[touching] > nearest.min(axis=1)[touching] - 0.1 * radius).all()
 
 
-def test_a_budget_is_a_fraction_of_the_smallest_clearance_of_the_arcs_of_a_point() -> None:
-    patch = flat_patch(3, 2)
-    noise = np.random.default_rng(4).normal(scale=0.01, size=patch.points.shape)
-    # with this radius, the distances at crossings of loops are smaller than one radius
-    yarns = replace(patch, points=patch.points + noise, radius=np.full(3, 0.4))
-    quality = replace(DRAFT, precision="float64")
-    simulation = YarnSimulation.start(yarns, YarnMaterial.named("leaf"), quality, device_named("cpu"))
-    model, margin = simulation.model, simulation.candidates.margin
-    clearance = simulation.search.clearance.numpy()
-    expected = np.full(model.point_count, margin / 2)
-    of_segment = np.minimum.reduceat(clearance, model.sample_start[:-1])
-    np.minimum.at(expected, model.yarns.segment_points, SAFETY * of_segment[:, None])
-    # the kernel has the factor as a literal; both values are float64
-    np.testing.assert_allclose(simulation.state.budget.numpy(), expected, rtol=1e-15)
-    assert (expected < margin / 2).any() and (expected == margin / 2).any()
-
-
-def test_no_control_point_moves_more_than_the_step_fraction_of_a_radius() -> None:
-    yarns = hopf_link(0.5)
-    material = YarnMaterial.named("kaldor-simulation")
-    simulation = YarnSimulation.start(yarns, material, DRAFT, device_named("cpu"))
-    for _ in range(10):
-        before = simulation.state.points.numpy().copy()
-        iterate(simulation, 5)
-        moved = np.linalg.norm(simulation.state.points.numpy() - before, axis=1)
-        # the limit for five iterations in radii, and float32 rounding of coordinates of twelve radii
-        assert moved.max() <= 5 * DRAFT.step_fraction + 1e-5
-    assert moved.max() > 0.0
-
-
-@pytest.mark.parametrize("solver", ["quasistatic", "dynamics"])
-@pytest.mark.parametrize("forces", ["of tight rings", "random"])
+@pytest.mark.parametrize(("solver", "forces"), [("quasistatic", "random"), ("dynamics", "of tight rings")])
 def test_no_control_point_moves_beyond_its_budget_on_one_list(solver: Solver, forces: str) -> None:
     quality = replace(DRAFT, solver=solver, step_fraction=10.0)  # only the budget limits a step
     simulation = YarnSimulation.start(hopf_link(0.3), YarnMaterial.named("leaf"), quality, device_named("cpu"))

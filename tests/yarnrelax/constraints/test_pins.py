@@ -9,16 +9,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stitchmesh.compute.device import device_named
-from stitchmesh.compute.precision import scalar_named
 from stitchmesh.errors import ParameterError
-from stitchmesh.lattice import Lattice
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial, relax_yarns
-from stitchmesh.yarnrelax.constraints.pins import Pins, pinned_points
-from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.yarnrelax.constraints.pins import Pins
 from stitchmesh.yarnrelax.model.state import make_state
-from stitchmesh.yarnrelax.model.upload import put_model
+from tests.yarnrelax.one_term import on_device
 from tests.yarnrelax.stockinette import flat_patch
 
 MATTER = YarnMaterial.named("leaf")
@@ -32,15 +28,9 @@ def tight_patch() -> YarnSet:
     return replace(patch, rest_length=0.9 * patch.rest_length)
 
 
-def on_device(yarns: YarnSet, precision: str) -> Model:
-    scalar, device = scalar_named(precision), device_named("cpu")
-    return put_model(yarns, MATTER, quadrature_points=3, contact_samples=3, scalar=scalar, device=device)
-
-
-@pytest.mark.parametrize("precision", ["float32", "float64"])
-def test_pinned_points_have_no_force_and_take_no_step(precision: str) -> None:
+def test_pinned_points_have_no_force_and_take_no_step() -> None:
     yarns = tight_patch()
-    model = on_device(yarns, precision)
+    model = on_device(yarns)
     values = np.random.default_rng(2).normal(size=yarns.points.shape)
     force, step = model.upload(values, 3), model.upload(values, 3)
     held = Pins([4, 0, 71]).on(model)
@@ -49,58 +39,33 @@ def test_pinned_points_have_no_force_and_take_no_step(precision: str) -> None:
     for vectors in (force.numpy(), step.numpy()):
         assert np.flatnonzero((vectors == 0.0).all(axis=1)).tolist() == [0, 4, 71]
         free = np.delete(np.arange(len(values)), [0, 4, 71])
-        assert np.array_equal(vectors[free], values.astype(vectors.dtype)[free])
-
-
-def test_rows_of_pins_are_the_coordinates_of_the_pinned_points() -> None:
-    yarns = tight_patch()
-    coupling = Pins([4, 0, 71]).on(on_device(yarns, "float64")).coupling()
-    motion = np.random.default_rng(2).normal(size=yarns.points.shape)
+        assert np.array_equal(vectors[free], values[free])
+    coupling = held.coupling()  # whose rows are the coordinates of the pinned points
     assert coupling.compliance is None
-    assert np.array_equal((coupling.rows @ motion.ravel()).reshape(-1, 3), motion[[0, 4, 71]])
-
-
-def test_a_pinned_face_holds_all_its_control_points() -> None:
-    yarns = tight_patch()
-    held = pinned_points(yarns, Pins(points=[3], faces=[1, 4]))
-    assert held.tolist() == [3, *np.flatnonzero((yarns.face == 1) | (yarns.face == 4))]
+    assert np.array_equal((coupling.rows @ values.ravel()).reshape(-1, 3), values[[0, 4, 71]])
 
 
 def test_pinned_loops_do_not_move_while_the_others_relax() -> None:
     yarns = tight_patch()
-    pins = Pins(faces=[0, 5])
+    pins = Pins(points=[20], faces=[0, 5])
     result = relax_yarns(yarns, material=MATTER, quality="draft", device="cpu", terms=[pins])
     assert result.report["converged"]
     moved = np.linalg.norm(result.yarns.points - yarns.points, axis=1) / yarns.radius[0]
     held = np.zeros(len(moved), dtype=bool)
-    held[pinned_points(yarns, pins)] = True
+    held[20] = True
+    held[(yarns.face == 0) | (yarns.face == 5)] = True
     assert moved[held].max() < HELD * 10
     assert np.median(moved[~held]) > 0.1
 
 
-@pytest.mark.parametrize("quality", ["draft", "reference"])
-def test_yarns_with_all_points_pinned_are_at_rest_immediately(quality: str) -> None:
+def test_yarns_with_all_points_pinned_are_at_rest_immediately() -> None:
     yarns = tight_patch()
     pins = Pins(np.arange(len(yarns.points)))
-    result = relax_yarns(yarns, material=MATTER, quality=quality, device="cpu", terms=[pins])
+    result = relax_yarns(yarns, material=MATTER, quality="draft", device="cpu", terms=[pins])
     assert result.report["converged"]
     assert result.report["residual"] == 0.0
     assert result.report["iterations"] == 0
     np.testing.assert_allclose(result.yarns.points, yarns.points, atol=HELD * 10 * yarns.radius[0])
-
-
-def test_pins_hold_on_a_lattice() -> None:
-    """One of the four control points of a yarn that crosses the cell is pinned; the others align with it."""
-    points = np.array([[0.0, 0.0, 0.0], [1.0, 0.3, 0.0], [2.0, 0.0, 0.3], [3.0, 0.2, 0.0]])
-    lattice = Lattice(np.array([[4.0, 0.0, 0.0], [0.0, 4.0, 0.0]]))
-    cell = YarnSet(
-        points=points, start=[0, 4], closed=[True], radius=[0.1], rest_length=np.full(4, 1.0), row=np.zeros(4),
-        face=np.full(4, -1), part=np.zeros(4), lattice=lattice, lattice_step=[[1, 0]],
-    )  # fmt: skip
-    result = relax_yarns(cell, material=MATTER, quality="draft", device="cpu", terms=[Pins([1])])
-    assert result.report["converged"]
-    np.testing.assert_allclose(result.yarns.points[1], points[1], atol=1e-6)
-    assert np.ptp(result.yarns.points[:, 1]) < 0.02  # straight across the cell, within the residual
 
 
 @pytest.mark.parametrize(

@@ -20,7 +20,7 @@ from stitchmesh.yarnrelax.constraints.borders import KeepBorders
 from stitchmesh.yarnrelax.energies.shape import KeepShape
 from stitchmesh.yarnrelax.hessian.cell_matrices import Owners
 from stitchmesh.yarnrelax.hessian.couplings import RIGID
-from stitchmesh.yarnrelax.hessian.matrices_on_gpu import LATELY, MatricesOnGpu, PartOnGpu
+from stitchmesh.yarnrelax.hessian.matrices_on_gpu import MatricesOnGpu, PartOnGpu
 from stitchmesh.yarnrelax.hessian.matrices_on_host import MatricesOnHost
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from tests.compute.pretended_cudss import pretend_cudss
@@ -55,15 +55,6 @@ def part(cell: int) -> np.ndarray:
     return matrix().toarray()[np.ix_(own, own)] + SHIFT[cell] * np.eye(len(own))
 
 
-def test_each_cell_has_its_coordinates_in_order() -> None:
-    for cell, own in enumerate(OWNERS.coordinates):
-        np.testing.assert_array_equal(own, np.flatnonzero(OWNERS.cell == cell))
-    only = OWNERS.only(np.array([True, False, True]))
-    assert only.cells == [0, 2] and OWNERS.cells == [0, 1, 2]
-    assert OWNERS.sums(np.ones(len(CELL))).tolist() == [len(own) for own in OWNERS.coordinates]
-    np.testing.assert_array_equal(OWNERS.each(SHIFT), np.where(OWNERS.cell < 0, 0.0, SHIFT[OWNERS.cell]))
-
-
 def test_products_and_diagonals_leave_out_what_is_left_out(place: Place) -> None:
     vector, is_in = normal(len(CELL)), OWNERS.cell >= 0
     expected = np.where(is_in, matrix().toarray() @ np.where(is_in, vector, 0.0), 0.0)
@@ -75,10 +66,9 @@ def test_products_and_diagonals_leave_out_what_is_left_out(place: Place) -> None
     np.testing.assert_allclose(matrices.only(first).product(vector), expected, atol=1e-14 * len(CELL))
 
 
-@pytest.mark.parametrize("part", ["all", "some", "the owned ones"])
-def test_the_upper_triangle_is_that_of_the_shifted_matrices_and_of_the_identity(part: str) -> None:
+def test_the_upper_triangle_is_that_of_the_shifted_matrices_and_of_the_identity() -> None:
     matrices, is_in = on_device("cpu", OWNERS, matrix()), OWNERS.cell >= 0
-    taken = {"all": np.ones_like(is_in), "some": is_in | (np.arange(len(CELL)) % 2 == 0), "the owned ones": is_in}[part]
+    taken = is_in | (np.arange(len(CELL)) % 2 == 0)
     own = PartOnGpu(matrices.pattern, np.flatnonzero(taken))
     values = wp.zeros(len(own.upper_columns), dtype=wp.float64, device="cpu")
     matrices.put_upper_triangle(own, wp.array(SHIFT, dtype=wp.float64, device="cpu"), values)
@@ -86,45 +76,6 @@ def test_the_upper_triangle_is_that_of_the_shifted_matrices_and_of_the_identity(
     expected = np.where(is_in[:, None] & is_in, matrix().toarray(), np.diag(~is_in)) + np.diag(OWNERS.each(SHIFT))
     expected = np.triu(expected[np.ix_(taken, taken)])
     np.testing.assert_array_equal(csc_array(parts, shape=(count, count)).toarray().T, expected)
-
-
-def test_a_part_is_kept_while_its_coordinates_are_asked_for() -> None:
-    """Coordinates that were asked for lately stay in it, and it is left once it is too large for long."""
-    pattern = pattern_of(matrix(), device_named("cpu"), np.zeros(len(CELL)))
-    first, second = CELL == 0, CELL == 1
-    (part,) = pattern.parts_for(first)
-    assert pattern.parts_for(first) == [part]
-    both = pattern.parts_for(second)
-    np.testing.assert_array_equal(both[0].coordinates, np.flatnonzero(first | second))
-    assert pattern.parts_for(first) == both and pattern.parts_for(second) == both
-    found = [pattern.parts_for(second) for _ in range(LATELY)]
-    assert found[0] == both
-    np.testing.assert_array_equal(found[-1][0].coordinates, np.flatnonzero(second))
-
-
-def test_groups_have_parts_of_their_own() -> None:
-    pattern = pattern_of(matrix(), device_named("cpu"), np.where(CELL == 1, 1, 0))
-    parts = pattern.parts_for(CELL >= 0)
-    for part, own in zip(parts, (CELL != 1, CELL == 1), strict=True):
-        np.testing.assert_array_equal(part.coordinates, np.flatnonzero(own))
-    assert pattern.parts_for(CELL == 1) == parts[1:]
-
-
-def test_the_analysis_of_a_group_without_new_entries_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
-    pretend_cudss(monkeypatch)
-    every, device, group = CELL >= 0, device_named("cpu"), np.where(CELL == 1, 1, 0)
-    given = matrix()
-    pattern = pattern_of(given, device, group)
-    before = [part.factors for part in pattern.parts_for(every)]
-    alike = [part.factors for part in pattern_of(given, device, group, pattern).parts_for(every)]
-    assert alike[0] is before[0] and alike[1] is before[1]
-    more = np.zeros(given.shape)
-    one, other = np.flatnonzero(CELL == 1)[[0, -1]]
-    more[one, other] = more[other, one] = 1.0
-    assert given[one, other] == 0.0
-    last = pattern_of(csc_array(given + csc_array(more)), device, group, pattern)
-    now = [part.factors for part in last.parts_for(every)]
-    assert now[0] is before[0] and now[1] is not before[1]
 
 
 @pytest.mark.decides
@@ -299,21 +250,3 @@ def test_on_a_gpu_places_last_while_segments_part_and_touch_again(monkeypatch: p
         expected = exact.product(vector)
         np.testing.assert_allclose(found.product(vector), expected, atol=1e-12 * np.abs(expected).max())
     assert len(patterns) == 1 and len(touching) > 1
-
-
-def test_only_cells_with_new_neighbours_get_new_places(monkeypatch: pytest.MonkeyPatch) -> None:
-    on_pretended_gpu(monkeypatch)
-    simulation = batch_on("cpu")
-    owners, assembly = owners_in(simulation), HessianAssembly(simulation)
-    assembly.cell_matrices(exactly(simulation), owners, [], forces_are_found=False)
-    before, start = assembly._touching.kept_count.numpy(), simulation.model.segment_start
-    simulation.search_contacts(0.3)  # fewer candidates in all cells
-    points = simulation.state.points.numpy()
-    last = slice(*simulation.model.point_start[2:4])
-    points[last] += np.random.default_rng(0).normal(scale=0.4, size=points[last].shape)
-    simulation.state.points.assign(points)
-    simulation.search_contacts()
-    assembly.cell_matrices(exactly(simulation), owners, [], forces_are_found=False)
-    now = assembly._touching.kept_count.numpy()
-    np.testing.assert_array_equal(now[: start[2]], before[: start[2]])
-    assert not np.array_equal(now[start[2] :], before[start[2] :])

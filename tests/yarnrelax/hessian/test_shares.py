@@ -10,28 +10,20 @@ import numpy as np
 import pytest
 
 from stitchmesh.lattice import Lattice
-from stitchmesh.yarn import YarnSet
-from tests.yarnrelax.hessian.scenes import FREE, LEAF, SCENES, Scene, mixture
-
-STRAIGHT = {name: scene for name, scene in SCENES.items() if not scene[0].natural_curvature.any()}
-"""Scenes without natural curvature, of which the positive parts are mixed and not the matrices."""
+from tests.yarnrelax.hessian.scenes import FREE, SCENES, Scene, mixture
 
 
-@pytest.mark.parametrize("exact", [0.0, 0.7])
 @pytest.mark.parametrize("scene", SCENES.values(), ids=SCENES)
-def test_the_matrix_is_symmetric_and_that_of_gauss_and_newton_never_negative(scene: Scene, exact: float) -> None:
-    matrix = mixture(*scene, exact, FREE if scene[0].lattice is not None else None)
+def test_the_matrix_of_gauss_and_newton_is_symmetric_and_never_negative(scene: Scene) -> None:
+    matrix = mixture(*scene, 0.0, FREE if scene[0].lattice is not None else None)
     np.testing.assert_array_equal(matrix, matrix.T)
     largest = np.abs(matrix).max()
     assert np.abs(matrix - np.diag(np.diag(matrix))).max() > 0.01 * largest
-    if exact == 0.0:
-        assert np.linalg.eigvalsh(matrix).min() > -1e-12 * largest
+    assert np.linalg.eigvalsh(matrix).min() > -1e-12 * largest
 
 
-@pytest.mark.parametrize("scene", STRAIGHT.values(), ids=STRAIGHT)
-def test_a_share_mixes_both_matrices(scene: Scene) -> None:
-    cell = FREE if scene[0].lattice is not None else None
-    none, some, whole = (mixture(*scene, exact, cell) for exact in (0.0, 0.7, 1.0))
+def test_a_share_mixes_both_matrices() -> None:
+    none, some, whole = (mixture(*SCENES["sheared cell"], exact, FREE) for exact in (0.0, 0.7, 1.0))
     np.testing.assert_allclose(some, 0.3 * none + 0.7 * whole, atol=1e-13 * np.abs(whole).max())  # rounding of sums
 
 
@@ -39,14 +31,6 @@ def test_the_exact_matrix_is_negative_somewhere_where_yarns_are_compressed() -> 
     """Otherwise the first test would say nothing about the matrix of Gauss and Newton."""
     matrix = mixture(*SCENES["compressed open piece"], 1.0)
     assert np.linalg.eigvalsh(matrix).min() < -1e-3 * np.abs(matrix).max()
-
-
-def test_both_matrices_are_equal_for_straight_yarn_with_its_rest_length() -> None:
-    line = np.arange(8)[:, None] * [0.1, 0.0, 0.0]
-    yarns = YarnSet.from_curves([line], closed=[False], radius=0.125)
-    yarns = replace(yarns, rest_length=yarns.lengths)
-    ends = [mixture(yarns, LEAF, exact) for exact in (0.0, 1.0)]
-    np.testing.assert_allclose(ends[0], ends[1], atol=1e-12 * np.abs(ends[1]).max())
 
 
 @pytest.mark.parametrize("exact", [0.0, 1.0])
@@ -57,21 +41,10 @@ def test_a_motion_of_the_piece_as_a_whole_changes_no_force(exact: float) -> None
     np.testing.assert_allclose(matrix @ shift, 0.0, atol=1e-12 * np.abs(matrix).max())  # rounding of sums
 
 
-@pytest.mark.parametrize("exact", [0.0, 1.0])
-@pytest.mark.parametrize("basis", [[[1, 0], [1, 1]], [[1, 0], [-2, 1]]])
-def test_the_choice_of_periods_does_not_change_the_matrix(basis: list[list[int]], exact: float) -> None:
+def test_the_choice_of_periods_does_not_change_the_matrix() -> None:
     yarns, material = SCENES["sheared cell"]
     assert yarns.lattice is not None
-    periods = Lattice(np.array(basis) @ yarns.lattice.periods)
-    one = mixture(yarns, material, exact, FREE)
-    other = mixture(replace(yarns, lattice=periods), material, exact, FREE)
+    periods = Lattice(np.array([[1, 0], [-2, 1]]) @ yarns.lattice.periods)
+    one = mixture(yarns, material, 0.5, FREE)
+    other = mixture(replace(yarns, lattice=periods), material, 0.5, FREE)
     np.testing.assert_allclose(other, one, atol=1e-12 * np.abs(one).max())  # rounding
-
-
-def test_the_image_in_which_a_yarn_is_written_does_not_change_the_matrix() -> None:
-    yarns, material = SCENES["two rows"]
-    assert yarns.lattice is not None
-    yarn = np.repeat(np.arange(yarns.yarn_count), np.diff(yarns.start))
-    moved = replace(yarns, points=yarns.points + np.array([[0, 0], [2, -1]])[yarn] @ yarns.lattice.periods)
-    one, other = (mixture(each, material, 0.5, FREE) for each in (yarns, moved))
-    np.testing.assert_allclose(other, one, atol=1e-10 * np.abs(one).max())  # coordinates are larger

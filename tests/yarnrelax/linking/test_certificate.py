@@ -10,7 +10,7 @@ from itertools import combinations, product
 import numpy as np
 import pytest
 
-from stitchmesh.errors import ParameterError, SolverError
+from stitchmesh.errors import SolverError
 from stitchmesh.lattice import Lattice
 from stitchmesh.yarn import YarnSet, basis
 from stitchmesh.yarnrelax import linking_certificate
@@ -21,19 +21,9 @@ from stitchmesh.yarnrelax.linking.certificate import (
     linkings_together,
     refuse_pull_through,
 )
-from stitchmesh.yarnrelax.linking.open_yarns import _interleaved
 from tests.meshrelax.fabrics import rotation
-from tests.nightly import at_night
 from tests.shaking import shaken
-from tests.yarnrelax.stockinette import (
-    ROW_HEIGHT,
-    STITCH_WIDTH,
-    flat_patch,
-    loop_curve,
-    periodic_patch,
-    tube,
-    woven_cell,
-)
+from tests.yarnrelax.stockinette import FORMULA_RADIUS, periodic_patch, tube, woven_cell
 
 pytestmark = pytest.mark.decides
 
@@ -58,13 +48,7 @@ def torus_link(turns: int) -> YarnSet:
     return closed(*strands)
 
 
-def test_hopf_link_has_linking_number_one() -> None:
-    certificate = linking_certificate(closed(ring((0, 0, 0), 0), ring((0, 0, 1), 1)))
-    assert abs(certificate[0, 1]) == 1
-    assert np.issubdtype(certificate.dtype, np.integer)
-
-
-@pytest.mark.parametrize("turns", [1, 2, 5, -3])
+@pytest.mark.parametrize("turns", [2, -3])
 def test_the_linking_number_of_a_torus_link_is_its_number_of_turns(turns: int) -> None:
     yarns = torus_link(turns)
     certificate = linking_certificate(yarns)
@@ -75,23 +59,17 @@ def test_the_linking_number_of_a_torus_link_is_its_number_of_turns(turns: int) -
     assert np.sign(certificate[0, 1]) == np.sign(turns) * np.sign(linking_certificate(torus_link(1))[0, 1])
 
 
-@pytest.mark.parametrize("turned", [False, True])
-def test_shaken_yarns_have_the_same_certificate(turned: bool) -> None:
+def test_shaken_yarns_have_the_same_certificate() -> None:
     """Degenerate positions: points of a ring in the plane of another, rings with equal projections, repeated points."""
     view_direction = projection.DIRECTION / np.linalg.norm(projection.DIRECTION)
     first = ring((0, 0, 0), 0)
     rings = [first, ring((0, 0, 1), 1), first + 3 * view_direction, first[[0, *range(24)]] + 6 * view_direction]
-    yarns = closed(*(curve @ rotation(2) if turned else curve for curve in rings))
+    yarns = closed(*(curve @ rotation(2) for curve in rings))
     expected = linking_certificate(yarns, device="cpu").toarray()
     assert np.abs(expected).tolist() == [[0, 1, 0, 0], [1, 0, 0, 0], [0, 0, 0, 0], [0, 0, 0, 0]]
-    for seed in range(200):
+    for seed in range(50):
         shake = replace(yarns, points=shaken(yarns.points, seed))
         np.testing.assert_array_equal(linking_certificate(shake, device="cpu").toarray(), expected)
-
-
-def test_unlinked_rings_have_linking_number_zero() -> None:
-    certificate = linking_certificate(closed(ring((0, 0, 0), 0), ring((0, 0, 5), 1), ring((0.2, 0.1, 0.5), 0)))
-    assert certificate.nnz == 0
 
 
 def gauss_integral(first: np.ndarray, second: np.ndarray) -> float:
@@ -140,17 +118,6 @@ def test_a_pull_through_changes_exactly_the_pair_of_yarns() -> None:
     assert len(changed_pairs(before, before)) == 0
 
 
-def test_a_motion_through_zero_clearance_changes_the_linking_number_once() -> None:
-    # Two linked rings are moved apart; at the relative distance 1, the top of one touches the bottom of the other.
-    first = ring((0, 0, 0), 0)
-    diameter = 2.0 * closed(first).sampled(1)[0][:, 1].max()
-    numbers = []
-    for place in (0.5, 0.9, 0.999, 1.0, 1.001, 1.1, 1.5):
-        numbers.append(linking_certificate(closed(first, ring((0, place * diameter, 0), 2)))[0, 1])
-    assert abs(numbers[0]) == 1 and numbers[-1] == 0
-    assert np.count_nonzero(np.diff(numbers)) == 1
-
-
 def test_view_direction_scale_and_position_do_not_matter(monkeypatch: pytest.MonkeyPatch) -> None:
     # Coordinates are integers and the projection is along an axis: vertices and edges have exactly equal projections,
     # although no yarns touch.
@@ -166,11 +133,8 @@ def test_view_direction_scale_and_position_do_not_matter(monkeypatch: pytest.Mon
             assert (linking_certificate(replace(yarns, points=yarns.points * scale + place)) != expected).nnz == 0
 
 
-@pytest.mark.parametrize("direction", [[0.0, 0.0, 1.0], [1.0, 0.0, 1.0], projection.DIRECTION.tolist()])
-def test_doubled_linking_numbers_of_coinciding_yarns_are_even(
-    direction: list[float], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(projection, "DIRECTION", np.array(direction))
+def test_doubled_linking_numbers_of_coinciding_yarns_are_even(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(projection, "DIRECTION", np.array([1.0, 0.0, 1.0]))
     random = np.random.default_rng(5)
     shapes = random.integers(-2, 3, size=(2, 10, 3)).astype(float)
     curves = [np.roll(shapes[k % 2], k, axis=0)[:: 1 - 2 * (k % 3 == 0)] for k in range(12)]
@@ -190,11 +154,6 @@ def test_long_segments_are_found_among_short_ones() -> None:
     assert not certificate[1:, 1:].any()
 
 
-def test_the_certificate_of_open_yarns_is_symmetric() -> None:
-    certificate = linking_certificate(flat_patch(6, 5))
-    assert abs(certificate - certificate.T).nnz == 0
-
-
 def test_the_certificate_shows_which_of_two_crossed_open_yarns_is_above() -> None:
     place = np.linspace(-2.0, 2.0, 9)
     lower = np.stack([place, 0 * place, 0 * place], axis=1)
@@ -206,15 +165,6 @@ def test_the_certificate_shows_which_of_two_crossed_open_yarns_is_above() -> Non
     ]
     above, below = (linking_certificate(yarns)[0, 1] for yarns in crossing)
     assert abs(above - below) == 1
-
-
-def test_interleaved_pairs_equal_a_comparison_of_all_pairs() -> None:
-    places = np.random.default_rng(2).permutation(60).reshape(-1, 2)
-    low, high = places.min(axis=1), places.max(axis=1)
-    expected = {
-        (i, j) for i, j in product(range(30), repeat=2) if low[i] < low[j] < high[i] < high[j]
-    }
-    assert set(zip(*(found.tolist() for found in _interleaved(low, high)), strict=True)) == expected
 
 
 def periodic(curves: list[np.ndarray], steps: list[tuple[int, int]], periods: np.ndarray) -> YarnSet:
@@ -246,26 +196,6 @@ def test_a_woven_crossing_changes_its_sign_if_the_warp_passes_through_the_weft()
     assert signs == [{(0, 1, 0, 0): -1}, {(0, 1, 0, 0): 1}]
 
 
-def test_the_smallest_cell_of_plain_weave_distinguishes_over_from_under() -> None:
-    # With the periods (1, 1) and (1, -1), the warp runs along their difference and the weft along their sum. The two
-    # yarns cross twice.
-    rise = 0.2 * np.cos(np.arange(8) / 8 * 2 * np.pi)[:, None] * [0.0, 0.0, 1.0]
-    warp = straight((0.0, 0.0, 0.0), (0.0, 2.0, 0.0), 8) + rise
-    weft = straight((0.0, 0.0, 0.0), (2.0, 0.0, 0.0), 8) - rise
-    yarns = periodic([warp, weft], [(1, -1), (1, 1)], [[1.0, 1.0, 0.0], [1.0, -1.0, 0.0]])
-    # These periods have the opposite orientation, so the fabric is seen from its back. The signs are the same.
-    assert sorted(doubled_by_pair(yarns).values()) == [-1, 1]
-    assert linking_certificate(yarns).nnz == 0
-
-
-def stockinette_cell(points: int = 12) -> YarnSet:
-    """One stitch of stockinette, whose yarn continues in the next stitch."""
-    loop, on = loop_curve(1, points), np.array([STITCH_WIDTH, 0.0, 0.0])
-    padded = np.concatenate([loop[-1:] - on, loop, loop[:1] + on])
-    control = loop - np.diff(padded, 2, axis=0) / 6
-    return periodic([control], [(1, 0)], [[STITCH_WIDTH, 0.0, 0.0], [0.0, ROW_HEIGHT, 0.0]])
-
-
 def half_pulled(yarns: YarnSet) -> YarnSet:
     """Move one side of the loop's head to the back, through a leg of the row above."""
     points = yarns.points.copy()
@@ -275,36 +205,12 @@ def half_pulled(yarns: YarnSet) -> YarnSet:
 
 
 def test_rows_of_stockinette_are_unlinked_and_a_pull_through_is_detected() -> None:
-    yarns = stockinette_cell()
+    yarns = periodic_patch(1, 1, radius=FORMULA_RADIUS)
     assert doubled_by_pair(yarns) == {}
     pulled = half_pulled(yarns)
     # each row is now linked with the row below it, once per stitch
     assert {key: abs(value) for key, value in doubled_by_pair(pulled).items()} == {(0, 0, 0, -1): 2}
     assert changed_pairs(doubled_linking(yarns), doubled_linking(pulled)).tolist() == [[0, 0]]
-
-
-def test_one_cell_and_two_by_three_cells_agree() -> None:
-    cell = half_pulled(stockinette_cell())
-    (value,) = doubled_by_pair(cell).values()
-    across, up = cell.lattice.periods
-    rows = [np.concatenate([cell.points, cell.points + across]) + k * up for k in range(3)]
-    tiled = periodic(rows, [(1, 0)] * 3, [2 * across, 3 * up])
-    # a period has two stitches; the top row is linked with the bottom row of the next cell
-    assert doubled_by_pair(tiled) == {(0, 1, 0, 0): 2 * value, (1, 2, 0, 0): 2 * value, (0, 2, 0, -1): 2 * value}
-
-
-@pytest.mark.parametrize("turns", [1, 3])
-def test_a_yarn_plied_with_its_own_image_counts_each_turn_once(turns: int) -> None:
-    # The yarn advances by two cells and has an odd number of turns, so that its image in the next cell is the second
-    # ply. The plies cross twice per turn; half of the lattice step maps one crossing to the other.
-    place = np.arange(40) / 40
-    angle = 2 * np.pi * turns * place
-    ply = np.stack([2 * place, 0.1 * np.cos(angle), 0.1 * np.sin(angle)], axis=1)
-    yarns = periodic([ply], [(2, 0)], np.eye(3)[:2])
-    # parallel strands of a right-handed helix have positive crossings
-    assert doubled_by_pair(yarns) == {(0, 0, 1, 0): turns}
-    mirrored = replace(yarns, points=yarns.points * [1.0, 1.0, -1.0])
-    assert doubled_by_pair(mirrored) == {(0, 0, 1, 0): -turns}
 
 
 def random_fabric(seed: int) -> YarnSet:
@@ -344,9 +250,8 @@ def signs_along_normal(yarns: YarnSet, i: int, j: int, image: np.ndarray) -> int
     return -int(np.sign((np.cross(b - a, d - c) * (c - a)).sum(axis=-1))[hit].sum())
 
 
-@pytest.mark.parametrize("seed", [0, *at_night(1, 2)])
-def test_linking_of_random_curves_on_a_lattice_equals_a_test_of_all_images(seed: int) -> None:
-    yarns = random_fabric(seed)
+def test_linking_of_random_curves_on_a_lattice_equals_a_test_of_all_images() -> None:
+    yarns = random_fabric(0)
     step, rows = yarns.lattice_step, doubled_by_pair(yarns)
     left = dict(rows)
     for (i, j), image in product(
@@ -369,14 +274,6 @@ def test_linking_of_random_curves_on_a_lattice_equals_a_test_of_all_images(seed:
     assert not any(left.values())
 
 
-def test_doubled_numbers_are_odd_exactly_if_the_lattice_steps_are_not_parallel() -> None:
-    yarns = random_fabric(0)
-    for (i, j, *_), number in doubled_by_pair(yarns).items():
-        if i != j:
-            determinant = np.linalg.det(yarns.lattice_step[[i, j]])
-            assert number % 2 == (round(determinant) != 0)
-
-
 def test_the_choice_of_the_periodic_image_does_not_matter() -> None:
     yarns = random_fabric(1)
     certificate = linking_certificate(yarns)
@@ -390,17 +287,6 @@ def test_the_choice_of_the_periodic_image_does_not_matter() -> None:
         on = yarns.lattice.shift(yarns.lattice_step[yarn])
         points[own] = np.concatenate([points[own][4:], points[own][:4] + on])
     assert doubled_by_pair(replace(yarns, points=points)) == doubled_by_pair(yarns)
-
-
-def test_a_large_lattice_does_not_change_the_linking_of_a_finite_tangle() -> None:
-    yarns = torus_link(3)
-    far = replace(yarns, lattice=Lattice(20 * np.eye(3)[:2]), lattice_step=np.zeros((2, 2)))
-    assert (linking_certificate(far) != 2 * linking_certificate(yarns)).nnz == 0
-
-
-def test_an_unknown_device_is_refused() -> None:
-    with pytest.raises(ParameterError, match="device"):
-        linking_certificate(torus_link(1), device="tpu")
 
 
 def test_the_linking_of_many_sets_of_yarns_is_that_of_each() -> None:

@@ -5,12 +5,9 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 
-from stitchmesh.compute.captured import CapturedLaunches
 from stitchmesh.compute.device import device_named
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
-from stitchmesh.yarnrelax.model.resting_cells import only_in
 from stitchmesh.yarnrelax.newton import Newton
 from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 from stitchmesh.yarnrelax.simulation import YarnSimulation
@@ -38,28 +35,6 @@ def do_newton_step(simulation: YarnSimulation, cells: np.ndarray) -> None:
     newton = Newton(simulation)
     newton.find_steps(cells, balanced=cells, size=np.ones(len(cells)))
     newton.move(cells, np.ones(len(CELLS)))
-
-
-def test_forces_are_computed_in_some_cells_only() -> None:
-    simulation = batch()
-    launches = CapturedLaunches(simulation.balance_launches(), simulation.model.device)
-    launches.launch()
-    force = simulation.state.force
-    whole = np.array(force.numpy())
-    force.fill_(7.0)
-    with only_in(simulation.model, SOME):
-        launches.launch()
-    moves = np.repeat(SOME, np.diff(simulation.model.point_start))
-    assert np.array_equal(force.numpy()[: len(moves)][moves], whole[: len(moves)][moves])
-    assert (force.numpy()[: len(moves)][~moves] == 7.0).all()
-
-
-def test_all_cells_take_part_again_after_an_error() -> None:
-    simulation = batch()
-    with pytest.raises(RuntimeError, match="in between"), only_in(simulation.model, SOME):
-        assert simulation.model.resting.numpy().tolist() == [0, 1, 0]
-        raise RuntimeError("in between")
-    assert not simulation.model.resting.numpy().any()
 
 
 def test_a_newton_step_moves_each_cell_as_if_the_others_were_not_there() -> None:

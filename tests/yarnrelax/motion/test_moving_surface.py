@@ -16,7 +16,8 @@ from stitchmesh.mesh.vertex_motion import MovingMesh
 from stitchmesh.yarnrelax.energies.mesh_features import mesh_features
 from stitchmesh.yarnrelax.motion.moving_surface import MovingSurface
 from stitchmesh.yarnrelax.motion.self_cuts import refuse_self_cuts
-from tests.yarnrelax.energies.test_body import BOX, box, on_device, ring, sphere
+from tests.yarnrelax.energies.test_body import BOX, box, ring, sphere
+from tests.yarnrelax.one_term import on_device
 
 
 def test_a_surface_between_two_frames_has_the_features_of_the_mesh_there() -> None:

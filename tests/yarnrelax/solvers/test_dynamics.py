@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from stitchmesh.compute.device import device_named
 from stitchmesh.errors import ParameterError
-from stitchmesh.lattice import Lattice
 from stitchmesh.quality import PRESETS, Quality
 from stitchmesh.yarn import YarnSet, basis
 from stitchmesh.yarnrelax import YarnMaterial, linking_certificate
@@ -24,15 +23,7 @@ from stitchmesh.yarnrelax.solvers.dynamics import YarnDynamics
 from stitchmesh.yarnrelax.solvers.stiffness_bounds import stiffness_row_sums
 from stitchmesh.yarnrelax.solvers.time_step import LONGEST_TIME_STEP, STABLE_PART
 from tests.yarnrelax.loops import iterate
-from tests.yarnrelax.stockinette import (
-    FORMULA_RADIUS,
-    ROW_HEIGHT,
-    STITCH_WIDTH,
-    fabric_of,
-    flat_patch,
-    loop_curve,
-    tube,
-)
+from tests.yarnrelax.stockinette import fabric_of, hopf_link, periodic_patch, tube
 
 LEAF = YarnMaterial.named("leaf")
 MOTION = replace(PRESETS["draft"], precision="float64", solver="dynamics")
@@ -46,15 +37,6 @@ def started(
     simulation = YarnSimulation.start(yarns, material, quality, device_named("cpu"))
     assert isinstance(simulation.solver, YarnDynamics)
     return simulation, simulation.solver
-
-
-def hopf_link(shrink: float) -> YarnSet:
-    """Two linked rings whose rest lengths pull them against each other."""
-    angle = np.arange(24) / 24 * 2 * np.pi
-    first = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
-    second = np.stack([1 + np.cos(angle), 0 * angle, np.sin(angle)], axis=1)
-    yarns = YarnSet.from_curves([first, second], closed=[True, True], radius=0.125)
-    return replace(yarns, rest_length=shrink * yarns.rest_length)
 
 
 def overlapping_yarns() -> YarnSet:
@@ -110,30 +92,9 @@ def test_damping_is_minus_the_derivative_of_the_dissipation(only: str) -> None:
         assert force.flat[number] == pytest.approx(ends[1] - ends[0], rel=1e-10, abs=1e-12 * ends[0])
 
 
-def test_contact_damping_conserves_momentum_and_has_the_power_of_twice_the_dissipation() -> None:
-    yarns, material = overlapping_yarns(), replace(LEAF, k_global=0.0)
-    velocity = np.random.default_rng(3).normal(scale=10.0, size=yarns.points.shape)
-    force = damping_forces(yarns, material, velocity)
-    np.testing.assert_allclose(force.sum(axis=0), 0.0, atol=1e-13 * np.abs(force).max())  # rounding
-    assert (force * velocity).sum() == pytest.approx(-2 * dissipation(yarns, material, velocity), rel=1e-12)
-
-
-def test_a_material_without_contact_damping_launches_no_damping_kernel() -> None:
-    materials = (LEAF, replace(LEAF, k_dt=0.0, k_dn=0.0))
-    runs = [started(overlapping_yarns(), material)[0] for material in materials]
-    keys = [{launch.kernel.key for launch in simulation.iterations.launches} for simulation in runs]
-    assert keys[0] - keys[1] == {"sample_velocities", "contact_damping"}
-
-
 def straight_yarn(spacing: float) -> YarnSet:
     line = np.stack([spacing * np.arange(9.0), np.zeros(9), np.zeros(9)], axis=1)
     return YarnSet.from_curves([line], closed=[False], radius=0.125)
-
-
-def test_soft_yarns_take_the_time_step_of_the_paper() -> None:
-    simulation, solver = started(straight_yarn(2.0))
-    iterate(simulation, 1)
-    assert solver.time_step == solver.time == LONGEST_TIME_STEP
 
 
 def test_the_time_step_is_a_fraction_of_two_over_the_highest_frequency() -> None:
@@ -182,52 +143,8 @@ def test_no_control_point_moves_more_than_the_step_fraction() -> None:
     assert linking_certificate(relaxed)[0, 1] == linking_certificate(yarns)[0, 1] != 0
 
 
-def test_the_same_run_gives_the_same_bits() -> None:
-    ends = []
-    for _ in range(2):
-        simulation, solver = started(flat_patch(3, 3), quality=replace(MOTION, precision="float32"))
-        iterate(simulation, 60)
-        ends.append([simulation.state.points.numpy(), *(array.numpy() for array in solver.arrays().values())])
-    assert all(np.array_equal(first, second) for first, second in zip(*ends, strict=True))
-    assert ends[0][1].any()
-
-
-def test_the_arrays_of_the_solver_are_its_complete_state() -> None:
-    first, second = started(flat_patch(3, 3))[0], started(flat_patch(3, 3))[0]
-    iterate(first, 40)
-    second.state.points.assign(first.state.points)
-    for name, array in second.solver.arrays().items():
-        array.assign(first.solver.arrays()[name])
-    for simulation in (first, second):
-        simulation.candidates.margin = 0.6
-        simulation.search_contacts()
-        iterate(simulation, 40)
-    np.testing.assert_array_equal(second.state.points.numpy(), first.state.points.numpy())
-
-
-def cell(rows: int, stitches: int) -> YarnSet:
-    """A periodic cell of stockinette, yarn radius 0.125."""
-    scale = 0.125 / FORMULA_RADIUS
-    row = scale * loop_curve(stitches, 12)
-    curves = [row + np.array([0.0, scale * ROW_HEIGHT * index, 0.0]) for index in range(rows)]
-    loose = YarnSet.from_curves(curves, closed=[True] * rows, radius=0.125)
-    periods = scale * np.array([[stitches * STITCH_WIDTH, 0.0, 0.0], [0.0, rows * ROW_HEIGHT, 0.0]])
-    length = scale * segment_length_of_a_loop(12)
-    return replace(
-        loose, lattice=Lattice(periods), lattice_step=np.tile([1, 0], (rows, 1)),
-        rest_length=np.full(len(loose.points), length),
-    )  # fmt: skip
-
-
-def segment_length_of_a_loop(points_per_stitch: int) -> float:
-    """Mean length of a segment of the formula's loop."""
-    curve = loop_curve(1, 20 * points_per_stitch)
-    closing = curve[:1] + np.array([STITCH_WIDTH, 0.0, 0.0])
-    return float(np.linalg.norm(np.diff(np.concatenate([curve, closing]), axis=0), axis=1).sum()) / points_per_stitch
-
-
 def test_a_cell_moves_like_its_tiling() -> None:
-    one, four = cell(1, 1), cell(2, 2)
+    one, four = periodic_patch(1, 1), periodic_patch(2, 2)
     velocity = np.random.default_rng(9).normal(scale=50.0, size=one.points.shape)
     ends = []
     for yarns in (one, four):
@@ -238,18 +155,6 @@ def test_a_cell_moves_like_its_tiling() -> None:
     assert np.abs(ends[0]).max() > 0.1 * one.radius[0]
     # float64 rounding of sixty iterations, which contact may amplify a thousandfold
     np.testing.assert_allclose(ends[1], np.tile(ends[0], (4, 1)), rtol=0, atol=1e-10)
-
-
-def test_a_restart_sets_velocities_to_zero_and_shortens_the_steps() -> None:
-    simulation, solver = started(straight_yarn(2.0))
-    solver.velocity.fill_(1.0)
-    solver.restart(np.array([0.25]))
-    assert solver.kinetic_energy() == 0.0
-    iterate(simulation, 1)
-    assert solver.time_step == LONGEST_TIME_STEP / 4
-    solver.set_step_scale(np.ones(1))
-    iterate(simulation, 1)
-    assert solver.time_step == LONGEST_TIME_STEP
 
 
 def test_a_yarn_without_mass_is_refused() -> None:

@@ -13,56 +13,22 @@ from stitchmesh.compute.device import device_named
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarnrelax import YarnMaterial
 from stitchmesh.yarnrelax.energies.shape import KeepShape
-from stitchmesh.yarnrelax.newton import LARGE, Newton
+from stitchmesh.yarnrelax.newton import Newton
 from stitchmesh.yarnrelax.simulation import YarnSimulation
-from stitchmesh.yarnrelax.solvers.mixture_shares import (
-    DISTRUSTED,
-    FASTER,
-    LEAST_SHARE,
-    REACH,
-    SLOWER,
-    MixtureShares,
-)
-from tests.yarnrelax.stockinette import fabric_of, periodic_patch, tube
+from stitchmesh.yarnrelax.solvers.mixture_shares import REACH, MixtureShares
+from tests.yarnrelax.stockinette import fabric_of, tube
 
 KALDOR = YarnMaterial.named("kaldor-simulation")
 DOUBLE = replace(PRESETS["draft"], precision="float64")
 
 
-def of_cells() -> MixtureShares:
-    given = [(periodic_patch(1, 1), KALDOR), (periodic_patch(2, 1), KALDOR)]
-    return MixtureShares(YarnSimulation(given, DOUBLE, device_named("cpu")).model, local=False)
-
-
-def test_a_cell_has_one_share_that_grows_at_once_and_shrinks_after_steps() -> None:
-    shares, nowhere = of_cells(), np.zeros(0, dtype=np.int64)
-    shares.grow(1, nowhere, np.zeros((0, 3)))
-    assert shares.largest.tolist() == shares.least.tolist() == [0.0, 1.0]
-    assert shares.part.tolist() == [0.0, 1.0]
-    shares.shrink(1)
-    shares.shrink(1)
-    assert shares.largest[1] == pytest.approx(FASTER**2)
-    shares.grow(1, nowhere, np.zeros((0, 3)))
-    assert shares.largest[1] == pytest.approx(FASTER**2 * SLOWER)
-    while shares.largest[1] > 0.0:
-        last = shares.largest[1]
-        shares.shrink(1)
-    assert LEAST_SHARE < last <= LEAST_SHARE / FASTER
-    shares.distrust(np.array([True, False]))
-    assert shares.largest.tolist() == [DISTRUSTED, 0.0]
-    # where the Hessian becomes negative again, the last share that was sufficient comes first
-    shares.grow(1, nowhere, np.zeros((0, 3)))
-    assert shares.largest[1] == shares.sufficient[1] == last
-
-
-def large() -> YarnSimulation:
-    yarns = tube(9, 40)
-    assert len(yarns.points) > LARGE
-    return YarnSimulation.start(yarns, KALDOR, DOUBLE, device_named("cpu"), [KeepShape(fabric_of(9, 40, closed=True))])
+def tube_that_keeps_its_shape(rows: int, stitches: int) -> YarnSimulation:
+    shape = KeepShape(fabric_of(rows, stitches, closed=True))
+    return YarnSimulation.start(tube(rows, stitches), KALDOR, DOUBLE, device_named("cpu"), [shape])
 
 
 def test_in_a_large_piece_shares_grow_near_negative_pivots_and_at_last_everywhere() -> None:
-    simulation = large()
+    simulation = tube_that_keeps_its_shape(9, 40)
     shares = MixtureShares(simulation.model, local=True)
     points = simulation.state.points.numpy()[: simulation.model.point_count].astype(np.float64)
     shares.grow(0, np.array([300, 301]), points)
@@ -79,8 +45,11 @@ def test_in_a_large_piece_shares_grow_near_negative_pivots_and_at_last_everywher
     assert not shares.of_segments.any()
 
 
-def test_the_step_of_a_large_piece_far_from_rest_descends_and_is_not_the_last_one() -> None:
-    simulation, every = large(), np.ones(1, dtype=bool)
+def test_the_step_of_a_large_piece_far_from_rest_descends_and_is_not_the_last_one(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("stitchmesh.yarnrelax.newton.LARGE", 100)  # so that a small one will do
+    simulation, every = tube_that_keeps_its_shape(4, 10), np.ones(1, dtype=bool)
     newton = Newton(simulation)
     newton.find_steps(every, ~every, np.ones(1))
     step = newton.steps[0]
