@@ -23,7 +23,7 @@ from stitchmesh.selection.selection import (
 from tests.hand_knitting.stitch_charts import chart_fabric
 
 TEXTS = [
-    "all", "rows 3", "rows 10-20", "rows 10-20 step 4", "rows 10- step 8 height 3", "rows 1, 3, 5-9", "last 3 rows",
+    "all", "rows 3", "rows 10-20 step 4", "rows 10- step 8 height 3", "rows 1, 3, 5-9", "last 3 rows",
     "hem", "hem 6", "hem 3-8", "cuffs 7- step 8 height 4", "left cuff 6", "right armhole 4", "neck", "tips 2",
     "border 0", "border 2 6", "border 2 3-5", "front", "back", "left", "right", "sleeves", "left sleeve", "body",
     "front panel 20", "left panel 6", "stitch k", "stitch d12k", "increases", "cast-on", "yarn 1", "faces 3, 7-9",
@@ -73,8 +73,6 @@ def test_parsed_selections_are_values():
     [
         ("", "is empty; expected a selection"),
         ("hmm 6", "'hmm' is unknown; did you mean 'hem'?"),
-        ("fornt", "did you mean 'front'?"),
-        ("sleves", "did you mean 'sleeves'?"),
         ("left cuf", "got 'cuf' after 'left'; did you mean 'cuff'"),
         ("hem 6 neck", "got 'neck' after 'hem 6'; expected 'and', 'or' or the end"),
         ("hem 0", "counted from 1"),
@@ -86,7 +84,6 @@ def test_parsed_selections_are_values():
         ("rows 1- step 0", "expected a step"),
         ("stitch zz", "'zz' is unknown"),
         ("stitch d312", "did you mean 'd312[kp]'?"),
-        ("file faces.txt", "cannot be read from|in quotation marks"),
         ("rectangle 5 20", "expected 'x'"),
         ("front panel", "the width of the panel"),
         ("last 3", "expected 'rows'"),

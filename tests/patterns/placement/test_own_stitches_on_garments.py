@@ -14,7 +14,6 @@ from stitchmesh.hand_knitting import knitting_instructions
 from stitchmesh.io import read_stitches, write_stitches
 from stitchmesh.io.own_stitches import format_own_drawings, parse_own_drawings, read_own_drawings
 from stitchmesh.mesh import StitchMesh
-from stitchmesh.mesh.change import OwnStitchesChange, apply_change, inverse_change
 from stitchmesh.mesh.own_stitch import FIRST_OWN
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.meshrelax import relax_mesh
@@ -65,11 +64,6 @@ def test_a_second_stitch_gets_the_next_type_code():
     assert rows[1] == {int(Stitch.KNIT), FIRST_OWN + 1} and rows[3] == {int(Stitch.KNIT), FIRST_OWN}
 
 
-def test_a_pattern_without_it_takes_its_place():
-    fabric = apply_pattern(with_daisies(around(12, 6)), "rib2x2")
-    assert set(fabric.stitch.tolist()) == {int(Stitch.CAST_ON), int(Stitch.KNIT), int(Stitch.PURL)}
-
-
 def test_it_is_captured_with_its_region():
     fabric = with_daisies(around(12, 6))
     captured = capture_pattern(fabric, faces=np.flatnonzero((fabric.row > 0) & (fabric.row < 5)))
@@ -113,13 +107,6 @@ def test_edits_beside_it_keep_it():
     face = int(np.flatnonzero(fabric.row == 2)[0])
     more = apply_edit(fabric, Edit("insert_row", {"face": face})).fabric
     assert (more.stitch == FIRST_OWN).sum() == (fabric.stitch == FIRST_OWN).sum()
-
-
-def test_its_change_has_an_exact_inverse():
-    fabric = flat()
-    change = OwnStitchesChange((DAISY,))
-    back = apply_change(apply_change(fabric, change), inverse_change(fabric, change))
-    assert back.own_stitches == () and bits(back) == bits(fabric)
 
 
 def test_the_command_lays_it(tmp_path):

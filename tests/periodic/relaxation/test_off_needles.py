@@ -14,12 +14,7 @@ import pytest
 import stitchmesh as sm
 from stitchmesh.errors import ParameterError
 from stitchmesh.periodic.relaxation.off_needles import (
-    LAST_FORCE,
-    LAST_FRICTION,
     RELEASE_STEPS,
-    WET,
-    falling,
-    friction_left,
 )
 from stitchmesh.periodic.swatch import swatch
 from stitchmesh.quality import PRESETS
@@ -111,25 +106,6 @@ def test_a_knit_that_finds_its_size_is_dry_and_all_else_has_no_friction() -> Non
     for pattern, options in others:
         report = swatch(pattern, **brief, **options).report
         assert (report["relaxation"], report["friction"]) == ("frictionless", 0.0)
-
-
-@pytest.mark.nightly
-def test_gamma_is_a_similarity_with_friction_too() -> None:
-    """Loops of l with gamma g are those of l / g, of the same yarn, up to the tolerance of both."""
-    one = let_go("stockinette", "dry", 0.2, gamma=1.1, loop_length=5.0)
-    two = let_go("stockinette", "dry", 0.2, loop_length=5.0 / 1.1)
-    assert one["wale_spacing"] == pytest.approx(two["wale_spacing"], rel=0.02)
-    assert one["course_spacing"] == pytest.approx(two["course_spacing"], rel=0.02)
-
-
-def test_steps_fall_in_equal_ratios_and_end_with_zero() -> None:
-    steps = falling(1.0, LAST_FORCE, 12)
-    assert len(steps) == 13
-    assert steps[-1] == 0.0
-    assert np.allclose(np.divide(steps[1:-1], steps[:-2]), steps[0])
-    assert friction_left("dry") == []
-    assert friction_left("wet")[-1] == pytest.approx(WET)
-    assert friction_left("full")[-2:] == [pytest.approx(LAST_FRICTION), 0.0]
 
 
 @pytest.mark.parametrize("most", [*at_night(60.0), 300.0], ids=["sticking", "sliding"])

@@ -19,7 +19,7 @@ from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.linking.certificate import refuse_pull_through
 
-PATTERNS = ["stockinette", "linen-stitch", "rope-cable", "checks", "plain"]
+PATTERNS = ["linen-stitch", "rope-cable", "plain"]
 
 
 def drawn(pattern: str, points: int) -> YarnSet:
