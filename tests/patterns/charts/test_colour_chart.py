@@ -146,7 +146,7 @@ def test_digits_alone_in_a_text_file_are_a_chart_of_colours(tmp_path, caplog):
         read_pattern(tmp_path / "bad.txt")
 
 
-@pytest.mark.parametrize("suffix", [".gif", ".bmp", ".tif"])
+@pytest.mark.parametrize("suffix", [".gif", ".tif"])
 def test_every_lossless_image_is_the_same_chart(tmp_path, suffix):
     pixels = np.array([[RED, GREEN, BLUE], [GREEN, GREEN, RED]], dtype=np.uint8)
     Image.fromarray(pixels).save(tmp_path / f"c{suffix}")
@@ -154,11 +154,10 @@ def test_every_lossless_image_is_the_same_chart(tmp_path, suffix):
     assert yarns(read) == [[0, 0, 1], [1, 0, 2]] and read.palette == (GREEN, RED, BLUE)
 
 
-@pytest.mark.parametrize("suffix", [".png", ".tif"])
-def test_greys_of_16_bits_are_the_nearest_greys_of_8_bits(tmp_path, suffix):
+def test_greys_of_16_bits_are_the_nearest_greys_of_8_bits(tmp_path):
     greys = np.array([[0, 257 * 100], [257 * 100, 65535]], dtype=np.uint16)
-    Image.fromarray(greys).save(tmp_path / f"c{suffix}")
-    read = read_pattern(tmp_path / f"c{suffix}")
+    Image.fromarray(greys).save(tmp_path / "c.png")
+    read = read_pattern(tmp_path / "c.png")
     assert yarns(read) == [[0, 1], [2, 0]] and read.palette == ((100, 100, 100), (255, 255, 255), (0, 0, 0))
 
 

@@ -114,7 +114,7 @@ def test_the_squares_of_a_picture_have_the_colours_of_their_yarns():
 
 
 def test_the_picture_of_the_largest_chart_is_bounded():
-    content = chart_picture(repeat(chart_of(parse_pattern("chart letters:\n" + "kp" * 25)), 500, 10))
+    content = chart_picture(repeat(chart_of(parse_pattern("chart letters:\n" + "kp" * 25)), 500, 1))
     image = Image.open(BytesIO(content))
     assert max(image.size) <= LONGEST_SIDE + 2 * MARGIN
-    assert read_chart("a.png", content).chart.shape == (500, 500)
+    assert read_chart("a.png", content).chart.shape == (500, 50)

@@ -14,6 +14,7 @@ from stitchmesh.quality import PRESETS
 ENDS, STEP = 8, 3
 
 
+@pytest.mark.nightly
 @pytest.mark.decides
 def test_a_satin_comes_to_rest_where_rounding_alone_exceeds_its_tolerance():
     """Each weft of a satin floats over one warp of eight, and its long floats carry almost no force."""

