@@ -68,7 +68,7 @@ class SwatchTable(RepeatSettings, ReleaseSettings):
 
     def arguments(self) -> dict[str, Any]:
         """Return the arguments of ``swatch`` except for the pattern, the quality and the device."""
-        return {"relax_cell": self.relax_cell} | vars(self.options())
+        return dict(vars(self.options()))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -35,7 +35,6 @@ from stitchmesh.errors import ParameterError, SolverError
 from stitchmesh.memory_need import BASE_MEMORY, BYTES_PER_KEPT_POINT, check_memory
 from stitchmesh.mesh import FloatArray
 from stitchmesh.patterns import Pattern
-from stitchmesh.periodic.kept_states import check_kept_states
 from stitchmesh.periodic.relaxation.continuation import size_of
 from stitchmesh.periodic.relaxation.drawn_cell import (
     Direction,
@@ -45,7 +44,7 @@ from stitchmesh.periodic.relaxation.drawn_cell import (
     draw_with_friction,
     draw_without_friction,
 )
-from stitchmesh.periodic.relaxation.prepared_swatch import PreparedSwatch, prepare_swatch
+from stitchmesh.periodic.relaxation.prepared_swatch import PreparedSwatch, check_kept_states, prepare_swatch
 from stitchmesh.periodic.relaxation.support import planes
 from stitchmesh.periodic.swatch import Swatch, relax_prepared
 from stitchmesh.periodic.swatch_options import STRETCH_STEPS
@@ -312,7 +311,7 @@ def planes_of(free: Swatch, prepared: PreparedSwatch) -> list[TermChoice]:
     """Return the planes between which a free swatch lies, at its final size."""
     gamma = prepared.options.gamma
     flat = replace(prepared.flat, stitch_length=prepared.flat.stitch_length / gamma)
-    return planes(True, prepared.options, flat, free.yarns.radius)
+    return planes(prepared.options, flat, free.yarns.radius)
 
 
 def measure_point(drawn: DrawnCell, state: DrawnState, copies: int) -> StretchPoint:

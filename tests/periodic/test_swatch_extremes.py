@@ -167,7 +167,7 @@ def test_gamma_is_an_exact_similarity(name, gamma, tolerance):
     small = change_radius(own.part_of(scale_yarns(first, 1.0 / gamma)), gamma, material, quality, "cpu")
     np.testing.assert_allclose(small.radius, RADIUS, rtol=1e-12)  # three roundings
     flat = FlatFabric.of(scale_yarns(generated, 1.0 / gamma), fabric, source)
-    terms = planes(True, SwatchOptions(), flat, small.radius)
+    terms = planes(SwatchOptions(relax_cell=True), flat, small.radius)
     direct = relax_yarns(small, material=material, quality=quality, device="cpu", cell=cell, terms=terms)
     repeat = own.repeated(direct.yarns, first)
     apart = made.yarns.points - repeat.points

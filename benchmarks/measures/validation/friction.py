@@ -135,7 +135,7 @@ def drawn(
     return relax_through_steps(
         start.yarns, steps, friction=Friction(mu), material=YarnMaterial.named(MATERIAL),
         quality=close_contacts(QUALITY, options), cell=RelaxCell(shear=False), device="cpu",
-        terms=planes(True, options, flat, start.yarns.radius),
+        terms=planes(replace(options, relax_cell=True), flat, start.yarns.radius),
     )  # fmt: skip
 
 

@@ -47,7 +47,8 @@ def live_swatch(pattern="stockinette", *, relax_cell=True, quality="draft", **op
 
 def settings_of(pattern="stockinette", relax_cell=True, quality="draft", *, material=None, **options) -> SwatchSettings:
     quality = sm.quality.quality_named(quality)
-    return SwatchSettings(pattern, material, relax_cell, SwatchOptions(relaxation="frictionless", **options), quality)
+    chosen = SwatchOptions(relax_cell=relax_cell, relaxation="frictionless", **options)
+    return SwatchSettings(pattern, material, chosen, quality)
 
 
 def to_rest(swatch: LiveSwatch, settings: SwatchSettings | None = None, *, most=500) -> list[Frame]:
