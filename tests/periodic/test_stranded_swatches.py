@@ -148,8 +148,3 @@ def test_the_longest_float_counts_across_the_border_of_the_cell():
     text = "1" + "0" * 5 + "1" + "0" * 6
     with pytest.raises(PatternError, match="floats behind 6 stitches"):
         sm.swatch(chart(text), longest_float=5, **DRAFT)
-
-
-def test_repeats_side_by_side_have_the_floats_of_one_repeat():
-    with pytest.raises(PatternError, match="row 1, stitch 12 from the left: yarn 1 floats behind 3 stitches"):
-        sm.swatch(chart("0001"), columns=3, longest_float=2, **DRAFT)

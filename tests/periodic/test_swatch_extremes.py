@@ -114,6 +114,11 @@ def test_impossible_take_up_is_refused(name, words, message):
         swatch(name, rest_lengths=parse_rest_lengths(words), **DRAFT)
 
 
+def test_a_pattern_without_a_plain_stitch_keeps_its_generated_length():
+    _fabric, yarns = draw_swatch(parse_pattern("round 1: yo k2tog\n"), SwatchOptions(), quality_named("draft"))
+    assert yarns.rest_length.sum() == pytest.approx(yarns.lengths.sum(), rel=1e-9)  # rounding of sums
+
+
 def test_a_loop_length_among_the_rest_lengths_is_refused():
     with pytest.raises(ParameterError, match="got a loop length among them; give the loop length to the swatch"):
         swatch("stockinette", rest_lengths=RestLengths(loop_length=3.0), **DRAFT)

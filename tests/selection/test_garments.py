@@ -129,14 +129,6 @@ def test_a_garment_without_sleeves_says_so(name):
         select(garment(name), "sleeves")
 
 
-@pytest.mark.parametrize("name", ["poncho", "sock"])
-def test_a_band_along_a_first_row_has_whole_rows(name):
-    fabric = garment(name)
-    word = "cuffs" if name == "sock" else "hem"
-    band = select(fabric, f"{word} 4")
-    np.testing.assert_array_equal(band, select(fabric, "rows 0-3"))
-
-
 def test_a_spiral_has_the_parts_of_its_rings():
     """A turn of a spiral is a row; a band along its first turn has a step at the seam, one stitch for each row."""
     rings = garment("hat")
@@ -154,10 +146,3 @@ def test_the_panel_of_a_sweater_lies_in_the_middle_of_its_front():
     middle = np.add.reduceat(position[:, 0], fabric.face_start[:-1])[panel] / 4
     assert abs(middle.mean()) < 1.2 and np.isin(panel, select(fabric, "front")).all()
     assert np.bincount(fabric.row[panel]).tolist() == [10] * 21
-
-
-def test_the_panel_of_a_spiral_lies_where_that_of_the_rings_lies():
-    rings = garment("sweater")
-    turns = make_spiral(rings)
-    one, other = select(rings, "front panel 6 and rows 2-20"), select(turns, "front panel 6 and rows 2-20")
-    assert len(other) == pytest.approx(len(one), rel=0.1) and np.isin(other, select(turns, "front")).all()

@@ -81,12 +81,6 @@ def test_a_move_leaves_plain_squares_and_a_copy_leaves_the_old_ones():
     assert state(operations.move(moved, Box(1, 2, 2, 6), 1, -1))[0][2] == state(KNIT)[0][2]
 
 
-@CHARTS
-def test_a_move_over_the_edge_drops_squares(chart):
-    moved = operations.move(chart, Box(0, 0, 2, 2), -1, -1)
-    assert state(moved)[0][0][0] == state(chart)[0][1][1]
-
-
 def test_fill_reaches_the_connected_equal_squares_alone():
     chart = parse_knit_chart("chart colours:\n00100\n00100\n11100").chart
     filled = operations.fill(chart, 0, 0, Brush(yarn=7))

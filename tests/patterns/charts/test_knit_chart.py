@@ -78,11 +78,6 @@ def test_a_cable_covers_its_columns_and_keeps_the_yarn_of_each_stitch():
     assert parse_knit_chart(write_knit_chart(edited).text).pattern() == edited.pattern()
 
 
-def test_a_cable_that_loses_a_square_becomes_knit():
-    edited = chart("chart:\nk6\nk c4f k").painted(np.array([[0, 3]]), Brush("p"))
-    assert words(edited)[0] == ["k", "k", "k", "p", "k", "k"]
-
-
 def test_a_cable_is_painted_where_it_has_room_and_refused_where_it_has_none():
     edited = chart("chart letters:\nkkkkkk")
     painted = edited.painted(np.array([[0, 0], [0, 1], [0, 5]]), Brush("c4f", 1))
@@ -108,13 +103,6 @@ def test_a_square_holds_one_stitch_or_one_cable_without_its_yarn(word):
 def test_empty_and_too_large_charts_are_refused(shape):
     with pytest.raises(ParameterError, match=rf"got {shape[0]} x {shape[1]} \(rows x columns\); expected 1 to 500"):
         KnitChart(np.zeros(shape), ("k",), np.zeros(shape))
-
-
-def test_the_largest_chart_is_a_pattern():
-    shape = (LONGEST_SIDE, LONGEST_SIDE)
-    edited = KnitChart(np.arange(LONGEST_SIDE**2).reshape(shape) % 2, ("k", "p"), np.zeros(shape))
-    assert (edited.pattern().width, edited.pattern().height) == shape
-    assert (parse_knit_chart(write_knit_chart(edited).text).chart.squares % 2 == edited.squares % 2).all()
 
 
 def test_an_error_of_rows_has_the_line_of_its_row():

@@ -68,15 +68,6 @@ def test_right_side_words_run_from_right_to_left():
     assert stitches("k p yo", "WS") == [Stitch.PURL, Stitch.KNIT, Stitch.YARN_OVER]
 
 
-def test_garter_alternates_and_stockinette_does_not():
-    garter = parse_pattern("row 1 RS: k\nrow 2 WS: k")
-    stockinette = parse_pattern("row 1 RS: k\nrow 2 WS: p")
-    tube = parse_pattern("rounds 1-2: k")
-    assert [row.cells[0].stitch for row in garter.rows] == [Stitch.KNIT, Stitch.PURL]
-    assert [row.cells[0].stitch for row in stockinette.rows] == [Stitch.KNIT, Stitch.KNIT]
-    assert tube.rows == stockinette.rows
-
-
 @pytest.mark.parametrize(("right", "wrong"), [("k2tog", "p2tog"), ("ssk", "ssp"), ("k3tog", "p3tog"), ("sssk", "sssp")])
 def test_decreases_of_the_wrong_side_lean_as_knitters_say(right, wrong):
     # p2tog on the wrong side is the same stitch as k2tog on the right side

@@ -57,11 +57,6 @@ def narrowing_tube() -> StitchMesh:
     return tessellate(label(coarse_tube(4, 1, radius=5.0, height=6.0, top_radius=3.8)), stitch_width=0.8)
 
 
-def test_ribs_run_along_wales_of_a_tube():
-    made = apply_pattern(tube(12, 5), RIB)
-    assert codes(made) == ["c" * 12, *["kkpp" * 3] * 4]
-
-
 def test_loops_that_no_tile_covers_stay_unchanged():
     assert codes(apply_pattern(tube(11, 3), PURL))[1:] == ["kkkpppppppp"] * 2
     assert codes(apply_pattern(flat(11, 3), PURL))[1:] == ["kppppppppkk"] * 2

@@ -96,14 +96,6 @@ def test_the_cell_has_the_width_of_all_warps_and_yarns_continue_in_their_images(
     assert step.max() < 0.7  # the distance to the first point of the next image is no longer than between crossings
 
 
-def test_a_plain_weave_touches_at_its_crossings():
-    """Wefts and warps lie half a yarn thickness above and below the middle plane."""
-    yarns = weave_yarns(Weave(PLAIN), yarn_radius=RADIUS)
-    knots = yarns.sampled(1)
-    heights = np.array([curve[np.arange(2) * len(curve) // 2 - 1, 2] for curve in knots])
-    np.testing.assert_allclose(np.abs(heights), RADIUS, rtol=1e-12)  # rounding in the equations of the splines
-
-
 def test_threads_give_radius_length_and_colour_of_their_yarns():
     wefts = (Thread(radius=1.5, colour=4), Thread(length=0.9))
     yarns = weave_yarns(Weave(PLAIN, wefts=wefts), yarn_radius=RADIUS)
