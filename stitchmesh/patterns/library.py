@@ -7,7 +7,7 @@ from __future__ import annotations
 import difflib
 import logging
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from functools import cache
 from os import fspath
 from pathlib import Path
@@ -114,10 +114,15 @@ def _of_text(text: str, suffix: str, name: str, stitches: Iterable[OwnStitch]) -
 def _from_library(name: str) -> Pattern:
     path = pattern_folder() / f"{name}{SUFFIX}"
     if name not in pattern_names():
-        near = difflib.get_close_matches(name.lower(), pattern_names(), n=3, cutoff=0.4)
-        hint = f"did you mean {' or '.join(near)}?" if near else "the path of a file needs its suffix"
-        raise ParameterError(f"pattern {name!r}: is not in the library of {len(pattern_names())} patterns; {hint}")
+        raise unknown_name("pattern", name, pattern_names(), "patterns")
     return parse_pattern("\n".join(read_lines(path)), path.name)
+
+
+def unknown_name(what: str, name: str, names: Sequence[str], kinds: str) -> ParameterError:
+    """Return the error for a name that the library does not have; ``kinds`` says what its ``names`` are names of."""
+    near = difflib.get_close_matches(name.lower(), names, n=3, cutoff=0.4)
+    hint = f"did you mean {' or '.join(near)}?" if near else "the path of a file needs its suffix"
+    return ParameterError(f"{what} {name!r}: is not in the library of {len(names)} {kinds}; {hint}")
 
 
 def family_of(pattern: Pattern) -> str:

@@ -18,9 +18,8 @@ from stitchmesh.periodic.relaxation.prepared_swatch import smallest_cell
 from stitchmesh.periodic.relaxation.support import planes
 from stitchmesh.periodic.repeat.drawn_swatch import draw_swatch
 from stitchmesh.periodic.resolve_pattern import resolve_pattern
-from stitchmesh.periodic.sampling.contact_samples import with_contacts
 from stitchmesh.periodic.sampling.even_sampling import sample_evenly
-from stitchmesh.periodic.sampling.sampling import GENERATED, refined
+from stitchmesh.periodic.sampling.sampling import GENERATED, refined, with_contacts
 from stitchmesh.periodic.swatch import Swatch, scale_yarns, swatch
 from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.periodic.weave.weave import Thread, Weave

@@ -15,7 +15,7 @@ from benchmarks.measures.validation import cells, weaves
 from benchmarks.measures.validation import rod_model as rods
 from stitchmesh.patterns import parse_pattern, read_pattern
 from stitchmesh.periodic.repeat.drawn_swatch import draw_swatch
-from stitchmesh.periodic.sampling.contact_samples import close_contacts
+from stitchmesh.periodic.sampling.sampling import close_contacts
 from stitchmesh.periodic.swatch import Swatch, swatch
 from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.periodic.weave.jamming import jam_report

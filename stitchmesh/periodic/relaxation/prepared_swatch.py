@@ -30,9 +30,8 @@ from stitchmesh.periodic.relaxation.support import blocking, planes
 from stitchmesh.periodic.repeat.drawn_swatch import draw_swatch
 from stitchmesh.periodic.repeat.smallest_cell import SmallestCell
 from stitchmesh.periodic.resolve_pattern import Source, resolve_pattern
-from stitchmesh.periodic.sampling.contact_samples import is_small, with_contacts
 from stitchmesh.periodic.sampling.even_sampling import even_lengths, sample_evenly
-from stitchmesh.periodic.sampling.sampling import GENERATED, path_to, released
+from stitchmesh.periodic.sampling.sampling import GENERATED, is_small, path_to, released, with_contacts
 from stitchmesh.periodic.swatch_budget import stitches_of
 from stitchmesh.periodic.swatch_options import TAKE_UP, SwatchOptions
 from stitchmesh.periodic.weave.weave import Weave
