@@ -38,13 +38,15 @@ from stitchmesh.cli.output_folder import (
 )
 from stitchmesh.cli.say import say
 from stitchmesh.cli.serving import Serving
+from stitchmesh.cli.setting_flags import flag_of
 from stitchmesh.cli.summary import AsJson, files_to_open, print_result, swatch_summary
 from stitchmesh.cli.words import Flag, Period, help_entry
 from stitchmesh.errors import FileError, ParameterError
+from stitchmesh.jobs.sections import SwatchTable
 from stitchmesh.mesh.palette import checked_palette
 from stitchmesh.periodic.swatch_options import ReleaseSettings, SwatchOptions
 from stitchmesh.quality import DEFAULT_QUALITY, PRESETS, Quality, quality_named, quality_with
-from stitchmesh.recipe.sections import FACTORS, MaterialSection
+from stitchmesh.recipe.sections import MaterialSection
 from stitchmesh.yarn.rest_length import parse_rest_lengths
 
 if TYPE_CHECKING:
@@ -76,10 +78,7 @@ class Swatch:
     stitches: Annotated[str | None, help_entry("FILE", "built-in stitches only")] = None
     """drawings (.json) of stitches of your own, whose codes the pattern uses (docs/own-stitches.md)"""
     fabric: SwatchFabric = field(default_factory=SwatchFabric)
-    rest_length: Annotated[
-        UseAppendAction[tuple[str, ...]],
-        help_entry("KEY=F", help=f"factor of rest lengths, 0.1 to 2, {FACTORS}, or for warp=F or weft=F of a weave"),
-    ] = ()
+    rest_length: Annotated[UseAppendAction[tuple[str, ...]], flag_of(SwatchTable, "rest_lengths")] = ()
     drawn_radius: DrawnRadius = None
     colours: YarnColours = field(default_factory=YarnColours)
     material: MaterialSection = field(default_factory=MaterialSection)
@@ -89,8 +88,7 @@ class Swatch:
     explore: Annotated[int | None, help_entry("N", "one relaxation")] = None
     """relax the free repeat, without friction unless --relaxation says otherwise, from N perturbed starts too, and list
     and draw its distinct states of rest instead"""
-    period: Annotated[Period, arg(help_behavior_hint="(default: as generated)")] = SwatchOptions.period
-    """width and height of the repeat [cm]; each is a number or the word free"""
+    period: Annotated[Period, flag_of(SwatchTable, "period")] = SwatchOptions.period
     quality: ChosenQuality = None
     budget: Annotated[BudgetOptions, arg(name="")] = field(default_factory=BudgetOptions)
     max_iterations: MaxIterations = None
