@@ -26,8 +26,6 @@ SPACING = 2.4
 """Default distance of adjacent yarns of one layer [yarn diameters]; it gives a plain weave a crimp of 9.5 %."""
 GAMMAS = (0.1, 10.0)
 """Smallest and largest gamma."""
-LEAST_TENSION = 1e-6
-"""Smallest tension of a repeat that is pinned out [dyn/cm], so that it is above 0."""
 TAKE_UP = (0.1, 2.0)
 """Smallest and largest factor of a rest length (Leaf et al. 2018, section 7.2)."""
 LONGEST_FLOAT = 7
@@ -90,9 +88,10 @@ class StateSettings:
     unsupported: bool = setting(
         False, "let a repeat whose size relaxes lie on nothing instead of between two planes"
     )
+    # Smallest tension of a repeat that is pinned out [dyn/cm], so that it is above 0
     blocked: float | None = setting(
         None, "pin the repeat out along courses and wales with this tension; its size then relaxes too",
-        unit="dyn/cm", form="TENSION", unset="not blocked", example=50.0, least=LEAST_TENSION,
+        unit="dyn/cm", form="TENSION", unset="not blocked", example=50.0, least=1e-6,
         expected="a positive tension",
     )  # fmt: skip
     relax_cell: bool = setting(False, "relax the width and the height of the repeat too, except those that are given")

@@ -10,8 +10,6 @@ from stitchmesh.patterns.charts.chart_image import PNG_BEGINS, opened_png
 
 TEXT_KEY = "stitchmesh chart"
 """Name under which a picture holds the text of its chart."""
-BYTES_OF_CHARACTER = 130
-"""Memory that a character takes while the text is read [bytes]."""
 
 
 def picture_text(name: str, content: bytes) -> str | None:
@@ -29,7 +27,8 @@ def picture_text(name: str, content: bytes) -> str | None:
     if not isinstance(held, str):
         return None
     try:
-        check_expansion(BYTES_OF_CHARACTER * len(held), len(content))
+        # Memory that a character takes while the text is read [bytes]
+        check_expansion(130 * len(held), len(content))
     except ValueError as error:
         raise FileError(f"{name}: the text of its chart is too long ({error}); write it again") from error
     return held

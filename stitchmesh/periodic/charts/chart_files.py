@@ -34,8 +34,6 @@ Chart = KnitChart | WeaveChart
 ChartText = KnitChartText | WeaveChartText
 CHART_SUFFIXES = (".knit", ".weave", ".wif", ".leaf", ".txt", *CHART_IMAGES)
 """Suffixes of files that hold charts."""
-MOST_CHARACTERS = 80
-"""Number of characters of the name of a file that messages show."""
 _UNSAFE = re.compile(r"[^\w. -]")
 
 
@@ -84,7 +82,8 @@ def read_chart(name: str, content: bytes) -> ChartText:
         PatternError: the file describes no pattern and no weave.
         ParameterError: the chart is larger than ``grid.LONGEST_SIDE``.
     """
-    own = _UNSAFE.sub("-", Path(name).name)[-MOST_CHARACTERS:].lstrip(".") or "chart"
+    # Number of characters of the name of a file that messages show
+    own = _UNSAFE.sub("-", Path(name).name)[-80:].lstrip(".") or "chart"
     if own.lower().endswith((".knit", ".weave")) and content and b"\0" not in content:
         text = content.decode("utf-8-sig", errors="replace")
         return parse_chart(text, own, digits_are_weave=own.lower().endswith(WEAVE_SUFFIX))

@@ -61,10 +61,6 @@ friction the stitches of ribs and welts take yarn from each other on the needles
 Noise, the sampling or the processor then decides which ones are wide, and dry sizes differ by up to 14 %."""
 TOLERANCE = 5e-3
 """Largest residual of each step."""
-LARGEST_CHANGE = 2e-3
-"""Largest change of the size that may remain after each step, as the exact step to rest predicts it. A rope cable that
-balances on its way has 2 % to go by the forces there, and goes 30 %; ribs fold on the way where larger changes
-remain."""
 
 
 @dataclass(frozen=True)
@@ -158,9 +154,12 @@ def let_go(
     Raises:
         SolverError: the yarns cannot be drawn to that size, or a yarn passed through another one.
     """
+    # Largest change of the size that may remain after each step, as the exact step to rest predicts it. A rope cable
+    # that balances on its way has 2 % to go by the forces there, and goes 30 %; ribs fold on the way where larger
+    # changes remain.
     quality = replace(
         quality, tolerance=min(quality.tolerance, TOLERANCE),
-        largest_change=min(quality.largest_change, LARGEST_CHANGE),
+        largest_change=min(quality.largest_change, 2e-3),
     )  # fmt: skip
     start = on_needles(yarns, needles, release, material, quality, device, terms)
     found = _release(start, release, material, quality, device, terms, run)

@@ -50,12 +50,6 @@ POINTS_RELEASED = 20
 """Smallest number of control points of a stitch in a knit that is let go, if its quality is refined."""
 SMALL_CELL = 16
 """Largest number of stitches of a small cell."""
-CLOSER = 1.5
-"""Exponent of the looseness in the number of contact samples. Contact spheres that interlock hold a loop back. In a
-looser loop the bends of the yarn are further apart, so both this holding force and the forces that straighten the yarn
-are smaller (docs/validation.md)."""
-LOOSEST = 4.0
-"""Looseness above which the number of contact samples stays constant."""
 RESIDUAL = 0.002
 """Largest residual of a refined repeat at rest."""
 ROUNDING = 1e-9
@@ -103,7 +97,10 @@ def close_contacts(quality: Quality, options: SwatchOptions) -> Quality:
     are further apart in long loops. Such spheres interlock, and the loops stay narrower than in equilibrium.
     """
     looseness = options.plain_loop / (2 * COMPACT_LOOP * options.yarn_radius * options.gamma)
-    closer = min(max(looseness, 1.0), LOOSEST) ** CLOSER
+    # Spheres that interlock hold a loop back. In a looser loop the bends of the yarn are further apart, so both this
+    # force and the forces that straighten the yarn are smaller (docs/validation.md): the number of samples grows with
+    # the power 1.5 of the looseness, up to a looseness of 4.
+    closer = min(max(looseness, 1.0), 4.0) ** 1.5
     exact = 1.0 - 1e-12  # the rounding of a quotient of lengths gives no further sample
     return replace(quality, contact_samples=math.ceil(quality.contact_samples * closer * exact))
 

@@ -36,9 +36,6 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
 from stitchmesh.yarnrelax.energies.term import TermChoice
 
-SAME_PLACE = 1e-9
-"""Largest distance of control points that count as the same point [widths of the repeat]."""
-
 
 @dataclass(frozen=True, eq=False)
 class GeneratedRepeat:
@@ -69,7 +66,8 @@ class GeneratedRepeat:
         if (self.source, self.tiles) == (other.source, other.tiles):
             return True
         apart = self.yarns.points / self.width - other.yarns.points / other.width
-        return bool(np.abs(apart).max() < SAME_PLACE)
+        # Largest distance of control points that count as the same point [widths of the repeat]
+        return bool(np.abs(apart).max() < 1e-9)
 
 
 @dataclass(frozen=True, eq=False)
