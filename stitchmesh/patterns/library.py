@@ -17,11 +17,10 @@ from stitchmesh.hand_knitting.parse import FIRST_WORDS
 from stitchmesh.io.contents import FilePath, check_path, read_bytes, read_lines
 from stitchmesh.mesh.own_stitch import OwnStitch
 from stitchmesh.patterns.capture.from_instructions import pattern_from_instructions
-from stitchmesh.patterns.charts.chart_image import CHART_IMAGES, OTHER_IMAGES
+from stitchmesh.patterns.charts.chart_image import CHART_IMAGES, OTHER_IMAGES, picture_text
 from stitchmesh.patterns.charts.colour_chart import read_colour_chart
 from stitchmesh.patterns.charts.leaf_chart import SUFFIX as LEAF_SUFFIX
 from stitchmesh.patterns.charts.leaf_chart import read_leaf_chart
-from stitchmesh.patterns.charts.picture_text import picture_text
 from stitchmesh.patterns.language.leaf_codes import holds_digits, parse_colour_digits, parse_leaf_codes
 from stitchmesh.patterns.language.parse import begins_with_statement, parse_pattern
 from stitchmesh.patterns.pattern import Pattern

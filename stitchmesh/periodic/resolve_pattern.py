@@ -46,7 +46,7 @@ def resolve_pattern(given: FilePath | Source, stitches: Iterable[OwnStitch] = ()
         return _from_library(name)
     suffix = path.suffix.lower()
     is_image = suffix in CHART_IMAGES and path.stem.lower().endswith(SUFFIX)
-    if suffix in (SUFFIX, DRAFT) or is_image or _states_a_weave(path):
+    if suffix in (SUFFIX, DRAFT) or is_image or (suffix == ".txt" and states_a_weave(read_lines(path))):
         return read_weave(path)
     return read_pattern(path, stitches)
 
@@ -57,11 +57,6 @@ def _from_library(name: str) -> Source:
     if name in weave_names():
         return read_weave(name)
     raise unknown_name("pattern", name, (*pattern_names(), *weave_names()), "patterns and weaves")
-
-
-def _states_a_weave(path: Path) -> bool:
-    """Whether a text file has a statement of a weave."""
-    return path.suffix.lower() == ".txt" and states_a_weave(read_lines(path))
 
 
 def states_a_weave(lines: Sequence[str]) -> bool:

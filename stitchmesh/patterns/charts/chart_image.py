@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from stitchmesh.errors import FileError, ParameterError, PatternError
 from stitchmesh.io.atomic import write_bytes
-from stitchmesh.io.contents import FilePath, read_bytes, suffix_of
+from stitchmesh.io.contents import FilePath, check_expansion, read_bytes, suffix_of
 from stitchmesh.patterns.charts.other_images import read_other_image
 
 if TYPE_CHECKING:
@@ -39,6 +39,8 @@ CHART_IMAGES = (".png", ".gif", ".bmp", ".tif", ".tiff")
 """Suffixes of images that can be charts."""
 OTHER_IMAGES = (".jpg", ".jpeg", ".jfif", ".jp2", ".webp", ".avif", ".heic", ".psd", ".svg", ".pdf", ".eps")
 """Suffixes of images that cannot be charts, because they mix the colours of neighbouring pixels or hold no pixels."""
+TEXT_KEY = "stitchmesh chart"
+"""Name under which a picture of a chart holds the text of the chart, from which it is read again."""
 PNG_BEGINS = b"\x89PNG\r\n\x1a\n"
 """First bytes of a PNG."""
 PNG_DAMAGES = (OSError, ValueError, SyntaxError, EOFError, struct.error, zlib.error)
@@ -114,6 +116,27 @@ def opened_png(name: str, content: bytes) -> Image:
         image = Image.open(BytesIO(content), formats=["PNG"])
     _check_pixels(name, image.width, image.height, LARGEST_PICTURE)  # A damaged file can state two sizes.
     return image
+
+
+def picture_text(name: str, content: bytes) -> str | None:
+    """Return the text of the chart in a picture of ``chart_picture``; None for any other content.
+
+    Raises:
+        FileError: the compressed text is very much longer than the file.
+    """
+    if not content.startswith(PNG_BEGINS):
+        return None
+    try:
+        held = opened_png(name, content).info.get(TEXT_KEY)
+    except FileError:
+        return None  # the reader of images gives the reason
+    if not isinstance(held, str):
+        return None
+    try:
+        check_expansion(130 * len(held), len(content))  # bytes of memory that a character takes while it is read
+    except ValueError as error:
+        raise FileError(f"{name}: the text of its chart is too long ({error}); write it again") from error
+    return held
 
 
 @contextmanager

@@ -12,12 +12,11 @@ import numpy as np
 from stitchmesh.io.atomic import temporary_file
 from stitchmesh.mesh.palette import filled_palette
 from stitchmesh.patterns import Pattern
-from stitchmesh.patterns.charts.chart_image import CHART_IMAGES, png_of_numbers
+from stitchmesh.patterns.charts.chart_image import CHART_IMAGES, picture_text, png_of_numbers
 from stitchmesh.patterns.charts.knit_chart import PLAIN, KnitChart, knit_chart
 from stitchmesh.patterns.charts.knit_chart_text import KnitChartText, parse_knit_chart, write_knit_chart
 from stitchmesh.patterns.charts.leaf_chart import SUFFIX as LEAF_SUFFIX
 from stitchmesh.patterns.charts.leaf_chart import leaf_image
-from stitchmesh.patterns.charts.picture_text import picture_text
 from stitchmesh.patterns.language.parse import begins_with_statement
 from stitchmesh.periodic.resolve_pattern import Source, resolve_pattern, states_a_weave
 from stitchmesh.periodic.weave.image import weave_image

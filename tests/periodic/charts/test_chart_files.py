@@ -12,8 +12,8 @@ from PIL import Image, PngImagePlugin
 
 from stitchmesh.errors import FileError, PatternError, StitchMeshError
 from stitchmesh.patterns import parse_pattern, read_pattern
+from stitchmesh.patterns.charts.chart_image import TEXT_KEY
 from stitchmesh.patterns.charts.chart_operations import repeat
-from stitchmesh.patterns.charts.picture_text import TEXT_KEY
 from stitchmesh.periodic.charts.chart_files import chart_image, chart_of, parse_chart, read_chart, write_chart
 from stitchmesh.periodic.charts.chart_picture import LARGEST_SQUARE, LONGEST_SIDE, MARGIN, chart_picture
 from stitchmesh.periodic.charts.pattern_file import write_pattern
