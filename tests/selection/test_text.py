@@ -1,12 +1,14 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The language of selections: what each text means, its written form, and what is refused."""
+"""The language of selections: what each text means, the written form also of given faces, and what is refused."""
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from stitchmesh.errors import ParameterError
+from stitchmesh.patterns.swatch_mesh import plain_piece
 from stitchmesh.selection import parse_selection, select
 from stitchmesh.selection.selection import (
     AtBorder,
@@ -19,6 +21,7 @@ from stitchmesh.selection.selection import (
     Stitches,
     Wale,
     Without,
+    selection_of_faces,
 )
 from tests.hand_knitting.stitch_charts import chart_fabric
 
@@ -109,3 +112,16 @@ def test_long_and_nested_texts_are_one_short_line(text, reason):
         parse_selection(text)
     assert len(str(refused.value)) < 2000 and "\n" not in str(refused.value)
     assert parse_selection("hem" + " or hem" * 99)
+
+
+def test_the_selection_of_faces_selects_these_faces():
+    fabric = plain_piece(6, 5, 1.0, 0.7)
+    faces = np.random.default_rng(0).permutation(fabric.face_count)[:13]
+    selection = selection_of_faces(faces)
+    assert select(fabric, selection).tolist() == select(fabric, str(selection)).tolist() == sorted(faces.tolist())
+
+
+def test_neighbouring_numbers_become_spans_and_no_faces_are_no_selection():
+    assert str(selection_of_faces([12, 4, 5, 6, 3, 7, 5])) == "faces 3-7, 12"
+    with pytest.raises(ParameterError, match="selection of faces: got none; expected at least one"):
+        selection_of_faces([])
