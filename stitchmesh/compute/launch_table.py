@@ -45,10 +45,6 @@ PART = 256
 """Elements of a part, a multiple of the width of all vector instructions. In a launch of blocks a part is one block."""
 PARTS_PER_THREAD = 8
 """A launch must have this many parts for each thread, so that waking the thread pays; one block is enough."""
-ONE_MEMORY = ("tile", "atomic")
-"""A kernel runs as one part if it calls a function of Warp whose name begins with one of these words."""
-LINE = 16
-"""Integers of a line of the cache; each counter has a line of its own."""
 CLOSED = 1
 """Row of the counter that is not zero while the table is closed."""
 
@@ -141,7 +137,8 @@ class LaunchTable:
             for launch, arguments in zip(launches, self._arguments, strict=True)
         ]
         self._threads = max(useful_threads(launch) for launch in launches)
-        self._counters = np.zeros((2 + len(rows) * (1 + self._threads), LINE), dtype=np.int32)
+        # Integers of a line of the cache; each counter has a line of its own.
+        self._counters = np.zeros((2 + len(rows) * (1 + self._threads), 16), dtype=np.int32)
         self._counters[CLOSED] = 1
         table = wp.array(rows, dtype=wp.int64, device="cpu")
         counters = wp.array(self._counters, dtype=wp.int32, device="cpu", copy=False)
@@ -206,7 +203,8 @@ def useful_threads(launch: wp.Launch) -> int:
 def _uses_one_memory(function: Callable[..., Any]) -> bool:
     """Whether a function of a kernel, or one that it calls, uses tiles or atomic additions."""
     names = function.__code__.co_names
-    if any(name.startswith(ONE_MEMORY) for name in names):
+    # A kernel runs as one part if it calls a function of Warp whose name begins with one of these words
+    if any(name.startswith(("tile", "atomic")) for name in names):
         return True
     known = {**function.__globals__, **inspect.getclosurevars(function).nonlocals}
     called = [known.get(name) for name in (*names, *function.__code__.co_freevars)]

@@ -20,7 +20,6 @@ from stitchmesh.memory_need import GIGABYTE, check_memory, picture_memory, relax
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.periodic.resolve_pattern import resolve_pattern
 from stitchmesh.periodic.swatch_budget import stitches_of
-from stitchmesh.periodic.swatch_options import has_free_size
 from stitchmesh.pipeline.options import KnitOptions
 from stitchmesh.quality import PRESETS, Quality
 from stitchmesh.recipe.estimate import control_points, estimate_garment, loops_in_chains
@@ -61,9 +60,8 @@ def _largest_memory(
 
 def swatch_memory(swatch: SwatchTable, quality: Quality, device: str, pictures: Sequence[RenderTable]) -> float:
     """Return the largest memory on its device of a job that relaxes a swatch [bytes]."""
-    free = has_free_size(relax_cell=swatch.relax_cell, relaxation=swatch.relaxation, blocked=swatch.blocked)
     stitches = stitches_of(resolve_pattern(swatch.pattern)) * swatch.columns * swatch.rows
-    points = stitches * quality.control_points_per_stitch * (quality.refinement if free else 1.0)
+    points = stitches * quality.control_points_per_stitch * (quality.refinement if swatch.has_free_size else 1.0)
     if device_named(device).is_cuda:
         return relaxation_memory(points, quality, on_gpu=True)
     drawn = points * max((picture.tiles[0] * picture.tiles[1] for picture in pictures), default=0)

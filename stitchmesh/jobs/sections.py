@@ -31,11 +31,13 @@ class SwatchTable(RepeatSettings, ReleaseSettings):
     drawn_radius: float | None = declared_in(SwatchOptions, "drawn_radius")
     mass_per_length: float | None = declared_in(SwatchOptions, "mass_per_length")
     rest_lengths: tuple[str, ...] = setting(
-        (), f"factor of rest lengths, 0.1 to 2, {FACTORS}, or for warp=F or weft=F of a weave", flag="rest-length"
-    )
+        (), f"factor of rest lengths, 0.1 to 2, {FACTORS}, or for warp=F or weft=F of a weave", flag="rest-length",
+        form="KEY=F",
+    )  # fmt: skip
     period: tuple[float | Free, float | Free] = setting(
-        ("free", "free"), "width and height of the repeat, or free", unit="cm"
-    )
+        ("free", "free"), "width and height of the repeat, each a number or the word free", unit="cm", form="CM CM",
+        unset="as generated",
+    )  # fmt: skip
     material: str = declared_in(MaterialSection, "name")
     stiffness: tuple[str, ...] = declared_in(MaterialSection, "stiffness")
     max_iterations: int | None = declared_in(SolverSection, "max_iterations")
@@ -68,7 +70,7 @@ class SwatchTable(RepeatSettings, ReleaseSettings):
 
     def arguments(self) -> dict[str, Any]:
         """Return the arguments of ``swatch`` except for the pattern, the quality and the device."""
-        return {"relax_cell": self.relax_cell} | vars(self.options())
+        return dict(vars(self.options()))
 
 
 @dataclass(frozen=True, kw_only=True)

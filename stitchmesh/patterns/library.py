@@ -7,7 +7,7 @@ from __future__ import annotations
 import difflib
 import logging
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from functools import cache
 from os import fspath
 from pathlib import Path
@@ -17,11 +17,10 @@ from stitchmesh.hand_knitting.parse import FIRST_WORDS
 from stitchmesh.io.contents import FilePath, check_path, read_bytes, read_lines
 from stitchmesh.mesh.own_stitch import OwnStitch
 from stitchmesh.patterns.capture.from_instructions import pattern_from_instructions
-from stitchmesh.patterns.charts.chart_image import CHART_IMAGES, OTHER_IMAGES
+from stitchmesh.patterns.charts.chart_image import CHART_IMAGES, OTHER_IMAGES, picture_text
 from stitchmesh.patterns.charts.colour_chart import read_colour_chart
 from stitchmesh.patterns.charts.leaf_chart import SUFFIX as LEAF_SUFFIX
 from stitchmesh.patterns.charts.leaf_chart import read_leaf_chart
-from stitchmesh.patterns.charts.picture_text import picture_text
 from stitchmesh.patterns.language.leaf_codes import holds_digits, parse_colour_digits, parse_leaf_codes
 from stitchmesh.patterns.language.parse import begins_with_statement, parse_pattern
 from stitchmesh.patterns.pattern import Pattern
@@ -114,10 +113,15 @@ def _of_text(text: str, suffix: str, name: str, stitches: Iterable[OwnStitch]) -
 def _from_library(name: str) -> Pattern:
     path = pattern_folder() / f"{name}{SUFFIX}"
     if name not in pattern_names():
-        near = difflib.get_close_matches(name.lower(), pattern_names(), n=3, cutoff=0.4)
-        hint = f"did you mean {' or '.join(near)}?" if near else "the path of a file needs its suffix"
-        raise ParameterError(f"pattern {name!r}: is not in the library of {len(pattern_names())} patterns; {hint}")
+        raise unknown_name("pattern", name, pattern_names(), "patterns")
     return parse_pattern("\n".join(read_lines(path)), path.name)
+
+
+def unknown_name(what: str, name: str, names: Sequence[str], kinds: str) -> ParameterError:
+    """Return the error for a name that the library does not have; ``kinds`` says what its ``names`` are names of."""
+    near = difflib.get_close_matches(name.lower(), names, n=3, cutoff=0.4)
+    hint = f"did you mean {' or '.join(near)}?" if near else "the path of a file needs its suffix"
+    return ParameterError(f"{what} {name!r}: is not in the library of {len(names)} {kinds}; {hint}")
 
 
 def family_of(pattern: Pattern) -> str:

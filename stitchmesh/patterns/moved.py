@@ -7,6 +7,7 @@ A moved pattern is the same fabric, but its repeat begins elsewhere.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 from stitchmesh.errors import ParameterError
@@ -28,12 +29,20 @@ def mirrored_pattern(pattern: Pattern) -> Pattern:
 
 
 def _mirrored_row(row: Row) -> Row:
-    cells = tuple(
+    return Row(mirrored_cells(row.cells), mirrored_loops(row.loops), left=row.right, right=row.left)
+
+
+def mirrored_cells(cells: Sequence[Cell]) -> tuple[Cell, ...]:
+    """Return stitches with left and right exchanged; each of them is a stitch of the vocabulary."""
+    return tuple(
         Cell(mirrored_stitch(built_in(cell.stitch)), tuple(-twist for twist in cell.twist[::-1]), cell.yarn)
-        for cell in row.cells[::-1]
+        for cell in cells[::-1]
     )
-    loops = tuple(Loop(-loop.shift, loop.layer, -loop.twist) for loop in row.loops[::-1])
-    return Row(cells, loops, left=row.right, right=row.left)
+
+
+def mirrored_loops(loops: Sequence[Loop]) -> tuple[Loop, ...]:
+    """Return the loops below stitches with left and right exchanged."""
+    return tuple(Loop(-loop.shift, loop.layer, -loop.twist) for loop in loops[::-1])
 
 
 def shifted_pattern(pattern: Pattern, columns: int = 0, rows: int = 0) -> Pattern:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from stitchmesh.errors import ParameterError, check_kind, check_positive
-from stitchmesh.mesh import StitchMesh
+from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.connectivity import find_twins
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.patterns.pattern import Pattern
@@ -64,13 +64,18 @@ def plain_piece(columns: int, rows: int, stitch_width: float, stitch_height: flo
     row, column = (index.ravel() for index in np.indices((rows, columns)))
     lower = row * (columns + 1) + column
     corners = np.stack([lower, lower + 1, lower + columns + 2, lower + columns + 1], axis=1).ravel()
+    return _knit_rows(np.stack([x, y, np.zeros_like(x)], axis=2).reshape(-1, 3), corners, row)
+
+
+def _knit_rows(points: FloatArray, corners: IntArray, row: IntArray) -> StitchMesh:
+    """Return quads of one knit stitch each, with cast-on stitches in row 0."""
     face_start = 4 * np.arange(len(row) + 1)
     ones = np.ones(len(row), dtype=np.int64)
     return StitchMesh(
-        vertices=np.stack([x, y, np.zeros_like(x)], axis=2).reshape(-1, 3),
+        vertices=points,
         face_start=face_start,
         face_vertex=corners,
-        twin=find_twins(face_start, corners, x.size),
+        twin=find_twins(face_start, corners, len(points)),
         n_bottom=ones,
         n_top=ones,
         stitch=np.where(row == 0, Stitch.CAST_ON, Stitch.KNIT),
@@ -116,15 +121,4 @@ def _plain_tube(around: int, rows: int, stitch_width: float, stitch_height: floa
     lower, following = row * around, (column + 1) % around
     upper = lower + around
     corners = np.stack([lower + column, lower + following, upper + following, upper + column], axis=1).ravel()
-    face_start = 4 * np.arange(len(row) + 1)
-    ones = np.ones(len(row), dtype=np.int64)
-    return StitchMesh(
-        vertices=points,
-        face_start=face_start,
-        face_vertex=corners,
-        twin=find_twins(face_start, corners, len(points)),
-        n_bottom=ones,
-        n_top=ones,
-        stitch=np.where(row == 0, Stitch.CAST_ON, Stitch.KNIT),
-        row=row,
-    )
+    return _knit_rows(points, corners, row)

@@ -43,12 +43,8 @@ SAMPLES = 8
 """Points of each segment at which the thickness is measured."""
 LAYER = 2.25
 """Thickness of a layer of plain loops [yarn diameters]; loops of stockinette at rest have 2.24 to 2.30."""
-CLOTH = 2.0
-"""Thickness of a layer of plain cloth [yarn diameters]: one yarn passes over another."""
 RARE = 0.1
 """Share of the yarn that may lie beyond the planes of a free cell: yarn of the thickest stitches of lace and cables."""
-THINNER = 0.85
-"""Where most of a fabric is thinner than this share of its thickest stitches, these stitches are exceptions."""
 THICK = 1.5
 """A fabric is flat up to this ratio of its thickness to its flat thickness. No pattern of the library has more than 1.4
 where it lies between the planes of a free cell (``support``), and the thinnest fold has two layers."""
@@ -123,13 +119,15 @@ class FlatFabric:
             crossings = int(np.prod((drawn.lattice_step != 0).sum(axis=0))) if drawn.lattice_step is not None else 1
             layers = source.layer_count if isinstance(source, Weave) else 1
             image = np.zeros((len(drawn.points), 2), dtype=np.int64)
-            least = CLOTH * layers
+            # Thickness of a layer of plain cloth [yarn diameters]: one yarn passes over another.
+            least = 2.0 * layers
             return cls(max(diameters, least), max(diameters, least), length / crossings, None, image, (1.0, 1.0, 1.0))
         image = _images(drawn, fabric)
         more = LAYER * _has_two_faces(fabric)
         common = max(common, min(diameters, LAYER)) + more
         diameters += more
-        common = common if common < THINNER * diameters else diameters
+        # Where most of a fabric is thinner than this share of its thickest stitches, these stitches are exceptions
+        common = common if common < 0.85 * diameters else diameters
         return cls(diameters, common, length / fabric.face_count, fabric, image, _folds(drawn, fabric, image))
 
     def thickness(self, yarns: YarnSet) -> float:

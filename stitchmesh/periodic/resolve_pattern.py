@@ -4,16 +4,15 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterable, Sequence
 from os import fspath
 from pathlib import Path
 
-from stitchmesh.errors import ParameterError
 from stitchmesh.io.contents import FilePath, check_path, read_lines
 from stitchmesh.mesh.own_stitch import OwnStitch
 from stitchmesh.patterns import Pattern, pattern_names, read_pattern
 from stitchmesh.patterns.charts.chart_image import CHART_IMAGES
+from stitchmesh.patterns.library import unknown_name
 from stitchmesh.periodic.weave.library import SUFFIX, read_weave, weave_names
 from stitchmesh.periodic.weave.weave import Weave
 from stitchmesh.periodic.weave.wif import SUFFIX as DRAFT
@@ -47,7 +46,7 @@ def resolve_pattern(given: FilePath | Source, stitches: Iterable[OwnStitch] = ()
         return _from_library(name)
     suffix = path.suffix.lower()
     is_image = suffix in CHART_IMAGES and path.stem.lower().endswith(SUFFIX)
-    if suffix in (SUFFIX, DRAFT) or is_image or _states_a_weave(path):
+    if suffix in (SUFFIX, DRAFT) or is_image or (suffix == ".txt" and states_a_weave(read_lines(path))):
         return read_weave(path)
     return read_pattern(path, stitches)
 
@@ -57,15 +56,7 @@ def _from_library(name: str) -> Source:
         return read_pattern(name)
     if name in weave_names():
         return read_weave(name)
-    names = (*pattern_names(), *weave_names())
-    near = difflib.get_close_matches(name.lower(), names, n=3, cutoff=0.4)
-    hint = f"did you mean {' or '.join(near)}?" if near else "the path of a file needs its suffix"
-    raise ParameterError(f"pattern {name!r}: is not in the library of {len(names)} patterns and weaves; {hint}")
-
-
-def _states_a_weave(path: Path) -> bool:
-    """Whether a text file has a statement of a weave."""
-    return path.suffix.lower() == ".txt" and states_a_weave(read_lines(path))
+    raise unknown_name("pattern", name, (*pattern_names(), *weave_names()), "patterns and weaves")
 
 
 def states_a_weave(lines: Sequence[str]) -> bool:

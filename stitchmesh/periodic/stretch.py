@@ -35,7 +35,6 @@ from stitchmesh.errors import ParameterError, SolverError
 from stitchmesh.memory_need import BASE_MEMORY, BYTES_PER_KEPT_POINT, check_memory
 from stitchmesh.mesh import FloatArray
 from stitchmesh.patterns import Pattern
-from stitchmesh.periodic.kept_states import check_kept_states
 from stitchmesh.periodic.relaxation.continuation import size_of
 from stitchmesh.periodic.relaxation.drawn_cell import (
     Direction,
@@ -45,7 +44,7 @@ from stitchmesh.periodic.relaxation.drawn_cell import (
     draw_with_friction,
     draw_without_friction,
 )
-from stitchmesh.periodic.relaxation.prepared_swatch import PreparedSwatch, prepare_swatch
+from stitchmesh.periodic.relaxation.prepared_swatch import PreparedSwatch, check_kept_states, prepare_swatch
 from stitchmesh.periodic.relaxation.support import planes
 from stitchmesh.periodic.swatch import Swatch, relax_prepared
 from stitchmesh.periodic.swatch_options import StretchSettings
@@ -64,13 +63,6 @@ TOLERANCE = 1e-3
 """Largest residual of each state; the small resistance of ribs needs this value."""
 LARGEST_CHANGE = 1e-4
 """Largest estimated change that may remain, because a stiff fabric turns a small strain into a large tension."""
-FINER = 1.5
-"""Control points of a plain stitch over those of the preset, up to the number of ``reference``. With 12 control points
-loops resist up to 80 % too much. Fewer control points make the yarn softer along its axis, because a material gives the
-stretch stiffness for each segment (``energies/stretch``); this matters for weaves."""
-CONTACT_SAMPLES = 5
-"""Smallest number of contact samples of a segment. With three samples, samples of touching yarns interlock, and the
-tension varies by some dyn/cm."""
 LEAST_STRAIN, MOST_STRAIN = -0.9, 9.0
 """Smallest and largest strain."""
 NEWTONS_PER_METRE = 1e-3
@@ -289,13 +281,17 @@ def _stretch(
 
 
 def refine_for_tension(quality: Quality) -> Quality:
-    """Return a quality that is at least as fine as the constants of this file."""
+    """Return a quality that is at least as fine as tensions need."""
     own, most = quality.control_points_per_stitch, PRESETS["reference"].control_points_per_stitch
+    # A plain stitch has half as many control points again, up to the number of ``reference``: with 12 of them loops
+    # resist up to 80 % too much. Fewer control points make the yarn softer along its axis, because a material gives the
+    # stretch stiffness for each segment (``energies/stretch``); this matters for weaves. A segment has at least five
+    # contact samples: with three, samples of touching yarns interlock, and the tension varies by some dyn/cm.
     return replace(
         quality, tolerance=min(quality.tolerance, TOLERANCE),
         largest_change=min(quality.largest_change, LARGEST_CHANGE),
-        control_points_per_stitch=max(own, min(round(FINER * own), most)),
-        contact_samples=max(quality.contact_samples, CONTACT_SAMPLES),
+        control_points_per_stitch=max(own, min(round(1.5 * own), most)),
+        contact_samples=max(quality.contact_samples, 5),
     )  # fmt: skip
 
 
@@ -303,7 +299,7 @@ def planes_of(free: Swatch, prepared: PreparedSwatch) -> list[TermChoice]:
     """Return the planes between which a free swatch lies, at its final size."""
     gamma = prepared.options.gamma
     flat = replace(prepared.flat, stitch_length=prepared.flat.stitch_length / gamma)
-    return planes(True, prepared.options, flat, free.yarns.radius)
+    return planes(prepared.options, flat, free.yarns.radius)
 
 
 def measure_point(drawn: DrawnCell, state: DrawnState, copies: int) -> StretchPoint:

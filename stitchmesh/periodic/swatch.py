@@ -32,11 +32,10 @@ from stitchmesh.mesh import StitchMesh
 from stitchmesh.patterns import Pattern
 from stitchmesh.periodic.fabric_shape import FlatFabric
 from stitchmesh.periodic.gauge import swatch_report
-from stitchmesh.periodic.kept_states import check_kept_states
 from stitchmesh.periodic.relaxation.cell_at_rest import CellAtRest
 from stitchmesh.periodic.relaxation.continuation import size_of
 from stitchmesh.periodic.relaxation.off_needles import let_go, needle_size
-from stitchmesh.periodic.relaxation.prepared_swatch import PreparedSwatch, prepare_swatch
+from stitchmesh.periodic.relaxation.prepared_swatch import PreparedSwatch, check_kept_states, prepare_swatch
 from stitchmesh.periodic.relaxation.support import planes_report, refuse_tearing, remedy_of, tearing
 from stitchmesh.periodic.relaxation.way_to_rest import relax_along
 from stitchmesh.periodic.repeat.smallest_cell import SmallestCell
@@ -50,7 +49,7 @@ from stitchmesh.quality import DEFAULT_QUALITY, Quality
 from stitchmesh.run import QUIET, Run
 from stitchmesh.time_limit import limited_to
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
+from stitchmesh.yarnrelax import YarnMaterial
 from stitchmesh.yarnrelax.convergence import rest_text
 from stitchmesh.yarnrelax.linking.certificate import refuse_pull_through
 from stitchmesh.yarnrelax.relaxation_result import Relaxation
@@ -97,7 +96,6 @@ def swatch(
     material: YarnMaterial | None = None,
     quality: str | Quality = DEFAULT_QUALITY,
     device: str | None = None,
-    relax_cell: bool | RelaxCell = False,
     shaken: int = 0,
     budget: Budget | None = None,
     progress: Progress | Literal[False] | None = None,
@@ -111,9 +109,6 @@ def swatch(
         quality: a preset or a ``Quality``.
         device: device of the kernels, for example ``cpu`` or ``cuda:0``; by default the first GPU, or the CPU if there
             is no GPU.
-        relax_cell: whether the width and height of the repeat are relaxed, between two planes (``support``), or a
-            ``RelaxCell`` with the degrees of freedom of a cell that lies on nothing. With ``RelaxCell()`` the cell can
-            also shear; ribs without friction do so to one of the two sides.
         shaken: number of shaken starts that relax too. The report then has ``shaken``; ``shaken_at_rest``, how many of
             them came to rest; and ``size_spread``, the largest minus the smallest width and height of all starts at
             rest, over their means (None if none is at rest).
@@ -121,7 +116,8 @@ def swatch(
             another than the default, and the report says what they chose (``budget.plan``).
         progress: called about every half second with the stage, its completed part and a line of text; by default a
             line shows them on a terminal or in a notebook, and False shows nothing.
-        options: fields of ``SwatchOptions``: yarn, loops, size, and the relaxation of a knit.
+        options: fields of ``SwatchOptions``: yarn, loops, size, whether the size is relaxed (``relax_cell``), and the
+            relaxation of a knit.
 
     Raises:
         FileError: the file cannot be read.
@@ -133,11 +129,10 @@ def swatch(
     with limited_to(limit_of(budget)):
         plan = None
         if budget is not None:
-            plan = plan_swatch(pattern, budget, quality, device, relax_cell, **options)
+            plan = plan_swatch(pattern, budget, quality, device, **options)
         prepared = prepare_swatch(
-            pattern, material=material, quality=quality if plan is None else plan.quality, device=device,
-            relax_cell=relax_cell, **options,
-        )  # fmt: skip
+            pattern, material=material, quality=quality if plan is None else plan.quality, device=device, **options
+        )
         made = relax_shaken(prepared, shaken, Run(progress))
     own = {"seconds": time.perf_counter() - began} | ({} if plan is None else {"budget": plan.report()})
     return replace(made, report=made.report | own)

@@ -12,19 +12,17 @@ from stitchmesh.budget.tables import BudgetScene
 from stitchmesh.patterns import Pattern
 from stitchmesh.periodic.relaxation.off_needles import state_of_rest
 from stitchmesh.periodic.resolve_pattern import Source, resolve_pattern
-from stitchmesh.periodic.swatch_options import KnitState, SwatchOptions, has_free_size
+from stitchmesh.periodic.swatch_options import KnitState, SwatchOptions
 from stitchmesh.periodic.weave.weave import Weave
 from stitchmesh.quality import Quality
-from stitchmesh.yarnrelax import RelaxCell
 
 RELAXATIONS: dict[KnitState, int] = {"frictionless": 1, "dry": 14, "wet": 18, "full": 23}
 """Number of relaxations, one after another, on the needles and in the release to each state (``off_needles``)."""
 
 
 def plan_swatch(
-    pattern: str | Pattern | Weave, budget: Budget, quality: str | Quality, device: str | None,
-    relax_cell: bool | RelaxCell, **options: Any,
-) -> Plan:  # fmt: skip
+    pattern: str | Pattern | Weave, budget: Budget, quality: str | Quality, device: str | None, **options: Any
+) -> Plan:
     """Return the plan of a swatch for a budget; arguments as for ``swatch``.
 
     Raises:
@@ -32,10 +30,10 @@ def plan_swatch(
     """
     chosen = SwatchOptions(**options)
     source = resolve_pattern(pattern)
-    free = has_free_size(relax_cell=relax_cell, relaxation=chosen.relaxation, blocked=chosen.blocked)
-    state = state_of_rest(relax_cell, chosen, woven=isinstance(source, Weave))
+    state = state_of_rest(chosen, woven=isinstance(source, Weave))
     scene = BudgetScene(
-        kind="free cell" if free else "given cell", stitches=stitches_of(source) * chosen.columns * chosen.rows,
+        kind="free cell" if chosen.has_free_size else "given cell",
+        stitches=stitches_of(source) * chosen.columns * chosen.rows,
         name=source.name if (chosen.columns, chosen.rows) == (1, 1) else "",
         relaxations=RELAXATIONS[state],
     )  # fmt: skip

@@ -38,9 +38,6 @@ REPEATS = (1, 100)
 """Smallest and largest number of repeats."""
 HUNDRED_METRES = 10_000.0
 """The dial of the mass gives the mass of this length of yarn [cm]."""
-LONGEST_DESIGN_FLOAT = 40
-"""Number of stitches behind which a yarn may float in a design. A designer sees a long float in the fabric, so a design
-refuses only floats that no knitter would make."""
 
 
 def _dial(default: float | None, help: str, bounds: tuple[float, float], *, unit: str = "") -> Any:
@@ -121,6 +118,8 @@ class SwatchDesign:
     def options(self) -> dict[str, Any]:
         """Return the material, and the options that ``stretch_test`` takes too (without the period)."""
         dials, used = self.dials, acting_dials(self.pattern)
+        # Number of stitches behind which a yarn may float in a design. A designer sees a long float in the fabric, so a
+        # design refuses only floats that no knitter would make.
         return {
             "material": self._material(),
             "yarn_radius": dials.yarn_radius,
@@ -132,7 +131,7 @@ class SwatchDesign:
             "period": (dials.width, dials.height),
             "columns": dials.columns if "columns" in used else 1,
             "rows": dials.rows if "rows" in used else 1,
-            "longest_float": LONGEST_DESIGN_FLOAT,
+            "longest_float": 40,
         }
 
     def _material(self) -> YarnMaterial:

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import Any, Literal, get_args
+from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
 
@@ -15,6 +15,9 @@ from stitchmesh.settings import check_settings, setting
 from stitchmesh.yarn.rest_length import RestLengths
 from stitchmesh.yarnrelax.model.material import YarnMaterial
 
+if TYPE_CHECKING:
+    from stitchmesh.yarnrelax import RelaxCell
+
 YARN_RADIUS = 0.125
 """Default radius of the yarn [cm], the radius of the published materials."""
 COMPACT_LOOP = 16.67
@@ -23,8 +26,6 @@ SPACING = 2.4
 """Default distance of adjacent yarns of one layer [yarn diameters]; it gives a plain weave a crimp of 9.5 %."""
 GAMMAS = (0.1, 10.0)
 """Smallest and largest gamma."""
-LEAST_TENSION = 1e-6
-"""Smallest tension of a repeat that is pinned out [dyn/cm], so that it is above 0."""
 TAKE_UP = (0.1, 2.0)
 """Smallest and largest factor of a rest length (Leaf et al. 2018, section 7.2)."""
 LONGEST_FLOAT = 7
@@ -36,11 +37,6 @@ KnitState = Literal["dry", "wet", "full", "frictionless"]
 """The states of ``LetGo``, and the state without friction, which weaves have too."""
 YARN_FRICTION = 0.2
 """Default coefficient of friction between yarns, in the range of spun yarns, 0.1 to 0.5."""
-
-
-def has_free_size(*, relax_cell: Any, relaxation: KnitState | None, blocked: float | None) -> bool:
-    """Return whether the size of a swatch relaxes, at least in one direction; arguments as for ``swatch``."""
-    return bool(relax_cell) or relaxation in get_args(LetGo) or blocked is not None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,18 +86,24 @@ class StateSettings:
     unsupported: bool = setting(
         False, "let a repeat whose size relaxes lie on nothing instead of between two planes"
     )
+    # Smallest tension of a repeat that is pinned out [dyn/cm], so that it is above 0
     blocked: float | None = setting(
         None, "pin the repeat out along courses and wales with this tension; its size then relaxes too",
-        unit="dyn/cm", form="TENSION", unset="not blocked", example=50.0, least=LEAST_TENSION,
+        unit="dyn/cm", form="TENSION", unset="not blocked", example=50.0, least=1e-6,
         expected="a positive tension",
     )  # fmt: skip
+    relax_cell: bool = setting(False, "relax the width and the height of the repeat too, except those that are given")
+
+    @property
+    def has_free_size(self) -> bool:
+        """Whether the size of the repeat relaxes, at least in one direction."""
+        return bool(self.relax_cell) or self.relaxation in get_args(LetGo) or self.blocked is not None
 
 
 @dataclass(frozen=True, kw_only=True)
 class ReleaseSettings(StateSettings):
-    """How the size of a repeat relaxes."""
+    """How the size of a repeat relaxes, and how often."""
 
-    relax_cell: bool = setting(False, "relax the width and the height of the repeat too, except those that are given")
     shaken: int = setting(
         0, "relax the repeat from N more starts, with the noise of a real yarn, and say how far their sizes lie apart"
     )
@@ -119,6 +121,10 @@ class SwatchOptions(RepeatSettings, StateSettings):
             is out of bounds, or there is no such relaxation.
     """
 
+    relax_cell: Any = False  # A type of the relaxation would be loaded with every option of a command.
+    """Whether the width and height of the repeat are relaxed, between two planes (``support``), or a ``RelaxCell`` with
+    the degrees of freedom of a cell that lies on nothing. With ``RelaxCell()`` the cell can also shear; ribs without
+    friction do so to one of the two sides."""
     yarn_radius: float = setting(YARN_RADIUS, "contact radius of the yarn", unit="cm", positive=True)
     drawn_radius: float | None = setting(
         None, "radius of the yarn in pictures and files for renderers", unit="cm", positive=True, example=0.17,
@@ -140,6 +146,12 @@ class SwatchOptions(RepeatSettings, StateSettings):
                 check_positive(name, size, "cm")
         if self.rest_lengths.loop_length is not None:
             raise ParameterError("rest lengths: got a loop length among them; give the loop length to the swatch")
+
+    @property
+    def freedom(self) -> bool | RelaxCell:
+        """Which changes of the size are free, as for ``relax_cell``; a knit off the needles finds its size."""
+        free: bool | RelaxCell = self.relax_cell or self.relaxation in get_args(LetGo)
+        return free
 
     @property
     def plain_loop(self) -> float:

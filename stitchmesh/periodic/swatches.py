@@ -94,7 +94,7 @@ def _make(request: SwatchRequest, device: str | None) -> Swatch:
     began = time.perf_counter()
     prepared = prepare_swatch(
         request.pattern, material=request.material, quality=request.quality, device=device,
-        relax_cell=request.relax_cell, **request.options,
+        **{"relax_cell": request.relax_cell, **request.options},
     )  # fmt: skip
     made = relax_shaken(prepared, request.shaken)
     return replace(made, report=made.report | {"seconds": time.perf_counter() - began})

@@ -28,13 +28,6 @@ TIP_LENGTH = 15.0
 """A shorter border can be a tip [cm]; the hand of a small child does not go through it."""
 CLOSED_LENGTH = 3.0
 """A shorter ring is a tip, even if the rows run straight up to it [cm]; no finger goes through it."""
-CONVERGING = 0.8
-"""Largest alignment of the wales at a tip: length of the sum of their vectors, divided by the sum of their lengths."""
-SPIRAL_STEP = 1
-"""Number of wale sides at the border of a spiral, where its first or its last turn begins."""
-OFF_MIDDLE = 0.2
-"""A border lies on one side if its distance from the middle plane is larger, as a share of half the width of the
-garment."""
 TALLEST = 0.5
 """Largest height of a hem or a neck, divided by the height of the garment."""
 
@@ -120,13 +113,14 @@ def _measured(fabric: StitchMesh, number: int, sides: IntArray) -> Border:
     end = np.roll(start, -1, axis=0)  # A border side ends where the next one starts.
     length = np.linalg.norm(end - start, axis=1)
     role = fabric.role_of(sides)
+    # Number of wale sides at the border of a spiral, where its first or its last turn begins
     return Border(
         number=number,
         name=f"border {number}",
         sides=sides,
         length=float(length.sum()),
         centre=np.average((start + end) / 2, axis=0, weights=length),
-        along_rows=bool(np.isin(role, (LEFT, RIGHT)).sum() <= SPIRAL_STEP),
+        along_rows=bool(np.isin(role, (LEFT, RIGHT)).sum() <= 1),
     )
 
 
@@ -140,7 +134,8 @@ def _is_tip(fabric: StitchMesh, border: Border) -> bool:
     start, end = fabric.face_start[:-1][faces], right + 1  # Corners at the lower left and at the upper right.
     position = fabric.vertices[fabric.face_vertex[np.stack([left, end, start, right])]]
     wales = position[0] + position[1] - position[2] - position[3]
-    return bool(np.linalg.norm(wales.sum(axis=0)) <= CONVERGING * np.linalg.norm(wales, axis=1).sum())
+    # Largest alignment of the wales at a tip: length of the sum of their vectors, divided by the sum of their lengths.
+    return bool(np.linalg.norm(wales.sum(axis=0)) <= 0.8 * np.linalg.norm(wales, axis=1).sum())
 
 
 def _names_by_place(fabric: StitchMesh, wide: list[Border], low: FloatArray, high: FloatArray) -> dict[int, str]:
@@ -150,7 +145,9 @@ def _names_by_place(fabric: StitchMesh, wide: list[Border], low: FloatArray, hig
     centred = []
     for border in wide:
         across = border.centre[0] - middle[0]
-        if abs(across) > OFF_MIDDLE * half[0]:
+        # A border lies on one side if its distance from the middle plane is larger, as a share of half the width of the
+        # garment
+        if abs(across) > 0.2 * half[0]:
             names[border.number] = ("left " if across > 0 else "right ") + ("cuff" if border.along_rows else "armhole")
         elif np.ptp(fabric.vertices[fabric.face_vertex[border.sides], 1]) <= TALLEST * 2 * half[1]:
             centred.append(border)

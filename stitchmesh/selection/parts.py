@@ -23,11 +23,6 @@ from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.courses import right_neighbours
 from stitchmesh.selection.borders import Border, borders, named_borders
 
-FLAT_ROW = 0.5
-"""An open row is flat if the mean unit normal of its faces is at least this long; an arc of 217 degrees has this
-value."""
-STEEP = 0.1
-"""The part of a unit vector perpendicular to an axis gives a direction only if it is at least this long."""
 LEFT_HAND, UP, FORWARD = np.eye(3)
 """Directions of the axes, as the wearer sees them."""
 
@@ -107,7 +102,9 @@ class Parts:
 
         A closed ring and a turn of a spiral run around. An open row does if its normals point in most directions.
         """
-        return np.linalg.norm(self.row_normal, axis=1) < FLAT_ROW
+        # An open row is flat if the mean unit normal of its faces is at least this long; an arc of 217 degrees has this
+        # value.
+        return np.linalg.norm(self.row_normal, axis=1) < 0.5
 
     @cached_property
     def rows_beside(self) -> list[list[int]]:
@@ -203,7 +200,8 @@ def perpendicular(vector: FloatArray, axis: FloatArray, otherwise: FloatArray) -
     for candidate in (vector, otherwise, UP, FORWARD):
         part = candidate - (candidate @ axis) * axis
         length = float(np.linalg.norm(part))
-        if length >= STEEP:
+        # The part of a unit vector perpendicular to an axis gives a direction only if it is at least this long
+        if length >= 0.1:
             return part / length
     return vector
 

@@ -50,8 +50,7 @@ def test_branches_run_both_sides_between_what_is_before_and_after():
         assert (left.numpy()[0], right.numpy()[0]) == (112, 13)
 
 
-@pytest.mark.parametrize("rounds", [0, 1, 5])
-@pytest.mark.parametrize("batch", [1, 4])
+@pytest.mark.parametrize(("rounds", "batch"), [(0, 4), (5, 1), (5, 4)])
 def test_a_loop_repeats_as_long_as_the_number_is_not_zero(rounds, batch):
     active, done = number(), number()
     first = [PREPARE(set_number, 1, [rounds], [active]), PREPARE(set_number, 1, [0], [done])]

@@ -67,10 +67,6 @@ def test_packages_of_nvidia_come_before_the_system_and_the_newest_first(
     assert [path.parent.parent.name for path in found[:2]] == ["cu13", "cu12"] and found[-1] == Path(cudss.LIBRARY)
 
 
-def test_the_processor_has_no_such_factors() -> None:
-    assert not cudss.factors_on(wp.get_device("cpu"))
-
-
 def test_a_refusal_of_the_library_says_what_helps() -> None:
     with pytest.raises(SolverError, match="cuDSS, factors: allocation failed; relax fewer cells at once, or uninstall"):
         cudss._check(2, "factors")

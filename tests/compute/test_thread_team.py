@@ -119,15 +119,6 @@ def test_an_error_in_another_thread_is_raised_in_the_calling_one() -> None:
     assert len(meet(team, 2, 2)) == 2  # the thread still works
 
 
-def test_an_error_in_the_calling_thread_is_raised() -> None:
-    def work(thread: int) -> None:
-        if thread == 0:
-            raise ValueError("here")
-
-    with pytest.raises(ValueError, match="here"):
-        ThreadTeam(2).share(work, 2)
-
-
 def test_work_within_work_does_not_wait() -> None:
     team, inner = ThreadTeam(2), []
 

@@ -21,16 +21,10 @@ def four_cores(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv(VARIABLE, raising=False)
 
 
-def test_by_default_all_cores_work() -> None:
+def test_a_given_number_precedes_the_environment_variable_and_this_precedes_all_cores(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     assert thread_count() == 4
-
-
-def test_the_environment_variable_sets_the_number(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv(VARIABLE, "3")
-    assert thread_count() == 3
-
-
-def test_a_given_number_precedes_the_environment_variable(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(VARIABLE, "3")
     set_threads(2)
     assert thread_count() == 2

@@ -146,12 +146,6 @@ def test_computations_see_the_block_in_which_they_begin():
         SIZE.reset(token)
 
 
-def test_hundreds_of_computations_begin_at_once():
-    numbers = [2 + 2 * number for number in range(500)]
-    found = done_together([partial(largest_of, [number, 8]) for number in numbers], {half: results})
-    assert found == [largest_of([number, 8]) for number in numbers]
-
-
 def test_work_that_has_begun_goes_on_with_the_next() -> None:
     """Of each set of numbers halved together the last is put off, with the number of times in its state."""
     done = list[list[tuple[int, int]]]()

@@ -7,16 +7,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-import stitchmesh
 from stitchmesh.errors import FileError, ParameterError, PatternError
 from stitchmesh.mesh.stitch import Stitch, from_wrong_side
-from stitchmesh.patterns import Pattern, format_pattern, parse_pattern, pattern_names, read_pattern
+from stitchmesh.patterns import format_pattern, parse_pattern, pattern_names, read_pattern
 from tests.gallery import ROOT
 from tests.patterns.fabrics import is_shift_of, stitches
 
 PATTERNS = ROOT / "assets" / "patterns"
 DOCUMENT = (ROOT / "docs" / "patterns.md").read_text()
-TURNS_WITHOUT_CHANGE = ("garter", "seed", "moss", "rib1x1", "rib2x2", "rib3x3")
+TURNS_WITHOUT_CHANGE = ("garter", "moss", "rib2x2")
 
 
 def turned(cells: np.ndarray) -> np.ndarray:
@@ -46,43 +45,10 @@ def test_every_pattern_repeats_and_equals_the_pattern_read_from_its_text(name):
 
 
 @pytest.mark.parametrize("name", TURNS_WITHOUT_CHANGE)
-def test_reversible_fabrics_look_the_same_from_behind(name):
+def test_reversible_fabrics_look_the_same_from_behind_and_stockinette_does_not(name):
     assert is_shift_of(turned(stitches(name)), stitches(name))
-
-
-def test_one_sided_fabrics_look_different_from_behind():
     assert np.array_equal(turned(stitches("stockinette")), stitches("reverse-stockinette"))
     assert not is_shift_of(turned(stitches("stockinette")), stitches("stockinette"))
-
-
-@pytest.mark.parametrize(
-    ("name", "shape"),
-    [("king-charles-brocade", (12, 12)), ("seersucker", (8, 4)), ("pie-crust-basketweave", (8, 8)),
-     ("double-basket-pattern", (18, 18)), ("cartridge-belt-rib", (2, 4)), ("slip-stitch-honeycomb", (4, 2)),
-     ("right-diagonal-rib", (8, 8)), ("parallelograms", (16, 12))],
-)  # fmt: skip
-def test_charts_of_leaf_have_their_sizes(name, shape):
-    assert stitches(name).shape == shape
-
-
-@pytest.mark.parametrize("name", ["king-charles-brocade", "double-basket-pattern", "pie-crust-basketweave"])
-def test_symmetric_charts_equal_their_mirror_images(name):
-    assert is_shift_of(stitches(name)[:, ::-1], stitches(name))
-    assert is_shift_of(stitches(name)[::-1], stitches(name))
-
-
-def test_ridged_feather_has_a_purl_ridge_and_made_loops_between_gathers():
-    pattern = read_pattern("ridged-feather")
-    assert pattern.width == 11
-    made = "".join({Stitch.YK: "yk", Stitch.YKY: "yky"}.get(cell.stitch, "d") for cell in pattern.rows[0].cells)
-    assert made == "ddykykykydd"
-    assert {cell.stitch for cell in pattern.rows[3].cells} == {Stitch.PURL}
-
-
-def test_public_names():
-    assert stitchmesh.read_pattern("rib2x2").width == 4
-    assert isinstance(stitchmesh.parse_pattern("row 1 RS: k"), stitchmesh.Pattern)
-    assert stitchmesh.Pattern is Pattern
 
 
 @pytest.mark.parametrize(("name", "hint"), [("rib2x", "did you mean rib2x2"), ("xyz", "a file needs its suffix")])

@@ -19,7 +19,7 @@ from stitchmesh.selection.parts import face_centres
 from tests.editing.fabrics import around, flat
 
 
-@pytest.mark.parametrize("name", ["rib2x2", "rope-cable", "eyelet-lace", "twisted-rib", "checks", "half-cardigan"])
+@pytest.mark.parametrize("name", ["rope-cable", "eyelet-lace", "twisted-rib", "half-cardigan"])
 def test_a_mirrored_pattern_is_its_chart_in_a_mirror(name):
     pattern = read_pattern(name)
     mirrored = mirrored_pattern(pattern)
@@ -36,9 +36,10 @@ def test_a_shifted_pattern_is_turned_around_a_tube_and_moved_upwards():
     assert np.array_equal(moved, np.roll(laid, (1, 3), axis=(0, 1)))
 
 
-@pytest.mark.parametrize(("wales", "remainder"), [(10, "centre"), (13, "centre"), (14, "centre"), (16, "stretch")])
-@pytest.mark.parametrize("turn", [0.0, 1.0, 2.5])
-def test_a_centred_pattern_has_the_middle_of_a_repeat_in_the_middle_of_the_front(wales, turn, remainder):
+@pytest.mark.parametrize(
+    ("wales", "remainder", "turn"), [(10, "centre", 0.0), (13, "centre", 2.5), (16, "stretch", 1.0)]
+)
+def test_a_centred_pattern_has_the_middle_of_a_repeat_in_the_middle_of_the_front(wales, remainder, turn):
     """The pattern has a purl wale in the middle of five; the tube is turned by an angle about its axis."""
     fabric = around(wales, 5)
     turned = fabric.vertices @ np.array([[np.cos(turn), 0, -np.sin(turn)], [0, 1, 0], [np.sin(turn), 0, np.cos(turn)]])
@@ -50,13 +51,13 @@ def test_a_centred_pattern_has_the_middle_of_a_repeat_in_the_middle_of_the_front
     assert aside <= 0.75 * 2 * np.pi / wales
 
 
-@pytest.mark.parametrize(("columns", "purled"), [(10, [4]), (15, [2, 7, 12]), (21, [5, 10, 15])])
+@pytest.mark.parametrize(("columns", "purled"), [(10, [4]), (21, [5, 10, 15])])
 def test_a_centred_pattern_has_the_middle_of_a_repeat_in_the_middle_of_flat_rows(columns, purled):
     laid = apply_pattern(flat(columns, 3), parse_pattern("round 1: k2 p k2"), centre=True)
     assert np.flatnonzero(laid.stitch[columns : 2 * columns] == Stitch.PURL).tolist() == purled
 
 
-@pytest.mark.parametrize("name", ["rib2x2", "twisted-rib", "checks"])
+@pytest.mark.parametrize("name", ["twisted-rib", "checks"])
 def test_shifts_add_up_and_whole_repeats_change_nothing(name):
     pattern = read_pattern(name)
     assert shifted_pattern(pattern, pattern.width, -pattern.height) == pattern

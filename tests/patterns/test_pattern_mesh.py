@@ -42,7 +42,8 @@ def test_the_rows_of_a_flat_piece_equal_the_rows_of_its_pattern(name):
 
 @pytest.mark.parametrize("name", pattern_names())
 def test_every_pattern_of_the_library_gives_yarns_that_are_linked_as_the_stitches_require(name):
-    piece = pattern_mesh(read_pattern(name), 1, 2, **SIZE)
+    chosen = read_pattern(name)
+    piece = pattern_mesh(chosen, 1, 2 if chosen.height < 8 else 1, **SIZE)  # rows meet in one repeat if there are many
     yarns = generate_yarns(piece, yarn_radius=0.06, quality="draft")
     assert set(yarns.face.tolist()) == set(range(piece.face_count))
     check_loops(piece, yarns)

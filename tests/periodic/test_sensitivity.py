@@ -24,7 +24,7 @@ from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 from stitchmesh.yarnrelax.rest_derivatives import polished
 from tests.nightly import at_night, mostly_at_night
 from tests.periodic.first_state import from_generated_yarns
-from tests.periodic.free_cells import FREE
+from tests.periodic.free_cells import FREE, free_swatch
 
 CHANGE, STEP, STRAIN = 1e-5, 1e-4, 1e-5
 """Relative change of an input, strain of a stretch test, and strain, of the differences."""
@@ -32,8 +32,6 @@ SHEARED = sm.RelaxCell()
 CASES: dict[str, tuple[str, dict[str, Any]]] = {
     "stockinette": ("stockinette", {}),
     "stockinette whose yarn slides along itself": ("stockinette", {"quality": "standard"}),
-    "tight stockinette": ("stockinette", {"gamma": 1.3}),
-    "rib": ("rib1x1", {}),
     "leaning rib": ("rib1x1", {"relax_cell": SHEARED}),
     "rib of held width": ("rib1x1", {"period": (1.2, None)}),
     "plain weave": ("plain", {}),
@@ -47,6 +45,8 @@ STIFFNESSES = ("k_len", "k_length", "k_bend", "k_contact")
 @cache
 def made(case: str) -> sm.Swatch:
     pattern, options = CASES[case]
+    if not options:
+        return free_swatch(pattern)
     with from_generated_yarns():
         given = {"quality": "draft"} | FREE | options
         return sm.swatch(pattern, device="cpu", progress=False, **given)
@@ -106,7 +106,7 @@ def test_they_are_the_changes_of_size_of_relaxations_with_changed_inputs(case: s
         np.testing.assert_allclose([row["width"], row["height"], row["lean"]], expected, rtol=1e-4, atol=slides)
 
 
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("case", ["stockinette", "leaning rib", "rib of held width", "plain weave"])
 def test_the_size_does_not_change_with_all_stiffnesses_and_changes_like_all_lengths(case: str) -> None:
     """Forces without loads are proportional to the stiffnesses; L section 6.2 scales k_bend and k_contact with lengths.
 
@@ -121,7 +121,7 @@ def test_the_size_does_not_change_with_all_stiffnesses_and_changes_like_all_leng
         assert lengths - 2.0 * values["k_contact"] == pytest.approx(by_lengths, abs=1e-8)
 
 
-@pytest.mark.parametrize("case", ["rib", *at_night("tight stockinette", "plain weave")])
+@pytest.mark.parametrize("case", ["stockinette", *at_night("plain weave")])
 def test_the_stiffness_is_the_second_difference_of_the_energy_at_held_strains(case: str) -> None:
     rest = replace(rest_of(case), cell=sm.RelaxCell(None, None, shear=False))
     directions = np.array([[1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 0], [1, 0, 1], [0, 1, 1]], dtype=np.float64)
@@ -149,14 +149,12 @@ def energy_at(rest: CellAtRest, strain: np.ndarray) -> float:
     return float(at_rest(replace(rest, yarns=moved)).last.energy[0])
 
 
-@pytest.mark.parametrize(("direction", "other"), [("course", "free"), ("wale", "held")])
 @pytest.mark.usefixtures("first_state")
-def test_a_stretch_test_begins_with_their_slope_of_the_tension(direction: Any, other: Any) -> None:
+def test_a_stretch_test_begins_with_their_slope_of_the_tension() -> None:
     exact = replace(PRESETS["draft"], precision="float64", tolerance=1e-9, largest_change=1e-9)
-    strains: dict[str, Any] = {direction: (-STEP, STEP)}
-    path = StretchPath(**strains, other=other, steps=3)
+    path = StretchPath(course=(-STEP, STEP), steps=3)
     curve = stretch_test("stockinette", path, quality=exact, device="cpu", run=QUIET)
-    slope = sm.sensitivity(curve.free).tension_slope(direction, other)
+    slope = sm.sensitivity(curve.free).tension_slope("course", "free")
     # contacts that open within the strains
     assert (curve.tension[2] - curve.tension[0]) / (2.0 * STEP) == pytest.approx(slope, rel=1e-3)
 
@@ -171,10 +169,9 @@ def test_a_larger_cell_has_the_same_sensitivity() -> None:
     np.testing.assert_allclose(large.stiffness, own.stiffness, atol=1e-6 * own.stiffness.max())
 
 
-@pytest.mark.usefixtures("first_state")
 def test_the_lean_is_that_of_the_repeat() -> None:
     """The smallest cell of moss stitch leans, its repeat does not, and keeps its right angle."""
-    own = sm.sensitivity(sm.swatch("moss", quality="draft", device="cpu", **FREE, progress=False))
+    own = sm.sensitivity(free_swatch("moss"))
     assert not any(own.lean.values()) and own.height["loop_length"] > 1.0
 
 
@@ -182,12 +179,7 @@ def test_a_result_says_what_it_is_of() -> None:
     own = found("stockinette")
     assert own.minimum and own.residual < 1e-10
     assert own.change < PRESETS["draft"].largest_change
-    assert own.table()[0] == {"input": "loop_length", "width": own.width["loop_length"],
-                              "height": own.height["loop_length"], "lean": 0.0}  # fmt: skip
-    course, wale, shear = own.stiffness.diagonal()
-    text = f"{own.width['loop_length']:.3g} x {own.height['loop_length']:.3g} by loop length"
-    assert repr(own) == f"Sensitivity({text}, {course:.3g}, {wale:.3g}, {shear:.3g} dyn/cm, minimum)"
-    assert "saddle" in repr(replace(own, negative_eigenvalues=2))
+    assert "minimum" in repr(own) and "saddle" in repr(replace(own, negative_eigenvalues=2))
     with pytest.raises(ParameterError, match="got 'bias' with the other size 'free'; expected course or wale, and"):
         own.tension_slope("bias")  # type: ignore[arg-type]
 
@@ -199,8 +191,6 @@ def test_swatches_without_sensitivity_are_refused() -> None:
         sm.sensitivity(replace(one, at_rest=None))
     with pytest.raises(ParameterError, match="with friction, whose size follows from its path; make it with"):
         sm.sensitivity(replace(one, at_rest=replace(one.at_rest, rubs=True)))
-    held = sm.swatch("plain", quality="draft", device="cpu", progress=False)
-    both = replace(one, at_rest=replace(one.at_rest, cell=sm.RelaxCell(None, None, shear=False)))
-    for constant in (held, both):
-        with pytest.raises(ParameterError, match=r"of constant size; let it relax \(relax_cell=True, no period\)"):
-            sm.sensitivity(constant)
+    held = replace(one, at_rest=replace(one.at_rest, cell=sm.RelaxCell(None, None, shear=False)))
+    with pytest.raises(ParameterError, match=r"of constant size; let it relax \(relax_cell=True, no period\)"):
+        sm.sensitivity(held)

@@ -14,9 +14,8 @@ import pytest
 import stitchmesh as sm
 from stitchmesh.cli.summary import swatch_summary
 from stitchmesh.errors import ParameterError
-from stitchmesh.periodic import swatch as swatch_module
 from stitchmesh.periodic.relaxation.continuation import size_of
-from stitchmesh.periodic.swatch import NOISE, shaken_yarns, size_spread
+from stitchmesh.periodic.swatch import NOISE, shaken_yarns
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarnrelax.together import relax_together
 
@@ -26,13 +25,6 @@ GIVEN: dict[str, Any] = {"quality": "draft", "relax_cell": True}
 @cache
 def made(**options: Any) -> sm.Swatch:
     return sm.swatch("stockinette", device="cpu", progress=False, **GIVEN | options)
-
-
-@pytest.mark.nightly
-def test_starts_without_noise_have_no_spread(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(swatch_module, "NOISE", 0.0)
-    report = made.__wrapped__(shaken=2).report
-    assert (report["shaken"], report["shaken_at_rest"], report["size_spread"]) == (2, 2, (0.0, 0.0))
 
 
 def test_the_spread_is_that_of_the_sizes_of_all_starts() -> None:
@@ -66,10 +58,6 @@ def test_noise_has_the_stated_size_and_is_another_one_for_each_start() -> None:
     assert first.std() / yarns.radius[0] == pytest.approx(NOISE, rel=0.2)  # about 100 numbers: 7 %
     assert not np.allclose(first, second)
     np.testing.assert_array_equal(shaken_yarns(yarns, 1).points - yarns.points, second)
-
-
-def test_the_spread_of_one_swatch_is_zero() -> None:
-    assert size_spread([made()]) == (0.0, 0.0)
 
 
 @pytest.mark.parametrize("starts", [-1, 10**9])

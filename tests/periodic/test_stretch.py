@@ -18,8 +18,7 @@ from PIL import Image
 from stitchmesh.cli.main import main
 from stitchmesh.errors import ParameterError
 from stitchmesh.periodic.relaxation.continuation import size_of
-from stitchmesh.periodic.sampling.sampling import refined
-from stitchmesh.periodic.stretch import StretchCurve, StretchPath, refine_for_tension, stretch_test
+from stitchmesh.periodic.stretch import StretchCurve, StretchPath, stretch_test
 from stitchmesh.periodic.stretch_table import write_stretch
 from stitchmesh.quality import PRESETS
 from stitchmesh.render.plots.stretch_plot import plot_stretch
@@ -32,7 +31,7 @@ KALDOR = YarnMaterial.named("kaldor-simulation")
 EXACT = replace(PRESETS["reference"], quadrature_points=5, tolerance=3e-5, largest_change=1e-5)
 """With fewer contact samples, contact spheres interlock, and the tension varies by the force of one sphere."""
 MOST, STEPS = 0.2, 11
-CASES = [("course", "free"), ("wale", "held"), *at_night(("course", "held"), ("wale", "free"))]
+CASES = [("wale", "held"), *at_night(("course", "free"), ("course", "held"), ("wale", "free"))]
 
 
 def path_along(direction: str, most: float, **others: Any) -> StretchPath:
@@ -79,12 +78,6 @@ def test_tension_rises_and_is_the_slope_of_the_energy(direction: str, other: str
 
 
 @pytest.mark.nightly
-def test_holding_the_other_direction_makes_fabric_stiffer() -> None:
-    for direction in ("course", "wale"):
-        assert (curve_of(direction, "held").tension[1:] > curve_of(direction, "free").tension[1:]).all()
-
-
-@pytest.mark.nightly
 def test_every_preset_gives_the_correct_tension() -> None:
     """The preset is refined: with the control points of ``draft`` the tensions would be 65 and 81 % too high."""
     for case, quality in (("course", "held"), "draft"), (("wale", "free"), "standard"):
@@ -92,14 +85,6 @@ def test_every_preset_gives_the_correct_tension() -> None:
         curve = stretch_test("stockinette", path, material=KALDOR, quality=quality, device="cpu")
         # five contact samples for each segment, and longer steps, which may end in another state of rest of the loops
         np.testing.assert_allclose(curve.tension[1:], curve_of(*case).tension[[5, 10]], rtol=0.1)
-
-
-def test_a_curve_is_the_same_for_a_larger_repeat() -> None:
-    """Tension is a force per width, and energy is given per area, so both are independent of the number of repeats."""
-    path = path_along("wale", MOST, other="held", steps=3)
-    wide = stretch_test("stockinette", path, material=KALDOR, quality=EXACT, device="cpu", columns=2)
-    # the paths of relaxation differ; the tolerance leaves differences of some tenths of a percent in a free cell
-    np.testing.assert_allclose(wide.tension, curve_of("wale", "held").tension[[0, 5, 10]], rtol=0.02, atol=0.5)
 
 
 @pytest.mark.nightly
@@ -131,12 +116,6 @@ def test_a_weave_can_be_stretched_and_compressed() -> None:
     assert curve.tension[0] > 0.0 > curve.tension[1]
 
 
-def test_every_preset_samples_loops_in_its_own_way() -> None:
-    """Loops of 16, 26 and 48 control points are those of a free swatch, and half as many again up to ``reference``."""
-    points = [refined(refine_for_tension(quality)).control_points_per_stitch for quality in PRESETS.values()]
-    assert points == [24, 32, 48]
-
-
 @pytest.mark.decides
 def test_a_rib_stays_a_rib_while_it_is_stretched() -> None:
     """In the whole repeat every second course falls over at 60 %, and the rib pushes instead of pulling."""
@@ -165,7 +144,6 @@ def test_friction_takes_work_and_its_curve_has_a_branch_for_each_way() -> None:
         ({"course": (0.0, 0.1), "wale": (0.0, 0.1)}, "got both of course and wale"),
         ({"course": (-0.95, 0.1)}, "course: got -95 % to 10 %; expected strains of -90 % to 900 %"),
         ({"wale": (0.0, float("nan"))}, "wale: got 0 % to nan %"),
-        ({"wale": (0.0, 10.0)}, "wale: got 0 % to 1000 %"),
         ({"wale": (0.1, 0.1)}, "got 10 % twice"),
         ({"wale": (0.0, 0.1), "steps": 1}, "steps: got 1; expected at least 2"),
         ({"wale": (0.0, 0.1), "other": "loose"}, "other: got 'loose'; expected free or held"),
@@ -192,7 +170,7 @@ def test_strains_include_both_ends() -> None:
     assert replace(there, cycles=2).strains.tolist() == [0.0, 0.5, 0.0, 0.5, 0.0]
 
 
-def test_the_table_holds_every_point(tmp_path: Path) -> None:
+def test_the_table_and_the_plot_hold_every_point(tmp_path: Path) -> None:
     curve = curve_of("wale", "held")
     write_stretch(tmp_path / "stretch.csv", curve)
     with open(tmp_path / "stretch.csv", newline="") as file:
@@ -202,11 +180,7 @@ def test_the_table_holds_every_point(tmp_path: Path) -> None:
         newtons = float(row["wale_tension_newton_per_metre"])
         assert 1000 * newtons == pytest.approx(float(row["wale_tension_dyn_per_cm"]))
         assert (row["converged"], row["snapped"]) == ("True", "False")
-
-
-@pytest.mark.parametrize("case", [("course", "free"), ("wale", "held")])
-def test_the_plot_is_drawn(case: tuple[str, str], tmp_path: Path) -> None:
-    plot_stretch(curve_of(*case), tmp_path / "stretch.png")
+    plot_stretch(curve, tmp_path / "stretch.png")
     with Image.open(tmp_path / "stretch.png") as picture:
         assert len(np.unique(np.asarray(picture.convert("RGB")).reshape(-1, 3), axis=0)) > 10
 
@@ -227,14 +201,9 @@ def test_the_command_writes_a_table_and_a_plot(tmp_path: Path, capsys: pytest.Ca
     [
         ([], "got --course free and --wale free; expected a range"),
         (["--course", "0:10%", "--wale", "0:10%"], "got --course 0:10% and --wale 0:10%"),
-        (["--wale", "held"], "got --course free and --wale held"),
         (["--course", "0:x"], "--course: got '0:x'; expected two strains"),
-        (["--course", "0.4"], "--course: got '0.4'; expected two strains"),
-        (["--wale", "0:1:2"], "--wale: got '0:1:2'"),
         (["--wale", "0:inf"], "--wale: got '0:inf'"),
         (["--course=-95%:0"], "course: got -95 % to 0 %"),
-        (["--course", "0:40%", "--steps", "1"], "steps: got 1"),
-        (["--course", "0:40%", "--material", "wool"], "material: got 'wool'"),
     ],
 )
 def test_the_command_prints_an_error_in_one_line(

@@ -18,9 +18,8 @@ from stitchmesh.periodic.relaxation.prepared_swatch import smallest_cell
 from stitchmesh.periodic.relaxation.support import planes
 from stitchmesh.periodic.repeat.drawn_swatch import draw_swatch
 from stitchmesh.periodic.resolve_pattern import resolve_pattern
-from stitchmesh.periodic.sampling.contact_samples import with_contacts
 from stitchmesh.periodic.sampling.even_sampling import sample_evenly
-from stitchmesh.periodic.sampling.sampling import GENERATED, refined
+from stitchmesh.periodic.sampling.sampling import GENERATED, refined, with_contacts
 from stitchmesh.periodic.swatch import Swatch, scale_yarns, swatch
 from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.periodic.weave.weave import Thread, Weave
@@ -29,7 +28,7 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.rest_length import RestLengths, apply_rest_lengths, parse_rest_lengths, segment_faces
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, relax_yarns, yarn_energies
 from tests.nightly import at_night
-from tests.periodic.free_cells import FREE
+from tests.periodic.free_cells import FREE, free_swatch
 
 pytestmark = pytest.mark.usefixtures("first_state")
 RADIUS = 0.125
@@ -61,7 +60,7 @@ def yarn_lengths(yarns: YarnSet) -> np.ndarray:
     return np.add.reduceat(yarns.rest_length, yarns.segment_start[:-1])
 
 
-@pytest.mark.parametrize("name", [SLIPS, "long-slip-textured", "jacquard1"])
+@pytest.mark.parametrize("name", [SLIPS, "jacquard1"])
 def test_only_floats_and_held_loops_take_their_factors(name):
     factor, kind = lengths_of(name, ["floats=0.5", "held=1.5"])
     assert set(kind.tolist()) == {0, 1, 2}
@@ -79,7 +78,7 @@ def test_a_tuck_holds_a_loop_and_has_no_float():
 
 def test_shorter_held_loops_contract_the_fabric():
     """Shorter held loops cause the cavities of the honeycomb (Leaf et al. 2018, figure 14)."""
-    plain = swatch(SLIPS, **FREE, **DRAFT)
+    plain = free_swatch(SLIPS)
     tight = swatch(SLIPS, **FREE, rest_lengths=RestLengths(held=0.6), **DRAFT)
     # between planes the cells become narrower and hardly shorter
     assert tight.report["width"] < 0.95 * plain.report["width"]
@@ -98,21 +97,13 @@ def test_warp_and_weft_take_their_factors():
     np.testing.assert_allclose(made.rest_length / base.rest_length, np.where(weft, 1.2, 0.9), rtol=1e-12)  # rounding
 
 
-def test_factors_of_all_wefts_and_all_warps_equal_a_factor_of_all_yarn():
-    both = swatch("twill-2x1", rest_lengths=RestLengths(warp=1.3, weft=1.3), **DRAFT).yarns
-    every = swatch("twill-2x1", rest_lengths=RestLengths(factor=1.3), **DRAFT).yarns
-    np.testing.assert_array_equal(both.points, every.points)
-
-
 @pytest.mark.parametrize(
     ("name", "words", "message"),
     [
         ("stockinette", ["k=2.5"], r"rest lengths of yarn \d: got a factor of 2.5; expected 0.1 to 2"),
-        ("stockinette", ["row:0=0.05"], "got a factor of 0.05; expected 0.1 to 2"),
         ("stockinette", ["k=2", "row:0=2"], "got a factor of 4; expected 0.1 to 2"),
         ("stockinette", ["warp=0.9"], "rest length warp: the yarns are not woven"),
         ("plain", ["k=0.9"], "got factors of stitches for a weave; use warp=F, weft=F or yarn:N=F"),
-        ("plain", ["held=0.9"], "got factors of stitches for a weave"),
         ("plain", ["yarn:9=0.9"], "rest length yarn:9: there is no such yarn; expected 0 to 3"),
         ("plain", ["row:0=0.9"], "the yarns do not store which stitch made them"),
     ],
@@ -120,6 +111,11 @@ def test_factors_of_all_wefts_and_all_warps_equal_a_factor_of_all_yarn():
 def test_impossible_take_up_is_refused(name, words, message):
     with pytest.raises(ParameterError, match=message):
         swatch(name, rest_lengths=parse_rest_lengths(words), **DRAFT)
+
+
+def test_a_pattern_without_a_plain_stitch_keeps_its_generated_length():
+    _fabric, yarns = draw_swatch(parse_pattern("round 1: yo k2tog\n"), SwatchOptions(), quality_named("draft"))
+    assert yarns.rest_length.sum() == pytest.approx(yarns.lengths.sum(), rel=1e-9)  # rounding of sums
 
 
 def test_a_loop_length_among_the_rest_lengths_is_refused():
@@ -132,9 +128,7 @@ def test_a_loop_length_among_the_rest_lengths_is_refused():
     [
         ("stockinette", {"factor": 2.0}), (SLIPS, {"floats": 0.1}), ("plain", {"warp": 0.1}),
         *at_night(
-            (SLIPS, {"held": 2.0}),
             ("rib1x1", {"factor": 0.5}), (SLIPS, {"floats": 2.0}), (SLIPS, {"held": 0.1}), ("plain", {"weft": 2.0}),
-            ("plain", {"factor": 0.1}),
         ),
     ],
 )  # fmt: skip
@@ -142,13 +136,6 @@ def test_the_largest_changes_of_rest_lengths_converge(name, asked):
     made = swatch(name, **FREE, rest_lengths=RestLengths(**asked), **DRAFT)
     check_valid(made)
     assert made.report["converged"]
-
-
-def test_a_tenth_of_the_warp_length_in_a_fixed_repeat_gives_stretched_yarn():
-    made = swatch("plain", rest_lengths=RestLengths(warp=0.1), **DRAFT)
-    check_valid(made)
-    # a straight warp has the length of the repeat, a ninth less than generated: ten times its rest length less crimp
-    assert made.report["max_strain"] == pytest.approx(10 / 1.095 - 1, rel=0.1)
 
 
 def test_a_tenth_of_all_yarn_length_in_a_fixed_repeat_is_refused():
@@ -166,8 +153,7 @@ def test_length_factors_of_a_weave_are_applied_in_steps():
 
 @pytest.mark.parametrize(
     ("name", "gamma", "tolerance"),
-    [("stockinette", 1.3, 1e-2), ("plain", 2.0, 1e-12),
-     *at_night(("stockinette", 2.0, 1e-12), ("plain", 1.3, 1e-2), ("seed", 2.0, 1e-12))],
+    [("stockinette", 1.3, 1e-2), ("plain", 2.0, 1e-12), *at_night(("seed", 2.0, 1e-12))],
 )  # fmt: skip
 def test_gamma_is_an_exact_similarity(name, gamma, tolerance):
     """A fabric that is simulated gamma times as large and scaled back has the same energies as one of its final size
@@ -185,7 +171,7 @@ def test_gamma_is_an_exact_similarity(name, gamma, tolerance):
     small = change_radius(own.part_of(scale_yarns(first, 1.0 / gamma)), gamma, material, quality, "cpu")
     np.testing.assert_allclose(small.radius, RADIUS, rtol=1e-12)  # three roundings
     flat = FlatFabric.of(scale_yarns(generated, 1.0 / gamma), fabric, source)
-    terms = planes(True, SwatchOptions(), flat, small.radius)
+    terms = planes(SwatchOptions(relax_cell=True), flat, small.radius)
     direct = relax_yarns(small, material=material, quality=quality, device="cpu", cell=cell, terms=terms)
     repeat = own.repeated(direct.yarns, first)
     apart = made.yarns.points - repeat.points
@@ -206,8 +192,7 @@ def test_a_scaled_cell_of_curved_yarn_has_the_same_bending_energy():
     assert three["bend"] == pytest.approx(one["bend"], rel=1e-9)  # only rounding, because the similarity is exact
 
 
-@pytest.mark.parametrize("gamma", [0.2, 5.0])
-@pytest.mark.parametrize("name", ["stockinette", "plain"])
+@pytest.mark.parametrize(("name", "gamma"), [("stockinette", 0.2), ("plain", 5.0)])
 def test_a_fifth_and_five_times_gamma_are_valid(name, gamma):
     made = swatch(name, gamma=gamma, **DRAFT)
     check_valid(made)
@@ -219,16 +204,18 @@ def test_gamma_that_is_too_large_for_the_loops_is_refused():
         swatch("garter", gamma=10.0, **DRAFT)
 
 
-@pytest.mark.parametrize("gamma", [0.0, -1.0, 0.01, 100.0, np.nan, np.inf])
+@pytest.mark.parametrize("gamma", [0.01, np.nan, np.inf])
 def test_gamma_out_of_bounds_is_refused(gamma):
     with pytest.raises(ParameterError, match=r"gamma: got .*; expected 0.1 to 10"):
         swatch("stockinette", gamma=gamma, **DRAFT)
 
 
-@pytest.mark.parametrize("share", [(0.5, 0.5), (2.0, 1.0), *at_night(((0.5, 1.0),), ((1.0, 0.5),))])
-@pytest.mark.parametrize("name", ["stockinette", *at_night("twill-2x1")])
+@pytest.mark.parametrize(
+    ("name", "share"),
+    [("stockinette", (0.5, 0.5)), *at_night(("stockinette", (2.0, 1.0)), ("twill-2x1", (0.5, 0.5)))],
+)
 def test_a_repeat_of_half_or_twice_its_free_size_is_valid(name, share):
-    own = size_of(swatch(name, **FREE, **DRAFT).lattice)
+    own = size_of(free_swatch(name).lattice)
     made = swatch(name, period=(share[0] * own[0], share[1] * own[1]), **DRAFT)
     check_valid(made)
     # the sizes are stored as float32
@@ -236,7 +223,7 @@ def test_a_repeat_of_half_or_twice_its_free_size_is_valid(name, share):
 
 
 def test_a_repeat_that_its_yarn_cannot_span_is_refused():
-    width, height = size_of(swatch("stockinette", **FREE, **DRAFT).lattice)
+    width, height = size_of(free_swatch("stockinette").lattice)
     with pytest.raises(SolverError, match="cannot be separated in a repeat of this size; give a size closer to"):
         swatch("stockinette", period=(2.0 * width, 2.0 * height), **DRAFT)
 
@@ -256,46 +243,22 @@ def test_a_size_far_from_the_generated_size_is_refused(period, message):
         swatch("stockinette", period=period, **DRAFT)
 
 
-@pytest.mark.parametrize("options", [{"loop_length": 0.05}, {"yarn_radius": 10.0, "loop_length": 4.0}])
-def test_loops_too_short_for_their_yarn_are_refused(options):
+def test_loops_too_short_for_their_yarn_are_refused():
     with pytest.raises(SolverError, match="yarn of this radius does not fit; take thinner or longer yarn"):
-        swatch("stockinette", **options, **DRAFT)
+        swatch("stockinette", loop_length=0.05, **DRAFT)
 
 
-@pytest.mark.parametrize("radius", [1e-3, 1e3])
-def test_the_fabric_scales_with_the_yarn_radius(radius):
+def test_the_fabric_scales_with_the_yarn_radius():
     """All lengths are proportional to the yarn radius, and the material is scaled with it."""
-    made = swatch("stockinette", yarn_radius=radius, **FREE, **DRAFT)
-    usual = swatch("stockinette", **FREE, **DRAFT)
+    made = swatch("stockinette", yarn_radius=1e3, **FREE, **DRAFT)
     # the tolerance of the quality draft
-    assert made.report["width"] / radius == pytest.approx(usual.report["width"] / RADIUS, rel=0.01)
-
-
-def test_a_repeat_of_one_loop_is_stockinette():
-    one = swatch(parse_pattern("chart leaf:\nK\n"), **FREE, **DRAFT)
-    two = swatch("stockinette", **FREE, **DRAFT)
-    assert (one.report["wales"], one.report["courses"], one.report["stitches"]) == (1, 1, 1)
-    # the tolerance of the quality draft, in a soft cell
-    assert one.report["wale_spacing"] == pytest.approx(two.report["wale_spacing"], rel=0.03)
-    assert one.report["course_spacing"] == pytest.approx(two.report["course_spacing"], rel=0.03)
+    expected = free_swatch("stockinette").report["width"] / RADIUS
+    assert made.report["width"] / 1e3 == pytest.approx(expected, rel=0.01)
 
 
 @pytest.mark.parametrize(
-    ("chart", "where"), [("KB", "row 1, stitch 2"), ("B", "row 1, stitch 1"), ("KKF\nKPB", "row 1, stitch 3")]
+    ("chart", "where"), [("B", "row 1, stitch 1"), ("KKF\nKPB", "row 1, stitch 3")]
 )
 def test_a_loop_that_every_row_slips_is_refused(chart, where):
     with pytest.raises(PatternError, match=f"{where} from the left: slips a loop that every row slips; knit or purl"):
         swatch(parse_pattern(f"chart leaf:\n{chart}\n"), **DRAFT)
-
-
-def test_a_pattern_without_a_plain_stitch_keeps_its_generated_length():
-    pattern = parse_pattern("round 1: yo k2tog\n")
-    made = swatch(pattern, **DRAFT)
-    check_valid(made)
-
-
-def test_a_large_repeat_can_be_generated_and_relaxed_for_some_iterations():
-    quality = replace(quality_named("draft"), max_iterations=20)
-    made = swatch("stockinette", columns=30, rows=15, quality=quality, device="cpu")
-    check_valid(made)
-    assert made.report["stitches"] == 900 and made.report["iterations"] == 20

@@ -93,7 +93,3 @@ def test_an_error_is_in_the_place_of_a_swatch_that_cannot_be_made(way: str, requ
     assert isinstance(missing, FileError)
     assert isinstance(stiff, ParameterError) and "k_bend" in str(stiff), "refused when all cells are put on the device"
     assert all(isinstance(made, sm.Swatch) and made.report["converged"] for made in (first, last))
-
-
-def test_no_requests_give_no_swatches() -> None:
-    assert sm.relax_swatches([], device="cpu") == []

@@ -14,27 +14,21 @@ import pytest
 from benchmarks.measures.validation import cells, weaves
 from benchmarks.measures.validation import rod_model as rods
 from stitchmesh.patterns import parse_pattern, read_pattern
-from stitchmesh.periodic.relaxation.continuation import size_of
 from stitchmesh.periodic.repeat.drawn_swatch import draw_swatch
-from stitchmesh.periodic.sampling.contact_samples import close_contacts
+from stitchmesh.periodic.sampling.sampling import close_contacts
 from stitchmesh.periodic.swatch import Swatch, swatch
 from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.periodic.weave.jamming import jam_report
 from stitchmesh.periodic.weave.library import read_weave
 from stitchmesh.quality import PRESETS, Quality
-from stitchmesh.yarn import YarnSet
-from stitchmesh.yarn.tiling import tile_yarns
-from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, relax_yarns, yarn_energies, yarn_forces
+from stitchmesh.yarnrelax import YarnMaterial, relax_yarns, yarn_energies, yarn_forces
 from stitchmesh.yarnrelax.cell_stress import cell_stress
 from tests.gallery import ROOT
 from tests.nightly import at_night
 from tests.periodic.free_cells import FREE
 
 KALDOR = YarnMaterial.named("kaldor-simulation")
-EXACT = replace(PRESETS["reference"], quadrature_points=5, contact_samples=7, tolerance=1e-6)
 AT_REST = replace(PRESETS["standard"], tolerance=3e-4)
-ONE_STITCH = "round 1: k\n"
-COARSE = replace(PRESETS["standard"], precision="float64", tolerance=1e-3)
 CELLS = ROOT.parent / "shared" / "data" / "periodic"
 
 
@@ -50,10 +44,9 @@ def moments(pattern: str) -> np.ndarray:
     return np.array([report["course_moment"], report["wale_moment"]])
 
 
-@pytest.mark.parametrize("quality", ["draft", "standard"])
-def test_stockinette_has_the_gauge_of_relaxed_plain_knit(quality: str) -> None:
+def test_stockinette_has_the_gauge_of_relaxed_plain_knit() -> None:
     """Munden's constants for dry and full relaxation, and the gauge of hand knitters."""
-    report = relaxed("stockinette", quality).report
+    report = relaxed("stockinette").report
     assert report["converged"]
     assert 5.0 <= report["loop_length"] / report["course_spacing"] <= 5.5
     assert 3.8 <= report["loop_length"] / report["wale_spacing"] <= 4.2
@@ -109,55 +102,19 @@ def test_ribs_are_narrower_than_stockinette_and_garter_is_shorter() -> None:
     assert relaxed("seed").report["course_spacing"] < 0.9 * plain["course_spacing"]
 
 
-@cache
-def one_stitch() -> Swatch:
-    """Return a relaxed cell of a single stitch."""
-    return swatch(parse_pattern(ONE_STITCH), material=KALDOR, quality=EXACT, device="cpu", **FREE)
-
-
-def test_a_cell_of_one_stitch_equals_its_tiling() -> None:
-    """A cell of two by three stitches has the same energy for each stitch and the same size."""
-    whole = swatch(
-        parse_pattern(ONE_STITCH), material=KALDOR, quality=EXACT, device="cpu", **FREE, columns=2, rows=3
-    )
-    one, many = one_stitch().report, whole.report
-    assert (one["stitches"], many["stitches"]) == (1, 6)
-    # forces of 1e-6 leave strains of a few times this size, but the rows of more stitches can slide against each
-    # other, by which the energy changes as much as sampled contacts are rough
-    assert many["energy_per_stitch"] == pytest.approx(one["energy_per_stitch"], rel=2e-5)
-    assert many["wale_spacing"] == pytest.approx(one["wale_spacing"], rel=1e-3)
-    assert many["course_spacing"] == pytest.approx(one["course_spacing"], rel=1e-3)
-
-
-@pytest.mark.parametrize("name", ["k1", "p1", "k1 p1", "half-cardigan", "linen-stitch", "slip-stitch-rib"])
+@pytest.mark.parametrize("name", ["k1 p1", "half-cardigan", "linen-stitch"])
 def test_yarn_that_is_worked_into_its_own_row_has_the_same_length_in_a_taller_cell(name: str) -> None:
     """A loop that is held over all rows of a repeat is worked by its own yarn, one period above."""
-    pattern = parse_pattern(f"round 1: {name}") if name[1] == "1" else read_pattern(name)
+    pattern = parse_pattern(f"round 1: {name}") if name == "k1 p1" else read_pattern(name)
     one, tall = (draw_swatch(pattern, SwatchOptions(rows=rows), PRESETS["draft"])[1].rest_length for rows in (1, 2))
     np.testing.assert_allclose(np.sort(tall), np.sort(np.repeat(one, 2)), rtol=1e-12)  # rounding
 
 
-def test_a_tiling_has_the_forces_of_its_cell_in_every_tile() -> None:
-    one = one_stitch().yarns
-    many = tile_yarns(one, 2, 3, periodic=True)
-    assert sum(yarn_energies(many, KALDOR).values()) == pytest.approx(6 * sum(yarn_energies(one, KALDOR).values()))
-    of_one, of_many = yarn_forces(one, KALDOR), yarn_forces(many, KALDOR)
-    # the control point of the cell for each control point of the tiling
-    apart = many.points[:, None] - one.points[None]
-    period = one.lattice.periods[:, :2]  # type: ignore[union-attr]
-    turns = apart[..., :2] @ np.linalg.inv(period)
-    apart[..., :2] -= np.round(turns) @ period
-    nearest = np.linalg.norm(apart, axis=2).argmin(axis=1)
-    assert (np.bincount(nearest) == 6).all()
-    np.testing.assert_allclose(of_many, of_one[nearest], atol=1e-9 * np.abs(of_one).max() + 1e-6)  # rounding
-
-
-@pytest.mark.parametrize("image", [(1, 0), (0, -1), (-2, 3)])
-def test_the_image_in_which_a_yarn_is_stored_does_not_matter(image: tuple[int, int]) -> None:
+def test_the_image_in_which_a_yarn_is_stored_does_not_matter() -> None:
     yarns = relaxed("garter").yarns
     moved = yarns.points.copy()
     last = slice(yarns.start[-2], yarns.start[-1])
-    moved[last] += yarns.lattice.shift(np.array([image]))[0]  # type: ignore[union-attr]
+    moved[last] += yarns.lattice.shift(np.array([(-2, 3)]))[0]  # type: ignore[union-attr]
     other = replace(yarns, points=moved)
     assert yarns.yarn_count > 1
     assert yarn_energies(other, KALDOR) == pytest.approx(yarn_energies(yarns, KALDOR), rel=1e-9)  # rounding
@@ -166,12 +123,12 @@ def test_the_image_in_which_a_yarn_is_stored_does_not_matter(image: tuple[int, i
     assert astuple(cell_stress(other, KALDOR)) == pytest.approx(astuple(cell_stress(yarns, KALDOR)), rel=1e-6, abs=1e-6)
 
 
-@pytest.mark.parametrize(("spacing", "published"), [(1.732, 0.2092), (1.8, 0.1871), (2.4, 0.0946), (3.0, 0.0585)])
+@pytest.mark.parametrize(("spacing", "published"), [(1.732, 0.2092), (3.0, 0.0585)])
 def test_peirces_geometry_has_the_published_crimps(spacing: float, published: float) -> None:
     assert weaves.Peirce.spaced(spacing).crimp == pytest.approx(published, abs=5e-5)  # four digits
 
 
-@pytest.mark.parametrize("spacing", [2.0, 2.4])
+@pytest.mark.parametrize("spacing", [2.4, *at_night(2.0)])
 def test_a_plain_weave_of_taut_flexible_yarns_has_the_crimp_of_peirces_geometry(spacing: float) -> None:
     found = weaves.taut_weave(spacing)
     assert found.nearest == pytest.approx(1.0, abs=0.005)  # contacts are compressed by less than half a percent
@@ -202,7 +159,7 @@ def cell_of_rods(name: str) -> Any:
     return cells.read_cell(CELLS / f"{name}.pyp")
 
 
-@pytest.mark.parametrize("name", ["stockinette", "basket"])
+@pytest.mark.parametrize("name", ["stockinette", *at_night("basket")])
 def test_the_rods_of_published_cells_are_in_equilibrium(name: str) -> None:
     """Torques about the yarn axes cancel for one ratio of moduli, a round number; after a reading error for none."""
     found = rods.constants_of(cell_of_rods(name).rods)
@@ -212,7 +169,7 @@ def test_the_rods_of_published_cells_are_in_equilibrium(name: str) -> None:
     assert found.force_left < 0.1
 
 
-@pytest.mark.parametrize("name", ["stockinette", "basket"])
+@pytest.mark.parametrize("name", ["stockinette", *at_night("basket")])
 def test_forces_of_rods_are_the_derivatives_of_their_energy(name: str) -> None:
     of = cell_of_rods(name).rods
     stiff, pairs, step = cell_of_rods(name).stiffness, rods.pairs_of(of), 1e-9
@@ -231,7 +188,7 @@ def test_forces_of_rods_are_the_derivatives_of_their_energy(name: str) -> None:
     assert (ends[0] - ends[1]) / (2 * step) == pytest.approx(expected, rel=1e-5)
 
 
-@pytest.mark.parametrize("name", ["stockinette", "basket"])
+@pytest.mark.parametrize("name", ["stockinette", *at_night("basket")])
 def test_published_cells_of_rods_have_the_same_spacings_in_this_simulation(name: str) -> None:
     """Radius, rest lengths and natural curvature are as published, with our material and with their stiffnesses."""
     cell = cell_of_rods(name)
@@ -256,16 +213,3 @@ def test_a_published_weave_of_rods_keeps_its_positions() -> None:
     assert relax_yarns(cell.yarns, material=material, quality=near, device="cpu").report["residual"] < 1e-3
     # splines are smoother than polylines with 2.5 edges for each crossing; straight yarns push nine times as strongly
     assert cells.tension(cell.yarns, material, near) == pytest.approx(rods.tension(cell.rods, cell.stiffness), rel=0.35)
-
-
-def size(yarns: YarnSet) -> Any:
-    """Return the width and height of a cell [cm]."""
-    assert yarns.lattice is not None
-    return size_of(yarns.lattice)
-
-
-def test_a_relaxed_swatch_keeps_its_size() -> None:
-    alone = RelaxCell(shear=False)
-    found = swatch("garter", material=KALDOR, quality=AT_REST, device="cpu", relax_cell=alone).yarns
-    again = relax_yarns(found, material=KALDOR, device="cpu", cell=alone).yarns
-    assert size(again) == pytest.approx(size(found), rel=0.02)  # garter is soft, and its residual is 0.001

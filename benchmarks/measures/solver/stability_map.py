@@ -89,7 +89,7 @@ def relaxed(case: Case, seconds: float) -> tuple[dict[str, Any], Any]:
     factor, yarns, material, terms = 10.0**case.power, cell.yarns, YarnMaterial.named(), cell.terms
     if case.field == "radius":
         yarns, material = yarns.with_radius(factor * yarns.radius), material.scaled(factor)
-        terms = planes(True, cell.options, cell.flat, yarns.radius)
+        terms = planes(cell.options, cell.flat, yarns.radius)
     else:
         material = replace(material, **{case.field: factor * getattr(material, case.field)})
     with limited_to(TimeLimit(seconds)):

@@ -151,7 +151,7 @@ def held_corpus(quality: str, most: int) -> dict[str, Any]:
 
 def free_library(quality: str, most: int) -> dict[str, Any]:
     """The patterns of the library, free between the planes of a swatch, as arguments of ``relax_cells``."""
-    cells, between, options = [], [], SwatchOptions()
+    cells, between, options = [], [], SwatchOptions(relax_cell=True)
     for name in sm.pattern_names()[:most]:
         source = resolve_pattern(name)
         try:
@@ -160,7 +160,7 @@ def free_library(quality: str, most: int) -> dict[str, Any]:
             note(f"{name} is left out: {error}")
             continue
         cells.append(drawn)
-        between += planes(True, options, FlatFabric.of(drawn, fabric, source), drawn.radius)
+        between += planes(options, FlatFabric.of(drawn, fabric, source), drawn.radius)
     return {"cells": cells, "free": [FREE] * len(cells), "planes": between}
 
 

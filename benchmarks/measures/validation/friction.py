@@ -19,7 +19,7 @@ from stitchmesh.periodic.relaxation.off_needles import LAST_FORCE, ON_NEEDLES, R
 from stitchmesh.periodic.relaxation.support import planes
 from stitchmesh.periodic.repeat.drawn_swatch import draw_swatch
 from stitchmesh.periodic.resolve_pattern import resolve_pattern
-from stitchmesh.periodic.sampling.contact_samples import close_contacts
+from stitchmesh.periodic.sampling.sampling import close_contacts
 from stitchmesh.periodic.stretch import refine_for_tension
 from stitchmesh.periodic.swatch import Swatch, swatch
 from stitchmesh.periodic.swatch_options import COMPACT_LOOP, YARN_FRICTION, KnitState, SwatchOptions
@@ -133,7 +133,7 @@ def drawn(
     flat = FlatFabric.of(generated, fabric, resolve_pattern(pattern))
     steps = [LoadStep(), *(LoadStep(**{direction: tension * border}) for tension in loads)]
     return relax_through_steps(
-        start.yarns, steps, terms=[Friction(mu), *planes(True, options, flat, start.yarns.radius)],
+        start.yarns, steps, terms=[Friction(mu), *planes(replace(options, relax_cell=True), flat, start.yarns.radius)],
         material=YarnMaterial.named(MATERIAL), quality=close_contacts(QUALITY, options),
         cell=RelaxCell(shear=False), device="cpu",
     )  # fmt: skip

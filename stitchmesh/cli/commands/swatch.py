@@ -37,13 +37,15 @@ from stitchmesh.cli.output_folder import (
 )
 from stitchmesh.cli.say import say
 from stitchmesh.cli.serving import Serving
+from stitchmesh.cli.setting_flags import flag_of
 from stitchmesh.cli.summary import AsJson, files_to_open, print_result, swatch_summary
 from stitchmesh.cli.words import Flag, Period, help_entry
 from stitchmesh.errors import FileError, ParameterError
+from stitchmesh.jobs.sections import SwatchTable
 from stitchmesh.mesh.palette import checked_palette
-from stitchmesh.periodic.swatch_options import ReleaseSettings, SwatchOptions, has_free_size
+from stitchmesh.periodic.swatch_options import ReleaseSettings, SwatchOptions
 from stitchmesh.quality import DEFAULT_QUALITY, PRESETS, Quality, quality_named, quality_with
-from stitchmesh.recipe.sections import FACTORS, MaterialSection
+from stitchmesh.recipe.sections import MaterialSection
 from stitchmesh.yarn.rest_length import parse_rest_lengths
 
 if TYPE_CHECKING:
@@ -75,10 +77,7 @@ class Swatch:
     stitches: Annotated[str | None, help_entry("FILE", "built-in stitches only")] = None
     """drawings (.json) of stitches of your own, whose codes the pattern uses (docs/own-stitches.md)"""
     fabric: SwatchFabric = field(default_factory=SwatchFabric)
-    rest_length: Annotated[
-        UseAppendAction[tuple[str, ...]],
-        help_entry("KEY=F", help=f"factor of rest lengths, 0.1 to 2, {FACTORS}, or for warp=F or weft=F of a weave"),
-    ] = ()
+    rest_length: Annotated[UseAppendAction[tuple[str, ...]], flag_of(SwatchTable, "rest_lengths")] = ()
     drawn_radius: DrawnRadius = None
     colours: YarnColours = field(default_factory=YarnColours)
     material: MaterialSection = field(default_factory=MaterialSection)
@@ -88,8 +87,7 @@ class Swatch:
     explore: Annotated[int | None, help_entry("N", "one relaxation")] = None
     """relax the free repeat, without friction unless --relaxation says otherwise, from N perturbed starts too, and list
     and draw its distinct states of rest instead"""
-    period: Annotated[Period, arg(help_behavior_hint="(default: as generated)")] = SwatchOptions.period
-    """width and height of the repeat [cm]; each is a number or the word free"""
+    period: Annotated[Period, flag_of(SwatchTable, "period")] = SwatchOptions.period
     quality: ChosenQuality = None
     budget: Annotated[BudgetOptions, arg(name="")] = field(default_factory=BudgetOptions)
     max_iterations: MaxIterations = None
@@ -127,10 +125,7 @@ class Swatch:
             raise ParameterError("swatch: needs -o DIR for its files, or --view for the browser")
         self._refuse_others(replace(self, serving=Serving()), "-o DIR", "add --view, which opens the browser")
         release = self.release
-        is_free = has_free_size(
-            relax_cell=release.relax_cell, relaxation=release.relaxation, blocked=release.blocked
-        )  # fmt: skip
-        if release.unsupported and not is_free and self.explore is None:
+        if release.unsupported and not release.has_free_size and self.explore is None:
             raise ParameterError("unsupported: a repeat of fixed size lies on nothing anyway; add --relax-cell")
         from stitchmesh.cli.progress import show_progress
         from stitchmesh.periodic.weave.weave import Weave
@@ -143,7 +138,7 @@ class Swatch:
             **self.fabric.options(woven=woven, drawn_radius=self.drawn_radius),
             rest_lengths=parse_rest_lengths(self.rest_length), period=self.period,
             relaxation=release.relaxation, friction=release.friction, unsupported=release.unsupported,
-            blocked=release.blocked,
+            blocked=release.blocked, relax_cell=release.relax_cell,
         )  # fmt: skip
         self._check_memory(source, options, tiles, pixels)
         if self.explore is not None:
@@ -191,13 +186,11 @@ class Swatch:
         if self.budget.budget() is not None:
             raise ParameterError("explore: got --within or --error beside it; each start runs to rest; leave one out")
         quality, starts = self._quality, self.explore
-        options = replace(options, relaxation=options.relaxation or "frictionless")
+        options = replace(options, relaxation=options.relaxation or "frictionless", relax_cell=True)
         with output_folder(self.output, RESTS) as folder, show_progress() as progress:
             found = explore(
                 source, starts, material=self.material.yarn_material(options.yarn_radius, options.mass_per_length),
-                quality=quality, device=self.device, progress=False,
-                on_start=lambda start: progress("yarnrelax", start / (starts + 1), f"start {start} of {starts}"),
-                **vars(options),
+                quality=quality, device=self.device, progress=progress, **vars(options),
             )  # fmt: skip
             head = {"pattern": self.pattern, "name": source.name, "quality": self._name, "version": __version__}
             report = head | exploration_report(found)
@@ -301,8 +294,8 @@ class Swatch:
 
         material = self.material.yarn_material(options.yarn_radius, options.mass_per_length)
         return swatch(
-            source, material=material, quality=self._quality, device=self.device, relax_cell=self.release.relax_cell,
-            shaken=self.release.shaken, budget=budget,
+            source, material=material, quality=self._quality, device=self.device, shaken=self.release.shaken,
+            budget=budget,
             progress=progress if self.no_picture else with_work_after(progress, START_OF_RENDERER), **vars(options),
         )  # fmt: skip
 
@@ -310,7 +303,7 @@ class Swatch:
         """Return the report: the pattern, the options, the version, and the figures of the swatch."""
         yarn = {"material": self.material.name, "stiffness": self.material.values()}
         name = chosen_setting(made.report) or self._name
-        asked = {"quality": name, **yarn, "relax_cell": self.release.relax_cell}
+        asked = {"quality": name, **yarn}
         head = {"pattern": self.pattern, "name": source.name, "source": source.source, "version": __version__}
         return head | {"options": asked | asdict(options)} | made.report
 

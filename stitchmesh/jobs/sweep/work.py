@@ -42,7 +42,7 @@ OF_THE_MACHINE = {errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EIO, errno.ESTA
 PICTURE_COLOURS = 64
 """Number of colours of a picture: a page may hold thousands of pictures, and a yarn in light and shade has few
 colours."""
-NOT_STRETCHED = ("period", "blocked", "relaxation", "friction")
+NOT_STRETCHED = ("period", "blocked", "relax_cell", "relaxation", "friction")
 """Options of a swatch that a stretch test does not use, because it begins at the free cell without friction."""
 WAIT_SECONDS = 1.0
 """Time between two checks of the folder of a garment on which another process still works [s]."""
@@ -123,7 +123,7 @@ def _request(job: Job) -> SwatchRequest:
     assert table is not None
     return SwatchRequest(
         table.pattern, material=table.yarn_material(), quality=table.quality(job.quality or DEFAULT_QUALITY),
-        relax_cell=table.relax_cell, shaken=table.shaken, options=vars(table.options()),
+        shaken=table.shaken, options=vars(table.options()),
     )  # fmt: skip
 
 

@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from stitchmesh.errors import FileError, ParameterError, PatternError
 from stitchmesh.io.atomic import write_bytes
-from stitchmesh.io.contents import FilePath, read_bytes, suffix_of
+from stitchmesh.io.contents import FilePath, check_expansion, read_bytes, suffix_of
 from stitchmesh.patterns.charts.other_images import read_other_image
 
 if TYPE_CHECKING:
@@ -31,8 +31,6 @@ MAX_COLOURS = 256
 """Maximum number of colours, the size of a PNG palette."""
 LARGEST_PICTURE = 20_000_000
 """Maximum number of pixels of a picture that may hold the text of a chart; its pixels are not read."""
-MAX_PIXELS = 1_000_000
-"""Maximum number of pixels; a larger image is probably a photograph and not a chart."""
 LONGEST_SIDE = 10_000
 """Maximum number of pixels of a row or a column: each row of a pattern takes about 1 kB. A circular knitting machine of
 30 inches with 28 needles an inch has 2,640 needles."""
@@ -41,10 +39,10 @@ CHART_IMAGES = (".png", ".gif", ".bmp", ".tif", ".tiff")
 """Suffixes of images that can be charts."""
 OTHER_IMAGES = (".jpg", ".jpeg", ".jfif", ".jp2", ".webp", ".avif", ".heic", ".psd", ".svg", ".pdf", ".eps")
 """Suffixes of images that cannot be charts, because they mix the colours of neighbouring pixels or hold no pixels."""
+TEXT_KEY = "stitchmesh chart"
+"""Name under which a picture of a chart holds the text of the chart, from which it is read again."""
 PNG_BEGINS = b"\x89PNG\r\n\x1a\n"
 """First bytes of a PNG."""
-PLACE_OF_SIZE = (16, 20)
-"""The bytes of a PNG that hold its width and its height, each in four bytes, the highest first."""
 PNG_DAMAGES = (OSError, ValueError, SyntaxError, EOFError, struct.error, zlib.error)
 """Errors that the library of images raises for damaged files."""
 
@@ -71,7 +69,8 @@ def loaded_chart(name: str, image: Image, form: str = "PNG") -> Image:
     Raises:
         FileError: an error of ``open_chart``.
     """
-    _check_pixels(name, image.width, image.height, MAX_PIXELS)
+    # Maximum number of pixels; a larger image is probably a photograph and not a chart.
+    _check_pixels(name, image.width, image.height, 1_000_000)
     if max(image.size) > LONGEST_SIDE:
         raise FileError(f"{name}: has {image.width} x {image.height} pixels; expected sides of {LONGEST_SIDE} at most")
     with image_damages(name, form):
@@ -110,12 +109,34 @@ def opened_png(name: str, content: bytes) -> Image:
     """
     from PIL import Image
 
-    width, height = (int.from_bytes(content[start : start + 4], "big") for start in PLACE_OF_SIZE)
+    # The bytes of a PNG that hold its width and its height, each in four bytes, the highest first
+    width, height = (int.from_bytes(content[start : start + 4], "big") for start in (16, 20))
     _check_pixels(name, width if content.startswith(PNG_BEGINS) else 0, height, LARGEST_PICTURE)
     with image_damages(name):
         image = Image.open(BytesIO(content), formats=["PNG"])
     _check_pixels(name, image.width, image.height, LARGEST_PICTURE)  # A damaged file can state two sizes.
     return image
+
+
+def picture_text(name: str, content: bytes) -> str | None:
+    """Return the text of the chart in a picture of ``chart_picture``; None for any other content.
+
+    Raises:
+        FileError: the compressed text is very much longer than the file.
+    """
+    if not content.startswith(PNG_BEGINS):
+        return None
+    try:
+        held = opened_png(name, content).info.get(TEXT_KEY)
+    except FileError:
+        return None  # the reader of images gives the reason
+    if not isinstance(held, str):
+        return None
+    try:
+        check_expansion(130 * len(held), len(content))  # bytes of memory that a character takes while it is read
+    except ValueError as error:
+        raise FileError(f"{name}: the text of its chart is too long ({error}); write it again") from error
+    return held
 
 
 @contextmanager

@@ -18,16 +18,15 @@ from numpy.typing import NDArray
 
 from stitchmesh.errors import ParameterError, PatternError
 from stitchmesh.mesh import IntArray
-from stitchmesh.mesh.own_stitch import built_in
 from stitchmesh.mesh.polygon_mesh import frozen_array
-from stitchmesh.mesh.stitch import mirrored as mirrored_stitch
 from stitchmesh.patterns.charts.grid import BLANK, LONGEST_SIDE, Box, Brush, check_chart_shape
 from stitchmesh.patterns.language.items import ItemParser
 from stitchmesh.patterns.language.rows import DescribedRow, finish_row, finish_rows
 from stitchmesh.patterns.language.tokens import TextPlace, split_lines
 from stitchmesh.patterns.language.words import NO_STITCH, WordStitches
 from stitchmesh.patterns.language.writing import chart_word, pieces_of
-from stitchmesh.patterns.pattern import Cell, Loop, Pattern, Row, first_fault
+from stitchmesh.patterns.moved import mirrored_cells, mirrored_loops
+from stitchmesh.patterns.pattern import Pattern, Row, first_fault
 
 COVERED = -1
 """Value of a square that is covered by the cable on its left."""
@@ -372,12 +371,7 @@ def read_square(word: str) -> WordStitches:
 def mirrored_word(word: str) -> str:
     """Return the word of a square with left and right exchanged."""
     piece = read_square(word)
-    cells = tuple(
-        Cell(mirrored_stitch(built_in(cell.stitch)), tuple(-twist for twist in cell.twist[::-1]))
-        for cell in piece.cells[::-1]
-    )
-    loops = tuple(Loop(-loop.shift, loop.layer, -loop.twist) for loop in piece.loops[::-1])
-    return chart_word(replace(piece, cells=cells, loops=loops))
+    return chart_word(replace(piece, cells=mirrored_cells(piece.cells), loops=mirrored_loops(piece.loops)))
 
 
 @lru_cache(maxsize=2 * LONGEST_SIDE)

@@ -30,7 +30,6 @@ ROW_WORDS = ("row", "rows", "round", "rounds")
 STATEMENTS = "pattern, source, colours, row, rows, round, rounds or chart"
 CHART_KINDS = ("letters", "leaf", "colours")
 MAX_ROWS = 10_000
-MAX_YARNS = 999_999
 _FIRST_WORD = re.compile(rf"(pattern|source|colours|chart|{'|'.join(ROW_WORDS)})(?![a-z0-9])", re.ASCII)
 _RANGE = re.compile(r"(\d{1,6})(?:-(\d{1,6}))?", re.ASCII)
 
@@ -263,7 +262,7 @@ def _yarn(items: ItemParser) -> int:
     if items.token.text.lower() != "yarn":
         return 0
     items.take()
-    return items.parse_number("the number of a yarn", MAX_YARNS)
+    return items.parse_number("the number of a yarn", 999_999)
 
 
 def _ranges(items: ItemParser, expected: str) -> list[int]:

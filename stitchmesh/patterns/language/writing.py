@@ -17,7 +17,6 @@ from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.patterns.language.words import ABBREVIATIONS, NO_STITCH, TUCK, WordStitches, read_crossing
 from stitchmesh.patterns.pattern import Cell, Loop, Pattern, Row, crossings
 
-LINE_LENGTH = 110
 _PLAIN = {Stitch.KNIT: "k", Stitch.PURL: "p"}
 
 
@@ -196,7 +195,7 @@ def _at(yarn: int, common: int) -> str:
 def _wrapped(words: list[str]) -> str:
     lines, line = [], words[0]
     for word in words[1:]:
-        if len(line) + len(word) > LINE_LENGTH and line != words[0]:
+        if len(line) + len(word) > 110 and line != words[0]:
             lines.append(line + ",")
             line = "  " + word
         else:

@@ -30,8 +30,6 @@ from scipy.sparse.linalg import spsolve
 from stitchmesh.mesh import BOTTOM, LEFT, RIGHT, TOP, FloatArray, IntArray
 from stitchmesh.patterns.pattern import Cell, Loop, Pattern
 
-EVENNESS = 0.25
-"""Initial weight s of equal loop widths, relative to upright wales."""
 NARROWEST = 0.4
 """Smallest width of a loop, relative to the mean width of the loops of its line."""
 
@@ -48,7 +46,8 @@ def course_points(loops: Sequence[int], wales: Sequence[Wale]) -> list[FloatArra
         loops: number of loops of each course line from below; the first and the last must be equal.
         wales: the wale edges inside the tile.
     """
-    evenness = EVENNESS
+    # Initial weight s of equal loop widths, relative to upright wales
+    evenness = 0.25
     while True:
         lines = _least_squares(loops, wales, evenness)
         if all(np.diff(line).min() >= NARROWEST * loops[0] / (len(line) - 1) for line in lines):

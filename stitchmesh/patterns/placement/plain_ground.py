@@ -33,12 +33,6 @@ from stitchmesh.patterns.placement.rebuilt_runs import (
     spread_loops,
 )
 
-LONGEST_EXCESS = 4
-"""Largest number of adjacent course lines whose extra loops count as a pattern, for example the yarn-overs of tucks; on
-more lines they shape the garment."""
-WIDEST_MOTIF = 12
-"""Largest number of stitches between an increase and a decrease that cancel one another in a pattern."""
-
 
 def plain_ground(fabric: StitchMesh, inside: NDArray[np.bool_]) -> Rebuilt | None:
     """Return the patch that turns a region into plain stitches with the shaping that its loops need.
@@ -143,7 +137,8 @@ def _holds_pattern(fabric: StitchMesh, run: Course) -> bool:
     excess = np.sign(fabric.n_top[faces] - fabric.n_bottom[faces])
     shaped = np.flatnonzero(excess)
     turns = np.flatnonzero(np.diff(excess[shaped]))
-    return bool((np.diff(shaped)[turns] <= WIDEST_MOTIF).any())
+    # Largest number of stitches between an increase and a decrease that cancel one another in a pattern
+    return bool((np.diff(shaped)[turns] <= 12).any())
 
 
 _OF_PATTERNS = [Stitch.YARN_OVER, Stitch.SY, Stitch.YS, Stitch.YKY]
@@ -157,7 +152,9 @@ def _without_excess(counts: IntArray) -> IntArray:
     """
     from scipy.ndimage import grey_closing, grey_opening
 
-    size = min(LONGEST_EXCESS + 1, len(counts))
+    # Extra loops on up to four adjacent course lines count as a pattern, for example the yarn-overs of tucks; on more
+    # lines they shape the garment.
+    size = min(5, len(counts))
     opened = grey_opening(counts, size=size, mode="nearest")
     closed: IntArray = grey_closing(opened, size=size, mode="nearest")
     closed[0], closed[-1] = counts[0], counts[-1]

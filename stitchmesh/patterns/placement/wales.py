@@ -29,8 +29,6 @@ from stitchmesh.selection.wales import middle_of_front
 
 _UNKNOWN = OUTSIDE - 1
 """Column of a loop to which no row below passes on a column."""
-LOOPS_PER_SHAPING = 4
-"""A run whose shaping moves has at least this number of loops for each increase or decrease; a crown has fewer."""
 _FIRST_NEW_TILE = 1 << 20
 """Number of the first tile that begins above the first row."""
 
@@ -127,7 +125,8 @@ class _WalePlacement:
     def _keep_tiles_whole(self, tiles: WholeTiles, run: Course, below: IntArray, own: IntArray) -> bool:
         """Give columns to the loops above a shaped run, and plan its faces; return whether its tiles are in order."""
         fabric = self.fabric
-        if len(below) < LOOPS_PER_SHAPING * abs(len(below) - int(fabric.n_top[list(run.faces)].sum())):
+        # A run whose shaping moves has at least this number of loops for each increase or decrease; a crown has fewer.
+        if len(below) < 4 * abs(len(below) - int(fabric.n_top[list(run.faces)].sum())):
             return False
         start = _tile_start(fabric, run, below, tiles.width) if run.closed else 0
         turned = Course(run.faces[start:] + run.faces[:start], run.closed)

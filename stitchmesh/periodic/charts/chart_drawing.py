@@ -18,8 +18,6 @@ from stitchmesh.periodic.weave.weave_chart import WeaveChart
 
 COVERED = 65535
 """Number of a square that is covered by the cable on its left."""
-POINT_PAPER = ("#f3ead8", "#3d4f63")
-"""Colours of wefts and warps in a weave of one colour: light and dark, as on the point paper of weavers."""
 MOST_CHANGES = 4000
 """Largest number of squares that are listed as changes."""
 
@@ -100,7 +98,8 @@ def _draw_weave(chart: WeaveChart, yarns: int) -> ChartDrawing:
     colours = palette_of(chart, yarns)
     if chart.yarn_count == 1 and len(chart.palette) < 2:
         threads = [[(index, layer) for _, layer in kind] for index, kind in enumerate(threads)]
-        colours = POINT_PAPER
+        # Colours of wefts and warps in a weave of one colour: light and dark, as on the point paper of weavers.
+        colours = ("#f3ead8", "#3d4f63")
     weft, warp = (np.array([colour for colour, _ in kind]) for kind in threads)
     fills = np.where(chart.squares == 1, weft[:, None], warp[None, :]).astype(np.uint16)
     squares = chart.squares.astype(np.uint16)

@@ -12,12 +12,11 @@ import numpy as np
 from stitchmesh.io.atomic import temporary_file
 from stitchmesh.mesh.palette import filled_palette
 from stitchmesh.patterns import Pattern
-from stitchmesh.patterns.charts.chart_image import CHART_IMAGES, png_of_numbers
+from stitchmesh.patterns.charts.chart_image import CHART_IMAGES, picture_text, png_of_numbers
 from stitchmesh.patterns.charts.knit_chart import PLAIN, KnitChart, knit_chart
 from stitchmesh.patterns.charts.knit_chart_text import KnitChartText, parse_knit_chart, write_knit_chart
 from stitchmesh.patterns.charts.leaf_chart import SUFFIX as LEAF_SUFFIX
 from stitchmesh.patterns.charts.leaf_chart import leaf_image
-from stitchmesh.patterns.charts.picture_text import picture_text
 from stitchmesh.patterns.language.parse import begins_with_statement
 from stitchmesh.periodic.resolve_pattern import Source, resolve_pattern, states_a_weave
 from stitchmesh.periodic.weave.image import weave_image
@@ -34,8 +33,6 @@ Chart = KnitChart | WeaveChart
 ChartText = KnitChartText | WeaveChartText
 CHART_SUFFIXES = (".knit", ".weave", ".wif", ".leaf", ".txt", *CHART_IMAGES)
 """Suffixes of files that hold charts."""
-MOST_CHARACTERS = 80
-"""Number of characters of the name of a file that messages show."""
 _UNSAFE = re.compile(r"[^\w. -]")
 
 
@@ -84,7 +81,8 @@ def read_chart(name: str, content: bytes) -> ChartText:
         PatternError: the file describes no pattern and no weave.
         ParameterError: the chart is larger than ``grid.LONGEST_SIDE``.
     """
-    own = _UNSAFE.sub("-", Path(name).name)[-MOST_CHARACTERS:].lstrip(".") or "chart"
+    # Number of characters of the name of a file that messages show
+    own = _UNSAFE.sub("-", Path(name).name)[-80:].lstrip(".") or "chart"
     if own.lower().endswith((".knit", ".weave")) and content and b"\0" not in content:
         text = content.decode("utf-8-sig", errors="replace")
         return parse_chart(text, own, digits_are_weave=own.lower().endswith(WEAVE_SUFFIX))

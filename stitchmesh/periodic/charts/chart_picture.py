@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stitchmesh.mesh.palette import parse_colour
+from stitchmesh.patterns.charts.chart_image import TEXT_KEY
 from stitchmesh.patterns.charts.chart_symbols import DOT, RING, Mark
-from stitchmesh.patterns.charts.picture_text import TEXT_KEY
 from stitchmesh.periodic.charts.chart_drawing import COVERED, ChartDrawing, draw_chart
 from stitchmesh.periodic.charts.chart_files import Chart, write_chart
 

@@ -45,8 +45,6 @@ SAME_ENERGY = 2e-4
 the coarse contacts of ``draft`` up to 1.2e-4; the snaps of ribs and of moss stitch leave 3e-4 or more."""
 FRICTION_STRAIN = 0.02
 """Largest strain by which a cell with friction is drawn at a time."""
-ROUNDING = 1e-9
-"""Rounding error of a number of steps."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,7 +170,8 @@ def draw_with_friction(drawn: DrawnCell, strains: Sequence[float], friction: Fri
     steps, ends, last = list[LoadStep](), list[int](), 0.0
     for strain in strains:
         whole = (1.0 + strain) / (1.0 + last)
-        count = max(math.ceil(abs(math.log(whole)) / FRICTION_STRAIN - ROUNDING), 1)
+        # Rounding error of a number of steps
+        count = max(math.ceil(abs(math.log(whole)) / FRICTION_STRAIN - 1e-9), 1)
         factor = whole ** (1.0 / count)
         steps += [LoadStep(stretch=(factor, 1.0) if drawn.direction == "course" else (1.0, factor))] * count
         ends.append(len(steps) - 1)

@@ -39,8 +39,6 @@ SAME_ENERGY = 1e-4
 """Relative difference of energies below which states count as equally low."""
 KICKS = 3
 """Number of displacements that make a start; the yarns are separated after each of them."""
-BETWEEN = 20
-"""Iterations between two displacements."""
 
 Relax = Callable[[YarnSet, int], Relaxation]
 """A function that relaxes yarns. Its second argument is the number of iterations already made, which count for a common
@@ -95,9 +93,10 @@ def perturbed_start(prepared: PreparedSwatch, yarns: YarnSet, random: np.random.
     state = random.bit_generator.state
     for _kick in range(KICKS):
         random.bit_generator.state = state
+        # Iterations between two displacements
         yarns = relax_partly(
             perturb(yarns, random, prepared.cell.free), material=prepared.similar, quality=prepared.path[0],
-            iterations=BETWEEN, device=prepared.device, cell=prepared.cell, terms=prepared.terms,
+            iterations=20, device=prepared.device, cell=prepared.cell, terms=prepared.terms,
         )  # fmt: skip
     return yarns
 

@@ -61,10 +61,6 @@ friction the stitches of ribs and welts take yarn from each other on the needles
 Noise, the sampling or the processor then decides which ones are wide, and dry sizes differ by up to 14 %."""
 TOLERANCE = 5e-3
 """Largest residual of each step."""
-LARGEST_CHANGE = 2e-3
-"""Largest change of the size that may remain after each step, as the exact step to rest predicts it. A rope cable that
-balances on its way has 2 % to go by the forces there, and goes 30 %; ribs fold on the way where larger changes
-remain."""
 
 
 @dataclass(frozen=True)
@@ -79,31 +75,30 @@ class Release:
     """Which changes the periods are free to make; without loads."""
 
 
-def state_of_rest(relax_cell: bool | RelaxCell, options: SwatchOptions, *, woven: bool) -> KnitState:
+def state_of_rest(options: SwatchOptions, *, woven: bool) -> KnitState:
     """Return the state to which the options lead: dry for a knit whose size is free, otherwise without friction.
 
     Relaxation without friction reaches a given size, a tension of blocking and the loads of a ``RelaxCell``. A weave
     comes off no needles.
 
     Args:
-        relax_cell: whether the width and height of the repeat are relaxed, or a ``RelaxCell``.
         options: options of the swatch.
         woven: whether the repeat is a weave.
     """
     if options.relaxation is not None:
         return options.relaxation
-    lies_free = relax_cell is True and options.period == (None, None) and options.blocked is None
+    lies_free = options.relax_cell is True and options.period == (None, None) and options.blocked is None
     return "dry" if lies_free and not woven else "frictionless"
 
 
-def chosen_release(relax_cell: bool | RelaxCell, options: SwatchOptions, *, woven: bool) -> Release | None:
+def chosen_release(options: SwatchOptions, *, woven: bool) -> Release | None:
     """Check the choice of a relaxation, and return it; None without friction. Arguments as for ``state_of_rest``.
 
     Raises:
         ParameterError: the options ask for a state of knits for a weave, for a coefficient without friction or one that
             no yarn has, or for sizes or loads beside a state.
     """
-    meant = state_of_rest(relax_cell, options, woven=woven)
+    meant = state_of_rest(options, woven=woven)
     if meant == "frictionless":
         if options.friction is not None:
             found = f"friction: got {options.friction:g} for a swatch that relaxes without it"
@@ -113,7 +108,7 @@ def chosen_release(relax_cell: bool | RelaxCell, options: SwatchOptions, *, wove
         raise ParameterError("relaxation: got one for a weave, which comes off no needles; leave it out")
     if options.period != (None, None) or options.blocked is not None:
         raise ParameterError("relaxation: got a period or blocking beside it; a knit off the needles finds its size")
-    cell = relax_cell if isinstance(relax_cell, RelaxCell) else RelaxCell(shear=False)
+    cell = options.relax_cell if isinstance(options.relax_cell, RelaxCell) else RelaxCell(shear=False)
     if (cell.course, cell.wale) != (0.0, 0.0):
         raise ParameterError("relaxation: got a load or a held size beside it; a knit off the needles has neither")
     mu = YARN_FRICTION if options.friction is None else options.friction
@@ -159,9 +154,12 @@ def let_go(
     Raises:
         SolverError: the yarns cannot be drawn to that size, or a yarn passed through another one.
     """
+    # Largest change of the size that may remain after each step, as the exact step to rest predicts it. A rope cable
+    # that balances on its way has 2 % to go by the forces there, and goes 30 %; ribs fold on the way where larger
+    # changes remain.
     quality = replace(
         quality, tolerance=min(quality.tolerance, TOLERANCE),
-        largest_change=min(quality.largest_change, LARGEST_CHANGE),
+        largest_change=min(quality.largest_change, 2e-3),
     )  # fmt: skip
     start = on_needles(yarns, needles, release, material, quality, device, terms)
     found = _release(start, release, material, quality, device, terms, run)

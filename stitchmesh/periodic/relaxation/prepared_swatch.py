@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from stitchmesh.errors import ParameterError, check_kind
-from stitchmesh.memory_need import check_relaxation_memory
+from stitchmesh.memory_need import BASE_MEMORY, BYTES_PER_KEPT_POINT, check_memory, check_relaxation_memory
 from stitchmesh.mesh import FloatArray, StitchMesh
 from stitchmesh.patterns import Pattern
 from stitchmesh.periodic.fabric_shape import FlatFabric
@@ -30,9 +30,8 @@ from stitchmesh.periodic.relaxation.support import blocking, planes
 from stitchmesh.periodic.repeat.drawn_swatch import draw_swatch
 from stitchmesh.periodic.repeat.smallest_cell import SmallestCell
 from stitchmesh.periodic.resolve_pattern import Source, resolve_pattern
-from stitchmesh.periodic.sampling.contact_samples import is_small, with_contacts
 from stitchmesh.periodic.sampling.even_sampling import even_lengths, sample_evenly
-from stitchmesh.periodic.sampling.sampling import GENERATED, path_to, released
+from stitchmesh.periodic.sampling.sampling import GENERATED, is_small, path_to, released, with_contacts
 from stitchmesh.periodic.swatch_budget import stitches_of
 from stitchmesh.periodic.swatch_options import TAKE_UP, SwatchOptions
 from stitchmesh.periodic.weave.weave import Weave
@@ -114,7 +113,6 @@ def prepare_swatch(
     material: YarnMaterial | None,
     quality: str | Quality,
     device: str | None,
-    relax_cell: bool | RelaxCell,
     smallest: bool = True,
     **options: Any,
 ) -> PreparedSwatch:
@@ -128,12 +126,11 @@ def prepare_swatch(
         check_kind("swatch, material", material, YarnMaterial)
     material = chosen.yarn_material(material)
     source = resolve_pattern(pattern)
-    release = chosen_release(relax_cell, chosen, woven=isinstance(source, Weave))
-    relax_cell = relax_cell or release is not None
-    check_repeat_memory(source, chosen, quality, device, free=relax_cell is not False)
+    release = chosen_release(chosen, woven=isinstance(source, Weave))
+    check_repeat_memory(source, chosen, quality, device, free=chosen.freedom is not False)
     fabric, generated = draw_swatch(source, chosen, GENERATED)
     flat = FlatFabric.of(generated, fabric, source)
-    cell = free_cell(relax_cell, chosen, generated, material)
+    cell = free_cell(chosen, generated, material)
     steps = path_to(quality, cell) if release is None else (released(quality),)
     repeat = first = draw_swatch(source, chosen, steps[0])[1]
     # friction holds the yarn of a stitch in its place
@@ -148,7 +145,7 @@ def prepare_swatch(
     straight = even_lengths(first, generated.lengths, generated.segment_start)
     natural = first if fabric is not None else replace(first, rest_length=straight)
     period = period_to_reach(first, chosen)
-    terms = planes(relax_cell, chosen, flat, natural.radius * thicker)
+    terms = planes(chosen, flat, natural.radius * thicker)
     alone = (chosen.columns, chosen.rows) == (1, 1)
     lies_alike = smallest and alone and bool(terms) and fabric is not None and release is None
     own = smallest_cell(generated, first, wanted, chosen, lies_alike=lies_alike)
@@ -183,6 +180,21 @@ def check_repeat_memory(
     points = stitches * quality.control_points_per_stitch * (quality.refinement if free else 1.0)
     asked = f"a cell of {options.columns} x {options.rows} repeats with {stitches:,} stitches"
     check_relaxation_memory(asked, points, quality, device)
+
+
+def check_kept_states(what: str, states: int, yarns: YarnSet) -> None:
+    """Refuse more states of one repeat than fit into the memory; all are kept until the last of them is at rest.
+
+    Args:
+        what: the command, for the message.
+        states: number of states.
+        yarns: the yarns of one state.
+
+    Raises:
+        ParameterError: the states need more memory than there is (``check_memory``).
+    """
+    needed = BASE_MEMORY + BYTES_PER_KEPT_POINT * len(yarns.points) * states
+    check_memory(f"{what} with {states:,} states of {len(yarns.points)} control points", needed, "fewer of them")
 
 
 def smallest_cell(
@@ -240,9 +252,7 @@ def period_to_reach(drawn: YarnSet, options: SwatchOptions) -> list[float | None
     return [None if size is None else size * options.gamma for size in options.period]
 
 
-def free_cell(
-    relax_cell: bool | RelaxCell, options: SwatchOptions, drawn: YarnSet, material: YarnMaterial
-) -> RelaxCell | None:
+def free_cell(options: SwatchOptions, drawn: YarnSet, material: YarnMaterial) -> RelaxCell | None:
     """Return the degrees of freedom of the cell and its loads, or None for a fixed cell.
 
     A size that is given stays fixed. Pulls are divided by gamma, because the relaxed cell is gamma times as large.
@@ -250,13 +260,14 @@ def free_cell(
     Raises:
         ParameterError: a blocked swatch has a given ``RelaxCell``, or would tear.
     """
+    free = options.freedom
     if options.blocked is not None:
-        if isinstance(relax_cell, RelaxCell):
+        if isinstance(free, RelaxCell):
             raise ParameterError("blocked: got a RelaxCell beside it; give its loads, or relax_cell=True")
-        relax_cell = blocking(drawn, options, material)
-    if relax_cell is False:
+        free = blocking(drawn, options, material)
+    if free is False:
         return None
-    cell = RelaxCell(shear=False) if relax_cell is True else relax_cell
+    cell = RelaxCell(shear=False) if free is True else free
     pulls = [
         None if pull is None or size is not None else pull / options.gamma
         for pull, size in zip((cell.course, cell.wale), options.period, strict=True)

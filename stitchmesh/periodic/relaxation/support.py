@@ -46,18 +46,16 @@ TEARING_STRAIN = 0.3
 """Strain at which a yarn tears; wool breaks at 25 to 35 % (dry) and spun cotton at 5 to 10 %."""
 
 
-def planes(
-    relax_cell: bool | RelaxCell, options: SwatchOptions, flat: FlatFabric, radius: FloatArray
-) -> list[TermChoice]:
+def planes(options: SwatchOptions, flat: FlatFabric, radius: FloatArray) -> list[TermChoice]:
     """Return the term of the planes; no term for a swatch of fixed size, an unsupported one, or a given ``RelaxCell``.
 
     Args:
-        relax_cell: whether the width and height of the repeat are relaxed, or a ``RelaxCell``.
         options: options of the swatch.
         flat: the fabric as it is generated.
         radius: radius of each yarn during the relaxation [cm], shape (Y,).
     """
-    lies = relax_cell is True or (relax_cell is False and options.blocked is not None)
+    free = options.freedom
+    lies = free is True or (free is False and options.blocked is not None)
     if options.unsupported or not lies:
         return []
     from stitchmesh.yarnrelax.energies.confinement import Confinement

@@ -32,8 +32,6 @@ from stitchmesh.yarnrelax.relaxation_result import Relaxation, continued
 WEDGED = 1.0
 """Yarns are wedged if their axes are nearer than this multiple of their radius; axes of touching yarns are 2 apart, and
 of pressed yarns 1.4."""
-SETTLING = 1000
-"""Number of iterations in which generated yarns settle."""
 
 logger = logging.getLogger(__name__)
 
@@ -82,7 +80,8 @@ def _settled(prepared: PreparedSwatch) -> YarnSet:
     rest_length = yarns.rest_length * (lengths / own)[yarns.segment_yarn]
     yarns = change_rest_length(yarns, rest_length, **given)
     yarns = change_period(yarns, size_of(wanted.lattice), **given)
-    yarns = relax_partly(yarns, iterations=SETTLING, cell=None, terms=(), **given)
+    # Number of iterations in which generated yarns settle
+    yarns = relax_partly(yarns, iterations=1000, cell=None, terms=(), **given)
     return sample_evenly(yarns, wanted)
 
 

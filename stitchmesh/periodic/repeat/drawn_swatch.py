@@ -31,7 +31,8 @@ LARGEST_RADIUS_OVER_WIDTH = 0.16
 """Largest yarn radius over the stitch width with which loops are generated; thicker yarn grows from this radius."""
 
 WITHOUT_EFFECT = {
-    "rest_lengths", "gamma", "period", "relaxation", "friction", "unsupported", "blocked", "mass_per_length"
+    "rest_lengths", "gamma", "period", "relax_cell", "relaxation", "friction", "unsupported", "blocked",
+    "mass_per_length",
 }  # fmt: skip
 """Options that do not change the yarns as they are generated."""
 KEPT = 16

@@ -31,8 +31,6 @@ from stitchmesh.yarnrelax import RelaxCell
 
 SAME_PLACE = 1e-6
 """Largest distance of control points that count as the same place, over the first period."""
-SAME_LENGTH = 1e-9
-"""Largest relative difference of lengths and radii that count as equal."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,10 +180,11 @@ def _image_of(yarns: YarnSet, lengths: FloatArray, yarn: int, move: FloatArray) 
     for point in np.flatnonzero(np.linalg.norm(away - yarns.lattice.shift(behind), axis=1) < near):
         other = int(yarns.point_yarn[point])
         first, last = yarns.start[other : other + 2]
+        # Largest relative difference of lengths and radii that count as equal
         alike = (yarns.closed[[yarn, other]].all() and len(own) == last - first
                  and (yarns.lattice_step[yarn] == yarns.lattice_step[other]).all()
                  and np.allclose([lengths[yarn], yarns.radius[yarn]], [lengths[other], yarns.radius[other]],
-                                 rtol=SAME_LENGTH, atol=0.0))  # fmt: skip
+                                 rtol=1e-9, atol=0.0))  # fmt: skip
         if not alike:
             continue
         place = np.arange(len(own)) + int(point - first)

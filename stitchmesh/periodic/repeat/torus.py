@@ -19,9 +19,6 @@ from stitchmesh.patterns import Pattern, check_closes
 from stitchmesh.patterns.placement.block import Block, block_of
 from stitchmesh.patterns.swatch_mesh import check_swatch_size
 
-TILE = 1
-"""Index of the tile among the sections of a row."""
-
 
 def torus_mesh(
     pattern: Pattern, columns: int = 1, rows: int = 1, *, stitch_width: float, stitch_height: float
@@ -45,7 +42,8 @@ def torus_mesh(
     check_swatch_size(columns, rows, stitch_width, stitch_height)
     tile = pattern.without_borders()
     check_closes(tile)
-    block = block_of(tile, TILE)
+    # Index of the tile among the sections of a row
+    block = block_of(tile, 1)
     assert block is not None  # no row of a pattern has a tile without loops
     return _Tiling(block, tile, columns, rows).mesh(stitch_width, stitch_height)
 

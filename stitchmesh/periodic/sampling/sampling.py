@@ -32,6 +32,9 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+from stitchmesh.mesh import StitchMesh
+from stitchmesh.periodic.repeat.smallest_cell import SmallestCell
+from stitchmesh.periodic.swatch_options import COMPACT_LOOP, SwatchOptions
 from stitchmesh.quality import PRESETS, Quality
 from stitchmesh.yarnrelax import RelaxCell
 
@@ -65,9 +68,41 @@ def refined(quality: Quality) -> Quality:
     )  # fmt: skip
 
 
-def with_smooth_contacts(quality: Quality) -> Quality:
-    """Return the quality with which a small cell is relaxed."""
-    return replace(quality, contact_samples=max(CONTACTS, quality.contact_samples))
+def with_contacts(
+    quality: Quality, options: SwatchOptions, fabric: StitchMesh | None, smallest: SmallestCell, cell: RelaxCell | None
+) -> Quality:
+    """Return a quality with as many contact samples as a repeat needs: more in small free cells and for loose loops.
+
+    Args:
+        quality: a quality of the path to rest.
+        options: options of the swatch.
+        fabric: the stitch mesh of the repeat; None for a weave.
+        smallest: the cell that comes to rest.
+        cell: its degrees of freedom; None for constant periods.
+    """
+    if cell is not None and cell.free.any() and is_small(fabric, smallest):
+        quality = replace(quality, contact_samples=max(CONTACTS, quality.contact_samples))
+    return close_contacts(quality, options)
+
+
+def is_small(fabric: StitchMesh | None, smallest: SmallestCell) -> bool:
+    """Return whether the cell that comes to rest has few stitches; for a weave (None) it has none."""
+    return fabric is not None and fabric.face_count <= SMALL_CELL * smallest.copies
+
+
+def close_contacts(quality: Quality, options: SwatchOptions) -> Quality:
+    """Return the quality with more contact samples if loops are looser than compact ones.
+
+    The number of control points of a stitch is the same for long and short loops, so the contact spheres of a segment
+    are further apart in long loops. Such spheres interlock, and the loops stay narrower than in equilibrium.
+    """
+    looseness = options.plain_loop / (2 * COMPACT_LOOP * options.yarn_radius * options.gamma)
+    # Spheres that interlock hold a loop back. In a looser loop the bends of the yarn are further apart, so both this
+    # force and the forces that straighten the yarn are smaller (docs/validation.md): the number of samples grows with
+    # the power 1.5 of the looseness, up to a looseness of 4.
+    closer = min(max(looseness, 1.0), 4.0) ** 1.5
+    exact = 1.0 - 1e-12  # the rounding of a quotient of lengths gives no further sample
+    return replace(quality, contact_samples=math.ceil(quality.contact_samples * closer * exact))
 
 
 def released(quality: Quality) -> Quality:

@@ -25,8 +25,8 @@ from typing import Any
 from stitchmesh.compute.device import device_named
 from stitchmesh.errors import SolverError
 from stitchmesh.periodic.relaxation.continuation import ITERATIONS
-from stitchmesh.periodic.sampling.contact_samples import with_contacts
 from stitchmesh.periodic.sampling.even_sampling import sample_evenly
+from stitchmesh.periodic.sampling.sampling import with_contacts
 from stitchmesh.periodic.session.frames import Frame
 from stitchmesh.periodic.session.increments import SwatchInProgress, increment, increments_left
 from stitchmesh.periodic.session.settings import SwatchSettings

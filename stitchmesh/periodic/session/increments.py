@@ -24,11 +24,6 @@ from stitchmesh.periodic.session.target import GeneratedRepeat, Target, lean_of
 from stitchmesh.periodic.swatch import scale_yarns
 from stitchmesh.yarn import YarnSet
 
-LARGEST_LEAN_CHANGE = 0.1
-"""Largest change of the lean in one increment (``Target.lean``)."""
-SMALLEST_PART = 1e-5
-"""Part of an increment that counts as zero; single precision on the device rounds a period by a tenth of this part."""
-
 
 @dataclass(frozen=True, eq=False)
 class SwatchInProgress:
@@ -73,14 +68,16 @@ def increments_left(state: SwatchInProgress, target: Target) -> int:
     assert yarns.lattice is not None
     lean = lean_of(target.smallest.whole_lattice(yarns.lattice))
     sides = zip(target.size, size_of(yarns.lattice), strict=True)
+    # Largest change of the lean in one increment (``Target.lean``)
     counts = [
         _increment_count(target.radius / yarns.radius, GROWTH),
         _increment_count(np.array([target.gamma / state.scale, target.gamma / state.gamma]), GROWTH),
         _increment_count(np.array([1.0 if size is None else size / now for size, now in sides]), STRETCH),
         _increment_count(target.rest_length / yarns.rest_length, LENGTHENING),
-        0.0 if target.lean is None else abs(target.lean - lean) / LARGEST_LEAN_CHANGE,
+        0.0 if target.lean is None else abs(target.lean - lean) / 0.1,
     ]
-    return math.ceil(max(counts) - SMALLEST_PART)
+    # Part of an increment that counts as zero; single precision on the device rounds a period by a tenth of this part.
+    return math.ceil(max(counts) - 1e-5)
 
 
 def increment(state: SwatchInProgress, target: Target) -> SwatchInProgress:

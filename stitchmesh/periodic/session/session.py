@@ -26,7 +26,7 @@ from stitchmesh.periodic.session.incremental_relaxation import LiveSwatch
 from stitchmesh.periodic.session.settings import SwatchSettings
 from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
-from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
+from stitchmesh.yarnrelax import YarnMaterial
 from stitchmesh.yarnrelax.stepwise_loop import INTERVAL
 
 
@@ -43,7 +43,6 @@ class SwatchSession:
         material: YarnMaterial | None = None,
         quality: str | Quality = DEFAULT_QUALITY,
         device: str | None = None,
-        relax_cell: bool | RelaxCell = False,
         iterations_per_frame: int = INTERVAL,
         stopped: bool = False,
         **options: Any,
@@ -55,7 +54,6 @@ class SwatchSession:
             material: material of the yarn.
             quality: a preset or a ``Quality``.
             device: device of the kernels.
-            relax_cell: whether the width and height of the repeat are relaxed, or a ``RelaxCell``.
             iterations_per_frame: number of iterations between two frames.
             stopped: whether the relaxation waits for ``start`` or ``step``.
             options: fields of ``SwatchOptions``. A knit with friction moves as a preview without friction. It is then
@@ -64,7 +62,7 @@ class SwatchSession:
         Raises:
             StitchMeshError: an error of ``swatch``, except for the errors of the relaxation.
         """
-        self._settings = SwatchSettings(pattern, material, relax_cell, SwatchOptions(**options), quality_named(quality))
+        self._settings = SwatchSettings(pattern, material, SwatchOptions(**options), quality_named(quality))
         self._first_settings, self._requested_at = self._settings, time.perf_counter()
         self._condition = threading.Condition()
         self._iterations_per_frame = _checked_count("iterations per frame", iterations_per_frame)
@@ -177,7 +175,7 @@ class SwatchSession:
         chart that cannot be read, is the ``error`` of a frame.
 
         Args:
-            changes: arguments of ``swatch``: pattern, material, relax_cell, quality, and the fields of
+            changes: arguments of ``swatch``: pattern, material, quality, and the fields of
                 ``SwatchOptions``; or ``solver`` for another solver of the same quality.
 
         Raises:

@@ -5,14 +5,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
-from typing import Any, get_args
+from typing import Any
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.contents import FilePath
 from stitchmesh.periodic.relaxation.off_needles import Release, chosen_release
 from stitchmesh.periodic.resolve_pattern import Source
 from stitchmesh.periodic.sampling.sampling import path_to
-from stitchmesh.periodic.swatch_options import LetGo, SwatchOptions
+from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.periodic.weave.weave import Weave
 from stitchmesh.quality import Quality, quality_named
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
@@ -31,8 +31,6 @@ class SwatchSettings:
     """A pattern or a weave, its name, or the path of its file."""
     material: YarnMaterial | None
     """Material of the yarn; None for the default material, scaled to the yarn radius."""
-    relax_cell: bool | RelaxCell
-    """Whether the periods of the repeat relax too, or which of their changes are free."""
     options: SwatchOptions
     """All other options."""
     quality: Quality
@@ -40,7 +38,7 @@ class SwatchSettings:
 
     def __post_init__(self) -> None:
         solver_named(self.quality.solver)
-        if self.quality.solver == "dynamics" and self.freedom is not False:
+        if self.quality.solver == "dynamics" and self.options.freedom is not False:
             found = "solver: got dynamics for a free cell, which has no mass to move with"
             raise ParameterError(f"{found}; take quasistatic, or set relax_cell to False")
 
@@ -53,7 +51,7 @@ class SwatchSettings:
         Raises:
             ParameterError: there is no such argument or it cannot change, or a value is out of bounds.
         """
-        own = {"pattern", "material", "relax_cell", "quality", "solver"}
+        own = {"pattern", "material", "quality", "solver"}
         optional = {option.name for option in fields(SwatchOptions)}
         unknown = sorted(changes.keys() - own - optional)
         if unknown:
@@ -67,17 +65,10 @@ class SwatchSettings:
         return replace(self, options=options, **given)
 
     @property
-    def freedom(self) -> bool | RelaxCell:
-        """Which changes of the size are free, as in ``swatch``.
-
-        A knit that is let go off the needles finds its size.
-        """
-        return self.relax_cell or self.options.relaxation in get_args(LetGo)
-
-    @property
     def sampled(self) -> Quality:
         """The quality with as many control points as a swatch without friction has."""
-        cell = RelaxCell() if self.freedom is True or self.options.blocked is not None else self.freedom or None
+        free = self.options.freedom
+        cell = RelaxCell() if free is True or self.options.blocked is not None else free or None
         return path_to(self.quality, cell)[-1]
 
     def release(self, source: Source) -> Release | None:
@@ -86,12 +77,11 @@ class SwatchSettings:
         Raises:
             ParameterError: an error of ``chosen_release``.
         """
-        return chosen_release(self.relax_cell, self.options, woven=isinstance(source, Weave))
+        return chosen_release(self.options, woven=isinstance(source, Weave))
 
     def arguments(self) -> dict[str, Any]:
         """Return the arguments of ``swatch``, except for the pattern and the device."""
-        own = {name: getattr(self, name) for name in ("material", "quality", "relax_cell")}
-        return own | vars(self.options)
+        return {"material": self.material, "quality": self.quality} | vars(self.options)
 
     @property
     def yarn_material(self) -> YarnMaterial:

@@ -36,9 +36,6 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
 from stitchmesh.yarnrelax.energies.term import TermChoice
 
-SAME_PLACE = 1e-9
-"""Largest distance of control points that count as the same point [widths of the repeat]."""
-
 
 @dataclass(frozen=True, eq=False)
 class GeneratedRepeat:
@@ -69,7 +66,8 @@ class GeneratedRepeat:
         if (self.source, self.tiles) == (other.source, other.tiles):
             return True
         apart = self.yarns.points / self.width - other.yarns.points / other.width
-        return bool(np.abs(apart).max() < SAME_PLACE)
+        # Largest distance of control points that count as the same point [widths of the repeat]
+        return bool(np.abs(apart).max() < 1e-9)
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,7 +125,7 @@ def make_target(settings: SwatchSettings, generated: GeneratedRepeat) -> Target:
     options, yarns = settings.options, generated.yarns
     assert yarns.lattice is not None
     material = settings.yarn_material
-    cell, release = free_cell(settings.freedom, options, yarns, material), settings.release(generated.source)
+    cell, release = free_cell(options, yarns, material), settings.release(generated.source)
     free = np.zeros(3, dtype=bool) if cell is None else cell.free
     size = [
         given if given is not None else None if freed else own
@@ -137,7 +135,7 @@ def make_target(settings: SwatchSettings, generated: GeneratedRepeat) -> Target:
     wanted = take_up_rest_lengths(generated.curves, generated.fabric, options)
     full = 1.0 if generated.fabric is None else options.yarn_radius / float(yarns.radius[0])
     radius = yarns.radius * full * options.gamma
-    terms = tuple(planes(settings.freedom, options, flat, radius))
+    terms = tuple(planes(options, flat, radius))
     lengths = even_lengths(yarns, wanted, generated.curves.segment_start)
     lies_alike = bool(terms) and generated.fabric is not None and release is None
     own = smallest_cell(generated.curves, yarns, lengths, options, lies_alike=lies_alike)

@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
@@ -13,16 +12,14 @@ import numpy as np
 
 from stitchmesh.errors import ParameterError, SolverError
 from stitchmesh.patterns import Pattern
-from stitchmesh.periodic.kept_states import check_kept_states
 from stitchmesh.periodic.relaxation.lowest_rest import perturbed_start
-from stitchmesh.periodic.relaxation.prepared_swatch import prepare_swatch
+from stitchmesh.periodic.relaxation.prepared_swatch import check_kept_states, prepare_swatch
 from stitchmesh.periodic.states.rest_states import Rest, distinct_rests
 from stitchmesh.periodic.swatch import Swatch, relax_prepared, size_spread
 from stitchmesh.periodic.weave.weave import Weave
-from stitchmesh.progress import Progress
+from stitchmesh.progress import Progress, shown_stages
 from stitchmesh.quality import DEFAULT_QUALITY, Quality
 from stitchmesh.run import Run
-from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial
 
 logger = logging.getLogger(__name__)
@@ -60,7 +57,6 @@ def explore(
     quality: str | Quality = DEFAULT_QUALITY,
     device: str | None = None,
     progress: Progress | Literal[False] | None = None,
-    on_start: Callable[[int], None] | None = None,
     **options: Any,
 ) -> Exploration:
     """List the distinct states of rest of a free swatch: the state of ``swatch``, and states from perturbed starts.
@@ -77,8 +73,8 @@ def explore(
         quality: a preset or a ``Quality``.
         device: device of the kernels, for example ``cpu`` or ``cuda:0``; by default the first GPU, or the CPU if there
             is no GPU.
-        progress: called with the progress of each relaxation, as ``swatch`` calls it.
-        on_start: called with the number of each start; 0 is the start of ``swatch``.
+        progress: called with the completed part of all starts and the number of the present one, where 0 is the start
+            of ``swatch``; by default a line shows them on a terminal or in a notebook, and False shows nothing.
         options: fields of ``SwatchOptions``. Relaxation and friction mean the same as in ``swatch``, but the default is
             no friction.
 
@@ -96,19 +92,24 @@ def explore(
     if prepared.release is None:
         prepared = replace(prepared, cell=replace(prepared.cell, shear=True))
     check_kept_states("explore", starts, prepared.yarns)
-    made, own, last_error, run = [], None, None, Run[YarnSet](progress)
-    for number, random in enumerate([None, *(np.random.default_rng([seed, k]) for k in range(starts))]):
-        if on_start is not None:
-            on_start(number)
-        try:
-            if random is None:
-                own = relax_prepared(usual, usual.yarns, run)
-                made.append(own)
-            else:
-                made.append(relax_prepared(prepared, perturbed_start(prepared, prepared.yarns, random), run))
-        except SolverError as error:
-            logger.warning("explore: start %d: %s", number, error)
-            last_error = error
+    made, own, last_error = [], None, None
+    with shown_stages(progress) as show:
+        for number, random in enumerate([None, *(np.random.default_rng([seed, k]) for k in range(starts))]):
+
+            def show_start(stage: str, done: float, note: str, number: int = number) -> None:
+                show(stage, (number + done) / (starts + 1), f"start {number} of {starts}: {note}")
+
+            show_start("yarnrelax", 0.0, "begins")
+            try:
+                if random is None:
+                    own = relax_prepared(usual, usual.yarns, Run(show_start))
+                    made.append(own)
+                else:
+                    moved = perturbed_start(prepared, prepared.yarns, random)
+                    made.append(relax_prepared(prepared, moved, Run(show_start)))
+            except SolverError as error:
+                logger.warning("explore: start %d: %s", number, error)
+                last_error = error
     if not made and last_error is not None:
         raise last_error
     return _exploration(made, own, starts + 1)

@@ -33,8 +33,6 @@ SAME = 0.05
 """Distance below which two states are the same: the spacing that the quality ``draft`` promises."""
 HEIGHTS = 256
 """Heights that are compared."""
-LEANED = 0.02
-"""A fabric leans from this value of its lean."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +56,8 @@ class Rest:
         report = self.swatch.report
         names = ("energy_per_stitch", "wale_spacing", "course_spacing", "thickness", "thickness_ratio", "course_fold",
                  "wale_fold", "shape")  # fmt: skip
-        leaned = abs(report["shear"]) >= LEANED
+        # A fabric leans from this value of its lean
+        leaned = abs(report["shear"]) >= 0.02
         return {name: report[name] for name in names} | {
             "lean": report["shear"], "posture": "leaned" if leaned else "upright", "count": self.count,
             "usual": self.usual,

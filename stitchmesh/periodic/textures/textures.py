@@ -34,10 +34,6 @@ SAMPLES = 2
 """Samples along each side of a pixel."""
 LARGEST = 8192
 """Maximum number of pixels along a side of a map."""
-ROWS_AT_ONCE = 32
-"""Rows of pixels that are processed together; this limits the memory."""
-HOLLOWS = ((0.25, 2.0), (0.75, 1.0), (2.0, 0.5))
-"""Widths of the surroundings of a point in yarn radii, and the strength with which each one blocks light."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -127,7 +123,8 @@ def _check_size(name: str, pixels: int) -> None:
 def _mean_maps(tubes: Tubes, fine: PixelGrid, yarn_colours: FloatArray) -> dict[str, FloatArray]:
     """Return the mean of the covered samples of each pixel, bottom row first."""
     visible = visible_pieces(tubes, fine)
-    step = SAMPLES * ROWS_AT_ONCE
+    # Rows of pixels that are processed together; this limits the memory.
+    step = SAMPLES * 32
     bands = []
     for first in range(0, fine.height, step):
         surface = surface_at(tubes, fine, visible, first, min(first + step, fine.height))
@@ -170,7 +167,8 @@ def _blocks(values: FloatArray) -> FloatArray:
 def _light(relief: FloatArray, plan: PixelGrid, radius: float) -> FloatArray:
     """Return the fraction of light that reaches each point, from the depth of the point below its surroundings."""
     light = np.ones_like(relief)
-    for width, strength in HOLLOWS:
+    # Widths of the surroundings of a point in yarn radii, and the strength with which each one blocks light
+    for width, strength in ((0.25, 2.0), (0.75, 1.0), (2.0, 0.5)):
         hollow = np.maximum(_smooth(relief, plan, width * radius) - relief, 0.0) / radius
         light /= 1.0 + strength * hollow
     return light

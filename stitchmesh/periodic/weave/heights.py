@@ -16,10 +16,6 @@ from numpy.typing import NDArray
 
 from stitchmesh.mesh import FloatArray
 
-MAX_ITERATIONS = 2000
-TOLERANCE = 1e-4
-"""Largest change of a height in the last iteration, relative to the largest distance between crossing yarns."""
-
 
 def taut_heights(
     over: NDArray[np.bool_], apart: FloatArray, along_wefts: FloatArray, along_warps: FloatArray
@@ -38,10 +34,11 @@ def taut_heights(
     sign = np.where(over, 1.0, -1.0)
     heights = ahead = _separate(np.zeros((2, *over.shape)), sign, apart)
     momentum = 1.0
-    for _ in range(MAX_ITERATIONS):
+    for _ in range(2000):
         moved = _separate(ahead - _gradient(ahead, tension) / 4, sign, apart)  # 4 bounds the curvature of the energy
         change = moved - heights
-        if np.abs(change).max() <= TOLERANCE * apart.max() and momentum > 1.0:
+        # Largest change of a height in the last iteration, relative to the largest distance between crossing yarns
+        if np.abs(change).max() <= 1e-4 * apart.max() and momentum > 1.0:
             break
         if ((ahead - moved) * change).sum() > 0.0:
             momentum = 1.0

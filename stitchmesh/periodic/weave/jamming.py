@@ -34,9 +34,6 @@ from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.periodic.weave.weave import Thread, Weave
 from stitchmesh.yarn import YarnSet
 
-DIGITS = 6
-"""Number of decimals to which the ratios of blocks are compared. If blocks are equal, the first one is reported."""
-
 logger = logging.getLogger(__name__)
 
 
@@ -79,7 +76,8 @@ def jam_report(weave: Weave, yarns: YarnSet) -> dict[str, Any]:
     blocks = interlaced_blocks(weave, yarns)
     if not blocks:
         return {"jammed": False, "jam_ratio": 0.0}
-    tightest = max(blocks, key=lambda block: round(block.jam_ratio(), DIGITS))
+    # Number of decimals to which the ratios of blocks are compared. If blocks are equal, the first one is reported.
+    tightest = max(blocks, key=lambda block: round(block.jam_ratio(), 6))
     jammed = tightest.jam_ratio() > 1.0
     if jammed:
         logger.warning("%s", _warning(weave, tightest))

@@ -4,15 +4,13 @@
 
 from __future__ import annotations
 
-import difflib
 from functools import cache
 from os import fspath
 from pathlib import Path
 
-from stitchmesh.errors import ParameterError
 from stitchmesh.io.contents import FilePath, check_path, read_lines
 from stitchmesh.patterns.charts.chart_image import CHART_IMAGES
-from stitchmesh.patterns.library import pattern_folder
+from stitchmesh.patterns.library import pattern_folder, unknown_name
 from stitchmesh.periodic.weave.image import read_weave_image
 from stitchmesh.periodic.weave.text import parse_weave
 from stitchmesh.periodic.weave.weave import Weave
@@ -54,8 +52,6 @@ def read_weave(name_or_path: FilePath) -> Weave:
 @cache
 def _from_library(name: str) -> Weave:
     if name not in weave_names():
-        near = difflib.get_close_matches(name.lower(), weave_names(), n=3, cutoff=0.4)
-        hint = f"did you mean {' or '.join(near)}?" if near else "the path of a file needs its suffix"
-        raise ParameterError(f"weave {name!r}: is not in the library of {len(weave_names())} weaves; {hint}")
+        raise unknown_name("weave", name, weave_names(), "weaves")
     path = pattern_folder() / f"{name}{SUFFIX}"
     return parse_weave("\n".join(read_lines(path)), path.name)

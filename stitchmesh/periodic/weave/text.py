@@ -89,16 +89,10 @@ def parse_written_weave(text: str, name: str = "weave") -> WrittenWeave:
     return _WeaveParser(name).parse(split_lines(text, name))
 
 
-def format_weave(weave: Weave) -> str:
-    """Write a weave with its whole matrix as text, so that ``parse_weave(format_weave(weave)) == weave``."""
-    names = weave.name, weave.source, weave.palette
-    return format_matrix(WrittenWeave(weave.matrix, weave.wefts, weave.warps, *names))
+def format_weave(weave: Weave | WrittenWeave) -> str:
+    """Write a weave with its whole matrix as text, so that ``parse_weave(format_weave(weave)) == weave``.
 
-
-def format_matrix(weave: WrittenWeave) -> str:
-    """Write a weave with its whole matrix as text, whether or not the fabric hangs together.
-
-    The lines of the matrix are the last lines of the text.
+    The fabric need not hang together. The lines of the matrix are the last lines of the text.
     """
     lines = [f'weave "{weave.name}"', f'source "{weave.source}"']
     if weave.palette:

@@ -20,7 +20,7 @@ from stitchmesh.mesh.polygon_mesh import frozen_array
 from stitchmesh.patterns.charts.grid import BLANK, Box, Brush, check_chart_shape
 from stitchmesh.patterns.charts.knit_chart import overlap
 from stitchmesh.patterns.language.tokens import TextPlace
-from stitchmesh.periodic.weave.text import WrittenWeave, format_matrix, parse_written_weave
+from stitchmesh.periodic.weave.text import WrittenWeave, format_weave, parse_written_weave
 from stitchmesh.periodic.weave.weave import Thread, Weave
 
 Threads = Literal["wefts", "warps"]
@@ -244,7 +244,7 @@ def write_weave_chart(chart: WeaveChart) -> WeaveChartText:
     """Write a chart as text that ``parse_weave_chart`` reads."""
     names = chart.name, chart.source, chart.palette
     matrix = tuple(map(tuple, chart.squares.tolist()))
-    text = format_matrix(WrittenWeave(matrix, chart.wefts, chart.warps, *names))
+    text = format_weave(WrittenWeave(matrix, chart.wefts, chart.warps, *names))
     first = text.count("\n") - chart.shape[0] + 1
     return WeaveChartText(text, chart, tuple(TextPlace(chart.name, first + row, 1) for row in range(chart.shape[0])))
 

@@ -24,10 +24,6 @@ from stitchmesh.periodic.weave.weave import Thread, Weave
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.yarn import UNKNOWN_FACE, YarnSet
 
-CROSSINGS_PER_STITCH = 3
-"""A crossing has a third of the control points of a knitted stitch, and at least 4: it is half a wave of a plain
-weave."""
-
 
 def weave_yarns(
     weave: Weave,
@@ -57,7 +53,9 @@ def weave_yarns(
     check_kind("weave_yarns", weave, Weave)
     check_positive("yarn radius", yarn_radius, "cm")
     between = _spacings(2 * SPACING * yarn_radius if spacing is None else spacing)
-    per_crossing = max(4, quality_named(quality).control_points_per_stitch // CROSSINGS_PER_STITCH)
+    # A crossing has a third of the control points of a knitted stitch, and at least 4: it is half a wave of a plain
+    # weave.
+    per_crossing = max(4, quality_named(quality).control_points_per_stitch // 3)
     x, width = _places(weave.warps, between[0])
     below, height = _places(weave.wefts[::-1], between[1])
     y = below[::-1]

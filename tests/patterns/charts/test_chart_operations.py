@@ -81,29 +81,12 @@ def test_a_move_leaves_plain_squares_and_a_copy_leaves_the_old_ones():
     assert state(operations.move(moved, Box(1, 2, 2, 6), 1, -1))[0][2] == state(KNIT)[0][2]
 
 
-@CHARTS
-def test_a_move_over_the_edge_drops_squares(chart):
-    moved = operations.move(chart, Box(0, 0, 2, 2), -1, -1)
-    assert state(moved)[0][0][0] == state(chart)[0][1][1]
-
-
 def test_fill_reaches_the_connected_equal_squares_alone():
     chart = parse_knit_chart("chart colours:\n00100\n00100\n11100").chart
     filled = operations.fill(chart, 0, 0, Brush(yarn=7))
     assert filled.yarns[::-1].tolist() == [[0, 0, 7, 0, 0], [0, 0, 7, 0, 0], [7, 7, 7, 0, 0]]
     other = operations.fill(chart, 2, 0, Brush("p", 3))
     assert other.yarns[::-1].tolist() == [[3, 3, 1, 0, 0], [3, 3, 1, 0, 0], [1, 1, 1, 0, 0]]
-
-
-def test_a_box_is_filled_with_cables_side_by_side():
-    filled = operations.fill_box(KNIT, Box(0, 0, 4, 5), Brush("1/1lc"))
-    assert all(filled.word_at(row, 4) == "k" or filled.word_at(row, 4) == KNIT.word_at(row, 4) for row in range(4))
-    assert all(filled.word_at(row, column) == "lt" or filled.word_at(row, column) == "1/1lc"
-               for row in range(4) for column in range(4))  # fmt: skip
-
-
-def test_places_outside_are_dropped_when_painting():
-    assert state(operations.paint(WEAVE, [[-1, 0], [9, 9]], Brush("1"))) == state(WEAVE)
 
 
 @pytest.mark.parametrize(
@@ -138,7 +121,7 @@ def random_operation(chart, generator):
     ][generator.integers(9)]
 
 
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", range(6))
 def test_no_sequence_of_operations_leaves_half_a_cable(seed):
     generator, chart = np.random.default_rng(seed), KNIT
     for _ in range(40):

@@ -8,16 +8,15 @@ import random
 
 import pytest
 
-from stitchmesh.errors import FileError, PatternError
+from stitchmesh.errors import PatternError
 from stitchmesh.patterns import leaf_codes, parse_leaf_codes, parse_pattern, read_pattern
 from stitchmesh.patterns.language.text_charts import LEAF
-from tests.patterns.test_leaf_corpus import NAMES
 
 TEXT = "KPFB\nYS2U\nY3YK\n"
-WRITTEN = [name for name in NAMES if not name.startswith("jacquard")]
+WRITTEN = ("slip-stitch-honeycomb", "stockinette-and-garter", "thunderbird")
 
 
-@pytest.mark.parametrize("name", ["a.txt", "a.leaf", "a.TXT", "a.LEAF"])
+@pytest.mark.parametrize("name", ["a.txt", "a.LEAF"])
 def test_a_file_of_codes_equals_a_chart_of_the_codes(tmp_path, name):
     (tmp_path / name).write_text("\n" + TEXT.lower().replace("y3yk", "y3y K") + "\n\n")
     pattern = read_pattern(tmp_path / name)
@@ -30,7 +29,7 @@ def test_the_top_line_is_the_last_row():
 
 
 @pytest.mark.parametrize(
-    "first", ['pattern "x"', 'source "x"', "row 2 WS: p", "rows 2 WS: p", "round 2: k", "Rounds 2:k"]
+    "first", ['pattern "x"', "rows 2 WS: p", "Rounds 2:k"]
 )
 def test_a_text_that_begins_with_a_statement_is_read_as_the_language(tmp_path, first):
     (tmp_path / "a.txt").write_text(f"# K\n\n{first}\nrow 1 RS: k\n")
@@ -49,10 +48,9 @@ def test_a_pattern_of_tile_codes_is_unchanged_after_writing_and_reading(tmp_path
     assert read_pattern(tmp_path / f"{name}.leaf").rows == pattern.rows
 
 
-@pytest.mark.parametrize("seed", range(10))
-def test_any_sequence_of_tiles_is_unchanged_after_writing_and_reading(seed):
-    dice = random.Random(seed)
-    lines = ["".join(dice.choices(list(LEAF), k=30)).upper() for _ in range(5)]
+def test_any_sequence_of_tiles_is_unchanged_after_writing_and_reading():
+    dice = random.Random(0)
+    lines = ["".join(dice.choices(list(LEAF), k=30)).upper() for _ in range(40)]
     width = max(map(len, lines))
     text = "".join(f"{line}{'K' * (width - len(line))}\n" for line in lines)
     assert leaf_codes(parse_leaf_codes(text)) == text
@@ -67,24 +65,13 @@ def test_any_sequence_of_tiles_is_unchanged_after_writing_and_reading(seed):
         ("KKK\nKK\nKKK", r"line 2, column 1: got 2 columns where the chart's first line has 3; make them equal, add"),
         ("KK\n\nKK", r"line 2, column 1: got a blank line between rows"),
         ("\n \n", r"line 1, column 1: got no codes; expected a line such as KKPP"),
+        ("0110", r"line 1, column 1: got '011'"),
     ],
 )
-@pytest.mark.parametrize("suffix", ["txt", "leaf"])
-def test_texts_that_hold_no_codes_are_refused(tmp_path, text, found, suffix):
-    (tmp_path / f"bad.{suffix}").write_text(text)
-    with pytest.raises(PatternError, match=rf"bad\.{suffix}: {found}"):
-        read_pattern(tmp_path / f"bad.{suffix}")
-
-
-def test_digits_are_no_codes(tmp_path):
-    (tmp_path / "bad.leaf").write_text("0110")
-    with pytest.raises(PatternError, match=r"bad\.leaf: line 1, column 1: got '011'"):
+def test_texts_that_hold_no_codes_are_refused(tmp_path, text, found):
+    (tmp_path / "bad.leaf").write_text(text)
+    with pytest.raises(PatternError, match=rf"bad\.leaf: {found}"):
         read_pattern(tmp_path / "bad.leaf")
-
-
-def test_a_file_that_cannot_be_read_is_refused(tmp_path):
-    with pytest.raises(FileError, match=r"no\.leaf: there is no such file"):
-        read_pattern(tmp_path / "no.leaf")
 
 
 @pytest.mark.parametrize(
@@ -92,11 +79,8 @@ def test_a_file_that_cannot_be_read_is_refused(tmp_path):
     [
         ("k p | k | k", "row 1: has borders, cables or stitches through the back leg"),
         ("k c4f", "row 1: has borders, cables"),
-        ("ktbl", "row 1: has borders, cables or stitches through the back leg"),
         ("k2tog yo", "row 1, stitch 1: got y, no tile; expected one of K P F B YS 2U Y3Y"),
-        ("k yo", "row 1, stitch 1: got y, no tile"),
         ("k p k+1", "row 1, stitch 1: got k with a twist or another yarn, no tile"),
-        ("p k k@1 k", "row 1, stitch 2: got k with a twist or another yarn"),
     ],
 )
 def test_patterns_without_codes_cannot_be_written(row, found):

@@ -47,20 +47,20 @@ def test_every_abbreviation_is_tested_and_documented():
     assert {code.upper() for code in LEAF} <= {word.upper() for word in words}
 
 
-@pytest.mark.parametrize("code", CODES)
-def test_a_code_is_read_as_seen_from_the_side_that_works_it(code):
-    assert stitches(f"k2 {code}") == [CODES[code], Stitch.KNIT, Stitch.KNIT]
-    assert stitches(f"k2 {code}", "WS") == [Stitch.PURL, Stitch.PURL, from_wrong_side(CODES[code])]
-    chart = parse_pattern(f"chart:\n  k2 {code}")
-    assert [cell.stitch for cell in chart.rows[0].cells] == [Stitch.KNIT, Stitch.KNIT, CODES[code]]
+def test_a_code_is_read_as_seen_from_the_side_that_works_it():
+    for code, stitch in CODES.items():
+        assert stitches(f"k2 {code}") == [stitch, Stitch.KNIT, Stitch.KNIT]
+        assert stitches(f"k2 {code}", "WS") == [Stitch.PURL, Stitch.PURL, from_wrong_side(stitch)]
+        chart = parse_pattern(f"chart:\n  k2 {code}")
+        assert [cell.stitch for cell in chart.rows[0].cells] == [Stitch.KNIT, Stitch.KNIT, stitch]
 
 
-@pytest.mark.parametrize("code", [code for code in CODES if VOCABULARY[CODES[code]].made not in ("s", "sy", "ys")])
-def test_a_row_that_is_turned_twice_is_unchanged(code):
-    stitch = CODES[code]
-    assert from_wrong_side(from_wrong_side(stitch)) == stitch
-    turned = VOCABULARY[from_wrong_side(stitch)].code
-    assert row_of(f"k2 {code}", "RS").rows[0].cells == row_of(f"{turned} p2", "WS").rows[0].cells
+def test_a_row_that_is_turned_twice_is_unchanged():
+    for code, stitch in CODES.items():
+        if VOCABULARY[stitch].made not in ("s", "sy", "ys"):
+            assert from_wrong_side(from_wrong_side(stitch)) == stitch
+            turned = VOCABULARY[from_wrong_side(stitch)].code
+            assert row_of(f"k2 {code}", "RS").rows[0].cells == row_of(f"{turned} p2", "WS").rows[0].cells
 
 
 def test_right_side_words_run_from_right_to_left():
@@ -68,23 +68,10 @@ def test_right_side_words_run_from_right_to_left():
     assert stitches("k p yo", "WS") == [Stitch.PURL, Stitch.KNIT, Stitch.YARN_OVER]
 
 
-def test_garter_alternates_and_stockinette_does_not():
-    garter = parse_pattern("row 1 RS: k\nrow 2 WS: k")
-    stockinette = parse_pattern("row 1 RS: k\nrow 2 WS: p")
-    tube = parse_pattern("rounds 1-2: k")
-    assert [row.cells[0].stitch for row in garter.rows] == [Stitch.KNIT, Stitch.PURL]
-    assert [row.cells[0].stitch for row in stockinette.rows] == [Stitch.KNIT, Stitch.KNIT]
-    assert tube.rows == stockinette.rows
-
-
 @pytest.mark.parametrize(("right", "wrong"), [("k2tog", "p2tog"), ("ssk", "ssp"), ("k3tog", "p3tog"), ("sssk", "sssp")])
 def test_decreases_of_the_wrong_side_lean_as_knitters_say(right, wrong):
     # p2tog on the wrong side is the same stitch as k2tog on the right side
     assert row_of(f"k {right}").rows[0].cells == row_of(f"{wrong} p", "WS").rows[0].cells
-
-
-def test_the_yarn_lies_in_front_for_the_side_that_slips():
-    assert stitches("slwyif") == stitches("slwyib", "WS") == [Stitch.SLIP_FRONT]
 
 
 def test_twists_are_given_for_each_loop_and_mirrored_with_the_row():

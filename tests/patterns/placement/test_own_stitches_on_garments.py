@@ -14,7 +14,6 @@ from stitchmesh.hand_knitting import knitting_instructions
 from stitchmesh.io import read_stitches, write_stitches
 from stitchmesh.io.own_stitches import format_own_drawings, parse_own_drawings, read_own_drawings
 from stitchmesh.mesh import StitchMesh
-from stitchmesh.mesh.change import OwnStitchesChange, apply_change, inverse_change
 from stitchmesh.mesh.own_stitch import FIRST_OWN
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.meshrelax import relax_mesh
@@ -48,8 +47,8 @@ def test_a_pattern_with_it_is_laid_and_undone_exactly(make):
 
 
 def test_its_yarns_are_linked_as_its_code_says_and_come_to_rest():
-    surface = grid(10, 8, height=0.72)
-    fabric = relax_mesh(with_daisies(flat(10, 8)), surface=surface).fabric
+    surface = grid(6, 6, height=0.72)
+    fabric = relax_mesh(with_daisies(flat(6, 6)), surface=surface).fabric
     yarns = generate_yarns(fabric, quality="draft")
     check_loops(fabric, yarns)
     report = relax_yarns(yarns, quality="draft", keep_shape=fabric).report
@@ -63,11 +62,6 @@ def test_a_second_stitch_gets_the_next_type_code():
     assert [stitch.code for stitch in fabric.own_stitches] == ["daisy", "aster"]
     rows = [set(fabric.stitch[fabric.row == row].tolist()) for row in range(1, 6)]
     assert rows[1] == {int(Stitch.KNIT), FIRST_OWN + 1} and rows[3] == {int(Stitch.KNIT), FIRST_OWN}
-
-
-def test_a_pattern_without_it_takes_its_place():
-    fabric = apply_pattern(with_daisies(around(12, 6)), "rib2x2")
-    assert set(fabric.stitch.tolist()) == {int(Stitch.CAST_ON), int(Stitch.KNIT), int(Stitch.PURL)}
 
 
 def test_it_is_captured_with_its_region():
@@ -113,13 +107,6 @@ def test_edits_beside_it_keep_it():
     face = int(np.flatnonzero(fabric.row == 2)[0])
     more = apply_edit(fabric, Edit("insert_row", {"face": face})).fabric
     assert (more.stitch == FIRST_OWN).sum() == (fabric.stitch == FIRST_OWN).sum()
-
-
-def test_its_change_has_an_exact_inverse():
-    fabric = flat()
-    change = OwnStitchesChange((DAISY,))
-    back = apply_change(apply_change(fabric, change), inverse_change(fabric, change))
-    assert back.own_stitches == () and bits(back) == bits(fabric)
 
 
 def test_the_command_lays_it(tmp_path):

@@ -9,7 +9,7 @@ import pytest
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh.stitch import Stitch
-from stitchmesh.patterns import apply_pattern, lay_pattern, read_pattern
+from stitchmesh.patterns import apply_pattern, lay_pattern
 from tests.patterns.fabrics import codes, differing, flat, pattern, tube
 
 RIB = pattern("k k p p")
@@ -39,11 +39,6 @@ def test_any_iterable_of_faces_is_a_region(given):
     expected = apply_pattern(flat(9, 4), pattern("p"), faces=[20, 21, 29, 30])
     assert differing(apply_pattern(flat(9, 4), pattern("p"), faces=given), expected) == []
     assert (expected.stitch == Stitch.PURL).sum() == 4
-
-
-def test_a_name_of_the_library_is_a_pattern():
-    expected = apply_pattern(tube(8, 4), read_pattern("rib2x2"))
-    assert differing(apply_pattern(tube(8, 4), "rib2x2"), expected) == []
 
 
 def test_faces_laid_and_left_out_are_all_faces_of_the_region():

@@ -27,7 +27,7 @@ from stitchmesh.errors import SolverError, StitchMeshError
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.patterns.pattern import Cell, Pattern, Row
 from stitchmesh.periodic.repeat.drawn_swatch import draw_swatch
-from stitchmesh.periodic.sampling.contact_samples import close_contacts
+from stitchmesh.periodic.sampling.sampling import close_contacts
 from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.quality import Quality, quality_named
 from stitchmesh.yarn import YarnSet

@@ -14,12 +14,7 @@ import pytest
 import stitchmesh as sm
 from stitchmesh.errors import ParameterError
 from stitchmesh.periodic.relaxation.off_needles import (
-    LAST_FORCE,
-    LAST_FRICTION,
     RELEASE_STEPS,
-    WET,
-    falling,
-    friction_left,
 )
 from stitchmesh.periodic.swatch import swatch
 from stitchmesh.quality import PRESETS
@@ -34,7 +29,7 @@ STATES = ("dry", "wet", "full")
 @cache
 def let_go(pattern: str, state: str | None = None, mu: float | None = None, **options: Any) -> dict[str, Any]:
     """The report of a swatch in a free cell, by default in the default state and with the default friction."""
-    common = {"material": KALDOR, "quality": "standard", "device": "cpu", "relax_cell": True, "progress": False}
+    common = {"material": KALDOR, "quality": "draft", "device": "cpu", "relax_cell": True, "progress": False}
     return swatch(pattern, relaxation=state, friction=mu, **(common | options)).report
 
 
@@ -57,20 +52,21 @@ def test_a_full_relaxation_forgets_the_needles() -> None:
     """Without friction plain knit has one state of rest: the path to it does not matter."""
     free, full = let_go("stockinette", "frictionless"), let_go("stockinette", "full")
     for name in ("wale_spacing", "course_spacing"):
-        # the tolerances of the two runs, 5e-3 and 1e-3, leave strains of some 1e-3
-        assert full[name] == pytest.approx(free[name], rel=0.01)
+        # the two runs sample the yarns in different ways: what draft promises
+        assert full[name] == pytest.approx(free[name], rel=0.05)
 
 
 @pytest.mark.nightly
 def test_more_friction_holds_more_of_the_height_of_the_needles() -> None:
-    heights = [let_go("stockinette", "dry", mu)["course_spacing"] for mu in (0.05, 0.1, 0.2)]
+    heights = [let_go("stockinette", "dry", mu, quality="standard")["course_spacing"] for mu in (0.05, 0.1, 0.2)]
     assert np.all(np.diff(heights) > 0.005)  # ten times what the tolerance of 1e-3 leaves
 
 
 @pytest.mark.nightly
 def test_a_dry_rib_is_narrower_than_stockinette_by_about_a_third() -> None:
     """A knitted 1x1 rib is reported to be some 30 % narrower; ribs have several states, so that the bound is wide."""
-    rib, plain = (let_go(pattern, "dry")["wale_spacing"] for pattern in ("rib1x1", "stockinette"))
+    names = "rib1x1", "stockinette"
+    rib, plain = (let_go(name, "dry", quality="standard")["wale_spacing"] for name in names)
     assert 0.55 < rib / plain < 0.75
 
 
@@ -99,37 +95,18 @@ def test_the_report_tells_the_path() -> None:
 
 def test_a_knit_that_finds_its_size_is_dry_and_all_else_has_no_friction() -> None:
     """The report says which: a given size, a tension, a cell with loads and a weave are reached without friction."""
-    default, dry = let_go("stockinette", quality="draft"), let_go("stockinette", "dry", 0.2, quality="draft")
+    default, dry = let_go("stockinette"), let_go("stockinette", "dry")
     for name in ("width", "height", "relaxation", "friction", "planes_distance"):
         assert default[name] == dry[name]
     brief = {"quality": replace(PRESETS["draft"], max_iterations=20), "device": "cpu", "progress": False}
     others: list[tuple[str, dict[str, Any]]] = [
-        ("stockinette", {}), ("stockinette", {"relax_cell": True, "period": (1.0, None)}),
+        ("stockinette", {"relax_cell": True, "period": (1.0, None)}),
         ("stockinette", {"blocked": 20.0}), ("stockinette", {"relax_cell": RelaxCell(course=5.0)}),
         ("plain", {"relax_cell": True}),
     ]  # fmt: skip
     for pattern, options in others:
         report = swatch(pattern, **brief, **options).report
         assert (report["relaxation"], report["friction"]) == ("frictionless", 0.0)
-
-
-@pytest.mark.nightly
-def test_gamma_is_a_similarity_with_friction_too() -> None:
-    """Loops of l with gamma g are those of l / g, of the same yarn, up to the tolerance of both."""
-    one = let_go("stockinette", "dry", 0.2, gamma=1.1, loop_length=5.0)
-    two = let_go("stockinette", "dry", 0.2, loop_length=5.0 / 1.1)
-    assert one["wale_spacing"] == pytest.approx(two["wale_spacing"], rel=0.02)
-    assert one["course_spacing"] == pytest.approx(two["course_spacing"], rel=0.02)
-
-
-def test_steps_fall_in_equal_ratios_and_end_with_zero() -> None:
-    steps = falling(1.0, LAST_FORCE, 12)
-    assert len(steps) == 13
-    assert steps[-1] == 0.0
-    assert np.allclose(np.divide(steps[1:-1], steps[:-2]), steps[0])
-    assert friction_left("dry") == []
-    assert friction_left("wet")[-1] == pytest.approx(WET)
-    assert friction_left("full")[-2:] == [pytest.approx(LAST_FRICTION), 0.0]
 
 
 @pytest.mark.parametrize("most", [*at_night(60.0), 300.0], ids=["sticking", "sliding"])
@@ -139,9 +116,9 @@ def test_work_is_dissipated_in_a_cycle_of_loads(most: float) -> None:
     The work of a load is its mean over a step times the change of height. Poincloux et al. 2018 got back about half of
     the work that stretches a knit, which needs friction; a small load takes back all, because yarns stick.
     """
-    start = swatch("stockinette", material=KALDOR, quality="standard", device="cpu", relaxation="dry", progress=False)
+    start = swatch("stockinette", material=KALDOR, quality="draft", device="cpu", relaxation="dry", progress=False)
     loads = most * np.concatenate([np.linspace(0.1, 1.0, 10), np.linspace(0.9, 0.0, 10)] * 2)
-    exact = replace(PRESETS["standard"], tolerance=1e-3)
+    exact = replace(PRESETS["draft"], tolerance=1e-3)
     found = relax_through_steps(
         start.yarns, [LoadStep(), *(LoadStep(wale=load) for load in loads)], terms=[sm.Friction(0.2)],
         material=KALDOR, quality=exact, cell=RelaxCell(shear=False), device="cpu",

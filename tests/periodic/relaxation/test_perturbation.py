@@ -29,11 +29,10 @@ def random(seed: int = 5) -> np.random.Generator:
     return np.random.default_rng(seed)
 
 
-@pytest.mark.parametrize("image", [(1, 0), (0, 1), (-2, 3)])
-def test_waves_have_the_periods_of_the_lattice(image: tuple[int, int]) -> None:
+def test_waves_have_the_periods_of_the_lattice() -> None:
     yarns = drawn("eyelet-lace")
     assert yarns.lattice is not None
-    moved = replace(yarns, points=yarns.points + yarns.lattice.shift(image))
+    moved = replace(yarns, points=yarns.points + yarns.lattice.shift((-2, 3)))
     # phases of some turns, rounded
     assert waves(moved, random()) == pytest.approx(waves(yarns, random()), abs=1e-12)
 
@@ -49,11 +48,10 @@ def test_points_approach_each_other_by_a_quarter_of_their_distance_at_most() -> 
     assert change[near].max() > 0.0
 
 
-@pytest.mark.parametrize("pattern", ["stockinette", "rope-cable", "checks", "eyelet-lace", "double-plain-stitched"])
-@pytest.mark.parametrize("seed", [1, 2, 3])
-def test_no_yarn_passes_through_another_one(pattern: str, seed: int) -> None:
+@pytest.mark.parametrize("pattern", ["rope-cable", "eyelet-lace", "double-plain-stitched"])
+def test_no_yarn_passes_through_another_one(pattern: str) -> None:
     yarns = drawn(pattern)
-    moved = perturb(yarns, random(seed), EVERY)
+    moved = perturb(yarns, random(), EVERY)
     refuse_pull_through(yarns, moved, "cpu")
     assert not np.array_equal(moved.points, yarns.points)
 
@@ -67,10 +65,3 @@ def test_the_cell_is_strained_within_bounds() -> None:
         strain = np.linalg.solve(yarns.lattice.periods[:, :2], moved.lattice.periods[:, :2]) - np.eye(2)
         assert 0.0 < np.abs(strain).max() <= STRAIN * (1 + 1e-12)  # rounding
         assert strain[0, 1] == pytest.approx(0.0, abs=1e-12)  # courses keep their direction
-
-
-def test_equal_seeds_give_equal_displacements() -> None:
-    yarns = drawn("garter")
-    one, same, other = (perturb(yarns, random(seed), EVERY) for seed in (4, 4, 6))
-    assert np.array_equal(one.points, same.points)
-    assert not np.array_equal(one.points, other.points)

@@ -21,12 +21,11 @@ from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.rest_length import RestLengths
 from stitchmesh.yarnrelax import relax_yarns
-from tests.periodic.free_cells import FREE
+from tests.periodic.free_cells import FREE, free_swatch
 
 pytestmark = [pytest.mark.decides, pytest.mark.usefixtures("first_state")]
 DRAFT: dict[str, Any] = {"quality": "draft", "device": "cpu"} | FREE
-ALIKE = {"stockinette": (2, 0), "rib2x2": (2, 0), "seed": (2, 1), "moss": (2, 1), "slip-stitch-honeycomb": (2, 1),
-         "left-diagonal": (6, 5), "right-diagonal": (6, 1), "jacquard3": (4, 1)}  # fmt: skip
+ALIKE = {"stockinette": (2, 0), "slip-stitch-honeycomb": (2, 1), "left-diagonal": (6, 5), "jacquard3": (4, 1)}
 """Images of the smallest cell in the repeat, and n-th parts of the width by which the cell above lies aside."""
 
 
@@ -54,7 +53,7 @@ def test_the_images_of_the_smallest_cell_are_the_repeat(pattern: str) -> None:
     np.testing.assert_array_equal(again.face, yarns.face)
 
 
-@pytest.mark.parametrize("pattern", ["garter", "cartridge-belt-rib", "half-cardigan", "rope-cable"])
+@pytest.mark.parametrize("pattern", ["garter", "half-cardigan"])
 def test_courses_that_no_translation_takes_to_another_are_kept(pattern: str) -> None:
     yarns = drawn(pattern)
     found = SmallestCell.of(yarns, lengths_of(yarns))
@@ -94,7 +93,7 @@ def in_both_cells(pattern: str, **options: Any) -> list[Swatch]:
 
 
 @pytest.mark.parametrize(
-    "pattern, options", [("stockinette", {}), ("seed", {}), ("stockinette", {"blocked": 100.0, "gamma": 1.1})]
+    "pattern, options", [("seed", {}), ("stockinette", {"blocked": 100.0, "gamma": 1.1})]
 )
 def test_a_fabric_with_one_state_rests_alike_in_both_cells(pattern: str, options: dict[str, Any]) -> None:
     one, other = in_both_cells(pattern, **options)
@@ -120,7 +119,7 @@ def test_the_repeat_is_at_rest_where_its_smallest_cell_is() -> None:
 
 
 def test_a_height_is_that_of_the_repeat() -> None:
-    free = swatch("seed", **DRAFT)
+    free = free_swatch("seed")
     made = swatch("seed", period=(None, 1.1 * free.report["height"]), **DRAFT)
     assert made.report["height"] == pytest.approx(1.1 * free.report["height"], rel=1e-6)
     assert made.lattice.periods[1] == pytest.approx([0.0, made.report["height"], 0.0], abs=1e-5)
@@ -129,10 +128,9 @@ def test_a_height_is_that_of_the_repeat() -> None:
 
 def test_noise_on_the_start_does_not_change_the_state() -> None:
     """Slack 1x1 rib falls over in the cell of two courses, by chance, and stands in that of one."""
-    for pattern, loop in (("rib1x1", 20.0), ("moss", 16.67)):
-        prepared = prepare_swatch(pattern, material=None, loop_length=2 * loop * 0.125, **DRAFT)
-        noise = np.random.default_rng(1).normal(size=prepared.yarns.points.shape) * 0.01 * 0.125
-        shaken = replace(prepared.yarns, points=prepared.yarns.points + noise)
-        one, other = (relax_prepared(prepared, yarns).report for yarns in (prepared.yarns, shaken))
-        assert other["width"] == pytest.approx(one["width"], rel=0.02), pattern
-        assert other["height"] == pytest.approx(one["height"], rel=0.02), pattern
+    prepared = prepare_swatch("rib1x1", material=None, loop_length=2 * 20.0 * 0.125, **DRAFT)
+    noise = np.random.default_rng(1).normal(size=prepared.yarns.points.shape) * 0.01 * 0.125
+    shaken = replace(prepared.yarns, points=prepared.yarns.points + noise)
+    one, other = (relax_prepared(prepared, yarns).report for yarns in (prepared.yarns, shaken))
+    for name in ("width", "height"):
+        assert other[name] == pytest.approx(one[name], rel=0.02)

@@ -126,22 +126,9 @@ def test_a_ring_gives_a_torus():
     np.testing.assert_allclose(surface.height[middle], 0.3 + top[middle], atol=1e-5)
 
 
-def test_an_upright_ring_gives_an_upright_torus():
-    _, surface = seen(ring_cell(ring([0, 0, 0], 0.6, 80)[:, [0, 2, 1]]), 100, 100)
-    x, y = places(PixelGrid(Lattice(2 * np.eye(3)[:2]), 100, 100))
-    size = 0.6 * (2 + np.cos(2 * np.pi / 80)) / 3
-    across = np.abs(y - 1) < 0.199
-    outer = size + np.sqrt(np.maximum(0.04 - (y - 1) ** 2, 0))
-    inside = across & (np.abs(x - 1) < outer - 0.01)
-    assert surface.covered[inside].all()
-    expected = np.sqrt(outer[inside] ** 2 - (x[inside] - 1) ** 2)
-    # error of 1e-6 of the spline, times the slope of an upright wall at a hundredth from its edge
-    np.testing.assert_allclose(surface.height[inside], expected, atol=1e-4)
-
-
-@pytest.mark.parametrize("cell", [periodic_patch(1, 1), woven_cell()], ids=["one stitch", "woven"])
-def test_the_surface_is_the_maximum_over_all_balls(cell):
+def test_the_surface_is_the_maximum_over_all_balls():
     rng = np.random.default_rng(1)
+    cell = periodic_patch(1, 1)
     cell = replace(cell, points=cell.points + rng.normal(scale=0.02, size=cell.points.shape))
     plan, surface = seen(cell, 40, 30)
     parameter = np.arange(0, 1, 1 / 80)
@@ -163,14 +150,6 @@ def test_the_surface_is_the_maximum_over_all_balls(cell):
     gap = surface.height[inside] - top[inside]
     assert np.abs(gap).max() < 1e-3 * cell.radius[0]
     assert (gap > -1e-9).mean() > 0.99
-
-
-def test_shifted_yarns_give_shifted_maps():
-    cell = periodic_patch(1, 1)
-    moved = replace(cell, points=cell.points + cell.lattice.shift([0.5, -0.25]))
-    first, second = texture_maps(cell, width=64, height=48), texture_maps(moved, width=64, height=48)
-    rolled = {name: np.roll(picture, (12, 32), axis=(0, 1)) for name, picture in images(first).items()}
-    assert_alike(second, rolled)
 
 
 def test_the_image_in_which_a_yarn_is_stored_does_not_matter():
@@ -207,12 +186,6 @@ def test_a_turned_fabric_has_the_same_maps():
     turn = np.array([[0.0, 1.0, 0.0], [-0.6, 0.0, 0.8], [0.8, 0.0, 0.6]])
     turned = replace(cell, points=cell.points @ turn, lattice=Lattice(cell.lattice.periods @ turn))
     assert_alike(texture_maps(turned, width=48), images(texture_maps(cell, width=48)))
-
-
-def test_pixels_are_square_by_default():
-    maps = texture_maps(straight(), width=96)
-    assert maps.height.shape == (64, 96)
-    assert maps.colour.shape == maps.normal.shape == maps.tangent.shape == (64, 96, 3)
 
 
 def test_files_hold_the_maps_and_their_descriptions(tmp_path):

@@ -31,10 +31,9 @@ def lies_over_all_others(over: np.ndarray, chosen: np.ndarray) -> bool:
     return bool(over[np.ix_(wefts, ~warps)].all() and not over[np.ix_(~wefts, warps)].any())
 
 
-@pytest.mark.parametrize("seed", range(4))
-def test_a_fabric_hangs_together_if_no_set_of_its_yarns_can_be_lifted_off(seed):
+def test_a_fabric_hangs_together_if_no_set_of_its_yarns_can_be_lifted_off():
     """The result equals the definition, tested with all sets of yarns."""
-    random = np.random.default_rng(seed)
+    random = np.random.default_rng(0)
     fallen = 0
     for _ in range(25):
         over = random.random((3, 4)) < 0.5

@@ -63,8 +63,7 @@ def smallest_distance(yarns: YarnSet) -> float:
     return smallest
 
 
-@pytest.mark.parametrize("name", weave_names())
-@pytest.mark.parametrize("quality", ["draft", "standard"])
+@pytest.mark.parametrize(("name", "quality"), [*((name, "draft") for name in weave_names()), ("satin-2x3", "standard")])
 def test_generated_yarns_pass_as_in_the_matrix_and_do_not_overlap(name, quality):
     weave = read_weave(name)
     yarns = weave_yarns(weave, yarn_radius=RADIUS, quality=quality)
@@ -72,7 +71,7 @@ def test_generated_yarns_pass_as_in_the_matrix_and_do_not_overlap(name, quality)
     assert smallest_distance(yarns) > NEAREST.get(name, 0.9)
 
 
-@pytest.mark.parametrize("name", ["plain", *at_night("twill-4x1", "double-plain-stitched", "orthogonal-interlock")])
+@pytest.mark.parametrize("name", ["plain", *at_night("orthogonal-interlock")])
 def test_relaxed_yarns_pass_as_in_the_matrix(name):
     weave = read_weave(name)
     relaxed = relax_yarns(weave_yarns(weave, yarn_radius=RADIUS, quality="draft"), quality="draft", device="cpu")
@@ -97,14 +96,6 @@ def test_the_cell_has_the_width_of_all_warps_and_yarns_continue_in_their_images(
     assert step.max() < 0.7  # the distance to the first point of the next image is no longer than between crossings
 
 
-def test_a_plain_weave_touches_at_its_crossings():
-    """Wefts and warps lie half a yarn thickness above and below the middle plane."""
-    yarns = weave_yarns(Weave(PLAIN), yarn_radius=RADIUS)
-    knots = yarns.sampled(1)
-    heights = np.array([curve[np.arange(2) * len(curve) // 2 - 1, 2] for curve in knots])
-    np.testing.assert_allclose(np.abs(heights), RADIUS, rtol=1e-12)  # rounding in the equations of the splines
-
-
 def test_threads_give_radius_length_and_colour_of_their_yarns():
     wefts = (Thread(radius=1.5, colour=4), Thread(length=0.9))
     yarns = weave_yarns(Weave(PLAIN, wefts=wefts), yarn_radius=RADIUS)
@@ -115,19 +106,6 @@ def test_threads_give_radius_length_and_colour_of_their_yarns():
     np.testing.assert_allclose(np.concatenate([strain[0], *strain[2:]]), 0.0, atol=1e-15)
 
 
-def test_a_finer_quality_puts_more_points_on_the_same_curve():
-    twill = read_weave("twill-2x1")
-    draft, reference = (weave_yarns(twill, yarn_radius=RADIUS, quality=quality) for quality in ("draft", "reference"))
-    assert (len(draft.points), len(reference.points)) == (2 * 9 * 4, 2 * 9 * 8)
-    # four control points for each crossing
-    np.testing.assert_allclose(draft.lengths.sum(), reference.lengths.sum(), rtol=0.01)
-
-
-def test_twice_the_radius_gives_a_fabric_of_twice_the_size():
-    one, two = (weave_yarns(read_weave("satin-3x2"), yarn_radius=radius) for radius in (RADIUS, 2 * RADIUS))
-    np.testing.assert_array_equal(two.points, 2 * one.points)
-
-
 def test_a_weave_with_over_and_under_exchanged_is_the_mirror_image():
     """All heights change their signs, and nothing else changes."""
     weave = read_weave("double-plain-stitched")
@@ -136,7 +114,7 @@ def test_a_weave_with_over_and_under_exchanged_is_the_mirror_image():
     np.testing.assert_allclose(other.points, one.points * [1, 1, -1], atol=1e-12)  # heights of 0.2 cm are rounded
 
 
-@pytest.mark.parametrize("name", ["basket-3x3", "satin-2x3", "triple-plain-stitched"])
+@pytest.mark.parametrize("name", ["satin-2x3", "triple-plain-stitched"])
 def test_taut_strings_are_in_equilibrium(name):
     """A string bends only at a contact, where both strings push on one another with equal force."""
     over = read_weave(name).over
