@@ -8,22 +8,6 @@ import pytest
 
 from stitchmesh.app.controls.null_controls import NullControls
 from stitchmesh.errors import ParameterError
-from stitchmesh.markup import markup
-
-
-def test_controls_are_pressed_set_and_read_by_their_labels():
-    controls, calls = NullControls(), []
-    controls.button("Label all", "Labels all rows.", lambda: calls.append("all"))
-    controls.number("Width", "Wale spacing.", 0.8, calls.append, least=0.1, most=5.0, step=0.1)
-    controls.buttons("Tool", "What a click does.", ["paint", "fill"], calls.append)
-    purl = markup('<button data-action="stitch" data-value="purl">p</button>')
-    controls.html(purl, lambda *both: calls.append(both))
-    controls.press("Label all")
-    controls.set("Width", 1.2)
-    controls.press("Tool", "fill")
-    controls.act("stitch", "purl")
-    assert calls == ["all", 1.2, "fill", ("stitch", "purl")]
-    assert controls.find("Width").value == 1.2
 
 
 @pytest.mark.parametrize("value", [0.0, 5.1, float("nan"), "wide", None, True])

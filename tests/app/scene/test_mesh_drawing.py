@@ -54,19 +54,14 @@ def test_a_cross_has_a_line_to_each_corner(mesh):
     assert len(np.unique(np.round(lines.segments[:, 0], 9), axis=0)) == 2
 
 
-def test_what_is_not_there_any_more_is_removed(mesh):
+def test_the_whole_mesh_is_looked_at_and_what_is_not_there_any_more_is_removed(mesh):
     scene = NullScene()
     drawing = MeshDrawing(scene, mesh)
+    drawing.look()
+    low, high, _ = scene.shown
+    assert (low <= mesh.vertices.min(axis=0)).all() and (high >= mesh.vertices.max(axis=0)).all()
     drawing.show_sides("lines", np.array([0]), (1, 2, 3), 4.0)
     drawing.show_sides("lines", NONE, (1, 2, 3), 4.0)
     drawing.show_crosses("crosses", NONE, (1, 2, 3), 4.0)
     drawing.show_arrowheads("arrows", np.zeros((0, 3, 3)), (1, 2, 3))
     assert scene.drawings == {}
-
-
-def test_the_whole_mesh_is_looked_at(mesh):
-    scene = NullScene()
-    MeshDrawing(scene, mesh).look()
-    low, high, _ = scene.shown
-    assert (low <= mesh.vertices.min(axis=0)).all()
-    assert (high >= mesh.vertices.max(axis=0)).all()
