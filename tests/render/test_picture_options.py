@@ -184,10 +184,10 @@ def test_impossible_pictures_are_refused_in_one_line(tmp_path, options, message)
 
 
 def test_options_that_a_mesh_does_not_have_are_refused(tmp_path):
-    for options, message in (
-        ({"plies": 2}, "plies: got plies of a mesh"), ({"tiles": (2, 2)}, "tiles: got tiles of a mesh"),
-    ):  # fmt: skip
+    for thing, options, message in (
+        (fabric(), {"plies": 2}, "plies: got plies of a mesh"),
+        (fabric(), {"tiles": (2, 2)}, "tiles: got tiles of a mesh"),
+        ("hat.obj", {}, "render: got a str; expected a mesh, yarns or a swatch"),
+    ):
         with pytest.raises(ParameterError, match=message):
-            render(fabric(), tmp_path / "a.png", **options)
-    with pytest.raises(ParameterError, match="render: got a str; expected a mesh, yarns or a swatch"):
-        render("hat.obj", tmp_path / "a.png")
+            render(thing, tmp_path / "a.png", **options)

@@ -216,11 +216,10 @@ def test_a_new_chart_is_a_step(rib):
 
 
 def test_the_steps_of_a_large_chart_hold_a_bounded_number_of_squares(rib, monkeypatch):
-    monkeypatch.setattr(chart_board, "MOST_SQUARES", 24)
-    for place in range(4):
-        rib.stroke([0, place], word="yo")
-        rib.stroke([0, place], word="k")
-    for _ in range(24 // 8):
+    monkeypatch.setattr(chart_board, "MOST_SQUARES", 15 * 8)
+    for place in range(20):
+        rib.stroke([0, 0], word=("yo", "p")[place % 2])
+    for _ in range(15):
         rib.editor.undo()
     with pytest.raises(StitchMeshError, match="no step to undo"):
         rib.editor.undo()

@@ -131,7 +131,7 @@ def test_text_and_grid_follow_one_another_and_a_fault_marks_its_line(page_with):
         assert parse_pattern(editor.text).rows == editor.source.rows
 
 
-def test_the_keyboard_does_what_the_mouse_does(page_with):
+def test_the_keyboard_does_what_the_mouse_does_and_the_focus_stays_on_a_pressed_button(page_with):
     with page_with(PLAIN) as rig:
         editor, keyboard = rig.app.page.editor, rig.browser_page.keyboard
         rig.browser_page.locator("[data-chart] canvas").focus()
@@ -155,11 +155,6 @@ def test_the_keyboard_does_what_the_mouse_does(page_with):
             keyboard.press(key)
             settle(rig)
         assert editor.chart.word_at(3, 3) == "yo"
-
-
-def test_the_focus_stays_on_a_button_that_is_pressed_by_a_key(page_with):
-    with page_with(PLAIN) as rig:
-        keyboard = rig.browser_page.keyboard
         focused = "() => [document.activeElement.dataset.action, document.activeElement.dataset.value].join(' ')"
         rig.button("Paint").focus()
         for key, expected in (("Tab", "tool Fill"), ("Enter", "tool Fill"), ("Tab", "tool Box"), ("Space", "tool Box")):

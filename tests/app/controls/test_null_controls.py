@@ -17,21 +17,3 @@ def test_a_number_takes_nothing_beyond_its_bounds(value):
     with pytest.raises(ParameterError, match=r"Width: got .*; expected 0.1 to 5"):
         controls.set("Width", value)
     assert calls == [] and number.value == 0.8
-
-
-def test_what_is_not_there_hidden_or_disabled_cannot_be_pressed():
-    controls = NullControls()
-    button = controls.button("Undo", "Takes back the last edit.", lambda: None)
-    with pytest.raises(ParameterError, match="'Undoo': does not exist; expected Undo"):
-        controls.press("Undoo")
-    button.disabled = True
-    with pytest.raises(ParameterError, match="is disabled"):
-        controls.press("Undo")
-    button.disabled, button.visible = False, False
-    with pytest.raises(ParameterError, match="is hidden"):
-        controls.press("Undo")
-    button.remove()
-    with pytest.raises(ParameterError, match="does not exist"):
-        controls.press("Undo")
-    with pytest.raises(ParameterError, match="no element has it"):
-        controls.act("stitch", "purl")
