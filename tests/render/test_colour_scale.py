@@ -32,12 +32,6 @@ def test_outliers_do_not_take_the_scale_and_equal_numbers_have_one_too():
     assert (equal.low, equal.high) == (4.0, 4.5)
 
 
-def test_a_key_goes_from_the_largest_number_to_the_smallest():
-    key = ColourScale(SEQUENTIAL, 0.0, 8.0).key(lambda mark: f"{mark:g} N")
-    assert [text for text, _ in key] == ["8 N", "6 N", "4 N", "2 N", "0 N"]
-    assert key[0][1] == tuple(SEQUENTIAL[-1].tolist())
-
-
 def test_yarns_that_touch_differ_from_those_that_do_not():
     yarns = lines(0.0, 0.18, 1.0)  # the first two overlap by a tenth of their diameter
     for colour in ("contact", "distance"):

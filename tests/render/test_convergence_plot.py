@@ -51,11 +51,6 @@ def test_the_plot_is_drawn_and_no_other_file_is_left(picture):
     assert (image == 255).all(axis=2).mean() > 0.5  # Most of the plot is white.
 
 
-def test_the_same_history_gives_the_same_plot(picture, tmp_path):
-    plot_convergence(history(), tmp_path / "again.png", tolerance=0.005)
-    assert (tmp_path / "again.png").read_bytes() == picture.read_bytes()
-
-
 def test_each_energy_term_is_drawn_as_a_curve_and_the_tolerance_as_a_line(picture, tmp_path):
     plot_convergence(history(shape=False), tmp_path / "less.png", tolerance=0.005)
     plot_convergence(history(shape=False), tmp_path / "without.png")

@@ -32,10 +32,6 @@ def test_messages_of_different_kinds_differ_without_colour():
     assert len(marks) == 3
 
 
-def test_the_colours_of_a_legend_are_those_of_the_entries():
-    assert "rgb(10, 20, 30)" in PIECES["legend"] and "#000000,#ffffff" in PIECES["colour_bar"]
-
-
 def test_each_colour_of_a_legend_has_a_mark_that_screen_readers_leave_out():
     entries = [LegendEntry("rows", ((1, 2, 3), (4, 5, 6))), LegendEntry("a < b & c", ((7, 8, 9),), line=True)]
     found = ElementTree.fromstring(legend(entries))

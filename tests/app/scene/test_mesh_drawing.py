@@ -36,15 +36,6 @@ def test_the_triangles_of_a_face_have_its_colour_and_its_area(mesh):
     assert areas == pytest.approx(mesh.face_vector_area)
 
 
-def test_lines_run_along_the_sides_close_to_the_surface(mesh):
-    scene, sides = NullScene(), np.array([0, 3, 5])
-    MeshDrawing(scene, mesh).show_sides("lines", sides, (1, 2, 3), 4.0)
-    lines = scene.drawings["lines"]
-    assert isinstance(lines, Lines)
-    ends = mesh.corner_position[np.stack([sides, mesh.side_next[sides]], axis=1)]
-    assert np.linalg.norm(lines.segments - ends, axis=2).max() < 0.1 * mesh.side_length.mean()
-
-
 def test_a_cross_has_a_line_to_each_corner(mesh):
     scene, faces = NullScene(), np.array([1, 2])
     MeshDrawing(scene, mesh).show_crosses("crosses", faces, (1, 2, 3), 4.0)
