@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Long work reports, waits, goes on step by step, ends when asked, and hands over its result or its error.
+"""Long work reports, ends when asked, and hands over its result or its error.
 
 Of works that are asked for one after another the newest is done, and no result of an earlier one arrives.
 """
@@ -78,30 +78,6 @@ def test_cancelled_work_ends_at_its_next_report_and_is_no_error(ends):
     task.cancel()
     ends.wait()
     assert ends.failures == [None] and ends.errors == []
-
-
-def test_paused_work_makes_exactly_as_many_reports_as_steps(ends):
-    reports, task_made = [], threading.Event()
-
-    def work(control):
-        task_made.wait(SECONDS)
-        for number in range(1000):
-            control("stage", number / 1000, "")
-            reports.append(number)
-
-    task = ends.start(work)
-    task.pause()
-    task_made.set()
-    for count in (1, 2, 3):
-        task.step()
-        for _ in range(3000):
-            if len(reports) >= count:
-                break
-            threading.Event().wait(0.01)
-        assert len(reports) == count
-    task.resume()
-    ends.wait()
-    assert reports == list(range(1000))
 
 
 def test_frames_and_reports_arrive_in_the_event_thread_the_newest_last(ends):

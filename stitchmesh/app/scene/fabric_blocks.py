@@ -71,12 +71,6 @@ class FabricBlocks:
             self._remove(number, old[number])
         self._fabric = fabric
 
-    def clear(self) -> None:
-        """Remove all blocks."""
-        for number, block in enumerate(self._blocks):
-            self._remove(number, block)
-        self._blocks, self._fabric = [], None
-
     def forget(self) -> None:
         """Forget the blocks after the scene was cleared."""
         self._blocks, self._fabric = [], None
