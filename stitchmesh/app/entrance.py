@@ -29,8 +29,6 @@ LEADING = """<!doctype html><html lang="en"><meta charset="utf-8"><title>StitchM
 <p><a href="{}">Open StitchMesh</a></p></html>
 """
 """Content of a page that leads to an address at once."""
-IN_USE = "another program uses it"
-"""Message for the folder of another program."""
 
 
 @contextlib.contextmanager
@@ -51,7 +49,7 @@ def entrance(address: str, folder: Path) -> Iterator[Path]:
         own = Path(tempfile.mkdtemp(prefix=PREFIX, dir=folder))
     except OSError as error:
         raise FileError(f"{folder}: cannot be written ({error.strerror or error})") from error
-    lock = FolderLock(own, IN_USE)
+    lock = FolderLock(own, "another program uses it")
     try:
         for other in folder.glob(f"{PREFIX}*"):
             if not other.is_symlink() and not is_locked(other):

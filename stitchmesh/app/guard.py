@@ -39,8 +39,6 @@ SAFE_HEADERS = {
 }
 """Headers of every response; they keep other pages from showing the application in a frame, where clicks could be
 stolen."""
-OTHER_SERVERS = {"websocket", "playbackPath"}
-"""Names in the address that make viser's page obey another server, or a recording, instead of its own server."""
 TOKEN_PAGE = """<!doctype html><html lang="en"><meta charset="utf-8"><title>StitchMesh</title>
 <link rel="icon" href="data:,">
 <meta name="viewport" content="width=device-width"><style>body{{font:16px/1.5 sans-serif;max-width:34em;margin:4em auto;
@@ -100,7 +98,8 @@ class Guard:
         words = parse_qsl(target.partition("?")[2], keep_blank_values=True, errors="surrogateescape")
         if self.token is not None and (refusal := self._token_refusal(words, headers)) is not None:
             return refusal
-        if OTHER_SERVERS & {name for name, _ in words}:
+        # Viser's page would obey another server, or a recording.
+        if {"websocket", "playbackPath"} & {name for name, _ in words}:
             return _plain(HTTPStatus.BAD_REQUEST, "the address names another server than that of the page")
         origin = headers.get("Origin", "")
         if _is_websocket(headers) and origin not in (f"http://{host}", f"https://{host}"):

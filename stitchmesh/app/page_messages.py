@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The messages that pages send, and their allowed amount; any other message is dropped before viser reads it.
+"""The messages that pages send, and their allowed amount; a connection drops any other message before viser reads it.
 
 Viser has handlers that our pages do not use. Some of them keep what a browser sends, and send it to every browser that
 connects later; one opens a tunnel to another machine. The kinds below are those of viser 1.1.1.
@@ -8,15 +8,25 @@ connects later; one opens a tunnel to another machine. The kinds below are those
 
 from __future__ import annotations
 
+import asyncio
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
 import msgspec
+from websockets.asyncio.server import ServerConnection
 
 from stitchmesh.app.uploads import PART
 
 LARGEST_TEXT = 4 * 2**20
 """Largest number of characters in the value of a control, such as the text of a chart."""
+MESSAGES = 2_000, 400.0
+"""Number of messages that a browser may send at once, and afterwards in each second."""
+BYTES = 64 * 2**20, 8.0 * 2**20
+"""Number of bytes that a browser may send at once, and afterwards in each second, without the parts of uploads."""
+UPLOADED = 1024 * 2**20, 32.0 * 2**20
+"""The same of the bytes of uploads."""
+BAD_REQUEST = b"HTTP/1.1 400 Bad Request\r\nContent-Length: 0\r\nConnection: close\r\n\r\n"
+"""Answer to data that are no HTTP request."""
 Name = Annotated[str, msgspec.Meta(max_length=1_000)]
 """Identity or name of a control, a file or an object of the scene."""
 Point = tuple[float, float, float]
@@ -129,3 +139,35 @@ class Allowance:
         self.left = min(self.most, self.left + self.rate * (now - self.at)) - amount
         self.at = now
         return max(0.0, -self.left / self.rate)
+
+
+class GuardedConnection(ServerConnection):
+    """A connection that checks its messages before it passes them on; it drops all messages that no page sends."""
+
+    def __init__(self, *arguments: Any, **options: Any) -> None:
+        """Start with the full allowance of a browser."""
+        super().__init__(*arguments, **options)
+        now = self.loop.time()
+        self._messages, self._bytes, self._uploaded = (
+            Allowance(most, rate, most, now) for most, rate in (MESSAGES, BYTES, UPLOADED)
+        )
+        self._pause = 0.0
+        self._has_answered = False
+
+    async def recv(self, decode: bool | None = None) -> Any:
+        """Return the next message that a page can have sent."""
+        while True:
+            await asyncio.sleep(self._pause)  # The sender waits meanwhile, because nobody reads its messages.
+            raw = await super().recv(decode)
+            message, now = page_message(raw), self.loop.time()
+            used = self._uploaded if isinstance(message, Part) else self._bytes
+            self._pause = max(self._messages.use(1, now), used.use(len(raw), now))
+            if message is not None:
+                return raw
+
+    def send_data(self) -> None:
+        """Send the waiting data; an unreadable request gets an answer before the connection ends."""
+        if self.request is None and self.protocol.handshake_exc is not None and not self._has_answered:
+            self._has_answered = True
+            self.transport.write(BAD_REQUEST)
+        super().send_data()

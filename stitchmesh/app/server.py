@@ -21,17 +21,10 @@ import websockets.asyncio.server as websocket_server
 from websockets import Headers
 from websockets.http11 import Response
 
-from stitchmesh.app.connection import GuardedConnection
 from stitchmesh.app.guard import LOOPBACK, PORT, Guard, guarded, is_loopback
+from stitchmesh.app.page_messages import GuardedConnection
 from stitchmesh.app.uploads import guard_uploads
 from stitchmesh.errors import ParameterError
-
-PORTS_TRIED = 100
-"""Number of ports that are tried, from the requested port on."""
-TOKEN_BYTES = 24
-"""Number of random bytes in a token that the server makes."""
-MOST_FRAMES = 2
-"""Number of waiting messages of a browser; memory must hold as many messages of the largest size."""
 
 _starting = threading.Lock()
 logging.getLogger("websockets").setLevel(logging.WARNING)  # It reports each connection, which no user needs.
@@ -74,7 +67,7 @@ def open_server(
     if token is not None and not needs_token:
         raise ParameterError("token: there is one, and browsers shall need none; expected one of both")
     if token is None and needs_token:
-        token = secrets.token_urlsafe(TOKEN_BYTES)
+        token = secrets.token_urlsafe(24)
     guard = Guard(token if needs_token else None, is_loopback(host))
     with _starting, _guarding_websockets(guard), contextlib.redirect_stdout(io.StringIO()):
         server = viser.ViserServer(host=host, port=free_port(host, port), verbose=False)
@@ -100,7 +93,7 @@ def free_port(host: str, port: int) -> int:
     """
     if not 0 <= port <= 65535:
         raise ParameterError(f"port: got {port}; expected 0 (any free port) to 65535")
-    last = min(port + PORTS_TRIED, 65536)
+    last = min(port + 100, 65536)
     for candidate in range(port, last):
         reason = _why_not(host, candidate)
         if reason is None:
@@ -139,7 +132,8 @@ def _guarding_websockets(guard: Guard) -> Iterator[None]:
 
     def serve_guarded(*arguments: Any, **options: Any) -> Any:
         options["process_request"] = guarded(options["process_request"], guard, _response)
-        options |= {"create_connection": GuardedConnection, "max_queue": MOST_FRAMES}
+        # Memory must hold as many waiting messages of the largest size for each browser.
+        options |= {"create_connection": GuardedConnection, "max_queue": 2}
         return serve(*arguments, **options)
 
     websocket_server.serve = serve_guarded  # type: ignore[misc, assignment]

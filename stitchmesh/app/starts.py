@@ -25,8 +25,6 @@ from stitchmesh.periodic.swatch_design import SwatchDesign
 
 SWATCH, VIEW, EDIT, DRAPE = "Swatch", "View", "Edit", "Drape"
 """Names of the pages."""
-OPENED = "Opened file"
-"""Entry of the page View for the opened file."""
 
 
 def swatch_project(pattern: str, **dials: float) -> Project:
@@ -64,7 +62,7 @@ def view_project(path: str) -> Project:
         project = Project.open_or_create(projects_folder() / VIEW)
     except FileError:  # Another program already shows a file.
         project = Project.create(new_project_folder(VIEW))
-    project.set_settings(VIEW, {**project.settings(VIEW), "show": OPENED, "path": str(Path(path).absolute())})
+    project.set_settings(VIEW, {**project.settings(VIEW), "show": "Opened file", "path": str(Path(path).absolute())})
     return project
 
 

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Long work in a worker thread, with progress, pause, single steps and cancellation.
+"""Long work in a worker thread, with progress and cancellation.
 
 The work is a function of a ``TaskControl``. It reports its progress through the control, which is a ``Progress``
-function of the library. At each report the work waits while it is paused, and ends if it is cancelled. Results, frames
-and errors arrive in the thread of the event queue.
+function of the library. At each report the work ends if it is cancelled. Results, frames and errors arrive in the
+thread of the event queue. Work that can be paused is a ``LiveRun``.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class TaskCancelled(BaseException):
 
 
 class TaskControl:
-    """The actions of a task's work: to report, publish frames, wait and end."""
+    """The actions of a task's work: to report, publish frames and end."""
 
     def __init__(self, task: Task[Any]) -> None:
         """Make the control of a task."""
@@ -46,23 +46,13 @@ class TaskControl:
 
     progress = __call__
 
-    @property
-    def cancelled(self) -> bool:
-        """Whether the user stopped the task; work that can end with a good state then ends itself."""
-        return self._task.cancel_requested.is_set()
-
-    def wait_while_paused(self) -> None:
-        """Wait until the task may go on: it is not paused, it was given one step, or it was cancelled."""
-        self._task.wait_turn()
-
     def check(self) -> None:
-        """Wait while the task is paused.
+        """End the work if the user stopped the task.
 
         Raises:
             TaskCancelled: the user stopped the task.
         """
-        self.wait_while_paused()
-        if self.cancelled:
+        if self._task.cancel_requested.is_set():
             raise TaskCancelled
 
     def frame(self, value: object) -> None:
@@ -78,7 +68,6 @@ class Task(Generic[T]):
         self.name = name
         self.stage, self.outlook, self.note = "", Outlook(0.0, None), ""
         self._clock = StageClock()
-        self.paused = False
         self.on_frame: Callable[[Any], None] | None = None
         """Called in the event thread with each frame."""
         self.on_progress: Callable[[], None] | None = None
@@ -87,8 +76,6 @@ class Task(Generic[T]):
         """Called when the user cancels the task, for work that can end with a good state."""
         self.cancel_requested = threading.Event()
         self._queue = queue
-        self._turn = threading.Condition()
-        self._steps = 0
         self._began = time.monotonic()
 
     @property
@@ -107,36 +94,11 @@ class Task(Generic[T]):
         """Hand a frame to the event thread."""
         self._queue.post_newest((id(self), "frame"), self._show_frame, value)
 
-    def pause(self) -> None:
-        """Make the work wait at its next report."""
-        with self._turn:
-            self.paused, self._steps = True, 0
-
-    def resume(self) -> None:
-        """Let the work continue."""
-        with self._turn:
-            self.paused = False
-            self._turn.notify_all()
-
-    def step(self) -> None:
-        """Let paused work continue up to its next report."""
-        with self._turn:
-            self.paused, self._steps = True, self._steps + 1
-            self._turn.notify_all()
-
     def cancel(self) -> None:
         """Ask the work to end."""
         self.cancel_requested.set()
-        with self._turn:
-            self._turn.notify_all()
         if self.on_cancel is not None:
             self.on_cancel()
-
-    def wait_turn(self) -> None:
-        """Wait while the task is paused; a step lets one waiting caller pass."""
-        with self._turn:
-            self._turn.wait_for(lambda: not self.paused or self._steps > 0 or self.cancel_requested.is_set())
-            self._steps = max(self._steps - 1, 0) if self.paused else 0
 
     def _show_progress(self) -> None:
         if self.on_progress is not None:
@@ -158,7 +120,7 @@ class TaskRunner:
 
     @property
     def running(self) -> bool:
-        """Whether a task runs or is paused."""
+        """Whether a task runs."""
         return self.current is not None
 
     def start(

@@ -13,27 +13,21 @@ import viser
 
 from stitchmesh.app.browser.bridge import Bridge
 from stitchmesh.app.controls.value_guard import ValueGuard
-from stitchmesh.app.controls.viser_controls import ViserControls
+from stitchmesh.app.controls.viser_controls import BLUE, ViserControls
 from stitchmesh.app.event_queue import EventQueue
 from stitchmesh.app.front import Listener, NoticeKind
 from stitchmesh.app.scene.scene import Pick, ScreenBox
 from stitchmesh.app.scene.viser_scene import ViserScene, modifier_of, view_of
 from stitchmesh.app.uploads import LARGEST_UPLOAD
 
-DROP = "drop"
-"""Name of a browser's message that it refuses a dropped or chosen file."""
 FILE_PROBLEMS = {
     "suffix": "no upload of this page takes such a file",
     "page": "this page takes no files; open the page Project and drop the file there",
     "size": f"is larger than {LARGEST_UPLOAD // 2**20} MiB; give its path to the program at the start",
 }
 """Reasons why a browser refuses a file."""
-BRAND = (31, 86, 115)
-"""Blue of the marks of controls."""
-PANEL_WIDTH = 350.0
-"""Width of the right panel [CSS pixels]."""
 NOTICE_COLOURS: dict[NoticeKind, tuple[int, int, int]] = {
-    "info": (31, 86, 115), "warning": (201, 125, 16), "error": (150, 35, 60),
+    "info": BLUE, "warning": (201, 125, 16), "error": (150, 35, 60),
 }  # fmt: skip
 NOTICE_SECONDS: dict[NoticeKind, float | None] = {"info": 6.0, "warning": 12.0, "error": 20.0}
 """Time for which a notice is visible."""
@@ -49,9 +43,9 @@ class ViserFront:
         self.set_dark(False)
         server.gui.set_panel_label("StitchMesh")
         server.gui.main_panel.dock_right()
-        server.gui.main_panel.set_width(PANEL_WIDTH)
+        server.gui.main_panel.set_width(350.0)  # CSS pixels
         self.bridge = Bridge(server)
-        self.bridge.receive(DROP, lambda message, client: self.queue.post(self._refuse_file, message))
+        self.bridge.receive("drop", lambda message, client: self.queue.post(self._refuse_file, message))
         self.bridge.on_connect(lambda client: self.bridge.run(f"stitchmeshDrop.largest={LARGEST_UPLOAD};", client))
         self.scene = ViserScene(server, self.bridge, lambda stroke: self._post("stroked", stroke))
         guard = ValueGuard(server, self.queue)
@@ -103,7 +97,7 @@ class ViserFront:
 
     def set_dark(self, dark: bool) -> None:
         """Show dark or light colours."""
-        self.server.gui.configure_theme(dark_mode=dark, show_logo=False, show_share_button=False, brand_color=BRAND)
+        self.server.gui.configure_theme(dark_mode=dark, show_logo=False, show_share_button=False, brand_color=BLUE)
 
     def close(self) -> None:
         """End all connections."""

@@ -23,8 +23,6 @@ KINDS = {"face": 1, "row": 1, "point": 3, "share": 2}
 """How many numbers follow each word of a place."""
 PATCH = 0.25
 """Radius of the patch that gives the direction of the close-up by its normal, over the width of the region."""
-NEAR_SHARE = 0.1
-"""Largest distance from a share of the picture to the point there, over the width of the region."""
 EXAMPLES = "face 120, row 12, point X Y Z in cm, or share U V from the lower left of the picture"
 
 
@@ -163,7 +161,7 @@ def _at_share(points: FloatArray, share: tuple[float, ...], whole: Camera, aspec
     half = np.tan(np.radians(VIEW_ANGLE / 2)) * -offset[:, 2]
     place = np.stack([offset[:, 0] / (half * aspect), offset[:, 1] / half], axis=1)
     aside = np.linalg.norm((place - (2.0 * np.array(share) - 1.0)) * half[:, None] * [aspect, 1.0], axis=1)
-    here = np.flatnonzero(aside < NEAR_SHARE * width)
+    here = np.flatnonzero(aside < 0.1 * width)
     if not len(here):
         raise ParameterError(f"close-up: there is nothing at share {share[0]:g} {share[1]:g} of the picture")
     return int(here[(offset[here, 2] - aside[here]).argmax()])

@@ -22,8 +22,6 @@ SEQUENTIAL = np.array(
 """Colours from the smallest number to the largest one, evenly spaced, sRGB: dark violet to bright yellow (viridis)."""
 QUANTILE = 0.99
 """Quantile of the numbers at which a scale ends, so that single outliers do not stretch it."""
-MARKS = 5
-"""Number of marks in a legend."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +51,7 @@ class ColourScale:
 
     def key(self, text: Callable[[float], str]) -> tuple[tuple[str, Colour], ...]:
         """Return the marks of a legend from ``high`` to ``low``: the text of each number, and its colour."""
-        marks = np.linspace(self.high, self.low, MARKS)
+        marks = np.linspace(self.high, self.low, 5)
         return tuple((text(mark), _rgb(colour)) for mark, colour in zip(marks, self.of(marks), strict=True))
 
 

@@ -33,12 +33,6 @@ COLOUR_BY = ("yarn", "row", "stitch", "strain", "stretch", "contact", "distance"
 """The words that choose what the colours show, besides one colour."""
 LEAST_STRAIN = 0.005
 """The last colour stands for at least this strain; with a smaller one, rounding would look like strain."""
-CONTACT_SAMPLES = 5
-"""Contact samples for each segment where contact forces are shown; the solver's presets have 3 to 11."""
-LEAST_LOAD = 1.0
-"""Smallest contact force of the last colour [dyn/cm]."""
-LEAST_GAP = 0.05
-"""Smallest range of the colours of distances, in radii."""
 
 
 @dataclass(frozen=True)
@@ -138,9 +132,9 @@ def _by_number(
         return _scaled(diverging_scale(values, LEAST_STRAIN), values, lambda mark: f"{100 * mark:+.1f} % stretch")
     if colour == "contact":
         values = control_point_means(yarns, contact_of_yarns(yarns, material))
-        return _scaled(sequential_scale(values, LEAST_LOAD, 0.0), values, lambda mark: f"{mark:.3g} dyn/cm contact")
+        return _scaled(sequential_scale(values, 1.0, 0.0), values, lambda mark: f"{mark:.3g} dyn/cm contact")
     values = control_point_means(yarns, strand_distance(yarns) if colour == "distance" else _from_body(yarns, body))
-    least = LEAST_GAP * float(yarns.radius.mean())
+    least = 0.05 * float(yarns.radius.mean())
     return _scaled(sequential_scale(values, least), values, lambda mark: f"{10 * mark:+.2f} mm distance")
 
 
@@ -150,7 +144,7 @@ def contact_of_yarns(yarns: YarnSet, material: YarnMaterial | None = None) -> Fl
     from stitchmesh.yarnrelax.model.material import YarnMaterial
 
     given = material or YarnMaterial.named().of_radius(float(yarns.radius.mean()))
-    return contact_load(yarns, given, contact_samples=CONTACT_SAMPLES)
+    return contact_load(yarns, given, contact_samples=5)  # The presets of the solver have 3 to 11.
 
 
 def _from_body(yarns: YarnSet, body: Mesh | None) -> FloatArray:

@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,26 +20,27 @@ from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.render.camera import Camera, camera_around, camera_at
 from stitchmesh.render.close_up import CloseUpPoints, CloseUpTarget, close_up_patch
 from stitchmesh.render.colouring import blend_colours, one_colour
-from stitchmesh.render.lettering import INK
+from stitchmesh.render.lettering import INK, Colour
 from stitchmesh.render.options import DEFAULTS, PictureOptions
 from stitchmesh.render.palette import stitch_colour, stitch_colours
 from stitchmesh.render.stage import KEY_LEFT, add_body, look, picture
-from stitchmesh.render.surface import add_edges, add_faces, add_wale_arrows, polygon_surface
+from stitchmesh.render.surface import (
+    MOST_LINES,
+    add_arrowheads,
+    add_edges,
+    add_faces,
+    add_lines,
+    polygon_surface,
+    wale_arrowheads,
+)
 from stitchmesh.render.view import FRONT, view_directions
 from stitchmesh.yarn.colours import row_colours
 
 if TYPE_CHECKING:
     import pyvista
 
-MOST_LINES = 12_000
-"""Largest number of faces for which edges and arrows are drawn; more of them would cover the surface."""
-LEAST_SPREAD = 0.05
-"""The scale of a heat map around 1 has at least this half range; with a smaller range, rounding would look like
-stretch."""
 CLOSE_UP_EXTENT = 16.0
 """Default width of the region of a close-up, over the median length of a side."""
-SPREAD_QUANTILE = 0.99
-"""Quantile of |stretch - 1| that gives the half range of the scale."""
 
 
 def render_mesh(mesh: Mesh, path: FilePath, options: PictureOptions = DEFAULTS) -> None:
@@ -48,11 +51,9 @@ def render_mesh(mesh: Mesh, path: FilePath, options: PictureOptions = DEFAULTS) 
         FileError: the suffix is not ``.png``, or the file cannot be written.
     """
     caption = f"{mesh.face_count} faces, {len(mesh.boundary_loops)} borders"
-    with picture(path, options, caption=caption) as plotter:
-        add_faces(plotter, mesh, np.tile(np.array(stitch_colour(Stitch.KNIT), dtype=np.uint8), (mesh.face_count, 1)))
-        if mesh.face_count <= MOST_LINES:
-            add_edges(plotter, mesh, np.ones(mesh.side_count, dtype=bool), 2.0, 0.6)
-        look_at_mesh(plotter, mesh, options, 0.0)
+    colours = np.tile(np.array(stitch_colour(Stitch.KNIT), dtype=np.uint8), (mesh.face_count, 1))
+    with _picture_of_faces(mesh, path, options, colours, caption=caption) as plotter:
+        add_edges(plotter, mesh, 2.0, 0.6)
 
 
 def render_rows(fabric: StitchMesh, path: FilePath, options: PictureOptions = DEFAULTS) -> None:
@@ -63,14 +64,13 @@ def render_rows(fabric: StitchMesh, path: FilePath, options: PictureOptions = DE
         FileError: the suffix is not ``.png``, or the file cannot be written.
     """
     caption = f"{len(np.unique(fabric.row))} rows, {fabric.face_count} faces; arrows point along the wales"
-    with picture(path, options, caption=caption) as plotter:
-        own = colours_of(fabric.yarn, fabric.palette)
-        add_faces(plotter, fabric, blend_colours(own, row_colours(fabric.row), options.blend))
+    colours = blend_colours(colours_of(fabric.yarn, fabric.palette), row_colours(fabric.row), options.blend)
+    with _picture_of_faces(fabric, path, options, colours, caption=caption) as plotter:
         if fabric.face_count <= MOST_LINES:
-            add_edges(plotter, fabric, fabric.is_wale, 1.5, 0.35)
-            add_edges(plotter, fabric, ~fabric.is_wale, 4.0, 0.9)
-            add_wale_arrows(plotter, fabric)
-        look_at_mesh(plotter, fabric, options, 0.0)
+            wales = fabric.is_wale[fabric.edge_side]
+            add_lines(plotter, fabric, fabric.edge_side[wales], INK, 1.5, 0.35)
+            add_lines(plotter, fabric, fabric.edge_side[~wales], INK, 4.0, 0.9)
+            add_arrowheads(plotter, wale_arrowheads(fabric), 0.8)
 
 
 def render_stitches(fabric: StitchMesh, path: FilePath, options: PictureOptions = DEFAULTS) -> None:
@@ -86,12 +86,10 @@ def render_stitches(fabric: StitchMesh, path: FilePath, options: PictureOptions 
         for code, count in zip(codes.tolist(), counts.tolist(), strict=True)
     ]
     caption = f"{fabric.face_count} stitches in {len(np.unique(fabric.row))} rows"
-    with picture(path, options, caption=caption, key=key) as plotter:
-        own = colours_of(fabric.yarn, fabric.palette)
-        add_faces(plotter, fabric, blend_colours(own, stitch_colours(fabric.stitch, fabric.row), options.blend))
-        if fabric.face_count <= MOST_LINES:
-            add_edges(plotter, fabric, np.ones(fabric.side_count, dtype=bool), 1.0, 0.35)
-        look_at_mesh(plotter, fabric, options, 1 - KEY_LEFT)
+    own = colours_of(fabric.yarn, fabric.palette)
+    colours = blend_colours(own, stitch_colours(fabric.stitch, fabric.row), options.blend)
+    with _picture_of_faces(fabric, path, options, colours, caption=caption, key=key) as plotter:
+        add_edges(plotter, fabric, 1.0, 0.35)
 
 
 def render_stretch(fabric: StitchMesh, path: FilePath, options: PictureOptions = DEFAULTS) -> None:
@@ -104,7 +102,8 @@ def render_stretch(fabric: StitchMesh, path: FilePath, options: PictureOptions =
     """
     if fabric.face_stretch is None:
         raise ParameterError("stretch: the stitch mesh has none; relax the mesh first")
-    spread = max(float(np.quantile(np.abs(fabric.face_stretch - 1.0), SPREAD_QUANTILE)), LEAST_SPREAD)
+    # Outliers do not stretch the scale; with a smaller range, rounding would look like stretch.
+    spread = max(float(np.quantile(np.abs(fabric.face_stretch - 1.0), 0.99)), 0.05)
     caption = f"stretch of faces from {fabric.face_stretch.min():.3f} to {fabric.face_stretch.max():.3f}"
     surface = polygon_surface(fabric)
     bar = {
@@ -117,8 +116,7 @@ def render_stretch(fabric: StitchMesh, path: FilePath, options: PictureOptions =
             surface, scalars=fabric.face_stretch, cmap="RdBu_r", clim=(1.0 - spread, 1.0 + spread), scalar_bar_args=bar,
             smooth_shading=True, ambient=0.35, diffuse=0.5, specular=0.0,
         )  # fmt: skip
-        if fabric.face_count <= MOST_LINES:
-            add_edges(plotter, fabric, np.ones(fabric.side_count, dtype=bool), 1.0, 0.25)
+        add_edges(plotter, fabric, 1.0, 0.25)
         look_at_mesh(plotter, fabric, options, 1 - KEY_LEFT)
 
 
@@ -130,17 +128,25 @@ def render_faces(fabric: Mesh, path: FilePath, options: PictureOptions = DEFAULT
         DisplayError: this machine cannot draw pictures.
         FileError: the suffix is not ``.png``, or the file cannot be written.
     """
-    with picture(path, options) as plotter:
-        add_faces(plotter, fabric, _face_colours(fabric, options.colour or "yarn"))
-        if fabric.face_count <= MOST_LINES:
-            add_edges(plotter, fabric, np.ones(fabric.side_count, dtype=bool), 1.0, 0.35)
-        look_at_mesh(plotter, fabric, options, 0.0)
-
-
-def _face_colours(fabric: Mesh, colour: str) -> NDArray[np.uint8]:
+    colour = options.colour or "yarn"
     if colour == "yarn" and isinstance(fabric, StitchMesh):
-        return colours_of(fabric.yarn, fabric.palette)
-    return np.tile(one_colour(colour), (fabric.face_count, 1))
+        colours = colours_of(fabric.yarn, fabric.palette)
+    else:
+        colours = np.tile(one_colour(colour), (fabric.face_count, 1))
+    with _picture_of_faces(fabric, path, options, colours) as plotter:
+        add_edges(plotter, fabric, 1.0, 0.35)
+
+
+@contextmanager
+def _picture_of_faces(
+    mesh: Mesh, path: FilePath, options: PictureOptions, colours: NDArray[np.uint8], *, caption: str = "",
+    key: Sequence[tuple[str, Colour]] = (),
+) -> Iterator[pyvista.Plotter]:  # fmt: skip
+    """Open a picture of faces in their colours, to which lines may be added; a legend takes the room on the right."""
+    with picture(path, options, caption=caption, key=key) as plotter:
+        add_faces(plotter, mesh, colours)
+        yield plotter
+        look_at_mesh(plotter, mesh, options, 1 - KEY_LEFT if key else 0.0)
 
 
 def look_at_mesh(plotter: pyvista.Plotter, mesh: Mesh, options: PictureOptions, kept_free: float) -> None:

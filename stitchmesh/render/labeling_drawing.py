@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from stitchmesh.labeling import PartialLabeling
 from stitchmesh.mesh import FloatArray, IntArray, Mesh
 from stitchmesh.render.lettering import Colour
-from stitchmesh.render.surface import lifted_corners
+from stitchmesh.render.surface import arrowheads_in, lifted_corners
 from stitchmesh.yarn.colours import row_colours
 
 UNLABELED_COLOUR: Colour = (196, 194, 190)
@@ -19,8 +19,6 @@ FAULT_COLOUR: Colour = (205, 30, 38)
 """Colour of faces that cannot be labeled, sRGB."""
 MISMATCH_COLOUR: Colour = (214, 66, 176)
 """Colour of the edges at which two wale directions do not match, sRGB."""
-MOST_ARROWS = 6_000
-"""Largest number of faces with an arrow each; on a larger mesh only some faces have one."""
 
 
 def faces_at_fault(labeling: PartialLabeling) -> IntArray:
@@ -44,18 +42,13 @@ def labeling_arrowheads(labeling: PartialLabeling) -> FloatArray:
     Arrowheads stand a little in front of the faces. On a large mesh only some faces have one. Shape (n, 3, 3).
     """
     faces = np.flatnonzero(labeling.labeled)
-    faces = faces[:: -(-len(faces) // MOST_ARROWS) or 1]
+    faces = faces[:: -(-len(faces) // 6_000) or 1]  # On a large mesh only some faces have an arrow.
     mesh = labeling.mesh
     left, right = (wale[faces] for wale in labeling.directed_wales())
     position = lifted_corners(mesh) + _height_of_bulge(mesh)[mesh.side_face]
     low_left, low_right = position[mesh.side_next[left]], position[right]
     high_right, high_left = position[mesh.side_next[right]], position[left]
-    bottom, top = (low_left + low_right) / 2, (high_left + high_right) / 2
-    across, wale = (low_right + high_right - low_left - high_left) / 2, top - bottom
-    middle = (bottom + top) / 2
-    return np.stack(
-        [middle + 0.22 * wale, middle - 0.15 * wale - 0.14 * across, middle - 0.15 * wale + 0.14 * across], axis=1
-    )
+    return arrowheads_in(low_left, low_right, high_right, high_left, tip=0.22, half_width=0.14)
 
 
 def _height_of_bulge(mesh: Mesh) -> FloatArray:

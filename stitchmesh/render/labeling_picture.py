@@ -21,20 +21,17 @@ from stitchmesh.render.labeling_drawing import (
     labeling_colours,
 )
 from stitchmesh.render.lettering import INK, Colour
-from stitchmesh.render.options import PictureOptions
+from stitchmesh.render.options import PICTURE_SIZE, PictureOptions, Size
 from stitchmesh.render.stage import picture
-from stitchmesh.render.surface import add_faces, add_lines
+from stitchmesh.render.surface import add_arrowheads, add_faces, add_lines
 from stitchmesh.render.two_views import two_views
 
 if TYPE_CHECKING:
     import pyvista
 
-SIZE = (1600, 1000)
-"""Default width and height of the picture [pixels]."""
-
 
 def render_labeling(
-    labeling: PartialLabeling, path: FilePath, *, size: tuple[int, int] = SIZE, back: bool = True
+    labeling: PartialLabeling, path: FilePath, *, size: Size = PICTURE_SIZE, back: bool = True
 ) -> None:
     """Draw a partly labeled mesh from the front and, if it is not flat, from the back.
 
@@ -60,7 +57,7 @@ def render_labeling(
         for _ in views.shown(plotter):
             add_faces(plotter, mesh, labeling_colours(labeling, at_fault))
             _add_edges(plotter, labeling, mismatched)
-            _add_arrows(plotter, labeling)
+            add_arrowheads(plotter, labeling_arrowheads(labeling), 0.85)
 
 
 def _caption(labeling: PartialLabeling, at_fault: IntArray) -> str:
@@ -84,15 +81,3 @@ def _add_edges(plotter: pyvista.Plotter, labeling: PartialLabeling, mismatched: 
     add_lines(plotter, mesh, mesh.edge_side, INK, 1.0, 0.3)
     add_lines(plotter, mesh, mesh.edge_side[labeling.edge_label == COURSE], INK, 3.5, 0.9)
     add_lines(plotter, mesh, mismatched, MISMATCH_COLOUR, 9.0, 1.0)
-
-
-def _add_arrows(plotter: pyvista.Plotter, labeling: PartialLabeling) -> None:
-    """Add an arrowhead along the wale to each labeled face, or to some faces of a large mesh."""
-    import pyvista
-
-    points = labeling_arrowheads(labeling)
-    if not len(points):
-        return
-    triangles = np.arange(3 * len(points)).reshape(-1, 3)
-    arrows = pyvista.PolyData.from_regular_faces(points.reshape(-1, 3).astype(np.float32), triangles)
-    plotter.add_mesh(arrows, color=INK, lighting=False, opacity=0.85)

@@ -12,10 +12,6 @@ if TYPE_CHECKING:
 
 INK = "#3a3632"
 """Colour of letters, edges and arrows."""
-LETTER_HEIGHT = 0.018
-"""Height of the letters, divided by the height of the picture."""
-LEAST_LETTER_HEIGHT = 9.0
-"""Smallest height of legible letters [pixels]."""
 
 Colour = tuple[int, int, int]
 """sRGB colour, 0 to 255."""
@@ -51,4 +47,4 @@ def draw_key(image: Image, entries: Sequence[tuple[str, Colour]], left: float) -
 
 
 def _letter_height(image: Image) -> float:
-    return max(LETTER_HEIGHT * image.height, LEAST_LETTER_HEIGHT)
+    return max(0.018 * image.height, 9.0)  # Smaller letters are not legible.

@@ -45,8 +45,6 @@ def _colours() -> dict[Stitch, tuple[int, int, int]]:
 
 STITCH_COLOURS = _colours()
 """Colour of each stitch, sRGB 0 to 255: plain stitches are pale, increases warm, decreases cool and slips green."""
-GOLDEN_SECTION = 0.618
-"""Distance of the hues of consecutive stitches of the user's own, in turns."""
 ODD_ROW = 0.9
 """Relative brightness of odd rows in the picture of stitches."""
 
@@ -63,5 +61,6 @@ def stitch_colour(code: int) -> tuple[int, int, int]:
     """Return the colour (sRGB, 0 to 255) of a stitch type; the user's own stitches have hues far from each other."""
     if code in STITCH_COLOURS:
         return STITCH_COLOURS[Stitch(code)]
-    red, green, blue = hsv_to_rgb(GOLDEN_SECTION * (code - FIRST_OWN + 1) % 1.0, 0.55, 0.85)
+    # Steps of the golden section keep hues apart.
+    red, green, blue = hsv_to_rgb(0.618 * (code - FIRST_OWN + 1) % 1.0, 0.55, 0.85)
     return round(255 * red), round(255 * green), round(255 * blue)

@@ -33,7 +33,7 @@ from stitchmesh.periodic.charts.chart_files import chart_of, write_chart
 from stitchmesh.periodic.charts.chart_picture import LARGEST_SQUARE as CHART_SQUARE
 from stitchmesh.periodic.charts.chart_picture import chart_picture
 from stitchmesh.periodic.resolve_pattern import Source
-from stitchmesh.render.plots.own_settings import own_settings
+from stitchmesh.render.plots.plot_file import own_settings
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.stitch_size import fabric_gauge
 from stitchmesh.yarn.yarn_presets import CENTIMETRES_PER_INCH, Gauge, Yarn, yarn_for_gauge

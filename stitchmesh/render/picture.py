@@ -45,8 +45,6 @@ CLOSE_UP_EXTENT = 60.0
 """Default width of the region of a close-up, over the apparent yarn radius: about twelve stitches."""
 DETAIL = ((40_000, 10, 3), (120_000, 8, 2), (400_000, 6, 1))
 """Levels of detail: largest number of segments, sides of a tube and samples per segment."""
-COARSEST = (4, 1)
-"""Sides of a tube and samples per segment for more segments than any level of ``DETAIL`` allows."""
 
 
 @dataclass(frozen=True)
@@ -181,7 +179,7 @@ def _centre(layout: Layout, part: tuple[float, float]) -> tuple[float, float]:
 
 def detail_for(count: int) -> tuple[int, int]:
     """Return the sides of a tube and the samples per segment for a number of segments."""
-    return next(((sides, samples) for most, sides, samples in DETAIL if count <= most), COARSEST)
+    return next(((sides, samples) for most, sides, samples in DETAIL if count <= most), (4, 1))
 
 
 def _draw_region(

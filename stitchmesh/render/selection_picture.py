@@ -15,8 +15,6 @@ from stitchmesh.render.options import PICTURE_SIZE, PictureOptions, Size
 from stitchmesh.render.stage import KEY_LEFT, look, picture
 from stitchmesh.render.surface import add_faces
 
-UNSELECTED = (206, 203, 196)
-"""Colour of faces that belong to no selection (sRGB)."""
 SELECTED = (
     (196, 62, 52), (58, 92, 176), (72, 146, 78), (224, 166, 52), (132, 78, 160), (46, 150, 160), (206, 112, 150),
     (120, 96, 66),
@@ -45,7 +43,8 @@ def render_selections(
         DisplayError: this machine cannot draw pictures.
         FileError: the suffix is not ``.png``, or the file cannot be written.
     """
-    colours = np.tile(np.array(UNSELECTED, dtype=np.float64), (fabric.face_count, 1))
+    # Faces of no selection are grey.
+    colours = np.tile(np.array((206, 203, 196), dtype=np.float64), (fabric.face_count, 1))
     key = []
     for number, (text, faces) in enumerate(selections.items()):
         colour = SELECTED[number % len(SELECTED)]

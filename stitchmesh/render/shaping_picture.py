@@ -12,7 +12,7 @@ import numpy as np
 from stitchmesh.io.contents import FilePath
 from stitchmesh.mesh import IntArray, StitchMesh
 from stitchmesh.render.colouring import Coloured
-from stitchmesh.render.fabric_pictures import MOST_LINES, look_at_mesh
+from stitchmesh.render.fabric_pictures import look_at_mesh
 from stitchmesh.render.face_colouring import colour_faces
 from stitchmesh.render.labeling_drawing import MISMATCH_COLOUR
 from stitchmesh.render.lettering import Colour
@@ -88,6 +88,5 @@ def _caption(figures: Mapping[str, Any]) -> str:
 def _add_fabric(plotter: pyvista.Plotter, fabric: StitchMesh, coloured: Coloured, grafts: IntArray) -> None:
     """Add the faces in their colours, their edges if these are not too many, and the grafts as thick lines."""
     add_faces(plotter, fabric, coloured.points)
-    if fabric.face_count <= MOST_LINES:
-        add_edges(plotter, fabric, np.ones(fabric.side_count, dtype=bool), 1.0, 0.25)
+    add_edges(plotter, fabric, 1.0, 0.25)
     add_lines(plotter, fabric, grafts, MISMATCH_COLOUR, 9.0, 1.0)

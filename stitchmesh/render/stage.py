@@ -21,7 +21,7 @@ from stitchmesh.render.camera import VIEW_ANGLE, Camera
 from stitchmesh.render.gl_probe import check_display
 from stitchmesh.render.lettering import Colour, draw_key, write_caption
 from stitchmesh.render.options import TRANSPARENT, PictureOptions
-from stitchmesh.render.plots.own_settings import import_matplotlib
+from stitchmesh.render.plots.plot_file import import_matplotlib
 from stitchmesh.render.surface import add_faces
 
 if TYPE_CHECKING:
@@ -29,10 +29,6 @@ if TYPE_CHECKING:
 
 PAPER = "#efece6"
 """Background colour at the top of a picture."""
-SHADE = "#d9d4ca"
-"""Background colour at the bottom of a picture."""
-BODY = (198, 184, 170)
-"""Colour of a body, sRGB."""
 DUSK = "#57514b"
 """Background colour of a close-up."""
 
@@ -53,8 +49,6 @@ KEY_LEFT = 0.8
 """Left border of a legend of colours, divided by the width of the picture."""
 OVERSIZE = 2
 """Width and height of the window over those of the picture; a pixel is the mean of a block of pixels of the window."""
-HOLLOW_SAMPLES = 16
-"""Samples around each pixel for ambient occlusion; a blur removes the noise that comes from so few samples."""
 DEPTH_ROUNDING = 2.0**-10
 """Rounding of places over their distance from the camera: VTK keeps them in half precision for ambient occlusion. A
 smaller bias would draw the steps of the rounded depth on smooth surfaces, like the contour lines of a map."""
@@ -113,14 +107,14 @@ def picture(
 
 def _set_background(plotter: pyvista.Plotter, background: str | None) -> None:
     if background is None:
-        plotter.set_background(SHADE, top=PAPER)
+        plotter.set_background("#d9d4ca", top=PAPER)
     elif background != TRANSPARENT:
         plotter.set_background(colour_text(parse_colour(background)))
 
 
 def add_body(plotter: pyvista.Plotter, body: Mesh) -> None:
     """Add a body as a smooth pale surface."""
-    add_faces(plotter, body, np.tile(np.array(BODY, dtype=np.uint8), (body.face_count, 1)))
+    add_faces(plotter, body, np.tile(np.array((198, 184, 170), dtype=np.uint8), (body.face_count, 1)))
 
 
 def add_tubes(plotter: pyvista.Plotter, tubes: TubeMesh, colours: NDArray[np.uint8]) -> None:
@@ -170,4 +164,5 @@ def shade_hollows(plotter: pyvista.Plotter, reach: float, options: PictureOption
     if options.occlusion:
         rounding = DEPTH_ROUNDING * float(plotter.camera.distance)
         reach, bias = max(reach, 4.0 * rounding), max(0.05 * reach, rounding)
-        plotter.enable_ssao(radius=reach, bias=bias, kernel_size=HOLLOW_SAMPLES, blur=True)
+        # The blur removes the noise of few samples.
+        plotter.enable_ssao(radius=reach, bias=bias, kernel_size=16, blur=True)

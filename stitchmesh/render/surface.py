@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from stitchmesh.mesh import BORDER, FloatArray, IntArray, Mesh, StitchMesh
+from stitchmesh.mesh import FloatArray, IntArray, Mesh, StitchMesh
 from stitchmesh.render.lettering import INK, Colour
 
 if TYPE_CHECKING:
@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 LIFT = 0.03
 """Distance of arrows and edges from the surface, divided by the mean side length; it keeps them visible."""
+MOST_LINES = 12_000
+"""Largest number of faces for which edges and arrows are drawn; more of them would cover the surface."""
 
 
 def polygon_surface(mesh: Mesh) -> pyvista.PolyData:
@@ -38,18 +40,17 @@ def add_faces(plotter: pyvista.Plotter, mesh: Mesh, colours: NDArray[np.uint8]) 
     )
 
 
-def add_edges(plotter: pyvista.Plotter, mesh: Mesh, sides: NDArray[np.bool_], width: float, opacity: float) -> None:
-    """Add the edges of the selected sides as lines, each edge once.
+def add_edges(plotter: pyvista.Plotter, mesh: Mesh, width: float, opacity: float) -> None:
+    """Add all edges as lines, unless they are too many.
 
     Args:
         plotter: the plotter.
         mesh: the mesh.
-        sides: whether each side is selected, shape (C,).
         width: width of the lines [pixels of the window].
         opacity: opacity of the lines, from 0 to 1.
     """
-    chosen = np.flatnonzero(sides & ((mesh.twin == BORDER) | (np.arange(mesh.side_count) < mesh.twin)))
-    add_lines(plotter, mesh, chosen, INK, width, opacity)
+    if mesh.face_count <= MOST_LINES:
+        add_lines(plotter, mesh, mesh.edge_side, INK, width, opacity)
 
 
 def add_lines(
@@ -77,27 +78,47 @@ def add_lines(
     )
 
 
-def add_wale_arrows(plotter: pyvista.Plotter, fabric: StitchMesh) -> None:
-    """Add an arrowhead to each face; it points along the wale of the face."""
+def add_arrowheads(plotter: pyvista.Plotter, arrowheads: FloatArray, opacity: float) -> None:
+    """Add flat arrowheads, shape (n, 3, 3), with an opacity from 0 to 1."""
     import pyvista
 
-    triangles = np.arange(3 * fabric.face_count).reshape(-1, 3)
-    arrows = pyvista.PolyData.from_regular_faces(wale_arrowheads(fabric).reshape(-1, 3).astype(np.float32), triangles)
-    plotter.add_mesh(arrows, color=INK, lighting=False, opacity=0.8)
+    if not len(arrowheads):
+        return
+    triangles = np.arange(3 * len(arrowheads)).reshape(-1, 3)
+    arrows = pyvista.PolyData.from_regular_faces(arrowheads.reshape(-1, 3).astype(np.float32), triangles)
+    plotter.add_mesh(arrows, color=INK, lighting=False, opacity=opacity)
 
 
 def wale_arrowheads(fabric: StitchMesh) -> FloatArray:
     """Return the tip and the two ends of the base of the arrowhead of each face [cm], shape (F, 3, 3)."""
     position = lifted_corners(fabric)
     first, last, right = fabric.face_start[:-1], fabric.face_start[1:] - 1, fabric.right_wale
-    bottom = (position[first] + position[right]) / 2
-    top = (position[right + 1] + position[last]) / 2
-    across = (position[right] + position[right + 1] - position[first] - position[last]) / 2
-    wale = top - bottom
-    middle = (bottom + top) / 2
-    return np.stack(
-        [middle + 0.2 * wale, middle - 0.15 * wale - 0.12 * across, middle - 0.15 * wale + 0.12 * across], 1
-    )
+    corners = position[first], position[right], position[right + 1], position[last]
+    return arrowheads_in(*corners, tip=0.2, half_width=0.12)
+
+
+def arrowheads_in(
+    low_left: FloatArray, low_right: FloatArray, high_right: FloatArray, high_left: FloatArray, *, tip: float,
+    half_width: float,
+) -> FloatArray:  # fmt: skip
+    """Return arrowheads in the middle of quads, which point from the low corners to the high ones, shape (n, 3, 3).
+
+    Args:
+        low_left: lower left corner of each quad [cm], shape (n, 3).
+        low_right: lower right corner of each.
+        high_right: upper right corner of each.
+        high_left: upper left corner of each.
+        tip: distance of the tip from the middle, over the height of the quad.
+        half_width: half the width of the base, over the width of the quad.
+
+    Returns:
+        The tip and the two ends of the base of each arrowhead [cm].
+    """
+    bottom, top = (low_left + low_right) / 2, (high_right + high_left) / 2
+    across = (low_right + high_right - low_left - high_left) / 2
+    wale, middle = top - bottom, (bottom + top) / 2
+    base = middle - 0.15 * wale
+    return np.stack([middle + tip * wale, base - half_width * across, base + half_width * across], axis=1)
 
 
 def lifted_corners(mesh: Mesh) -> FloatArray:

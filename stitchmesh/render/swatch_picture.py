@@ -22,12 +22,6 @@ LONGER_SIDE = 1400
 """Pixels along the longer side of a picture."""
 DEFAULT_TILES = (5, 5)
 """Default number of visible periods along the courses and along the wales."""
-SLIMMEST = 0.25
-"""Smallest ratio of the shorter to the longer side of a picture."""
-BEYOND = 4.0
-"""Width of the strip around the visible part where yarn is drawn too [yarn radii].
-
-The strip is needed because perspective shifts the near side of the yarn outwards."""
 
 
 def render_swatch(
@@ -56,7 +50,8 @@ def render_swatch(
     frame, extent = _frame(yarns, tiles)
     middle = corner + 0.5 * yarns.lattice.shift(np.array(tiles)) + _middle(yarns)
     radius = float(yarns.drawn_radius.max())
-    visible = _visible_segments(around, frame, middle, extent, BEYOND * radius)
+    # Perspective shifts the near side of yarn at the border outwards.
+    visible = _visible_segments(around, frame, middle, extent, 4.0 * radius)
     coloured = colour_yarns(
         _in_cell(around, options.fabric), options.colour or "yarn", fabric=options.fabric, blend=options.blend
     )
@@ -83,7 +78,7 @@ def _frame(yarns: YarnSet, tiles: tuple[int, int]) -> tuple[FloatArray, FloatArr
     front = np.cross(along, up) / np.linalg.norm(np.cross(along, up))
     frame = np.stack([right, np.cross(front, right), front])
     extent = np.array([tiles[0] * np.linalg.norm(along), tiles[1] * (frame[1] @ up)])
-    longest = float(extent.min()) / SLIMMEST
+    longest = float(extent.min()) / 0.25  # No picture is slimmer than 1 to 4.
     return frame, np.minimum(extent, longest)
 
 

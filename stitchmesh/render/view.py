@@ -51,6 +51,20 @@ def view_directions(points: FloatArray, view: View = FRONT) -> tuple[FloatArray,
     """
     towards, up, flat = _front(points)
     azimuth, elevation = np.radians(view_angles(view, flat=flat))
+    return turned_view(towards, up, azimuth, elevation)
+
+
+def turned_view(
+    towards: FloatArray, up: FloatArray, azimuth: float, elevation: float
+) -> tuple[FloatArray, FloatArray]:
+    """Return the direction towards a viewer who turns around an object, and the vertical direction of the picture.
+
+    Args:
+        towards: direction towards the viewer of the front, shape (3,).
+        up: the vertical direction, shape (3,).
+        azimuth: angle to the right of the front [radians].
+        elevation: angle above the horizon [radians].
+    """
     level = np.cos(azimuth) * towards + np.sin(azimuth) * np.cross(up, towards)
     steep = abs(np.cos(elevation)) < 1e-6  # From the top, the front of the object is at the bottom.
     upright = -np.sign(elevation) * level if steep else up

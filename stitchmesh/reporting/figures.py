@@ -11,8 +11,6 @@ from typing import Any
 from stitchmesh.reporting.verdict import LARGEST_STRAIN, SMALLEST_DISTANCE
 
 JOULES_PER_ERG = 1e-7
-LONG_MINUTES = 120.0
-"""Time from which a duration is given in minutes [s]."""
 
 
 @dataclass(frozen=True)
@@ -93,4 +91,4 @@ def duration(seconds: float) -> str:
     """Return a duration in seconds, or in minutes if it is long."""
     if seconds < 10.0:
         return f"{seconds:.1f} s"
-    return f"{seconds:.0f} s" if seconds < LONG_MINUTES else f"{seconds / 60.0:.0f} min"
+    return f"{seconds:.0f} s" if seconds < 120.0 else f"{seconds / 60.0:.0f} min"

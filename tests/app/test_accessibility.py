@@ -46,7 +46,7 @@ def evened_folder(tmp_path_factory):
     return project.folder
 
 
-@pytest.mark.parametrize("name", mostly_at_night(PAGES, by_day=("Edit",)))
+@pytest.mark.parametrize("name", mostly_at_night(PAGES, by_day=("Divide",)))
 def test_axe_finds_no_fault_of_ours(app_in_browser, evened_folder, tmp_path, name):
     copytree(evened_folder, tmp_path / "project")
     with app_in_browser(page=name) as rig:

@@ -96,14 +96,11 @@ def test_help_and_dark_colours_are_a_click_away_and_colours_are_remembered(app, 
     assert "sm-help" not in app.front.navigation.text_shown().split("</style>")[-1]  # help on another page is closed
 
 
-def test_an_unavailable_page_says_what_to_do_first(app):
+def test_an_unavailable_page_says_what_to_do_first_and_is_built_as_soon_as_it_is_available(app, monkeypatch):
     do(app, app.open_page, "Divide")
     assert "Label the mesh first." in app.front.navigation.text_shown()
     do(app, app.controls.press, "Go to Label")
     assert isinstance(app.page, Plain)
-
-
-def test_a_page_that_becomes_available_is_built_and_one_that_is_no_longer_is_emptied(app, monkeypatch):
     do(app, app.open_page, "Divide")
     monkeypatch.setattr(Later, "unavailable", lambda page: None)
     monkeypatch.setattr(Later, "build", lambda page: page.app.controls.html(markup("built")))
@@ -129,22 +126,13 @@ def test_an_error_of_ours_is_a_notice_too_and_is_logged(app, caplog):
     assert "Traceback" in caplog.text
 
 
-def test_the_page_is_remembered_by_the_project(app):
-    do(app, app.open_page, "Divide")
-    assert app.last_page() == "Divide"
-    folder = app.project.folder
-    do(app, app.project.close)
-    again = Project.open(folder)
-    assert again.settings(application.APP_SETTINGS)["page"] == "Divide"
-    do(app, setattr, app, "project", again)
-
-
-def test_the_navigation_opens_pages_and_marks_the_open_one(app):
+def test_the_navigation_opens_pages_and_marks_the_open_one_and_the_project_remembers_it(app):
     do(app, app.open_page, "Label")
     do(app, app.front.navigation.act, "page", "Divide")
     assert isinstance(app.page, Later)
     shown = app.front.navigation.text_shown()
     assert shown.index('aria-current="page"') > shown.index('data-value="Divide"')
+    assert app.last_page() == "Divide"
     do(app, app.front.navigation.act, "section", "Garment")
     assert isinstance(app.page, Later), "a section opens on the page on which it was left"
 

@@ -27,23 +27,6 @@ def test_calls_of_one_thread_run_in_order_in_the_thread_of_the_queue(queue):
     assert not queue.is_own_thread()
 
 
-def test_calls_never_overlap(queue):
-    running, overlaps = [], []
-
-    def call():
-        overlaps.append(len(running))
-        running.append(1)
-        running.pop()
-
-    threads = [threading.Thread(target=lambda: [queue.post(call) for _ in range(50)]) for _ in range(4)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    queue.settle()
-    assert overlaps == [0] * 200
-
-
 def test_of_a_stream_with_one_key_only_the_newest_value_is_called(queue):
     gate, seen = threading.Event(), []
     queue.post(gate.wait)
@@ -70,11 +53,3 @@ def test_the_queue_lives_on_after_an_error_even_if_its_report_fails(queue):
     queue.post(seen.append, "after")
     queue.settle()
     assert errors == ["division by zero"] and seen == ["after"]
-
-
-def test_settle_says_that_calls_still_wait(queue):
-    gate = threading.Event()
-    queue.post(gate.wait)
-    with pytest.raises(TimeoutError, match="still wait"):
-        queue.settle(timeout=0.01)
-    gate.set()

@@ -13,7 +13,7 @@ from urllib.parse import quote, urlsplit
 
 import psutil
 import pytest
-from websockets.exceptions import ConnectionClosed, InvalidStatus
+from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
 from stitchmesh.app.guard import Guard, is_loopback
@@ -74,28 +74,27 @@ def test_the_page_of_the_server_may_use_it(opened):
 @pytest.mark.parametrize(
     "origin",
     ["http://evil.example", "http://127.0.0.1", "http://127.0.0.1:1", "null", None, "http://127.0.0.1:{port}.evil.example",
-     "http://evil.example/127.0.0.1:{port}", "http://user@127.0.0.1:{port}"],
+     "http://evil.example/127.0.0.1:{port}", "http://user@127.0.0.1:{port}", "http://["],
 )  # fmt: skip
 def test_a_page_of_another_site_may_not(opened, origin):
     assert not websocket_opens(opened, origin and origin.format(port=opened.port))
 
 
-@pytest.mark.parametrize("host", ["evil.example", "evil.example:8080", "127.0.0.1.evil.example", "10.1.2.3", "", "[::"])
-def test_a_name_that_another_site_lets_point_here_is_refused(opened, host):
-    assert got(opened, Host=host).status == 403
-
-
-@pytest.mark.parametrize("host", ["localhost", "127.0.0.1:9", "127.8.9.1", "[::1]:8080", "LOCALHOST:80"])
-def test_the_names_of_this_machine_are_accepted(opened, host):
-    assert got(opened, Host=host).status == 200
-
-
 @pytest.mark.parametrize(
-    "path",
-    ["/../../etc/passwd", "/%2e%2e/%2e%2e/etc/passwd", "/..%5c..%5csecret", "/project.json", "/" + "a" * 5_000, "/%00"],
+    ("status", "hosts"),
+    [
+        (200, ["localhost", "127.0.0.1:9", "127.8.9.1", "[::1]:8080", "LOCALHOST:80"]),
+        (403, ["evil.example", "evil.example:8080", "127.0.0.1.evil.example", "10.1.2.3", "", "[::"]),
+    ],
 )
-def test_no_file_outside_the_page_is_sent(opened, path):
-    assert got(opened, path).status == 404
+def test_only_names_of_this_machine_are_accepted(opened, status, hosts):
+    """Another site can let a name of its own point here."""
+    assert [got(opened, Host=host).status for host in hosts] == [status] * len(hosts)
+
+
+def test_no_file_outside_the_page_is_sent(opened):
+    for path in ("/../../etc/passwd", "/%2e%2e/%2e%2e/etc/passwd", "/..%5c..%5csecret", "/project.json", "/%00"):
+        assert got(opened, path).status == 404
 
 
 def leads_to(answer: HTTPResponse) -> str:
@@ -108,6 +107,7 @@ def leads_to(answer: HTTPResponse) -> str:
 def cookie_of(server: OpenServer) -> str:
     """The cookie that a browser gets at the printed address."""
     target = urlsplit(server.address)
+    assert target.fragment == ""
     return got(server, f"{target.path}?{target.query}").getheader("Set-Cookie").split(";")[0]
 
 
@@ -119,9 +119,9 @@ def test_a_server_makes_a_token_unless_none_is_wanted(opened):
         server.stop()
 
 
-@pytest.mark.parametrize("path", ["/", "/index.html", "/assets/a.js", "/nothing", "//", "/" + "a" * 5_000, "/?a=b"])
-def test_no_path_is_answered_without_the_token(with_token, path):
-    assert got(with_token, path).status == 401
+def test_no_path_is_answered_without_the_token(with_token):
+    for path in ("/", "/index.html", "/assets/a.js", "/nothing", "//", "/" + "a" * 5_000, "/?a=b"):
+        assert got(with_token, path).status == 401
 
 
 def test_a_token_is_asked_for_and_becomes_a_cookie(with_token):
@@ -142,12 +142,6 @@ def test_a_token_is_asked_for_and_becomes_a_cookie(with_token):
     assert not websocket_opens(with_token, "http://evil.example", Cookie=pair)
 
 
-def test_the_printed_address_holds_any_token(with_token):
-    target = urlsplit(with_token.address)
-    assert target.fragment == "" and got(with_token, f"{target.path}?{target.query}").status == 200
-    assert got(with_token, Cookie=cookie_of(with_token)).status == 200
-
-
 def test_a_script_gives_the_token_in_a_header():
     server = open_server(port=0, token="correct-horse")
     own, bearer = f"http://127.0.0.1:{server.port}", "Bearer correct-horse"
@@ -161,6 +155,7 @@ def test_a_script_gives_the_token_in_a_header():
 
 def test_the_cookie_of_one_server_opens_no_other_one(with_token):
     other = open_server(port=0)
+    assert got(with_token, Cookie=cookie_of(with_token)).status == 200
     name, value = cookie_of(with_token).split("=")
     assert name == f"stitchmesh-{with_token.port}"
     assert got(other, Cookie=f"stitchmesh-{other.port}={value}").status == 401
@@ -171,11 +166,10 @@ def test_the_way_back_after_the_token_leads_to_no_other_site(with_token):
     assert leads_to(got(with_token, f"//evil.example/?token={quote(TOKEN)}&a=%22%3E")) == "/?a=%22%3E"
 
 
-@pytest.mark.parametrize(
-    "query", ["websocket=ws://evil.example", "a=1&playbackPath=data:x", "w%65bsocket=ws://evil.example", "websocket"]
-)
-def test_no_link_makes_the_page_obey_another_server(opened, query):
-    assert got(opened, f"/?{query}").status == 400
+def test_no_link_makes_the_page_obey_another_server(opened):
+    address = "ws://evil.example"
+    for query in (f"websocket={address}", f"w%65bsocket={address}", "a=1&playbackPath=data:x", "websocket"):
+        assert got(opened, f"/?{query}").status == 400
 
 
 def first_line(server: OpenServer, *lines: str) -> str:
@@ -185,16 +179,14 @@ def first_line(server: OpenServer, *lines: str) -> str:
         return connection.makefile().readline().strip()
 
 
-@pytest.mark.parametrize(
-    "name",
-    ["Host", "host", "Origin", "Upgrade", "Cookie", "Authorization", "Accept-Encoding", "Content-Length", "Connection"],
-)
-def test_a_header_that_is_given_twice_is_refused(opened, capfd, name):
+def test_a_header_that_is_given_twice_is_refused(opened, capfd):
     needed = ["GET / HTTP/1.1", f"Host: 127.0.0.1:{opened.port}"]
-    value = {"host": f"127.0.0.1:{opened.port}", "content-length": "0"}.get(name.lower(), "a")
-    twice = [f"{name}: {value}"] * (1 if name.lower() == "host" else 2)
     assert first_line(opened, *needed).startswith("HTTP/1.1 200 ")
-    assert first_line(opened, *needed, *twice).startswith("HTTP/1.1 400 ")
+    assert first_line(opened, *needed, needed[1].lower()).startswith("HTTP/1.1 400 ")
+    values = {"Content-Length": "0"}
+    for name in ("Origin", "Upgrade", "Cookie", "Authorization", "Accept-Encoding", "Content-Length", "Connection"):
+        twice = [f"{name}: {values.get(name, 'a')}"] * 2
+        assert first_line(opened, *needed, *twice).startswith("HTTP/1.1 400 "), name
     assert capfd.readouterr().err == ""
 
 
@@ -208,20 +200,10 @@ def test_what_is_no_request_is_refused(with_token, capfd, lines):
     assert capfd.readouterr().err == ""
 
 
-def test_an_origin_that_is_no_address_is_refused(opened):
-    assert not websocket_opens(opened, "http://[")
-
-
 def test_a_server_on_a_loopback_host_is_reached_from_this_machine_only():
     assert all(map(is_loopback, ["127.0.0.1", "localhost", "127.8.9.1", "::1"]))
     assert not any(map(is_loopback, ["0.0.0.0", "::", "192.168.0.4", "example.org", ""]))
-
-
-def test_a_page_of_another_version_is_refused(opened):
-    own, address = f"http://127.0.0.1:{opened.port}", f"ws://127.0.0.1:{opened.port}"
-    with connect(address, origin=own, subprotocols=["viser-v0.0.1"], max_size=None) as connection:
-        with pytest.raises(ConnectionClosed):
-            connection.recv(timeout=30)
+    assert address_of("::1", 8080, None) == "http://[::1]:8080/"
 
 
 def test_a_token_that_protects_nothing_is_refused():
@@ -233,29 +215,15 @@ def test_a_token_that_protects_nothing_is_refused():
         open_server(port=0, token="correct-horse", needs_token=False)
 
 
-def test_the_next_free_port_is_taken(opened):
-    other = open_server(port=opened.port)
-    try:
-        assert other.port > opened.port
-        assert other.address.startswith(f"http://127.0.0.1:{other.port}/?token=")
-    finally:
-        other.stop()
-
-
 @pytest.mark.parametrize(
     ("host", "port", "message"),
     [
         ("127.0.0.1", -1, "port: got -1"),
         ("127.0.0.1", 70000, "port: got 70000"),
         ("203.0.113.7", 8080, "address of this machine"),
-        ("no such host", 8080, "address of this machine"),
         ("a" * 70, 8080, "address of this machine"),
     ],
 )
 def test_a_wrong_address_is_refused(host, port, message):
     with pytest.raises(ParameterError, match=message):
         free_port(host, port)
-
-
-def test_an_address_that_holds_colons_is_in_brackets():
-    assert address_of("::1", 8080, None) == "http://[::1]:8080/"

@@ -90,6 +90,8 @@ def test_snapshots_arrive_with_their_figures_and_the_completed_part(runs: Runs):
     run.control.resume()
     runs.wait_for(lambda: runs.ends)
     assert runs.ends == ["finished"]
+    run.newest = None  # as before the first snapshot
+    assert status_of(run) == "Preparing."
 
 
 def test_a_stopped_run_gives_its_result(runs: Runs):
@@ -119,9 +121,3 @@ def test_the_progress_is_that_of_the_work_if_no_stage_is_given(runs: Runs):
     run.control.resume()
     runs.wait_for(lambda: runs.ends)
     assert run.outlook.part == 1.0
-
-
-def test_before_the_first_snapshot_the_run_is_being_prepared(runs: Runs):
-    run = runs.start(0)
-    run.newest = None
-    assert status_of(run) == "Preparing." and run.outlook.left is None

@@ -10,22 +10,17 @@ import re
 import signal
 import socket
 import stat
-import subprocess
-import sys
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from urllib.parse import urlsplit
 from urllib.request import url2pathname
 
-import psutil
 import pytest
 
 from stitchmesh.app.entrance import entrance
 from stitchmesh.app.project.project import Project
 from stitchmesh.app.run import NO_TOKEN, RunOptions, run_app
-from tests.app.app_process import app_process
-from tests.gallery import ROOT
 
 
 @pytest.fixture
@@ -47,7 +42,7 @@ def run(tmp_path, monkeypatch) -> Callable[..., list[str]]:
                 signal.raise_signal(signal.SIGTERM)
 
         monkeypatch.setattr("webbrowser.open", open_and_end)
-        run_app(partial(Project.create, tmp_path / "project"), RunOptions(port=0, **options), say=say)
+        run_app(partial(Project.create, tmp_path / "project"), RunOptions(**{"port": 0, **options}), say=say)
         return lines
 
     return run
@@ -101,31 +96,8 @@ def test_without_a_token_the_user_is_told_what_it_means(run):
     assert seen[0].startswith("http://127.0.0.1:") and "token" not in seen[0]
 
 
-def test_what_is_no_request_is_answered_and_no_fault_of_the_program(tmp_path):
-    with app_process(tmp_path / "project") as running:
-        with socket.create_connection(("127.0.0.1", running.port), timeout=30) as connection:
-            connection.sendall(b"\x16\x03\x01\r\n\r\n")
-            assert connection.makefile().readline().startswith("HTTP/1.1 400 ")
-        assert running.terminate() == 0
-        assert "Traceback" not in running.output()
-
-
-def test_no_list_of_processes_holds_the_token(tmp_path):
-    """A browser that is a program of its own is started with the page, as any browser of a user is."""
-    browser = tmp_path / "browser"
-    os.mkfifo(tmp_path / "given")
-    browser.write_text(f'#!/bin/sh\necho "$@" > {tmp_path}/given\n')
-    browser.chmod(0o700)
-    process = subprocess.Popen(
-        [sys.executable, "-m", "stitchmesh", "app", "--project", str(tmp_path / "project"), "--port", "0"], cwd=ROOT,
-        env={**os.environ, "BROWSER": f"{browser} %s", "STITCHMESH_PROJECTS": str(tmp_path), "PYTHONUNBUFFERED": "1",
-             "XDG_STATE_HOME": str(tmp_path / "state"), "STITCHMESH_TOKEN": "correct-horse"},
-        stdout=subprocess.PIPE, text=True,
-    )  # fmt: skip
-    assert process.stdout is not None
-    assert any("?token=correct-horse" in line for line in process.stdout)
-    given = (tmp_path / "given").read_text()
-    words = psutil.Process(process.pid).cmdline()
-    process.terminate()
-    process.wait(60)
-    assert given.startswith(f"file://{tmp_path}/browser~") and "correct-horse" not in f"{given} {words}"
+def test_a_port_in_use_is_said(run):
+    with socket.create_server(("127.0.0.1", 0)) as other:
+        port = other.getsockname()[1]
+        lines = run(lambda address: None, port=port)
+    assert any(line.startswith(f"port {port} is in use; took ") for line in lines)

@@ -1,6 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Long work reports, waits, goes on step by step, ends when asked, and hands over its result or its error."""
+"""Long work reports, ends when asked, and hands over its result or its error.
+
+Of works that are asked for one after another the newest is done, and no result of an earlier one arrives.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +12,7 @@ import threading
 import pytest
 
 from stitchmesh.app.event_queue import EventQueue
+from stitchmesh.app.newest_task import NewestTask, Refused, Work
 from stitchmesh.app.task import TaskRunner
 from stitchmesh.errors import ParameterError, SolverError
 
@@ -17,37 +21,27 @@ SECONDS = 30.0
 
 
 class Ends:
-    """What came of a task."""
+    """What came of tasks."""
 
     def __init__(self) -> None:
         self.errors, self.results, self.failures = [], [], []
         self.queue = EventQueue()
         self.runner = TaskRunner(self.queue, self.errors.append)
-        self.ended = threading.Event()
 
-    def start(self, work):
-        started = threading.Event()
+    def call(self, function, *arguments):
+        """Call a function in the event thread, and return its value."""
         made = []
-
-        def begin():
-            made.append(self.runner.start("the work", work, self._done, self._failed))
-            started.set()
-
-        self.queue.post(begin)
-        assert started.wait(SECONDS)
+        self.queue.post(lambda: made.append(function(*arguments)))
+        self.queue.settle(SECONDS)
         return made[0]
 
-    def _done(self, result):
-        self.results.append(result)
-        self.ended.set()
-
-    def _failed(self, error):
-        self.failures.append(error)
-        self.ended.set()
+    def start(self, work):
+        return self.call(self.runner.start, "the work", work, self.results.append, self.failures.append)
 
     def wait(self):
-        assert self.ended.wait(SECONDS)
-        self.queue.settle()
+        """Wait until no task runs; the event thread says so, which has then handled the end of the last one."""
+        while self.call(lambda: self.runner.running):
+            threading.Event().wait(0.005)
 
 
 @pytest.fixture
@@ -58,20 +52,17 @@ def ends():
     ends.queue.stop()
 
 
-def test_the_result_arrives_in_the_event_thread_and_frees_the_runner(ends):
-    ends.start(lambda control: 42)
-    ends.wait()
-    assert ends.results == [42] and ends.failures == [] and not ends.runner.running
-
-
-def test_an_error_is_reported_and_handed_over(ends):
-    def work(control):
+def test_a_result_or_an_error_arrives_and_frees_the_runner(ends):
+    def fail(control):
         raise SolverError("yarn 3: cannot go on")
 
-    ends.start(work)
+    ends.start(lambda control: 42)
+    ends.wait()
+    assert ends.results == [42] and ends.failures == []
+    ends.start(fail)
     ends.wait()
     assert [str(error) for error in ends.errors] == ["yarn 3: cannot go on"]
-    assert ends.failures == ends.errors and ends.results == [] and not ends.runner.running
+    assert ends.failures == ends.errors and ends.results == [42]
 
 
 def test_cancelled_work_ends_at_its_next_report_and_is_no_error(ends):
@@ -87,46 +78,6 @@ def test_cancelled_work_ends_at_its_next_report_and_is_no_error(ends):
     task.cancel()
     ends.wait()
     assert ends.failures == [None] and ends.errors == []
-
-
-def test_paused_work_makes_exactly_as_many_reports_as_steps(ends):
-    reports = []
-    task_made = threading.Event()
-
-    def work(control):
-        task_made.wait(SECONDS)
-        for number in range(1000):
-            control("stage", number / 1000, "")
-            reports.append(number)
-
-    task = ends.start(work)
-    task.pause()
-    task_made.set()
-    for count in (1, 2, 3):
-        task.step()
-        for _ in range(3000):
-            if len(reports) >= count:
-                break
-            threading.Event().wait(0.01)
-        assert len(reports) == count
-    task.resume()
-    ends.wait()
-    assert reports == list(range(1000))
-
-
-def test_paused_work_can_be_cancelled(ends):
-    entered = threading.Event()
-
-    def work(control):
-        entered.set()
-        control.wait_while_paused()
-        control.check()
-
-    task = ends.start(work)
-    task.pause()
-    task.cancel()
-    ends.wait()
-    assert not ends.runner.running
 
 
 def test_frames_and_reports_arrive_in_the_event_thread_the_newest_last(ends):
@@ -150,16 +101,57 @@ def test_frames_and_reports_arrive_in_the_event_thread_the_newest_last(ends):
 def test_a_second_task_is_refused_while_one_runs(ends):
     gate = threading.Event()
     ends.start(lambda control: gate.wait(SECONDS))
-    refused = []
-
-    def start_second():
-        try:
-            ends.runner.start("the other work", lambda control: None, lambda _: None)
-        except ParameterError as error:
-            refused.append(str(error))
-
-    ends.queue.post(start_second)
-    ends.queue.settle()
-    assert refused == ["the other work: the work is still running; stop it first, or wait"]
+    ends.queue.post(ends.runner.start, "the other work", lambda control: None, lambda _: None)
+    ends.queue.on_error = ends.errors.append
+    ends.queue.settle(SECONDS)
     gate.set()
     ends.wait()
+    assert [str(error) for error in ends.errors] == [
+        "the other work: the work is still running; stop it first, or wait"
+    ]
+
+
+def test_the_newest_work_is_done_and_earlier_ones_are_not(ends):
+    newest, begun, may_go = NewestTask(ends.runner), threading.Event(), threading.Event()
+
+    def first(control):
+        begun.set()
+        may_go.wait(SECONDS)
+        control.frame("frame of the first")
+        return "first"
+
+    ends.call(newest.ask, Work("first", first, ends.results.append, ends.results.append))
+    assert begun.wait(SECONDS)
+    for name in ("second", "third"):
+        ends.call(newest.ask, Work(name, lambda control, name=name: name, ends.results.append))
+    assert newest.work is not None and newest.work.name == "third"
+    may_go.set()
+    ends.wait()
+    assert ends.results == ["third"] and ends.errors == [] and newest.work is None
+
+
+def test_a_refusal_is_a_result_and_no_notice(ends):
+    def refuse(control):
+        raise ParameterError("marks: too many")
+
+    ends.call(NewestTask(ends.runner).ask, Work("try", refuse, ends.results.append))
+    ends.wait()
+    assert ends.results == [Refused("marks: too many")] and ends.errors == []
+
+
+def test_work_that_is_stopped_gives_nothing_and_another_task_blocks(ends):
+    begun, may_go = threading.Event(), threading.Event()
+    one, other = NewestTask(ends.runner), NewestTask(ends.runner)
+
+    def wait_long(control):
+        begun.set()
+        may_go.wait(SECONDS)
+        control.progress("wait", 1.0, "")
+
+    ends.call(one.ask, Work("waiting", wait_long, ends.results.append))
+    assert begun.wait(SECONDS)
+    assert other.blocked_by == "waiting" and one.blocked_by is None
+    ends.call(one.stop)
+    may_go.set()
+    ends.wait()
+    assert ends.results == [None]

@@ -15,20 +15,13 @@ from stitchmesh.labeling import label
 from stitchmesh.mesh.palette import make_palette
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.render.colour_scale import DIVERGING
-from stitchmesh.render.face_colouring import FACE_COLOUR_BY, IRREGULAR, colour_faces
+from stitchmesh.render.face_colouring import IRREGULAR, colour_faces
 from stitchmesh.render.palette import stitch_colour
 from stitchmesh.shaping.report import irregular_faces
 from stitchmesh.tessellate import tessellate
 from tests.gallery import tube
 from tests.render.test_pictures import fabric
 from tests.yarnrelax.test_contact_load import floor
-
-
-def test_each_word_gives_each_face_a_colour():
-    cloth = replace(fabric(), stretch=np.full(int(fabric().side_edge.max()) + 1, 0.9))
-    for word in FACE_COLOUR_BY:
-        assert colour_faces(cloth, word).points.shape == (cloth.face_count, 3)
-    assert (colour_faces(cloth, "teal").points == [0, 128, 128]).all()
 
 
 def test_stitches_rows_and_yarns_differ_where_they_should():
@@ -43,10 +36,11 @@ def test_stitches_rows_and_yarns_differ_where_they_should():
     assert (colour_faces(cloth, "yarn").points[cloth.yarn == 0] == [0, 0, 128]).all()
 
 
-def test_a_compressed_fabric_is_blue():
+def test_a_compressed_fabric_is_blue_and_one_colour_is_that_of_all_faces():
     cloth = replace(fabric(), stretch=np.full(int(fabric().side_edge.max()) + 1, 0.9))
     coloured = colour_faces(cloth, "stretch")
     assert (coloured.points == DIVERGING[0]).all() and coloured.key[-1][0] == "-10.0 % stretch"
+    assert (colour_faces(cloth, "teal").points == [0, 128, 128]).all()
 
 
 def test_irregular_stitches_have_their_colours_and_the_others_that_of_their_stretch_from_the_mean():

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from stitchmesh.errors import FileError
 from stitchmesh.labeling import PartialLabeling, start_labeling
 from stitchmesh.render.labeling_drawing import FAULT_COLOUR, MISMATCH_COLOUR
 from stitchmesh.render.labeling_picture import render_labeling
@@ -53,8 +52,3 @@ def test_a_flat_piece_has_one_view_and_a_tube_two(tmp_path):
         empty = np.abs(pixels - pixels[0, 0]).max(axis=2) < 4
         runs = [np.count_nonzero(np.diff((~empty.all(axis=axis)).astype(int), prepend=0) == 1) for axis in (0, 1)]
         assert max(runs) == count
-
-
-def test_the_suffix_must_be_png(tmp_path):
-    with pytest.raises(FileError, match="unknown format"):
-        render_labeling(start_labeling(grid(2, 2)), tmp_path / "picture.jpg")

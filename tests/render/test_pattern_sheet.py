@@ -42,6 +42,10 @@ def test_measures_are_those_of_the_fabric():
     assert facts_of(sheet)["Stitches"] == "84 in 7 rows"
     flat_piece = facts_of(garment_sheet(flat(7, 6), title="Flat"))
     assert flat_piece["Piece 1"].startswith("7 cm (2.76 in) wide at the first row")
+    stated = [part.split() for part in facts_of(sheet)["Finished size"].split(", ")]
+    assert [words[-1] for words in stated] == ["wide", "high", "deep"]
+    assert [float(words[0]) for words in stated] == pytest.approx(np.ptp(FABRIC.vertices, axis=0), rel=5e-3)  # 3 digits
+    assert flat_piece["Finished size"] == "7 cm (2.76 in) wide, 4.32 cm (1.7 in) high"  # no thickness
 
 
 def test_all_yarn_is_counted_once_by_colour():
@@ -70,16 +74,6 @@ def pdf_text(content: bytes) -> str:
 
 def pages_of(content: bytes) -> int:
     return content.count(b"/Type /Page\n") + content.count(b"/Type /Page ")
-
-
-def test_the_finished_size_has_a_name_for_each_length():
-    size = facts_of(garment_sheet(FABRIC, title="Tube"))["Finished size"]
-    wide, high, deep = np.ptp(FABRIC.vertices, axis=0)
-    assert [part.split()[-1] for part in size.split(", ")] == ["wide", "high", "deep"]
-    stated = [float(part.split()[0]) for part in size.split(", ")]
-    assert stated == pytest.approx([wide, high, deep], rel=5e-3)  # three digits
-    of_flat = facts_of(garment_sheet(flat(7, 6), title="Flat"))["Finished size"]
-    assert of_flat == "7 cm (2.76 in) wide, 4.32 cm (1.7 in) high"  # no thickness
 
 
 def test_a_swatch_is_one_page_with_its_rows_in_words(tmp_path):

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from stitchmesh.errors import FileError, ParameterError
+from stitchmesh.errors import ParameterError
 from stitchmesh.labeling import label
 from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.render import render
@@ -21,7 +21,7 @@ from stitchmesh.render.shaping_picture import render_shaping
 from stitchmesh.shaping.report import shaping_report
 from stitchmesh.shaping.triangle_surface import triangle_surface
 from stitchmesh.tessellate import tessellate
-from tests.gallery import grid, tube
+from tests.gallery import tube
 from tests.render.test_labeling_picture import SIZE, near
 from tests.render.test_pictures import rings
 
@@ -54,24 +54,9 @@ def test_grafts_are_lines(tmp_path):
         assert found > count if flip else found == 0
 
 
-def test_a_flat_piece_has_one_view_and_a_tube_two(tmp_path):
-    for mesh, count in ((grid(6, 5), 1), (tube(12, 3), 2)):
-        path = drawn(stitches(mesh), tmp_path / "picture.png", mesh)
-        pixels = np.asarray(Image.open(path).convert("RGB"), dtype=int)[: int(0.9 * SIZE[1]), : int(0.78 * SIZE[0])]
-        empty = np.abs(pixels - pixels[0, 0]).max(axis=2) < 4
-        runs = [np.count_nonzero(np.diff((~empty.all(axis=axis)).astype(int), prepend=0) == 1) for axis in (0, 1)]
-        assert max(runs) == count
-
-
 def test_one_view_of_the_shaping_is_a_colour_of_stitches(tmp_path):
     fabric = stitches(tube(8, 3, radius=3.0, top_radius=1.5))
     render(fabric, tmp_path / "view.png", colour="irregular", size=SIZE)
     assert near(tmp_path / "view.png", IRREGULAR["decreases"]) > 100
     with pytest.raises(ParameterError, match="got 'irregular'"):
         render(rings(), tmp_path / "yarns.png", colour="irregular")
-
-
-def test_the_suffix_must_be_png(tmp_path):
-    mesh = grid(2, 2)
-    with pytest.raises(FileError, match="unknown format"):
-        drawn(stitches(mesh), tmp_path / "picture.jpg", mesh)

@@ -71,7 +71,7 @@ def test_shares_sum_up_and_begin_with_the_largest():
 
 @pytest.mark.parametrize(
     ("energy", "text"),
-    [(2.5e7, "2.5 J"), (1e4, "1 mJ"), (-3e4, "-3 mJ"), (5.0, "0.5 \N{MICRO SIGN}J"), (0.0, "0 \N{MICRO SIGN}J")],
+    [(2.5e7, "2.5 J"), (-3e4, "-3 mJ"), (5.0, "0.5 \N{MICRO SIGN}J"), (0.0, "0 \N{MICRO SIGN}J")],
 )
 def test_energies_have_a_unit_that_needs_few_zeros(energy: float, text: str):
     assert joules(energy) == text

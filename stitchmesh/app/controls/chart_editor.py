@@ -45,8 +45,6 @@ if TYPE_CHECKING:
 
 LONGEST_TEXT = 4 * LONGEST_SIDE * LONGEST_SIDE
 """Largest number of characters of a text."""
-MOST_BROWSERS = 16
-"""Number of browsers whose last message the editor remembers, to confirm it."""
 
 
 class ChartEditor:
@@ -212,7 +210,7 @@ class ChartEditor:
         if "browser" in values:
             self._read.pop(str(values["browser"]), None)
             self._read[str(values["browser"])] = _whole(values.get("number", 0))
-            while len(self._read) > MOST_BROWSERS:
+            while len(self._read) > 16:  # It remembers the last message of so many browsers.
                 self._read.pop(next(iter(self._read)))
 
     def _cut(self) -> None:

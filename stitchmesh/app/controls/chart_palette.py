@@ -28,7 +28,6 @@ STITCHES = (
     "1/1lc", "1/1rc", "c4f", "c4b", "c6f", "c6b", "t3f", "t3b",
 )  # fmt: skip
 """Words in the palette of a knit; a text field takes all other words."""
-CROSSINGS = {"1": "weft over warp", "0": "warp over weft"}
 _STYLE = (
     "border:2px solid {edge};border-radius:4px;padding:1px;margin:0 3px 3px 0;min-width:28px;min-height:28px;"
     "cursor:pointer;vertical-align:middle;font:12px sans-serif;{more}"
@@ -55,7 +54,7 @@ def stitch_buttons(chart: Chart, words: Sequence[str], chosen: str) -> Markup:
     if isinstance(chart, WeaveChart):
         symbols = {"1": WEFT_OVER, "0": WARP_OVER}
         buttons = []
-        for word, hint in CROSSINGS.items():
+        for word, hint in {"1": "weft over warp", "0": "warp over weft"}.items():
             content = markup("{} {}", symbol_svg(symbols[word]), markup(_RAISED, hint))
             buttons.append(_button("stitch", word, f"Paint {hint}", content, _PLAIN, pressed=word == chosen))
         return _group("What passes over", buttons)

@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 
 ROUNDING = 1e-7
 """Distance by which a value may exceed its bounds, because a browser rounds a slider's ends to seven decimals."""
-LONGEST_SHOWN = 40
-"""Number of characters of a wrong value that a message shows."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +41,7 @@ class Bounds:
         is_number = isinstance(given, int | float) and not isinstance(given, bool)
         if is_number and self.least - ROUNDING <= given <= self.most + ROUNDING:  # type: ignore[operator]
             return
-        shown = f"{given:g}" if is_number else repr(given)[:LONGEST_SHOWN]
+        shown = f"{given:g}" if is_number else repr(given)[:40]
         raise ParameterError(f"{self.label}: got {shown}; expected {self.least:g} to {self.most:g}")
 
 

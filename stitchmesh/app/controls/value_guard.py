@@ -20,9 +20,6 @@ from stitchmesh.app.controls.controls import Bounds
 from stitchmesh.app.event_queue import EventQueue
 from stitchmesh.errors import ParameterError
 
-PAUSE_SECONDS = 1.5
-"""A wrong number is refused after this time without another value."""
-
 
 class ValueGuard:
     """Decides which values of browsers viser takes. Values arrive in the thread of the server."""
@@ -54,7 +51,7 @@ class ValueGuard:
                 bounds.check(message.updates["value"])
         except ParameterError as error:
             loop = asyncio.get_running_loop()
-            self._waiting[message.uuid] = loop.call_later(PAUSE_SECONDS, self._refuse, message.uuid, error)
+            self._waiting[message.uuid] = loop.call_later(1.5, self._refuse, message.uuid, error)
         else:
             await self._gui._handle_gui_updates(client, message)  # type: ignore[arg-type]
 

@@ -24,13 +24,11 @@ if TYPE_CHECKING:
     import plotly.graph_objects as go
 
 BLUE = (31, 86, 115)
-"""Colour of the button that users press next."""
+"""Colour of the button that users press next, and of the marks of controls."""
 GREY = (92, 99, 106)
 """Colour of the other buttons, on which white letters are readable."""
 HTML_STYLE = "margin:0 .75em .5em;color:var(--mantine-color-text)"
 """Margins and colour of a piece of HTML; the other controls have the same."""
-UPLOAD_NOTICE_SECONDS = 0.25
-"""Time after an upload for which its button must remain, so that the browser can end its notice of the upload."""
 MODIFIERS = {None: None, "ctrl": "cmd/ctrl", "shift": "shift", "ctrl+shift": "cmd/ctrl+shift"}
 """Viser's names of the modifier keys."""
 
@@ -266,7 +264,7 @@ class ViserControls:
 
         async def post(event: viser.GuiEvent) -> None:
             file = event.target.value
-            await asyncio.sleep(UPLOAD_NOTICE_SECONDS)
+            await asyncio.sleep(0.25)  # The browser ends its notice of the upload while its button remains.
             self._post(event, take, file.name, file.content)
 
         def take(name: str, content: bytes) -> None:

@@ -40,11 +40,6 @@ class Autosave:
         self._thread = threading.Thread(target=self._run, name="autosave", daemon=True)
         self._thread.start()
 
-    @property
-    def pending(self) -> bool:
-        """Whether the newest state is not on disk yet."""
-        return self._newest is not None
-
     def changed(self, state: ProjectState) -> None:
         """Write a state soon, in place of every earlier state that still waits."""
         with self._changed:

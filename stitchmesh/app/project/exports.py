@@ -6,7 +6,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -28,8 +27,6 @@ from stitchmesh.yarn import YarnSet
 
 PATTERN_FILE = "pattern.pdf"
 """Name of the pattern to take home."""
-PERIODIC_SUFFIX = ".pyp"
-"""Suffix of a format for periodic yarns only, which a garment does not have."""
 
 
 @dataclass(frozen=True)
@@ -73,27 +70,26 @@ def _of_mesh(project: Project) -> Iterator[Export]:
     if project.mesh is not None:
         yield from _formats("Mesh", "mesh", MESH_FORMATS, write_mesh, project.mesh)
     if project.label_steps:
-        yield Export("Steps of the labeling", "labeling.jsonl", partial(_swap(write_label_steps), project.label_steps))
+        yield _file("Steps of the labeling", "labeling.jsonl", write_label_steps, project.label_steps)
     if project.labeling is not None and project.labeled is None:
-        yield Export("Partly labeled mesh", "labeling.h5", partial(_swap(write_labeling), project.labeling))
+        yield _file("Partly labeled mesh", "labeling.h5", write_labeling, project.labeling)
     if project.labeled is not None:
         yield from _formats("Labeled mesh", "labeled", (".h5", ".smobj"), write_stitches, project.labeled)
 
 
 def _of_stitches(project: Project, picture: bytes | None) -> Iterator[Export]:
     if project.fabric is not None:
-        yield Export("Pattern to knit", PATTERN_FILE, partial(_write_pattern, project.evened or project.fabric,
-                     project.relaxed or project.yarns, project.name, picture))  # fmt: skip
+        yield _pattern(project.evened or project.fabric, project.relaxed or project.yarns, project.name, picture)
         yield from _formats("Stitches", "stitches", STITCH_SUFFIXES, write_stitches, project.fabric)
-        yield Export("Knitting instructions", "instructions.txt", partial(_write_instructions, project.fabric))
+        yield _file("Knitting instructions", "instructions.txt", _write_instructions, project.fabric)
     if project.edits:
-        yield Export("Edits", "edits.jsonl", partial(_swap(write_log), project.edits))
+        yield _file("Edits", "edits.jsonl", write_log, project.edits)
     if project.evened is not None:
         yield from _formats("Evened stitches", "evened", STITCH_SUFFIXES, write_stitches, project.evened)
 
 
 def _of_yarns(project: Project) -> Iterator[Export]:
-    suffixes = [suffix for suffix in YARN_FORMATS if suffix != PERIODIC_SUFFIX]
+    suffixes = [suffix for suffix in YARN_FORMATS if suffix != ".pyp"]
     for what, name, yarns in (("Yarns", "yarns", project.yarns), ("Relaxed yarns", "relaxed", project.relaxed)):
         if yarns is not None:
             yield from _formats(what, name, suffixes, write_yarns, yarns)
@@ -101,26 +97,28 @@ def _of_yarns(project: Project) -> Iterator[Export]:
 
 def _of_relaxation(project: Project) -> Iterator[Export]:
     if project.report is not None:
-        yield Export("Report of the relaxation", "report.json", partial(_swap(write_json), project.report))
+        yield _file("Report of the relaxation", "report.json", write_json, project.report)
     if project.history:
-        yield Export("Convergence", "convergence.csv", partial(_swap(write_history), project.history))
+        yield _file("Convergence", "convergence.csv", write_history, project.history)
 
 
 def _formats(what: str, name: str, suffixes: Any, write: Callable[..., object], value: object) -> Iterator[Export]:
     for suffix in suffixes:
-        yield Export(what, f"{name}{suffix}", partial(_swap(write), value))
+        yield _file(what, f"{name}{suffix}", write, value)
 
 
-def _swap(write: Callable[..., object]) -> Callable[[Any, Path], object]:
-    """Return a function with the arguments value and path, for a function with the arguments path and value."""
-    return lambda value, path: write(path, value)
+def _file(what: str, name: str, write: Callable[[Path, Any], object], value: object) -> Export:
+    return Export(what, name, lambda path: write(path, value))
 
 
-def _write_pattern(fabric: StitchMesh, yarns: YarnSet | None, title: str, picture: bytes | None, path: Path) -> None:
-    from stitchmesh.render.pattern_sheet import garment_sheet, write_pattern_sheet
+def _pattern(fabric: StitchMesh, yarns: YarnSet | None, title: str, picture: bytes | None) -> Export:
+    def write(path: Path) -> None:
+        from stitchmesh.render.pattern_sheet import garment_sheet, write_pattern_sheet
 
-    write_pattern_sheet(path, garment_sheet(fabric, yarns, title=title, picture=picture))
+        write_pattern_sheet(path, garment_sheet(fabric, yarns, title=title, picture=picture))
+
+    return Export("Pattern to knit", PATTERN_FILE, write)
 
 
-def _write_instructions(fabric: StitchMesh, path: Path) -> None:
+def _write_instructions(path: Path, fabric: StitchMesh) -> None:
     write_text(path, knitting_instructions(fabric))

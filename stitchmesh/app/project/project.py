@@ -112,8 +112,7 @@ class Project:
             FileError: the folder holds no project, another program uses it, or the project is damaged.
         """
         folder = Path(folder).absolute()
-        if not is_there(folder / TABLE_NAME):
-            raise FileError(f"{folder}: holds no project; expected a folder with {TABLE_NAME}")
+        _check_holds_project(folder)
         lock = FolderLock(folder, OPEN_ELSEWHERE)
         remove_stale_parts(folder)
         store = ProjectFolder(folder)
@@ -131,8 +130,7 @@ class Project:
         Raises:
             FileError: the folder holds no project, another program uses it, or something cannot be removed.
         """
-        if not is_there(folder / TABLE_NAME):
-            raise FileError(f"{folder}: holds no project; expected a folder with {TABLE_NAME}")
+        _check_holds_project(folder)
         lock = FolderLock(folder, OPEN_ELSEWHERE)
         try:
             ProjectFolder(folder).delete()
@@ -498,6 +496,11 @@ class Project:
         self._state, self._values = state, values
         self.autosave.changed(state)
         return lost
+
+
+def _check_holds_project(folder: Path) -> None:
+    if not is_there(folder / TABLE_NAME):
+        raise FileError(f"{folder}: holds no project; expected a folder with {TABLE_NAME}")
 
 
 def _read(source: Source | None) -> tuple[Source | None, StageValues]:

@@ -22,8 +22,6 @@ from stitchmesh.io.checked import check_value, read_json
 from stitchmesh.io.path_kind import is_file, is_there
 from stitchmesh.mesh import BORDER, Mesh
 
-MOST_RECENT = 12
-"""Largest number of projects in the list."""
 MOST_LINES = 400
 """Largest number of lines in the outline of a garment."""
 OUTLINE = re.compile(r"(M-?\d{1,3} -?\d{1,3}L-?\d{1,3} -?\d{1,3})*")
@@ -91,7 +89,7 @@ def remember(project: Project) -> None:
     others = [one for one in recent_projects() if one.folder != project.folder]
     mesh = project.evened or project.fabric or project.mesh
     entries = [RecentProject(project.folder, project.name, "" if mesh is None else outline_of(mesh)), *others]
-    table = [{"folder": str(one.folder), "name": one.name, "outline": one.outline} for one in entries[:MOST_RECENT]]
+    table = [{"folder": str(one.folder), "name": one.name, "outline": one.outline} for one in entries[:12]]
     text = json.dumps(table, indent=1)
     try:
         write_text(_list_path(), text + "\n")

@@ -8,9 +8,6 @@ import numpy as np
 
 from stitchmesh.mesh import FloatArray, IntArray
 
-BESIDE_VERTEX = 1e-7
-"""Shift of the values, over the interval, after which hardly any vertex lies on a line."""
-
 
 def contour_segments(points: FloatArray, triangles: IntArray, values: FloatArray, interval: float) -> FloatArray:
     """Return the pieces of the lines in single triangles, shape (n, 2, 3).
@@ -21,7 +18,7 @@ def contour_segments(points: FloatArray, triangles: IntArray, values: FloatArray
         values: value of the function at each corner, linear on each triangle, shape (V,).
         interval: difference of the values of neighbouring lines; each line has a multiple of it.
     """
-    level = values[triangles] / interval + BESIDE_VERTEX
+    level = values[triangles] / interval + 1e-7  # With this shift hardly any vertex lies on a line.
     first = np.ceil(level.min(axis=1)).astype(np.int64)
     count = np.maximum(np.floor(level.max(axis=1)).astype(np.int64) - first + 1, 0)
     triangle = np.repeat(np.arange(len(triangles)), count)

@@ -15,20 +15,16 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from stitchmesh.app.scene.drawing import Colour, Colours, Lines, Surface
+from stitchmesh.app.scene.drawing import Colours, Lines, Surface
 from stitchmesh.app.scene.scene import Scene
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.face_triangles import FaceTriangles, face_triangles
+from stitchmesh.render.surface import LIFT
 
 BLOCK = 2048
 """Number of faces of a block: about 150 kB of triangles."""
 SPARE = 256
 """The room of a block for triangles is a multiple of this number."""
-LIFT = 0.03
-"""Distance of edges from the surface, over the mean side length; it keeps the edges visible."""
-EDGE_COLOUR: Colour = (70, 64, 58)
-EDGE_WIDTH = 1.2
-"""Colour (sRGB) and width [pixels] of edges."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,12 +71,6 @@ class FabricBlocks:
             self._remove(number, old[number])
         self._fabric = fabric
 
-    def clear(self) -> None:
-        """Remove all blocks."""
-        for number, block in enumerate(self._blocks):
-            self._remove(number, block)
-        self._blocks, self._fabric = [], None
-
     def forget(self) -> None:
         """Forget the blocks after the scene was cleared."""
         self._blocks, self._fabric = [], None
@@ -122,7 +112,7 @@ class FabricBlocks:
         same = self._fabric is not None and _same_shape(self._fabric, fabric)
         if same and len(old) == count and all(block.edges is not None for block in old):
             return [block.edges for block in old]
-        sides = np.flatnonzero((fabric.twin == BORDER) | (np.arange(fabric.side_count) < fabric.twin))
+        sides = fabric.edge_side
         segments = lifted_sides(fabric, sides, self._height)
         limits = np.searchsorted(fabric.side_face[sides], BLOCK * np.arange(count + 1))
         lines: list[Lines | None] = []
@@ -130,7 +120,7 @@ class FabricBlocks:
             part = segments[limits[number] : limits[number + 1]]
             before = old[number].edges if number < len(old) else None
             unchanged = before is not None and np.array_equal(before.segments, part)
-            lines.append(before if unchanged else Lines(part, EDGE_COLOUR, EDGE_WIDTH))
+            lines.append(before if unchanged else Lines(part, (70, 64, 58), 1.2))
         return lines
 
 

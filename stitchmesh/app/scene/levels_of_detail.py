@@ -43,8 +43,6 @@ LEVELS = (
     Level(0.0, 0, 0, 4),
 )
 """Levels from the finest to the coarsest; the coarsest is used at any larger distance."""
-TRIANGLE_BUDGET = 2_000_000.0
-"""Largest number of triangles of one drawing; a page with slow graphics uses fewer while its camera moves."""
 
 
 def add_tubes(scene: Any, name: str, tubes: YarnTubes) -> Any:
@@ -86,7 +84,7 @@ def _structure(tubes: YarnTubes) -> dict[str, object]:
         "yarn_runs": blocks.run_start.astype(np.uint32),
         "yarn_radius": blocks.radius,
         "yarn_levels": np.array([astuple(level) for level in LEVELS], dtype=np.float32).ravel(),
-        "yarn_budget": TRIANGLE_BUDGET,
+        "yarn_budget": 2_000_000.0,  # Fewer while the camera of a page with slow graphics moves.
     }
 
 

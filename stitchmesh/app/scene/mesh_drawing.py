@@ -12,7 +12,7 @@ from stitchmesh.app.scene.scene import Scene
 from stitchmesh.mesh import FloatArray, IntArray, Mesh, StitchMesh
 from stitchmesh.mesh.face_triangles import face_triangles
 from stitchmesh.render.palette import stitch_colours
-from stitchmesh.render.surface import lifted_corners
+from stitchmesh.render.surface import MOST_LINES, lifted_corners
 
 INK: Colour = (58, 54, 50)
 """Colour of edges and arrows."""
@@ -26,10 +26,6 @@ def plain_surface(mesh: Mesh, colour: Colour, *, flat: bool = True, opacity: flo
     return Surface(mesh.vertices, triangles, colour, flat=flat, opacity=opacity)
 
 
-STITCH_EDGES: Colour = (128, 120, 110)
-"""Colour of the edges of stitches."""
-MOST_EDGES_DRAWN = 12_000
-"""Largest number of stitches whose edges are drawn; the lines of more stitches would hide the colours."""
 STITCH_DRAWINGS = ("stitches", "stitch edges")
 """Names of the drawings of stitches."""
 
@@ -38,8 +34,8 @@ def show_stitches(scene: Scene, fabric: StitchMesh) -> None:
     """Draw stitches in their colours."""
     drawing = MeshDrawing(scene, fabric)
     drawing.show_faces("stitches", stitch_colours(fabric.stitch, fabric.row))
-    shown = fabric.edge_side if fabric.face_count <= MOST_EDGES_DRAWN else fabric.edge_side[:0]
-    drawing.show_sides("stitch edges", shown, STITCH_EDGES, 1.0)
+    shown = fabric.edge_side if fabric.face_count <= MOST_LINES else fabric.edge_side[:0]
+    drawing.show_sides("stitch edges", shown, (128, 120, 110), 1.0)
 
 
 class MeshDrawing:

@@ -7,9 +7,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from stitchmesh.app.controls.html_pieces import colour_bar
 from stitchmesh.app.scene.drawing import Colour, Colours, Lines, Surface
 from stitchmesh.app.scene.scene import Scene
-from stitchmesh.markup import Markup, joined, markup
+from stitchmesh.markup import Markup
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.face_triangles import FaceTriangles, face_triangles
 from stitchmesh.meshrelax.evenness import Measure, relative_sizes
@@ -82,38 +83,24 @@ def outline(fabric: StitchMesh, faces: NDArray[np.bool_]) -> Lines:
     """
     across = np.where(fabric.twin == BORDER, -1, fabric.side_face[fabric.twin])
     sides = np.flatnonzero(faces[fabric.side_face] & ((across < 0) | ~faces[across]))
-    ends = np.stack([fabric.corner_position[sides], fabric.corner_position[fabric.side_next[sides]]], axis=1)
-    return Lines(ends + _lift(fabric)[fabric.side_face[sides], None], OUTLINE, 4.0)
+    return Lines(_lifted(fabric, sides, 1.0), OUTLINE, 4.0)
 
 
 def edges(fabric: StitchMesh) -> Lines:
     """Return the sides of all stitches as thin lines."""
-    one = np.flatnonzero((fabric.twin == BORDER) | (fabric.twin > np.arange(fabric.side_count)))
-    ends = np.stack([fabric.corner_position[one], fabric.corner_position[fabric.side_next[one]]], axis=1)
-    return Lines(ends + 0.3 * _lift(fabric)[fabric.side_face[one], None], (90, 84, 78), 1.0)
+    return Lines(_lifted(fabric, fabric.edge_side, 0.3), (90, 84, 78), 1.0)
 
 
 def legend_html(small: str = "too many", large: str = "too few") -> Markup:
     """Return the scale with its numbers, and the meaning of both ends in words."""
-    stops = ", ".join(f"rgb({r} {g} {b})" for r, g, b in DIVERGING.tolist())
-    bar = f"height:14px;border-radius:3px;background:linear-gradient(to right, {stops})"
-    label = "Colours from blue, stitches that are smaller than the average, to red, stitches that are larger"
-    ends = [
-        ("left", markup("{}<br>{}", f"{1.0 / LARGEST_RATIO:.2f}", small)), ("center", markup("1<br>average")),
-        ("right", markup("{}<br>{}", f"{LARGEST_RATIO:.2f}", large)),
-    ]  # fmt: skip
-    marks = joined(markup('<span style="flex:1;text-align:{}">{}</span>', side, text) for side, text in ends)
-    return markup(
-        '<div role="img" aria-label="{}"><div style="{}"></div>'
-        '<div style="display:flex;font-size:.82em;line-height:1.3">{}</div></div>'
-        '<p style="font-size:.82em;margin:.2em 0 0">Size of a stitch over the average of the fabric</p>',
-        label, bar, marks,
-    )
+    marks = (f"{1.0 / LARGEST_RATIO:.2f} {small}", "1 average", f"{LARGEST_RATIO:.2f} {large}")
+    return colour_bar(DIVERGING, marks, "Size of a stitch over the average of the fabric")
 
 
-def _lift(fabric: StitchMesh) -> FloatArray:
-    """Return a short vector along the normal of each face, shape (F, 3)."""
+def _lifted(fabric: StitchMesh, sides: IntArray, share: float) -> FloatArray:
+    """Return the ends of some sides, shifted along the normals of their faces by a share of ``LIFT``, (n, 2, 3)."""
     area = fabric.face_vector_area
     normal = area / np.maximum(np.linalg.norm(area, axis=1, keepdims=True), np.finfo(float).tiny)
-    lift: FloatArray = LIFT * float(fabric.side_length.mean()) * normal
-    return lift
+    lift = LIFT * float(fabric.side_length.mean()) * normal
+    ends: FloatArray = fabric.corner_position[np.stack([sides, fabric.side_next[sides]], axis=1)]
+    return ends + (share * lift)[fabric.side_face[sides], None]

@@ -14,9 +14,6 @@ NAME = "vertex numbers"
 """Name of the drawing."""
 MOST = 400
 """Largest number of vertices whose numbers are shown."""
-TURN = np.radians(15.0)
-"""Angle by which the camera turns around the mesh before other vertices are chosen, because each choice is sent
-anew."""
 FACING = 0.15
 """Smallest cosine of the angle between the normal of a vertex and the camera; it leaves out the rim of the mesh."""
 
@@ -46,7 +43,7 @@ class VertexNumbers:
         direction = self._camera_direction()
         if self._shown and direction is not None:
             before = self._direction
-            if before is None or float(direction @ before) < np.cos(TURN):
+            if before is None or float(direction @ before) < np.cos(np.radians(15.0)):  # Each choice is sent anew.
                 self._draw(direction)
 
     def _camera_direction(self) -> FloatArray | None:

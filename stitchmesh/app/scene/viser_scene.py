@@ -42,12 +42,6 @@ VIEWS: dict[ViewName, tuple[float, float, float]] = {
     "top": (0.0, 1.0, 0.01),
 }  # fmt: skip
 """Direction from the object to the camera, for each view."""
-RESHAPED = 0.02
-"""The camera is placed again after the ratio of width to height of the window has changed by this much."""
-ALIKE = 0.1
-"""Cameras stay as users turned them if two boxes differ by at most this share of their size."""
-ANSWER_SECONDS = 30.0
-"""Longest time to wait for a picture from a browser."""
 
 
 @dataclass(eq=False)
@@ -115,7 +109,7 @@ class ViserScene:
     def fit_again(self, client: viser.ClientHandle) -> None:
         """Place the camera of a browser again if the shape of its window has changed, unless the user has moved it."""
         aspect, position = self._placed.get(client.client_id, (client.camera.aspect, None))
-        reshaped = abs(client.camera.aspect / aspect - 1.0) > RESHAPED
+        reshaped = abs(client.camera.aspect / aspect - 1.0) > 0.02
         if reshaped and position is not None and np.allclose(client.camera.position, position, rtol=1e-3):
             self._place_camera(client)
 
@@ -131,7 +125,7 @@ class ViserScene:
         if not clients:
             raise DisplayError("screenshot: no browser is connected; open the page first")
         try:
-            pixels = clients[0].get_render(height, width, transport_format="png", timeout=ANSWER_SECONDS)
+            pixels = clients[0].get_render(height, width, transport_format="png", timeout=30.0)
         except (RuntimeError, TimeoutError) as error:
             raise DisplayError(f"screenshot: the browser gave no picture ({error}); try once more") from error
         stream = io.BytesIO()
@@ -271,7 +265,7 @@ class ViserScene:
 
 def _are_alike(box: tuple[FloatArray, FloatArray], other: tuple[FloatArray, FloatArray]) -> bool:
     """Return whether two boxes differ by only a small part of their size."""
-    most = ALIKE * max(float((box[1] - box[0]).max()), 1e-3)
+    most = 0.1 * max(float((box[1] - box[0]).max()), 1e-3)
     return all(bool(np.abs(corner - its).max() <= most) for corner, its in zip(box, other, strict=True))
 
 

@@ -22,17 +22,11 @@ from stitchmesh.render.lettering import INK
 from stitchmesh.render.options import PictureOptions
 from stitchmesh.render.picture import detail_for, yarn_tubes
 from stitchmesh.render.stage import KEY_LEFT, Viewport, add_body, add_tubes, dim_colours, look, picture, shade_hollows
+from stitchmesh.render.view import turned_view
 from stitchmesh.yarn import YarnSet
 
 if TYPE_CHECKING:
     import pyvista
-
-NAME_HEIGHT = 0.03
-"""Size of the letters of names, divided by the height of the picture."""
-AROUND = 0.1
-"""Distance around a cloth within which bodies are shown whole, as a part of the size of the cloth; a body may be much
-larger than a cloth."""
-
 
 def render_draped(
     runs: Sequence[tuple[str, Draped]], path: FilePath, *, colour: str | None = None,
@@ -44,7 +38,8 @@ def render_draped(
         runs: name and result of each run.
         path: a ``.png`` file; missing folders are created.
         colour: ``yarn``, ``alpha`` or ``tension``; by default the choice of the first scene.
-        view: azimuth and elevation of the camera [degrees]; by default those of the first scene.
+        view: azimuth (0 from the side of z, 90 from that of x) and elevation of the camera [degrees]; by default those
+            of the first scene.
         size: width and height of each run in the picture [pixels]; by default those of the first scene.
 
     Raises:
@@ -57,7 +52,7 @@ def render_draped(
     curves = [run.yarns for _name, run in runs]
     coloured = colours_of_runs([run for _name, run in runs], curves, colour or output.colour)
     bodies = bodies_at_end(runs[0][1])
-    towards, up = camera_directions(*(view or output.view))
+    towards, up = turned_view(np.eye(3)[2], np.eye(3)[1], *np.radians(view or output.view))
     framed = framed_points(np.concatenate([each.points for each in curves]), bodies)
     part = (KEY_LEFT if coloured[0].key and len(runs) == 1 else 1.0, 0.94)
     camera = camera_around(framed, towards, up, width / height, part=part)
@@ -83,7 +78,7 @@ def framed_points(cloth: FloatArray, bodies: Sequence[Mesh]) -> FloatArray:
         bodies: the bodies.
     """
     low, high = cloth.min(axis=0), cloth.max(axis=0)
-    margin = AROUND * (high - low).max()
+    margin = 0.1 * (high - low).max()  # A body may be much larger than a cloth.
     points = np.concatenate([np.zeros((0, 3)), *(body.vertices for body in bodies)])
     near = ((points > low - margin) & (points < high + margin)).all(axis=1)
     return np.concatenate([cloth, points[near]])
@@ -96,7 +91,7 @@ def _panel(number: int, count: int) -> Viewport:
 def _write_name(plotter: pyvista.Plotter, name: str, height: int) -> None:
     """Write the name of a run into the lower left corner of its panel."""
     if name:
-        size = max(round(NAME_HEIGHT * height), 1)
+        size = max(round(0.03 * height), 1)
         plotter.add_text(name, position="lower_left", font_size=size, color=INK)
 
 
@@ -104,20 +99,6 @@ def _draw(plotter: pyvista.Plotter, yarns: YarnSet, colours: NDArray[np.uint8]) 
     segments = np.arange(len(yarns.segment_points))
     tubes, control_point = yarn_tubes(yarns, segments, detail_for(len(segments)), 1)
     add_tubes(plotter, tubes, dim_colours(colours)[control_point])
-
-
-def camera_directions(azimuth: float, elevation: float) -> tuple[FloatArray, FloatArray]:
-    """Return the direction towards the camera and the vertical direction of the picture; y points up.
-
-    Args:
-        azimuth: 0 from the side of z, 90 from the side of x [degrees].
-        elevation: 90 from above [degrees].
-    """
-    around, above = np.radians([azimuth, elevation])
-    towards = np.array([np.sin(around) * np.cos(above), np.sin(above), np.cos(around) * np.cos(above)])
-    steep = abs(np.cos(above)) < 1e-6
-    up = np.array([-np.sin(around), 0.0, -np.cos(around)]) * np.sign(above) if steep else np.array([0.0, 1.0, 0.0])
-    return towards, up
 
 
 def bodies_at_end(run: Draped) -> list[Mesh]:

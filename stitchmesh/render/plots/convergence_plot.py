@@ -10,36 +10,21 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.io.atomic import atomic_path
 from stitchmesh.io.contents import FilePath
 from stitchmesh.io.history import HistoryEntry, energy_terms
 from stitchmesh.mesh import FloatArray
-from stitchmesh.render.plots.own_settings import own_settings
+from stitchmesh.render.plots.plot_file import DASHES, INK, PALE_INK, plot_file, style_axes
 from stitchmesh.yarn.colours import DYES
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-SIZE = (8.0, 6.0)
-"""Width and height [inch]."""
-DOTS_PER_INCH = 150
-INK, PALE_INK, GRID = "#26241f", "#7a756a", "#e4e0d6"
-"""Colours of curves and text, of labels, and of grid lines."""
 STROKES = ("-", "--", ":")
 """Line styles of the energy terms; after all colours are used, the next style begins."""
-FEW_ENTRIES = 12
-"""Largest number of entries that are drawn with a marker each."""
-DECADES = 6
-"""Range of the energy axis in powers of ten; smaller energies are not visible."""
-MARGIN = 0.02
-"""Space before the first and after the last iteration, divided by their distance."""
 ROUND_STEPS = [1, 2, 5, 10]
 """Leading digits of the distances between ticks."""
-CLOSEST_TICKS = 0.04
-"""Smallest distance of two ticks of time, divided by the width of the plot."""
 
 
-@own_settings()
 def plot_convergence(history: Sequence[HistoryEntry], path: FilePath, *, tolerance: float | None = None) -> None:
     """Draw the residual and the energies of a relaxation against its iterations, with seconds on a second axis.
 
@@ -52,27 +37,22 @@ def plot_convergence(history: Sequence[HistoryEntry], path: FilePath, *, toleran
         ParameterError: the history is empty.
         FileError: the picture cannot be written.
     """
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
     if not history:
         raise ParameterError("history: got no entries; expected at least one")
-    figure = Figure(figsize=SIZE, dpi=DOTS_PER_INCH, layout="constrained")
-    above, below = figure.subplots(2, 1, sharex=True, height_ratios=(1.0, 1.2))
-    _mark_iterations(below, history)
-    _mark_seconds(above, history)
-    _draw_residual(above, history, tolerance)
-    _draw_energies(below, history)
-    figure.suptitle(_summary(history), x=0.01, ha="left", fontsize=11, color=INK)
-    with atomic_path(path) as temporary:
-        FigureCanvasAgg(figure).print_png(str(temporary))
+    with plot_file(path, (8.0, 6.0)) as figure:
+        above, below = figure.subplots(2, 1, sharex=True, height_ratios=(1.0, 1.2))
+        _mark_iterations(below, history)
+        _mark_seconds(above, history)
+        _draw_residual(above, history, tolerance)
+        _draw_energies(below, history)
+        figure.suptitle(_summary(history), x=0.01, ha="left", fontsize=11, color=INK)
 
 
 def _draw_residual(axes: Axes, history: Sequence[HistoryEntry], tolerance: float | None) -> None:
     residual = _positive([entry["residual"] for entry in history])
     axes.plot(_iterations(history), residual, color=INK, linewidth=1.6, marker=_marker(history), markersize=4)
     if tolerance is not None:
-        axes.axhline(tolerance, color=PALE_INK, linewidth=1.0, linestyle=(0, (5, 3)))
+        axes.axhline(tolerance, color=PALE_INK, linewidth=1.0, linestyle=DASHES)
         axes.annotate(
             f"tolerance {tolerance:g}", (0.0, tolerance), xycoords=("axes fraction", "data"), xytext=(4, 3),
             textcoords="offset points", ha="left", va="bottom", fontsize=9, color=PALE_INK,
@@ -86,7 +66,7 @@ def _draw_energies(axes: Axes, history: Sequence[HistoryEntry]) -> None:
     curves = {term: _positive([entry["energies"].get(term, np.nan) for entry in history])
               for term in energy_terms(history)}  # fmt: skip
     highest = {term: float(curve[np.isfinite(curve)].max(initial=0.0)) for term, curve in curves.items()}
-    floor = max(highest.values(), default=0.0) / 10**DECADES
+    floor = max(highest.values(), default=0.0) / 10**6  # Smaller energies are not visible.
     lines = {}
     for number, term in enumerate(curves):
         if highest[term] > floor:
@@ -107,7 +87,7 @@ def _mark_iterations(axes: Axes, history: Sequence[HistoryEntry]) -> None:
     from matplotlib.ticker import MaxNLocator
 
     iterations = _iterations(history)
-    space = max(MARGIN * float(np.ptp(iterations)), 0.5)
+    space = max(0.02 * float(np.ptp(iterations)), 0.5)
     axes.set_xlim(iterations.min() - space, iterations.max() + space)
     axes.xaxis.set_major_locator(MaxNLocator(8, steps=ROUND_STEPS, integer=True))
     axes.set_xlabel("iteration", color=PALE_INK)
@@ -125,7 +105,7 @@ def _mark_seconds(axes: Axes, history: Sequence[HistoryEntry]) -> None:
     ticks = ticks[(ticks >= seconds.min()) & (ticks <= seconds.max())]
     place = np.interp(ticks, seconds, _iterations(history))
     left, right = axes.get_xlim()
-    apart = np.diff(place, prepend=-np.inf) > CLOSEST_TICKS * (right - left)
+    apart = np.diff(place, prepend=-np.inf) > 0.04 * (right - left)  # Closer labels would touch.
     top = axes.twiny()
     top.set_xlim(left, right)
     top.set_xticks(place[apart], [f"{second:g}" for second in ticks[apart]])
@@ -136,12 +116,7 @@ def _mark_seconds(axes: Axes, history: Sequence[HistoryEntry]) -> None:
 
 def _style_axes(axes: Axes, name: str) -> None:
     axes.set_yscale("log")
-    axes.set_ylabel(name, color=PALE_INK)
-    axes.grid(color=GRID, linewidth=0.8)
-    axes.set_axisbelow(True)
-    axes.tick_params(which="both", colors=PALE_INK, labelsize=9)
-    axes.spines[["top", "right"]].set_visible(False)
-    axes.spines[["left", "bottom"]].set_color(PALE_INK)
+    style_axes(axes, name)
 
 
 def _summary(history: Sequence[HistoryEntry]) -> str:
@@ -158,7 +133,8 @@ def _iterations(history: Sequence[HistoryEntry]) -> FloatArray:
 
 
 def _marker(history: Sequence[HistoryEntry]) -> str:
-    return "o" if len(history) <= FEW_ENTRIES else ""
+    """Return the marker of each entry; many entries have none."""
+    return "o" if len(history) <= 12 else ""
 
 
 def _positive(values: Sequence[float]) -> FloatArray:

@@ -12,26 +12,19 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stitchmesh.io.atomic import atomic_path
 from stitchmesh.io.contents import FilePath
 from stitchmesh.mesh import FloatArray
 from stitchmesh.meshrelax.free.free_shape import FreeShape
 from stitchmesh.render.colour_scale import DIVERGING, ColourScale
-from stitchmesh.render.plots.convergence_plot import DOTS_PER_INCH, INK, PALE_INK
-from stitchmesh.render.plots.own_settings import own_settings
+from stitchmesh.render.plots.plot_file import DASHES, INK, PALE_INK, open_frame, plot_file
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-SIZE = (7.0, 6.4)
-"""Width and height of a picture [inch]."""
 SCALE = ColourScale(DIVERGING, 0.7, 1.3)
 """Colours of the mean stretch of a stitch."""
-LEAST_LINES = 20_000
-"""From this number of stitches their sides are not drawn, because they would cover the colours."""
 
 
-@own_settings()
 def plot_outline(shape: FreeShape, path: FilePath, title: str = "") -> None:
     """Draw the natural outline of a fabric.
 
@@ -43,13 +36,8 @@ def plot_outline(shape: FreeShape, path: FilePath, title: str = "") -> None:
     Raises:
         FileError: the picture cannot be written.
     """
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=SIZE, dpi=DOTS_PER_INCH, layout="constrained")
-    draw_outline(figure.subplots(), shape, title)
-    with atomic_path(path) as temporary:
-        FigureCanvasAgg(figure).print_png(str(temporary))
+    with plot_file(path, (7.0, 6.4)) as figure:
+        draw_outline(figure.subplots(), shape, title)
 
 
 def draw_outline(axes: Axes, shape: FreeShape, title: str) -> None:
@@ -57,7 +45,7 @@ def draw_outline(axes: Axes, shape: FreeShape, title: str) -> None:
     from matplotlib.collections import PolyCollection
 
     polygons, stretch = _front_polygons(shape)
-    lines = 0.3 if shape.fabric.face_count < LEAST_LINES else 0.0
+    lines = 0.3 if shape.fabric.face_count < 20_000 else 0.0  # More sides would cover the colours.
     colours = SCALE.of(stretch) / 255.0
     axes.add_collection(PolyCollection(polygons, facecolors=colours, edgecolors=INK, linewidths=lines))
     for border in shape.outline:
@@ -66,8 +54,7 @@ def draw_outline(axes: Axes, shape: FreeShape, title: str) -> None:
     _draw_plain_size(axes, shape, np.concatenate(polygons))
     axes.set_aspect("equal")
     axes.tick_params(colors=PALE_INK, labelsize=8)
-    axes.spines[["top", "right"]].set_visible(False)
-    axes.spines[["left", "bottom"]].set_color(PALE_INK)
+    open_frame(axes)
     words = [line for line in (title, *summary(shape).split("; ")) if line]
     axes.set_title("\n".join(words), loc="left", fontsize=10, color=INK, parse_math=False)  # A name is no formula
 
@@ -97,4 +84,4 @@ def _draw_plain_size(axes: Axes, shape: FreeShape, points: FloatArray) -> None:
     height = shape.height / measures["height_over_plain"]
     middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
     corner = 0.5 * np.array([[-width, -height], [width, -height], [width, height], [-width, height], [-width, -height]])
-    axes.plot(*(middle + corner).T, color=PALE_INK, linewidth=1.0, linestyle=(0, (5, 3)))
+    axes.plot(*(middle + corner).T, color=PALE_INK, linewidth=1.0, linestyle=DASHES)

@@ -4,29 +4,22 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from stitchmesh.io.atomic import atomic_path
 from stitchmesh.io.contents import FilePath
 from stitchmesh.mesh import FloatArray
 from stitchmesh.periodic.relaxation.continuation import size_of
 from stitchmesh.periodic.stretch import NEWTONS_PER_METRE, StretchCurve
-from stitchmesh.render.plots.convergence_plot import DOTS_PER_INCH, GRID, INK, PALE_INK
-from stitchmesh.render.plots.own_settings import own_settings
+from stitchmesh.render.plots.plot_file import DASHES, INK, PALE_INK, plot_file, style_axes
 from stitchmesh.yarn.colours import DYES
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-SIZE = (7.0, 4.2)
-"""Width and height of a picture with one panel [inch]."""
-TALL = 6.0
-"""Height of a picture with two panels [inch]."""
 ALONG = {"course": "along the courses", "wale": "along the wales"}
 """Names of the directions in labels."""
 
 
-@own_settings()
 def plot_stretch(curve: StretchCurve, path: FilePath) -> None:
     """Draw the tensions of a stretch curve, and the transverse size if it is free.
 
@@ -37,19 +30,14 @@ def plot_stretch(curve: StretchCurve, path: FilePath) -> None:
     Raises:
         FileError: the picture cannot be written.
     """
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
     free = curve.other == "free"
-    figure = Figure(figsize=(SIZE[0], TALL if free else SIZE[1]), dpi=DOTS_PER_INCH, layout="constrained")
-    panels = figure.subplots(1 + free, 1, sharex=True, squeeze=False)[:, 0]
-    _draw_tension(panels[0], curve)
-    if free:
-        _draw_other(panels[1], curve)
-    panels[-1].set_xlabel(f"strain {ALONG[curve.direction]} [%]", color=PALE_INK)
-    figure.suptitle(_summary(curve), x=0.01, ha="left", fontsize=11, color=INK)
-    with atomic_path(path) as temporary:
-        FigureCanvasAgg(figure).print_png(str(temporary))
+    with plot_file(path, (7.0, 6.0 if free else 4.2)) as figure:
+        panels = figure.subplots(1 + free, 1, sharex=True, squeeze=False)[:, 0]
+        _draw_tension(panels[0], curve)
+        if free:
+            _draw_other(panels[1], curve)
+        panels[-1].set_xlabel(f"strain {ALONG[curve.direction]} [%]", color=PALE_INK)
+        figure.suptitle(_summary(curve), x=0.01, ha="left", fontsize=11, color=INK)
 
 
 def _draw_tension(axes: Axes, curve: StretchCurve) -> None:
@@ -62,11 +50,13 @@ def _draw_tension(axes: Axes, curve: StretchCurve) -> None:
     for number, point in enumerate(curve.snaps):
         place = (percent[point - 1] + percent[point]) / 2
         label = "snap to another shape" if number == 0 else None
-        axes.axvline(place, color=PALE_INK, linewidth=1.0, linestyle=(0, (5, 3)), label=label)
+        axes.axvline(place, color=PALE_INK, linewidth=1.0, linestyle=DASHES, label=label)
     axes.axhline(0.0, color=PALE_INK, linewidth=0.8)
     axes.legend(frameon=False, fontsize=9, labelcolor=INK)
-    _style_axes(axes, "tension [dyn/cm]")
-    newtons = axes.secondary_yaxis("right", functions=(_in_newtons, _in_dynes))
+    style_axes(axes, "tension [dyn/cm]")
+    newtons = axes.secondary_yaxis("right", functions=(
+        lambda tension: tension * NEWTONS_PER_METRE, lambda tension: tension / NEWTONS_PER_METRE
+    ))  # fmt: skip
     newtons.set_ylabel("tension [N/m]", color=PALE_INK)
     newtons.tick_params(colors=PALE_INK, labelsize=9)
     newtons.spines[:].set_color(PALE_INK)
@@ -78,16 +68,7 @@ def _draw_other(axes: Axes, curve: StretchCurve) -> None:
     name, size, rest = ("height", curve.column("height"), height) if curve.direction == "course" else (
         "width", curve.column("width"), width)  # fmt: skip
     axes.plot(_percent(curve), 100.0 * (size / rest - 1.0), color=INK, linewidth=1.6, marker="o", markersize=4)
-    _style_axes(axes, f"change of {name} [%]")
-
-
-def _style_axes(axes: Axes, name: str) -> None:
-    axes.set_ylabel(name, color=PALE_INK)
-    axes.grid(color=GRID, linewidth=0.8)
-    axes.set_axisbelow(True)
-    axes.tick_params(which="both", colors=PALE_INK, labelsize=9)
-    axes.spines[["top", "right"]].set_visible(False)
-    axes.spines[["left", "bottom"]].set_color(PALE_INK)
+    style_axes(axes, f"change of {name} [%]")
 
 
 def _summary(curve: StretchCurve) -> str:
@@ -99,11 +80,3 @@ def _summary(curve: StretchCurve) -> str:
 
 def _percent(curve: StretchCurve) -> FloatArray:
     return 100.0 * curve.column("strain")
-
-
-def _in_newtons(tension: Any) -> Any:
-    return tension * NEWTONS_PER_METRE
-
-
-def _in_dynes(tension: Any) -> Any:
-    return tension / NEWTONS_PER_METRE

@@ -24,8 +24,6 @@ from stitchmesh.yarn.polyline import polylines_of_segments
 from stitchmesh.yarngen import generate_yarns
 from stitchmesh.yarngen.templates.template import RADIUS_OVER_WIDTH, STITCH_HEIGHT
 
-LEAST_WIDTH = 8
-"""Smallest number of loops across a thumbnail; narrower patterns are repeated."""
 FINER = 2
 """Number of drawn pixels for each pixel of the thumbnail, in each direction."""
 SAMPLES = 4
@@ -59,7 +57,7 @@ def pattern_thumbnail(pattern: Pattern, size: int = 72) -> bytes:
     check_kind("pattern_thumbnail", pattern, Pattern)
     if size not in SIZES:
         raise ParameterError(f"thumbnail: got a size of {size} pixels; expected {SIZES[0]} to {SIZES[-1]}")
-    columns = -(-LEAST_WIDTH // pattern.width)
+    columns = -(-8 // pattern.width)  # Narrower patterns are repeated.
     width = columns * pattern.width
     rows = -(-int(np.ceil(width / STITCH_HEIGHT)) // pattern.height)
     fabric = pattern_mesh(pattern, columns, rows, stitch_width=1.0, stitch_height=STITCH_HEIGHT)

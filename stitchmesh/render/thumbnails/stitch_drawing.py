@@ -30,8 +30,6 @@ OWN = "#1b1815"
 OTHER_ON_PALE, OTHER = "#8b5a2b", "#fffaf0"
 """Colours of the loops on which the stitch is worked: brown on a pale ground and white on others. Ground and yarns thus
 differ in lightness, which does not depend on the perception of hues."""
-PALE = 0.5
-"""Smallest relative luminance of a pale ground."""
 STROKES_PER_WIDTH = 8.0
 """Number of strokes into which a curve of one stitch width is cut."""
 THICKNESS = 0.19
@@ -75,7 +73,7 @@ def draw_stitch(stitch: Stitch, size: int = 40) -> Markup:
     low, high = SIDES.get(stitch) or SIDE_COUNTS[stitch]
     widest = max(low, high, 1)
     ground = colour_text(stitch_colour(stitch))
-    other = OTHER_ON_PALE if _luminance(stitch_colour(stitch)) > PALE else OTHER
+    other = OTHER_ON_PALE if _luminance(stitch_colour(stitch)) > 0.5 else OTHER
     extent = max(widest + 2 * BESIDE, STITCH_HEIGHT + BELOW + ABOVE)
     left, upper = widest / 2 - extent / 2, -(STITCH_HEIGHT + ABOVE - BELOW + extent) / 2
     x, y, side = (round(UNIT * value) for value in (left, upper, extent))

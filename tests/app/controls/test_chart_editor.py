@@ -69,28 +69,19 @@ def test_a_stroke_paints_and_gives_the_pattern(rib):
     assert rib.texts == [rib.editor.text]
 
 
-def test_the_parts_of_a_stroke_are_one_step(rib):
+def test_the_parts_of_a_stroke_are_one_step_and_what_changes_nothing_is_none(rib):
     rib.stroke([0, 2], word="p")
     rib.stroke([0, 3], word="p", goes_on=True)
+    rib.stroke([0, 0], word="p")
+    rib.stroke([1, 2], word="p", goes_on=True)  # The first part of this stroke changed nothing.
+    rib.editor.undo()
+    assert rib.rows() == ["p p p p", "p p k k"]
     rib.editor.undo()
     assert rib.rows() == ["p p k k"] * 2
-    rib.editor.redo()
-    assert rib.rows()[0] == "p p p p"
-
-
-def test_a_stroke_whose_first_part_changes_nothing_is_a_step_of_its_own(rib):
-    rib.stroke([0, 2], word="p")
-    rib.stroke([0, 0], word="p")
-    rib.stroke([1, 2], word="p", goes_on=True)
-    rib.editor.undo()
-    assert rib.rows() == ["p p p k", "p p k k"]
-
-
-def test_what_changes_nothing_is_no_step(rib):
-    rib.stroke([0, 0], word="p")
     with pytest.raises(StitchMeshError, match="no step to undo"):
         rib.editor.undo()
-    assert not rib.given
+    rib.editor.redo()
+    assert rib.rows()[0] == "p p p p"
 
 
 def test_an_invalid_chart_gives_nothing_and_says_why_at_its_row(rib):
@@ -105,11 +96,6 @@ def test_an_invalid_chart_gives_nothing_and_says_why_at_its_row(rib):
     rib.stroke([1, 0], word="p")
     assert not rib.editor.fault
     assert "role=\"alert\"" not in rib.controls.text_shown()
-
-
-def test_a_chart_that_does_not_repeat_upwards_is_said(rib):
-    rib.stroke([0, 0], word="yo")
-    assert "to repeat upwards" in rib.editor.fault or "leaves" in rib.editor.fault
 
 
 def test_text_changes_the_grid_and_keeps_its_form(rib):
@@ -136,14 +122,10 @@ def test_an_unreadable_text_stays_with_its_line_and_undo_drops_it(rib):
     assert (rib.editor.text, rib.editor.fault) == (good, "")
 
 
-def test_an_editor_comes_back_from_its_text(rib):
-    rib.stroke([0, 2], word="yo", yarn=3)
+def test_an_editor_comes_back_from_its_text_even_if_it_cannot_be_read(rib):
+    rib.stroke([0, 2], word="p", yarn=3)
     again = Desk(rib.editor.text)
-    assert again.rows() == rib.rows()
-    assert again.editor.text == rib.editor.text
-
-
-def test_an_editor_comes_back_with_a_text_that_cannot_be_read(rib):
+    assert (again.rows(), again.editor.text) == (rib.rows(), rib.editor.text)
     rib.gesture("text", text="chart letters:\nkq")
     again = Desk(rib.editor.source, rib.editor.text)
     assert (again.editor.text, again.editor.fault) == (rib.editor.text, rib.editor.fault)
@@ -209,13 +191,13 @@ def test_size_rows_and_columns(rib):
     assert rib.controls.find("Rows").value == 2
 
 
-@pytest.mark.parametrize(("rows", "columns"), [(0, 0), (501, 4), (4, 501)])
-def test_a_refused_size_leaves_the_chart(rib, rows, columns):
-    rib.controls.find("Rows").value, rib.controls.find("Columns").value = rows, columns
-    with pytest.raises(StitchMeshError, match="expected 1 to 500 rows"):
-        rib.controls.press("Resize")
-    assert rib.editor.chart.shape == (2, 4)
-    assert rib.controls.find("Rows").value == 2
+def test_a_refused_size_leaves_the_chart(rib):
+    for action in (("Resize",), ("New chart", "Weave")):
+        rib.controls.find("Columns").value = 501
+        with pytest.raises(StitchMeshError, match="expected 1 to 500 rows"):
+            rib.controls.press(*action)
+        assert rib.editor.chart.shape == (2, 4)
+    assert rib.controls.find("Columns").value == 4
 
 
 def test_a_new_chart_is_a_step(rib):
@@ -231,24 +213,16 @@ def test_a_new_chart_is_a_step(rib):
     for _ in range(3):
         rib.controls.act("undo")
     assert rib.rows() == ["p p k k"] * 2
-    rib.controls.find("Rows").value = 0
-    with pytest.raises(StitchMeshError, match="expected 1 to 500 rows"):
-        rib.controls.press("New chart", "Weave")
 
 
 def test_the_steps_of_a_large_chart_hold_a_bounded_number_of_squares(rib, monkeypatch):
-    monkeypatch.setattr(chart_board, "MOST_SQUARES", 1200)
-    rib.controls.set("Rows", 8)
-    rib.controls.set("Columns", 10)
-    rib.controls.press("New chart", "Knit")
-    for place in range(30):
-        rib.stroke([place // 10, place % 10], word="p")
-    undone = 0
+    monkeypatch.setattr(chart_board, "MOST_SQUARES", 15 * 8)
+    for place in range(20):
+        rib.stroke([0, 0], word=("yo", "p")[place % 2])
+    for _ in range(15):
+        rib.editor.undo()
     with pytest.raises(StitchMeshError, match="no step to undo"):
-        while True:
-            rib.editor.undo()
-            undone += 1
-    assert undone == 1200 // 80
+        rib.editor.undo()
 
 
 def test_the_brush_is_chosen_by_buttons(rib):
@@ -267,19 +241,15 @@ def test_the_brush_is_chosen_by_buttons(rib):
     assert rib.data("changes")["word"] == "p"
 
 
-def test_a_word_that_is_typed_can_be_painted(rib):
+def test_words_and_colours_are_added_to_those_that_can_be_painted(rib):
     for typed in ("k", "k3", "k3t", "k3tog"):
         rib.controls.set("Other stitch", typed)
     assert rib.data("changes")["word"] == "k3tog"
     assert "k3tog" in rib.data("base")["words"]
     rib.controls.act("stitch", "k3tog")
-
-
-def test_colours_of_yarns_are_set_and_added(rib):
     rib.controls.act("add-yarn")
     rib.controls.set("Yarn colour", "#102030")
-    assert rib.editor.chart.palette[2] == (16, 32, 48)
-    rib.stroke([0, 0], yarn=2)
+    rib.stroke([0, 0], word="p", yarn=2)
     assert rib.editor.source.palette[2] == (16, 32, 48)
     assert rib.data("base")["colours"][2] == "#102030"
 
@@ -311,29 +281,32 @@ def test_the_last_message_of_each_browser_is_confirmed(rib):
 
 
 def test_no_two_editors_have_one_name_in_the_browser():
-    names = {re.search('data-chart="([^"]+)"', Desk(read_pattern("seed")).controls.text_shown())[1] for _ in range(20)}
-    assert len(names) == 20  # so that a window of a server that ended never mixes its strokes into another chart
+    """A window of a server that ended never mixes its strokes into another chart."""
+    names = {re.search('data-chart="([^"]+)"', Desk(read_pattern("seed")).controls.text_shown())[1] for _ in range(3)}
+    assert len(names) == 3
 
 
-@pytest.mark.parametrize(
-    ("action", "value"),
-    [("stroke", "no json"), ("stroke", "[]"), ("stroke", '{"places": 3}'), ("stroke", '{"places": [[0]]}'),
-     ("stroke", '{"places": [["a", 0]], "word": "k"}'), ("stroke", '{"places": [[0, 0]], "word": "q"}'),
-     ("stroke", '{"places": [[0, 0]], "yarn": 999999}'), ("fill", '{"row": "1e9"}'),
-     ("fill", '{"row": 99, "column": 0}'),
-     ("select", '{"row": 5, "row_end": 2, "column": 0, "column_end": 1}'), ("box", "{}"), ("pick", "{}"),
-     ("text", json.dumps({"text": "k" * 1_000_001})),
-     ("yarn", "x"), ("yarn", "256"), ("layer", "7x"), ("move", '{"rows": 1, "columns": 1}'),
-     ("paste", ""), ("copy", "")],
-)  # fmt: skip
-def test_what_cannot_be_understood_is_refused_and_changes_nothing(rib, action, value):
+MISUNDERSTOOD = [
+    ("stroke", "no json"), ("stroke", "[]"), ("stroke", '{"places": 3}'), ("stroke", '{"places": [[0]]}'),
+    ("stroke", '{"places": [["a", 0]], "word": "k"}'), ("stroke", '{"places": [[0, 0]], "word": "q"}'),
+    ("stroke", '{"places": [[0, 0]], "yarn": 999999}'), ("fill", '{"row": "1e9"}'),
+    ("fill", '{"row": 99, "column": 0}'),
+    ("select", '{"row": 5, "row_end": 2, "column": 0, "column_end": 1}'), ("box", "{}"), ("pick", "{}"),
+    ("text", json.dumps({"text": "k" * 1_000_001})),
+    ("yarn", "x"), ("yarn", "256"), ("layer", "7x"), ("move", '{"rows": 1, "columns": 1}'),
+    ("paste", ""), ("copy", ""),
+]  # fmt: skip
+
+
+def test_what_cannot_be_understood_is_refused_and_changes_nothing(rib):
     before = rib.editor.text
-    with pytest.raises(StitchMeshError):
-        rib.editor.act(action, value)
-    assert rib.editor.text == before
+    for action, value in MISUNDERSTOOD:
+        with pytest.raises(StitchMeshError):
+            rib.editor.act(action, value)
+        assert rib.editor.text == before
 
 
-def test_a_weave_is_painted_dyed_and_undone():
+def test_a_weave_is_painted_dyed_and_undone_and_one_that_falls_apart_is_said_at_its_weft():
     desk = Desk(read_weave("twill-3x2"))
     weave = desk.editor.source
     desk.stroke([0, 0], [0, 0], word="0")
@@ -345,9 +318,6 @@ def test_a_weave_is_painted_dyed_and_undone():
     assert [thread.colour for thread in desk.editor.source.warps] == [0, 0, 1, 0, 0]
     desk.editor.undo()
     assert desk.editor.source == weave
-
-
-def test_a_weave_that_falls_apart_is_said_at_its_weft():
     desk = Desk(read_weave("plain"))
     desk.stroke([0, 0], [0, 1], word="1")
     assert "falls apart" in desk.editor.fault
@@ -391,12 +361,3 @@ def test_files_come_in_and_go_out(rib):
     with pytest.raises(StitchMeshError, match="is not a whole PNG"):
         rib.controls.send("Open a chart", "a.png", b"no picture")
     assert rib.editor.text == before
-
-
-def test_all_controls_have_hints_and_all_buttons_have_names(rib):
-    for control in rib.controls.made:
-        assert control.kind in ("html", "group") or control.hint
-        for button in re.findall(r"<button[^>]*>", control.content):
-            assert re.search(r'title="[^"]+"', button)
-        for name in re.findall(r"<button[^>]*>(.*?)</button>", control.content):
-            assert re.sub("<[^>]*>", "", name).strip()  # what a button is called can be seen on it

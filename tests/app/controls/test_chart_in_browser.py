@@ -4,19 +4,15 @@
 
 from __future__ import annotations
 
-import itertools
-from contextlib import contextmanager
 from typing import ClassVar
 
 import numpy as np
 import pytest
 
 from stitchmesh.app.controls.chart_editor import ChartEditor
-from stitchmesh.app.pages import all_pages, navigation
+from stitchmesh.app.pages import all_pages
 from stitchmesh.app.pages.page import Page
 from stitchmesh.patterns import parse_pattern, read_pattern
-from stitchmesh.patterns.charts.chart_operations import repeat
-from stitchmesh.patterns.charts.knit_chart import knit_chart
 from stitchmesh.periodic.weave.library import read_weave
 
 PLAIN = parse_pattern("chart letters:\n" + "\n".join(["k" * 12] * 10))
@@ -30,7 +26,6 @@ SHOWN = """() => {
   const chart = Object.values(stitchmeshCharts).find((each) => each.root);
   return Array.from(chart.squares, (number) => number === 65535 ? "" : chart.base.words[number]);
 }"""
-NUMBERS = itertools.count(1)
 PENDING = "() => Object.values(stitchmeshCharts).every((chart) => chart.pending.length === 0 && chart.base !== null)"
 
 
@@ -46,37 +41,9 @@ class ChartPage(Page):
         self.editor = ChartEditor(self.app.left_controls, self.source, self.given.append, download=self.app.download)
 
 
-@pytest.fixture(scope="module")
-def shared_rig(browser, tmp_path_factory):
-    """One page of the browser for all charts; to load it takes longer than most tests."""
-    from tests.app.browser import rig_on
-
-    with rig_on(browser, tmp_path_factory.mktemp("charts") / "project", page="Project") as rig:
-        yield rig
-
-
 @pytest.fixture
-def page_with(monkeypatch, shared_rig, capfd):
-    """A function that opens a new page of the application with a chart."""
-
-    @contextmanager
-    def opened(source):
-        name = f"Chart {next(NUMBERS)}"
-        monkeypatch.setitem(navigation.SECTIONS, name, (name,))
-        monkeypatch.setattr(ChartPage, "source", source)
-        monkeypatch.setitem(all_pages.PAGES, name, ChartPage)
-        shared_rig.app.post(shared_rig.app.open_page, name)
-        shared_rig.settle()
-        yield shared_rig
-
-    yield opened
-    printed = capfd.readouterr().err
-    assert "Traceback" not in printed, printed
-
-
-@pytest.fixture
-def page_of_its_own(monkeypatch, app_in_browser):
-    """A function that opens the page Project with a chart, for a test that leaves this page and returns."""
+def page_with(monkeypatch, app_in_browser):
+    """A function that opens the page Project with a chart."""
 
     def opened(source):
         monkeypatch.setattr(ChartPage, "source", source)
@@ -122,7 +89,7 @@ def test_every_square_that_is_clicked_or_dragged_over_arrives(page_with):
     with page_with(PLAIN) as rig:
         editor = rig.app.page.editor
         generator, expected = np.random.default_rng(3), np.full((10, 12), "k", dtype=object)
-        for row, column in {tuple(place) for place in generator.integers((10, 12), size=(15, 2)).tolist()}:
+        for row, column in {tuple(place) for place in generator.integers((10, 12), size=(6, 2)).tolist()}:
             click(rig, row, column)
             expected[row, column] = "p"
         settle(rig)
@@ -164,7 +131,7 @@ def test_text_and_grid_follow_one_another_and_a_fault_marks_its_line(page_with):
         assert parse_pattern(editor.text).rows == editor.source.rows
 
 
-def test_the_keyboard_does_what_the_mouse_does(page_with):
+def test_the_keyboard_does_what_the_mouse_does_and_the_focus_stays_on_a_pressed_button(page_with):
     with page_with(PLAIN) as rig:
         editor, keyboard = rig.app.page.editor, rig.browser_page.keyboard
         rig.browser_page.locator("[data-chart] canvas").focus()
@@ -188,11 +155,6 @@ def test_the_keyboard_does_what_the_mouse_does(page_with):
             keyboard.press(key)
             settle(rig)
         assert editor.chart.word_at(3, 3) == "yo"
-
-
-def test_the_focus_stays_on_a_button_that_is_pressed_by_a_key(page_with):
-    with page_with(PLAIN) as rig:
-        keyboard = rig.browser_page.keyboard
         focused = "() => [document.activeElement.dataset.action, document.activeElement.dataset.value].join(' ')"
         rig.button("Paint").focus()
         for key, expected in (("Tab", "tool Fill"), ("Enter", "tool Fill"), ("Tab", "tool Box"), ("Space", "tool Box")):
@@ -202,7 +164,7 @@ def test_the_focus_stays_on_a_button_that_is_pressed_by_a_key(page_with):
         assert rig.button("Box").get_attribute("aria-pressed") == "true"
 
 
-def test_boxes_are_selected_moved_and_filled(page_with):
+def test_boxes_are_selected_moved_and_filled_and_cables_are_painted_as_a_whole(page_with):
     with page_with(PLAIN) as rig:
         editor = rig.app.page.editor
         rig.act("tool", "Box")
@@ -223,16 +185,12 @@ def test_boxes_are_selected_moved_and_filled(page_with):
         settle(rig)
         assert editor.chart.yarns.sum() == 6
         assert set(words(editor)) == {"k"}
-        assert shown(rig) == words(editor)
-
-
-def test_cables_are_painted_as_a_whole(page_with):
-    with page_with(PLAIN) as rig:
+        rig.act("tool", "Paint")
         rig.act("stitch", "c4f")
         settle(rig)
         drag(rig, (2, 1), (2, 9))
-        assert words(rig.app.page.editor)[24:36] == ["k", "c4f", "", "", "", "c4f", "", "", "", "k", "k", "k"]
-        assert shown(rig) == words(rig.app.page.editor)
+        assert words(editor)[24:36] == ["k", "c4f", "", "", "", "c4f", "", "", "", "k", "k", "k"]
+        assert shown(rig) == words(editor)
 
 
 @pytest.mark.nightly
@@ -259,8 +217,8 @@ def test_a_second_window_and_a_window_that_is_loaded_again_show_the_same_chart(p
 
 
 @pytest.mark.nightly
-def test_a_page_that_is_left_in_the_middle_of_a_stroke_and_opened_again_goes_on(page_of_its_own):
-    with page_of_its_own(PLAIN) as rig:
+def test_a_page_that_is_left_in_the_middle_of_a_stroke_and_opened_again_goes_on(page_with):
+    with page_with(PLAIN) as rig:
         left = rig.app.page.editor
         rig.browser_page.mouse.move(*at(rig, 0, 0))
         rig.browser_page.mouse.down()
@@ -296,34 +254,3 @@ def test_threads_of_a_weave_are_dyed_in_the_margins(page_with):
         settle(rig)
         assert [thread.colour for thread in editor.source.wefts] == [0, 1, 1, 0, 0]
         assert [thread.colour for thread in editor.source.warps] == [1, 0, 0, 1, 0]
-
-
-@pytest.mark.nightly
-def test_the_largest_chart_is_painted(page_with):
-    with page_with(PLAIN) as rig:
-        editor = rig.app.page.editor
-        largest = repeat(knit_chart(parse_pattern("chart letters:\n" + "\n".join(["kp" * 25] * 50))), 10, 10)
-        rig.call(editor.show, largest.pattern())
-        settle(rig)
-        large = "() => Object.values(stitchmeshCharts).some((each) => each.base.rows === 500)"
-        rig.browser_page.wait_for_function(large)
-        settle(rig)
-        row = 490
-        drag(rig, (row, 2), (row, 20))
-        assert [editor.chart.word_at(row, column) for column in range(2, 21)] == ["p"] * 19
-        assert shown(rig) == words(editor)
-
-
-def test_files_go_out_and_come_in(page_with, tmp_path):
-    with page_with(read_pattern("peerie")) as rig:
-        editor = rig.app.page.editor
-        name, content = rig.downloaded(lambda: rig.press("Save the image"))
-        (tmp_path / name).write_bytes(content)
-        rig.call(editor.show, PLAIN)
-        rig.upload(tmp_path / name)
-        rig.wait_for(lambda: editor.chart.shape == (6, 6), "the chart of the image")
-        assert editor.source.rows == read_pattern("peerie").rows
-        (tmp_path / "bad.knit").write_text("chart letters:\nk?")
-        rig.upload(tmp_path / "bad.knit")
-        rig.wait_for_text("expected one of k p b f")
-        assert editor.chart.shape == (6, 6)

@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 import pytest
 
 from stitchmesh.app.controls.html_pieces import colour_bar, figures, message
-from stitchmesh.app.controls.legend import legend_of_key
+from stitchmesh.app.controls.legend import LegendEntry, legend, legend_of_key
 
 HOSTILE = '<script>alert(1)</script> & "quotes"'
 PIECES = {
@@ -32,5 +32,12 @@ def test_messages_of_different_kinds_differ_without_colour():
     assert len(marks) == 3
 
 
-def test_the_colours_of_a_legend_are_those_of_the_entries():
-    assert "rgb(10, 20, 30)" in PIECES["legend"] and "#000000,#ffffff" in PIECES["colour_bar"]
+def test_each_colour_of_a_legend_has_a_mark_that_screen_readers_leave_out():
+    entries = [LegendEntry("rows", ((1, 2, 3), (4, 5, 6))), LegendEntry("a < b & c", ((7, 8, 9),), line=True)]
+    found = ElementTree.fromstring(legend(entries))
+    assert found.get("aria-label") == "Legend"
+    assert ["".join(item.itertext()) for item in found] == ["rows", "a < b & c"]
+    marks = next(part for part in found[0].iter("span") if part.get("aria-hidden") == "true")
+    assert ["rgb(1, 2, 3)" in str(mark.get("style")) for mark in marks] == [True, False]
+    assert ["rgb(4, 5, 6)" in str(mark.get("style")) for mark in marks] == [False, True]
+    assert len(ElementTree.fromstring(legend([]))) == 0

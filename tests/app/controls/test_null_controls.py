@@ -8,22 +8,6 @@ import pytest
 
 from stitchmesh.app.controls.null_controls import NullControls
 from stitchmesh.errors import ParameterError
-from stitchmesh.markup import markup
-
-
-def test_controls_are_pressed_set_and_read_by_their_labels():
-    controls, calls = NullControls(), []
-    controls.button("Label all", "Labels all rows.", lambda: calls.append("all"))
-    controls.number("Width", "Wale spacing.", 0.8, calls.append, least=0.1, most=5.0, step=0.1)
-    controls.buttons("Tool", "What a click does.", ["paint", "fill"], calls.append)
-    purl = markup('<button data-action="stitch" data-value="purl">p</button>')
-    controls.html(purl, lambda *both: calls.append(both))
-    controls.press("Label all")
-    controls.set("Width", 1.2)
-    controls.press("Tool", "fill")
-    controls.act("stitch", "purl")
-    assert calls == ["all", 1.2, "fill", ("stitch", "purl")]
-    assert controls.find("Width").value == 1.2
 
 
 @pytest.mark.parametrize("value", [0.0, 5.1, float("nan"), "wide", None, True])
@@ -33,21 +17,3 @@ def test_a_number_takes_nothing_beyond_its_bounds(value):
     with pytest.raises(ParameterError, match=r"Width: got .*; expected 0.1 to 5"):
         controls.set("Width", value)
     assert calls == [] and number.value == 0.8
-
-
-def test_what_is_not_there_hidden_or_disabled_cannot_be_pressed():
-    controls = NullControls()
-    button = controls.button("Undo", "Takes back the last edit.", lambda: None)
-    with pytest.raises(ParameterError, match="'Undoo': does not exist; expected Undo"):
-        controls.press("Undoo")
-    button.disabled = True
-    with pytest.raises(ParameterError, match="is disabled"):
-        controls.press("Undo")
-    button.disabled, button.visible = False, False
-    with pytest.raises(ParameterError, match="is hidden"):
-        controls.press("Undo")
-    button.remove()
-    with pytest.raises(ParameterError, match="does not exist"):
-        controls.press("Undo")
-    with pytest.raises(ParameterError, match="no element has it"):
-        controls.act("stitch", "purl")

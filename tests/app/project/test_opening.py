@@ -72,26 +72,26 @@ def test_a_folder_is_opened_or_made(tmp_path, tube_file):
     project_for(folder=tmp_path / "new").close()
 
 
-@pytest.mark.parametrize(("name", "content"), [("a.obj", b"f 1 2 3\n"), ("a.obj", b""), ("a.txt", b"no mesh")])
+@pytest.mark.parametrize(("name", "content"), [("a.obj", b"f 1 2 3\n"), ("a.txt", b"no mesh")])
 def test_a_file_that_cannot_be_read_leaves_no_project(tmp_path, name, content):
     (tmp_path / name).write_bytes(content)
-    with pytest.raises(FileError, match=name):
-        project_for(tmp_path / name)
-    with pytest.raises(FileError, match=name):
-        project_for(tmp_path / name, tmp_path / "own")
-    assert os.listdir(tmp_path) == [name] and recent_projects() == []
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "letter.txt").write_text("mine")
+    for folder in (None, tmp_path / "own", tmp_path / "mine"):
+        with pytest.raises(FileError, match=name):
+            project_for(tmp_path / name, folder)
+    assert sorted(os.listdir(tmp_path)) == [name, "mine"] and recent_projects() == []
+    assert os.listdir(tmp_path / "mine") == ["letter.txt"]
 
 
-def test_a_file_that_cannot_be_read_leaves_a_folder_of_the_user_as_it_was(tmp_path):
-    (tmp_path / "a.obj").write_bytes(b"")
-    (tmp_path / "own").mkdir()
-    (tmp_path / "own" / "letter.txt").write_text("mine")
-    with pytest.raises(FileError):
-        project_for(tmp_path / "a.obj", tmp_path / "own")
-    assert os.listdir(tmp_path / "own") == ["letter.txt"]
+def test_a_folder_that_cannot_be_made_is_said(tmp_path):
+    (tmp_path / "file").write_text("no folder")
+    with pytest.raises(FileError, match="cannot be written"):
+        project_for(folder=tmp_path / "file" / "project")
+    assert os.listdir(tmp_path) == ["file"]
 
 
-@pytest.mark.parametrize("damage", ["{", "{}", None])
+@pytest.mark.parametrize("damage", ["{", None])
 def test_a_damaged_project_is_left_as_it_was(tmp_path, tube_file, damage):
     folder = tmp_path / "projects" / "one"
     project_for(tube_file, folder).close()
@@ -104,11 +104,6 @@ def test_a_damaged_project_is_left_as_it_was(tmp_path, tube_file, damage):
     with pytest.raises(FileError):
         project_for(folder)
     assert sorted(os.listdir(folder)) == before
-
-
-def test_a_folder_without_a_project_is_refused(tmp_path):
-    with pytest.raises(FileError, match="holds no project"):
-        project_for(tmp_path)
 
 
 def test_a_damaged_project_is_not_taken_for_that_of_a_file(tmp_path, tube_file):

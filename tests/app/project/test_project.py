@@ -88,19 +88,13 @@ def test_colours_drop_no_result(tmp_path):
     project.close()
 
 
-def test_undo_and_redo_of_an_edit_bring_its_results_back(tmp_path):
+def test_undo_and_redo_of_edits_and_of_steps_bring_the_results_back(tmp_path):
     project = relaxed_project(tmp_path)
-    relaxed = project.relaxed
+    fabric, relaxed = project.fabric, project.relaxed
     assert project.undo() == ("evened stitches", "yarns", "relaxed yarns")
     assert project.relaxed is None and project.can_redo and not project.can_undo
     project.redo()
     assert project.relaxed is relaxed and project.report == REPORT and project.history == HISTORY
-    project.close()
-
-
-def test_undo_of_a_step_brings_the_stitches_the_edits_and_the_results_back(tmp_path):
-    project = relaxed_project(tmp_path)
-    fabric = project.fabric
     project.apply_label_step(LabelStep("flip_row", {"face": 0}))
     project.undo_label()
     assert same(project.fabric, fabric) and project.edits == (PURL,) and project.relaxed is YARNS
@@ -121,35 +115,36 @@ def test_what_a_division_dropped_can_be_restored(tmp_path):
     project.close()
 
 
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        (lambda project: project.apply_edit(Edit("change_stitch", {"faces": [10**6], "stitch": "p"})), "face 1000000"),
-        (lambda project: project.apply_label_step(LabelStep("flip_row", {"face": -3})), "face -3"),
-        (lambda project: project.divide(Division(stitch_width=-1.0)), "stitch width"),
-        (lambda project: project.import_mesh("broken.obj", b"f 1 2 3\n"), "broken.obj"),
-        (lambda project: project.import_mesh("empty.obj", b""), "empty.obj: the file is empty"),
-        (lambda project: project.import_mesh("a/../../letter.doc", b"Dear"), "^letter.doc: unknown format"),
-        (lambda project: project.set_settings("View", {"surface": tube(3, 1)}), "settings of page View"),
-        (lambda project: project.rename(" "), "name"),
-    ],
-)
-def test_a_refused_change_leaves_the_project_as_it_was(tmp_path, change, message):
+REFUSED = [
+    (lambda project: project.apply_edit(Edit("change_stitch", {"faces": [10**6], "stitch": "p"})), "face 1000000"),
+    (lambda project: project.apply_label_step(LabelStep("flip_row", {"face": -3})), "face -3"),
+    (lambda project: project.divide(Division(stitch_width=-1.0)), "stitch width"),
+    (lambda project: project.import_mesh("broken.obj", b"f 1 2 3\n"), "broken.obj"),
+    (lambda project: project.import_mesh("empty.obj", b""), "empty.obj: the file is empty"),
+    (lambda project: project.import_mesh("a/../../letter.doc", b"Dear"), "^letter.doc: unknown format"),
+    (lambda project: project.set_settings("View", {"surface": tube(3, 1)}), "settings of page View"),
+    (lambda project: project.rename(" "), "name"),
+]
+"""Changes of a project, and what their refusals say."""
+
+
+def test_a_refused_change_leaves_the_project_as_it_was(tmp_path):
     project = relaxed_project(tmp_path / "one")
     other = relaxed_project(tmp_path / "other")
     other.rename("one")
-    with pytest.raises(StitchMeshError, match=message):
-        change(project)
-    assert same_project(project, other)
+    for change, message in REFUSED:
+        with pytest.raises(StitchMeshError, match=message):
+            change(project)
+        assert same_project(project, other)
     project.close()
     other.close()
 
 
-@pytest.mark.parametrize("step", ["undo", "redo", "undo_label", "redo_label", "restore"])
-def test_an_empty_project_has_nothing_to_undo(tmp_path, step):
+def test_an_empty_project_has_nothing_to_undo(tmp_path):
     project = Project.create(tmp_path)
-    with pytest.raises(ParameterError, match=step.removesuffix("_label")):
-        getattr(project, step)()
+    for step in ("undo", "redo", "undo_label", "redo_label", "restore"):
+        with pytest.raises(ParameterError, match=step.removesuffix("_label")):
+            getattr(project, step)()
     with pytest.raises(ParameterError, match="import a polygon mesh first"):
         project.apply_label_step(LABEL_ALL)
     with pytest.raises(ParameterError, match="label all its faces first"):

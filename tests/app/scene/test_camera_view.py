@@ -25,10 +25,6 @@ def test_points_of_the_plane_before_the_camera_lie_where_similar_triangles_put_t
     np.testing.assert_allclose(STRAIGHT.on_screen(points), expected, atol=1e-12)  # rounding of a few operations
 
 
-def test_a_point_behind_the_camera_has_no_place():
-    assert np.isnan(STRAIGHT.on_screen(np.array([[0.0, 0.0, -11.0]]))).all()
-
-
 def test_every_point_of_a_ray_is_seen_where_the_ray_begins():
     camera = tilted()
     for x, y in [(0.1, 0.2), (0.5, 0.5), (0.93, 0.61)]:

@@ -11,14 +11,9 @@ from stitchmesh.mesh.face_triangles import face_triangles
 from tests.gallery import grid
 
 
-def triangles_of_grid(columns: int, rows: int):
-    """Points and triangles of a flat piece, one unit for each face."""
-    mesh = grid(columns, rows)
-    return mesh.vertices, mesh.face_vertex[face_triangles(mesh).corners]
-
-
 def test_lines_of_a_linear_function_are_straight_and_as_long_as_the_piece_is_wide():
-    points, triangles = triangles_of_grid(5, 4)
+    mesh = grid(5, 4)  # one unit for each face
+    points, triangles = mesh.vertices, mesh.face_vertex[face_triangles(mesh).corners]
     low = points[:, 1].min()
     segments = contour_segments(points, triangles, points[:, 1] - low, 0.3)
     height = segments[:, :, 1] - low
@@ -27,8 +22,4 @@ def test_lines_of_a_linear_function_are_straight_and_as_long_as_the_piece_is_wid
     level = np.rint(height[:, 0] / 0.3).astype(int)
     inner = np.bincount(level, length)[1:13]  # The lines at 0.3 to 3.6; the piece is 4 high.
     assert np.allclose(inner, 5.0, atol=1e-6)
-
-
-def test_a_constant_function_has_no_lines():
-    points, triangles = triangles_of_grid(2, 2)
     assert contour_segments(points, triangles, np.full(len(points), 0.55), 1.0).shape == (0, 2, 3)

@@ -18,7 +18,6 @@ from stitchmesh.errors import StitchMeshError
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.patterns.swatch_mesh import plain_piece
 from tests.editing.random_edits import random_edit
-from tests.nightly import mostly_at_night
 
 LARGE = plain_piece(60, 90, 1.0, 0.7)
 
@@ -82,7 +81,7 @@ def test_a_change_of_the_mesh_sends_few_blocks():
     assert all(kept[name].triangles is scene.drawings[name].triangles for name in surfaces)  # Changed in place.
 
 
-@pytest.mark.parametrize("seed", mostly_at_night(range(12), by_day=(0, 1, 2)))
+@pytest.mark.parametrize("seed", [0, 1])
 def test_after_any_edits_the_blocks_are_those_of_the_last_fabric(seed):
     random, fabric, scene = Random(seed), plain_piece(30, 80, 1.0, 0.7), NullScene()
     blocks = FabricBlocks(scene)
@@ -103,19 +102,11 @@ def test_after_any_edits_the_blocks_are_those_of_the_last_fabric(seed):
     assert set(scene.drawings) == set(fresh.drawings)
 
 
-def test_a_cleared_fabric_leaves_nothing():
-    scene = NullScene()
-    blocks = FabricBlocks(scene)
-    show(blocks, LARGE)
-    blocks.clear()
-    assert scene.drawings == {}
-
-
-@pytest.mark.parametrize("by", ["stitch", "yarn", "row"])
-def test_odd_rows_have_other_colours_than_even_rows(by):
-    colours = colours_of_faces(LARGE, by)
-    one, other = (colours.palette[colours.index[LARGE.row == row]] for row in (2, 3))
-    assert (one == one[0]).all() and (other == other[0]).all() and (one[0] != other[0]).any()
+def test_odd_rows_have_other_colours_than_even_rows():
+    for by in ("stitch", "yarn", "row"):
+        colours = colours_of_faces(LARGE, by)
+        one, other = (colours.palette[colours.index[LARGE.row == row]] for row in (2, 3))
+        assert (one == one[0]).all() and (other == other[0]).all() and (one[0] != other[0]).any()
 
 
 def test_yarns_have_the_colours_of_the_palette():

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What is sent of yarns: everything once, afterwards what changed; the levels cover every distance."""
+"""What is sent of yarns: everything once, afterwards what changed."""
 
 from __future__ import annotations
 
@@ -71,15 +71,6 @@ def test_a_frame_sends_positions_only_and_colours_send_colours_only():
 def test_other_blocks_need_everything_anew():
     before, carrier = tubes(), Carrier()
     assert not update_tubes(carrier, before, tubes()) and not carrier.properties
-
-
-def test_levels_become_coarser_and_the_last_one_has_no_bound():
-    least = [level.least_radius for level in LEVELS]
-    assert least == sorted(least, reverse=True) and least[-1] == 0.0
-    rings = [level.samples if level.samples else 1.0 / level.stride for level in LEVELS]
-    triangles = [2 * level.sides * ring if level.sides else ring for level, ring in zip(LEVELS, rings, strict=True)]
-    assert triangles == sorted(triangles, reverse=True)
-    assert all(level.sides == 0 or level.sides >= 3 for level in LEVELS)
 
 
 def test_drawings_that_contradict_themselves_are_refused():

@@ -36,15 +36,6 @@ def test_the_triangles_of_a_face_have_its_colour_and_its_area(mesh):
     assert areas == pytest.approx(mesh.face_vector_area)
 
 
-def test_lines_run_along_the_sides_close_to_the_surface(mesh):
-    scene, sides = NullScene(), np.array([0, 3, 5])
-    MeshDrawing(scene, mesh).show_sides("lines", sides, (1, 2, 3), 4.0)
-    lines = scene.drawings["lines"]
-    assert isinstance(lines, Lines)
-    ends = mesh.corner_position[np.stack([sides, mesh.side_next[sides]], axis=1)]
-    assert np.linalg.norm(lines.segments - ends, axis=2).max() < 0.1 * mesh.side_length.mean()
-
-
 def test_a_cross_has_a_line_to_each_corner(mesh):
     scene, faces = NullScene(), np.array([1, 2])
     MeshDrawing(scene, mesh).show_crosses("crosses", faces, (1, 2, 3), 4.0)
@@ -54,19 +45,14 @@ def test_a_cross_has_a_line_to_each_corner(mesh):
     assert len(np.unique(np.round(lines.segments[:, 0], 9), axis=0)) == 2
 
 
-def test_what_is_not_there_any_more_is_removed(mesh):
+def test_the_whole_mesh_is_looked_at_and_what_is_not_there_any_more_is_removed(mesh):
     scene = NullScene()
     drawing = MeshDrawing(scene, mesh)
+    drawing.look()
+    low, high, _ = scene.shown
+    assert (low <= mesh.vertices.min(axis=0)).all() and (high >= mesh.vertices.max(axis=0)).all()
     drawing.show_sides("lines", np.array([0]), (1, 2, 3), 4.0)
     drawing.show_sides("lines", NONE, (1, 2, 3), 4.0)
     drawing.show_crosses("crosses", NONE, (1, 2, 3), 4.0)
     drawing.show_arrowheads("arrows", np.zeros((0, 3, 3)), (1, 2, 3))
     assert scene.drawings == {}
-
-
-def test_the_whole_mesh_is_looked_at(mesh):
-    scene = NullScene()
-    MeshDrawing(scene, mesh).look()
-    low, high, _ = scene.shown
-    assert (low <= mesh.vertices.min(axis=0)).all()
-    assert (high >= mesh.vertices.max(axis=0)).all()

@@ -23,30 +23,13 @@ def lines(stitch: Stitch) -> list[tuple[str, str]]:
     return [(line.attrib["stroke"], line.attrib["d"]) for line in ET.fromstring(draw_stitch(stitch)).iter(f"{SVG}path")]
 
 
-@pytest.mark.parametrize("stitch", DRAWN)
-def test_a_drawing_is_one_square_element_on_the_colour_of_the_stitch(stitch):
-    root = ET.fromstring(draw_stitch(stitch, 36))
-    x, y, width, height = map(int, root.attrib["viewBox"].split())
-    ground = root.find(f"{SVG}rect")
-    assert root.tag == f"{SVG}svg" and (root.attrib["width"], root.attrib["height"]) == ("36", "36")
-    assert width == height and [int(ground.attrib[name]) for name in ("x", "y", "width")] == [x, y, width]
-    assert ground.attrib["fill"] == colour_text(stitch_colour(stitch))
-
-
-@pytest.mark.parametrize("stitch", DRAWN)
-def test_the_inks_are_those_of_the_row_and_of_the_loops_that_the_stitch_is_worked_on(stitch):
-    found = {colour for colour, _ in lines(stitch)} - {colour_text(stitch_colour(stitch))}
-    others = found - {OWN}
-    has_loops_below = stitch not in VOCABULARY or VOCABULARY[stitch].n_bottom > 0
-    assert OWN in found and others <= {OTHER, OTHER_ON_PALE} and len(others) <= 1
-    assert len(others) == (has_loops_below and stitch != Stitch.CAST_ON)
-
-
-def test_a_margin_is_drawn_just_before_the_yarn_that_it_belongs_to():
+def test_the_inks_are_those_of_the_row_and_of_the_loops_that_the_stitch_is_worked_on():
     for stitch in DRAWN:
-        ground, drawn = colour_text(stitch_colour(stitch)), lines(stitch)
-        margins = [number for number, (colour, _) in enumerate(drawn) if colour == ground]
-        assert all(drawn[number + 1][1] == drawn[number][1] for number in margins)
+        found = {colour for colour, _ in lines(stitch)} - {colour_text(stitch_colour(stitch))}
+        others = found - {OWN}
+        has_loops_below = stitch not in VOCABULARY or VOCABULARY[stitch].n_bottom > 0
+        assert OWN in found and others <= {OTHER, OTHER_ON_PALE} and len(others) <= 1, stitch
+        assert len(others) == (has_loops_below and stitch != Stitch.CAST_ON), stitch
 
 
 def test_the_yarn_of_a_slip_with_the_yarn_in_front_is_drawn_last_and_behind_first():
