@@ -48,8 +48,8 @@ class Headless:
         """Click at a point, seen from 100 cm away in a direction; an error becomes a notice, as in the browser."""
         direction = np.asarray(towards, dtype=np.float64)
         try:
-            assert self.app.page is not None
-            self.app.page.picked(Pick(np.asarray(point) - 100.0 * direction, direction, modifier))
+            assert self.front.listener is not None
+            self.front.listener.picked(Pick(np.asarray(point) - 100.0 * direction, direction, modifier))
         except StitchMeshError as error:
             self.app.report(error)
 
@@ -86,6 +86,13 @@ def headless(folder: Path, mesh: Mesh | None, page: str) -> Iterator[Headless]:
     if mesh is not None:
         write_mesh(folder / "garment.obj", mesh)
         project.import_mesh("garment.obj", (folder / "garment.obj").read_bytes())
+    with on_project(project, page) as opened:
+        yield opened
+
+
+@contextmanager
+def on_project(project: Project, page: str) -> Iterator[Headless]:
+    """Run the application without a browser on a project, with a page open."""
     front = NullFront()
     app = App(project, front)
     app.open_page(page)

@@ -13,7 +13,7 @@ from tests.app.project.projects import COARSE, LABEL_ALL
 from tests.gallery import tube
 
 
-def test_the_kinds_and_the_rest_are_all_files_of_the_project(tmp_path):
+def test_the_kinds_and_the_rest_are_all_files_of_the_project_and_are_sent(tmp_path):
     with headless(tmp_path, tube(12, 4), "Project") as app:
         app.project.apply_label_step(LABEL_ALL)
         app.project.divide(COARSE)
@@ -24,13 +24,6 @@ def test_the_kinds_and_the_rest_are_all_files_of_the_project(tmp_path):
         held = {file.name for file in exports(app.project)}
         made = [name for control in app.controls.made for name in held if f'data-value="{name}"' in control.content]
         assert sorted(made) == sorted(held)  # each once
-
-
-def test_the_pattern_is_sent_and_a_missing_picture_is_said(tmp_path):
-    with headless(tmp_path, tube(12, 4), "Project") as app:
-        app.project.apply_label_step(LABEL_ALL)
-        app.project.divide(COARSE)
-        app.app.open_page("Take home")
         call(app, lambda: app.controls.act("download", "pattern.pdf"))
         assert "the pattern has no picture" in app.notices()
         end_downloads(app.app)

@@ -104,10 +104,9 @@ def read_job(files: JobFiles, earlier: tuple[JobFiles, Viewed] | None = None) ->
 class FolderWatch:
     """A thread that watches a folder until it is stopped."""
 
-    def __init__(self, folder: Path, changed: Callable[[JobFiles], object], every: float = EVERY_SECONDS) -> None:
+    def __init__(self, folder: Path, changed: Callable[[JobFiles], object]) -> None:
         """Start; the thread of the watch calls ``changed`` with the files after each change."""
-        self.folder = folder
-        self._changed, self._every = changed, every
+        self.folder, self._changed = folder, changed
         self._stopped = threading.Event()
         self._seen = job_files(folder)
         threading.Thread(target=self._run, name=f"watching {folder}", daemon=True).start()
@@ -117,7 +116,7 @@ class FolderWatch:
         self._stopped.set()
 
     def _run(self) -> None:
-        while not self._stopped.wait(self._every):
+        while not self._stopped.wait(EVERY_SECONDS):
             try:
                 files = job_files(self.folder)
             except StitchMeshError:

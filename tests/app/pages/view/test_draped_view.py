@@ -79,13 +79,13 @@ def test_frames_are_chosen_by_slider_and_buttons(view, folder):
         assert yarns_drawn(view).blocks is blocks
 
 
-@pytest.mark.parametrize("words", DRAPED_COLOURS)
-def test_colours_cover_yarns_and_surface(view, folder, words):
+def test_colours_cover_yarns_and_surface(view, folder):
     opened(view, folder)
-    view.controls.set("Colour the run by", words)
-    run, tubes = run_of(view), yarns_drawn(view)
-    assert tubes.colours.shape == tubes.points.shape
-    assert len(surface(view).colours.index) == len(surface(view).points) == len(run.shown.surface)
+    for words in DRAPED_COLOURS:
+        view.controls.set("Colour the run by", words)
+        tubes = yarns_drawn(view)
+        assert tubes.colours.shape == tubes.points.shape
+        assert len(surface(view).colours.index) == len(surface(view).points) == len(run_of(view).shown.surface)
 
 
 def test_alpha_and_tension_are_those_of_the_maps(view, folder):
