@@ -385,33 +385,30 @@ def changed_pixels(before: np.ndarray, after: np.ndarray) -> float:
     return float((np.abs(after - before).max(axis=2) > 12).mean())
 
 
-def test_swatch_a_painted_square_and_a_turned_dial_change_the_fabric_and_its_yarns_come_home(
+def test_swatch_a_dyed_thread_and_a_turned_dial_change_the_fabric_and_its_yarns_come_home(
     app_in_browser: Shown, tmp_path: Path
 ):
-    """A small garter knit: other patterns relax for seconds, and a browser alone draws many rows slowly."""
+    """A plain weave, because other patterns relax for seconds."""
     project = Project.create(tmp_path / "project")
-    design = SwatchDesign(sm.read_pattern("garter"))
-    project.set_settings("Swatch", state_table(SwatchState((design,), look=Look(columns=3, rows=2))))
+    design = SwatchDesign(sm.read_weave("plain"))
+    project.set_settings("Swatch", state_table(SwatchState((design,), look=Look(columns=4, rows=4))))
     project.close()
     with app_in_browser("Swatch") as rig:
         rest(rig)
         before = fabric_seen(rig)
         assert (before.min(axis=2) < 250).mean() > 0.5  # The fabric covers the middle: the background is white.
-        square = swatch_page(rig).state.design.pattern.rows[0].cells[0].stitch
-        other = sm.Stitch.PURL if square == sm.Stitch.KNIT else sm.Stitch.KNIT
-        rig.act("stitch", "p" if other == sm.Stitch.PURL else "k")
+        rig.act("yarn", "1")
         rig.settle()
         rig.browser_page.locator("[data-chart] canvas").focus()
-        rig.browser_page.keyboard.press("Space")
-        rig.wait_for(lambda: swatch_page(rig).state.design.pattern != design.pattern, "the chart is painted")
+        rig.browser_page.keyboard.press("w")  # dyes the weft under the cursor
+        rig.wait_for(lambda: swatch_page(rig).state.design.pattern != design.pattern, "the weft is dyed")
         rest(rig)
-        painted = fabric_seen(rig)
-        assert changed_pixels(before, painted) > 0.05
-        assert swatch_page(rig).state.design.pattern.rows[0].cells[0].stitch == other
+        dyed = fabric_seen(rig)
+        assert changed_pixels(before, dyed) > 0.05
         rig.type("Tightness", 1.3)
         rig.wait_for(lambda: swatch_page(rig).state.design.dials.gamma == 1.3, "the dial is turned")
         rest(rig)
-        assert changed_pixels(painted, fabric_seen(rig)) > 0.05
+        assert changed_pixels(dyed, fabric_seen(rig)) > 0.05
         rig.open_group("Download")
         name, content = rig.downloaded(lambda: rig.press("Download the yarns"))
         (tmp_path / name).write_bytes(content)

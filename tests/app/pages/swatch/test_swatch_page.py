@@ -30,8 +30,8 @@ from stitchmesh.periodic.stretch import StretchCurve, StretchPoint
 from stitchmesh.periodic.swatch_design import SwatchDesign
 from stitchmesh.yarn.yarn_presets import Yarn
 
-GARTER = SwatchState((SwatchDesign(sm.read_pattern("garter")),))
-"""A knit with a small repeat, in the place of the first pattern of a new project, which is relaxed for seconds."""
+PLAIN = SwatchState((SwatchDesign(sm.read_weave("plain")),))
+"""The fabric that comes to rest soonest, in the place of the first pattern of a new project, which takes seconds."""
 SAFETY = 60.0
 """Seconds after which a waiting test fails; what it waits for takes a second."""
 LOOKS = 3000
@@ -87,14 +87,14 @@ class SwatchRig:
         self.until(is_shown)
 
     def reset(self) -> None:
-        """Return to the garter knit at its own size; the fabric moves there from its present state."""
+        """Return to the plain weave at its own size; the fabric moves there from its present state."""
         if not isinstance(self.app.page, SwatchPage):
             self.do(self.app.open_page, "Swatch")
         self.set("Compare two variants", False)
-        self.choose("garter")
-        self.do(self.page.change, GARTER.design)
-        self.set("Copies across", GARTER.look.columns)
-        self.set("Iterations per frame", GARTER.iterations)
+        self.choose("plain")
+        self.do(self.page.change, PLAIN.design)
+        self.set("Copies across", PLAIN.look.columns)
+        self.set("Iterations per frame", PLAIN.iterations)
         self.press("Yarns", "Start")
         self.front.notices.clear()
         self.front.downloads.clear()
@@ -111,10 +111,10 @@ class SwatchRig:
 
 @pytest.fixture(scope="module")
 def shared_rig(tmp_path_factory: pytest.TempPathFactory) -> Iterator[SwatchRig]:
-    """One page for the tests of the file, on a project that keeps a garter knit."""
+    """One page for the tests of the file, on a project that keeps a plain weave."""
     folder = tmp_path_factory.mktemp("swatch") / "project"
     project = Project.create(folder)
-    project.set_settings("Swatch", state_table(GARTER))
+    project.set_settings("Swatch", state_table(PLAIN))
     project.close()
     opened = SwatchRig(folder)
     yield opened
@@ -123,7 +123,7 @@ def shared_rig(tmp_path_factory: pytest.TempPathFactory) -> Iterator[SwatchRig]:
 
 @pytest.fixture
 def rig(shared_rig: SwatchRig) -> SwatchRig:
-    """The page with its garter knit, whatever the test before has left."""
+    """The page with its plain weave, whatever the test before has left."""
     shared_rig.reset()
     return shared_rig
 
@@ -139,10 +139,10 @@ def rest_of(design: SwatchDesign) -> sm.YarnSet:
 def test_a_kept_swatch_relaxes_to_what_the_library_gives(shared_rig):
     shared_rig.rest()
     frame = shared_rig.page.variant.frame
-    assert np.array_equal(frame.yarns.points, rest_of(GARTER.design).points)
+    assert np.array_equal(frame.yarns.points, rest_of(PLAIN.design).points)
     assert f"{frame.measures.gauge.stitches:.1f}" in shared_rig.text()
     assert "At rest after" in shared_rig.text()
-    assert {len(drawing.offsets) for drawing in shared_rig.copies()} == {GARTER.look.columns * GARTER.look.rows}
+    assert {len(drawing.offsets) for drawing in shared_rig.copies()} == {PLAIN.look.columns * PLAIN.look.rows}
     assert not shared_rig.front.notices
 
 
@@ -150,6 +150,7 @@ def test_another_pattern_is_shown_and_kept_and_dials_follow_its_kind(rig):
     def shown() -> set[str]:
         return {control.label for control in rig.front.controls.made if control.visible}
 
+    rig.choose("garter")
     assert {"Loop length [cm]", "Tightness"} <= shown() and not {"Warp length", "Floats"} & shown()
     rig.choose("twill-2x1")
     assert {"Warp length", "Weft length", "Warp spacing [cm]"} <= shown() and "Loop length [cm]" not in shown()
@@ -170,7 +171,7 @@ def test_a_dial_moves_the_fabric_from_its_present_state_and_is_set_back(rig):
     assert after.number > before.number and after.report["at_rest"]
     assert after.size[1] < before.size[1]
     rig.press("Set all dials back")
-    assert rig.page.state.design.dials == GARTER.design.dials
+    assert rig.page.state.design.dials == PLAIN.design.dials
     assert rig.front.controls.find("Tightness").value == 1.0
 
 
@@ -223,16 +224,18 @@ def test_two_variants_lie_beside_each_other_and_one_is_changed(rig):
     assert {label.texts for label in rig.front.scene.drawings.values() if isinstance(label, Labels)} == {("A", "B")}
     rig.set("Chart and dials of", "A")
     assert rig.front.controls.find("Tightness").value == 1.0
-    rig.choose("plain")
+    rig.choose("twill-2x1")
     assert rig.page.state.designs[1].pattern.name != rig.page.state.designs[0].pattern.name
     rig.set("Compare two variants", False)
     rig.rest()
     assert len(rig.copies()) == 1 and len(rig.page.variants) == 1
-    assert rig.page.state.design.pattern == sm.read_weave("plain")
+    assert rig.page.state.design.pattern == sm.read_weave("twill-2x1")
 
 
 def test_colours_by_stitch_and_copies_are_only_a_matter_of_drawing(rig):
-    rig.rest()
+    rig.press("Yarns", "Stop")
+    rig.choose("garter")
+    rig.until(lambda: rig.page.variant.frame.fabric is not None and not rig.page.variant.frame.report["running"])
     number = rig.page.variant.frame.number
     rig.set("Colour by", "stitch")
     assert len(rig.copies()) == 2  # knit and purl
@@ -248,7 +251,7 @@ def test_a_chart_that_is_too_large_to_relax_live_is_refused_in_words(rig):
     large = sm.parse_pattern("\n".join(f"round {row}: k60" for row in range(1, 61)))
     rig.do(rig.page.change, SwatchDesign(large).turned(columns=8))
     assert "got a repeat of 28,800 stitches; expected at most 10,000" in rig.text()
-    rig.choose("plain")
+    rig.choose("twill-2x1")
     rig.rest()
     assert "At rest" in rig.text()
 
@@ -288,7 +291,6 @@ def test_leaving_the_page_ends_its_threads_and_coming_back_shows_the_fabric(rig)
 
 
 def test_yarns_and_textures_are_sent_as_the_library_writes_them(rig, tmp_path):
-    rig.choose("plain")
     rig.rest()
     look = rig.page.state.look
     for name, tiles in (("one repeat, exact (.h5)", None), ("piece, curves (.usda)", (look.columns, look.rows))):
@@ -310,7 +312,6 @@ def test_yarns_and_textures_are_sent_as_the_library_writes_them(rig, tmp_path):
 
 def test_a_stretch_test_gives_the_curve_of_the_library(rig, monkeypatch):
     monkeypatch.setattr(stretch_panel, "STEPS", 2)
-    rig.choose("plain")
     rig.set("Strain [%]", 5)
     rig.press("Run the stretch test")
     rig.until(lambda: not rig.app.tasks.running)
@@ -345,6 +346,7 @@ def test_snaps_are_said_in_words():
 
 
 def test_a_yarn_sets_thickness_weight_and_loops(rig):
+    rig.choose("garter")
     rig.set("Yarn", "worsted")
     dials, yarn = rig.page.state.design.dials, Yarn.named("worsted")
     found = dials.yarn_radius, dials.loop_length, dials.mass / 100.0

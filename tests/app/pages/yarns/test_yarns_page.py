@@ -35,9 +35,11 @@ from stitchmesh.quality import quality_named, quality_with
 from stitchmesh.yarngen import generate_yarns
 from stitchmesh.yarnrelax import Relaxation
 from stitchmesh.yarnrelax.constraints.pins import Pins, pinned_points
+from stitchmesh.yarnrelax.model.material import DEFAULT_MATERIAL
 from tests.app.pages.headless import Headless, headless, on_project
 from tests.app.pages.tasks import call, press, wait_for_task
 from tests.app.pages.test_even_out import uneven_tube
+from tests.app.project.projects import same
 
 MOST = 120
 """Iterations of the relaxations of these tests, which need not come to rest."""
@@ -145,9 +147,14 @@ def test_settings_reach_the_library(generated: Headless):
     from stitchmesh.yarnrelax.energies.gravity import Gravity
     from stitchmesh.yarnrelax.friction.friction import Friction
 
-    options = RelaxOptions(
+    settings = generated.app.page.settings
+    assert same(settings.relax_options(generated.project), RelaxOptions(
         material="kaldor-simulation", rest_lengths=RestLengths(factor=0.95), terms=[Gravity(), Friction(0.3)]
-    )
+    ))  # fmt: skip
+    generated.controls.set("Material", DEFAULT_MATERIAL)
+    generated.controls.set("Gravity", 0.0)
+    generated.controls.set("Friction", 0.0)
+    options = RelaxOptions(rest_lengths=RestLengths(factor=0.95))
     expected = relaxed(generated.project, options, keep_shape=False)
     press(generated, RELAX)
     wait_for_task(generated)
