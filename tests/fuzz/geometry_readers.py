@@ -213,7 +213,7 @@ def _read_usd_mesh(path: Path) -> object:
 
 
 def _read_viewed(path: Path) -> object:
-    from stitchmesh.app.pages.view.viewed import read_viewed
+    from stitchmesh.app.pages.view.opened import read_viewed
 
     return read_viewed(path)
 

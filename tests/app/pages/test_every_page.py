@@ -49,10 +49,10 @@ def test_every_control_has_a_hint(with_all_results, page):
         ("Divide", False, "Go to Project", "Open the page Project"),
         ("Divide", True, "Go to Label", "Go back to Label"),
         ("Rows", False, "Go to Project", "Open the page Project"),
-        ("Edit", True, "Go to Label", "divide the labeled mesh into stitches first"),
+        ("Edit", True, "Go to Label", "on the page Divide"),
         ("Even out", True, "Go to Label", "on the page Divide"),  # the faces have no rows yet
         ("Yarns", True, "Go to Label", "on the page Even out"),
-        ("Take home", True, "Go to Label", "on page Divide"),
+        ("Take home", True, "Go to Label", "on the page Divide"),
     ],
 )
 def test_a_page_with_nothing_to_show_says_what_to_do_first(tmp_path: Path, page, has_mesh, button, words):

@@ -7,7 +7,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar
 
-from stitchmesh.app.controls.field_panel import Field, FieldPanel, same_words
+from stitchmesh.app.controls.field_panel import Field, FieldPanel, Number, Words, same_words
 from stitchmesh.app.controls.html_pieces import figures, message
 from stitchmesh.app.live_run import AnyRun
 from stitchmesh.app.pages.drape.bodies_panel import BodiesPanel
@@ -18,10 +18,9 @@ from stitchmesh.app.pages.drape.held_panel import HeldPanel
 from stitchmesh.app.pages.drape.opened_scene import OpenedScene
 from stitchmesh.app.pages.drape.paint_tool import PaintTool
 from stitchmesh.app.pages.drape.region_panel import RegionPanel
-from stitchmesh.app.pages.drape.scene_fields import SCENE_FIELDS
 from stitchmesh.app.pages.drape.scene_run import SceneRun
 from stitchmesh.app.pages.page import Page
-from stitchmesh.app.pages.run_panel import PageRun
+from stitchmesh.app.pages.run_panel import PageRun, progress_words
 from stitchmesh.app.pages.view.draped_sketch import LARGE, WORDS, DrapedSketch
 from stitchmesh.app.pages.view.draped_view import DrapedView, FramePanel
 from stitchmesh.app.pages.view.state import DRAPED_COLOURS
@@ -29,14 +28,63 @@ from stitchmesh.app.pages.view.view_html import legend_of as legend_of_colours
 from stitchmesh.app.pages.view.view_html import report_html
 from stitchmesh.app.project.project import Project
 from stitchmesh.app.scene.scene import Pick, ScreenBox, Stroke
+from stitchmesh.compute.device import device_names
+from stitchmesh.io.toml_file import read_table
 from stitchmesh.markup import Markup
+from stitchmesh.mixed.crossings.crossing_material import DEFAULT, CrossingMaterial
 from stitchmesh.mixed.drape import Draped
+from stitchmesh.mixed.scene.cloth_of_yarns import MATCHED
+from stitchmesh.mixed.scene.scene import Scene
+from stitchmesh.mixed.scene.scene_fabric import STITCHES
+from stitchmesh.mixed.triangles.material_file import material_names
 from stitchmesh.reporting.figures import duration
 from stitchmesh.run_control import Snapshot
 
 if TYPE_CHECKING:
     from stitchmesh.app.application import App
     from stitchmesh.mixed.scene.scene import Scene
+
+MODES = {"comes to rest": "static", "moves": "dynamic"}
+"""The two modes of a scene, by the words of the page."""
+DENSITY = Number(0.1, 1000.0, 0.5)
+"""Yarns or stitches for each cm."""
+
+
+def yarn_materials(scene: Scene) -> Words:
+    """Return the materials that the yarns of a scene can have; a scene without a named material has the default."""
+    file = scene.yarns.material_file
+    names = CrossingMaterial.names() if file is None else tuple(read_table(file))
+    return {name: None if name == DEFAULT and scene.yarns.material is None else name for name in names}
+
+
+def is_knit(scene: Scene) -> bool:
+    """Return whether the yarns of a scene are stitches of their own, and not the stitches of the cloth."""
+    return scene.yarns.weave is None and scene.yarns.knit != STITCHES
+
+
+def has_loops(scene: Scene) -> bool:
+    """Return whether the yarns of a scene follow stitches of the cloth, as crossings."""
+    return scene.yarns.knit == STITCHES and scene.yarns.model == "crossings"
+
+
+SCENE_FIELDS = (
+    Field("mode", "The cloth", "An equilibrium, or a motion in time.", MODES),
+    Field("duration", "Time", "Time of the motion, or of the last keyframe [s].", Number(1e-4, 3600.0, 0.05)),
+    Field("yarns.material", "Yarn", "Material of the yarns.", yarn_materials),
+    Field("cloth.material", "Cloth", "Material of the triangles.",
+          {"from the yarns": None, **same_words((MATCHED, *material_names()))}),
+    Field("yarns.ends", "Warps per cm", "Warps for each cm.", DENSITY, lambda scene: scene.yarns.weave is not None),
+    Field("yarns.picks", "Wefts per cm", "Wefts for each cm.", DENSITY, lambda scene: scene.yarns.weave is not None),
+    Field("yarns.wales", "Wales per cm", "Stitches of a row for each cm.", DENSITY, is_knit),
+    Field("yarns.courses", "Courses per cm", "Rows of stitches for each cm.", DENSITY, is_knit),
+    Field("yarns.divisions", "Loops per stitch", "Loops along each side of a stitch of the cloth.", Number(1, 20, 1),
+          has_loops),
+    Field("solver.precision", "Precision", "float32 is faster on a GPU.", same_words(("float64", "float32"))),
+    Field("solver.device", "Device", "Processor of the run; automatic takes a GPU if there is one.",
+          lambda scene: {"automatic": None, **same_words(device_names())}),
+)  # fmt: skip
+"""The fields of a scene that the page shows."""
+
 
 NO_SCENE = "There is no scene yet. Open a scene file, or a cloth: panels, a mesh or stitches."
 
@@ -75,13 +123,9 @@ def run_words(run: AnyRun) -> str:
     if run.newest is None:
         return f"Running: {run.task.stage}, {100 * run.task.done:.0f} %." if run.task.stage else "Preparing."
     now = run.newest
-    state = "Paused" if run.paused else "Running"
-    left = run.outlook.words
-    remaining = f" {left[0].upper()}{left[1:]}." if left and not run.paused else ""
-    time = now.state.end.time
     static = now.state.prepared.scene.mode == "static"
     work = _counted(now.iteration, *(("iteration", "iterations") if static else ("step", "steps")))
-    return f"{state}: {time:.4g} s of the scene, {work}, {duration(now.seconds)}.{remaining}"
+    return progress_words(run, f"{now.state.end.time:.4g} s of the scene, {work}")
 
 
 def end_html(draped: Draped | None, *, current: bool) -> Markup:
@@ -160,7 +204,8 @@ class DrapePage(Page):
         self._paint.hold = self._held.paint
         self._bodies = BodiesPanel(session, controls)
         self._scene_panel = FieldPanel(
-            controls, SCENE_FIELDS, self._scene, lambda scene, name: session.change(scene), group="Scene", opened=False
+            controls, SCENE_FIELDS, lambda: session.scene, lambda scene, name: session.change(scene), group="Scene",
+            opened=False,
         )  # fmt: skip
         self._files.build_save(controls)
         self._report = controls.html(Markup())
@@ -217,7 +262,6 @@ class DrapePage(Page):
             self._paint.boxed(box)
 
     def _make_look(self) -> None:
-        """Make the controls for the look of the scene and the run."""
         controls = self.app.controls
         self._look = FieldPanel(
             controls, self._look_fields(), lambda: self._state, lambda state, name: self._show(state)
@@ -247,9 +291,6 @@ class DrapePage(Page):
         self._state = replace(self._state, shows=RESULT)
         self._view = None
         self.refresh()
-
-    def _scene(self) -> Scene | None:
-        return None if self.session.opened is None else self.session.opened.scene
 
     def _changed(self) -> None:
         """Show an opened or changed scene; the first scene folds the group Open."""
@@ -289,7 +330,6 @@ class DrapePage(Page):
             self._legend.content = legend_of(opened, self._state.colour)
 
     def _draw_run(self, draped: Draped) -> None:
-        """Draw the chosen frame of a run."""
         self._drawing.clear()
         if self._is_sketched(draped):
             self._draw_sketch(draped)
@@ -329,7 +369,6 @@ class DrapePage(Page):
             self._sketch = None
 
     def _show_snapshot(self, snapshot: Snapshot[Draped]) -> None:
-        """Show a state of the run."""
         if self._state.shows == RESULT:
             self._draw()
 
@@ -341,7 +380,6 @@ class DrapePage(Page):
             self._draw()
 
     def _show(self, state: DrapeState) -> None:
-        """Show something else, or show it in other colours."""
         self._state = state
         self._draw()
 

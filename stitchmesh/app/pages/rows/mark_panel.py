@@ -8,18 +8,18 @@ from collections.abc import Callable
 
 from stitchmesh.app.controls.controls import Controls
 from stitchmesh.app.controls.field_panel import Field, FieldPanel, Number, TickBox
-from stitchmesh.app.pages.rows.marks import (
+from stitchmesh.app.pages.rows.rows_finder import FoundRows
+from stitchmesh.app.pages.rows.rows_state import (
     AUTOMATIC,
     Marks,
     MeshBorders,
+    RowsState,
     with_border_role,
     with_mark,
     with_role,
     without_mark,
     without_point,
 )
-from stitchmesh.app.pages.rows.rows_finder import FoundRows
-from stitchmesh.app.pages.rows.rows_state import RowsState
 from stitchmesh.app.pages.rows.rows_text import mark_list
 from stitchmesh.errors import ParameterError
 from stitchmesh.markup import Markup

@@ -117,7 +117,6 @@ def found_rows(surface: TriangleSurface, courses: FloatArray, ends: Sequence[End
 
 
 def _roles(ends: Ends) -> list[tuple[str, IntArray]]:
-    """Return the role and the vertices of each end."""
     root, other = ("begin", "end") if ends.begins else ("end", "begin")
     groups = (root, ends.roots), (other, (*ends.others, *ends.grafts)), ("row", ends.lines)
     return [(role, end.vertices) for role, group in groups for end in group]

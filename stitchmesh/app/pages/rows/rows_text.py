@@ -6,8 +6,8 @@ from __future__ import annotations
 
 from stitchmesh.app.controls.html_pieces import BUTTON, PLAIN_TEXT, action_button, colour_bar, figures, list_button
 from stitchmesh.app.controls.legend import LegendEntry, legend
-from stitchmesh.app.pages.rows.marks import Marks, MeshBorders
 from stitchmesh.app.pages.rows.rows_finder import FoundRows
+from stitchmesh.app.pages.rows.rows_state import Marks, MeshBorders
 from stitchmesh.app.pages.rows.rows_view import ROLE_COLOURS, TIME_COLOURS, lines_every
 from stitchmesh.app.project.shaping import Shaping
 from stitchmesh.app.scene.mesh_drawing import INK

@@ -31,8 +31,6 @@ MOST_LINES = 20_000
 """Largest number of lines of a sketch."""
 PIECE = 64
 """Number of passages in a piece of yarn; a cloth with few yarns shows some of the pieces."""
-WIDTH = 1.5
-"""Width of the lines [pixels]."""
 WORDS = "A large run is sketched while it goes on; a pause or its end shows it whole."
 
 
@@ -87,7 +85,7 @@ class DrapedSketch:
         plain = np.tile(np.array(CLOTH_COLOUR, dtype=np.uint8), (len(frame.vertices), 1))
         colours = ALPHA_SCALE.of(frame.vertex_alpha) if alpha else plain
         scene.show(SURFACE, Surface(frame.vertices, corners, Colours.of(colours), flat=False))
-        scene.show(LINES, Lines(frame.nodes[self.lines.node], self._line_colours(alpha=alpha), WIDTH))
+        scene.show(LINES, Lines(frame.nodes[self.lines.node], self._line_colours(alpha=alpha), 1.5))
         draw_bodies(scene, self.draped.prepared.bodies, frame.time)
 
     def clear(self, scene: Scene) -> None:
