@@ -112,11 +112,6 @@ def edge_text(labeled: StitchMesh, side: int, count: int, *, by_hand: bool, mark
     )
 
 
-def no_edge_text() -> Markup:
-    """Return how to choose an edge."""
-    return markup('<p style="margin:0;font-size:.88em">Click an edge to set its number of stitches.</p>')
-
-
 def legend_of_stitches(fabric: StitchMesh) -> list[LegendEntry]:
     """Return the legend of the colours of the stitches, with the number of stitches of each."""
     counts = np.bincount(fabric.stitch, minlength=max(Stitch) + 1)
@@ -484,7 +479,8 @@ class DividePage(Page):
         for control in (self._count, self._by_length, self._mark):
             control.visible = chosen
         if not chosen:
-            self._edge.content = no_edge_text()
+            hint = '<p style="margin:0;font-size:.88em">Click an edge to set its number of stitches.</p>'
+            self._edge.content = markup(hint)
             return
         labeled, side, edge = self._chosen()
         number, division = edge_named(labeled, edge), self._state.division

@@ -11,14 +11,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stitchmesh.app.controls.field_panel import Field, FieldPanel, Number
-from stitchmesh.app.controls.legend import legend
+from stitchmesh.app.controls.html_pieces import colour_bar, figures
+from stitchmesh.app.controls.legend import LegendEntry, legend
 from stitchmesh.app.controls.undo_row import UndoRow
 from stitchmesh.app.pages.divide import legend_of_stitches, refusal
 from stitchmesh.app.pages.gauge_panel import INCREASE, GaugePanel
 from stitchmesh.app.pages.not_yet import HAS_STITCHES, NO_MESH
 from stitchmesh.app.pages.page import Page
-from stitchmesh.app.pages.rows.mark_panel import MarkPanel
-from stitchmesh.app.pages.rows.rows_finder import FINDING_ROWS, FINDING_STITCHES, RowsFinder
+from stitchmesh.app.pages.rows.mark_panel import MarkPanel, border_list, text_line
+from stitchmesh.app.pages.rows.rows_finder import FINDING_ROWS, FINDING_STITCHES, FoundRows, RowsFinder
 from stitchmesh.app.pages.rows.rows_state import (
     BORDER,
     LINE,
@@ -31,12 +32,11 @@ from stitchmesh.app.pages.rows.rows_state import (
     RowsState,
     with_next_role,
     with_point,
-    with_tip,
 )
-from stitchmesh.app.pages.rows.rows_text import border_list, preview_figures, report_figures, text_line, time_legend
-from stitchmesh.app.pages.rows.rows_view import RowsView
+from stitchmesh.app.pages.rows.rows_view import ROLE_COLOURS, TIME_COLOURS, RowsView, lines_every
 from stitchmesh.app.pages.typed import AXES, three_numbers
 from stitchmesh.app.project.shaping import Point, Shaping
+from stitchmesh.app.scene.mesh_drawing import INK
 from stitchmesh.app.scene.pointer import Pointer
 from stitchmesh.app.scene.scene import Pick, Stroke
 from stitchmesh.editing.undo_history import UndoHistory
@@ -45,9 +45,52 @@ from stitchmesh.markup import Markup
 from stitchmesh.mesh import FloatArray, Mesh, StitchMesh
 from stitchmesh.mesh.picking import picking_table, side_near_ray
 from stitchmesh.shaping.options import Placement
+from stitchmesh.shaping.report import ShapingReport
 
 if TYPE_CHECKING:
     from stitchmesh.app.application import App
+
+
+ROLE_WORDS = {
+    "begin": "knitting begins here", "end": "knitting ends here", "row": "a row runs along this line",
+    "side": "rows end at this border", "plain": "no increases or decreases near here",
+}  # fmt: skip
+"""The meaning of each role, in words."""
+
+
+def preview_figures(found: FoundRows, shaping: Shaping) -> Markup:
+    """Return the figures that are known before there are stitches."""
+    stitches = found.area / (shaping.stitch_width * shaping.height)
+    return figures([
+        ("Rows, one above the other", f"{found.rows:,}"),
+        ("Stitches", f"about {stitches:,.0f}"),
+    ])  # fmt: skip
+
+
+def report_figures(report: ShapingReport) -> Markup:
+    """Return the figures of the stitches."""
+    return figures([
+        ("Stitches", f"{report.stitches:,} in {report.rows:,} rows"),
+        ("Increases and decreases", f"{report.irregular_per_thousand:.1f} in 1,000 stitches"),
+        ("Short rows", f"{report.short_rows:,}"),
+        ("Edges at grafts", f"{report.mismatched_edges:,}"),
+        ("Distance from the mesh", f"{report.rms_distance:.3f} stitches, at most {report.largest_distance:.2f}"),
+        ("Time to find them", f"{report.seconds:.1f} s"),
+        *([("Lost", report.lost)] if report.lost else []),
+    ])  # fmt: skip
+
+
+def time_legend(found: FoundRows) -> Markup:
+    """Return the legend of the colours and lines of the rows."""
+    low, high = float(found.time.min()), float(found.time.max())
+    marks = [f"{low:.0f} cm", f"{0.5 * (low + high):.0f}", f"{high:.0f} cm"]
+    every = lines_every(found)
+    entries = [LegendEntry("each row" if every == 1 else f"every {every} rows", (INK,), line=True)]
+    roles = {place.role for place in found.places} | ({"side"} if len(found.side_edges) else set())
+    entries += [LegendEntry(ROLE_WORDS[role], (colour,), line=True)
+                for role, colour in ROLE_COLOURS.items() if role in roles]  # fmt: skip
+    bar = colour_bar(TIME_COLOURS, marks, "Time: length of the fabric from where knitting begins")
+    return bar + legend(entries)
 
 
 class HandleDrag:
@@ -259,7 +302,7 @@ class RowsPage(Page):
             if border is not None:
                 self._next_role(border)
         elif state.meaning == TIP:
-            self._take(state.with_marks(with_tip(state.marks, point), len(state.marks)))
+            self._take(state.with_tip(point))
         elif state.meaning == LINE:
             self._take(state.with_line_point(point))
         else:

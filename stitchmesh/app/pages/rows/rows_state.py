@@ -18,8 +18,6 @@ from stitchmesh.shaping.marks import UNTIMED, TimeMark
 
 AUTOMATIC = "automatic"
 """Role of a border without a mark."""
-CYCLE = (AUTOMATIC, "begin", "end", "side")
-"""The roles that consecutive clicks give a border."""
 
 
 class MeshBorders:
@@ -71,18 +69,15 @@ class MeshBorders:
         return f"border of {length:.0f} cm at height {height:.0f} cm"
 
 
-def role_after(role: str) -> str:
-    """Return the role that the next click gives to a border."""
-    return CYCLE[(CYCLE.index(role) + 1) % len(CYCLE)] if role in CYCLE else AUTOMATIC
-
-
 Marks = tuple[TimeMark, ...]
 """Marks in the order in which they were made."""
 
 
 def with_next_role(marks: Marks, borders: MeshBorders, number: int) -> Marks:
-    """Return the marks after a click at a border."""
-    return with_border_role(marks, borders, number, role_after(borders.role_of(marks, number)))
+    """Return the marks after a click at a border: consecutive clicks give it one role after another."""
+    cycle, role = (AUTOMATIC, "begin", "end", "side"), borders.role_of(marks, number)
+    after = cycle[(cycle.index(role) + 1) % len(cycle)] if role in cycle else AUTOMATIC
+    return with_border_role(marks, borders, number, after)
 
 
 def with_border_role(marks: Marks, borders: MeshBorders, number: int, role: Any) -> Marks:
@@ -93,22 +88,6 @@ def with_border_role(marks: Marks, borders: MeshBorders, number: int, role: Any)
     if mark is not None:
         return with_role(marks, mark, role)
     return (*marks, TimeMark("border", (borders.point(number),), role))
-
-
-def with_tip(marks: Marks, point: Point) -> Marks:
-    """Return the marks with a tip at which knitting ends."""
-    return (*marks, TimeMark("point", (point,), "end"))
-
-
-def with_line(marks: Marks, points: tuple[Point, ...]) -> Marks:
-    """Return the marks with a line along which a row runs.
-
-    Raises:
-        ParameterError: the line has a single point.
-    """
-    if len(points) < 2:
-        raise ParameterError("line: has one point; click where it goes on, or put a tip instead")
-    return (*marks, TimeMark("stroke", points, "row"))
 
 
 def with_role(marks: Marks, number: int, role: Any) -> Marks:
@@ -228,6 +207,10 @@ class RowsState:
         """Choose a mark and one of its points."""
         return self._with(chosen=mark, point=point)
 
+    def with_tip(self, point: Point) -> RowsState:
+        """Add a tip at which knitting ends."""
+        return self.with_marks((*self.marks, TimeMark("point", (point,), "end")), len(self.marks))
+
     def with_line_point(self, point: Point) -> RowsState:
         """Add a point to the unfinished line, or begin one."""
         return replace(self, line=(*self.line, point))
@@ -240,7 +223,10 @@ class RowsState:
         """
         if not self.line:
             raise ParameterError("line: none is begun; choose that a click draws a line, and click its points")
-        return replace(self, line=()).with_marks(with_line(self.marks, self.line), len(self.marks))
+        if len(self.line) < 2:
+            raise ParameterError("line: has one point; click where it goes on, or put a tip instead")
+        marks = (*self.marks, TimeMark("stroke", self.line, "row"))
+        return replace(self, line=()).with_marks(marks, len(self.marks))
 
     def undone(self) -> RowsState:
         """Remove the last point of an unfinished line, or else undo the last change.
