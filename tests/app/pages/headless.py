@@ -1,12 +1,17 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The application without a browser, on a small garment: pages are pressed, clicked and read in the test itself."""
+"""The application without a browser, on a small garment: pages are pressed, clicked and read in the test itself.
+
+Pages with long work are called in the thread of the events: ``call``, ``press``, ``wait_for_task``.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import threading
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,6 +25,8 @@ from stitchmesh.app.scene.scene import Modifier, Pick
 from stitchmesh.errors import StitchMeshError
 from stitchmesh.io.meshes import write_mesh
 from stitchmesh.mesh import Mesh
+
+SAFETY = 120.0  # Time after which a test that blocks fails [s]; a test that passes waits for a much shorter time.
 
 
 class Headless:
@@ -100,3 +107,24 @@ def on_project(project: Project, page: str) -> Iterator[Headless]:
         yield Headless(app, front)
     finally:
         app.close()
+
+
+def call(shown: Headless, function: Callable[..., Any], *arguments: Any) -> None:
+    """Call a function in the thread of the events, and wait for its end; an error becomes a notice."""
+    shown.app.post(function, *arguments)
+    shown.app.queue.settle(SAFETY)
+
+
+def press(shown: Headless, label: str) -> None:
+    """Press a button."""
+    call(shown, shown.controls.press, label)
+
+
+def wait_for_task(shown: Headless) -> None:
+    """Wait until no task runs and its result has arrived."""
+    for _ in range(int(SAFETY / 0.01)):
+        if not shown.app.tasks.running:
+            break
+        threading.Event().wait(0.01)
+    assert not shown.app.tasks.running
+    shown.app.queue.settle(SAFETY)

@@ -21,8 +21,7 @@ from stitchmesh.editing.edit import Edit
 from stitchmesh.labeling.steps import LabelStep
 from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.meshrelax import MeshRelaxOptions, relax_mesh
-from tests.app.pages.headless import Headless, headless
-from tests.app.pages.tasks import call, press, wait_for_task
+from tests.app.pages.headless import Headless, call, headless, press, wait_for_task
 from tests.gallery import tube
 
 DIVISION = Division(stitch_width=0.6)

@@ -15,8 +15,7 @@ from stitchmesh.app.scene.drawing import Lines, Surface
 from stitchmesh.patterns import format_pattern, read_pattern
 from stitchmesh.periodic.natural_outline import natural_outline
 from stitchmesh.periodic.resolve_pattern import resolve_pattern
-from tests.app.pages.headless import Headless, headless
-from tests.app.pages.tasks import call, press, wait_for_task
+from tests.app.pages.headless import Headless, call, headless, press, wait_for_task
 
 
 @pytest.fixture

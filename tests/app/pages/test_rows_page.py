@@ -25,8 +25,7 @@ from stitchmesh.shaping.auto_stitches import shape_fabric
 from stitchmesh.shaping.marks import TimeMark
 from stitchmesh.shaping.options import ShapingOptions
 from stitchmesh.yarn.yarn_presets import Yarn
-from tests.app.pages.headless import Headless, headless, on_project
-from tests.app.pages.tasks import call, wait_for_task
+from tests.app.pages.headless import Headless, call, headless, on_project, wait_for_task
 from tests.app.project.projects import LABEL_ALL, PURL, same, same_project
 from tests.gallery import tube
 

@@ -6,8 +6,7 @@ from __future__ import annotations
 
 from stitchmesh.app.pages.take_home import KINDS
 from stitchmesh.app.project.exports import exports
-from tests.app.pages.headless import headless
-from tests.app.pages.tasks import call
+from tests.app.pages.headless import call, headless
 from tests.app.pages.test_project_page import end_downloads
 from tests.app.project.projects import COARSE, LABEL_ALL
 from tests.gallery import tube

@@ -26,8 +26,7 @@ from stitchmesh.mixed.scene.scene_file import read_scene, write_scene
 from stitchmesh.selection import select
 from stitchmesh.tessellate import tessellate
 from tests.app.pages.drape.on_page import EYE, open_file, opened, page_of, paint, region, words
-from tests.app.pages.headless import headless
-from tests.app.pages.tasks import call, press, wait_for_task
+from tests.app.pages.headless import call, headless, press, wait_for_task
 from tests.gallery import grid
 from tests.mixed.small_scene import MIDDLE, SWINGING
 

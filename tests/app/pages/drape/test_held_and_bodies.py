@@ -11,7 +11,7 @@ import numpy as np
 from stitchmesh.app.pages.drape.page import RUN
 from stitchmesh.mixed.scene.simple_bodies import box
 from tests.app.pages.drape.on_page import opened, page_of, paint, run, words
-from tests.app.pages.tasks import call, press, wait_for_task
+from tests.app.pages.headless import call, press, wait_for_task
 from tests.mixed.small_scene import SWINGING
 
 

@@ -22,7 +22,7 @@ from stitchmesh.mixed.scene.region_section import RegionSection
 from stitchmesh.mixed.scene.scene_fabric import prepare
 from stitchmesh.mixed.scene.scene_file import read_scene, write_scene
 from tests.app.pages.drape.on_page import open_file, opened, page_of, region, run, run_to_a_pause, words
-from tests.app.pages.tasks import SAFETY, call, press, wait_for_task
+from tests.app.pages.headless import SAFETY, call, press, wait_for_task
 from tests.mixed.small_scene import SWINGING
 
 

@@ -29,21 +29,20 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.periodic.stretch import StretchCurve, StretchPoint
 from stitchmesh.periodic.swatch_design import SwatchDesign
 from stitchmesh.yarn.yarn_presets import Yarn
+from tests.app.pages.headless import SAFETY, Headless, call
 
 PLAIN = SwatchState((SwatchDesign(sm.read_weave("plain")),))
 """The fabric that comes to rest soonest, in the place of the first pattern of a new project, which takes seconds."""
-SAFETY = 60.0
-"""Seconds after which a waiting test fails; what it waits for takes a second."""
 LOOKS = 3000
 """Number of times that a waiting test looks before it fails."""
 
 
-class SwatchRig:
+class SwatchRig(Headless):
     """The application on its page Swatch."""
 
     def __init__(self, folder: Path) -> None:
-        self.front, self._pause = NullFront(), threading.Event()
-        self.app = App(Project.open_or_create(folder), self.front)
+        front = NullFront()
+        super().__init__(App(Project.open_or_create(folder), front), front)
         self.do(self.app.open_page, "Swatch")
 
     @property
@@ -52,9 +51,7 @@ class SwatchRig:
         return self.app.page
 
     def do(self, function: Callable[..., object], *arguments: object) -> None:
-        """Call a function in the event thread, and wait for it."""
-        self.app.post(function, *arguments)
-        self.front.queue.settle()
+        call(self, function, *arguments)
 
     def set(self, label: str, value: object) -> None:
         self.do(self.front.controls.set, label, value)
@@ -72,7 +69,7 @@ class SwatchRig:
             self.do(lambda: found.append(condition()))
             if found[-1]:
                 return
-            self._pause.wait(SAFETY / LOOKS)
+            threading.Event().wait(SAFETY / LOOKS)
         raise AssertionError(f"waited in vain; {self.front.controls.text_shown()}")
 
     def rest(self) -> None:
@@ -104,9 +101,6 @@ class SwatchRig:
 
     def text(self) -> str:
         return self.front.controls.text_shown()
-
-    def notices(self) -> str:
-        return "\n".join(text for _, text, _ in self.front.notices)
 
 
 @pytest.fixture(scope="module")

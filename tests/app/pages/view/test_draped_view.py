@@ -20,8 +20,7 @@ from stitchmesh.mixed.output.files import state_maps
 from stitchmesh.mixed.scene.region_section import RegionSection
 from stitchmesh.run import Run
 from stitchmesh.run_control import RunControl, Snapshot
-from tests.app.pages.headless import Headless, headless
-from tests.app.pages.tasks import SAFETY
+from tests.app.pages.headless import SAFETY, Headless, headless
 from tests.app.pages.view.test_view import job_changed, opened, yarns_drawn
 from tests.mixed.small_scene import SWINGING
 

@@ -33,8 +33,7 @@ from stitchmesh.mesh import Mesh
 from stitchmesh.quality import PRESETS
 from stitchmesh.run import Checkpoints, Run
 from stitchmesh.yarnrelax import relax_yarns
-from tests.app.pages.headless import Headless, face_middle, headless, on_project
-from tests.app.pages.tasks import SAFETY
+from tests.app.pages.headless import SAFETY, Headless, face_middle, headless, on_project
 from tests.app.project.projects import relaxed_project
 from tests.gallery import tube
 from tests.io.test_history import ENTRIES

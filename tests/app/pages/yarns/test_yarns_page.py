@@ -36,8 +36,7 @@ from stitchmesh.yarngen import generate_yarns
 from stitchmesh.yarnrelax import Relaxation
 from stitchmesh.yarnrelax.constraints.pins import Pins, pinned_points
 from stitchmesh.yarnrelax.model.material import DEFAULT_MATERIAL
-from tests.app.pages.headless import Headless, headless, on_project
-from tests.app.pages.tasks import call, press, wait_for_task
+from tests.app.pages.headless import Headless, call, headless, on_project, press, wait_for_task
 from tests.app.pages.test_even_out import uneven_tube
 from tests.app.project.projects import same
 
