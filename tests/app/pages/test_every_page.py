@@ -12,7 +12,7 @@ import pytest
 from stitchmesh.app.pages.all_pages import PAGES
 from stitchmesh.app.pages.navigation import help_html, help_paragraphs
 from tests.app.pages.headless import Headless, headless, on_project
-from tests.app.project.projects import relaxed_project
+from tests.app.project.projects import YARNS, divided_project
 from tests.gallery import tube
 
 
@@ -25,19 +25,22 @@ def test_each_page_has_help_without_marks_of_markdown(page):
 
 
 @pytest.fixture(scope="module")
-def with_all_results(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Headless]:
-    """The application on a project that has results of all stages."""
-    folder = tmp_path_factory.mktemp("results")
+def with_yarns(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Headless]:
+    """The application on a project of which all pages have something to show."""
+    folder = tmp_path_factory.mktemp("yarns")
+    project = divided_project(folder / "project")
+    project.set_evened(project.fabric)
+    project.set_yarns(YARNS, {})
     with pytest.MonkeyPatch.context() as surroundings:
         surroundings.setenv("XDG_STATE_HOME", str(folder / "state"))
-        with on_project(relaxed_project(folder / "project"), "Project") as opened:
+        with on_project(project, "Project") as opened:
             yield opened
 
 
 @pytest.mark.parametrize("page", [page for page in PAGES if page not in ("Swatch", "Outline")])  # These relax at once.
-def test_every_control_has_a_hint(with_all_results, page):
-    with_all_results.app.open_page(page)
-    made = with_all_results.controls.made + with_all_results.front.left_controls.made
+def test_every_control_has_a_hint(with_yarns, page):
+    with_yarns.app.open_page(page)
+    made = with_yarns.controls.made + with_yarns.front.left_controls.made
     silent = ("html", "group", "plot", "progress")
     assert made and [one.label for one in made if one.kind not in silent and not one.hint] == []
 

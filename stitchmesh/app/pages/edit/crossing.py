@@ -44,6 +44,7 @@ FIELDS = (
     Field("left", "From the left", "Loops that a click moves from the left to the right", Number(1, 12, 1)),
     Field("right", "From the right", "Loops that a click moves from the right to the left", Number(1, 12, 1)),
 )  # fmt: skip
+"""The choices of a cable beside its order."""
 
 
 class CrossCables(Tool):

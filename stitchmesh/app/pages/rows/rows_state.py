@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The state of the page Rows: sizes and marks with undo, the chosen mark, and the meaning of a click."""
+"""The state of the page Rows: sizes and marks with undo, the borders that marks name, and the meaning of a click."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The page Swatch: a chart on the left, the fabric in the middle, and its dials on the right."""
+"""The page Swatch: a chart on the left, the fabric in the middle, its measures and its dials on the right."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from stitchmesh.app.controls.controls import Controls
 from stitchmesh.app.controls.field_panel import FieldPanel
 from stitchmesh.app.controls.html_pieces import message
 from stitchmesh.app.controls.legend import legend_of_key
@@ -41,7 +40,7 @@ from stitchmesh.periodic.swatch_design import SwatchDesign, SwatchDials
 if TYPE_CHECKING:
     from stitchmesh.app.application import App
 
-STYLE = markup("""<style>
+MEASURES_STYLE = markup("""<style>
 .sm-measures{border-collapse:collapse;width:100%;font-size:.86em;font-variant-numeric:tabular-nums}
 .sm-measures th{text-align:left;font-weight:500}
 .sm-measures td,.sm-measures thead th:not(:first-child){text-align:right;padding-left:.8em}
@@ -50,20 +49,12 @@ STYLE = markup("""<style>
 </style>""")
 
 
-class MeasuresPanel:
-    """A line on each variant, and a table with a column for each."""
-
-    def __init__(self, controls: Controls) -> None:
-        """Make the panel, which stays empty until ``show``."""
-        self._html = controls.html(Markup())
-
-    def show(self, variants: Sequence[Variant]) -> None:
-        """Show the newest frames."""
-        several = len(variants) > 1
-        states = joined(_state(variant, several) for variant in variants)
-        shown = [variant for variant in variants if variant.frame is not None]
-        table = _table(shown, several) if shown else Markup()
-        self._html.content = STYLE + states + table
+def measures_html(variants: Sequence[Variant]) -> Markup:
+    """Return a line on each variant, and a table with a column of measures for each."""
+    several = len(variants) > 1
+    states = joined(_state(variant, several) for variant in variants)
+    shown = [variant for variant in variants if variant.frame is not None]
+    return MEASURES_STYLE + states + (_table(shown, several) if shown else Markup())
 
 
 def state_of(variant: Variant) -> tuple[str, bool]:
@@ -98,7 +89,7 @@ def rows_of(measures: FabricMeasures, woven: bool) -> list[tuple[str, str]]:
         ("Repeat [cm]", f"{measures.width:.2f} x {measures.height:.2f}"),
         ("Yarn at a crossing [cm]" if woven else "Loop length [cm]", f"{measures.loop_length:.2f}"),
         ("Thickness [cm]", f"{measures.thickness:.2f}"),
-        ("Weight [g/m²]", f"{1e4 * measures.areal_density:.0f}"),
+        ("Weight [g/m²]", f"{1e4 * measures.areal_density:.0f}"),  # the density is in g/cm²
     ]
 
 
@@ -198,7 +189,7 @@ class SwatchPage(Page):
 
     def _build_right(self) -> None:
         controls, design = self.app.controls, self.state.design
-        self._measures = MeasuresPanel(controls)
+        self._measures = controls.html(Markup())
         controls.buttons("Yarns", "Start, stop or step the relaxation, or return to the yarns as drawn",
                          (RUN, PAUSE, STEP, AGAIN), self._tell)  # fmt: skip
         controls.slider("Iterations per frame", "More iterations show larger steps of the relaxation",
@@ -241,7 +232,7 @@ class SwatchPage(Page):
         self._show_fabric()
         if frame.report["at_rest"]:
             self._drawing.fit_at_rest()
-        self._measures.show(self.variants)
+        self._measures.content = measures_html(self.variants)
         if variant is self.variant:
             self._dials.show(self.state.design, frame)
         sent = 12.0 * sum(len(part.vertices) for part in drawing.parts)
@@ -262,7 +253,7 @@ class SwatchPage(Page):
         self._look.show()
         self._edited.visible = compared
         self._edited.value = NAMES[self.state.edited]
-        self._measures.show(self.variants)
+        self._measures.content = measures_html(self.variants)
 
     def _take_pattern(self, source: Source) -> None:
         """Take a pattern from the chart; another size of the repeat gets other numbers of copies, and no held size."""
@@ -302,7 +293,7 @@ class SwatchPage(Page):
         }  # fmt: skip
         for variant in self.variants:
             actions[what](variant)
-        self._measures.show(self.variants)
+        self._measures.content = measures_html(self.variants)
 
     def _toggle(self) -> None:
         self._tell(RUN if self._stopped else PAUSE)

@@ -1,6 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The opened file, or the opened output folder of a job; a folder is read again after the job has written into it."""
+"""What the page shows: meshes, stitches, yarns or runs with their companions, pictures, texts, and folders of jobs.
+
+A folder is read again after its job has written into it.
+"""
 
 from __future__ import annotations
 
