@@ -89,15 +89,7 @@ def refusal(message: str) -> Markup:
 
 
 def edge_text(labeled: StitchMesh, side: int, count: int, *, by_hand: bool, marked: bool) -> Markup:
-    """Return a description of the chosen edge.
-
-    Args:
-        labeled: the labeled mesh.
-        side: a side of the edge.
-        count: its number of stitches.
-        by_hand: whether the user has given the number.
-        marked: whether the edge is marked.
-    """
+    """Return a description of the chosen edge; the user has given its number by hand, or it follows from its length."""
     start, end = labeled.face_vertex[side], labeled.face_vertex[labeled.side_next[side]]
     length = float(labeled.side_length[side])
     origin = "given by hand" if by_hand else "by its length"

@@ -28,13 +28,7 @@ class PageRun(Generic[S, T]):
     """At most one run of a page, with its controls. All methods belong to the event thread."""
 
     def __init__(self, page: Page, shown: Callable[[Snapshot[S]], object], ended: Callable[[], object]) -> None:
-        """Run nothing yet.
-
-        Args:
-            page: the page.
-            shown: called with each snapshot while the page is open.
-            ended: called after each run has ended and handed over its result.
-        """
+        """Run nothing yet; ``shown`` gets each snapshot while the page is open, ``ended`` is called after each run."""
         self._page, self._shown, self._ended = page, shown, ended
         self.live: LiveRun[S, T] | None = None
         """The run; None while nothing runs."""

@@ -46,13 +46,7 @@ class ClothDrawing:
         self._loads: tuple[object, object] = (None, None)
 
     def show(self, opened: OpenedScene, colour: ClothColour, *, takes_strokes: bool) -> None:
-        """Draw a scene.
-
-        Args:
-            opened: the scene.
-            colour: what the colours of the triangles show.
-            takes_strokes: whether a drag on the cloth paints; otherwise it turns the view.
-        """
+        """Draw a scene; with ``takes_strokes`` a drag on the cloth paints, and otherwise it turns the view."""
         mesh = opened.mesh
         if self._mesh is not mesh:
             self._mesh, self._lifted = mesh, lifted_corners(mesh)

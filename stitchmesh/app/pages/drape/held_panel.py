@@ -58,14 +58,7 @@ def with_part(scene: Scene, part: int, section: AttachmentSection | None) -> Sce
 
 
 def moved_part(opened: OpenedScene, part: int, displacement: Triple, rotation: Triple) -> AttachmentSection:
-    """Return a part that moves evenly to a place at the end of the scene, and turns around its own middle.
-
-    Args:
-        opened: the scene.
-        part: number of the part.
-        displacement: from the start to the end [cm].
-        rotation: axis times angle [degrees].
-    """
+    """Return a part that moves evenly by ``displacement`` [cm], and turns around its middle by ``rotation`` [degrees]."""
     held = opened.prepared.held[part].vertices
     middle = opened.prepared.vertices[held].mean(axis=0) if len(held) else np.zeros(3)
     x, y, z = np.round(middle, 4).tolist()

@@ -129,12 +129,7 @@ def run_words(run: AnyRun) -> str:
 
 
 def end_html(draped: Draped | None, *, current: bool) -> Markup:
-    """Return how a run ended; an empty text without a run.
-
-    Args:
-        draped: the result.
-        current: whether the run belongs to the present scene.
-    """
+    """Return how a run ended, of the current scene or of an earlier one; an empty text without a run."""
     mixed = {} if draped is None else draped.report.get("mixed", {})
     if not mixed:
         return Markup()

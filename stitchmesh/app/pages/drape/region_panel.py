@@ -67,15 +67,7 @@ class RegionPanel:
         self, session: DrapeSession, drawing: ClothDrawing, paint: PaintTool, controls: Controls,
         find: Callable[[], None],
     ) -> None:  # fmt: skip
-        """Make the controls.
-
-        Args:
-            session: the scene.
-            drawing: draws the box.
-            paint: the brush.
-            controls: the place of the controls.
-            find: finds the region that a run would choose.
-        """
+        """Make the controls; ``find`` finds the region that a run would choose."""
         self._session, self._drawing, self._paint = session, drawing, paint
         self._cloth: object = None
         with controls.group("Region of yarns") as self._group:

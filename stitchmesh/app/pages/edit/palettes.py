@@ -129,14 +129,7 @@ class PatternPalette:
         self, controls: Controls, chosen: Callable[[str], object], post: Callable[[Callable[[], object]], object],
         own: Mapping[str, Pattern],
     ) -> None:  # fmt: skip
-        """Make the buttons.
-
-        Args:
-            controls: where they stand.
-            chosen: called with the name of the pressed pattern.
-            post: calls a function later, after other events.
-            own: the patterns of the user, by the names of their buttons.
-        """
+        """Make the buttons; ``post`` calls a function after other events, and ``chosen`` gets the name of a pattern."""
         self._post, self._own, self._words = post, own, ""
         self._families = [(OWN, tuple(own)), *_families_of_library()]
         self._mark = controls.html(PATTERN_STYLE)

@@ -112,13 +112,7 @@ class MarkPanel:
         controls.key("Remove the mark", "Remove the chosen mark.", "X", None, self._remove_mark)
 
     def show(self, state: RowsState, borders: MeshBorders, found: FoundRows | None) -> None:
-        """Show the marks of a state.
-
-        Args:
-            state: the state.
-            borders: the borders of the mesh.
-            found: the rows, which give a time to a mark without one; None if there are none.
-        """
+        """Show the marks of a state; the rows that were found give a time to a mark without one."""
         self._state, self._borders, self._found = state, borders, found
         self._list.content = mark_list(state.marks, state.chosen, borders)
         mark = self._mark()

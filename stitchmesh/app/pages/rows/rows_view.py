@@ -182,13 +182,7 @@ class RowsView:
         show_stitches(self._scene, fabric)
 
     def show_marks(self, marks: Marks, chosen: tuple[int, int] | None, line: Sequence[Point]) -> None:
-        """Draw the points of tips and lines, and an unfinished line.
-
-        Args:
-            marks: the marks.
-            chosen: number of the chosen mark, and of its chosen point.
-            line: points of the unfinished line.
-        """
+        """Draw the points of tips and lines, with the chosen mark and its chosen point, and an unfinished line."""
         self.handles.show(marks, chosen, ROLE_COLOURS, LINE_COLOUR)
         points = np.array(line, dtype=np.float64).reshape(-1, 3)
         self._scene.show("begun line", Lines(line_on_surface(self._table, line), LINE_COLOUR, 5.0))

@@ -74,12 +74,7 @@ class DrapedSketch:
         return self.frame.vertices.min(axis=0), self.frame.vertices.max(axis=0)
 
     def draw(self, scene: Scene, *, alpha: bool) -> None:
-        """Draw the lines, the triangles outside the region, and the bodies.
-
-        Args:
-            scene: the scene.
-            alpha: whether the colours show alpha instead of the yarns.
-        """
+        """Draw the lines, the triangles outside the region, and the bodies, in colours of alpha or of the yarns."""
         frame, region = self.frame, self.lines.region
         corners = region.triangles[frame.triangle_kind != YARNS]
         plain = np.tile(np.array(CLOTH_COLOUR, dtype=np.uint8), (len(frame.vertices), 1))

@@ -35,12 +35,7 @@ class Assessed:
 
 
 def energy_plot(assessed: Sequence[Assessed], tolerance: float) -> go.Figure | None:
-    """Return the plot; None while there are fewer than two assessments.
-
-    Args:
-        assessed: the assessments in order.
-        tolerance: residual at rest.
-    """
+    """Return the plot with the residual at rest; None while there are fewer than two assessments."""
     if len(assessed) < 2:
         return None
     chosen = [assessed[k] for k in np.unique(np.linspace(0, len(assessed) - 1, MOST_POINTS).astype(int)).tolist()]

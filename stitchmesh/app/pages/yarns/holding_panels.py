@@ -33,14 +33,7 @@ class BodyPanel:
     def __init__(
         self, app: App, view: GarmentYarnView, settings: Callable[[], YarnSettings], changed: Callable[..., None]
     ) -> None:
-        """Make the controls, and draw the body.
-
-        Args:
-            app: the application.
-            view: draws the body.
-            settings: returns the present settings.
-            changed: called with the changed fields of the settings.
-        """
+        """Make the controls, and draw the body; ``changed`` is called with the changed fields of the settings."""
         self._app, self._view, self._settings, self._changed = app, view, settings, changed
         controls = app.controls
         with controls.group("Body", opened=False):
@@ -81,14 +74,7 @@ class PinPanel:
     def __init__(
         self, app: App, view: GarmentYarnView, settings: Callable[[], YarnSettings], changed: Callable[..., None]
     ) -> None:
-        """Make the controls.
-
-        Args:
-            app: the application.
-            view: shows the yarns, and marks the pins.
-            settings: returns the present settings.
-            changed: called with the changed fields of the settings.
-        """
+        """Make the controls; ``changed`` is called with the changed fields of the settings."""
         self._view, self._settings, self._changed = view, settings, changed
         controls = app.controls
         with controls.group("Pins", opened=False):

@@ -48,13 +48,7 @@ class GarmentYarnView:
         return self._yarns
 
     def show(self, yarns: YarnSet, fabric: StitchMesh | None, *, moving: bool = False) -> None:
-        """Draw yarns.
-
-        Args:
-            yarns: the yarns.
-            fabric: the stitch mesh from which they were generated.
-            moving: whether the yarns are a frame of a relaxation; slow colours then stay as they are.
-        """
+        """Draw the yarns of a fabric; slow colours stay as they are while the yarns are moving."""
         if self._yarns is None or not np.array_equal(self._yarns.start, yarns.start):
             self._blocks = self._coloured = None
         if self._yarns is None:
