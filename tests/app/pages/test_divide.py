@@ -202,16 +202,6 @@ def test_what_is_not_possible_says_why_and_cannot_be_divided(page):
     divided(page)
 
 
-def test_what_a_new_division_removes_is_said(page):
-    divided(page)
-    from stitchmesh.editing.edit import Edit
-
-    page.project.apply_edit(Edit("change_stitch", {"faces": [30], "stitch": "p"}))
-    page.controls.set("Stitch width [cm]", 0.6)
-    divided(page)
-    assert "Removed: edits" in page.notices()
-
-
 def test_the_stitches_are_shown_with_their_numbers(page):
     divided(page)
     fabric = page.project.fabric

@@ -191,12 +191,6 @@ def test_a_typed_edge_does_what_a_click_does(page, meaning):
     assert len(page.project.label_steps) == len(steps)
 
 
-def test_a_typed_edge_in_another_form_is_refused(page):
-    page.controls.set("Edge", "4,7=3")
-    with pytest.raises(ParameterError, match="expected the two vertices of an edge"):
-        page.controls.press("Act at this edge")
-
-
 def test_vertex_numbers_are_shown_on_request(page):
     assert "vertex numbers" not in page.scene.drawings
     page.controls.set("Vertex numbers", True)
@@ -245,28 +239,12 @@ def test_faces_that_cannot_be_labeled_are_red_numbered_and_explained(tmp_path):
         assert ((low < middle) & (middle < high)).all()
 
 
-def test_a_mesh_of_triangles_is_called_one(tmp_path):
-    quads = grid(4, 3)
-    corners = quads.face_vertex.reshape(-1, 4).tolist()
-    triangles = Mesh.from_polygons(quads.vertices, [t for a, b, c, d in corners for t in ([a, b, c], [a, c, d])])
-    with headless(tmp_path, triangles, "Label") as page:
-        assert "these are triangles: 24 of 24 faces" in page.controls.text_shown()
-
-
 def test_a_refused_step_is_a_notice_and_changes_nothing(tmp_path):
     with headless(tmp_path, torus(8, 10), "Label") as page:
         assert "The mesh has no border" in page.controls.text_shown()
         page.click_face(0)
         assert "point at a border" in page.notices()
         assert page.project.label_steps == ()
-
-
-def test_start_again_and_undo(page):
-    page.controls.press("Label all")
-    page.controls.press("Start again")
-    assert labeling_of(page).row_count == 0
-    page.controls.act("undo")
-    assert labeling_of(page).row_count == 5
 
 
 def test_a_mesh_inside_out_is_said_and_turned(tmp_path):

@@ -122,15 +122,6 @@ def test_clicks_at_a_border_give_it_one_role_after_another(page):
     assert marks(page) == []
 
 
-def test_marked_ends_turn_the_time_round(page):
-    click(page, front(page, 8.0))
-    times = page.scene.drawings["times"]
-    assert isinstance(times, Labels)
-    assert {word: float(point[1]) for word, point in zip(times.texts, times.points, strict=True)} == pytest.approx(
-        {"begin 0 cm": 8.0, "end 8 cm": 0.0}, abs=0.1
-    )
-
-
 def test_a_line_is_made_of_clicks_and_a_point_of_it_is_moved_and_removed(page):
     set_value(page, "A click", LINE)
     click(page, front(page, 4.0))

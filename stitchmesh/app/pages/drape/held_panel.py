@@ -58,7 +58,7 @@ def with_part(scene: Scene, part: int, section: AttachmentSection | None) -> Sce
 
 
 def moved_part(opened: OpenedScene, part: int, displacement: Triple, rotation: Triple) -> AttachmentSection:
-    """Return a part that moves evenly by ``displacement`` [cm], and turns around its middle by ``rotation`` [degrees]."""
+    """Return a part that moves evenly by ``displacement`` [cm] and turns by ``rotation`` [degrees] about its middle."""
     held = opened.prepared.held[part].vertices
     middle = opened.prepared.vertices[held].mean(axis=0) if len(held) else np.zeros(3)
     x, y, z = np.round(middle, 4).tolist()
