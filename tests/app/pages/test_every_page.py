@@ -12,6 +12,7 @@ import pytest
 from stitchmesh.app.pages.all_pages import PAGES
 from stitchmesh.app.pages.navigation import help_html, help_paragraphs
 from tests.app.pages.headless import Headless, headless, on_project
+from tests.app.pages.test_even_out import with_wide_rows
 from tests.app.project.projects import YARNS, divided_project
 from tests.gallery import tube
 
@@ -29,7 +30,7 @@ def with_yarns(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Headless]:
     """The application on a project of which all pages have something to show."""
     folder = tmp_path_factory.mktemp("yarns")
     project = divided_project(folder / "project")
-    project.set_evened(project.fabric)
+    project.set_evened(with_wide_rows(project.fabric))
     project.set_yarns(YARNS, {})
     with pytest.MonkeyPatch.context() as surroundings:
         surroundings.setenv("XDG_STATE_HOME", str(folder / "state"))
