@@ -11,7 +11,7 @@ from stitchmesh.app.pages.drape.drape_session import FOLDER
 from stitchmesh.app.pages.drape.opened_scene import scene_of_file
 from stitchmesh.app.pages.drape.scene_run import same_scene
 from stitchmesh.app.pages.swatch.state import Look, SwatchState, read_state, state_table
-from stitchmesh.app.pages.view.viewed import read_viewed
+from stitchmesh.app.pages.view.opened import read_viewed
 from stitchmesh.app.project.opening import title_of
 from stitchmesh.app.project.project import Project
 from stitchmesh.app.project.project_folder import TABLE_NAME

@@ -12,7 +12,7 @@ import pytest
 from stitchmesh.app.application import App
 from stitchmesh.app.front import NullFront
 from stitchmesh.app.pages.all_pages import PAGES
-from stitchmesh.app.pages.edit.pattern_palette import CHOSEN
+from stitchmesh.app.pages.edit.palettes import CHOSEN
 from stitchmesh.app.project.project import Project
 from stitchmesh.errors import StitchMeshError
 from stitchmesh.markup import Markup, checked, css_text, joined, markup

@@ -224,7 +224,7 @@ def _read_poly_data(path: Path) -> object:
 
 
 CHECKPOINT = (*damage.BINARY, *[damage.inside_checkpoint] * 20)
-READ_VIEWED = later("stitchmesh.app.pages.view.viewed.read_viewed")
+READ_VIEWED = later("stitchmesh.app.pages.view.opened.read_viewed")
 YARN_ERRORS = (FileError, ParameterError)
 """Errors of yarns: a radius that cannot be estimated is a ``ParameterError``."""
 

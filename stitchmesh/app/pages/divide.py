@@ -7,11 +7,13 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from stitchmesh.app.controls.field_panel import FieldPanel
-from stitchmesh.app.controls.legend import legend
+from stitchmesh.app.controls.html_pieces import figures
+from stitchmesh.app.controls.legend import LegendEntry, legend
 from stitchmesh.app.controls.undo_row import UndoRow
-from stitchmesh.app.pages.division_view import DivisionView, edge_text, estimate_table, no_edge_text, refusal
-from stitchmesh.app.pages.gauge_panel import INCREASE, GaugePanel, drawn_height, yarn_of
+from stitchmesh.app.pages.gauge_panel import INCREASE, GaugePanel, drawn_height, gauge_words, yarn_of
 from stitchmesh.app.pages.not_yet import HAS_STITCHES, NO_MESH
 from stitchmesh.app.pages.page import Page
 from stitchmesh.app.project.division import (
@@ -23,25 +25,189 @@ from stitchmesh.app.project.division import (
     with_known_edges,
     with_mark,
 )
-from stitchmesh.app.scene.scene import Pick
+from stitchmesh.app.scene.drawing import Labels
+from stitchmesh.app.scene.mesh_drawing import INK, STITCH_DRAWINGS, MeshDrawing, show_stitches
+from stitchmesh.app.scene.scene import Pick, Scene
 from stitchmesh.app.scene.vertex_numbers import VertexNumbers
 from stitchmesh.app.task import TaskControl
 from stitchmesh.editing.undo_history import UndoHistory
 from stitchmesh.errors import ParameterError, StitchMeshError
-from stitchmesh.markup import Markup
-from stitchmesh.mesh import StitchMesh
+from stitchmesh.markup import Markup, markup
+from stitchmesh.mesh import IntArray, StitchMesh
 from stitchmesh.mesh.picking import pick as pick_place
 from stitchmesh.mesh.picking import picking_table
+from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.quality import DEFAULT_QUALITY, PRESETS
 from stitchmesh.recipe.estimate import GarmentEstimate, estimate_garment
+from stitchmesh.render.palette import STITCH_COLOURS
 from stitchmesh.tessellate.counts import edge_named, edges_with_one_count
 from stitchmesh.tessellate.edge_file import EdgeSettings, VertexPair, edge_settings_text, parse_edge_settings
+from stitchmesh.yarn.colours import row_colours
+from stitchmesh.yarn.yarn_presets import Gauge, Yarn
 
 if TYPE_CHECKING:
     from stitchmesh.app.application import App
 
-MOST_COUNT = 10_000
-"""Largest number of stitches on one edge."""
+STAGE_WORDS = {
+    "tessellate": "divide", "meshrelax": "even out", "yarngen": "make yarns", "yarnrelax": "relax yarns",
+}  # fmt: skip
+"""Words for the stages of an estimate."""
+KINDS = {
+    "cast on": (Stitch.CAST_ON,),
+    "knit": (Stitch.KNIT,),
+    "increase": (Stitch.KY, Stitch.YK, Stitch.YKY, Stitch.KS, Stitch.SK, Stitch.KYK, Stitch.PK, Stitch.KPK),
+    "decrease": (Stitch.D12K, Stitch.D21K, Stitch.D213K),
+    "drawn through the last loops": (Stitch.DRAW_THROUGH,),
+}
+"""Stitches of a divided mesh, by their purpose."""
+
+
+def estimate_table(estimate: GarmentEstimate, width: float, height: float, yarn: Yarn | None) -> Markup:
+    """Return the estimate as a table; possible faults stand below it."""
+    length = f"{estimate.yarn_length / 100.0:,.0f} m"
+    if yarn is not None:
+        length += f", about {estimate.yarn_length / 100.0 * yarn.grams_per_metre:,.0f} g"
+    rows = {
+        "Gauge": gauge_words(Gauge.of_stitch(width, height)),
+        "Stitches": f"{estimate.stitches:,} in {estimate.rows:,} rows",
+        "Yarn": length,
+        "Control points": f"{estimate.control_points:,}",
+        "Time": f"about {_time(estimate.seconds)}",
+        "Memory": f"about {_memory(estimate.memory)}",
+    }
+    stages = ", ".join(f"{STAGE_WORDS[name]} {_time(cost.seconds)}" for name, cost in estimate.stages.items())
+    doubt = markup('<p role="status" style="{}"><strong>Please note:</strong> {}</p>', _NOTE, estimate.doubt)
+    return markup(
+        '{}<p style="margin:.2em 0 0;font-size:.8em">{}; half or twice that on other machines</p>{}',
+        figures(rows.items()), stages, doubt if estimate.doubt else "",
+    )
+
+
+def refusal(message: str) -> Markup:
+    """Return why there is no estimate."""
+    return markup('<p role="alert" style="{}"><strong>Not possible:</strong> {}</p>', _NOTE, message)
+
+
+def edge_text(labeled: StitchMesh, side: int, count: int, *, by_hand: bool, marked: bool) -> Markup:
+    """Return a description of the chosen edge; the user has given its number by hand, or it follows from its length."""
+    start, end = labeled.face_vertex[side], labeled.face_vertex[labeled.side_next[side]]
+    length = float(labeled.side_length[side])
+    origin = "given by hand" if by_hand else "by its length"
+    if labeled.is_wale[side]:
+        what = f"wale edge of row {labeled.row[labeled.side_face[side]] + 1}: {count} rows of stitches, {origin}"
+        what += "; marked" if marked else ""
+    else:
+        what = f"course edge: {count} stitches, {origin}"
+    return markup(
+        '<p style="margin:0;font-size:.88em"><strong>Edge {},{}</strong>, {} cm, {}</p>',
+        start, end, f"{length:.1f}", what,
+    )
+
+
+def legend_of_stitches(fabric: StitchMesh) -> list[LegendEntry]:
+    """Return the legend of the colours of the stitches, with the number of stitches of each."""
+    counts = np.bincount(fabric.stitch, minlength=max(Stitch) + 1)
+    entries = []
+    for words, codes in KINDS.items():
+        present = [code for code in codes if counts[code]]
+        if present:
+            number = sum(int(counts[code]) for code in present)
+            entries.append(LegendEntry(f"{words}: {number:,}", tuple(STITCH_COLOURS[code] for code in present)))
+    return entries
+
+
+_NOTE = (
+    "margin:.4em 0 0;font-size:.86em;padding:.35em .5em;border-left:4px solid rgb(201,125,16);"
+    "background:rgba(201,125,16,.12);overflow-wrap:anywhere"
+)
+
+
+def _time(seconds: float) -> str:
+    """A duration in words."""
+    if seconds < 1.0:
+        return "1 s" if seconds >= 0.5 else "less than 1 s"
+    if seconds < 100.0:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60.0:.0f} min" if seconds < 6000.0 else f"{seconds / 3600.0:.1f} h"
+
+
+def _memory(size: float) -> str:
+    return f"{size / 1e9:.1f} GB" if size >= 1e9 else f"{size / 1e6:.0f} MB"
+
+
+EDGE_MARKS = (
+    ("counted", (31, 86, 115), 6.0, "number given by hand"),
+    ("marked", (150, 40, 140), 6.0, "marked: increases and decreases stand here"),
+    ("chosen", (232, 140, 20), 8.0, "chosen edge"),
+)
+"""Name, colour, width [pixels] and meaning of the lines along edges."""
+
+
+class DivisionView:
+    """Draws one labeled mesh and its divisions."""
+
+    def __init__(self, scene: Scene, labeled: StitchMesh) -> None:
+        """Draw nothing yet."""
+        self._scene, self._labeled = scene, labeled
+        self._drawing = MeshDrawing(scene, labeled)
+        self._colours = row_colours(labeled.row)
+        self._shown: StitchMesh | None = None
+
+    def look(self) -> None:
+        """Show the whole mesh."""
+        self._drawing.look()
+
+    def show_mesh(self) -> list[LegendEntry]:
+        """Draw the faces of the mesh in the colours of their rows, and return the legend."""
+        if self._shown is not self._labeled:
+            self._shown = self._labeled
+            for name in STITCH_DRAWINGS:
+                self._scene.remove(name)
+            self._drawing.show_faces("faces", self._colours)
+            self._drawing.show_sides("edges", self._labeled.edge_side, INK, 1.0)
+        rows = np.unique(self._labeled.row, return_index=True)[1]
+        samples = self._colours[rows[np.unique(np.linspace(0, len(rows) - 1, 6).astype(np.int64))]]
+        return [LegendEntry("rows of faces", tuple((int(r), int(g), int(b)) for r, g, b in samples))]
+
+    def show_stitches(self, fabric: StitchMesh) -> list[LegendEntry]:
+        """Draw stitches in their colours, and return the legend."""
+        if self._shown is not fabric:
+            self._shown = fabric
+            for name in ("faces", "edges"):
+                self._scene.remove(name)
+            show_stitches(self._scene, fabric)
+        return legend_of_stitches(fabric)
+
+    def show_edges(self, division: Division, chosen: int | None, along: IntArray | None) -> list[LegendEntry]:
+        """Draw the edges with numbers or marks, and the chosen edge, and return the legend.
+
+        Args:
+            division: the division.
+            chosen: a side of the chosen edge; None if there is none.
+            along: number of stitches along each edge, shape (E,); None if such stitches are not possible.
+        """
+        labeled = self._labeled
+        edges = {
+            "counted": [edge_named(labeled, edge) for edge in division.counts],
+            "marked": [edge_named(labeled, edge) for edge in division.marked],
+            "chosen": [] if chosen is None else [int(labeled.side_edge[chosen])],
+        }
+        for name, colour, width, _ in EDGE_MARKS:
+            self._drawing.show_sides(name, labeled.edge_side[edges[name]], colour, width)
+        self._show_numbers(np.array(edges["counted"] + edges["chosen"], dtype=np.int64), along)
+        return [LegendEntry(words, (colour,), line=True) for name, colour, _, words in EDGE_MARKS if edges[name]]
+
+    def _show_numbers(self, edges: IntArray, along: IntArray | None) -> None:
+        """Write the numbers of some edges beside them."""
+        edges = np.unique(edges)[:150]  # more numbers would hide the mesh
+        if along is None or not len(edges):
+            self._scene.remove("numbers")
+            return
+        mesh, sides = self._labeled, self._labeled.edge_side[edges]
+        middles = (mesh.corner_position[sides] + mesh.corner_position[mesh.side_next[sides]]) / 2
+        self._scene.show("numbers", Labels(middles, tuple(str(count) for count in along[edges].tolist())))
+
+
 MESH, STITCHES = "mesh", "stitches"
 """The choices of what the page shows."""
 
@@ -123,7 +289,6 @@ class DividePage(Page):
         self._view.look()
 
     def _make_size_controls(self) -> None:
-        """Make the controls of the sizes."""
         controls, division = self.app.controls, self._state.division
         self._gauge = GaugePanel(
             self.app.project, controls, division.stitch_width, division.stitch_height, self._take_size
@@ -142,7 +307,7 @@ class DividePage(Page):
         self._edge = controls.html(Markup())
         self._count = controls.number(
             "Number", "Stitches on the chosen edge; on a wale edge, rows of its whole row of faces.", 1,
-            self._set_count, least=1, most=MOST_COUNT, step=1,
+            self._set_count, least=1, most=10_000, step=1,
         )  # fmt: skip
         self._mark = controls.toggle(
             "Marked edge", "All increases and decreases of the two faces stand at this edge.", False, self._set_mark
@@ -162,8 +327,7 @@ class DividePage(Page):
     def refresh(self) -> None:
         """Show the division of the project and the draft."""
         labeled = self.app.project.labeled
-        if labeled is None:
-            return
+        assert labeled is not None
         if labeled is not self._labeled:
             self._take_mesh(labeled)
         if self.app.project.fabric is None or self.app.project.division != self._state.division:
@@ -172,8 +336,6 @@ class DividePage(Page):
 
     def picked(self, pick: Pick) -> None:
         """Choose the edge that is nearest to the click; a click beside the mesh chooses none."""
-        if self.unavailable() is not None:
-            return
         place = pick_place(self._table, pick.ray_origin, pick.ray_direction)
         self._state = replace(self._state, side=None if place is None else place.side)
         self._show_all()
@@ -225,7 +387,6 @@ class DividePage(Page):
         self._change(replace(self._state.division, stitch_width=width, stitch_height=height), what)
 
     def _set_count(self, count: float) -> None:
-        """Give the chosen edge a number."""
         labeled, _, edge = self._chosen()
         self._change(with_count(self._state.division, labeled, edge, int(count)), f"number {edge}")
 
@@ -234,7 +395,6 @@ class DividePage(Page):
         self._change(with_count(self._state.division, labeled, edge, None))
 
     def _set_mark(self, marked: bool) -> None:
-        """Mark the chosen edge, or remove its mark."""
         self._change(with_mark(self._state.division, self._chosen()[2], marked))
 
     def _set_text(self, text: str) -> None:
@@ -264,7 +424,6 @@ class DividePage(Page):
         return labeled, side, (int(labeled.face_vertex[side]), int(labeled.face_vertex[labeled.side_next[side]]))
 
     def _show(self, shown: str) -> None:
-        """Show the mesh or the stitches."""
         self._state = replace(self._state, shown=shown)
         self._show_all()
 
@@ -312,7 +471,8 @@ class DividePage(Page):
         for control in (self._count, self._by_length, self._mark):
             control.visible = chosen
         if not chosen:
-            self._edge.content = no_edge_text()
+            hint = '<p style="margin:0;font-size:.88em">Click an edge to set its number of stitches.</p>'
+            self._edge.content = markup(hint)
             return
         labeled, side, edge = self._chosen()
         number, division = edge_named(labeled, edge), self._state.division

@@ -11,8 +11,9 @@ import numpy as np
 
 from stitchmesh.app.controls.field_panel import FieldPanel, Number, setting_field
 from stitchmesh.app.controls.html_pieces import message
+from stitchmesh.app.pages.not_yet import NO_STITCHES
 from stitchmesh.app.pages.page import Page
-from stitchmesh.app.pages.run_panel import PageRun, is_wanted
+from stitchmesh.app.pages.run_panel import BYTES_PER_STITCH, PageRun, is_wanted
 from stitchmesh.app.pages.verdict_html import verdict_html
 from stitchmesh.app.scene.size_map import SizeMapDrawing, legend_html, outline
 from stitchmesh.errors import StitchMeshError
@@ -32,8 +33,6 @@ if TYPE_CHECKING:
 
 MEASURES: dict[str, Measure] = {measure.capitalize(): measure for measure in get_args(Measure)}
 """The measures that the map can show, by the words of the user."""
-BYTES_PER_STITCH = 120
-"""Size of a frame for each stitch: two triangles and two sides."""
 START, AGAIN = "Even out the stitches", "Even out the stitches again"
 """Labels of the button that starts, before the first time and later."""
 START_HINT = "Move the stitches over the surface until they are even"
@@ -69,13 +68,10 @@ class EvenOutPage(Page):
         super().__init__(app)
         self._run: PageRun[StitchMesh, RelaxedMesh] = PageRun(self, self._show_snapshot, self._ended)
         self._state = EvenOutState()
-        self._map = SizeMapDrawing(app.scene)
 
     def unavailable(self) -> str | None:
         """Return what the user must do first while there are no stitches."""
-        if self.app.project.fabric is None:
-            return "There are no stitches yet. Divide the labeled mesh first, on the page Divide."
-        return None
+        return NO_STITCHES if self.app.project.fabric is None else None
 
     def build(self) -> None:
         """Make the controls and show the fabric."""
@@ -139,10 +135,7 @@ class EvenOutPage(Page):
 
     def _set(self, **changes: Any) -> None:
         options = replace(mesh_relax_options(self.app.project), **changes)
-        self._keep(options=asdict(options))
-
-    def _keep(self, **values: Any) -> None:
-        self.app.project.set_settings(self.name, {**self.app.project.settings(self.name), **values})
+        self.keep_settings(options=asdict(options))
 
     def _set_measure(self, measure: str) -> None:
         self._state = replace(self._state, measure=MEASURES[measure])
@@ -154,7 +147,7 @@ class EvenOutPage(Page):
         if not is_wanted(self, project, project.fabric is before):
             return
         dropped = project.set_evened(result.fabric)
-        self._keep(report=asdict(result.report))
+        self.keep_settings(report=asdict(result.report))
         if dropped:
             self.app.notice(f"The stitches have moved, so these were removed: {', '.join(dropped)}.", "warning")
 
@@ -163,7 +156,6 @@ class EvenOutPage(Page):
             self.refresh()
 
     def _fabric(self) -> StitchMesh:
-        """Return the fabric to show while nothing runs."""
         fabric = self.app.project.evened or self.app.project.fabric
         assert fabric is not None
         return fabric

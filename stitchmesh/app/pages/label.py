@@ -50,8 +50,6 @@ START_COLOUR: Colour = (232, 140, 20)
 """Colour of borders at which a row can start."""
 MOST_FAULTS = 5
 """Number of faults that are listed."""
-MOST_STARTS = 8
-"""Number of borders that are listed."""
 
 
 def labeling_status(labeling: PartialLabeling, inside_out: bool) -> Markup:
@@ -115,7 +113,7 @@ def fault_list(faults: tuple[LabelingFault, ...]) -> Markup:
 def start_list(mesh: Mesh) -> Markup:
     """Return buttons for the borders from which rows may start, best first."""
     buttons = []
-    for chain in candidate_seeds(mesh)[:MOST_STARTS]:
+    for chain in candidate_seeds(mesh)[:8]:
         length = float(mesh.side_length[chain].sum())
         height = float(mesh.corner_position[chain, 1].mean() - mesh.vertices[:, 1].min())
         words = f"Border of {length:.0f} cm at height {height:.0f} cm"
@@ -233,8 +231,7 @@ class LabelPage(Page):
     def refresh(self) -> None:
         """Show the labeling of the project."""
         labeling = self.app.project.labeling
-        if labeling is None:
-            return
+        assert labeling is not None
         if labeling.mesh is not self._mesh:
             self._take_mesh(labeling.mesh)
         self._draw(labeling)
@@ -246,7 +243,7 @@ class LabelPage(Page):
 
     def picked(self, pick: Pick) -> None:
         """Take the step that a click means."""
-        step = self._meant(pick) if self.unavailable() is None else None
+        step = self._meant(pick)
         if step is not None:
             self._take(step)
 
@@ -344,7 +341,6 @@ class LabelPage(Page):
         return steps[self._state.meaning]()
 
     def _take(self, step: LabelStep) -> None:
-        """Take a step, and show what it has removed."""
         self._changed(self.app.project.apply_label_step(step))
 
     def _changed(self, lost: tuple[str, ...]) -> None:
@@ -353,7 +349,6 @@ class LabelPage(Page):
         self.app.refresh()
 
     def _step(self, name: str, **arguments: object) -> Callable[[], None]:
-        """Return a function that takes a step."""
         return lambda: self._take(LabelStep(name, arguments))
 
     def _undo(self) -> None:
@@ -374,13 +369,11 @@ class LabelPage(Page):
         self._take(LabelStep("flip_row", {"face": faces[0]}))
 
     def _act_at_edge(self) -> None:
-        """Take the step of a click at the edge between the two typed vertices."""
         labeling = self.app.project.labeling
         assert labeling is not None
         self._take(self._step_at(labeling, side_of(labeling.mesh, parse_edge(self._place.value))))
 
     def _clicked(self, action: str, value: str) -> None:
-        """Show a fault, or start at a listed border."""
         labeling = self.app.project.labeling
         assert labeling is not None
         if action == "start":
@@ -389,7 +382,6 @@ class LabelPage(Page):
             self._show_fault(labeling.mesh, labeling.faults[int(value)])
 
     def _show_fault(self, mesh: Mesh, fault: LabelingFault) -> None:
-        """Turn the camera to a fault."""
         faces = np.array(fault.faces, dtype=np.int64)
         points = mesh.corner_position[mesh.sides_of(faces)]
         middle, size = points.mean(axis=0), 2.0 * np.ptp(points, axis=0).max()
@@ -397,7 +389,6 @@ class LabelPage(Page):
 
 
 def _centre(mesh: Mesh, fault: LabelingFault) -> FloatArray:
-    """Return the middle of the first face of a fault [cm], shape (3,)."""
     position = mesh.corner_position[mesh.sides_of(np.array(fault.faces[:1], dtype=np.int64))]
     centre: FloatArray = position.mean(axis=0)
     return centre

@@ -55,7 +55,6 @@ def help_paragraphs(page: str) -> list[str]:
 
 
 def _plain(block: str) -> str:
-    """Return a paragraph without the marks of Markdown."""
     words = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", " ".join(block.split()))
     bullet = words.startswith("- ")
     plain = re.sub(r"\*\*|`|(?<!\w)\*|\*(?!\w)", "", words.removeprefix("- "))

@@ -19,10 +19,9 @@ if TYPE_CHECKING:
     from stitchmesh.app.pages.page import Page
 
 NO_MESH = "There is no mesh yet. Open the page Project and import one, or choose an example."
+NO_STITCHES = "There are no stitches yet. Divide the labeled mesh into stitches first, on the page Divide."
 HAS_STITCHES = "The imported file holds stitches already. Go on with Edit."
 """The reason why pages that work on a mesh are not available."""
-FABRIC_COLOUR = (206, 200, 186)
-EDGE_COLOUR = (96, 96, 104)
 GARMENT, EDGES = "garment", "edges"
 """Names of the drawings of a plain garment."""
 
@@ -49,9 +48,9 @@ def page_needed(app: App, page: Page, pages: dict[str, MakePage]) -> str:
 
 def draw_plainly(scene: Scene, mesh: Mesh, opacity: float = 1.0) -> None:
     """Draw a mesh in one colour with its edges."""
-    scene.show(GARMENT, plain_surface(mesh, FABRIC_COLOUR, opacity=opacity))
+    scene.show(GARMENT, plain_surface(mesh, (206, 200, 186), opacity=opacity))
     ends = np.stack([mesh.edge_side, mesh.side_next[mesh.edge_side]], axis=1)
-    scene.show(EDGES, Lines(mesh.vertices[mesh.face_vertex[ends]], EDGE_COLOUR, 1.0))
+    scene.show(EDGES, Lines(mesh.vertices[mesh.face_vertex[ends]], (96, 96, 104), 1.0))
     scene.look_at(mesh.vertices.min(axis=0), mesh.vertices.max(axis=0))
 
 

@@ -14,11 +14,11 @@ from stitchmesh.app.controls.controls import do_nothing
 from stitchmesh.app.controls.field_panel import Field, FieldPanel, Number
 from stitchmesh.app.controls.html_pieces import message
 from stitchmesh.app.pages.page import Page
-from stitchmesh.app.pages.run_panel import PageRun
+from stitchmesh.app.pages.run_panel import BYTES_PER_STITCH, PageRun
 from stitchmesh.app.pages.swatch.chart_panel import ChartPanel
 from stitchmesh.app.scene.drawing import Lines
 from stitchmesh.app.scene.size_map import OUTLINE, SizeMapDrawing, legend_html
-from stitchmesh.errors import ParameterError, StitchMeshError
+from stitchmesh.errors import ParameterError
 from stitchmesh.io.checked import check_value
 from stitchmesh.markup import Markup
 from stitchmesh.mesh import FloatArray, StitchMesh
@@ -34,12 +34,8 @@ from stitchmesh.run_control import RunControl, Snapshot
 if TYPE_CHECKING:
     from stitchmesh.app.application import App
 
-FIRST_PATTERN = "feather-and-fan"
-"""Pattern of a new project; its outline differs from the rectangle of its chart."""
 FORMS: dict[str, Form] = {"Flat piece": "flat", "Tube": "tube", "Repeat": "lattice"}
 """The forms by the words of the user."""
-BYTES_PER_STITCH = 120
-"""Size of a frame for each stitch: two triangles and two sides."""
 LEAST, MOST = 4, 200
 """Bounds of the smallest numbers of stitches and of rows of a piece."""
 FIELDS = (
@@ -80,12 +76,11 @@ class OutlinePage(Page):
         super().__init__(app)
         self.state = first_state()
         self._run: PageRun[StitchMesh, FreeShape] = PageRun(self, self._show_snapshot, self._ended)
-        self._map = SizeMapDrawing(app.scene)
         self._waiting = False
 
     def build(self) -> None:
         """Make the controls, and start the relaxation."""
-        self.state = self._saved_state()
+        self.state = self.saved_state(read_state, "outline")
         self._map = SizeMapDrawing(self.app.scene)
         ChartPanel(self.app, parse_pattern(self.state.pattern), "", self._take_pattern, do_nothing)
         controls = self.app.controls
@@ -129,19 +124,10 @@ class OutlinePage(Page):
         self._take(replace(self.state, pattern=format_pattern(source)))
 
     def _take(self, state: OutlineState) -> None:
-        """Take another state, save it and relax again."""
         if state != self.state:
             self.state = state
             self.app.project.set_settings(self.name, asdict(state))
             self.start()
-
-    def _saved_state(self) -> OutlineState:
-        """Return the state from the project; if it is damaged, say so and begin anew."""
-        try:
-            return read_state(self.app.project.settings(self.name))
-        except StitchMeshError as error:
-            self.app.notice(f"the saved outline cannot be shown ({error}); a new one begins", "warning")
-            return first_state()
 
     def _finish(self, shape: FreeShape) -> None:
         """Show the result, unless the chart has changed since."""
@@ -174,7 +160,8 @@ class OutlinePage(Page):
 
 def first_state() -> OutlineState:
     """Return the state of a new project."""
-    return OutlineState(format_pattern(read_pattern(FIRST_PATTERN)))
+    # Its outline differs from the rectangle of its chart.
+    return OutlineState(format_pattern(read_pattern("feather-and-fan")))
 
 
 def read_state(table: Mapping[str, Any]) -> OutlineState:
@@ -203,7 +190,6 @@ def _repeats(pattern: Pattern, state: OutlineState) -> dict[str, int]:
 
 
 def _words(shape: FreeShape) -> str:
-    """Return a description of the natural shape in words."""
     measures = shape.measures()
     slant = f" Its wales lean {abs(shape.slant):.1f}° to the {'right' if shape.slant > 0 else 'left'}."
     return (

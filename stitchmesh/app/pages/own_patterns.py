@@ -21,10 +21,6 @@ if TYPE_CHECKING:
 
 PLACE, KEY = "Own patterns", "texts"
 """Where the project keeps the patterns."""
-SWATCH = "Swatch"
-"""Page whose designs are listed too."""
-MOST = 40
-"""Largest number of patterns that are kept; the oldest are dropped first."""
 
 
 class OwnPatterns:
@@ -46,13 +42,13 @@ class OwnPatterns:
     @property
     def all(self) -> dict[str, Pattern]:
         """The kept patterns, then the patterns of the page Swatch."""
-        return {**self.kept, **swatch_patterns(self._settings(SWATCH))}
+        return {**self.kept, **swatch_patterns(self._settings("Swatch"))}
 
     def keep(self, pattern: Pattern) -> None:
         """Add a pattern, unless it is there already."""
         text, texts = format_pattern(pattern), self._texts()
         if text not in texts:
-            self._app.project.set_settings(PLACE, {KEY: [*texts, text][-MOST:]})
+            self._app.project.set_settings(PLACE, {KEY: [*texts, text][-40:]})  # the oldest are dropped first
             self.on_change()
 
     def _texts(self) -> list[str]:

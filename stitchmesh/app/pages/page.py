@@ -4,12 +4,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 from stitchmesh.app.scene.scene import Pick, ScreenBox, Stroke
+from stitchmesh.errors import StitchMeshError
 
 if TYPE_CHECKING:
     from stitchmesh.app.application import App
+S = TypeVar("S")
 
 
 class Page:
@@ -36,6 +39,23 @@ class Page:
     def __init__(self, app: App) -> None:
         """Make the page; nothing is shown yet."""
         self.app = app
+
+    def keep_settings(self, **values: Any) -> None:
+        """Keep values in the settings that the project has for this page."""
+        self.app.project.set_settings(self.name, {**self.app.project.settings(self.name), **values})
+
+    def saved_state(self, read: Callable[[Mapping[str, Any]], S], what: str) -> S:
+        """Return the state that the project has kept for this page; if it is damaged, say so and begin anew.
+
+        Args:
+            read: returns the state from a table of settings; from an empty table, the state of a new project.
+            what: name of the thing that the state describes.
+        """
+        try:
+            return read(self.app.project.settings(self.name))
+        except StitchMeshError as error:
+            self.app.notice(f"the saved {what} cannot be shown ({error}); a new one begins", "warning")
+            return read({})
 
     def unavailable(self) -> str | None:
         """Return what the user must do first, and why, while the page has nothing to show; None if it can be built."""

@@ -7,12 +7,13 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, cast, get_args
+from typing import TYPE_CHECKING, Any, ClassVar, get_args
 
 from stitchmesh.app.controls.html_pieces import action_button
 from stitchmesh.app.pages.downloads import STYLE, download_list, send_file
 from stitchmesh.app.pages.not_yet import draw_plainly
 from stitchmesh.app.pages.page import Page
+from stitchmesh.app.pages.typed import AXES
 from stitchmesh.app.project.exports import Export, exports
 from stitchmesh.app.project.opening import title_of
 from stitchmesh.app.project.project import Project
@@ -28,7 +29,7 @@ from stitchmesh.labeling.faults import triangles_message
 from stitchmesh.markup import Markup, joined, markup
 from stitchmesh.mesh import Mesh, extent
 from stitchmesh.mesh.layers import Layer
-from stitchmesh.mesh.upright import Direction, Y, Z
+from stitchmesh.mesh.upright import Y
 
 if TYPE_CHECKING:
     from stitchmesh.app.application import App
@@ -107,7 +108,6 @@ def recent_list(projects: list[RecentProject], present: Path, doomed: Path | Non
 
 
 def _recent(number: int, one: RecentProject) -> Markup:
-    """Return the buttons that open and delete a project."""
     picture = markup(
         '<svg viewBox="-4 -4 108 108" width="44" height="44" aria-hidden="true">'
         '<path d="{}" stroke="currentColor" stroke-width="2" fill="none"/></svg>',
@@ -125,7 +125,6 @@ def _recent(number: int, one: RecentProject) -> Markup:
 
 
 def _question(number: int, one: RecentProject) -> Markup:
-    """Return the question whether to delete a project."""
     return markup(
         '<div class="one" role="alert"><span>Delete <b>{}</b> for ever? </span>{}{}</div>',
         one.name, action_button("delete-now", number, "Delete it"), action_button("keep", number, "Keep it"),
@@ -173,7 +172,6 @@ def _taken(project: Project) -> list[str]:
 
 
 def _sentence(clause: str) -> str:
-    """Return a clause that begins with a capital letter."""
     return clause[:1].upper() + clause[1:]
 
 
@@ -185,14 +183,8 @@ def _short(folder: Path) -> str:
 
 SUFFIXES = (*MESH_FORMATS, ".h5", ".smobj", ".st")
 """Suffixes of the files that a project can start from."""
-AXES: dict[str, Direction] = {
-    "+y": Y, "+z": Z, "+x": (1.0, 0.0, 0.0), "-y": (0.0, -1.0, 0.0), "-z": (0.0, 0.0, -1.0), "-x": (-1.0, 0.0, 0.0),
-}  # fmt: skip
-"""Directions of a file that can point up, by the axis along which they lie."""
 ALL_OBJECTS = "all that can be garments"
 """Entry of the list of a file's objects for no choice."""
-PREVIEW_OPACITY = 0.5
-"""Opacity of an example that the user only looks at."""
 
 
 @dataclass(frozen=True)
@@ -289,7 +281,7 @@ class ProjectPage(Page):
         self._make_parts()
         self._up_choice = controls.choice(
             "Up in the file", "Direction in the file of the mesh that points up; found by the openings at an import.",
-            tuple(AXES), next(iter(AXES)), self._set_up,
+            tuple(AXES), next(iter(AXES)), lambda axis: self._read_again(up=AXES[axis]),
         )  # fmt: skip
         controls.upload("Import a mesh", "Choose a mesh of a garment, or stitches; or drop a file anywhere.", SUFFIXES,
                         self.import_file)  # fmt: skip
@@ -335,15 +327,8 @@ class ProjectPage(Page):
         The mesh stays in the same project while nothing was made from it; otherwise it goes to a new project.
         """
         self._choose(unit=unit)
-        source = self.app.project.source
-        if source is not None:
-            self._read_again(replace(source, unit=self._unit_of(source.name)))
-
-    def _set_up(self, axis: str) -> None:
-        """Turn the present mesh, in the same project or a new one as for a change of the unit."""
-        source = self.app.project.source
-        if source is not None:
-            self._read_again(replace(source, up=AXES[axis]))
+        if self.app.project.source is not None:
+            self._read_again(unit=self._unit_of(self.app.project.source.name))
 
     def _make_parts(self) -> None:
         """Make the choices of an object and of a layer, if the file has several."""
@@ -354,28 +339,21 @@ class ProjectPage(Page):
             chosen = source.objects[0] if len(source.objects) == 1 else ALL_OBJECTS
             self.app.controls.choice(
                 "Object", "Object of the file that is knitted, by its name in it.", (ALL_OBJECTS, *garment.objects),
-                chosen, self._set_object,
+                chosen, lambda name: self._read_again(objects=() if name == ALL_OBJECTS else (name,)),
             )  # fmt: skip
         if garment.has_layers:
             self.app.controls.choice(
                 "Layer", "Layer of a garment with a thickness that is knitted.", get_args(Layer), source.layer,
-                self._set_layer,
+                lambda name: self._read_again(layer=name),
             )  # fmt: skip
 
-    def _set_object(self, name: str) -> None:
-        source = self.app.project.source
-        if source is not None:
-            self._read_again(replace(source, objects=() if name == ALL_OBJECTS else (name,)))
-
-    def _set_layer(self, name: str) -> None:
-        source = self.app.project.source
-        if source is not None:
-            self._read_again(replace(source, layer=cast(Layer, name)))
-
-    def _read_again(self, source: Source) -> None:
-        """Read the file of the present mesh in another way; do nothing if it was read in this way."""
+    def _read_again(self, **reading: Any) -> None:
+        """Read the file of the present mesh with other values of its source; do nothing if it was read with these."""
         project, before = self.app.project, self.app.project.source
-        if project.mesh is None or before is None or source.reading == before.reading:
+        if project.mesh is None or before is None:
+            return
+        source = replace(before, **reading)
+        if source.reading == before.reading:
             return
         if project.label_steps or project.fabric is not None:
             self._start_project(source)
@@ -398,7 +376,6 @@ class ProjectPage(Page):
         self._draw()
 
     def _choose(self, **values: Any) -> None:
-        """Take other values of the state."""
         self._state = replace(self._state, **values)
 
     def _rename(self, name: str) -> None:
@@ -442,7 +419,7 @@ class ProjectPage(Page):
         mesh = project.evened or project.fabric or project.mesh
         opacity = 1.0
         if mesh is None and self._state.example:
-            mesh, opacity = _example_mesh(self._state.example), PREVIEW_OPACITY
+            mesh, opacity = _example_mesh(self._state.example), 0.5  # an example that the user only looks at
         if mesh is None or mesh is self._drawn:
             return
         self._drawn = mesh

@@ -7,7 +7,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Generic, TypeVar
 
-from stitchmesh.app.controls.controls import Controls
 from stitchmesh.app.live_run import AnyRun, LiveRun
 from stitchmesh.markup import Markup, markup
 from stitchmesh.progress import Progress
@@ -20,88 +19,38 @@ if TYPE_CHECKING:
 
 S = TypeVar("S")
 T = TypeVar("T")
-PAUSE, RESUME = "Pause", "Resume"
-"""Labels of the button that pauses and resumes a relaxation."""
+BYTES_PER_STITCH = 120
+"""Size of a frame of stitches for each stitch: two triangles and two sides."""
 STALE = "The stitches or the yarns were changed meanwhile, so the result of the work was left out. Start it again."
-
-
-class RunPanel:
-    """Controls that are visible while a relaxation runs."""
-
-    def __init__(self, controls: Controls, step: str, words: Callable[[AnyRun], str] | None = None) -> None:
-        """Make the controls, hidden.
-
-        Args:
-            controls: where they stand.
-            step: the name of one step of the relaxation, for the hint.
-            words: returns how far a run is, in words; ``status_of`` by default.
-        """
-        self._words = words or status_of
-        self._run: AnyRun | None = None
-        self._pause = controls.button(PAUSE, "Wait after the present step, or go on (key P)", self.toggle_pause)
-        self._step = controls.button("Step", f"Make one step and wait: {step} (key N)", self.step)
-        self._stop = controls.button("Stop", "End now and keep the state that is shown", self.stop)
-        self._bar = controls.progress_bar()
-        self._status = controls.html(Markup())
-        controls.key("Pause or resume", "Pause the relaxation, or let it go on", "P", None, self.toggle_pause)
-        controls.key("Step", "Make one step of the relaxation", "N", None, self.step)
-        self.show(None)
-
-    def show(self, run: AnyRun | None) -> None:
-        """Show the controls of a relaxation; None hides them."""
-        self._run = run
-        for control in (self._pause, self._step, self._stop, self._bar, self._status):
-            control.visible = run is not None
-        self.update()
-
-    def update(self) -> None:
-        """Show the progress of the relaxation."""
-        if self._run is None:
-            return
-        self._pause.label = RESUME if self._run.paused else PAUSE
-        self._bar.value = round(100.0 * self._run.outlook.part, 1)
-        self._status.content = markup('<p role="status" style="margin:0">{}</p>', self._words(self._run))
-
-    def toggle_pause(self) -> None:
-        """Pause or resume the relaxation."""
-        if self._run is not None:
-            control = self._run.control
-            control.resume() if control.paused else control.pause()
-            self.update()
-
-    def step(self) -> None:
-        """Make one step."""
-        if self._run is not None:
-            self._run.control.step()
-            self.update()
-
-    def stop(self) -> None:
-        """End the relaxation with its last good state."""
-        if self._run is not None:
-            self._run.control.stop()
 
 
 class PageRun(Generic[S, T]):
     """At most one run of a page, with its controls. All methods belong to the event thread."""
 
     def __init__(self, page: Page, shown: Callable[[Snapshot[S]], object], ended: Callable[[], object]) -> None:
-        """Run nothing yet.
-
-        Args:
-            page: the page.
-            shown: called with each snapshot while the page is open.
-            ended: called after each run has ended and handed over its result.
-        """
+        """Run nothing yet; ``shown`` gets each snapshot while the page is open, ``ended`` is called after each run."""
         self._page, self._shown, self._ended = page, shown, ended
-        self._panel: RunPanel | None = None
         self.live: LiveRun[S, T] | None = None
         """The run; None while nothing runs."""
 
     def build(self, step: str, words: Callable[[AnyRun], str] | None = None) -> None:
-        """Make the controls of the open page, and show the run in them; see ``RunPanel``."""
-        self._panel = RunPanel(self._page.app.controls, step, words)
+        """Make the controls of the open page, which are visible while something runs.
+
+        Args:
+            step: the name of one step of the work, for the hint.
+            words: returns how far a run is, in words; ``status_of`` by default.
+        """
+        controls, self._words = self._page.app.controls, words or status_of
+        self._pause = controls.button("Pause", "Wait after the present step, or go on (key P)", self._toggle_pause)
+        self._step = controls.button("Step", f"Make one step and wait: {step} (key N)", self._make_step)
+        self._stop = controls.button("Stop", "End now and keep the state that is shown", self._end_now)
+        self._bar = controls.progress_bar()
+        self._status = controls.html(Markup())
+        controls.key("Pause or resume", "Pause the relaxation, or let it go on", "P", None, self._toggle_pause)
+        controls.key("Step", "Make one step of the relaxation", "N", None, self._make_step)
         if self.live is not None:
             self.live.on_snapshot = self._show
+        self.refresh()
 
     def leave(self) -> None:
         """Let the run go on unseen."""
@@ -144,14 +93,37 @@ class PageRun(Generic[S, T]):
         self.live.on_snapshot = self._show
 
     def refresh(self) -> None:
-        """Show the controls if something runs."""
-        if self._panel is not None:
-            self._panel.show(self.live)
+        """Show the controls on the open page if something runs."""
+        for control in (self._pause, self._step, self._stop, self._bar, self._status):
+            control.visible = self.live is not None
+        self._show_progress()
 
     def _show(self, snapshot: Snapshot[S]) -> None:
         self._shown(snapshot)
-        if self._panel is not None:
-            self._panel.update()
+        self._show_progress()
+
+    def _show_progress(self) -> None:
+        if self.live is None:
+            return
+        self._pause.label = "Resume" if self.live.paused else "Pause"
+        self._bar.value = round(100.0 * self.live.outlook.part, 1)
+        self._status.content = markup('<p role="status" style="margin:0">{}</p>', self._words(self.live))
+
+    def _toggle_pause(self) -> None:
+        if self.live is not None:
+            control = self.live.control
+            control.resume() if control.paused else control.pause()
+            self._show_progress()
+
+    def _make_step(self) -> None:
+        if self.live is not None:
+            self.live.control.step()
+            self._show_progress()
+
+    def _end_now(self) -> None:
+        """End the run with its last good state."""
+        if self.live is not None:
+            self.live.control.stop()
 
 
 def is_wanted(page: Page, project: Project, unchanged: bool) -> bool:
@@ -167,8 +139,13 @@ def status_of(run: AnyRun) -> str:
     if run.newest is None:
         return "Preparing."
     now = run.newest
+    return progress_words(run, f"iteration {now.iteration:,}, residual {now.residual:.2g} (done at {now.tolerance:g})")
+
+
+def progress_words(run: AnyRun, progress: str) -> str:
+    """Return a sentence on a run that has a state: its progress, its time, and the time that is left."""
+    assert run.newest is not None
     state = "Paused" if run.paused else "Running"
-    left = run.outlook.words
-    remaining = f" {left[0].upper()}{left[1:]}." if left and not run.paused else ""
-    residual = f"residual {now.residual:.2g} (done at {now.tolerance:g})"
-    return f"{state}: iteration {now.iteration:,}, {residual}, {duration(now.seconds)}.{remaining}"
+    left = "" if run.paused else run.outlook.words
+    remaining = f" {left[0].upper()}{left[1:]}." if left else ""
+    return f"{state}: {progress}, {duration(run.newest.seconds)}.{remaining}"

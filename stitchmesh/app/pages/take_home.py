@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from stitchmesh.app.controls.html_pieces import action_button
 from stitchmesh.app.pages.downloads import STYLE, download_list, send_file
-from stitchmesh.app.pages.not_yet import draw_plainly
+from stitchmesh.app.pages.not_yet import NO_STITCHES, draw_plainly
 from stitchmesh.app.pages.page import Page
 from stitchmesh.app.pages.yarns.yarn_view import GarmentYarnView
 from stitchmesh.app.project.exports import PATTERN_FILE, Export, exports
@@ -28,8 +28,6 @@ KINDS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
     ("Stitches for StitchMesh", "HDF5 without loss", ("evened.h5", "stitches.h5")),
 )
 """Purpose and description of each kind of file, and its names; the first of these that the project holds is sent."""
-PICTURE = (1600, 1000)
-"""Width and height of the picture of a pattern [pixels]."""
 
 
 class TakeHomePage(Page):
@@ -43,13 +41,10 @@ class TakeHomePage(Page):
         """Make the page; nothing is shown yet."""
         super().__init__(app)
         self._files: list[Export] = []
-        self._view = GarmentYarnView(app.scene)
 
     def unavailable(self) -> str | None:
         """Return what is missing while there are no stitches to take home."""
-        if self.app.project.fabric is None:
-            return "There are no stitches yet: divide the labeled mesh into stitches first, on page Divide."
-        return None
+        return NO_STITCHES if self.app.project.fabric is None else None
 
     def build(self) -> None:
         """Make the buttons, and draw the yarns, or the stitches if there are no yarns."""
@@ -63,18 +58,16 @@ class TakeHomePage(Page):
     def refresh(self) -> None:
         """Show the files that the project holds now."""
         project = self.app.project
-        if project.fabric is None:
-            self.app.open_page(self.name)
-            return
         self._files = exports(project)
         shown = [(title, what, _first_held(names, self._files)) for title, what, names in KINDS]
         self._kinds.content = _kinds_html(shown)
         self._more.content = download_list([file for file in self._files if file.name not in {n for _, _, n in shown}])
-        yarns = project.relaxed or project.yarns
+        yarns, fabric = project.relaxed or project.yarns, project.evened or project.fabric
+        assert fabric is not None
         if yarns is None:
-            draw_plainly(self.app.scene, project.evened or project.fabric)
+            draw_plainly(self.app.scene, fabric)
         else:
-            self._view.show(yarns, project.evened or project.fabric)
+            self._view.show(yarns, fabric)
             self._view.look_at_all()
 
     def _clicked(self, action: str, name: str) -> None:
@@ -84,7 +77,7 @@ class TakeHomePage(Page):
     def _picture(self) -> bytes | None:
         """Return the picture in the browser as a PNG; None, with a notice, if no browser draws it."""
         try:
-            return self.app.scene.screenshot(*PICTURE)
+            return self.app.scene.screenshot(*(1600, 1000))
         except DisplayError as error:
             self.app.notice(f"the pattern has no picture: {error}", "warning")
             return None

@@ -16,7 +16,6 @@ from stitchmesh.reporting.verdict import Verdict
 
 MOST = 4
 """Largest number of findings in a box, where the most important ones come first."""
-LIST = "margin:.3em 0 0;padding-left:1.1em"
 LINK = "all:unset;vertical-align:top;cursor:pointer;text-decoration:underline dotted"
 """Style of a finding that the user can click."""
 
@@ -39,7 +38,7 @@ def verdict_html(verdict: Verdict, good: str, doubtful: str, *, action: str | No
     style = BOX.format(colour=DOUBTFUL)
     return markup(
         '<div role="status" style="{}"><b>&#9888; {}</b><ul style="{}">{}</ul></div>',
-        style, doubtful, LIST, items,
+        style, doubtful, "margin:.3em 0 0;padding-left:1.1em", items,
     )
 
 

@@ -1,12 +1,17 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The application without a browser, on a small garment: pages are pressed, clicked and read in the test itself."""
+"""The application without a browser, on a small garment: pages are pressed, clicked and read in the test itself.
+
+Pages with long work are called in the thread of the events: ``call``, ``press``, ``wait_for_task``.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import threading
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,6 +25,8 @@ from stitchmesh.app.scene.scene import Modifier, Pick
 from stitchmesh.errors import StitchMeshError
 from stitchmesh.io.meshes import write_mesh
 from stitchmesh.mesh import Mesh
+
+SAFETY = 120.0  # Time after which a test that blocks fails [s]; a test that passes waits for a much shorter time.
 
 
 class Headless:
@@ -48,8 +55,8 @@ class Headless:
         """Click at a point, seen from 100 cm away in a direction; an error becomes a notice, as in the browser."""
         direction = np.asarray(towards, dtype=np.float64)
         try:
-            assert self.app.page is not None
-            self.app.page.picked(Pick(np.asarray(point) - 100.0 * direction, direction, modifier))
+            assert self.front.listener is not None
+            self.front.listener.picked(Pick(np.asarray(point) - 100.0 * direction, direction, modifier))
         except StitchMeshError as error:
             self.app.report(error)
 
@@ -86,6 +93,13 @@ def headless(folder: Path, mesh: Mesh | None, page: str) -> Iterator[Headless]:
     if mesh is not None:
         write_mesh(folder / "garment.obj", mesh)
         project.import_mesh("garment.obj", (folder / "garment.obj").read_bytes())
+    with on_project(project, page) as opened:
+        yield opened
+
+
+@contextmanager
+def on_project(project: Project, page: str) -> Iterator[Headless]:
+    """Run the application without a browser on a project, with a page open."""
     front = NullFront()
     app = App(project, front)
     app.open_page(page)
@@ -93,3 +107,24 @@ def headless(folder: Path, mesh: Mesh | None, page: str) -> Iterator[Headless]:
         yield Headless(app, front)
     finally:
         app.close()
+
+
+def call(shown: Headless, function: Callable[..., Any], *arguments: Any) -> None:
+    """Call a function in the thread of the events, and wait for its end; an error becomes a notice."""
+    shown.app.post(function, *arguments)
+    shown.app.queue.settle(SAFETY)
+
+
+def press(shown: Headless, label: str) -> None:
+    """Press a button."""
+    call(shown, shown.controls.press, label)
+
+
+def wait_for_task(shown: Headless) -> None:
+    """Wait until no task runs and its result has arrived."""
+    for _ in range(int(SAFETY / 0.01)):
+        if not shown.app.tasks.running:
+            break
+        threading.Event().wait(0.01)
+    assert not shown.app.tasks.running
+    shown.app.queue.settle(SAFETY)

@@ -21,8 +21,7 @@ from stitchmesh.editing.edit import Edit
 from stitchmesh.labeling.steps import LabelStep
 from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.meshrelax import MeshRelaxOptions, relax_mesh
-from tests.app.pages.headless import Headless, headless
-from tests.app.pages.tasks import call, press, wait_for_task
+from tests.app.pages.headless import Headless, call, headless, press, wait_for_task
 from tests.gallery import tube
 
 DIVISION = Division(stitch_width=0.6)
@@ -58,12 +57,6 @@ def with_wide_rows(fabric: StitchMesh) -> StitchMesh:
     stretch = np.ones(len(fabric.edge_side))
     stretch[fabric.side_edge[wide]] = 2.5
     return replace(fabric, stretch=stretch)
-
-
-def test_without_stitches_the_page_says_what_to_do_first(tmp_path: Path):
-    with headless(tmp_path, tube(12, 4), "Even out") as app:
-        assert [control.label for control in app.controls.made] == ["Go to Label"]  # the faces have no rows yet
-        assert "on the page Divide" in app.front.navigation.text_shown()
 
 
 def test_the_result_is_that_of_the_library_to_the_last_bit(shown: Headless):
@@ -136,22 +129,16 @@ def test_a_click_at_a_finding_outlines_its_rows_and_the_next_click_removes_the_o
     assert "rows" not in shown.scene.drawings
 
 
-def test_a_relaxation_goes_on_while_another_page_is_open(shown: Headless):
-    with alone():
-        press(shown, START)
-        call(shown, shown.app.open_page, "Label")
-    wait_for_task(shown)
-    assert shown.project.evened is not None
-    assert "sides" not in shown.scene.drawings
-
-
-def test_a_page_that_is_opened_again_shows_the_relaxation_that_runs(shown: Headless):
+def test_a_relaxation_goes_on_while_another_page_is_open_and_is_shown_again(shown: Headless):
     with alone():
         press(shown, START)
         call(shown, shown.app.open_page, "Label")
         call(shown, shown.app.open_page, "Even out")
         assert shown.controls.find("Stop").visible
+        call(shown, shown.app.open_page, "Label")
     wait_for_task(shown)
+    assert shown.project.evened is not None and "fabric" not in shown.scene.drawings
+    call(shown, shown.app.open_page, "Even out")
     shown.controls.find(NEXT)
 
 

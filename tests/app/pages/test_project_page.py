@@ -17,7 +17,7 @@ from stitchmesh.app.front import NullFront
 from stitchmesh.app.pages.all_pages import PAGES
 from stitchmesh.app.pages.page import Page
 from stitchmesh.app.pages.project_page import next_page
-from stitchmesh.app.project.exports import Export, exports
+from stitchmesh.app.project.exports import PATTERN_FILE, Export, exports
 from stitchmesh.app.project.project import Project
 from stitchmesh.app.project.recent import new_project_folder, recent_projects
 from stitchmesh.errors import FileError, ParameterError
@@ -25,7 +25,7 @@ from stitchmesh.io.any_file import read_any
 from stitchmesh.io.meshes import write_mesh
 from stitchmesh.mesh import extent
 from stitchmesh.mesh.upright import Y, Z, upright_turn
-from tests.app.project.projects import LABEL_ALL, divided_project, mesh_bytes, relaxed_project, same
+from tests.app.project.projects import COARSE, LABEL_ALL, divided_project, mesh_bytes, relaxed_project, same
 from tests.app.project.test_source import with_a_button
 from tests.gallery import torus, tube
 from tests.io.test_garments import scene
@@ -68,15 +68,14 @@ def end_downloads(app: App) -> None:
     app.queue.settle()
 
 
-def test_a_mesh_is_imported_into_an_empty_project(opened, tmp_path):
+def test_a_mesh_is_imported_into_an_empty_project_and_else_starts_a_new_one(opened, tmp_path):
     app = opened(Project.create(tmp_path / "one"))
     app.controls.send("Import a mesh", "A Tube.obj", mesh_bytes(tmp_path))
     assert app.project.mesh.face_count == 48 and app.project.name == "A Tube"
     assert app.project.folder == tmp_path / "one"
-
-
-def test_a_mesh_starts_a_new_project_where_there_is_one_already(opened, tmp_path):
-    app = opened(divided_project(tmp_path / "one"))
+    app.project.apply_label_step(LABEL_ALL)
+    app.project.divide(COARSE)
+    app.open_page("Project")
     app.controls.send("Import a mesh", "other.obj", mesh_bytes(tmp_path, around=8))
     assert app.project.folder == tmp_path / "projects" / "other" and app.project.mesh.face_count == 32
     before = Project.open(tmp_path / "one")
@@ -216,19 +215,13 @@ def test_the_page_says_what_the_project_holds(opened, tmp_path):
     assert "not saved: the disk is &lt;full&gt;" in app.controls.text_shown()
 
 
-def test_names_of_projects_are_shown_as_text(opened, tmp_path):
-    project = Project.create(tmp_path / "one", "<script>alert(1)</script>")
-    opened(project)
-    other = opened(Project.create(tmp_path / "two"))
-    assert "<script>" not in other.controls.text_shown()
-    assert "&lt;script&gt;" in other.controls.text_shown()
-
-
 def test_every_export_is_written_and_read_again(tmp_path):
     project = relaxed_project(tmp_path / "one")
     files = exports(project)
     assert len({file.name for file in files}) == len(files)
     for file in files:
+        if file.name == PATTERN_FILE:
+            continue  # which the page Take home sends in its test
         path = tmp_path / file.name
         path.write_bytes(file.content())
         if file.suffix in (".h5", ".smobj") and file.name.startswith(("stitches", "evened")):
@@ -240,14 +233,6 @@ def test_every_export_is_written_and_read_again(tmp_path):
     project.close()
 
 
-def test_a_download_is_sent(opened, tmp_path):
-    app = opened(relaxed_project(tmp_path / "one"))
-    app.controls.act("download", "report.json")
-    end_downloads(app)
-    ((name, content),) = app.front.downloads
-    assert name == "report.json" and b'"iterations": 7' in content
-
-
 def test_a_format_that_cannot_hold_a_value_is_refused_in_words(opened, tmp_path, monkeypatch):
     def refuse(path: object) -> None:
         raise FileError("stitches.k: a knitting machine cannot make bobbles; remove them first")
@@ -256,6 +241,7 @@ def test_a_format_that_cannot_hold_a_value_is_refused_in_words(opened, tmp_path,
     app = opened(relaxed_project(tmp_path / "one"))
     app.controls.act("download", "a.k")
     end_downloads(app)
+    assert app.front.downloads == []
     _, text, kind = app.front.notices[-1]
     assert (text, kind) == ("stitches.k: a knitting machine cannot make bobbles; remove them first", "error")
 
@@ -313,6 +299,14 @@ def test_a_recent_project_has_its_outline_and_its_date(opened, tmp_path):
     assert f'<path d="{one.outline}"' in shown and f"{one.changed:%d %b %Y}" in shown
 
 
+def test_a_new_project_needs_a_name_and_a_name_that_is_taken_gets_a_number():
+    for name in ("", "...", "/", "x" * 70):
+        with pytest.raises(ParameterError, match="name"):
+            new_project_folder(name)
+    Project.create(new_project_folder("Hat")).close()
+    assert new_project_folder("Hat").name == "Hat-2"
+
+
 def test_an_outline_that_is_none_is_not_shown(tmp_path):
     (tmp_path / "state" / "stitchmesh").mkdir(parents=True)
     Project.create(tmp_path / "one").close()
@@ -327,18 +321,6 @@ def test_what_a_change_dropped_is_brought_back(opened, tmp_path):
     app.refresh()
     app.controls.press("Bring back: stitches, edits, evened stitches, yarns, relaxed yarns")
     assert app.project.relaxed is not None
-
-
-@pytest.mark.parametrize("name", ["", "...", "/", "x" * 70])
-def test_a_project_needs_a_name(name):
-    with pytest.raises(ParameterError, match="name"):
-        new_project_folder(name)
-
-
-def test_a_name_that_is_taken_gets_a_number(tmp_path):
-    first = new_project_folder("Hat")
-    Project.create(first).close()
-    assert new_project_folder("Hat").name == "Hat-2"
 
 
 def test_a_damaged_list_of_recent_projects_is_made_anew(opened, tmp_path):

@@ -10,8 +10,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stitchmesh.app.application import App
-from stitchmesh.app.front import NullFront
 from stitchmesh.app.pages.gauge_panel import yarn_of
 from stitchmesh.app.pages.project_page import next_page
 from stitchmesh.app.pages.rows.page import BORDER, LINE, MOVE, TIP
@@ -20,7 +18,6 @@ from stitchmesh.app.project.shaping import Shaping, shaping_of, shaping_table
 from stitchmesh.app.scene.drawing import Labels, Lines
 from stitchmesh.app.scene.scene import Stroke
 from stitchmesh.errors import ParameterError
-from stitchmesh.labeling.steps import LabelStep
 from stitchmesh.mesh import Mesh
 from stitchmesh.mesh.face_triangles import face_triangles
 from stitchmesh.meshrelax import relax_mesh
@@ -28,8 +25,7 @@ from stitchmesh.shaping.auto_stitches import shape_fabric
 from stitchmesh.shaping.marks import TimeMark
 from stitchmesh.shaping.options import ShapingOptions
 from stitchmesh.yarn.yarn_presets import Yarn
-from tests.app.pages.headless import Headless, headless
-from tests.app.pages.tasks import call, wait_for_task
+from tests.app.pages.headless import Headless, call, headless, on_project, wait_for_task
 from tests.app.project.projects import LABEL_ALL, PURL, same, same_project
 from tests.gallery import tube
 
@@ -126,32 +122,12 @@ def test_clicks_at_a_border_give_it_one_role_after_another(page):
     assert marks(page) == []
 
 
-def test_marked_ends_turn_the_time_round(page):
-    click(page, front(page, 8.0))
-    times = page.scene.drawings["times"]
-    assert isinstance(times, Labels)
-    assert {word: float(point[1]) for word, point in zip(times.texts, times.points, strict=True)} == pytest.approx(
-        {"begin 0 cm": 8.0, "end 8 cm": 0.0}, abs=0.1
-    )
-
-
-def test_the_list_of_borders_does_what_a_click_does(page):
-    lower = min(range(2), key=lambda number: page.project.mesh.corner_position[
-        page.project.mesh.boundary_loops[number], 1].mean())  # fmt: skip
-    call(page, page.controls.act, "border", str(lower))
-    settle(page)
-    clicked = points(page, 0)
-    call(page, page.controls.act, "remove", "0")
-    settle(page)
-    assert marks(page) == []
-    click(page, front(page, 0.0))
-    assert points(page, 0) == clicked
-
-
 def test_a_line_is_made_of_clicks_and_a_point_of_it_is_moved_and_removed(page):
     set_value(page, "A click", LINE)
-    for height in (4.0, 4.5):
-        click(page, front(page, height))
+    click(page, front(page, 4.0))
+    press(page, "Finish the line")
+    assert "has one point" in page.notices() and marks(page) == []
+    click(page, front(page, 4.5))
     assert "2 points" in text(page)
     click(page, front(page, 7.0))
     call(page, page.controls.act, "undo")
@@ -164,14 +140,6 @@ def test_a_line_is_made_of_clicks_and_a_point_of_it_is_moved_and_removed(page):
     assert [point[1] for point in points(page, 0)] == pytest.approx([4.0, 5.0], abs=0.01)
     press(page, "Remove the point")
     assert marks(page) == [], "a line of one point is no line"
-
-
-def test_a_line_of_one_point_is_refused(page):
-    set_value(page, "A click", LINE)
-    click(page, front(page, 4.0))
-    press(page, "Finish the line")
-    assert "has one point" in page.notices()
-    assert marks(page) == []
 
 
 def test_a_tip_is_put_chosen_by_a_click_and_dragged(page):
@@ -214,7 +182,12 @@ def test_a_plain_place_has_a_radius_and_no_time(page):
         page.controls.find("Plain up to")
 
 
-def test_a_typed_place_is_as_good_as_a_click(page):
+def test_a_listed_border_and_a_typed_place_are_as_good_as_clicks(page):
+    call(page, page.controls.act, "border", "0")
+    settle(page)
+    assert marks(page) == [("border", "begin")]
+    call(page, page.controls.act, "remove", "0")
+    settle(page)
     set_value(page, "A click", TIP)
     set_value(page, "Place", "0, 4, 3")
     press(page, "Act at this place")
@@ -268,38 +241,9 @@ def test_a_project_is_opened_again_with_its_marks_stitches_and_edits(page, tmp_p
     page.project.close()
     again = Project.open(tmp_path / "project")
     assert same_project(again, page.project) and again.shaping == page.project.shaping
-    app = App(again, NullFront())
-    shown = Headless(app, app.front)
-    call(shown, app.open_page, "Rows")
-    assert marks(shown) == [("border", "begin")]
-    assert shown.controls.find("Go on: edit the stitches")
-    app.close()
-
-
-def test_stitches_that_a_label_drops_come_back_with_its_undo(tmp_path):
-    with headless(tmp_path, tube(12, 4), "Rows") as page:
-        settle(page)
-        knit(page)
-        fabric = page.project.fabric
-        page.project.apply_edit(PURL)
-        lost = page.project.apply_label_step(LabelStep("label_all"))
-        assert lost == ("stitches", "edits") and page.project.fabric is None
-        page.project.undo_label()
-        assert len(page.project.edits) == 1 and page.project.shaping is not None
-        page.project.undo()
-        assert same(page.project.fabric, fabric)
-
-
-def test_damaged_stitches_are_left_out_with_what_follows_from_them(tmp_path):
-    with headless(tmp_path, tube(12, 4), "Rows") as page:
-        settle(page)
-        knit(page)
-        page.project.apply_edit(PURL)
-    (damaged,) = (tmp_path / "project" / "files").glob("shaped-*.h5")
-    damaged.write_bytes(damaged.read_bytes()[:50])
-    again = Project.open(tmp_path / "project")
-    assert again.fabric is None and again.edits == () and again.notes[0].startswith("shaped left out: ")
-    again.close()
+    with on_project(again, "Rows") as shown:
+        assert marks(shown) == [("border", "begin")]
+        assert shown.controls.find("Go on: edit the stitches")
 
 
 def test_a_division_takes_the_place_of_the_rows_and_can_be_taken_back(tmp_path):
@@ -313,23 +257,14 @@ def test_a_division_takes_the_place_of_the_rows_and_can_be_taken_back(tmp_path):
         assert page.project.fabric is shaped
 
 
-def test_short_rows_and_the_largest_part_of_increases_are_chosen_and_kept(page):
+def test_how_rows_and_increases_are_found_is_chosen_and_kept(page):
     set_value(page, "Short rows", False)
     set_value(page, "Increases in a row", "1 in 4")
-    knit(page)
-    shaping = page.project.shaping
-    assert shaping.short_rows is False and shaping.most_shaping == 0.25
-    assert shaping_of(shaping_table(shaping)) == shaping
-    set_value(page, "Increases in a row", "as many as the mesh asks")
-    assert page.controls.find("Find the stitches")
-
-
-def test_where_increases_stand_and_how_they_are_made_is_chosen_and_kept(page):
-    assert page.controls.find("Shaping").value == "spread over the row"
     set_value(page, "Shaping", "at seams and edges")
     set_value(page, "Increases", "lifted, from the loop below")
     knit(page)
     shaping = page.project.shaping
+    assert (shaping.short_rows, shaping.most_shaping) == (False, 0.25)
     assert (shaping.shaping, shaping.increase) == ("seams", "lifted")
     assert shaping_of(shaping_table(shaping)) == shaping
     assert page.project.fabric.stitch.tolist() == shaping.shape(page.project.mesh).fabric.stitch.tolist()
@@ -340,20 +275,11 @@ def test_a_shaping_of_an_earlier_version_has_the_other_options_by_default():
     assert shaping_of(earlier) == Shaping(stitch_width=1.2, multiple=2)
 
 
-def test_a_mesh_of_triangles_gets_a_yarn_and_its_gauge(page: Headless):
+def test_a_yarn_gives_its_gauge(page):
     yarn = Yarn.named("super-bulky")
     set_value(page, "Yarn", yarn.name)
     assert yarn_of(page.project) == yarn
     assert page.controls.find("Stitch width [cm]").value == pytest.approx(yarn.stitch_width, abs=0.0005)  # 3 digits
-    assert "10 cm" in page.controls.text_shown() and "4 inches" in page.controls.text_shown()
-    call(page, page.controls.press, "Find the stitches")
-    settle(page)
-    call(page, page.controls.press, "Knit these rows")
+    assert "10 cm" in text(page) and "4 inches" in text(page)
+    knit(page)
     assert page.project.shaping.stitch_width == yarn.stitch_width
-    page.project.set_evened(relax_mesh(page.project.fabric, surface=page.project.surface).fabric)
-    call(page, page.app.open_page, "Yarns")
-    call(page, page.controls.set, "Quality", "draft")
-    call(page, page.controls.press, "Generate the yarns")
-    wait_for_task(page)
-    assert set(page.project.yarns.radius) == {yarn.core_radius}
-    assert set(page.project.yarns.drawn_radius) == {yarn.apparent_radius}

@@ -6,14 +6,13 @@ from __future__ import annotations
 
 from stitchmesh.app.pages.take_home import KINDS
 from stitchmesh.app.project.exports import exports
-from tests.app.pages.headless import headless
-from tests.app.pages.tasks import call
+from tests.app.pages.headless import call, headless
 from tests.app.pages.test_project_page import end_downloads
 from tests.app.project.projects import COARSE, LABEL_ALL
 from tests.gallery import tube
 
 
-def test_the_kinds_and_the_rest_are_all_files_of_the_project(tmp_path):
+def test_the_kinds_and_the_rest_are_all_files_of_the_project_and_are_sent(tmp_path):
     with headless(tmp_path, tube(12, 4), "Project") as app:
         app.project.apply_label_step(LABEL_ALL)
         app.project.divide(COARSE)
@@ -24,13 +23,6 @@ def test_the_kinds_and_the_rest_are_all_files_of_the_project(tmp_path):
         held = {file.name for file in exports(app.project)}
         made = [name for control in app.controls.made for name in held if f'data-value="{name}"' in control.content]
         assert sorted(made) == sorted(held)  # each once
-
-
-def test_the_pattern_is_sent_and_a_missing_picture_is_said(tmp_path):
-    with headless(tmp_path, tube(12, 4), "Project") as app:
-        app.project.apply_label_step(LABEL_ALL)
-        app.project.divide(COARSE)
-        app.app.open_page("Take home")
         call(app, lambda: app.controls.act("download", "pattern.pdf"))
         assert "the pattern has no picture" in app.notices()
         end_downloads(app.app)

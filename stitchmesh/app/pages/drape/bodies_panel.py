@@ -16,30 +16,23 @@ from stitchmesh.app.pages.drape.drape_session import FILES, DrapeSession
 from stitchmesh.app.pages.drape.entry_list import EntryList, with_entry
 from stitchmesh.app.pages.drape.held_panel import keyframes_to, motion_words
 from stitchmesh.app.pages.drape.opened_scene import OpenedScene
-from stitchmesh.app.pages.drape.typed import as_text, three_numbers, typed_numbers
+from stitchmesh.app.pages.typed import BODY_SUFFIXES, as_text, file_name, three_numbers, typed_numbers
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.atomic import write_bytes
 from stitchmesh.io.units import CENTIMETRES, DEFAULT_UNIT
 from stitchmesh.mixed.scene.motion_section import STILL, BodySection
 from stitchmesh.mixed.scene.scene import ContactSection, Scene
 
-SHARE = 0.25
-"""Radius of a new ball, and half the side of a new box, over the smaller of the width and height of the cloth."""
 GAP = 1.2
 """Distance of the middle of a new shape from the cloth, over its radius."""
 SIZE_WORDS = {"ball": "radius", "box": "sides", "arm": "radius, upper arm, forearm"}
 """The meaning of the numbers that give the size of a shape."""
 
 
-def body_of_file(path: Path, unit: str) -> BodySection:
-    """Return the body of a mesh file."""
-    return BodySection(name=path.stem, file=str(path.absolute()), unit=unit)
-
-
 def new_shape(opened: OpenedScene, shape: Literal["ball", "box"]) -> BodySection:
     """Return a ball or a box in front of the cloth, or below a cloth that lies flat."""
     low, high = opened.mesh.vertices.min(axis=0), opened.mesh.vertices.max(axis=0)
-    radius = max(SHARE * float(np.sort(high - low)[1]), 0.1)
+    radius = max(0.25 * float(np.sort(high - low)[1]), 0.1)
     middle, extent = (low + high) / 2.0, high - low
     if int(np.argmin(extent)) == 1:
         middle[1] = low[1] - GAP * radius
@@ -49,11 +42,6 @@ def new_shape(opened: OpenedScene, shape: Literal["ball", "box"]) -> BodySection
     size = (radius,) if shape == "ball" else (2.0 * radius,) * 3
     name = f"{shape} {len(opened.scene.bodies) + 1}"
     return BodySection(name=name, shape=shape, centre=(x, y, z), size=tuple(round(side, 3) for side in size))
-
-
-def with_body(scene: Scene, body: BodySection) -> Scene:
-    """Return a scene with one more body."""
-    return replace(scene, bodies=(*scene.bodies, body))
 
 
 def with_changed_body(scene: Scene, number: int, body: BodySection | None) -> Scene:
@@ -72,8 +60,6 @@ def _shape_words(body: BodySection) -> str:
     return f"{body.shape} of {as_text(body.size)} cm at {as_text(body.centre)}"
 
 
-SUFFIXES = (".obj", ".ply", ".off", ".stl")
-"""Suffixes of the meshes of bodies."""
 WHAT = "bodies"
 """First words of messages."""
 CONTACT = (
@@ -102,11 +88,13 @@ class BodiesPanel:
             )  # fmt: skip
             self._unit = controls.choice("Unit of meshes", "Unit of the mesh that is added next.", tuple(CENTIMETRES),
                                          DEFAULT_UNIT)  # fmt: skip
-            controls.upload("Add a mesh", "A closed mesh that the cloth cannot enter.", SUFFIXES, self._receive)
+            controls.upload("Add a mesh", "A closed mesh that the cloth cannot enter.", BODY_SUFFIXES, self._receive)
             self._path = controls.text("Path of a body", "A mesh on the computer of StitchMesh.", "")
             controls.buttons("Add a body", "The mesh of the path, or a shape in front of or below the cloth.",
                              ("Mesh", "Ball", "Box"), self._add)  # fmt: skip
-            self._contact = FieldPanel(controls, CONTACT, self._scene, lambda scene, name: session.change(scene))
+            self._contact = FieldPanel(
+                controls, CONTACT, lambda: session.scene, lambda scene, name: session.change(scene)
+            )
             self._surface = FieldPanel(controls, SURFACE, self._list.entry, lambda body, name: self._change(body))
             self._make_fields(controls)
 
@@ -127,7 +115,6 @@ class BodiesPanel:
             self._show_body(body)
 
     def _make_fields(self, controls: Controls) -> None:
-        """Make the fields of numbers for the chosen body."""
         self._centre = controls.text("Centre", "x, y, z of its middle [cm].", "")
         self._size = controls.text("Size", "Radius of a ball; the sides of a box [cm].", "")
         self._moved = controls.text("Body moved by", "x, y, z from the start to the end of the scene [cm].", "")
@@ -142,13 +129,12 @@ class BodiesPanel:
         self._turned.value = as_text(STILL if last is None else last.rotation)
 
     def _receive(self, name: str, content: bytes) -> None:
-        path = self._session.folder / FILES / Path(name.replace("\\", "/")).name
+        path = self._session.folder / FILES / file_name(name)
         self._session.opened_for(WHAT)
         write_bytes(path, content)
         self._add_mesh(path)
 
     def _add(self, which: str) -> None:
-        """Add the mesh of the path, or a shape."""
         if which == "Mesh":
             text = str(self._path.value).strip()
             if not text:
@@ -159,11 +145,11 @@ class BodiesPanel:
         self._add_body(new_shape(opened, "ball" if which == "Ball" else "box"))
 
     def _add_mesh(self, path: Path) -> None:
-        self._add_body(body_of_file(path, str(self._unit.value)))
+        self._add_body(BodySection(name=path.stem, file=str(path.absolute()), unit=str(self._unit.value)))
 
     def _add_body(self, body: BodySection) -> None:
         scene = self._session.opened_for(WHAT).scene
-        self._session.change(with_body(scene, body))
+        self._session.change(replace(scene, bodies=(*scene.bodies, body)))
         self._list.chosen = len(scene.bodies)
 
     def _take(self, which: str) -> None:
@@ -182,9 +168,6 @@ class BodiesPanel:
         turned = three_numbers("body turned by", self._turned.value, "degrees")
         same = body.keyframes and (body.keyframes[-1].displacement, body.keyframes[-1].rotation) == (moved, turned)
         self._change(body if same else replace(body, keyframes=keyframes_to(scene, moved, turned)))
-
-    def _scene(self) -> Scene | None:
-        return None if self._session.opened is None else self._session.opened.scene
 
     def _change(self, body: BodySection) -> None:
         number, _ = self._list.chosen_entry()

@@ -13,13 +13,12 @@ from stitchmesh.app.controls.html_pieces import colour_bar
 from stitchmesh.app.controls.legend import LegendEntry, legend
 from stitchmesh.app.pages.drape.opened_scene import OpenedScene
 from stitchmesh.app.pages.view.clip_box import ClipBox
+from stitchmesh.app.pages.view.draped_view import draw_bodies
 from stitchmesh.app.scene.drawing import Colour, Colours, Lines, Surface, point_marks
-from stitchmesh.app.scene.mesh_drawing import BODY_COLOUR, plain_surface
 from stitchmesh.app.scene.scene import Scene
 from stitchmesh.markup import Markup
 from stitchmesh.mesh import IntArray, Mesh
 from stitchmesh.mesh.face_triangles import face_triangles
-from stitchmesh.mixed.assembly import bodies_at
 from stitchmesh.mixed.enrichment.region import HYBRID, TRIANGLES, YARNS
 from stitchmesh.render.draped.colouring import ALPHA_SCALE
 from stitchmesh.render.surface import lifted_corners
@@ -33,16 +32,7 @@ ALLOWED = np.array([170, 150, 190], dtype=np.uint8)
 ADDED: Colour = (222, 124, 20)
 REMOVED: Colour = (20, 96, 170)
 """Colours of triangles that a drag adds to the region, and of triangles that it removes."""
-EDGE: Colour = (60, 60, 66)
 HELD: Colour = (20, 96, 170)
-BODY_OPACITY = 0.4
-"""Opacity of bodies, because they may stand in front of the cloth."""
-MOST_EDGED = 12_000
-"""Largest number of triangles whose edges are drawn."""
-MOST_WAYS = 200
-"""Largest number of lines from held vertices to their places at the end."""
-MARK_SIZE = 0.12
-"""Size of the mark of a held vertex, over the mean length of an edge."""
 
 
 class ClothDrawing:
@@ -56,13 +46,7 @@ class ClothDrawing:
         self._loads: tuple[object, object] = (None, None)
 
     def show(self, opened: OpenedScene, colour: ClothColour, *, takes_strokes: bool) -> None:
-        """Draw a scene.
-
-        Args:
-            opened: the scene.
-            colour: what the colours of the triangles show.
-            takes_strokes: whether a drag on the cloth paints; otherwise it turns the view.
-        """
+        """Draw a scene; with ``takes_strokes`` a drag on the cloth paints, and otherwise it turns the view."""
         mesh = opened.mesh
         if self._mesh is not mesh:
             self._mesh, self._lifted = mesh, lifted_corners(mesh)
@@ -108,10 +92,9 @@ class ClothDrawing:
         self._mesh, self._loads = None, (None, None)
 
     def _show_edges(self, mesh: Mesh) -> None:
-        """Draw the edges of the triangles, unless there are too many."""
-        if mesh.face_count <= MOST_EDGED:
+        if mesh.face_count <= 12_000:  # more edges hide the colours
             ends = np.stack([mesh.edge_side, mesh.side_next[mesh.edge_side]], axis=1)
-            self._scene.show("cloth edges", Lines(self._lifted[ends], EDGE, 1.0))
+            self._scene.show("cloth edges", Lines(self._lifted[ends], (60, 60, 66), 1.0))
         else:
             self._scene.remove("cloth edges")
 
@@ -119,21 +102,19 @@ class ClothDrawing:
         """Mark the held vertices, and draw lines from the moving ones to their places at the end."""
         mesh, parts = opened.mesh, opened.prepared.held
         held = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *(one.vertices for one in parts)]))
-        size = MARK_SIZE * float(mesh.side_length.mean())
+        size = 0.12 * float(mesh.side_length.mean())
         self._scene.show("held", point_marks(mesh.vertices[held], size, HELD))
         starts = [mesh.vertices[one.vertices] for one in parts]
         ends = [one.motion.places_at(at, opened.scene.duration) for one, at in zip(parts, starts, strict=True)]
         ways = np.concatenate([np.zeros((0, 2, 3)), *(np.stack(two, axis=1) for two in zip(starts, ends, strict=True))])
         ways = ways[np.any(ways[:, 0] != ways[:, 1], axis=1)]
-        self._scene.show("held motion", Lines(ways[:: len(ways) // MOST_WAYS + 1], HELD, 1.5))
+        self._scene.show("held motion", Lines(ways[:: len(ways) // 200 + 1], HELD, 1.5))
 
     def _show_bodies(self, opened: OpenedScene) -> None:
-        """Draw the bodies at the start."""
-        bodies = bodies_at(opened.prepared.bodies, 0.0)
+        bodies = opened.prepared.bodies
         for number in range(len(bodies), self._bodies):
             self._scene.remove(f"body {number}")
-        for number, body in enumerate(bodies):
-            self._scene.show(f"body {number}", plain_surface(body, BODY_COLOUR, flat=False, opacity=BODY_OPACITY))
+        draw_bodies(self._scene, bodies, 0.0, "body")
         self._bodies = len(bodies)
 
 

@@ -91,10 +91,6 @@ def name_of(scene: Scene) -> str:
 
 FOLDER, RUN, FILES, HISTORY = "drape", "run", "files", "history"
 """Folder in the project, and the folders in it: for the run, for uploaded files, and for earlier scenes."""
-OPENING = "opening the scene"
-"""Name of the task that builds the objects of a scene."""
-MOST_KEPT = 100
-"""Largest number of earlier scenes that undo keeps."""
 
 
 class DrapeSession:
@@ -105,6 +101,11 @@ class DrapeSession:
         self.app, self.show = app, shown
         self.opened: OpenedScene | None = None
         self.history: UndoHistory[Scene] | None = None
+
+    @property
+    def scene(self) -> Scene | None:
+        """The scene; None while none is open."""
+        return None if self.opened is None else self.opened.scene
 
     @property
     def folder(self) -> Path:
@@ -163,7 +164,7 @@ class DrapeSession:
         """
         history = self._history()
         if scene != history.present:
-            self._go_to(history.do(scene, most=MOST_KEPT))
+            self._go_to(history.do(scene, most=100))
 
     def change_region(self, change: Callable[[RegionSection, Cloth], RegionSection]) -> None:
         """Change the region: the function takes the region and the cloth."""
@@ -208,7 +209,7 @@ class DrapeSession:
             if self.app.project is project:
                 done(opened)
 
-        self.app.tasks.start(OPENING, make, take, lambda error: self.show())
+        self.app.tasks.start("opening the scene", make, take, lambda error: self.show())
 
     def _take_kept(self, opened: OpenedScene) -> None:
         self.history, self.opened = read_history(self.history_folder, opened.scene), opened

@@ -15,8 +15,6 @@ from stitchmesh.markup import Markup, joined, markup
 from stitchmesh.mixed.scene.scene import Scene
 
 T = TypeVar("T")
-STYLE = "list-style:none;margin:0;padding:0;font-size:.82em"
-CHOSEN = "border-left:4px solid #1f5673;padding-left:.4em;"
 
 
 def entry_list(
@@ -46,12 +44,13 @@ def entry_list(
             markup(
                 '<li style="display:flex;gap:4px;align-items:center;margin:.2em 0;{}">'
                 '<span style="flex:1 1 auto">{}</span>{}</li>',
-                CHOSEN if is_chosen else "", text, buttons,
+                "border-left:4px solid #1f5673;padding-left:.4em;" if is_chosen else "", text, buttons,
             )
         )
     if rest:
         items.append(markup("<li>{}</li>", rest))
-    return markup('<ul style="{}">{}</ul>', STYLE, joined(items)) if items else Markup()
+    frame = '<ul style="list-style:none;margin:0;padding:0;font-size:.82em">{}</ul>'
+    return markup(frame, joined(items)) if items else Markup()
 
 
 class EntryList(Generic[T]):
@@ -109,7 +108,6 @@ class EntryList(Generic[T]):
         return self.chosen, entries[self.chosen]
 
     def _act(self, action: str, value: str) -> None:
-        """Choose or remove an entry of the list."""
         scene = self._session.opened_for(self._what).scene
         choose, drop = f"choose-{self._kind}", f"drop-{self._kind}"
         if action not in (choose, drop) or not value.isdecimal() or int(value) >= len(self._entries(scene)):

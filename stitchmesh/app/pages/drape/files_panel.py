@@ -12,6 +12,7 @@ from stitchmesh.app.controls.controls import Controls
 from stitchmesh.app.pages.downloads import download_list
 from stitchmesh.app.pages.drape.drape_session import FILES, DrapeSession
 from stitchmesh.app.pages.drape.opened_scene import SUFFIXES
+from stitchmesh.app.pages.typed import file_name
 from stitchmesh.app.project.exports import Export
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.atomic import write_bytes, write_text
@@ -58,7 +59,7 @@ class FilesPanel:
         self._downloads.content = download_list(list(self._files()))
 
     def _receive(self, name: str, content: bytes) -> None:
-        path = self._session.folder / FILES / Path(name.replace("\\", "/")).name
+        path = self._session.folder / FILES / file_name(name)
         write_bytes(path, content)
         self._session.open_path(path)
 
@@ -83,7 +84,6 @@ class FilesPanel:
         self._session.open_path(path)
 
     def _save(self) -> None:
-        """Write the scene and the result into a folder."""
         text, opened = str(self._folder.value).strip(), self._session.opened
         if not text or opened is None:
             missing = "a folder" if not text else "a scene; open one first"
@@ -97,7 +97,6 @@ class FilesPanel:
         self._session.app.notice(f"Saved in {folder}. stitchmesh drape {folder / SCENE_FILE} runs the scene.")
 
     def _files(self) -> Iterator[Export]:
-        """The files that can be sent now."""
         opened, folder = self._session.opened, self._session.run_folder
         if opened is not None:
             yield Export("Scene", SCENE_FILE, lambda path: write_text(path, scene_text(opened.scene)))

@@ -14,7 +14,7 @@ from stitchmesh.app.controls.html_pieces import paragraph
 from stitchmesh.app.pages.drape.drape_session import DrapeSession
 from stitchmesh.app.pages.drape.entry_list import EntryList, with_entry
 from stitchmesh.app.pages.drape.opened_scene import OpenedScene
-from stitchmesh.app.pages.drape.typed import as_text, three_numbers
+from stitchmesh.app.pages.typed import as_text, three_numbers
 from stitchmesh.mesh import IntArray
 from stitchmesh.mixed.scene.motion_section import STILL, AttachmentSection, Keyframe, Triple
 from stitchmesh.mixed.scene.region_section import BoxSection
@@ -58,14 +58,7 @@ def with_part(scene: Scene, part: int, section: AttachmentSection | None) -> Sce
 
 
 def moved_part(opened: OpenedScene, part: int, displacement: Triple, rotation: Triple) -> AttachmentSection:
-    """Return a part that moves evenly to a place at the end of the scene, and turns around its own middle.
-
-    Args:
-        opened: the scene.
-        part: number of the part.
-        displacement: from the start to the end [cm].
-        rotation: axis times angle [degrees].
-    """
+    """Return a part that moves evenly by ``displacement`` [cm] and turns by ``rotation`` [degrees] about its middle."""
     held = opened.prepared.held[part].vertices
     middle = opened.prepared.vertices[held].mean(axis=0) if len(held) else np.zeros(3)
     x, y, z = np.round(middle, 4).tolist()
@@ -177,7 +170,6 @@ class HeldPanel:
         self._turned.value = STILL_TEXT if last is None else as_text(last.rotation)
 
     def _move(self, which: str) -> None:
-        """Make the chosen part move, or hold it."""
         opened, (number, _) = self._session.opened_for(WHAT), self._list.chosen_entry()
         moved = three_numbers("part moved by", self._moved.value) if which == "Moves" else STILL
         turned = three_numbers("part turned by", self._turned.value, "degrees") if which == "Moves" else STILL

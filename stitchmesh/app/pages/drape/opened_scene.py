@@ -35,12 +35,6 @@ SUFFIXES = (".toml", ".obj", *STITCH_SUFFIXES)
 HELD = 1.1
 """Height of the held strip at the top of a new cloth, over the mean length of an edge. The loops of the last row of a
 knit cross the others near the bottom of their stitches."""
-LOOP = 8.0
-"""Width of a loop over the radius of its yarn."""
-MOST_LOOPS = 4
-"""Largest number of loops along each side of a stitch of a new cloth."""
-KNIT_TOLERANCE = 0.1
-"""Largest unbalanced force at the equilibrium of a new knitted cloth [dyn]."""
 BESIDE = 1.0
 """Distance by which the box of the held part is larger than the cloth [cm]."""
 
@@ -66,15 +60,15 @@ def scene_of_file(path: Path) -> Scene:
     is_knit = suffix in STITCH_SUFFIXES
     yarns = stitch_yarns(section) if is_knit else YarnsSection(weave="plain")
     # A knit whose yarns may slide takes several times as long to come to rest.
-    solver = SolverSection(force_tolerance=KNIT_TOLERANCE, friction_updates=0) if is_knit else SolverSection()
+    solver = SolverSection(force_tolerance=0.1, friction_updates=0) if is_knit else SolverSection()
     return Scene(cloth=section, yarns=yarns, attachments=(held_at_top(cloth),), solver=solver)
 
 
 def stitch_yarns(section: ClothSection) -> YarnsSection:
     """Return the yarns of a cloth of stitches, with the number of loops in each stitch that the scene's yarn fills."""
     width, _ = section.stitch_size(section.stitches())
-    loops = width / (LOOP * CrossingMaterial.named(DEFAULT).radius)
-    return YarnsSection(knit=STITCHES, divisions=min(max(round(loops), 1), MOST_LOOPS))
+    loops = width / (8.0 * CrossingMaterial.named(DEFAULT).radius)  # a loop is eight radii of its yarn wide
+    return YarnsSection(knit=STITCHES, divisions=min(max(round(loops), 1), 4))
 
 
 def held_at_top(cloth: Cloth) -> AttachmentSection:

@@ -7,7 +7,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar
 
-from stitchmesh.app.controls.field_panel import Field, FieldPanel, same_words
+from stitchmesh.app.controls.field_panel import Field, FieldPanel, Number, Words, same_words, setting_field
 from stitchmesh.app.controls.html_pieces import figures, message
 from stitchmesh.app.live_run import AnyRun
 from stitchmesh.app.pages.drape.bodies_panel import BodiesPanel
@@ -18,10 +18,9 @@ from stitchmesh.app.pages.drape.held_panel import HeldPanel
 from stitchmesh.app.pages.drape.opened_scene import OpenedScene
 from stitchmesh.app.pages.drape.paint_tool import PaintTool
 from stitchmesh.app.pages.drape.region_panel import RegionPanel
-from stitchmesh.app.pages.drape.scene_fields import SCENE_FIELDS
 from stitchmesh.app.pages.drape.scene_run import SceneRun
 from stitchmesh.app.pages.page import Page
-from stitchmesh.app.pages.run_panel import PageRun
+from stitchmesh.app.pages.run_panel import PageRun, progress_words
 from stitchmesh.app.pages.view.draped_sketch import LARGE, WORDS, DrapedSketch
 from stitchmesh.app.pages.view.draped_view import DrapedView, FramePanel
 from stitchmesh.app.pages.view.state import DRAPED_COLOURS
@@ -29,14 +28,69 @@ from stitchmesh.app.pages.view.view_html import legend_of as legend_of_colours
 from stitchmesh.app.pages.view.view_html import report_html
 from stitchmesh.app.project.project import Project
 from stitchmesh.app.scene.scene import Pick, ScreenBox, Stroke
+from stitchmesh.compute.device import device_names
+from stitchmesh.io.toml_file import read_table
 from stitchmesh.markup import Markup
+from stitchmesh.mixed.crossings.crossing_material import DEFAULT, CrossingMaterial
 from stitchmesh.mixed.drape import Draped
+from stitchmesh.mixed.scene.cloth_of_yarns import MATCHED
+from stitchmesh.mixed.scene.cloth_section import ClothSection
+from stitchmesh.mixed.scene.scene import Scene, SolverSection
+from stitchmesh.mixed.scene.scene_fabric import STITCHES
+from stitchmesh.mixed.scene.yarns_section import YarnsSection
+from stitchmesh.mixed.triangles.material_file import material_names
 from stitchmesh.reporting.figures import duration
 from stitchmesh.run_control import Snapshot
 
 if TYPE_CHECKING:
     from stitchmesh.app.application import App
-    from stitchmesh.mixed.scene.scene import Scene
+
+MODES = {"comes to rest": "static", "moves": "dynamic"}
+"""The two modes of a scene, by the words of the page."""
+DENSITY = Number(0.1, 1000.0, 0.5)
+"""Yarns or stitches for each cm."""
+
+
+def yarn_materials(scene: Scene) -> Words:
+    """Return the materials that the yarns of a scene can have; a scene without a named material has the default."""
+    file = scene.yarns.material_file
+    names = CrossingMaterial.names() if file is None else tuple(read_table(file))
+    return {name: None if name == DEFAULT and scene.yarns.material is None else name for name in names}
+
+
+def is_weave(scene: Scene) -> bool:
+    """Return whether the yarns of a scene are a weave."""
+    return scene.yarns.weave is not None
+
+
+def is_knit(scene: Scene) -> bool:
+    """Return whether the yarns of a scene are stitches of their own, and not the stitches of the cloth."""
+    return scene.yarns.weave is None and scene.yarns.knit != STITCHES
+
+
+def has_loops(scene: Scene) -> bool:
+    """Return whether the yarns of a scene follow stitches of the cloth, as crossings."""
+    return scene.yarns.knit == STITCHES and scene.yarns.model == "crossings"
+
+
+SCENE_FIELDS = (
+    setting_field(Scene, "mode", "The cloth", MODES),
+    setting_field(Scene, "duration", "Time", Number(1e-4, 3600.0, 0.05)),
+    setting_field(YarnsSection, "material", "Yarn", yarn_materials, at="yarns.material"),
+    setting_field(ClothSection, "material", "Cloth",
+                  {"from the yarns": None, **same_words((MATCHED, *material_names()))}, at="cloth.material"),
+    setting_field(YarnsSection, "ends", "Warps per cm", DENSITY, at="yarns.ends", shown=is_weave),
+    setting_field(YarnsSection, "picks", "Wefts per cm", DENSITY, at="yarns.picks", shown=is_weave),
+    setting_field(YarnsSection, "wales", "Wales per cm", DENSITY, at="yarns.wales", shown=is_knit),
+    setting_field(YarnsSection, "courses", "Courses per cm", DENSITY, at="yarns.courses", shown=is_knit),
+    setting_field(YarnsSection, "divisions", "Loops per stitch", Number(1, 20, 1), at="yarns.divisions",
+                  shown=has_loops),
+    setting_field(SolverSection, "precision", "Precision", same_words(("float64", "float32")), at="solver.precision"),
+    setting_field(SolverSection, "device", "Device", lambda scene: {"automatic": None, **same_words(device_names())},
+                  at="solver.device"),
+)  # fmt: skip
+"""The fields of a scene that the page shows."""
+
 
 NO_SCENE = "There is no scene yet. Open a scene file, or a cloth: panels, a mesh or stitches."
 
@@ -75,22 +129,13 @@ def run_words(run: AnyRun) -> str:
     if run.newest is None:
         return f"Running: {run.task.stage}, {100 * run.task.done:.0f} %." if run.task.stage else "Preparing."
     now = run.newest
-    state = "Paused" if run.paused else "Running"
-    left = run.outlook.words
-    remaining = f" {left[0].upper()}{left[1:]}." if left and not run.paused else ""
-    time = now.state.end.time
     static = now.state.prepared.scene.mode == "static"
     work = _counted(now.iteration, *(("iteration", "iterations") if static else ("step", "steps")))
-    return f"{state}: {time:.4g} s of the scene, {work}, {duration(now.seconds)}.{remaining}"
+    return progress_words(run, f"{now.state.end.time:.4g} s of the scene, {work}")
 
 
 def end_html(draped: Draped | None, *, current: bool) -> Markup:
-    """Return how a run ended; an empty text without a run.
-
-    Args:
-        draped: the result.
-        current: whether the run belongs to the present scene.
-    """
+    """Return how a run ended, of the current scene or of an earlier one; an empty text without a run."""
     mixed = {} if draped is None else draped.report.get("mixed", {})
     if not mixed:
         return Markup()
@@ -160,7 +205,8 @@ class DrapePage(Page):
         self._paint.hold = self._held.paint
         self._bodies = BodiesPanel(session, controls)
         self._scene_panel = FieldPanel(
-            controls, SCENE_FIELDS, self._scene, lambda scene, name: session.change(scene), group="Scene", opened=False
+            controls, SCENE_FIELDS, lambda: session.scene, lambda scene, name: session.change(scene), group="Scene",
+            opened=False,
         )  # fmt: skip
         self._files.build_save(controls)
         self._report = controls.html(Markup())
@@ -217,7 +263,6 @@ class DrapePage(Page):
             self._paint.boxed(box)
 
     def _make_look(self) -> None:
-        """Make the controls for the look of the scene and the run."""
         controls = self.app.controls
         self._look = FieldPanel(
             controls, self._look_fields(), lambda: self._state, lambda state, name: self._show(state)
@@ -247,9 +292,6 @@ class DrapePage(Page):
         self._state = replace(self._state, shows=RESULT)
         self._view = None
         self.refresh()
-
-    def _scene(self) -> Scene | None:
-        return None if self.session.opened is None else self.session.opened.scene
 
     def _changed(self) -> None:
         """Show an opened or changed scene; the first scene folds the group Open."""
@@ -289,7 +331,6 @@ class DrapePage(Page):
             self._legend.content = legend_of(opened, self._state.colour)
 
     def _draw_run(self, draped: Draped) -> None:
-        """Draw the chosen frame of a run."""
         self._drawing.clear()
         if self._is_sketched(draped):
             self._draw_sketch(draped)
@@ -329,7 +370,6 @@ class DrapePage(Page):
             self._sketch = None
 
     def _show_snapshot(self, snapshot: Snapshot[Draped]) -> None:
-        """Show a state of the run."""
         if self._state.shows == RESULT:
             self._draw()
 
@@ -341,7 +381,6 @@ class DrapePage(Page):
             self._draw()
 
     def _show(self, state: DrapeState) -> None:
-        """Show something else, or show it in other colours."""
         self._state = state
         self._draw()
 

@@ -80,8 +80,6 @@ LOOK, ADD, REMOVE = "turns the view", "adds to the region", "takes out of the re
 HOLD, FREE = "holds the cloth", "lets go of the cloth"
 DRAGS = (LOOK, ADD, REMOVE, HOLD, FREE)
 """The choices of what a drag on the cloth does."""
-RADIUS = 0.8
-"""Initial radius of the circle, over the mean length of an edge."""
 
 
 class PaintTool:
@@ -120,7 +118,7 @@ class PaintTool:
         opened = self._session.opened
         if opened is not None and (self._pointer is None or self._pointer.mesh is not opened.mesh):
             self._pointer = Pointer(opened.mesh)
-            self._radius.value = round(RADIUS * float(opened.mesh.side_length.mean()), 2)
+            self._radius.value = round(0.8 * float(opened.mesh.side_length.mean()), 2)
         self._end()
 
     def clicked(self, pick: Pick) -> None:
@@ -171,7 +169,6 @@ class PaintTool:
         self._session.change_region(lambda section, cloth: paint(section, cloth, triangles))
 
     def _end(self) -> None:
-        """Forget the drag."""
         self._drag.clear()
         self._covered, self._seen = NO_TRIANGLES, 0
         self._drawing.preview(NO_TRIANGLES, adds=True)

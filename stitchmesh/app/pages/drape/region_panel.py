@@ -17,13 +17,18 @@ from stitchmesh.app.pages.drape.cloth_drawing import ClothDrawing
 from stitchmesh.app.pages.drape.drape_session import DrapeSession
 from stitchmesh.app.pages.drape.entry_list import entry_list
 from stitchmesh.app.pages.drape.held_panel import with_held_box
+from stitchmesh.app.pages.drape.opened_scene import OpenedScene
 from stitchmesh.app.pages.drape.paint_tool import PaintTool
-from stitchmesh.app.pages.drape.typed import three_numbers, triangles_named
+from stitchmesh.app.pages.typed import selected_by_words, three_numbers
 from stitchmesh.app.pages.view.clip_box import ClipBox
 from stitchmesh.errors import ParameterError
 from stitchmesh.markup import Markup
 from stitchmesh.mesh import IntArray
+from stitchmesh.mixed.placement.chosen_region import triangles_of_faces, triangles_of_panels
 from stitchmesh.mixed.scene.region_section import BoxSection, RegionSection, with_triangles, without_triangles
+from stitchmesh.selection import parse_selection
+from stitchmesh.selection.selected_faces import in_spans
+from stitchmesh.selection.selection import Faces
 
 Kind = Literal["none", "chosen", "all", "automatic"]
 KINDS: dict[str, Kind] = {
@@ -34,8 +39,6 @@ BUDGET = 1000
 """Initial limit of the number of yarn nodes, for an automatic region."""
 NODES, SECONDS = "number of nodes", "time of a step"
 """The choices of a limit for an automatic region."""
-STEP_SECONDS = 0.5
-"""Time of a step at first [s]."""
 BUDGETS = (
     setting_field(RegionSection, "nodes", "Most nodes", Number(1, 100_000_000, 1),
                   shown=lambda section: section.yarns == "automatic" and section.seconds is None),
@@ -63,15 +66,7 @@ class RegionPanel:
         self, session: DrapeSession, drawing: ClothDrawing, paint: PaintTool, controls: Controls,
         find: Callable[[], None],
     ) -> None:  # fmt: skip
-        """Make the controls.
-
-        Args:
-            session: the scene.
-            drawing: draws the box.
-            paint: the brush.
-            controls: the place of the controls.
-            find: finds the region that a run would choose.
-        """
+        """Make the controls; ``find`` finds the region that a run would choose."""
         self._session, self._drawing, self._paint = session, drawing, paint
         self._cloth: object = None
         with controls.group("Region of yarns") as self._group:
@@ -136,16 +131,15 @@ class RegionPanel:
         if which == NODES:
             self._set(nodes=BUDGET, seconds=None)
         else:
-            self._set(nodes=None, seconds=STEP_SECONDS)
+            self._set(nodes=None, seconds=0.5)
 
     def _section(self) -> RegionSection | None:
-        return None if self._session.opened is None else self._session.opened.scene.region
+        return None if self._session.scene is None else self._session.scene.region
 
     def _take(self, section: RegionSection, name: str) -> None:
         self._change(lambda before: section)
 
     def _set(self, **values: Any) -> None:
-        """Change values of the region."""
         self._change(lambda section: replace(section, **values))
 
     def _change(self, change: Callable[[RegionSection], RegionSection]) -> None:
@@ -222,12 +216,42 @@ class RegionPanel:
         self._session.change_region(add)
 
     def _drop_box(self, action: str, value: str) -> None:
-        """Remove a box of the list."""
-        boxes = () if self._session.opened is None else self._session.opened.scene.region.boxes
+        section = self._section()
+        boxes = () if section is None else section.boxes
         if action != "drop-box" or not value.isdecimal() or int(value) >= len(boxes):
             raise ParameterError("box: the list of boxes has changed; look at it again")
         kept = tuple(box for number, box in enumerate(boxes) if number != int(value))
         self._set(boxes=kept)
+
+
+def triangles_named(opened: OpenedScene, text: str) -> IntArray:
+    """Return the triangles that a text names, ascending.
+
+    For a cloth of stitches the text is a selection, such as ``hem 6``. For any other cloth it holds names of panels,
+    separated by commas, or is ``all``, or names triangles by their numbers, such as ``faces 3, 10-20``.
+
+    Raises:
+        ParameterError: the text names nothing that the cloth has.
+    """
+    words = text.strip()
+    if not words:
+        raise ParameterError("selection: got nothing; expected words such as hem 6, a panel, or faces 3, 10-20")
+    if opened.fabric is not None:
+        return triangles_of_faces(opened.fabric, selected_by_words(opened.fabric, words))
+    if words == "all":
+        return np.arange(len(opened.cloth.triangles))
+    if words.startswith("faces "):
+        return _numbered(parse_selection(words), len(opened.cloth.triangles))
+    return triangles_of_panels(opened.cloth, *(name.strip() for name in words.split(",")))
+
+
+def _numbered(selection: object, count: int) -> IntArray:
+    if not isinstance(selection, Faces):
+        raise ParameterError("selection: got more than numbers; expected numbers alone, such as faces 3, 10-20")
+    beyond = [number for span in selection.spans for number in (span.first, span.last or 0) if number >= count]
+    if beyond:
+        raise ParameterError(f"selection: got triangle {beyond[0]}; expected 0 to {count - 1}")
+    return np.flatnonzero(in_spans(np.arange(count), selection.spans))
 
 
 def box_list(section: RegionSection) -> Markup:

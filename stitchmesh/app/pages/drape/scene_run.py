@@ -30,10 +30,6 @@ from stitchmesh.run_control import RunControl
 
 DRAPING, PLACING = "draping the cloth", "finding the region"
 """Names of the tasks."""
-CHECKPOINT_STEPS = 20
-"""A killed run can continue from the last multiple of this number of time steps, or of iterations of an equilibrium."""
-BYTES_PER_POINT = 12
-"""Approximate size of a frame for each control point or vertex."""
 
 
 class SceneRun:
@@ -75,7 +71,7 @@ class SceneRun:
         scene, folder, project = opened.scene, self._session.run_folder, self._session.app.project
 
         def run(control: RunControl[Draped], progress: Progress) -> Draped:
-            kept = Checkpoints(folder, CHECKPOINT_STEPS)
+            kept = Checkpoints(folder, 20)  # a killed run can continue from the last multiple
             made = drape(scene, folder, run=Run(
                 progress, checkpoints=kept, resume=kept.path if resume else None, control=control,
             ))  # fmt: skip
@@ -89,7 +85,7 @@ class SceneRun:
         if not resume:
             (folder / CHECKPOINT).unlink(missing_ok=True)
         size = min(opened.counts["yarn_nodes"], LARGE)
-        self.of_page.start(DRAPING, run, done, stage=None, frame_bytes=BYTES_PER_POINT * size)
+        self.of_page.start(DRAPING, run, done, stage=None, frame_bytes=12 * size)
         self._result = None
 
     def find_region(self) -> None:

@@ -11,8 +11,7 @@ from typing import ClassVar
 import numpy as np
 
 from stitchmesh.app.controls.controls import Controls
-from stitchmesh.app.pages.edit.edit_session import BRUSHES, NO_FACES, Brush, EditSession
-from stitchmesh.app.pages.edit.stitch_palette import name_of
+from stitchmesh.app.pages.edit.edit_session import BRUSHES, NO_FACES, Brush, EditSession, name_of
 from stitchmesh.app.pages.edit.tool import Tool
 from stitchmesh.app.scene.pointer import DragPath
 from stitchmesh.app.scene.scene import Pick, Stroke
@@ -105,6 +104,13 @@ class BrushTool(Tool):
         """
         return covered_faces(self.session.fabric, self.session.state.brush, path)
 
+    def covered_so_far(self, path: list[int]) -> IntArray:
+        """Return the faces that the brush covers along an unfinished path; none while they form no rectangle."""
+        try:
+            return self.covered(path)
+        except StitchMeshError:
+            return NO_FACES
+
     def _set_brush(self, brush: str) -> None:
         self.session.take(brush=next(known for known in BRUSHES if known == brush))
 
@@ -163,10 +169,7 @@ class Painting(BrushTool):
     def preview(self, path: list[int]) -> None:
         """Show the painted faces before the edit is made."""
         fabric = self.session.fabric
-        try:
-            faces = self.can_take(self.covered(path))
-        except StitchMeshError:
-            faces = NO_FACES  # The rectangle does not exist yet; the end of the drag reports this.
+        faces = self.can_take(self.covered_so_far(path))
         marks = Marks(self.kind, faces, np.full(len(faces), self.number()))
         self.session.view.show(apply_change(fabric, marks) if len(faces) else fabric)
 
@@ -247,11 +250,7 @@ class SelectStitches(BrushTool):
 
     def preview(self, path: list[int]) -> None:
         """Mark the faces that a drag covers."""
-        try:
-            faces = self.covered(path)
-        except StitchMeshError:
-            faces = NO_FACES  # The rectangle does not exist yet; the end of the drag reports this.
-        self.session.view.mark_faces(self.session.fabric, faces)
+        self.session.view.mark_faces(self.session.fabric, self.covered_so_far(path))
 
     def _toggle(self, faces: IntArray) -> None:
         """Add faces to the selection; if all of them are selected, remove them from it."""

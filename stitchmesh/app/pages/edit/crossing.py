@@ -4,21 +4,47 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
+
 import numpy as np
 
 from stitchmesh.app.controls.controls import Controls
+from stitchmesh.app.controls.field_panel import Field, FieldPanel, Number
 from stitchmesh.app.pages.edit.edit_session import EditSession
-from stitchmesh.app.pages.edit.tool import Tool, nearest_side
+from stitchmesh.app.pages.edit.tool import Tool
 from stitchmesh.app.scene.scene import Pick, Stroke
-from stitchmesh.errors import ParameterError, StitchMeshError
+from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import IntArray, StitchMesh
 from stitchmesh.mesh.courses import course_through, top_sides
 from stitchmesh.mesh.picking import PickedPlace
 
-FRONTS = {"the left loops": "left", "the right loops": "right"}
-"""Which loops lie in front, by the words of the page."""
-MOST_LOOPS = 12
-"""Largest number of loops on one side of a cable in the controls."""
+
+@dataclass(frozen=True)
+class CableChoice:
+    """The cable that the user wants."""
+
+    front: str = "left"
+    """Which loops lie in front: ``left`` or ``right``."""
+    left: int = 2
+    """Number of loops that a click moves from the left to the right."""
+    right: int = 2
+    """Number of loops that a click moves from the right to the left."""
+    order: tuple[int, ...] = ()
+    """New place of each loop, from 1 at the left; empty if two groups cross."""
+
+    @property
+    def count(self) -> int:
+        """Number of loops that cross at a click."""
+        return len(self.order) or self.left + self.right
+
+
+FIELDS = (
+    Field("front", "In front", "Which loops lie in front where they cross",
+          {"the left loops": "left", "the right loops": "right"}),
+    Field("left", "From the left", "Loops that a click moves from the left to the right", Number(1, 12, 1)),
+    Field("right", "From the right", "Loops that a click moves from the right to the left", Number(1, 12, 1)),
+)  # fmt: skip
+"""The choices of a cable beside its order."""
 
 
 class CrossCables(Tool):
@@ -30,22 +56,15 @@ class CrossCables(Tool):
     def __init__(self, session: EditSession) -> None:
         """Start with two loops over two."""
         super().__init__(session)
-        self.left, self.right, self.front = 2, 2, "left"
-        self.order: tuple[int, ...] = ()
-        """New place of each loop, from 1 at the left; empty if two groups cross."""
+        self.cable = CableChoice()
         self._first: int | None = None
         self._last = 0
 
     def build(self, controls: Controls) -> None:
         """Make the controls."""
-        front = next(words for words, side in FRONTS.items() if side == self.front)
-        controls.choice("In front", "Which loops lie in front where they cross", tuple(FRONTS), front, self._set_front)
-        controls.number("From the left", "Loops that a click moves from the left to the right", self.left,
-                        self._set_left, least=1, most=MOST_LOOPS, step=1)  # fmt: skip
-        controls.number("From the right", "Loops that a click moves from the right to the left", self.right,
-                        self._set_right, least=1, most=MOST_LOOPS, step=1)  # fmt: skip
+        FieldPanel(controls, FIELDS, lambda: self.cable, self._take)
         controls.text("Order", "Place of each loop from the left, such as 3 1 2; empty: two groups cross",
-                      " ".join(map(str, self.order)), self._set_order)  # fmt: skip
+                      " ".join(map(str, self.cable.order)), self._set_order)  # fmt: skip
         controls.button("Cross cables along the selection", "Cross loops side by side along each row of the selection",
                         self.on_selection)  # fmt: skip
         controls.button("Clear the cables of the selection", "Loops of cables within the selection go straight up",
@@ -57,15 +76,13 @@ class CrossCables(Tool):
 
     def clicked(self, place: PickedPlace, pick: Pick) -> None:
         """Cross loops from the clicked one to the right; with the control key, clear the clicked cable."""
-        try:
-            side = nearest_side(self.session.fabric, place, "top side")
-        except StitchMeshError as error:
-            self.session.refuse(np.array([place.face]), str(error))
+        side = self.side_at(place, "top side")
+        if side is None:
             return
         if pick.modifier == "ctrl":
             self.session.edit("clear_cable", {"side": side}, np.array([place.face]))
         else:
-            self._cross(side, len(self.order) or self.left + self.right)
+            self._cross(side, self.cable.count)
 
     def stroked(self, stroke: Stroke) -> None:
         """Mark the loops under a drag, and cross them at the end."""
@@ -92,7 +109,7 @@ class CrossCables(Tool):
 
     def on_selection(self) -> None:
         """Cross cables side by side along each row of the selection."""
-        name, arguments = self._edit_of(len(self.order) or self.left + self.right)
+        name, arguments = self._edit_of(self.cable.count)
         self.session.edit(name, {**self.session.on_selection(), **arguments}, self.session.state.selection.faces)
 
     def clear_selection(self) -> None:
@@ -109,30 +126,25 @@ class CrossCables(Tool):
         Raises:
             ParameterError: the order has another number of loops.
         """
-        if not self.order:
-            left = self.left if count == self.left + self.right else count // 2
-            return "cross_cable", {"left": left, "right": count - left, "front": self.front}
-        if len(self.order) != count:
-            found = f"an order of {len(self.order)} loops for {count} loops"
+        cable = self.cable
+        if not cable.order:
+            left = cable.left if count == cable.left + cable.right else count // 2
+            return "cross_cable", {"left": left, "right": count - left, "front": cable.front}
+        if len(cable.order) != count:
+            found = f"an order of {len(cable.order)} loops for {count} loops"
             raise ParameterError(f"cable: got {found}; drag over as many loops, or empty the order")
-        layers = range(count, 0, -1) if self.front == "left" else range(1, count + 1)
-        return "set_cable", {"destinations": [place - 1 for place in self.order], "layers": list(layers)}
+        layers = range(count, 0, -1) if cable.front == "left" else range(1, count + 1)
+        return "set_cable", {"destinations": [place - 1 for place in cable.order], "layers": list(layers)}
 
-    def _set_front(self, words: str) -> None:
-        self.front = FRONTS[words]
+    def _take(self, cable: CableChoice, name: str) -> None:
+        self.cable = cable
 
     def _set_order(self, text: str) -> None:
         """Take an order if it is complete; a half-typed order is not."""
         words = text.replace(",", " ").split()
         places = tuple(int(word) for word in words if word.isdecimal())
         whole = len(places) == len(words) and sorted(places) == list(range(1, len(places) + 1))
-        self.order = places if whole and len(places) > 1 else ()
-
-    def _set_left(self, count: float) -> None:
-        self.left = _whole("From the left", count)
-
-    def _set_right(self, count: float) -> None:
-        self.right = _whole("From the right", count)
+        self.cable = replace(self.cable, order=places if whole and len(places) > 1 else ())
 
 
 def loops_between(fabric: StitchMesh, first: int, last: int) -> IntArray:
@@ -150,9 +162,3 @@ def loops_between(fabric: StitchMesh, first: int, last: int) -> IntArray:
     start = place[first] + min(steps, 0)
     faces = [course.faces[(start + step) % count] for step in range(abs(steps) + 1)]
     return np.array(top_sides(fabric, faces), dtype=np.int64)
-
-
-def _whole(label: str, count: float) -> int:
-    if int(count) != count:
-        raise ParameterError(f"{label}: got {count:g}; expected a whole number")
-    return int(count)

@@ -17,10 +17,10 @@ from stitchmesh.app.pages.edit.crossing import CrossCables
 from stitchmesh.app.pages.edit.edit_session import NO_FACES, EditSession
 from stitchmesh.app.pages.edit.laying import LayPatterns
 from stitchmesh.app.pages.edit.palettes import Palettes
-from stitchmesh.app.pages.edit.place_tool import ChangeLoops, ChangeRows
+from stitchmesh.app.pages.edit.place_tool import ChangeFabric, ChangeLoops, ChangeRows, LookAround
 from stitchmesh.app.pages.edit.selection_panel import SelectionPanel
 from stitchmesh.app.pages.edit.tool import Tool
-from stitchmesh.app.pages.edit.whole_fabric import ChangeFabric, LookAround
+from stitchmesh.app.pages.not_yet import NO_STITCHES
 from stitchmesh.app.pages.page import Page
 from stitchmesh.app.scene.face_colours import ColourBy
 from stitchmesh.app.scene.pointer import visible_faces
@@ -43,8 +43,6 @@ COLOURS: dict[str, ColourBy] = {"Stitches": "stitch", "Yarns": "yarn", "Rows": "
 """What the colours show, by the words of the page."""
 VIEWS: dict[str, ViewName] = {"Front": "front", "Back": "back", "Left": "left", "Right": "right", "Top": "top"}
 """Views by the words of the page."""
-NEXT_PAGE = "Even out"
-"""Page that follows."""
 TOOL_STYLE = markup("""<style>
 .sm-tools{display:grid;grid-template-columns:1fr 1fr 1fr;gap:4px;margin:0 0 .4em}
 .sm-tools button{font:inherit;font-size:.8em;line-height:1.2;padding:.45em .2em;border-radius:6px;cursor:pointer;
@@ -74,9 +72,7 @@ class EditPage(Page):
 
     def unavailable(self) -> str | None:
         """Return what is missing while there are no stitches to edit."""
-        if self.app.project.fabric is None:
-            return "There are no stitches to edit yet: divide the labeled mesh into stitches first, on page Divide."
-        return None
+        return NO_STITCHES if self.app.project.fabric is None else None
 
     def build(self) -> None:
         """Make the controls, and draw the fabric."""
@@ -92,7 +88,7 @@ class EditPage(Page):
         self._status = controls.html(Markup())
         self._selection = SelectionPanel(self.session, controls)
         self._build_view()
-        controls.button("Go on: even out the stitches", "Open the next page", partial(self.app.open_page, NEXT_PAGE),
+        controls.button("Go on: even out the stitches", "Open the next page", partial(self.app.open_page, "Even out"),
                         main=True)  # fmt: skip
         self._palettes = Palettes(self.session, self.app.left_controls, self._take_stitch, self._take_yarn,
                                   self.tools[LayPatterns.name])  # fmt: skip
@@ -105,9 +101,6 @@ class EditPage(Page):
 
     def refresh(self) -> None:
         """Show the fabric after a change."""
-        if self.unavailable() is not None:
-            self.app.open_page(self.name)
-            return
         self.session.show_fabric()
         self.tool.refresh()
         self._show_state()
@@ -207,12 +200,10 @@ class EditPage(Page):
         self._selection.show()
 
     def _take_stitch(self, stitch: Stitch) -> None:
-        """Take a stitch of the palette, and take up the tool that paints it."""
         self.session.take(stitch=stitch)
         self.take_up(PaintStitches.name)
 
     def _take_yarn(self, yarn: int) -> None:
-        """Take a yarn of the palette, and take up the tool that paints it."""
         self.session.take(yarn=yarn)
         self.take_up(PaintYarns.name)
 
@@ -244,7 +235,6 @@ class EditPage(Page):
         self._palettes.refresh()
 
     def _say(self, face: int) -> None:
-        """Describe the clicked stitch."""
         self._status.content = _status(_face_words(self.session.fabric, face))
 
 

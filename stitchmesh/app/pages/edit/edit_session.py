@@ -11,18 +11,20 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 import numpy as np
 
 from stitchmesh.app.pages.edit.fabric_view import FabricView
-from stitchmesh.app.pages.edit.saved_selections import SavedSelections, faces_after
+from stitchmesh.app.pages.edit.selection_panel import SavedSelections, faces_after
 from stitchmesh.app.pages.own_patterns import OwnPatterns
+from stitchmesh.app.pages.typed import selected_by_words
 from stitchmesh.app.scene.face_colours import ColourBy
 from stitchmesh.app.scene.pointer import Pointer
 from stitchmesh.editing.edit import Edit
 from stitchmesh.editing.on_selection import places_after
 from stitchmesh.errors import ParameterError, StitchMeshError
+from stitchmesh.hand_knitting.words import stitch_name
 from stitchmesh.mesh import IntArray, StitchMesh
+from stitchmesh.mesh.own_stitch import OwnStitch, StitchType
 from stitchmesh.mesh.renumbering import REMOVED
-from stitchmesh.mesh.stitch import Stitch
-from stitchmesh.selection import parse_selection, select
-from stitchmesh.selection.selection import selection_of_faces, with_paths
+from stitchmesh.mesh.stitch import VOCABULARY, Stitch
+from stitchmesh.selection.selection import selection_of_faces
 
 if TYPE_CHECKING:
     from stitchmesh.app.application import App
@@ -149,11 +151,9 @@ class EditSession:
         """Select the faces that a text names.
 
         Raises:
-            ParameterError: an error of ``select``, or the text names a file, because a browser must not make the server
-                read files.
+            ParameterError: an error of ``select``, or the text names a file.
         """
-        with_paths(parse_selection(text), _refuse_file)
-        self.choose(select(self.fabric, text), text)
+        self.choose(selected_by_words(self.fabric, text), text)
 
     def on_selection(self) -> dict[str, object]:
         """Return the argument that names the selection for an edit.
@@ -185,8 +185,11 @@ class EditSession:
             self.take(selection=Chosen(after))
 
 
-def _refuse_file(path: str) -> str:
-    raise ParameterError(f"selection: got the file {path!r}; the application reads no files by name; list the faces")
+def name_of(stitch: StitchType) -> str:
+    """Return the name that edits use for a stitch: its code, ``cast-on`` or ``draw-through``."""
+    if isinstance(stitch, OwnStitch):
+        return stitch.code
+    return VOCABULARY[stitch].code if stitch in VOCABULARY else stitch_name(stitch)
 
 
 def _leads_to(before: StitchMesh, after: StitchMesh, numbers: IntArray) -> bool:

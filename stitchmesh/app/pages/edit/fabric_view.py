@@ -25,8 +25,6 @@ INK: Colour = (38, 34, 30)
 """Colour of crossed and twisted loops, sRGB."""
 LIFT = 0.06
 """Distance of marks from the surface, over the mean side length."""
-LOOP_WIDTH = 2.5
-"""Width of the lines of crossed and twisted loops [pixels]."""
 LINE_WIDTH = 4.0
 """Width of the lines around marked faces [pixels]."""
 NUMBERED = 5
@@ -64,7 +62,7 @@ class FabricView:
         colours = colours_of_faces(fabric, self.colour_by)
         self._blocks.show(fabric, colours, edges=self.draws_edges(fabric), takes_strokes=self.takes_strokes)
         height = 2 * self._height(fabric)
-        self._scene.show("loops", Lines(loop_lines(fabric, height), INK, LOOP_WIDTH))
+        self._scene.show("loops", Lines(loop_lines(fabric, height), INK, 2.5))
         self._scene.show("rows/numbers", _row_labels(fabric, height) if self.row_numbers else None)
 
     def select(self, fabric: StitchMesh, faces: IntArray) -> None:

@@ -22,15 +22,7 @@ TWIST_WIDTH = 0.28
 
 
 def loop_lines(fabric: StitchMesh, height: float) -> FloatArray:
-    """Return lines that show the crossed and the twisted loops of a fabric.
-
-    Args:
-        fabric: the fabric.
-        height: distance of the lines from the surface [cm].
-
-    Returns:
-        Ends of the lines [cm], shape (n, 2, 3).
-    """
+    """Return the ends of the lines of crossed and twisted loops, ``height`` cm above the fabric, shape (n, 2, 3)."""
     paths = [path for group in cable_groups(fabric) for path in _cable(fabric, group)]
     paths += [path for side in np.flatnonzero(fabric.twist).tolist() for path in _twist(fabric, side)]
     if not paths:

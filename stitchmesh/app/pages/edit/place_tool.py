@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The tools that make an edit at the place of a click, or at each place of the selection; these edits are data."""
+"""The tools without a drag: edits at a click or at each place of the selection, of the whole fabric, and looking."""
 
 from __future__ import annotations
 
@@ -14,10 +14,9 @@ from stitchmesh.app.controls.controls import Controls
 from stitchmesh.app.controls.field_panel import Field, FieldPanel, Number, same_words
 from stitchmesh.app.controls.html_pieces import paragraph
 from stitchmesh.app.pages.edit.edit_session import EditSession
-from stitchmesh.app.pages.edit.tool import Tool, nearest_side
+from stitchmesh.app.pages.edit.tool import Tool
 from stitchmesh.app.scene.scene import Pick
-from stitchmesh.errors import StitchMeshError
-from stitchmesh.markup import Markup
+from stitchmesh.markup import Markup, markup
 from stitchmesh.mesh.picking import PickedPlace
 
 PlaceKind = Literal["face", "selection", "course side", "wale side", "top side"]
@@ -127,12 +126,8 @@ class PlaceTool(Tool):
         if edit.place == "face":
             self.session.edit(edit.edit, {"face": place.face, **self._arguments()}, at)
             return
-        try:
-            side = nearest_side(fabric, place, edit.place)
-        except StitchMeshError as error:
-            self.session.refuse(at, str(error))
-            return
-        if not self.session.edit(edit.edit, {"side": side, **self._arguments()}, at):
+        side = self.side_at(place, edit.place)
+        if side is not None and not self.session.edit(edit.edit, {"side": side, **self._arguments()}, at):
             self.session.view.mark_sides(fabric, np.array([side]))
 
     def on_selection(self) -> None:
@@ -172,3 +167,66 @@ class ChangeRows(PlaceTool):
 
     name, key, what, edits = "Rows and wales", "R", "rows", ROW_EDITS
     hint = "Choose an edit below, then click the stitch or the edge."
+
+
+class ChangeFabric(Tool):
+    """Turns rings into a spiral and back, and grafts two borders that the user clicks one after another."""
+
+    name, key = "Whole fabric", "W"
+    hint = "Press a button; to graft, click the two borders that are joined, one after the other."
+    takes_strokes = False
+
+    def __init__(self, session: EditSession) -> None:
+        """Begin without a clicked border."""
+        super().__init__(session)
+        self._first: int | None = None
+
+    def build(self, controls: Controls) -> None:
+        """Make the controls."""
+        controls.button("Rings to spiral", "Turn stacked rings into one row that climbs around the tube", self.spiral)
+        controls.button("Spiral to rings", "Turn each spiral back into rings", self.unspiral)
+        self._words = controls.html(Markup())
+        self._say()
+
+    def taken_up(self) -> None:
+        """Begin without a clicked border."""
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Forget a clicked border if the fabric has changed."""
+        self._first = None
+        self._say()
+
+    def spiral(self) -> None:
+        """Make the edit."""
+        self.session.edit("spiral", {})
+
+    def unspiral(self) -> None:
+        """Make the edit."""
+        self.session.edit("unspiral", {})
+
+    def clicked(self, place: PickedPlace, pick: Pick) -> None:
+        """Keep the first border, and graft the second one to it."""
+        side = self.side_at(place, "border side")
+        if side is None:
+            return
+        if self._first is None:
+            self._first = side
+            self.session.view.mark_sides(self.session.fabric, np.array([side]))
+            self._say()
+            return
+        first, self._first = self._first, None
+        self._say()
+        self.session.edit("graft", {"first_side": first, "second_side": side}, np.array([place.face]))
+
+    def _say(self) -> None:
+        step = "first border" if self._first is None else "second border"
+        self._words.content = paragraph(markup("Graft: click a stitch at the <b>{}</b>.", step))
+
+
+class LookAround(Tool):
+    """Changes nothing: a drag turns the view, and a click describes a stitch."""
+
+    name, key = "Look around", "V"
+    hint = "Drag to turn the fabric, scroll to come closer; a click says what a stitch is."
+    takes_strokes = False

@@ -11,7 +11,7 @@ import numpy as np
 from stitchmesh.app.controls.controls import Controls
 from stitchmesh.app.pages.edit.edit_session import EditSession
 from stitchmesh.app.scene.scene import Pick, Stroke
-from stitchmesh.errors import ParameterError
+from stitchmesh.errors import ParameterError, StitchMeshError
 from stitchmesh.mesh import BORDER, BOTTOM, TOP, IntArray, StitchMesh
 from stitchmesh.mesh.picking import PickedPlace
 
@@ -53,6 +53,14 @@ class Tool:
     def boxed(self, faces: IntArray) -> None:
         """Handle the faces in a rectangle on the screen."""
         self.session.choose(faces)
+
+    def side_at(self, place: PickedPlace, kind: str) -> int | None:
+        """Return the side of a kind that is nearest to a place; if there is none, refuse the place and return None."""
+        try:
+            return nearest_side(self.session.fabric, place, kind)
+        except StitchMeshError as error:
+            self.session.refuse(np.array([place.face]), str(error))
+            return None
 
 
 def nearest_side(fabric: StitchMesh, place: PickedPlace, kind: str) -> int:

@@ -8,22 +8,75 @@ from collections.abc import Callable
 
 from stitchmesh.app.controls.controls import Controls
 from stitchmesh.app.controls.field_panel import Field, FieldPanel, Number, TickBox
-from stitchmesh.app.pages.rows.marks import (
+from stitchmesh.app.controls.html_pieces import BUTTON, PLAIN_TEXT, action_button, list_button
+from stitchmesh.app.pages.rows.rows_finder import FoundRows
+from stitchmesh.app.pages.rows.rows_state import (
     AUTOMATIC,
     Marks,
     MeshBorders,
+    RowsState,
     with_border_role,
     with_mark,
     with_role,
     without_mark,
     without_point,
 )
-from stitchmesh.app.pages.rows.rows_finder import FoundRows
-from stitchmesh.app.pages.rows.rows_state import RowsState
-from stitchmesh.app.pages.rows.rows_text import mark_list
 from stitchmesh.errors import ParameterError
-from stitchmesh.markup import Markup
+from stitchmesh.markup import Markup, joined, markup
 from stitchmesh.shaping.marks import UNTIMED, TimeMark
+
+KIND_WORDS = {"border": "border", "point": "tip", "stroke": "line"}
+"""Words for the kinds of marks."""
+
+
+def text_line(text: str) -> Markup:
+    """Return a line of text that a screen reader reads out after each change."""
+    return markup('<p role="status" style="{}">{}</p>', PLAIN_TEXT, text)
+
+
+def mark_list(marks: Marks, chosen: int | None, borders: MeshBorders) -> Markup:
+    """Return for each mark a button that chooses it, and a button that removes it."""
+    if not marks:
+        return text_line("There are no marks: begins and ends are found automatically.")
+    items = joined(_mark_item(number, mark, number == chosen, borders) for number, mark in enumerate(marks))
+    return markup('<ul aria-label="Marks" style="list-style:none;margin:0;padding:0">{}</ul>', items)
+
+
+def _mark_item(number: int, mark: TimeMark, chosen: bool, borders: MeshBorders) -> Markup:
+    words = f"{number}: {mark_words(mark, borders)}"
+    colour = "rgb(232,140,20)" if chosen else "var(--mantine-color-default-border)"
+    narrow = f"{BUTTON} var(--mantine-color-default-border);width:2.2em;flex:none;text-align:center"
+    return markup(
+        '<li style="display:flex;gap:4px;align-items:stretch">{}{}</li>',
+        list_button("choose", number, words, colour, hint="Choose this mark", pressed=chosen),
+        action_button("remove", number, "✕", name=f"Remove mark {number}", hint="Remove this mark", style=narrow),
+    )
+
+
+def mark_words(mark: TimeMark, borders: MeshBorders) -> str:
+    """Describe a mark by its kind, its role and its time."""
+    what = KIND_WORDS[mark.kind]
+    if mark.kind == "border":
+        number = borders.nearest(mark.points[0])
+        what = what if number is None else borders.words(number)
+    elif mark.kind == "stroke":
+        what = f"line of {len(mark.points)} points"
+    time = "" if mark.time is None else f", {mark.time:g} cm"
+    radius = "" if mark.radius is None else f", up to {mark.radius:g} cm"
+    return f"{mark.role}, {what}{time}{radius}"
+
+
+def border_list(borders: MeshBorders, marks: Marks) -> Markup:
+    """Return for each border a button that gives it the next role."""
+    if not borders.loops:
+        return text_line("The mesh has no border.")
+    heading = markup('<p style="{}">Give a border its next role:</p>', PLAIN_TEXT)
+    buttons = joined(
+        list_button("border", number, f"{borders.words(number)}: {borders.role_of(marks, number)}")
+        for number in range(len(borders.loops))
+    )
+    return heading + buttons
+
 
 BORDER_ROLES = (AUTOMATIC, "begin", "end", "row", "side", "plain")
 """Roles of a border."""
@@ -59,13 +112,7 @@ class MarkPanel:
         controls.key("Remove the mark", "Remove the chosen mark.", "X", None, self._remove_mark)
 
     def show(self, state: RowsState, borders: MeshBorders, found: FoundRows | None) -> None:
-        """Show the marks of a state.
-
-        Args:
-            state: the state.
-            borders: the borders of the mesh.
-            found: the rows, which give a time to a mark without one; None if there are none.
-        """
+        """Show the marks of a state; the rows that were found give a time to a mark without one."""
         self._state, self._borders, self._found = state, borders, found
         self._list.content = mark_list(state.marks, state.chosen, borders)
         mark = self._mark()

@@ -11,19 +11,32 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stitchmesh.app.controls.field_panel import FieldPanel, Number, setting_field
-from stitchmesh.app.controls.legend import legend
+from stitchmesh.app.controls.html_pieces import colour_bar, figures
+from stitchmesh.app.controls.legend import LegendEntry, legend
 from stitchmesh.app.controls.undo_row import UndoRow
-from stitchmesh.app.pages.division_view import legend_of_stitches, refusal
+from stitchmesh.app.pages.divide import legend_of_stitches, refusal
 from stitchmesh.app.pages.gauge_panel import INCREASE, GaugePanel
 from stitchmesh.app.pages.not_yet import HAS_STITCHES, NO_MESH
 from stitchmesh.app.pages.page import Page
-from stitchmesh.app.pages.rows.mark_panel import MarkPanel
-from stitchmesh.app.pages.rows.marks import Marks, MeshBorders, with_next_role, with_point, with_tip
-from stitchmesh.app.pages.rows.rows_finder import FINDING_ROWS, FINDING_STITCHES, RowsFinder
-from stitchmesh.app.pages.rows.rows_state import BORDER, LINE, MOVE, ROWS, STITCHES, TIP, RowsState
-from stitchmesh.app.pages.rows.rows_text import border_list, preview_figures, report_figures, text_line, time_legend
-from stitchmesh.app.pages.rows.rows_view import RowsView
+from stitchmesh.app.pages.rows.mark_panel import MarkPanel, border_list, text_line
+from stitchmesh.app.pages.rows.rows_finder import FINDING_ROWS, FINDING_STITCHES, FoundRows, RowsFinder
+from stitchmesh.app.pages.rows.rows_state import (
+    BORDER,
+    LINE,
+    MOVE,
+    ROWS,
+    STITCHES,
+    TIP,
+    Marks,
+    MeshBorders,
+    RowsState,
+    with_next_role,
+    with_point,
+)
+from stitchmesh.app.pages.rows.rows_view import ROLE_COLOURS, TIME_COLOURS, RowsView, lines_every
+from stitchmesh.app.pages.typed import AXES, three_numbers
 from stitchmesh.app.project.shaping import Point, Shaping
+from stitchmesh.app.scene.mesh_drawing import INK
 from stitchmesh.app.scene.pointer import Pointer
 from stitchmesh.app.scene.scene import Pick, Stroke
 from stitchmesh.editing.undo_history import UndoHistory
@@ -31,10 +44,53 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.markup import Markup
 from stitchmesh.mesh import FloatArray, Mesh, StitchMesh
 from stitchmesh.mesh.picking import picking_table, side_near_ray
-from stitchmesh.shaping.options import UP, Placement, ShapingOptions
+from stitchmesh.shaping.options import Placement, ShapingOptions
+from stitchmesh.shaping.report import ShapingReport
 
 if TYPE_CHECKING:
     from stitchmesh.app.application import App
+
+
+ROLE_WORDS = {
+    "begin": "knitting begins here", "end": "knitting ends here", "row": "a row runs along this line",
+    "side": "rows end at this border", "plain": "no increases or decreases near here",
+}  # fmt: skip
+"""The meaning of each role, in words."""
+
+
+def preview_figures(found: FoundRows, shaping: Shaping) -> Markup:
+    """Return the figures that are known before there are stitches."""
+    stitches = found.area / (shaping.stitch_width * shaping.height)
+    return figures([
+        ("Rows, one above the other", f"{found.rows:,}"),
+        ("Stitches", f"about {stitches:,.0f}"),
+    ])  # fmt: skip
+
+
+def report_figures(report: ShapingReport) -> Markup:
+    """Return the figures of the stitches."""
+    return figures([
+        ("Stitches", f"{report.stitches:,} in {report.rows:,} rows"),
+        ("Increases and decreases", f"{report.irregular_per_thousand:.1f} in 1,000 stitches"),
+        ("Short rows", f"{report.short_rows:,}"),
+        ("Edges at grafts", f"{report.mismatched_edges:,}"),
+        ("Distance from the mesh", f"{report.rms_distance:.3f} stitches, at most {report.largest_distance:.2f}"),
+        ("Time to find them", f"{report.seconds:.1f} s"),
+        *([("Lost", report.lost)] if report.lost else []),
+    ])  # fmt: skip
+
+
+def time_legend(found: FoundRows) -> Markup:
+    """Return the legend of the colours and lines of the rows."""
+    low, high = float(found.time.min()), float(found.time.max())
+    marks = [f"{low:.0f} cm", f"{0.5 * (low + high):.0f}", f"{high:.0f} cm"]
+    every = lines_every(found)
+    entries = [LegendEntry("each row" if every == 1 else f"every {every} rows", (INK,), line=True)]
+    roles = {place.role for place in found.places} | ({"side"} if len(found.side_edges) else set())
+    entries += [LegendEntry(ROLE_WORDS[role], (colour,), line=True)
+                for role, colour in ROLE_COLOURS.items() if role in roles]  # fmt: skip
+    bar = colour_bar(TIME_COLOURS, marks, "Time: length of the fabric from where knitting begins")
+    return bar + legend(entries)
 
 
 class HandleDrag:
@@ -72,11 +128,6 @@ def as_point(position: FloatArray) -> Point:
     return x, y, z
 
 
-UPWARDS: dict[str, Point] = {
-    "+y": UP, "+z": (0.0, 0.0, 1.0), "+x": (1.0, 0.0, 0.0), "-y": (0.0, -1.0, 0.0), "-z": (0.0, 0.0, -1.0),
-    "-x": (-1.0, 0.0, 0.0),
-}  # fmt: skip
-"""Upward directions, by the axis along which they point."""
 SHAPING_PARTS: dict[str, float | None] = {
     "as many as the mesh asks": None, **{f"1 in {count}": 1.0 / count for count in (2, 3, 4, 6, 8)},
 }  # fmt: skip
@@ -84,7 +135,7 @@ SHAPING_PARTS: dict[str, float | None] = {
 PLACEMENTS: dict[str, Placement] = {"spread over the row": "spread", "at seams and edges": "seams"}
 """The places of increases and decreases, by the words of the page."""
 SHAPING_FIELDS = (
-    setting_field(ShapingOptions, "up", "Knitted towards", UPWARDS),
+    setting_field(ShapingOptions, "up", "Knitted towards", AXES),
     setting_field(ShapingOptions, "multiple", "Multiple of", Number(1, 1000, 1)),
     setting_field(ShapingOptions, "short_rows", "Short rows"),
     setting_field(ShapingOptions, "most_shaping", "Increases in a row", SHAPING_PARTS),
@@ -148,7 +199,6 @@ class RowsPage(Page):
         self._view.look()
 
     def _make_main_controls(self) -> None:
-        """Make the controls of the next step, of the view and of the meaning of a click."""
         controls = self.app.controls
         self._find = controls.button(
             "Find the stitches", "Find stitches of the full size along these rows.", self._find_stitches, main=True
@@ -189,8 +239,7 @@ class RowsPage(Page):
     def refresh(self) -> None:
         """Show the rows of the project's mesh after its repair."""
         mesh = self.app.project.surface
-        if mesh is None:
-            return
+        assert mesh is not None
         self._finder.take_mesh(mesh)
         if mesh is not self._drawn:
             self._take_mesh(mesh)
@@ -205,8 +254,6 @@ class RowsPage(Page):
 
     def picked(self, pick: Pick) -> None:
         """Do what a click means; a click at a point of a mark chooses this mark."""
-        if self.unavailable() is not None:
-            return
         place = self._pointer.place(pick)
         handle = self._view.handles.under(pick, None if place is None else place.depth)
         if handle is not None and not self._state.aims:
@@ -223,7 +270,6 @@ class RowsPage(Page):
         self._drag.stroked(stroke, self._state)
 
     def _take_mesh(self, mesh: Mesh) -> None:
-        """Prepare the drawing and the picking of a mesh."""
         self._drawn, self._table = mesh, picking_table(mesh)
         self._borders, self._pointer = MeshBorders(mesh), Pointer(mesh)
         self._view = RowsView(self.app.scene, self._borders, self._table)
@@ -247,14 +293,13 @@ class RowsPage(Page):
         self._take(self._state.with_shaping(shaping, what))
 
     def _act_at(self, point: Point) -> None:
-        """Do what a click at this place of the mesh means."""
         state = self._state
         if state.meaning == BORDER:
             border = self._borders.nearest(point)
             if border is not None:
                 self._next_role(border)
         elif state.meaning == TIP:
-            self._take(state.with_marks(with_tip(state.marks, point), len(state.marks)))
+            self._take(state.with_tip(point))
         elif state.meaning == LINE:
             self._take(state.with_line_point(point))
         else:
@@ -262,7 +307,6 @@ class RowsPage(Page):
             self._take(state.with_marks(with_point(state.marks, number, state.point, point), number))
 
     def _next_role(self, border: int) -> None:
-        """Give a border its next role, and choose its mark."""
         marks = with_next_role(self._state.marks, self._borders, border)
         self._take(self._state.with_marks(marks, self._borders.mark_of(marks, border)))
 
@@ -272,7 +316,7 @@ class RowsPage(Page):
 
     def _act_at_typed_place(self) -> None:
         """Do what a click means, at the vertex or the place of the mesh nearest to the typed place."""
-        self._act_at(as_point(self._nearest_place(typed_point(self._place.value))))
+        self._act_at(as_point(self._nearest_place(three_numbers("place", self._place.value))))
 
     def _nearest_place(self, point: Point) -> np.ndarray:
         """Return the corner or the middle of a face that is nearest to a point [cm]."""
@@ -307,7 +351,6 @@ class RowsPage(Page):
             self._take(replace(self._state, shown=STITCHES) if new_stitches else self._state)
 
     def _knit_rows(self) -> None:
-        """Take the stitches into the project."""
         shaping = self._state.shaping
         shaped = self._finder.shaped(shaping)
         if shaped is None:
@@ -374,7 +417,6 @@ class RowsPage(Page):
         return preview_figures(finder.found, shaping) if shaped is None else report_figures(shaped.report)
 
     def _draw(self, fabric: StitchMesh | None) -> None:
-        """Draw the stitches, the rows, or the bare mesh, with the marks."""
         state = self._state
         if fabric is not None and state.shown == STITCHES:
             self._view.show_stitches(fabric)
@@ -386,16 +428,3 @@ class RowsPage(Page):
             self._view.show_bare()
             self._legend.content = Markup()
         self._view.show_marks(state.marks, state.handle, state.line)
-
-
-def typed_point(text: str) -> Point:
-    """Return the place that a text names.
-
-    Raises:
-        ParameterError: the text is not three numbers.
-    """
-    try:
-        x, y, z = (float(part) for part in text.replace(",", " ").split())
-    except ValueError:
-        raise ParameterError(f"place: got {text[:40]!r}; expected three numbers in cm, such as 3, 20.5, 8") from None
-    return x, y, z

@@ -117,7 +117,6 @@ def found_rows(surface: TriangleSurface, courses: FloatArray, ends: Sequence[End
 
 
 def _roles(ends: Ends) -> list[tuple[str, IntArray]]:
-    """Return the role and the vertices of each end."""
     root, other = ("begin", "end") if ends.begins else ("end", "begin")
     groups = (root, ends.roots), (other, (*ends.others, *ends.grafts)), ("row", ends.lines)
     return [(role, end.vertices) for role, group in groups for end in group]
@@ -131,13 +130,7 @@ def _place(surface: TriangleSurface, time: FloatArray, path: IntArray, role: str
 
 
 def _tips(surface: TriangleSurface, time: FloatArray, used: np.ndarray) -> list[EndPlace]:
-    """Return the tips of closed limbs: vertices earlier or later than all around, outside borders and ends.
-
-    Args:
-        surface: the surface.
-        time: time of each vertex [cm], shape (V,).
-        used: whether each vertex belongs to an end, shape (V,).
-    """
+    """Return the tips of closed limbs: vertices earlier or later than all around, outside borders and used places."""
     inner = ~used
     inner[np.concatenate([np.zeros(0, dtype=np.int64), *surface.borders])] = False
     both = np.concatenate([surface.edges, surface.edges[:, ::-1]])
@@ -162,12 +155,7 @@ class RowsFinder:
     """Finds rows and stitches of one mesh after another. All methods belong to the event thread."""
 
     def __init__(self, tasks: TaskRunner, on_found: Callable[[bool], object]) -> None:
-        """Find nothing yet.
-
-        Args:
-            tasks: runs the work.
-            on_found: called after a result or the end of the search, with whether there are new stitches.
-        """
+        """Find nothing yet; ``on_found`` is called at the end of a search, with whether there are new stitches."""
         self._newest, self._on_found = NewestTask(tasks), on_found
         self.mesh: Mesh | None = None
         """The mesh."""

@@ -4,27 +4,81 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
 import numpy as np
 
-from stitchmesh.app.pages.rows.mark_handles import MarkHandles
-from stitchmesh.app.pages.rows.marks import Marks, MeshBorders
 from stitchmesh.app.pages.rows.rows_finder import EndPlace, FoundRows
+from stitchmesh.app.pages.rows.rows_state import Marks, MeshBorders
 from stitchmesh.app.project.shaping import Point
 from stitchmesh.app.scene.contour_lines import contour_segments
-from stitchmesh.app.scene.drawing import Colour, Colours, Labels, Lines, Surface, point_marks
+from stitchmesh.app.scene.drawing import OCTAHEDRON_FACES, Colour, Colours, Labels, Lines, Surface, point_marks
 from stitchmesh.app.scene.mesh_drawing import INK, STITCH_DRAWINGS, MeshDrawing, show_stitches
-from stitchmesh.app.scene.scene import Scene
+from stitchmesh.app.scene.scene import Pick, Scene
 from stitchmesh.mesh import FloatArray, StitchMesh
 from stitchmesh.mesh.picking import PickingTable, pick
 from stitchmesh.render.colour_scale import ColourScale
 
+SIZE = 0.014
+"""Size of a handle, over the size of the mesh."""
+REACH = 0.01
+"""Largest angle between a click and the handle that it selects [rad], about eleven pixels."""
+
+
+class MarkHandles:
+    """Draws the points of marks, and finds them under the pointer."""
+
+    def __init__(self, scene: Scene, size: float) -> None:
+        """Draw nothing yet; ``size`` is the size of the mesh [cm]."""
+        self._scene, self._size = scene, size
+        self._names: list[tuple[int, int]] = []
+        self._points: FloatArray = np.zeros((0, 3))
+        self._triangles = np.zeros((0, 3), dtype=np.int64)
+
+    def show(
+        self, marks: Marks, chosen: tuple[int, int] | None, colours: Mapping[str, Colour], chosen_colour: Colour
+    ) -> None:
+        """Draw the points; if their number is the same, the handles move in place, so that a drag of one goes on."""
+        self._names = [
+            (number, place)
+            for number, mark in enumerate(marks)
+            if mark.kind != "border"
+            for place in range(1 if mark.kind == "point" else len(mark.points))
+        ]
+        if not self._names:
+            self._scene.remove("handles")
+            return
+        self._points = np.array([marks[number].points[place] for number, place in self._names], dtype=np.float64)
+        drawn = point_marks(self._points, SIZE * self._size, chosen_colour)
+        if len(self._triangles) != len(drawn.triangles):
+            self._triangles = drawn.triangles
+        rgb = [chosen_colour if name == chosen else colours[marks[name[0]].role] for name in self._names]
+        of_faces = Colours.of(np.repeat(np.array(rgb, dtype=np.uint8), len(OCTAHEDRON_FACES), axis=0))
+        self._scene.show("handles", Surface(drawn.points, self._triangles, of_faces, takes_strokes=True))
+
+    def under(self, pick: Pick, depth: float | None) -> tuple[int, int] | None:
+        """Return the mark and the point whose handle is under the pointer; None without one.
+
+        Args:
+            pick: the ray.
+            depth: distance along the ray from which the surface hides everything [cm]; None if the ray misses the
+                surface.
+        """
+        if not self._names:
+            return None
+        along = np.asarray(pick.ray_direction) / np.linalg.norm(pick.ray_direction)
+        away = self._points - pick.ray_origin
+        forward = away @ along
+        beside = np.linalg.norm(away - forward[:, None] * along, axis=1)
+        hidden = np.inf if depth is None else depth + 4.0 * SIZE * self._size
+        angle = np.where((forward > 0.0) & (forward < hidden), np.arctan2(beside, forward), np.inf)
+        best = int(angle.argmin())
+        return self._names[best] if angle[best] <= REACH else None
+
+
 PIECES = 12
 """Number of pieces of the line between two points."""
-LINE_LIFT = 0.004
-"""Distance of the line from the surface, over the size of the mesh."""
 
 
 def line_on_surface(table: PickingTable, points: Sequence[Point]) -> FloatArray:
@@ -41,7 +95,6 @@ def line_on_surface(table: PickingTable, points: Sequence[Point]) -> FloatArray:
 
 
 def _between(table: PickingTable, start: FloatArray, end: FloatArray) -> FloatArray:
-    """Return the pieces between two points, shape (n, 2, 3)."""
     size = float(np.linalg.norm(np.ptp(table.mesh.vertices, axis=0)))
     normals = np.stack([_normal(table, start), _normal(table, end)])
     outward = normals.mean(axis=0)
@@ -50,7 +103,7 @@ def _between(table: PickingTable, start: FloatArray, end: FloatArray) -> FloatAr
     for share in np.linspace(0.0, 1.0, PIECES + 1):
         place = (1.0 - share) * start + share * end
         met = pick(table, place + size * outward, -outward) if outward.any() else None
-        path.append((place if met is None else met.point) + LINE_LIFT * size * outward)
+        path.append((place if met is None else met.point) + 0.004 * size * outward)
     return np.stack([path[:-1], path[1:]], axis=1)
 
 
@@ -70,14 +123,8 @@ ROLE_COLOURS: dict[str, Colour] = {
 """Colour of each role."""
 LINE_COLOUR: Colour = (232, 140, 20)
 """Colour of an unfinished line, and of the chosen point."""
-BARE: Colour = (226, 222, 212)
-"""Colour of the mesh while it has no rows."""
 STEPS = (1, 2, 5, 10, 20, 50, 100, 200)
 """Possible numbers of rows between two lines."""
-MOST_LINES = 50
-"""Largest number of lines, one above the other, with which every row has a line."""
-MOST_TEXTS = 24
-"""Largest number of begins and ends that have a text."""
 TIP_SIZE = 0.008
 """Size of the mark of a tip, over the size of the mesh."""
 OF_ROWS = ("surface", "row lines", "tips of begin", "tips of end", "tips of row", "times", "borders",
@@ -107,7 +154,7 @@ class RowsView:
             return
         self._forget(None, OF_ROWS + STITCH_DRAWINGS)
         mesh = self._borders.mesh
-        self._drawing.show_faces("surface", np.tile(np.array(BARE, dtype=np.uint8), (mesh.face_count, 1)))
+        self._drawing.show_faces("surface", np.tile(np.array((226, 222, 212), dtype=np.uint8), (mesh.face_count, 1)))
         self._drawing.show_sides("borders", self._borders.sides, ROLE_COLOURS["side"], 4.0)
 
     def show_found(self, found: FoundRows) -> None:
@@ -135,26 +182,18 @@ class RowsView:
         show_stitches(self._scene, fabric)
 
     def show_marks(self, marks: Marks, chosen: tuple[int, int] | None, line: Sequence[Point]) -> None:
-        """Draw the points of tips and lines, and an unfinished line.
-
-        Args:
-            marks: the marks.
-            chosen: number of the chosen mark, and of its chosen point.
-            line: points of the unfinished line.
-        """
+        """Draw the points of tips and lines, with the chosen mark and its chosen point, and an unfinished line."""
         self.handles.show(marks, chosen, ROLE_COLOURS, LINE_COLOUR)
         points = np.array(line, dtype=np.float64).reshape(-1, 3)
         self._scene.show("begun line", Lines(line_on_surface(self._table, line), LINE_COLOUR, 5.0))
         self._scene.show("begun points", point_marks(points, TIP_SIZE * self._size, LINE_COLOUR))
 
     def _forget(self, shown: object, names: Sequence[str]) -> None:
-        """Remove some drawings, because the page shows something else now."""
         self._shown = shown
         for name in names:
             self._scene.remove(name)
 
     def _show_places(self, found: FoundRows, role: str) -> None:
-        """Draw the borders, lines and tips of a role."""
         paths = [found.in_front[place.vertices] for place in found.places if place.role == role]
         segments = [np.stack([path[:-1], path[1:]], axis=1) for path in paths]
         self._scene.show(role, Lines(np.concatenate([np.zeros((0, 2, 3)), *segments]), ROLE_COLOURS[role], 7.0))
@@ -163,14 +202,14 @@ class RowsView:
 
     def _name_places(self, found: FoundRows) -> None:
         """Write the role and the time of each begin and end at its front."""
-        named = [place for place in found.places if place.role != "row"][:MOST_TEXTS]
+        named = [place for place in found.places if place.role != "row"][:24]
         points = np.array([_front(found, place) for place in named]).reshape(-1, 3)
         self._scene.show("times", Labels(points, tuple(f"{place.role} {place.time:.0f} cm" for place in named)))
 
 
 def lines_every(found: FoundRows) -> int:
     """Return a number of rows between two lines at which the lines remain distinct."""
-    return next((step for step in STEPS if found.rows <= MOST_LINES * step), STEPS[-1])
+    return next((step for step in STEPS if found.rows <= 50 * step), STEPS[-1])
 
 
 def _front(found: FoundRows, place: EndPlace) -> FloatArray:

@@ -55,13 +55,11 @@ class ChartPanel:
         return (OWN, *self._own.kept, *pattern_names(), *weave_names())
 
     def _choose(self, name: str) -> None:
-        """Take a pattern of the list."""
         if name != OWN:
             self._editor.show(self._own.kept.get(name) or resolve_pattern(name))
             self._library.value = name
 
     def _keep(self, source: Source) -> None:
-        """Add a pattern from a file to the list."""
         if isinstance(source, Pattern):
             self._own.keep(source)
             self._library.options = self._names()

@@ -15,8 +15,6 @@ from stitchmesh.periodic.session.frames import Frame
 from stitchmesh.periodic.swatch_design import SwatchDesign, SwatchDials, acting_dials
 from stitchmesh.yarn.yarn_presets import Yarn, yarn_names
 
-GRAMS_OF_100_METRES = 100.0
-"""1 g/m in g/100 m."""
 OPENED = ("Fabric", "Yarn lengths (factors)")
 """Groups that are open at first."""
 LENGTH = Number(0.1, 2.0, 0.01, slider=True)
@@ -59,7 +57,7 @@ def dials_of_yarn(yarn: Yarn, design: SwatchDesign) -> dict[str, float]:
     """Return the dials that a yarn sets: its contact thickness, its weight, and in a knit the loops of its gauge."""
     dials = {
         "yarn_radius": yarn.core_radius, "loop_length": yarn.gauge.loop_length,
-        "mass": GRAMS_OF_100_METRES * yarn.grams_per_metre,
+        "mass": 100.0 * yarn.grams_per_metre,  # g/m to g/100 m
     }  # fmt: skip
     acting = acting_dials(design.pattern)
     return {name: round(value, DIGITS) for name, value in dials.items() if name in acting}
@@ -128,6 +126,5 @@ class DialPanel:
         return 1.0 if self._frame is None else round(self._frame.size[axis], 2)
 
     def _take_yarn(self, yarn: Yarn | None) -> None:
-        """Set thickness, weight and loops from a yarn."""
         if yarn is not None:
             self._changed(self._design.turned(**dials_of_yarn(yarn, self._design)))

@@ -29,8 +29,6 @@ FORMATS = {
 """Suffix of each format of yarns, and whether the file holds the whole visible piece."""
 PICTURE = (1600, 1000)
 """Width and height of a picture [pixels]."""
-FOLDER = "exports"
-"""Folder of the project for the files."""
 
 
 class ExportPanel:
@@ -104,8 +102,7 @@ class ExportPanel:
         return design, frame, look
 
     def _send(self, name: str, write: Callable[[Path], object]) -> None:
-        """Write a file into the project, and send it."""
-        path = self._app.project.folder / FOLDER / name
+        path = self._app.project.folder / "exports" / name
         write(path)
         self._app.download(name, path.read_bytes())
 

@@ -14,8 +14,6 @@ from stitchmesh.app.scene.scene import Scene
 from stitchmesh.mesh import FloatArray
 from stitchmesh.render.tile_drawing import TileDrawing
 
-GAP = 0.12
-"""Gap between two variants over the width of the wider one."""
 AXIS = np.array([1.0, 0.0, 0.0])
 """Direction from one variant to the next."""
 NAMES_OF_VARIANTS = "names of variants"
@@ -110,7 +108,7 @@ def _places(drawings: Sequence[TileDrawing]) -> list[float]:
     if len(drawings) == 1:
         return [0.0]
     half = [float(drawing.high[0]) for drawing in drawings]
-    gap = GAP * max(half)
+    gap = 0.12 * max(half)
     return [-half[0] - gap, half[1] + gap]
 
 

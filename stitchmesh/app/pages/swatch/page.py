@@ -1,22 +1,23 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The page Swatch: a chart on the left, the fabric in the middle, and its dials on the right."""
+"""The page Swatch: a chart on the left, the fabric in the middle, its measures and its dials on the right."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from stitchmesh.app.controls.field_panel import FieldPanel
+from stitchmesh.app.controls.html_pieces import message
 from stitchmesh.app.controls.legend import legend_of_key
+from stitchmesh.app.pages.gauge_panel import FOUR_INCHES
 from stitchmesh.app.pages.page import Page
 from stitchmesh.app.pages.swatch.chart_panel import ChartPanel
 from stitchmesh.app.pages.swatch.dial_panel import DialPanel
 from stitchmesh.app.pages.swatch.exports import ExportPanel
 from stitchmesh.app.pages.swatch.fabric_drawing import FabricDrawing
-from stitchmesh.app.pages.swatch.measures_panel import MeasuresPanel
 from stitchmesh.app.pages.swatch.state import (
     LOOK_FIELDS,
     NAMES,
@@ -30,14 +31,97 @@ from stitchmesh.app.pages.swatch.state import (
 from stitchmesh.app.pages.swatch.stretch_panel import StretchPanel
 from stitchmesh.app.pages.swatch.variant import Variant
 from stitchmesh.app.task import FRAME_SECONDS
-from stitchmesh.errors import StitchMeshError
-from stitchmesh.markup import Markup, joined
+from stitchmesh.markup import Markup, joined, markup
+from stitchmesh.periodic.gauge import FabricMeasures
 from stitchmesh.periodic.resolve_pattern import Source
 from stitchmesh.periodic.session.frames import Frame
 from stitchmesh.periodic.swatch_design import SwatchDesign, SwatchDials
 
 if TYPE_CHECKING:
     from stitchmesh.app.application import App
+
+MEASURES_STYLE = markup("""<style>
+.sm-measures{border-collapse:collapse;width:100%;font-size:.86em;font-variant-numeric:tabular-nums}
+.sm-measures th{text-align:left;font-weight:500}
+.sm-measures td,.sm-measures thead th:not(:first-child){text-align:right;padding-left:.8em}
+.sm-measures thead th{font-weight:700;border-bottom:1px solid var(--mantine-color-default-border)}
+.sm-state{margin:.1em 0 .45em;font-size:.86em;line-height:1.35}
+</style>""")
+
+
+def measures_html(variants: Sequence[Variant]) -> Markup:
+    """Return a line on each variant, and a table with a column of measures for each."""
+    several = len(variants) > 1
+    states = joined(_state(variant, several) for variant in variants)
+    shown = [variant for variant in variants if variant.frame is not None]
+    return MEASURES_STYLE + states + (_table(shown, several) if shown else Markup())
+
+
+def state_of(variant: Variant) -> tuple[str, bool]:
+    """Return the present state of a variant in words, and whether it is a problem."""
+    frame = variant.frame
+    if variant.refusal is not None:
+        return variant.refusal, True
+    if frame is None:
+        return "The yarns are being drawn.", False
+    if frame.error is not None:
+        return f"Not possible: {frame.error}", True
+    iteration = frame.report["iteration"]
+    if frame.report["at_rest"]:
+        return f"At rest after {iteration} iterations.", False
+    if frame.report["running"] and frame.report["preview"]:
+        return f"A preview without friction; the knit then comes off the needles (iteration {iteration}).", False
+    if frame.report["running"]:
+        return f"The fabric moves: it finds its shape (iteration {iteration}{_residual(frame)}).", False
+    if variant.stopped:
+        return f"Stopped at iteration {iteration}{_residual(frame)}.", False
+    return f"Not at rest after {iteration} iterations{_residual(frame)}; relax again, or turn a dial back.", True
+
+
+def rows_of(measures: FabricMeasures, woven: bool) -> list[tuple[str, str]]:
+    """Return the names and the values of the measures that a designer asks for."""
+    across, upwards = ("Warps", "Wefts") if woven else ("Stitches", "Rows")
+    return [
+        (f"{across} in 10 cm", f"{measures.gauge.stitches:.1f}"),
+        (f"{upwards} in 10 cm", f"{measures.gauge.rows:.1f}"),
+        (f"{across} and {upwards.lower()} in 4 inches",
+         f"{FOUR_INCHES * measures.gauge.stitches:.1f} and {FOUR_INCHES * measures.gauge.rows:.1f}"),
+        ("Repeat [cm]", f"{measures.width:.2f} x {measures.height:.2f}"),
+        ("Yarn at a crossing [cm]" if woven else "Loop length [cm]", f"{measures.loop_length:.2f}"),
+        ("Thickness [cm]", f"{measures.thickness:.2f}"),
+        ("Weight [g/m²]", f"{1e4 * measures.areal_density:.0f}"),  # the density is in g/cm²
+    ]
+
+
+def _state(variant: Variant, several: bool) -> Markup:
+    text, wrong = state_of(variant)
+    named = f"{variant.name}: {text}" if several else text
+    return message(named, "doubtful") if wrong else markup('<p class="sm-state" role="status">{}</p>', named)
+
+
+def _table(variants: Sequence[Variant], several: bool) -> Markup:
+    """Return the table; if one variant is knitted and one woven, it uses the words of the first."""
+    frames = [variant.frame for variant in variants if variant.frame is not None]
+    columns = [rows_of(frame.measures, frame.fabric is None) for frame in frames]
+    names = joined(markup('<th scope="col">{}</th>', variant.name) for variant in variants)
+    head = markup('<thead><tr><th scope="col">Fabric</th>{}</tr></thead>', names) if several else Markup()
+    rows = joined(
+        markup(
+            '<tr><th scope="row">{}</th>{}</tr>',
+            row[0][0], joined(markup("<td>{}</td>", value) for _, value in row),
+        )
+        for row in zip(*columns, strict=True)
+    )
+    return markup(
+        '<table class="sm-measures" aria-label="Measures of the fabric">{}<tbody>{}</tbody></table>',
+        head, rows,
+    )
+
+
+def _residual(frame: Frame) -> str:
+    residual = frame.report["residual"]
+    return "" if residual is None else f", residual {residual:.2g}"
+
 
 RUN, PAUSE, STEP, AGAIN = "Start", "Stop", "Step", "From the start"
 """The commands to the yarns."""
@@ -65,7 +149,7 @@ class SwatchPage(Page):
 
     def build(self) -> None:
         """Make the controls, and start the sessions."""
-        self.state = self._saved_state()
+        self.state = self.saved_state(read_state, "swatch")
         self._stopped = False
         self._build_left()
         self._build_right()
@@ -105,7 +189,7 @@ class SwatchPage(Page):
 
     def _build_right(self) -> None:
         controls, design = self.app.controls, self.state.design
-        self._measures = MeasuresPanel(controls)
+        self._measures = controls.html(Markup())
         controls.buttons("Yarns", "Start, stop or step the relaxation, or return to the yarns as drawn",
                          (RUN, PAUSE, STEP, AGAIN), self._tell)  # fmt: skip
         controls.slider("Iterations per frame", "More iterations show larger steps of the relaxation",
@@ -127,16 +211,7 @@ class SwatchPage(Page):
         self._exports = ExportPanel(self.app, lambda: (self.state.design, self.variant.frame, self.state.look))
         self._stretch = StretchPanel(self.app, self._named_designs, self._exports.curve)
 
-    def _saved_state(self) -> SwatchState:
-        """Return the state from the project; if it is damaged, say so and begin anew."""
-        try:
-            return read_state(self.app.project.settings(self.name))
-        except StitchMeshError as error:
-            self.app.notice(f"the saved swatch cannot be shown ({error}); a new one begins", "warning")
-            return first_state()
-
     def _keep(self, state: SwatchState) -> None:
-        """Take a state, and save it in the project."""
         self.state = state
         self.app.project.set_settings(self.name, state_table(state))
 
@@ -157,7 +232,7 @@ class SwatchPage(Page):
         self._show_fabric()
         if frame.report["at_rest"]:
             self._drawing.fit_at_rest()
-        self._measures.show(self.variants)
+        self._measures.content = measures_html(self.variants)
         if variant is self.variant:
             self._dials.show(self.state.design, frame)
         sent = 12.0 * sum(len(part.vertices) for part in drawing.parts)
@@ -173,13 +248,12 @@ class SwatchPage(Page):
         )
 
     def _show(self) -> None:
-        """Show the state of the page in the controls."""
         design, compared = self.state.design, len(self.state.designs) > 1
         self._dials.show(design, self.variant.frame)
         self._look.show()
         self._edited.visible = compared
         self._edited.value = NAMES[self.state.edited]
-        self._measures.show(self.variants)
+        self._measures.content = measures_html(self.variants)
 
     def _take_pattern(self, source: Source) -> None:
         """Take a pattern from the chart; another size of the repeat gets other numbers of copies, and no held size."""
@@ -213,14 +287,13 @@ class SwatchPage(Page):
             variant.session.iterations_per_frame = int(count)
 
     def _tell(self, what: str) -> None:
-        """Start, stop, step or restart all variants."""
         self._stopped = what in (PAUSE, STEP) or (what == AGAIN and self._stopped)
         actions: dict[str, Callable[[Variant], None]] = {
             RUN: Variant.start, PAUSE: Variant.stop, STEP: Variant.step, AGAIN: Variant.restart,
         }  # fmt: skip
         for variant in self.variants:
             actions[what](variant)
-        self._measures.show(self.variants)
+        self._measures.content = measures_html(self.variants)
 
     def _toggle(self) -> None:
         self._tell(RUN if self._stopped else PAUSE)
@@ -243,7 +316,6 @@ class SwatchPage(Page):
         self._show()
 
     def _edit(self, name: str) -> None:
-        """Make chart and dials change another variant."""
         self._keep(replace(self.state, edited=NAMES.index(name)))
         self._chart.show(self.state.design.pattern, self.state.charts[self.state.edited])
         self._show()

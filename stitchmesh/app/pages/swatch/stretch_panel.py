@@ -120,7 +120,6 @@ class StretchPanel:
             self._snaps.content = Markup()
 
     def _show(self, curves: list[Curve]) -> None:
-        """Show the points so far."""
         if self._left:
             return
         count = sum(len(curve.points) for curve in curves)
@@ -131,7 +130,6 @@ class StretchPanel:
             self._plot.figure = stretch_figure(curves)
 
     def _say_progress(self, count: int) -> None:
-        """Show how many states of the test are at rest."""
         of_all = f"{count} of {STEPS * len(self._designs())} states are at rest"
         self._snaps.content = message(f"The stretch test runs: {of_all}. The live fabric waits meanwhile.", "info")
 

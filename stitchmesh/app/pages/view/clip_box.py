@@ -18,7 +18,6 @@ SIDES: Mapping[str, tuple[int, float]] = {
     "Left": (0, 0.0), "Right": (0, 100.0), "Bottom": (1, 0.0), "Top": (1, 100.0), "Back": (2, 0.0), "Front": (2, 100.0),
 }  # fmt: skip
 """Axis of each side of the box, and the place of the side where it hides nothing [% of the thing]."""
-BOX_COLOUR = (224, 138, 30)
 
 
 @dataclass(frozen=True)
@@ -39,7 +38,7 @@ class ClipBox:
         ends = np.array([self.low, self.high])
         corners = np.array([[ends[i, 0], ends[j, 1], ends[k, 2]] for i, j, k in itertools.product((0, 1), repeat=3)])
         pairs = [(a, b) for a, b in itertools.combinations(range(8), 2) if (a ^ b) in (1, 2, 4)]
-        return Lines(corners[np.array(pairs)], BOX_COLOUR, 2.0)
+        return Lines(corners[np.array(pairs)], (224, 138, 30), 2.0)
 
 
 def box_of_shares(low: FloatArray, high: FloatArray, shares: Mapping[str, float]) -> ClipBox:

@@ -31,8 +31,6 @@ MOST_LINES = 20_000
 """Largest number of lines of a sketch."""
 PIECE = 64
 """Number of passages in a piece of yarn; a cloth with few yarns shows some of the pieces."""
-WIDTH = 1.5
-"""Width of the lines [pixels]."""
 WORDS = "A large run is sketched while it goes on; a pause or its end shows it whole."
 
 
@@ -76,18 +74,13 @@ class DrapedSketch:
         return self.frame.vertices.min(axis=0), self.frame.vertices.max(axis=0)
 
     def draw(self, scene: Scene, *, alpha: bool) -> None:
-        """Draw the lines, the triangles outside the region, and the bodies.
-
-        Args:
-            scene: the scene.
-            alpha: whether the colours show alpha instead of the yarns.
-        """
+        """Draw the lines, the triangles outside the region, and the bodies, in colours of alpha or of the yarns."""
         frame, region = self.frame, self.lines.region
         corners = region.triangles[frame.triangle_kind != YARNS]
         plain = np.tile(np.array(CLOTH_COLOUR, dtype=np.uint8), (len(frame.vertices), 1))
         colours = ALPHA_SCALE.of(frame.vertex_alpha) if alpha else plain
         scene.show(SURFACE, Surface(frame.vertices, corners, Colours.of(colours), flat=False))
-        scene.show(LINES, Lines(frame.nodes[self.lines.node], self._line_colours(alpha=alpha), WIDTH))
+        scene.show(LINES, Lines(frame.nodes[self.lines.node], self._line_colours(alpha=alpha), 1.5))
         draw_bodies(scene, self.draped.prepared.bodies, frame.time)
 
     def clear(self, scene: Scene) -> None:

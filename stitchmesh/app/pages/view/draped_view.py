@@ -171,7 +171,6 @@ class DrapedView:
         return np.flatnonzero(drawn)
 
     def _inside(self, clip: ClipBox | None) -> IntArray:
-        """Triangles of the surface in the box."""
         corners = self.display.triangles
         return corners if clip is None else corners[clip.inside(self.shown.surface[corners].mean(axis=1))]
 
@@ -186,10 +185,10 @@ class DrapedView:
         return replace(of_yarns, points=np.concatenate([of_yarns.points, plain]))
 
 
-def draw_bodies(scene: Scene, bodies: Sequence[LoadedBody], time: float) -> None:
+def draw_bodies(scene: Scene, bodies: Sequence[LoadedBody], time: float, name: str = BODIES) -> None:
     """Draw bodies at their places at a time [s]; the cloth shows through them."""
     for number, mesh in enumerate(bodies_at(bodies, time)):
-        scene.show(f"{BODIES} {number}", plain_surface(mesh, BODY_COLOUR, flat=False, opacity=BODY_OPACITY))
+        scene.show(f"{name} {number}", plain_surface(mesh, BODY_COLOUR, flat=False, opacity=BODY_OPACITY))
 
 
 def remove_bodies(scene: Scene, bodies: Sequence[LoadedBody]) -> None:

@@ -18,9 +18,8 @@ from stitchmesh.app.controls.html_pieces import figures
 from stitchmesh.app.pages.page import Page
 from stitchmesh.app.pages.view.clip_box import SIDES, ClipBox, box_of_shares
 from stitchmesh.app.pages.view.draped_view import DrapedView, FramePanel
-from stitchmesh.app.pages.view.measurement import Measurement
-from stitchmesh.app.pages.view.opened import Opened, read_upload
-from stitchmesh.app.pages.view.state import COLOUR_FIELDS, ONE_COLOUR, ViewState
+from stitchmesh.app.pages.view.opened import SUFFIXES, Opened, Thing, Viewed, project_results, read_upload
+from stitchmesh.app.pages.view.state import COLOUR_FIELDS, ONE_COLOUR, Measurement, ViewState
 from stitchmesh.app.pages.view.thing_view import MeshView, Place, ThingView, YarnView
 from stitchmesh.app.pages.view.view_html import (
     FRAMES,
@@ -32,7 +31,6 @@ from stitchmesh.app.pages.view.view_html import (
     shown_in_panel,
     status_line,
 )
-from stitchmesh.app.pages.view.viewed import SUFFIXES, Thing, Viewed, project_results
 from stitchmesh.app.scene.mesh_drawing import BODY_COLOUR, plain_surface
 from stitchmesh.app.scene.scene import Pick, ViewName
 from stitchmesh.errors import ParameterError, StitchMeshError
@@ -49,8 +47,6 @@ if TYPE_CHECKING:
 OPENED = "Opened file"
 """Entry of the list for the opened file or folder."""
 VIEWS: tuple[ViewName, ...] = ("front", "back", "left", "right", "top")
-LARGEST_PICTURE = 4096
-"""Largest side of a saved picture [pixels]."""
 MOST_STITCHES = 99_999_999
 """Largest number of a stitch that a user can type."""
 COLOURING = "finding the colours"
@@ -191,7 +187,7 @@ class ViewPage(Page):
         with controls.group("Picture", opened=False):
             self._picture_size = [
                 controls.number(
-                    label, f"{label} of the picture [pixels].", start, least=64, most=LARGEST_PICTURE, step=1
+                    label, f"{label} of the picture [pixels].", start, least=64, most=4096, step=1
                 )
                 for label, start in (("Width", 1600), ("Height", 1000))
             ]  # fmt: skip
@@ -254,17 +250,14 @@ class ViewPage(Page):
             self._colour()
 
     def _show_controls(self) -> None:
-        """Show the controls that the visible thing needs."""
         thing = None if self._viewed is None else self._viewed.thing
         self._colours.show()
         self._one_colour.visible = thing is not None and self._colour_word().startswith("#")
 
     def _is_shown(self, kind: type, state: ViewState) -> bool:
-        """Whether a thing of a kind is shown."""
         return self._viewed is not None and isinstance(self._viewed.thing, kind)
 
     def _describe(self) -> None:
-        """Show the figures, the picture, the text and the plot of the visible thing."""
         viewed = self._viewed
         rows = [] if self._view is None else self._view.figures()
         title = "" if viewed is None else viewed.name
@@ -277,7 +270,6 @@ class ViewPage(Page):
         self._plot.figure = residual_figure(viewed.history) if viewed is not None and viewed.history else None
 
     def _say(self, text: str) -> None:
-        """Show a line below the figures."""
         self._status.content = self._facts + status_line(text)
 
     def _colour(self) -> None:
@@ -326,7 +318,6 @@ class ViewPage(Page):
         self._draw_measurement()
 
     def _draw_body(self) -> None:
-        """Draw the body while the colours show distances from it."""
         body = self._state.body
         if body is None or self._colour_word() != "body-distance":
             self.app.scene.remove(BODY)
@@ -448,6 +439,5 @@ class ViewPage(Page):
             self.app.report(error)
 
     def _keep(self, **values: Any) -> None:
-        """Take another state, and keep it in the project too."""
         self._state = replace(self._state, **values)
         self.app.project.set_settings(self.name, self._state.table)

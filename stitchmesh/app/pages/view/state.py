@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The user's choices on the page; the project keeps the visible thing and the colours."""
+"""The user's choices on the page, and the distance between two clicked places; the project keeps thing and colours."""
 
 from __future__ import annotations
 
@@ -8,12 +8,17 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+
 from stitchmesh.app.controls.field_panel import Field, same_words
-from stitchmesh.app.pages.view.measurement import Measurement
-from stitchmesh.app.pages.view.viewed import Thing
+from stitchmesh.app.pages.view.opened import Thing
+from stitchmesh.app.pages.view.thing_view import Place
+from stitchmesh.app.scene.drawing import Labels, Lines
+from stitchmesh.app.scene.scene import Scene
 from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.mixed.drape import Draped
 from stitchmesh.yarn import YarnSet
+from stitchmesh.yarn.picking import length_between
 
 YARN_COLOURS = {
     "Colours of the yarns": "yarn", "Rows": "row", "Stitch types": "stitch", "Strain of the yarn": "strain",
@@ -47,6 +52,53 @@ KEPT: Mapping[str, Mapping[str, str] | None] = {
     "one colour": None,
 }  # fmt: skip
 """The values that the project keeps, by their names there, with the words that each may be; None for any text."""
+
+
+LINE, LABEL = "measured line", "measured length"
+"""Names of the drawings."""
+
+
+@dataclass(frozen=True, eq=False)
+class Measurement:
+    """Two places; a third click begins again."""
+
+    places: tuple[Place, ...] = ()
+    """The clicked places, at most two."""
+
+    def with_place(self, place: Place) -> Measurement:
+        """Return the measurement after a click."""
+        return Measurement((place,) if len(self.places) == 2 else (*self.places, place))
+
+    def text(self, thing: Thing | None) -> str:
+        """Return the measured distance in words, or what to do next."""
+        if not self.places:
+            return "Click the first place."
+        if len(self.places) == 1:
+            return f"{self.places[0].text}. Click the second place."
+        along = self._along(thing)
+        extra = "" if along is None else f"; {along:.2f} cm along the yarn"
+        return f"{self.distance():.2f} cm{extra}"
+
+    def distance(self) -> float:
+        """Return the distance between the two places [cm]."""
+        first, second = self.places
+        return float(np.linalg.norm(second.point - first.point))
+
+    def draw(self, scene: Scene) -> None:
+        """Draw the line between the places and its length; without two places, nothing."""
+        if len(self.places) < 2:
+            scene.remove(LINE)
+            scene.remove(LABEL)
+            return
+        ends = np.stack([place.point for place in self.places])
+        scene.show(LINE, Lines(ends[None], (224, 138, 30), 4.0))
+        scene.show(LABEL, Labels(ends.mean(axis=0)[None], (f"{self.distance():.2f} cm",)))
+
+    def _along(self, thing: Thing | None) -> float | None:
+        first, second = (place.yarn for place in self.places)
+        if not isinstance(thing, YarnSet) or first is None or second is None:
+            return None
+        return length_between(thing, first, second)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -34,7 +34,6 @@ EDGES = "viewed edges"
 """Name of the drawing of the edges of a mesh."""
 MOST_EDGES = 60_000
 """Largest number of faces of a mesh whose edges are drawn."""
-EDGE_COLOUR = (60, 60, 66)
 SLOW_COLOURS: Mapping[str, int] = {"contact": 5_000, "distance": 10_000, "body-distance": 10_000}
 """Largest numbers of control points whose colours are computed at once; larger ones become a task."""
 
@@ -241,7 +240,7 @@ class MeshView:
             sides = sides[kept[self.mesh.side_face[sides]]]
         ends = np.stack([sides, self.mesh.side_next[sides]], axis=1)
         many = self.mesh.face_count > MOST_EDGES
-        return corners, face, None if many else Lines(self._lifted[ends], EDGE_COLOUR, 1.0)
+        return corners, face, None if many else Lines(self._lifted[ends], (60, 60, 66), 1.0)
 
 
 def _same_segments(first: YarnSet, second: YarnSet) -> bool:

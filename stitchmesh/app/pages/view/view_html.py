@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from stitchmesh.app.controls.html_pieces import SMALL, action_button, colour_bar, figures
 from stitchmesh.app.controls.legend import legend_of_key
-from stitchmesh.app.pages.view.viewed import Viewed
+from stitchmesh.app.pages.view.opened import Viewed
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.jobs.job_status import JobStatus
 from stitchmesh.markup import Markup, joined, markup
@@ -19,7 +19,6 @@ from stitchmesh.render.colouring import Coloured
 if TYPE_CHECKING:
     import plotly.graph_objects as go
 
-NOTHING = "There is nothing to see yet. Open a file, or make something on the other pages."
 FRAMES = markup(
     '<div class="sm-frames" role="status" style="font-size:.86em;font-variant-numeric:tabular-nums"></div>'
 )
@@ -31,7 +30,8 @@ MOST = 0.99
 def list_of_results(names: Sequence[str], chosen: str) -> Markup:
     """Return the list of things to show, as buttons."""
     if not names:
-        return markup('<p style="font-size:.86em;margin:.2em 0">{}</p>', NOTHING)
+        nothing = "There is nothing to see yet. Open a file, or make something on the other pages."
+        return markup('<p style="font-size:.86em;margin:.2em 0">{}</p>', nothing)
     buttons = joined(
         action_button("show", name, name, current="true" if name == chosen else "")
         for name in names
@@ -122,7 +122,6 @@ def residual_figure(history: Sequence[HistoryEntry]) -> go.Figure:
 
 
 def _state(status: JobStatus) -> str:
-    """Return the state as a verb."""
     verbs = {"running": "is running", "finished": "has finished", "stopped": "was stopped", "failed": "has failed"}
     return verbs.get(status.state, "was killed")
 

@@ -20,7 +20,6 @@ DASHES = ("solid", "dash", "dot", "dashdot")
 """Dashes of curves, so that no user needs the colours."""
 RESIDUAL, LIMIT = "#444444", "#d55e00"
 """Colours of the residual and of the residual at rest."""
-MICROJOULES_PER_ERG = 0.1
 LOGARITHMIC: dict[str, object] = {"type": "log", "dtick": 1, "exponentformat": "power"}
 """An axis with one mark for each power of ten."""
 
@@ -36,12 +35,7 @@ class Assessed:
 
 
 def energy_plot(assessed: Sequence[Assessed], tolerance: float) -> go.Figure | None:
-    """Return the plot; None while there are fewer than two assessments.
-
-    Args:
-        assessed: the assessments in order.
-        tolerance: residual at rest.
-    """
+    """Return the plot with the residual at rest; None while there are fewer than two assessments."""
     if len(assessed) < 2:
         return None
     chosen = [assessed[k] for k in np.unique(np.linspace(0, len(assessed) - 1, MOST_POINTS).astype(int)).tolist()]
@@ -70,5 +64,5 @@ def energy_plot(assessed: Sequence[Assessed], tolerance: float) -> go.Figure | N
 
 def _microjoules(entry: Assessed, name: str, *, logarithmic: bool) -> float | None:
     """Return an energy; None if a logarithmic axis has no place for it."""
-    energy = MICROJOULES_PER_ERG * entry.energies.get(name, 0.0)
+    energy = 0.1 * entry.energies.get(name, 0.0)  # 1 erg is 0.1 microjoules
     return None if logarithmic and energy == 0.0 else energy

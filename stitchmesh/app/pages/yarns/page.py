@@ -25,9 +25,8 @@ from stitchmesh.app.pages.gauge_panel import (
 from stitchmesh.app.pages.page import Page
 from stitchmesh.app.pages.run_panel import PageRun, is_wanted
 from stitchmesh.app.pages.verdict_html import figures_html, verdict_html
-from stitchmesh.app.pages.yarns.body_panel import BodyPanel
 from stitchmesh.app.pages.yarns.energy_plot import Assessed, energy_plot
-from stitchmesh.app.pages.yarns.pin_panel import PinPanel, check_pins
+from stitchmesh.app.pages.yarns.holding_panels import BodyPanel, PinPanel, check_pins
 from stitchmesh.app.pages.yarns.settings import (
     AUTOMATIC,
     FORCES,
@@ -65,8 +64,6 @@ RELAX, RELAX_AGAIN, CONTINUE = "Relax the yarns", "Relax from the start again", 
 OTHER_SETTINGS = "The yarns were generated with other settings. Generate them again to use yours."
 BYTES_PER_POINT = 6
 """Size of a frame for each control point."""
-PLOT_SECONDS = 1.0
-"""Shortest time between two updates of the plot while the yarns relax [s]."""
 INTERRUPTED = "interrupted"
 """Key of the settings that holds the choices of a relaxation from its start until it has converged."""
 
@@ -125,7 +122,7 @@ class YarnsPage(Page):
             add_yarn_choice(controls, yarn_of(self.app.project), self._take_yarn)
             self._gauge = controls.html(Markup())
         if self.settings.device not in (AUTOMATIC, *device_names()):  # The project comes from another machine.
-            self._keep(choices=settings_table(replace(self.settings, device=AUTOMATIC)))
+            self.keep_settings(choices=settings_table(replace(self.settings, device=AUTOMATIC)))
         groups = {"Accuracy and edges": accuracy_fields(self._usual_radius()), "Lengths and forces": FORCES}
         self._choices = [
             FieldPanel(controls, fields, lambda: self.settings, self._take, group=group, opened=False)
@@ -164,7 +161,7 @@ class YarnsPage(Page):
         def done(yarns: YarnSet) -> None:
             if is_wanted(self, project, self.fabric is fabric):
                 project.set_yarns(yarns, arguments)
-                self._keep(**{INTERRUPTED: None})
+                self.keep_settings(**{INTERRUPTED: None})
             self._after()
 
         self.app.tasks.start(
@@ -211,13 +208,13 @@ class YarnsPage(Page):
             if is_wanted(self, project, project.yarns is yarns):
                 project.set_relaxed(result.yarns, result.report, result.history)
                 if result.report["converged"]:
-                    self._keep(**{INTERRUPTED: None})
+                    self.keep_settings(**{INTERRUPTED: None})
 
         self._run.start(
             "relaxing the yarns", relax, done, stage="yarnrelax", max_iterations=quality.max_iterations,
             frame_bytes=BYTES_PER_POINT * len(yarns.points), goal=quality.resting_residual,
         )  # fmt: skip
-        self._keep(**{INTERRUPTED: decisive_choices(settings), "tolerance": quality.tolerance})
+        self.keep_settings(**{INTERRUPTED: decisive_choices(settings), "tolerance": quality.tolerance})
         self._verdict.content = self._figures.content = Markup()
         self._plot.figure = None
         self.refresh()
@@ -227,7 +224,6 @@ class YarnsPage(Page):
             self.refresh()
 
     def _show_buttons(self) -> None:
-        """Show the buttons for the possible actions."""
         project, idle = self.app.project, not self.app.tasks.running
         has_yarns, has_result = project.yarns is not None, project.relaxed is not None
         can_continue = has_yarns and self._is_unfinished()
@@ -289,7 +285,6 @@ class YarnsPage(Page):
         return message(OTHER_SETTINGS, "doubtful")
 
     def _amount(self, yarns: YarnSet) -> str:
-        """Return the amount of yarn as a sentence."""
         metres = float(yarns.lengths.sum()) / 100.0
         own = yarn_of(self.app.project)
         known = own or yarn_for_gauge(fabric_gauge(self._even_fabric()))
@@ -321,10 +316,9 @@ class YarnsPage(Page):
         return joined(lines)
 
     def _show_snapshot(self, snapshot: Snapshot[YarnSet]) -> None:
-        """Show a state of the relaxation."""
         self._view.show(snapshot.state, self.fabric, moving=True)
         live, now = self._run.live, time.monotonic()
-        if live is not None and (live.paused or now - self._plotted > PLOT_SECONDS):
+        if live is not None and (live.paused or now - self._plotted > 1.0):
             self._plotted = now
             history = [Assessed(one.iteration, one.residual, one.energies) for one in live.history]
             self._plot.figure = energy_plot(history, snapshot.tolerance)
@@ -365,14 +359,10 @@ class YarnsPage(Page):
         self._take(replace(self.settings, **changes))
 
     def _take(self, settings: YarnSettings, name: str = "") -> None:
-        """Keep the choices, and show their consequences."""
-        self._keep(choices=settings_table(settings))
+        self.keep_settings(choices=settings_table(settings))
         if self._run.live is None and self.app.page is self:
             self._verdict.content = self._verdict_content()
             self._show_buttons()
-
-    def _keep(self, **values: Any) -> None:
-        self.app.project.set_settings(self.name, {**self.app.project.settings(self.name), **values})
 
     def _even_fabric(self) -> StitchMesh:
         assert self.fabric is not None

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stitchmesh.app.controls.field_panel import Field, Number, TickBox, same_words, setting_field
+from stitchmesh.app.pages.typed import file_name
 from stitchmesh.compute.device import device_names
 from stitchmesh.errors import StitchMeshError
 from stitchmesh.io.checked import check_table
@@ -39,16 +40,12 @@ from stitchmesh.yarnrelax.model.material import DEFAULT_MATERIAL, NAMED
 if TYPE_CHECKING:
     from stitchmesh.app.project.project import Project
 
-BODIES = "bodies"
-"""Folder of the project for the meshes of bodies."""
 CHECKPOINT_WORK = 40_000_000
 """Control points times iterations between two checkpoints: about half a minute of a processor."""
 MOST_BETWEEN = 400
 """Largest number of iterations between two checkpoints: a few seconds for a small garment."""
 AUTOMATIC = "automatic"
 """Entry of the list for the preferred device."""
-DEFAULT_MOST = 1000
-"""Proposed number of iterations if the user limits them."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -148,7 +145,7 @@ def accuracy_fields(usual_radius: float) -> tuple[Field, ...]:
     """Return the fields of the accuracy and the edges; they propose the usual radius of the yarn [cm]."""
     radius = TickBox("Automatic yarn radius", "Take the radius of the yarn, or an eighth of the width of a stitch",
                  lambda settings: usual_radius)  # fmt: skip
-    end = TickBox("Automatic end", "End at rest, or after the iterations of the quality", lambda settings: DEFAULT_MOST)
+    end = TickBox("Automatic end", "End at rest, or after the iterations of the quality", lambda settings: 1000)
     return (
         Field("quality", "Quality", "Accuracy and cost: draft is fast, reference is exact", same_words(tuple(PRESETS))),
         setting_field(GarmentSettings, "yarn_radius", "Yarn radius",
@@ -183,4 +180,4 @@ def decisive_choices(settings: YarnSettings) -> dict[str, Any]:
 
 def body_path(folder: Path, name: str) -> Path:
     """Return the path of the file of a body in a project; folders in the name are left out."""
-    return folder / BODIES / Path(name.replace("\\", "/")).name
+    return folder / "bodies" / file_name(name)

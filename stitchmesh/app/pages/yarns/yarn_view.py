@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from stitchmesh.app.controls.legend import LegendEntry, legend
 from stitchmesh.app.pages.not_yet import draw_plainly, remove_plain
 from stitchmesh.app.pages.view.thing_view import SLOW_COLOURS
-from stitchmesh.app.scene.drawing import Colour, YarnTubes, point_marks
+from stitchmesh.app.scene.drawing import YarnTubes, point_marks
 from stitchmesh.app.scene.mesh_drawing import BODY_COLOUR, plain_surface
 from stitchmesh.app.scene.scene import Scene
 from stitchmesh.markup import Markup
@@ -29,10 +29,6 @@ COLOURINGS = {
 """What the colours can show, by the words of the user."""
 MOVING = ("strain",)
 """Colours that change while the yarns move, and that are quick enough to follow them."""
-PIN_COLOUR: Colour = (230, 120, 0)
-BODY_OPACITY = 0.75
-PIN_SIZE = 3.0
-"""Size of the mark of a pinned stitch, in apparent radii of the yarn."""
 
 
 class GarmentYarnView:
@@ -52,13 +48,7 @@ class GarmentYarnView:
         return self._yarns
 
     def show(self, yarns: YarnSet, fabric: StitchMesh | None, *, moving: bool = False) -> None:
-        """Draw yarns.
-
-        Args:
-            yarns: the yarns.
-            fabric: the stitch mesh from which they were generated.
-            moving: whether the yarns are a frame of a relaxation; slow colours then stay as they are.
-        """
+        """Draw the yarns of a fabric; slow colours stay as they are while the yarns are moving."""
         if self._yarns is None or not np.array_equal(self._yarns.start, yarns.start):
             self._blocks = self._coloured = None
         if self._yarns is None:
@@ -109,12 +99,12 @@ class GarmentYarnView:
             self._scene.remove("pins")
             return
         centres = stitch_centres(self._yarns, np.asarray(faces, dtype=int))
-        size = PIN_SIZE * float(self._yarns.drawn_radius.mean())
-        self._scene.show("pins", point_marks(centres, size, PIN_COLOUR))
+        size = 3.0 * float(self._yarns.drawn_radius.mean())
+        self._scene.show("pins", point_marks(centres, size, (230, 120, 0)))
 
     def show_body(self, body: Mesh | None) -> None:
         """Draw the body; None removes it."""
-        self._scene.show("body", None if body is None else plain_surface(body, BODY_COLOUR, opacity=BODY_OPACITY))
+        self._scene.show("body", None if body is None else plain_surface(body, BODY_COLOUR, opacity=0.75))
 
     def look_at_all(self) -> None:
         """Show the whole garment."""

@@ -16,8 +16,7 @@ from stitchmesh.app.pages.drape.page import RUN, DrapePage
 from stitchmesh.app.scene.scene import Stroke
 from stitchmesh.compute.device import alone
 from stitchmesh.mixed.scene.region_section import RegionSection
-from tests.app.pages.headless import Headless
-from tests.app.pages.tasks import SAFETY, call, press, wait_for_task
+from tests.app.pages.headless import SAFETY, Headless, call, press, wait_for_task
 
 EYE = np.array([1.5, 1.5, 30.0])
 

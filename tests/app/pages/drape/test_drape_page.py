@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from stitchmesh.app.pages.drape.page import RUN
-from stitchmesh.app.scene.drawing import Colours, Surface
+from stitchmesh.app.scene.drawing import Surface
 from stitchmesh.app.scene.scene import Stroke
 from stitchmesh.io import write_stitches
 from stitchmesh.labeling import label
@@ -26,8 +26,7 @@ from stitchmesh.mixed.scene.scene_file import read_scene, write_scene
 from stitchmesh.selection import select
 from stitchmesh.tessellate import tessellate
 from tests.app.pages.drape.on_page import EYE, open_file, opened, page_of, paint, region, words
-from tests.app.pages.headless import headless
-from tests.app.pages.tasks import call, press, wait_for_task
+from tests.app.pages.headless import call, headless, press, wait_for_task
 from tests.gallery import grid
 from tests.mixed.small_scene import MIDDLE, SWINGING
 
@@ -42,12 +41,7 @@ def test_a_scene_is_shown_with_its_counts_and_its_memory(swinging):
     cloth = swinging.scene.drawings["cloth"]
     assert isinstance(cloth, Surface) and len(cloth.triangles) == counts["triangles"]
     assert {"held", "cloth edges"} <= set(swinging.scene.drawings)
-
-
-def test_colours_show_kinds_or_the_weight_of_the_yarns(swinging):
-    kinds = opened(swinging).region.triangle_kind
-    by_kind = swinging.scene.drawings["cloth"].colours
-    assert isinstance(by_kind, Colours) and len(np.unique(by_kind.index)) == len(np.unique(kinds)) == 3
+    assert len(np.unique(cloth.colours.index)) == len(np.unique(opened(swinging).region.triangle_kind)) == 3
     call(swinging, swinging.controls.set, "Colours", "Alpha")
     alpha = swinging.scene.drawings["cloth"]
     assert not alpha.flat and len(alpha.colours.index) == len(alpha.points)

@@ -10,8 +10,6 @@ from pathlib import Path
 
 import numpy as np
 
-from stitchmesh.app.application import App
-from stitchmesh.app.front import NullFront
 from stitchmesh.app.pages.edit.edit_page import EditPage
 from stitchmesh.app.project.project import Project
 from stitchmesh.app.scene.scene import Modifier, Stroke
@@ -19,7 +17,7 @@ from stitchmesh.editing.edit import Edit, apply_edit
 from stitchmesh.errors import StitchMeshError
 from stitchmesh.io import write_stitches
 from stitchmesh.mesh import StitchMesh
-from tests.app.pages.headless import Headless, face_middle
+from tests.app.pages.headless import Headless, face_middle, on_project
 from tests.editing.fabrics import flat
 from tests.editing.random_edits import bits
 
@@ -107,10 +105,5 @@ def edit_page(folder: Path, fabric: StitchMesh) -> Iterator[OpenedEdit]:
     project = Project.create(folder / "project")
     write_stitches(folder / "fabric.h5", fabric)
     project.import_mesh("fabric.h5", (folder / "fabric.h5").read_bytes())
-    front = NullFront()
-    app = App(project, front)
-    app.open_page("Edit")
-    try:
-        yield OpenedEdit(app, front)
-    finally:
-        app.close()
+    with on_project(project, "Edit") as opened:
+        yield OpenedEdit(opened.app, opened.front)

@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 
 from stitchmesh.app.pages.edit.edit_page import TOOLS
 from stitchmesh.app.scene.drawing import Colours
@@ -14,8 +13,6 @@ from stitchmesh.editing.edit import Edit
 from stitchmesh.mesh.stitch import VOCABULARY
 from stitchmesh.patterns.library import pattern_names
 from tests.app.pages.edit.opened import same_as
-from tests.app.pages.headless import headless
-from tests.gallery import tube
 
 
 def test_undo_and_redo_by_buttons_and_keys(page):
@@ -40,18 +37,6 @@ def test_a_click_says_what_the_stitch_is(page):
     assert "Stitches with these loops: k, p, sl1 wyib, sl1 wyif, w1" in page.controls.text_shown()
 
 
-def test_the_next_page_is_one_button_away(page):
-    page.press("Go on: even out the stitches")
-    assert page.app.page.name == "Even out"
-
-
-def test_drags_turn_the_view_only_with_tools_that_take_none(page):
-    takes = lambda: page.scene.drawings["fabric/0"].takes_strokes  # noqa: E731
-    for tool in TOOLS:
-        page.act("tool", tool.name)
-        assert takes() == tool.takes_strokes
-
-
 def test_colours_by_stitch_yarn_and_row(page):
     palettes = []
     for words in ("Stitches", "Yarns", "Rows"):
@@ -62,17 +47,13 @@ def test_colours_by_stitch_yarn_and_row(page):
     assert len(set(palettes)) == 3
 
 
-def test_the_palettes_offer_every_stitch_and_every_pattern(page):
+def test_the_palettes_offer_every_stitch_with_its_abbreviation_and_every_pattern(page):
     shown = "".join(control.content for control in page.front.left_controls.made)
     names = [making.code for making in VOCABULARY.values()] + ["cast-on", "draw-through"]
     assert all(f'data-action="stitch" data-value="{name}"' in shown for name in names)
     assert all(f'data-action="pattern" data-value="{name}"' in shown for name in pattern_names())
     assert shown.count("<button") == shown.count("aria-label=")
-
-
-def test_stitches_have_the_abbreviations_of_knitters(page):
-    """They are those of the written instructions; edits keep the codes."""
-    shown = "".join(control.content for control in page.front.left_controls.made)
+    # The abbreviations are those of the written instructions; edits keep the codes.
     for word, code in {"k2tog": "d12k", "ssk": "d21k", "yo": "y", "sssk": "d321k"}.items():
         assert f'data-value="{code}" aria-label="{word}: ' in shown
 
@@ -88,17 +69,13 @@ def test_the_numbers_of_rows_stand_on_the_fabric(page):
     assert "rows/numbers" not in page.scene.drawings
 
 
-def test_every_tool_has_a_key_of_its_own(page):
+def test_every_tool_has_a_key_of_its_own_and_drags_turn_the_view_with_tools_that_take_none(page):
     keys = [control for control in page.controls.made if control.kind == "key"]
     for tool in TOOLS:
         page.press(f"Tool: {tool.name}")
         assert page.page.tool.name == tool.name
+        assert page.scene.drawings["fabric/0"].takes_strokes == tool.takes_strokes  # else a drag turns the view
     assert len({tool.key for tool in TOOLS}) == len(TOOLS) and len(keys) == len(TOOLS) + 4
-
-
-def test_every_control_has_a_hint(page):
-    made = page.controls.made + page.front.left_controls.made
-    assert [control.label for control in made if control.label and control.kind != "group" and not control.hint] == []
 
 
 def test_results_that_an_edit_drops_are_named(page):
@@ -108,36 +85,18 @@ def test_results_that_an_edit_drops_are_named(page):
     assert "made older results invalid: evened stitches" in page.notices()
 
 
-def test_the_page_says_what_to_do_while_there_are_no_stitches(tmp_path):
-    with headless(tmp_path, tube(12, 5), "Edit") as page:
-        assert "divide the labeled mesh into stitches first" in page.front.navigation.text_shown()
-        assert [control.label for control in page.controls.made] == ["Go to Label"]  # the faces have no rows yet
-
-
-def test_the_page_opens_again_as_it_was_left(page):
-    page.act("tool", "Select")
-    page.click_stitch(44)
-    page.app.open_page("Label")
-    page.app.open_page("Edit")
-    assert page.selected == [44] and page.page.tool.name == "Select"
-    assert "selection/faces" in page.scene.drawings
-
-
-@pytest.mark.parametrize(
-    ("panel", "action", "value", "reason"),
-    [
-        (0, "tool", "Hammer", "tool: got 'Hammer'; expected one of Paint stitches"),
-        (1, "stitch", "zz", "stitch 'zz': is unknown; expected one of k, p"),
-        (1, "yarn", "one", "yarn: got 'one'; expected the number of a yarn"),
-        (1, "yarn", "999999", "expected 0 to 255"),
-        (1, "pattern", "/etc/passwd", "is not in the library; choose one of the palette"),
-    ],
-)
-def test_a_message_that_no_button_sends_is_refused(page, panel, action, value, reason):
-    made = (page.front.controls, page.front.left_controls)[panel].made
-    control = next(control for control in made if f'data-action="{action}"' in control.content)
-    page.run(lambda: control.changed(action, value))
-    assert reason in page.notices() and page.project.edits == ()
+def test_a_message_that_no_button_sends_is_refused(page):
+    for action, value, reason in (
+        ("tool", "Hammer", "tool: got 'Hammer'; expected one of Paint stitches"),
+        ("stitch", "zz", "stitch 'zz': is unknown; expected one of k, p"),
+        ("yarn", "one", "yarn: got 'one'; expected the number of a yarn"),
+        ("yarn", "999999", "expected 0 to 255"),
+        ("pattern", "/etc/passwd", "is not in the library; choose one of the palette"),
+    ):
+        made = page.front.controls.made + page.front.left_controls.made
+        control = next(control for control in made if f'data-action="{action}"' in control.content)
+        page.run(lambda: control.changed(action, value))  # noqa: B023
+        assert reason in page.notices() and page.project.edits == ()
 
 
 def test_the_page_reads_no_files_by_name(page, tmp_path):

@@ -7,12 +7,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-import pytest
 
 from stitchmesh.app.pages.swatch.state import first_state, state_table
 from stitchmesh.editing.edit import Edit
 from stitchmesh.mesh.palette import colours_of
-from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.patterns import apply_pattern, parse_pattern, read_pattern
 from stitchmesh.patterns.moved import mirrored_pattern, shifted_pattern
 from stitchmesh.selection import select
@@ -44,7 +42,7 @@ def shown_colours(page: OpenedEdit) -> list[int]:
     return colours.palette[colours.index].ravel().tolist()
 
 
-def test_a_preview_is_discarded(page):
+def test_a_preview_is_discarded_and_shows_the_colours_of_several_yarns(page):
     before = shown_colours(page)
     page.act("tool", "Lay a pattern")
     page.act("pattern", "rib2x2")
@@ -56,11 +54,7 @@ def test_a_preview_is_discarded(page):
     assert shown_colours(page) != before
     page.act("tool", "Select")
     assert shown_colours(page) == before and same_as(page)
-
-
-def test_a_preview_of_several_yarns_shows_their_colours(page):
     page.act("tool", "Lay a pattern")
-    page.controls.set("Where", "Whole fabric")
     page.act("pattern", "checks")
     assert page.controls.find("Colours").value == "Yarns" and len(set(shown_colours(page))) > 6
 
@@ -76,16 +70,6 @@ def test_a_pattern_goes_around_a_click_or_over_the_whole_fabric(page):
     page.press("Lay the pattern")
     first = Edit("paste_pattern", {"pattern": "rib1x1", "face": 44, "remainder": "centre"})
     assert same_as(page, first, Edit("paste_pattern", {"pattern": "rope-cable", "remainder": "stretch"}))
-
-
-def test_a_pattern_of_a_file_is_laid_as_its_text(page):
-    page.act("tool", "Lay a pattern")
-    page.controls.set("Where", "Whole fabric")
-    text = b'pattern "Own"\nsource "me"\nrow 1 RS: k1 p1\nrow 2 WS: k1 p1\n'
-    page.run(lambda: page.controls.send("Pattern from a file", "../own.knit", text))
-    page.press("Lay the pattern")
-    assert page.project.edits[-1].arguments["pattern"].startswith('pattern "Own"\n')
-    assert (page.fabric.stitch == Stitch.PURL).sum() == 55
 
 
 def test_patterns_of_files_stay_in_the_lists_of_the_project(page):
@@ -109,11 +93,11 @@ def test_patterns_of_files_stay_in_the_lists_of_the_project(page):
     assert page.project.edits[-1].arguments["pattern"].startswith('pattern "Third"\n')
 
 
-@pytest.mark.parametrize(("name", "content"), [("a.knit", b"row 1: ?"), ("b.png", b"no picture"), ("c.txt", b"")])
-def test_a_broken_file_of_a_pattern_is_refused(page, name, content):
+def test_a_broken_file_of_a_pattern_is_refused(page):
     page.act("tool", "Lay a pattern")
-    page.run(lambda: page.controls.send("Pattern from a file", name, content))
-    assert len(page.front.notices) == 1 and page.front.notices[0][2] == "error" and same_as(page)
+    for number, (name, content) in enumerate([("a.knit", b"row 1: ?"), ("b.png", b"no picture"), ("c.txt", b"")], 1):
+        page.run(lambda: page.controls.send("Pattern from a file", name, content))  # noqa: B023
+        assert len(page.front.notices) == number and page.front.notices[-1][2] == "error" and same_as(page)
 
 
 def test_stitches_that_a_pattern_leaves_out_are_marked_and_described(tmp_path):
@@ -138,26 +122,18 @@ def test_the_ground_is_chosen_and_rounds_of_whole_repeats_are_proposed(tmp_path)
         assert colours_of(page.fabric.yarn, page.fabric.palette)[:9].tolist() == [[0, 0, 128]] * 9  # the cast-on row
 
 
-def test_a_pattern_is_moved_and_mirrored_before_it_is_laid(page):
-    page.act("tool", "Lay a pattern")
-    page.controls.set("Where", "Whole fabric")
-    page.act("pattern", "left-diagonal-rib")
-    page.press("Move the pattern", "Mirror")
-    page.press("Move the pattern", "Up")
-    page.press("Lay the pattern")
-    wanted = shifted_pattern(mirrored_pattern(read_pattern("left-diagonal-rib")), 0, 1)
-    assert bits(page.fabric) == bits(apply_pattern(WIDE, wanted))
-
-
-def test_a_pattern_is_centred_on_the_front(tmp_path):
+def test_a_pattern_is_moved_mirrored_and_centred_on_the_front_before_it_is_laid(tmp_path):
     with edit_page(tmp_path, around(14, 5)) as page:
         page.act("tool", "Lay a pattern")
         page.controls.set("Where", "Whole fabric")
-        page.act("pattern", "rope-cable")
+        page.act("pattern", "left-diagonal-rib")
+        page.press("Move the pattern", "Mirror")
+        page.press("Move the pattern", "Up")
         page.controls.set("In the middle of the front", True)
         page.press("Lay the pattern")
+        wanted = shifted_pattern(mirrored_pattern(read_pattern("left-diagonal-rib")), 0, 1)
         assert page.project.edits[-1].arguments["centre"] is True
-        assert bits(page.fabric) == bits(apply_pattern(around(14, 5), "rope-cable", centre=True))
+        assert bits(page.fabric) == bits(apply_pattern(around(14, 5), wanted, centre=True))
 
 
 def test_the_list_is_searched_and_has_repeats_families_and_own_swatches(tmp_path):

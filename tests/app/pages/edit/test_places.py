@@ -106,12 +106,6 @@ def test_short_rows_are_worked_over_the_selected_stitches(page):
     assert same_as(page, Edit("short_rows", {"on": "rectangle 43 4x1", "stitch": "k"}))
 
 
-def test_an_edit_on_an_empty_selection_says_to_select(page):
-    page.act("tool", "Rows and wales")
-    page.press("Edit the selected rows")
-    assert "nothing is selected; select stitches first" in page.notices()
-
-
 def test_a_refused_edit_of_an_edge_marks_the_edge(page):
     page.act("tool", "Loops and edges")
     page.controls.set("Edit of loops", "Join two stitches")

@@ -31,12 +31,6 @@ def test_selections_by_click_drag_words_and_rectangle(page):
     assert page.selected == [] and "selection/faces" not in page.scene.drawings
 
 
-def test_words_that_name_nothing_are_refused_with_their_reason(page):
-    page.controls.set("Select by words", "rows 90")
-    page.press("Select these")
-    assert "the fabric has no such row; its rows are 0 to 11" in page.notices()
-
-
 def box_over(low: tuple[float, float], high: tuple[float, float], distance: float = 40.0) -> ScreenBox:
     """A rectangle on the screen of a camera that looks at the fabric from the front."""
     camera = CameraView(np.array([5.0, 4.3, distance]), np.array([0.0, 1.0, 0.0, 0.0]), 0.6, 1.0)
@@ -56,14 +50,6 @@ def test_a_rectangle_on_the_screen_selects_or_paints_what_faces_the_camera(page)
     page.act("stitch", "p")
     page.page.boxed(box)
     assert same_as(page, Edit("change_stitch", {"faces": inside, "stitch": "p"}))
-
-
-def test_the_selection_is_filled_by_its_words(page):
-    page.controls.set("Select by words", "rows 3-5")
-    page.press("Select these")
-    page.act("stitch", "p")
-    page.press("Fill the selection with the stitch")
-    assert page.project.edits[-1] == Edit("change_stitch", {"on": "rows 3-5", "stitch": "p"})
 
 
 def test_saved_selections_stay_in_the_project_and_follow_their_stitches(page):

@@ -16,7 +16,7 @@ SAFETY = 60.0
 
 def test_the_newest_frame_arrives_in_the_event_thread_even_if_frames_must_wait():
     queue, arrived, numbers = EventQueue(), threading.Event(), []
-    with sm.SwatchSession("rib2x2", quality="draft", device="cpu", stopped=True, iterations_per_frame=1) as session:
+    with sm.SwatchSession("plain", quality="draft", device="cpu", stopped=True, iterations_per_frame=1) as session:
 
         def deliver(frame):
             assert queue.is_own_thread()

@@ -12,7 +12,6 @@ import pytest
 import stitchmesh as sm
 from stitchmesh.app.pages.swatch.state import (
     MOST_TILES,
-    NAMES,
     SHOWN,
     Look,
     first_state,
@@ -32,10 +31,6 @@ def test_a_state_comes_back_from_json():
     assert state_table(read_state(table)) == table
     assert [design.dials.gamma for design in read_state(table).designs] == [1.0, 1.4]
     assert read_state(table).charts == ("round 1: k1 k1 oops",) * 2
-
-
-def test_a_project_without_a_swatch_has_the_first_one():
-    assert read_state({}) == first_state()
 
 
 def test_a_second_variant_begins_as_a_copy_and_the_edited_one_stays():
@@ -74,7 +69,3 @@ def test_a_pattern_is_shown_in_as_many_repeats_as_make_a_square_piece(name):
     for shown, own, wanted in zip((look.columns, look.rows), repeat_shape(source), SHOWN, strict=True):
         # The nearest whole number of repeats is at most half a repeat off; at least one is shown.
         assert shown == MOST_TILES or abs(shown * own - wanted) <= max(own / 2, own - wanted)
-
-
-def test_variants_have_names():
-    assert len(NAMES) == len(first_state().compared(True).designs)

@@ -20,8 +20,7 @@ from stitchmesh.mixed.output.files import state_maps
 from stitchmesh.mixed.scene.region_section import RegionSection
 from stitchmesh.run import Run
 from stitchmesh.run_control import RunControl, Snapshot
-from tests.app.pages.headless import Headless, headless
-from tests.app.pages.tasks import SAFETY
+from tests.app.pages.headless import SAFETY, Headless, headless
 from tests.app.pages.view.test_view import job_changed, opened, yarns_drawn
 from tests.mixed.small_scene import SWINGING
 
@@ -79,13 +78,13 @@ def test_frames_are_chosen_by_slider_and_buttons(view, folder):
         assert yarns_drawn(view).blocks is blocks
 
 
-@pytest.mark.parametrize("words", DRAPED_COLOURS)
-def test_colours_cover_yarns_and_surface(view, folder, words):
+def test_colours_cover_yarns_and_surface(view, folder):
     opened(view, folder)
-    view.controls.set("Colour the run by", words)
-    run, tubes = run_of(view), yarns_drawn(view)
-    assert tubes.colours.shape == tubes.points.shape
-    assert len(surface(view).colours.index) == len(surface(view).points) == len(run.shown.surface)
+    for words in DRAPED_COLOURS:
+        view.controls.set("Colour the run by", words)
+        tubes = yarns_drawn(view)
+        assert tubes.colours.shape == tubes.points.shape
+        assert len(surface(view).colours.index) == len(surface(view).points) == len(run_of(view).shown.surface)
 
 
 def test_alpha_and_tension_are_those_of_the_maps(view, folder):

@@ -16,9 +16,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stitchmesh.app.application import App
-from stitchmesh.app.front import NullFront
-from stitchmesh.app.pages.view.opened import FolderWatch, job_files
+from stitchmesh.app.pages.view import opened as opened_files
+from stitchmesh.app.pages.view import thing_view
+from stitchmesh.app.pages.view.opened import job_files
 from stitchmesh.app.project.project import Project
 from stitchmesh.app.scene.drawing import Colours, Surface, YarnTubes
 from stitchmesh.errors import ParameterError
@@ -33,11 +33,10 @@ from stitchmesh.mesh import Mesh
 from stitchmesh.quality import PRESETS
 from stitchmesh.run import Checkpoints, Run
 from stitchmesh.yarnrelax import relax_yarns
-from tests.app.pages.headless import Headless, face_middle, headless
+from tests.app.pages.headless import SAFETY, Headless, face_middle, headless, on_project
 from tests.app.project.projects import relaxed_project
 from tests.gallery import tube
 from tests.io.test_history import ENTRIES
-from tests.nightly import at_night
 from tests.render.test_pictures import fabric
 from tests.yarn.test_strand_distance import lines
 from tests.yarnrelax.stockinette import tube as yarn_tube
@@ -72,18 +71,8 @@ def written(folder: Path, name: str, thing: object) -> Path:
 @contextmanager
 def in_project(folder: Path) -> Iterator[Headless]:
     """The page on a project that has results of all stages."""
-    project = relaxed_project(folder / "project")
-    front = NullFront()
-    app = App(project, front)
-    app.open_page("View")
-    try:
-        yield Headless(app, front)
-    finally:
-        app.close()
-
-
-def test_an_empty_project_says_what_to_do(view):
-    assert "Open a file" in view.controls.text_shown() and not view.scene.drawings
+    with on_project(relaxed_project(folder / "project"), "View") as page:
+        yield page
 
 
 def test_the_newest_result_of_the_project_is_shown_first(tmp_path):
@@ -95,19 +84,16 @@ def test_the_newest_result_of_the_project_is_shown_first(tmp_path):
         assert isinstance(drawing, Surface) and len(drawing.points) == page.project.mesh.side_count
         page.controls.act("show", "Stitches")
         assert isinstance(page.scene.drawings["viewed"].colours, Colours)
-
-
-def test_a_result_that_is_dropped_is_no_longer_shown(tmp_path):
-    with in_project(tmp_path) as page:
         page.project.undo()
         page.app.refresh()
         assert "Relaxed yarns" not in page.controls.text_shown()
-        assert isinstance(page.scene.drawings["viewed"], Surface)  # the stitches are the newest result now
 
 
-def test_yarns_of_a_file_are_drawn_with_their_figures(view, tmp_path):
+def test_yarns_of_an_uploaded_file_are_drawn_with_their_figures(view, tmp_path):
+    assert "Open a file" in view.controls.text_shown() and not view.scene.drawings
     yarns = yarn_tube(6, 20)
-    opened(view, written(tmp_path, "yarns.h5", yarns))
+    content = written(tmp_path, "yarns.h5", yarns).read_bytes()
+    view.controls.send("Open a file", "C:\\some\\yarns.h5", content)
     np.testing.assert_array_equal(yarns_drawn(view).points, yarns.points)
     shown = view.controls.text_shown()
     assert "1,440" in shown and "6" in shown and "yarns.h5" in shown
@@ -127,27 +113,24 @@ def test_other_colours_change_nothing_but_the_colours(view, tmp_path):
     assert (yarns_drawn(view).colours == [16, 32, 48]).all()
 
 
-@pytest.mark.parametrize("colour", ["Distance between yarns", *at_night("Contact force")])
-def test_colours_that_take_long_are_a_task(view, tmp_path, colour):
-    opened(view, written(tmp_path, "yarns.h5", yarn_tube(20, 45)))  # 10,800 control points
+@pytest.mark.parametrize("leaves", [False, True])
+def test_colours_that_take_long_are_a_task_and_draw_nothing_once_the_page_was_left(
+    view, tmp_path, monkeypatch, leaves
+):
+    monkeypatch.setattr(thing_view, "SLOW_COLOURS", {"distance": 10})
+    opened(view, written(tmp_path, "yarns.h5", lines(0.0, 1.0)))
     plain = yarns_drawn(view).colours
-    view.app.post(view.controls.set, "Colour by", colour)
-    view.app.queue.settle()
-    for thread in [one for one in threading.enumerate() if one.name == "finding the colours"]:
-        thread.join()
-    view.app.queue.settle()
-    assert not np.array_equal(yarns_drawn(view).colours, plain)
-
-
-def test_colours_that_come_after_the_page_was_left_draw_nothing(view, tmp_path):
-    opened(view, written(tmp_path, "yarns.h5", yarn_tube(20, 45)))
     view.app.post(view.controls.set, "Colour by", "Distance between yarns")
-    view.app.post(view.app.open_page, "Project")
+    if leaves:
+        view.app.post(view.app.open_page, "Project")
     view.app.queue.settle()
     for thread in [one for one in threading.enumerate() if one.name == "finding the colours"]:
         thread.join()
     view.app.queue.settle()
-    assert "viewed" not in view.scene.drawings
+    if leaves:
+        assert "viewed" not in view.scene.drawings
+    else:
+        assert not np.array_equal(yarns_drawn(view).colours, plain)
 
 
 def test_colours_without_their_stitches_are_refused_and_nothing_changes(view, tmp_path):
@@ -218,7 +201,7 @@ def test_stitches_are_described_and_measured_without_a_mouse(tmp_path):
             page.controls.press("Describe")
 
 
-def test_a_box_cuts_yarns(view, tmp_path):
+def test_a_box_cuts_yarns_and_faces(view, tmp_path):
     yarns = lines(0.0, 1.0)
     opened(view, written(tmp_path, "lines.h5", yarns))
     whole = yarns_drawn(view)
@@ -234,16 +217,12 @@ def test_a_box_cuts_yarns(view, tmp_path):
     view.controls.set("Clip", False)
     assert len(yarns_drawn(view).blocks.source) == len(whole.blocks.source)
     assert "clip box" not in view.scene.drawings
-
-
-def test_a_box_cuts_faces(view, tmp_path):
-    mesh = tube(12, 4)
-    opened(view, written(tmp_path, "tube.obj", mesh))
-    whole = len(view.scene.drawings["viewed"].triangles)
+    opened(view, written(tmp_path, "tube.obj", tube(12, 4)))
+    faces = len(view.scene.drawings["viewed"].triangles)
     view.controls.set("Clip", True)
-    view.controls.set("Top", 50.0)
+    view.controls.set("Bottom", 0.0)
     view.app.queue.settle()
-    assert len(view.scene.drawings["viewed"].triangles) == whole // 2
+    assert len(view.scene.drawings["viewed"].triangles) == faces // 2
 
 
 def test_files_without_a_thing_are_shown_in_the_panel(view, tmp_path):
@@ -253,6 +232,9 @@ def test_files_without_a_thing_are_shown_in_the_panel(view, tmp_path):
     (tmp_path / "report.json").write_text('{"a": "<b>"}')
     opened(view, tmp_path / "report.json")
     assert "{&quot;a&quot;: &quot;&lt;b&gt;&quot;}" in view.controls.text_shown()
+    (tmp_path / "stretch.csv").write_text("strain,force\n1,2\n")  # a table that is no convergence
+    opened(view, tmp_path / "stretch.csv")
+    assert "strain,force" in view.controls.text_shown()
     (tmp_path / "preview.png").write_bytes(PNG)
     opened(view, tmp_path / "preview.png")
     assert "data:image/png;base64," in view.controls.text_shown()
@@ -266,7 +248,6 @@ def test_files_without_a_thing_are_shown_in_the_panel(view, tmp_path):
         ("a.png", b"no picture", "a.png: is no PNG picture; expected one that StitchMesh wrote"),
         ("a.csv", b"x,\0y\n", "holds binary data; expected a text file"),
         ("a.xyz", b"1", "unknown format '.xyz'"),
-        ("", b"1", "cannot be opened"),
         ("a" * 300 + ".h5", b"1", "cannot be opened"),
         ("a\0.h5", b"1", "cannot be opened"),
     ],
@@ -281,66 +262,31 @@ def test_a_file_that_cannot_be_read_is_a_notice(view, tmp_path, name, content, m
     assert yarns_drawn(view) is not None
 
 
-@pytest.mark.parametrize("suffix", [".h5", ".bcc", *at_night(".usda", ".usdc", ".vtp", ".obj")])
-def test_yarns_of_every_format_are_shown(view, tmp_path, suffix):
-    yarns = lines(0.0, 1.0)
-    opened(view, written(tmp_path, f"yarns{suffix}", yarns))
-    assert not view.notices()
+def test_files_of_each_kind_are_shown(view, tmp_path):
+    """Yarns, a cell of another program, stitches, meshes, and a mesh that is partly labeled."""
+    yarns, mesh = lines(0.0, 1.0), tube(8, 3)
+    opened(view, written(tmp_path, "yarns.bcc", yarns))
     low, high = yarns_drawn(view).points.min(axis=0), yarns_drawn(view).points.max(axis=0)
     # the ends of an open spline that is drawn through points may reach beyond its own by a segment
     np.testing.assert_allclose([low, high], [yarns.points.min(axis=0), yarns.points.max(axis=0)], atol=0.15)
-
-
-@pytest.mark.parametrize("suffix", [".h5", ".smobj"])
-def test_stitches_of_every_format_are_shown(view, tmp_path, suffix):
-    write_stitches(tmp_path / f"stitches{suffix}", fabric())
-    opened(view, tmp_path / f"stitches{suffix}")
-    assert isinstance(view.scene.drawings["viewed"], Surface) and "Stitches" in view.controls.text_shown()
-
-
-@pytest.mark.parametrize(
-    "suffix", [".obj", ".glb", *at_night(".off", ".ply", ".vtp", ".vtk", ".vtu", ".msh", ".mesh", ".stl")]
-)
-def test_meshes_of_every_format_are_shown(view, tmp_path, suffix):
-    opened(view, written(tmp_path, f"mesh{suffix}", tube(8, 3)))
-    assert isinstance(view.scene.drawings["viewed"], Surface) and not view.notices()
-
-
-def test_a_periodic_cell_of_another_program_is_shown(view, tmp_path):
     opened(view, written(tmp_path, "cell.pyp", woven_cell()))
     assert len(yarns_drawn(view).copies) == 25
-
-
-def test_tubes_for_renderers_are_no_yarns(view, tmp_path):
-    opened(view, written(tmp_path, "yarns.glb", lines(0.0, 1.0)))
-    assert "yarns.glb" in view.notices() and "viewed" not in view.scene.drawings
-
-
-@pytest.mark.parametrize(
-    ("name", "text"), [("a.k", ";!knitout-2"), ("stretch.csv", "strain,force"), ("a.txt", "Row 1")]
-)
-def test_other_files_are_shown_as_texts(view, tmp_path, name, text):
-    (tmp_path / name).write_text(f"{text}\n1,2\n")
-    opened(view, tmp_path / name)
-    assert text in view.controls.text_shown()
-
-
-def test_a_partly_labeled_mesh_is_shown(view, tmp_path):
-    mesh = tube(8, 3)
+    write_stitches(tmp_path / "stitches.smobj", fabric())
+    opened(view, tmp_path / "stitches.smobj")
+    assert isinstance(view.scene.drawings["viewed"], Surface) and "Stitches" in view.controls.text_shown()
+    opened(view, written(tmp_path, "mesh.glb", mesh))
+    assert isinstance(view.scene.drawings["viewed"], Surface) and "Faces" in view.controls.text_shown()
     write_labeling(tmp_path / "labeling.h5", start_labeling(mesh))
     opened(view, tmp_path / "labeling.h5")
-    assert len(view.scene.drawings["viewed"].points) == mesh.side_count
+    assert len(view.scene.drawings["viewed"].points) == mesh.side_count and not view.notices()
+    opened(view, written(tmp_path, "tubes.glb", yarns))  # tubes for renderers are no yarns
+    assert "tubes.glb" in view.notices()
 
 
 def test_a_checkpoint_without_its_yarns_says_what_is_missing(view, tmp_path):
     (tmp_path / "checkpoint.smc").write_bytes(b"x")
     opened(view, tmp_path / "checkpoint.smc")
     assert "put yarns.h5 of the same job beside it" in view.notices()
-
-
-def test_an_uploaded_file_is_shown(view, tmp_path):
-    view.controls.send("Open a file", "C:\\some\\lines.h5", written(tmp_path, "lines.h5", lines(0.0)).read_bytes())
-    assert len(yarns_drawn(view).points) == 30 and "lines.h5" in view.controls.text_shown()
 
 
 def test_a_job_is_followed(view, tmp_path):
@@ -409,25 +355,6 @@ def test_the_newest_checkpoint_of_a_job_is_shown(view, tmp_path):
     np.testing.assert_array_equal(yarns_drawn(view).points, lines(0.0).points)
 
 
-def test_a_watch_tells_each_change_once(tmp_path):
-    told: list[tuple[str, ...]] = []
-    heard = threading.Event()
-
-    def changed(files) -> None:
-        told.append(tuple(name for name, _, _ in files.times))
-        heard.set()
-
-    watch = FolderWatch(tmp_path, changed, every=0.01)
-    (tmp_path / "report.json").write_text("{}")
-    assert heard.wait(60)
-    heard.clear()
-    (tmp_path / "other.txt").write_text("not part of a job")
-    (tmp_path / "stitches.h5").write_bytes(b"new")
-    assert heard.wait(60)
-    watch.stop()
-    assert told[0] == ("report.json",) and set(told[-1]) == {"stitches.h5", "report.json"}
-
-
 def words(view: Headless) -> str:
     """Return the words that the page shows, with single spaces between them."""
     return " ".join(re.sub(r"<[^>]*>", " ", view.controls.text_shown()).split())
@@ -439,10 +366,19 @@ def job_changed(view: Headless, job: Path) -> None:
     view.app.queue.settle()
 
 
-def test_a_job_is_watched_while_the_page_is_open(view, tmp_path):
+def test_a_job_is_watched_while_the_page_is_open(view, tmp_path, monkeypatch):
+    monkeypatch.setattr(opened_files, "EVERY_SECONDS", 0.01)
     opened(view, tmp_path)
     watch = view.app.page._opened.watch
     assert watch is not None and not watch._stopped.is_set()
+    (tmp_path / "other.txt").write_text("not part of a job")
+    write_yarns(tmp_path / "yarns.h5", lines(0.0, 1.0))
+    for _ in range(int(SAFETY / 0.01)):
+        view.app.queue.settle()
+        if "viewed" in view.scene.drawings:
+            break
+        threading.Event().wait(0.01)
+    assert len(yarns_drawn(view).points) == 60
     view.app.open_page("Project")
     assert watch._stopped.is_set()
     view.app.open_page("View")
@@ -455,14 +391,9 @@ def test_the_page_opens_again_where_it_was(tmp_path):
     with headless(tmp_path, None, "View") as page:
         opened(page, path)
         page.controls.set("Colour by", "Strain of the yarn")
-    project = Project.open(tmp_path / "project")
-    front = NullFront()
-    app = App(project, front)
-    app.open_page("View")
-    again = Headless(app, front)
-    assert len(yarns_drawn(again).points) == 60
-    assert again.controls.find("Colour by").value == "Strain of the yarn"
-    app.close()
+    with on_project(Project.open(tmp_path / "project"), "View") as again:
+        assert len(yarns_drawn(again).points) == 60
+        assert again.controls.find("Colour by").value == "Strain of the yarn"
 
 
 def test_settings_that_nobody_knows_are_those_at_first(tmp_path):
@@ -470,8 +401,3 @@ def test_settings_that_nobody_knows_are_those_at_first(tmp_path):
         page.project.set_settings("View", {"yarn colour": "tartan", "path": 7, "more": True})
         page.app.open_page("View")
         assert page.app.page._state.yarn_colour == "Rows" and page.app.page._state.path == ""
-
-
-def test_every_control_has_a_hint(view):
-    for control in view.controls.made:
-        assert control.hint or control.kind in {"html", "plot", "group"}, control.label

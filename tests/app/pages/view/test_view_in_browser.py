@@ -7,8 +7,10 @@ from __future__ import annotations
 import signal
 import subprocess
 import sys
+from collections.abc import Iterator
 from dataclasses import replace
 from io import BytesIO
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -23,6 +25,9 @@ from tests.gallery import ROOT
 from tests.gallery import tube as quad_tube
 from tests.yarn.test_strand_distance import lines
 from tests.yarnrelax.stockinette import tube
+
+if TYPE_CHECKING:
+    from tests.app.browser import Rig
 
 COMPLETE = """(version) => {
   const found = Object.values(window.stitchmeshYarns.report());
@@ -76,29 +81,16 @@ def stand_at(rig, distance: float) -> None:
     rig.client.camera.look_at = (0.0, 0.5, 0.0)
 
 
-@pytest.fixture(scope="module")
-def shared_rig(browser, tmp_path_factory):
-    """One page for all tests that only draw yarns in it; to load a page takes longer than most tests."""
-    from tests.app.browser import rig_on
-
-    with rig_on(browser, tmp_path_factory.mktemp("view") / "project", page="View") as rig:
-        yield rig
-
-
 @pytest.fixture
-def rig(shared_rig, capfd):
-    """The shared page, from which drawn yarns are removed at the end."""
-    yield shared_rig
-    shared_rig.call(shared_rig.app.scene.remove, "viewed")
-    shared_rig.browser_page.wait_for_function("() => window.stitchmeshYarns.sets.size === 0")
-    printed = capfd.readouterr().err
-    assert "Traceback" not in printed, printed
+def rig(app_in_browser) -> Iterator[Rig]:
+    with app_in_browser(page="View") as opened:
+        yield opened
 
 
-def test_tubes_lie_around_the_curves_and_face_outwards(rig):
+def test_tubes_lie_around_the_curves_face_outwards_in_their_colour_and_move_with_the_next_frame(rig):
     """Each vertex of a tube is a little more than a radius away from its curve, along its normal."""
     yarns = lines(0.0, 1.0)
-    drawn(rig, yarns)
+    drawing = drawn(rig, yarns)
     assert len(complete(rig)["levels"]) == len(LEVELS)
     vertices = np.array(rig.browser_page.evaluate(VERTICES))
     normals = np.array(rig.browser_page.evaluate(NORMALS)) / 127
@@ -110,22 +102,32 @@ def test_tubes_lie_around_the_curves_and_face_outwards(rig):
     outward = np.einsum("ij,ij->i", away / radius[:, None], normals)
     assert (outward > 0.98).all()  # normals have eight bits
     assert vertices[:, 0].max() <= 4.0 and vertices[:, 0].min() >= 0.0
+    rig.settle()
+    pixels = np.asarray(Image.open(BytesIO(rig.screenshot())).convert("RGB")).astype(int)
+    red = (pixels[..., 0] > pixels[..., 1] + 60) & (pixels[..., 0] > pixels[..., 2] + 60)
+    assert red.sum() > 500  # two lines of 400 pixels, several pixels wide
+    rig.call(rig.app.scene.show, "viewed", replace(drawing, points=drawing.points + np.array([0.0, 0.0, 0.5])))
+    complete(rig, version=2)
+    moved = np.array(rig.browser_page.evaluate(VERTICES)) - vertices
+    # both frames are packed with steps of a hundred-thousandth of the size
+    np.testing.assert_allclose(moved, np.tile([0.0, 0.0, 0.5], (len(vertices), 1)), atol=1e-3)
 
 
-def test_near_yarns_are_tubes_and_far_ones_lines(app_in_browser):
-    with app_in_browser(page="View") as rig:
-        drawn(rig, tube(6, 30))
-        stand_at(rig, 6.0)
-        near = complete(rig)
-        assert sum(near["levels"][:3]) == near["parts"]
-        stand_at(rig, 900.0)
-        rig.client.camera.far = 10_000.0
-        rig.wait_for(lambda: rig.browser_page.evaluate(LINES_ONLY), "lines far away")
-        far = complete(rig)
-        assert far["levels"][-1] + far["levels"][-2] == far["parts"]
-        assert 20 * far["triangles"] < near["triangles"]
-        stand_at(rig, 6.0)
-        rig.wait_for(lambda: sum(complete(rig)["levels"][:3]) == near["parts"], "tubes again")
+def test_near_yarns_are_tubes_and_far_ones_lines(rig):
+    drawn(rig, tube(6, 30))
+    stand_at(rig, 6.0)
+    near = complete(rig)
+    assert sum(near["levels"][:3]) == near["parts"]
+    far_plane = rig.client.camera.far
+    stand_at(rig, 900.0)
+    rig.client.camera.far = 10_000.0
+    rig.wait_for(lambda: rig.browser_page.evaluate(LINES_ONLY), "lines far away")
+    far = complete(rig)
+    assert far["levels"][-1] + far["levels"][-2] == far["parts"]
+    assert 20 * far["triangles"] < near["triangles"]
+    stand_at(rig, 6.0)
+    rig.wait_for(lambda: sum(complete(rig)["levels"][:3]) == near["parts"], "tubes again")
+    rig.client.camera.far = far_plane
 
 
 def test_yarns_that_move_are_tubes_also_where_the_page_draws_slowly(rig):
@@ -140,17 +142,6 @@ def test_yarns_that_move_are_tubes_also_where_the_page_draws_slowly(rig):
     assert lines_seen and not any(lines_seen)
 
 
-def test_a_frame_moves_the_tubes(rig):
-    drawing = drawn(rig, lines(0.0, 1.0))
-    complete(rig)
-    before = np.array(rig.browser_page.evaluate(VERTICES))
-    rig.call(rig.app.scene.show, "viewed", replace(drawing, points=drawing.points + np.array([0.0, 0.0, 0.5])))
-    complete(rig, version=2)
-    after = np.array(rig.browser_page.evaluate(VERTICES))
-    # both frames are packed with steps of a hundred-thousandth of the size
-    np.testing.assert_allclose(after - before, np.tile([0.0, 0.0, 0.5], (len(before), 1)), atol=1e-3)
-
-
 def test_copies_are_drawn_at_their_places(rig):
     positions = "() => [...window.stitchmeshYarns.sets.values()][0].parts.map((part) => part.object.position.toArray())"
     drawing = drawn(rig, lines(0.0))
@@ -163,52 +154,44 @@ def test_copies_are_drawn_at_their_places(rig):
     rig.wait_for(lambda: rig.browser_page.evaluate(positions)[0] == [0.5, 0.5, 0.5], "moved copies")
 
 
-def test_yarns_have_their_colour_on_the_screen(rig):
+@pytest.mark.nightly
+def test_a_second_browser_and_a_reload_see_the_same_yarns(rig):
     drawn(rig, lines(0.0, 1.0))
     complete(rig)
-    rig.settle()
-    pixels = np.asarray(Image.open(BytesIO(rig.screenshot())).convert("RGB")).astype(int)
-    red = (pixels[..., 0] > pixels[..., 1] + 60) & (pixels[..., 0] > pixels[..., 2] + 60)
-    assert red.sum() > 500  # two lines of 400 pixels, several pixels wide
+    other = rig.another_window()
+    other.browser_page.wait_for_function(COMPLETE, arg=1)
+    assert other.browser_page.evaluate(REPORT)["parts"] == rig.browser_page.evaluate(REPORT)["parts"]
+    other.close()
+    rig.browser_page.reload()
+    rig.wait_until_ready()
+    complete(rig)
 
 
-@pytest.mark.nightly
-def test_a_second_browser_and_a_reload_see_the_same_yarns(app_in_browser):
-    with app_in_browser(page="View") as rig:
-        drawn(rig, lines(0.0, 1.0))
-        complete(rig)
-        other = rig.another_window()
-        other.browser_page.wait_for_function(COMPLETE, arg=1)
-        assert other.browser_page.evaluate(REPORT)["parts"] == rig.browser_page.evaluate(REPORT)["parts"]
-        other.close()
-        rig.browser_page.reload()
-        rig.wait_until_ready()
-        complete(rig)
-
-
-def test_a_user_opens_a_file_reads_measures_cuts_and_saves(app_in_browser, tmp_path):
+def test_a_user_opens_a_file_reads_measures_cuts_and_saves(rig, tmp_path):
     yarns = lines(0.0, 1.0)
     write_yarns(tmp_path / "lines.h5", yarns)
-    with app_in_browser(page="View") as rig:
-        rig.upload(tmp_path / "lines.h5")
-        rig.wait_for_text("lines.h5")
-        complete(rig)
-        rig.click_at([1.0, 1.0, 0.1])
-        rig.wait_for_text("Yarn 1, row 1")
-        rig.tick("Measure")
-        rig.click_at([1.0, 1.0, 0.1])
-        rig.click_at([3.0, 1.0, 0.1])
-        rig.wait_for_text("cm along the yarn")
-        measured = float(rig.browser_page.get_by_text("along the yarn").first.inner_text().split()[0])
-        # two clicks hit within a pixel, which is 0.01 cm here
-        assert measured == pytest.approx(2.0, abs=0.03)
-        rig.browser_page.get_by_text("Picture", exact=True).click()
-        rig.type("Width", 320)
-        rig.type("Height", 200)
-        name, content = rig.downloaded(lambda: rig.press("Save picture"))
-        picture = Image.open(BytesIO(content))
-        assert name == "view.png" and picture.size == (320, 200)
-        assert len(np.unique(np.asarray(picture.convert("RGB")).reshape(-1, 3), axis=0)) > 10
+    rig.upload(tmp_path / "lines.h5")
+    rig.wait_for_text("lines.h5")
+    complete(rig)
+    assert rig.browser_page.locator(".sm-frames").count() == 0
+    rig.tick("Frame rate")
+    rig.wait_for_text("frames/s")
+    rig.click_at([1.0, 1.0, 0.1])
+    rig.wait_for_text("Yarn 1, row 1")
+    rig.tick("Measure")
+    rig.click_at([1.0, 1.0, 0.1])
+    rig.click_at([3.0, 1.0, 0.1])
+    rig.wait_for_text("cm along the yarn")
+    measured = float(rig.browser_page.get_by_text("along the yarn").first.inner_text().split()[0])
+    # two clicks hit within a pixel, which is 0.01 cm here
+    assert measured == pytest.approx(2.0, abs=0.03)
+    rig.browser_page.get_by_text("Picture", exact=True).click()
+    rig.type("Width", 320)
+    rig.type("Height", 200)
+    name, content = rig.downloaded(lambda: rig.press("Save picture"))
+    picture = Image.open(BytesIO(content))
+    assert name == "view.png" and picture.size == (320, 200)
+    assert len(np.unique(np.asarray(picture.convert("RGB")).reshape(-1, 3), axis=0)) > 10
 
 
 @pytest.mark.nightly
@@ -234,11 +217,3 @@ def test_a_job_that_runs_is_followed_until_it_has_finished(app_in_browser, tmp_p
         shown = rig.call(lambda: rig.app.page._viewed.thing)
         np.testing.assert_array_equal(shown.points, read_yarns(job / "yarns.h5").points)
         assert complete(rig)["waiting"] == 0
-
-
-def test_frames_per_second_are_shown_on_request(rig):
-    drawn(rig, lines(0.0, 1.0))
-    assert rig.browser_page.locator(".sm-frames").count() == 0
-    rig.tick("Frame rate")
-    rig.wait_for_text("frames/s")
-    rig.tick("Frame rate", False)

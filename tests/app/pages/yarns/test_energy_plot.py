@@ -23,11 +23,6 @@ def test_each_term_has_a_curve_and_so_have_the_residual_and_its_limit():
     assert list(curves["residual"].x) == [0, 20, 40] and list(curves["at rest"].y) == [0.01, 0.01]
 
 
-def test_curves_differ_by_dashes_too():
-    figure = energy_plot(assessed(3, a=1.0, b=1.0, c=1.0), 0.01)
-    assert len({curve.line.dash for curve in figure.data[:3]}) == 3
-
-
 def test_long_histories_are_thinned_and_keep_their_ends():
     curve = energy_plot(assessed(5000), 0.01).data[0]
     assert len(curve.x) <= MOST_POINTS and (curve.x[0], curve.x[-1]) == (0, 20 * 4999)

@@ -6,14 +6,13 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from stitchmesh.app.application import App
-from stitchmesh.app.front import NullFront
 from stitchmesh.app.pages.run_panel import STALE
 from stitchmesh.app.pages.yarns import yarn_view
 from stitchmesh.app.pages.yarns.page import CONTINUE, GENERATE, GENERATE_AGAIN, RELAX, RELAX_AGAIN, YarnsPage
@@ -36,18 +35,19 @@ from stitchmesh.quality import quality_named, quality_with
 from stitchmesh.yarngen import generate_yarns
 from stitchmesh.yarnrelax import Relaxation
 from stitchmesh.yarnrelax.constraints.pins import Pins, pinned_points
-from tests.app.pages.headless import Headless, headless
-from tests.app.pages.tasks import call, press, wait_for_task
+from stitchmesh.yarnrelax.model.material import DEFAULT_MATERIAL
+from tests.app.pages.headless import Headless, call, headless, on_project, press, wait_for_task
 from tests.app.pages.test_even_out import uneven_tube
-from tests.gallery import tube
+from tests.app.project.projects import same
 
 MOST = 120
 """Iterations of the relaxations of these tests, which need not come to rest."""
 
 
-@pytest.fixture
-def shown(tmp_path: Path) -> Iterator[Headless]:
-    with headless(tmp_path, uneven_tube(), "Label") as app:
+@contextmanager
+def with_even_stitches(folder: Path) -> Iterator[Headless]:
+    """The page on a project whose stitches are even, with choices that take little time."""
+    with headless(folder, uneven_tube(), "Label") as app:
         app.project.apply_label_step(LabelStep("label_all"))
         app.project.divide(Division(stitch_width=1.3))
         assert app.project.fabric is not None and app.project.mesh is not None
@@ -59,11 +59,21 @@ def shown(tmp_path: Path) -> Iterator[Headless]:
         yield app
 
 
+@pytest.fixture(scope="module")
+def with_yarns(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of a project with generated yarns."""
+    with with_even_stitches(tmp_path_factory.mktemp("yarns")) as app:
+        press(app, GENERATE)
+        wait_for_task(app)
+        return app.project.folder
+
+
 @pytest.fixture
-def generated(shown: Headless) -> Headless:
-    press(shown, GENERATE)
-    wait_for_task(shown)
-    return shown
+def generated(with_yarns: Path, tmp_path: Path) -> Iterator[Headless]:
+    """The page on a project with generated yarns."""
+    shutil.copytree(with_yarns, tmp_path / "project")
+    with on_project(Project.open(tmp_path / "project"), "Yarns") as app:
+        yield app
 
 
 def relaxed(project: Project, options: RelaxOptions | None = None, **more: Any) -> Relaxation:
@@ -90,25 +100,31 @@ def paused_at(shown: Headless, steps: int, button: str = RELAX) -> Any:
     return run
 
 
-def test_before_the_stitches_are_even_the_page_says_what_to_do(tmp_path: Path):
-    with headless(tmp_path, tube(12, 4), "Yarns") as app:
-        assert [control.label for control in app.controls.made] == ["Go to Label"]  # the faces have no rows yet
-        assert "on the page Even out" in app.front.navigation.text_shown()
+def test_yarns_are_those_of_the_library_and_take_the_place_of_the_stitches(tmp_path: Path):
+    with with_even_stitches(tmp_path) as app:
+        assert set(app.scene.drawings) == {"garment", "edges"}
+        press(app, GENERATE)
+        wait_for_task(app)
+        expected = generate_yarns(app.project.evened, quality="draft")
+        assert np.array_equal(app.project.yarns.points, expected.points)
+        assert set(app.scene.drawings) == {"yarns"} and app.scene.shown is not None
+        drawing = app.scene.drawings["yarns"]
+        assert isinstance(drawing, YarnTubes) and drawing.points is app.project.yarns.points
+        assert f"{expected.yarn_count} yarns, {len(expected.points):,} control points" in app.controls.text_shown()
 
 
-def test_yarns_are_those_of_the_library_and_are_drawn(generated: Headless):
-    expected = generate_yarns(generated.project.evened, quality="draft")
-    assert np.array_equal(generated.project.yarns.points, expected.points)
-    drawing = generated.scene.drawings["yarns"]
-    assert isinstance(drawing, YarnTubes) and drawing.points is generated.project.yarns.points
-    assert f"{expected.yarn_count} yarns, {len(expected.points):,} control points" in generated.controls.text_shown()
-    assert generated.scene.shown is not None
-
-
-def test_relaxed_yarns_are_those_of_the_library_to_the_last_bit(generated: Headless):
+def test_relaxed_yarns_are_those_of_the_library_to_the_last_bit_and_are_described(generated: Headless):
     expected = relaxed(generated.project)
+    assert "Reached by the relaxed yarns" not in generated.controls.text_shown()
     press(generated, RELAX)
     wait_for_task(generated)
+    text = generated.controls.text_shown()
+    assert "Asked for: 7.69 stitches" in text  # 10 cm / 1.3 cm
+    assert "Reached by the relaxed yarns" in text
+    assert "Not good yet" in text and f"after {MOST} iterations" in text
+    assert all(name in text for name in ("residual", "largest strain", "closest yarns", "energy"))
+    (plot,) = [control for control in generated.controls.made if control.kind == "plot"]
+    assert plot.figure is not None
     assert np.array_equal(generated.project.relaxed.points, expected.yarns.points)
     assert generated.project.report["residual"] == expected.report["residual"]
     assert len(generated.project.history) == len(expected.history)
@@ -118,20 +134,6 @@ def test_relaxed_yarns_are_those_of_the_library_to_the_last_bit(generated: Headl
     wait_for_task(generated)
     assert generated.project.relaxed is not first
     assert np.array_equal(generated.project.relaxed.points, first.points)
-
-
-def test_a_report_is_said_in_words_with_its_figures_its_gauge_and_its_plot(generated: Headless):
-    assert "Reached by the relaxed yarns" not in generated.controls.text_shown()
-    press(generated, RELAX)
-    wait_for_task(generated)
-    text = generated.controls.text_shown()
-    assert "Asked for: 7.69 stitches" in text  # 10 cm / 1.3 cm
-    assert "Reached by the relaxed yarns" in text
-    assert "Not good yet" in text and f"after {MOST} iterations" in text
-    for name in ("residual", "largest strain", "closest yarns", "energy"):
-        assert name in text
-    (plot,) = [control for control in generated.controls.made if control.kind == "plot"]
-    assert plot.figure is not None
 
 
 def test_settings_reach_the_library(generated: Headless):
@@ -144,31 +146,29 @@ def test_settings_reach_the_library(generated: Headless):
     from stitchmesh.yarnrelax.energies.gravity import Gravity
     from stitchmesh.yarnrelax.friction.friction import Friction
 
-    options = RelaxOptions(
+    settings = generated.app.page.settings
+    assert same(settings.relax_options(generated.project), RelaxOptions(
         material="kaldor-simulation", rest_lengths=RestLengths(factor=0.95), terms=[Gravity(), Friction(0.3)]
-    )
+    ))  # fmt: skip
+    generated.controls.set("Material", DEFAULT_MATERIAL)
+    generated.controls.set("Gravity", 0.0)
+    generated.controls.set("Friction", 0.0)
+    options = RelaxOptions(rest_lengths=RestLengths(factor=0.95))
     expected = relaxed(generated.project, options, keep_shape=False)
     press(generated, RELAX)
     wait_for_task(generated)
     assert np.array_equal(generated.project.relaxed.points, expected.yarns.points)
 
 
-def test_a_step_shows_the_next_assessment_and_settings_rest_meanwhile(generated: Headless):
-    run = paused_at(generated, 1)
-    assert generated.scene.drawings["yarns"].points is run.newest.state.points
-    assert "Paused: iteration 20," in generated.controls.text_shown()
+def test_a_stopped_relaxation_keeps_what_is_shown_and_continues_to_the_same_bits(generated: Headless):
+    expected, before = relaxed(generated.project), generated.scene.drawings["yarns"]
+    run = paused_at(generated, 2)
+    now = generated.scene.drawings["yarns"]
+    assert now.points is run.newest.state.points
+    # Colours and structure stay the same objects, so that they are not sent again.
+    assert now.colours is before.colours and now.blocks is before.blocks
     with pytest.raises(ParameterError, match="is disabled"):
         generated.controls.set("Quality", "standard")
-    press(generated, "Step")
-    while run.newest.iteration < 40:
-        generated.app.queue.settle()
-    press(generated, "Stop")
-    wait_for_task(generated)
-
-
-def test_a_stopped_relaxation_keeps_what_was_shown_and_continues_to_the_same_bits(generated: Headless):
-    expected = relaxed(generated.project)
-    run = paused_at(generated, 2)
     press(generated, "Stop")
     wait_for_task(generated)
     assert np.array_equal(generated.project.relaxed.points, run.newest.state.points)
@@ -202,14 +202,11 @@ def test_a_relaxation_whose_program_was_killed_continues_to_the_same_bits(genera
     shutil.copytree(generated.project.folder, tmp_path / "left", ignore=shutil.ignore_patterns(".lock"))
     press(generated, "Stop")
     wait_for_task(generated)
-    app = App(Project.open(tmp_path / "left"), front := NullFront())
-    again = Headless(app, front)
-    call(again, app.open_page, "Yarns")
-    assert "interrupted; it can be continued" in again.controls.text_shown()
-    press(again, CONTINUE)
-    wait_for_task(again)
-    assert np.array_equal(again.project.relaxed.points, expected.yarns.points)
-    app.close()
+    with on_project(Project.open(tmp_path / "left"), "Yarns") as again:
+        assert "interrupted; it can be continued" in again.controls.text_shown()
+        press(again, CONTINUE)
+        wait_for_task(again)
+        assert np.array_equal(again.project.relaxed.points, expected.yarns.points)
 
 
 def test_yarns_of_other_settings_are_said_to_be_so(generated: Headless):
@@ -284,21 +281,14 @@ def body_bytes(folder: Path) -> bytes:
     return path.read_bytes()
 
 
-def test_the_stitches_are_shown_until_there_are_yarns(shown: Headless):
-    assert set(shown.scene.drawings) == {"garment", "edges"}
-    press(shown, GENERATE)
-    wait_for_task(shown)
-    assert set(shown.scene.drawings) == {"yarns"}
-
-
-def test_the_program_chooses_radius_and_end_until_the_user_does(shown: Headless):
+def test_the_program_chooses_the_radius_until_the_user_does(generated: Headless):
     with pytest.raises(ParameterError, match="is hidden"):
-        shown.controls.find("Yarn radius [cm]")
-    call(shown, shown.controls.set, "Automatic yarn radius", False)
-    radius = shown.controls.find("Yarn radius [cm]").value
-    assert shown.app.page.settings.yarn_radius == radius > 0.0
-    call(shown, shown.controls.set, "Automatic yarn radius", True)
-    assert shown.app.page.settings.yarn_radius == 0.0
+        generated.controls.find("Yarn radius [cm]")
+    call(generated, generated.controls.set, "Automatic yarn radius", False)
+    radius = generated.controls.find("Yarn radius [cm]").value
+    assert generated.app.page.settings.yarn_radius == radius > 0.0
+    call(generated, generated.controls.set, "Automatic yarn radius", True)
+    assert generated.app.page.settings.yarn_radius == 0.0
 
 
 def test_a_body_is_kept_in_the_project_drawn_and_used(generated: Headless, tmp_path: Path):
@@ -324,26 +314,17 @@ def test_a_body_that_cannot_be_read_is_refused_and_takes_no_place_of_another(gen
     assert kept == [("cone.obj", content)] and generated.app.page.settings.body == "cone.obj"
 
 
-@pytest.mark.parametrize("colouring", COLOURINGS)
-def test_every_colouring_colours_the_yarns(generated: Headless, colouring: str):
-    call(generated, generated.controls.set, "Colours show", colouring)
-    drawing = generated.scene.drawings["yarns"]
-    assert drawing.colours.shape == drawing.points.shape and not generated.notices()
+def test_every_colouring_colours_the_yarns(generated: Headless):
+    for colouring in COLOURINGS:
+        call(generated, generated.controls.set, "Colours show", colouring)
+        drawing = generated.scene.drawings["yarns"]
+        assert drawing.colours.shape == drawing.points.shape and not generated.notices()
 
 
-def test_colours_of_frames_stay_the_same_object_so_that_they_are_not_sent_again(generated: Headless):
-    before = generated.scene.drawings["yarns"]
-    paused_at(generated, 1)
-    now = generated.scene.drawings["yarns"]
-    assert now.colours is before.colours and now.blocks is before.blocks and now.points is not before.points
-    press(generated, "Stop")
-    wait_for_task(generated)
-
-
-def test_settings_of_another_version_do_not_stop_the_page(shown: Headless):
-    call(shown, shown.project.set_settings, "Yarns", {"choices": {"quality": 3, "unknown": 1}})
-    call(shown, shown.app.open_page, "Yarns")
-    assert shown.controls.find("Quality").value == "standard"
+def test_settings_of_another_version_do_not_stop_the_page(generated: Headless):
+    call(generated, generated.project.set_settings, "Yarns", {"choices": {"quality": 3, "unknown": 1}})
+    call(generated, generated.app.open_page, "Yarns")
+    assert generated.controls.find("Quality").value == "standard"
 
 
 def test_colours_that_take_long_are_found_while_the_page_answers(generated: Headless, monkeypatch: pytest.MonkeyPatch):
