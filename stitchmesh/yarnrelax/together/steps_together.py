@@ -74,7 +74,7 @@ class _Path:
         each = [call.arguments for call in calls]
         first = each[0]
         others = [friction_and_others(given["terms"])[1] for given in each]
-        planes = tuple(own[0] for own in others if own)
+        planes = tuple(term for own in others for term in own if isinstance(term, Confinement))
         terms: list[TermChoice] = [friction_and_others(first["terms"])[0]]
         terms += [CellConfinements(planes, (None,) * len(planes))] if planes else []
         simulation = YarnSimulation(
