@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import logging
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from io import BytesIO
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -25,7 +25,7 @@ from stitchmesh.hand_knitting.words import colour_letter
 from stitchmesh.io.atomic import atomic_path
 from stitchmesh.io.contents import FilePath, suffix_of
 from stitchmesh.mesh import TOP, FloatArray, StitchMesh
-from stitchmesh.mesh.palette import colour_text, colours_of
+from stitchmesh.mesh.palette import Palette, colour_text, colours_of
 from stitchmesh.patterns import Pattern, pattern_mesh
 from stitchmesh.patterns.charts.chart_symbols import word_instruction
 from stitchmesh.periodic.charts.chart_drawing import draw_chart
@@ -117,12 +117,12 @@ def garment_sheet(
     facts = [("Finished size", _finished_size(np.ptp(fabric.vertices, axis=0), gauge))]
     facts += [(f"Piece {number}", _piece_size(fabric, piece)) for number, piece in enumerate(pieces, start=1)]
     facts += [*_knitted_at(gauge, known), ("Stitches", f"{fabric.face_count:,} in {len(np.unique(fabric.row)):,} rows")]
-    lengths = _lengths_by_yarn(fabric, yarns, gauge)
+    lengths = _loop_lengths(fabric, gauge) if yarns is None else _yarn_lengths(yarns)
     return PatternSheet(
         title=title,
         picture=picture,
         facts=tuple(facts),
-        amounts=_amounts(lengths, fabric, known),
+        amounts=_amounts(lengths, fabric.palette, known),
         charts=tuple(chart for piece in pieces for chart in piece_charts(fabric, piece, crossings)),
         text=knitting_instructions(fabric, charts=False),
     )
@@ -145,8 +145,6 @@ def swatch_sheet(
     counts = (source.width, source.height) if isinstance(source, Pattern) else (len(source.warps), len(source.wefts))
     size = [float(np.linalg.norm(period)) for period in yarns.lattice.periods]
     words = draw_chart(chart).words if isinstance(source, Pattern) else ()
-    numbers = np.unique(yarns.colour).tolist()
-    lengths = {number: float(yarns.lengths[_colour_of_segments(yarns) == number].sum()) for number in numbers}
     return PatternSheet(
         title=source.name or "Swatch",
         picture=picture,
@@ -155,10 +153,7 @@ def swatch_sheet(
             *_knitted_at(gauge, known),
             ("Yarn below", "for one repeat"),
         ),
-        amounts=tuple(
-            _amount(number, colour_text(colours_of([number], yarns.palette)[0]), length, known)
-            for number, length in lengths.items()
-        ),
+        amounts=_amounts(_yarn_lengths(yarns), yarns.palette, known),
         charts=(ChartPicture("Chart", chart_picture(chart), tuple((word, word_instruction(word)) for word in words)),),
         text=_written_repeat(source, gauge),
     )
@@ -228,31 +223,24 @@ def _knitted_at(gauge: Gauge, yarn: Yarn) -> list[tuple[str, str]]:
             ("Needle", needle)]  # fmt: skip
 
 
-def _lengths_by_yarn(fabric: StitchMesh, yarns: YarnSet | None, gauge: Gauge) -> dict[int, float]:
+def _loop_lengths(fabric: StitchMesh, gauge: Gauge) -> dict[int, float]:
+    """Return the length of each yarn number of a fabric whose yarns are not known [cm]."""
+    numbers, counts = np.unique(fabric.yarn, return_counts=True)
+    return dict(zip(numbers.tolist(), (gauge.loop_length * counts).tolist(), strict=True))
+
+
+def _yarn_lengths(yarns: YarnSet) -> dict[int, float]:
     """Return the length of each yarn number [cm]."""
-    if yarns is None:
-        numbers, counts = np.unique(fabric.yarn, return_counts=True)
-        return dict(zip(numbers.tolist(), (gauge.loop_length * counts).tolist(), strict=True))
-    of_segment = _colour_of_segments(yarns)
+    of_segment = yarns.colour[yarns.segment_yarn]
     return {int(number): float(yarns.lengths[of_segment == number].sum()) for number in np.unique(yarns.colour)}
 
 
-def _colour_of_segments(yarns: YarnSet) -> Any:
-    """Return the yarn number of each segment, shape (S,)."""
-    yarn_of_point = np.repeat(np.arange(yarns.yarn_count), np.diff(yarns.start))
-    return yarns.colour[yarn_of_point[yarns.segment_points[:, 1]]]
-
-
-def _amounts(lengths: dict[int, float], fabric: StitchMesh, yarn: Yarn) -> tuple[YarnAmount, ...]:
-    return tuple(
-        _amount(number, colour_text(colours_of([number], fabric.palette)[0]), length, yarn)
-        for number, length in sorted(lengths.items())
-    )
-
-
-def _amount(number: int, colour: str, length: float, yarn: Yarn) -> YarnAmount:
-    metres = length / 100.0
-    return YarnAmount(colour_letter(number), colour, metres, metres * yarn.grams_per_metre)
+def _amounts(lengths: Mapping[int, float], palette: Palette, yarn: Yarn) -> tuple[YarnAmount, ...]:
+    amounts = []
+    for number, length in sorted(lengths.items()):
+        colour, metres = colour_text(colours_of([number], palette)[0]), length / 100.0
+        amounts.append(YarnAmount(colour_letter(number), colour, metres, metres * yarn.grams_per_metre))
+    return tuple(amounts)
 
 
 def _write(paper: _Paper, sheet: PatternSheet) -> None:

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from stitchmesh.io.contents import FilePath
 from stitchmesh.mesh import FloatArray
@@ -54,9 +54,7 @@ def _draw_tension(axes: Axes, curve: StretchCurve) -> None:
     axes.axhline(0.0, color=PALE_INK, linewidth=0.8)
     axes.legend(frameon=False, fontsize=9, labelcolor=INK)
     style_axes(axes, "tension [dyn/cm]")
-    newtons = axes.secondary_yaxis("right", functions=(
-        lambda tension: tension * NEWTONS_PER_METRE, lambda tension: tension / NEWTONS_PER_METRE
-    ))  # fmt: skip
+    newtons = axes.secondary_yaxis("right", functions=(_in_newtons, _in_dynes))
     newtons.set_ylabel("tension [N/m]", color=PALE_INK)
     newtons.tick_params(colors=PALE_INK, labelsize=9)
     newtons.spines[:].set_color(PALE_INK)
@@ -80,3 +78,11 @@ def _summary(curve: StretchCurve) -> str:
 
 def _percent(curve: StretchCurve) -> FloatArray:
     return 100.0 * curve.column("strain")
+
+
+def _in_newtons(tension: Any) -> Any:
+    return tension * NEWTONS_PER_METRE
+
+
+def _in_dynes(tension: Any) -> Any:
+    return tension / NEWTONS_PER_METRE
