@@ -396,7 +396,8 @@ def test_swatch_a_dyed_thread_and_a_turned_dial_change_the_fabric_and_its_yarns_
     with app_in_browser("Swatch") as rig:
         rest(rig)
         before = fabric_seen(rig)
-        assert (before.min(axis=2) < 250).mean() > 0.5  # The fabric covers the middle: the background is white.
+        # The fabric covers the middle, apart from the gaps between the yarns: the background is white.
+        assert (before.min(axis=2) < 250).mean() > 0.3
         rig.act("yarn", "1")
         rig.settle()
         rig.browser_page.locator("[data-chart] canvas").focus()
