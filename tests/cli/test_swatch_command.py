@@ -233,6 +233,7 @@ def test_convert_tiles_yarns_only(tmp_path, capsys):
     assert "is a polygon mesh; only periodic yarns can be tiled" in refused_without_files(capsys, tmp_path, *words)
 
 
+@pytest.mark.nightly
 def test_explore_writes_and_prints_the_states_of_rest(tmp_path, capsys):
     words = ["stockinette", "--explore", "1", "--relaxation", "frictionless", *DRAFT, "-o", str(tmp_path)]
     with from_generated_yarns():

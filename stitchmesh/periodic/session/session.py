@@ -308,6 +308,7 @@ class SwatchSession:
         self._swatch.stopped = self._stopped and self._steps == 0
         if self._changed:
             self._changed = False
+            self._since_frame = 0  # the change makes a frame of its own, from which iterations are counted
             return partial(self._swatch.take, self._settings, self._requested_at, restart=self._restart)
         if not self._has_nothing_to_do():
             return self._advance

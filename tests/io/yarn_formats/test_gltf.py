@@ -115,6 +115,7 @@ def test_reading_tubes_as_yarns_is_an_error(file, read):
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.nightly
 def test_a_published_glove_becomes_closed_tubes(tmp_path):
     """The volume is the area of the polygon times the lengths of the chords, each narrowed at its ends by cos(d / 2).
 

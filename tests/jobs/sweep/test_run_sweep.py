@@ -145,6 +145,7 @@ def test_a_garment_goes_on_elsewhere_when_its_worker_is_killed_and_all_results_a
     assert_same_results(serial, target)
 
 
+@pytest.mark.nightly
 def test_workers_of_this_machine_have_the_results_of_a_serial_run_and_a_second_run_does_nothing(serial, tmp_path):
     sweep = read_sweep(serial.parent / "sweep.toml", allow_paths=[serial.parent])
     assert run_sweep(sweep, tmp_path, workers=1).kept == 0

@@ -187,6 +187,7 @@ def test_bending_beyond_the_yield_curvature_stays():
         assert moment == pytest.approx(2 * YARN.bending_stiffness * min(abs(angle), 0.2) / 0.4, rel=1e-9)
 
 
+@pytest.mark.nightly
 def test_extremes_have_finite_forces_and_products():
     """In single precision, which overflows first."""
     fabric = plain_weave(3, 3)

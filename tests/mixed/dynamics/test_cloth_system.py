@@ -158,6 +158,7 @@ def test_inner_forces_have_no_sum_and_no_moment_and_do_the_work_of_the_energy():
     assert energies[1] - energies[0] == pytest.approx(2.0 * work, rel=1e-4, abs=1e-9 * max(energies))
 
 
+@pytest.mark.nightly
 def test_a_swinging_cloth_loses_energy_only():
     """In single precision, with all terms and the whole solver."""
     scene = built(REGIONS["middle"], vertices=[0, 5], scalar=wp.float32)

@@ -58,6 +58,7 @@ def motions_of(scene: ClothSystem, pinned: np.ndarray) -> np.ndarray:
     return null_space(np.concatenate([rows, np.eye(rows.shape[1])[held]]))
 
 
+@pytest.mark.nightly
 def test_the_load_under_which_a_mixed_strip_buckles():
     middle = CLOTH.vertices[CLOTH.triangles].mean(axis=1)[:, 0]
     chosen = np.flatnonzero(np.abs(middle - LENGTH / 2) < 1.0)

@@ -150,6 +150,7 @@ def test_a_run_that_is_resumed_has_the_same_bits(tmp_path):
         np.testing.assert_array_equal(ours, theirs)
 
 
+@pytest.mark.nightly
 def test_loops_keep_their_height_where_a_region_grows_to_the_border(tmp_path):
     prepared = prepare(patch(tmp_path, columns=7, rows=6))
     simulation = StaticSimulation(prepared, wp.float64, device_named("cpu"))

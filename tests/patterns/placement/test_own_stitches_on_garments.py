@@ -46,6 +46,7 @@ def test_a_pattern_with_it_is_laid_and_undone_exactly(make):
     assert bits(undone) == bits(fabric) and undone.own_stitches == ()
 
 
+@pytest.mark.nightly
 def test_its_yarns_are_linked_as_its_code_says_and_come_to_rest():
     surface = grid(6, 6, height=0.72)
     fabric = relax_mesh(with_daisies(flat(6, 6)), surface=surface).fabric

@@ -299,6 +299,7 @@ def test_skipping_searches_out_of_range_changes_no_bit() -> None:
         assert reused.energy(points) == fresh.energy(points)
 
 
+@pytest.mark.nightly
 def test_a_ring_tightened_around_the_waist_lies_on_the_body() -> None:
     thick = 0.4
     yarns = ring(15.0, 22.0, 120, thick, at=(0.0, 6.0))

@@ -192,9 +192,10 @@ def test_a_held_width_is_that_of_the_fabric_until_another_is_typed_and_an_imposs
 
 
 def test_a_stopped_fabric_steps_by_the_iterations_of_a_frame(rig):
+    rig.until(lambda: rig.page.variant.frame is not None and rig.page.variant.frame.report["iteration"] > 0)
     rig.press("Yarns", "Stop")
     rig.press("Yarns", "From the start")
-    rig.until(lambda: rig.page.variant.frame is not None and rig.page.variant.frame.report["iteration"] == 0)
+    rig.until(lambda: rig.page.variant.frame.report["iteration"] == 0)
     rig.set("Iterations per frame", 5)
     rig.press("Yarns", "Step")
     rig.until(lambda: rig.page.variant.frame.report["iteration"] == 5)

@@ -113,6 +113,7 @@ def test_tubes_lie_around_the_curves_face_outwards_in_their_colour_and_move_with
     np.testing.assert_allclose(moved, np.tile([0.0, 0.0, 0.5], (len(vertices), 1)), atol=1e-3)
 
 
+@pytest.mark.nightly
 def test_near_yarns_are_tubes_and_far_ones_lines(rig):
     drawn(rig, tube(6, 30))
     stand_at(rig, 6.0)
@@ -130,6 +131,7 @@ def test_near_yarns_are_tubes_and_far_ones_lines(rig):
     rig.client.camera.far = far_plane
 
 
+@pytest.mark.nightly
 def test_yarns_that_move_are_tubes_also_where_the_page_draws_slowly(rig):
     drawing = drawn(rig, tube(6, 30))
     complete(rig)
