@@ -6,6 +6,10 @@ A kernel in a module of its own is compiled again only if the kernel itself chan
 derivative of each kernel. StitchMesh does not use derivatives, and compiling them takes longer than compiling the
 kernel itself.
 
+A kernel with arguments of ``Any`` type is compiled for each combination of types. Warp keeps all combinations of a
+kernel in the module of the kernel, and compiles all of them again when one more is launched. ``for_arguments`` makes
+each combination a kernel of its own instead, so that it is compiled once.
+
 On a CPU, Warp runs a launch as one loop over all elements. Several threads can share a launch only if the loop can run
 over a part of the elements. This module therefore changes one line of the C++ text from which Warp makes the loop: a
 launch runs the last ``size`` elements of its ``shape``. In an ordinary launch these are all elements, so that no other
@@ -16,9 +20,12 @@ GPU does not change.
 from __future__ import annotations
 
 import functools
+import types
+from typing import Any
 
 import warp as wp
 from warp._src import codegen
+from warp._src.types import get_signature
 
 _ALL_ELEMENTS = "for (size_t task_index = 0; task_index < dim->size; ++task_index)"
 _LAST_ELEMENTS = """size_t tasks = dim->coord_mult;
@@ -39,3 +46,22 @@ kernel = functools.partial(
     wp.kernel, module="unique", enable_backward=False, module_options={"cpu_compiler_flags": _FLAGS + _MARK}
 )
 """Decorator of a kernel; it replaces ``wp.kernel``."""
+
+
+def for_arguments(generic: wp.Kernel, arguments: list[Any]) -> wp.Kernel:
+    """Return the kernel for arguments of these types; a kernel without ``Any`` is returned as it is."""
+    if not generic.is_generic:
+        return generic
+    argument_types = generic.infer_argument_types(arguments)
+    known = generic.get_overload(argument_types)
+    if known is None:
+        function = functools.update_wrapper(_copied(generic.func), generic.func)
+        function.__annotations__ = {**dict(zip(generic.adj.arg_types, argument_types, strict=True)), "return": None}
+        known = generic.overloads[get_signature(argument_types)] = kernel(function)
+    return known
+
+
+def _copied(function: types.FunctionType) -> types.FunctionType:
+    return types.FunctionType(
+        function.__code__, function.__globals__, function.__name__, function.__defaults__, function.__closure__
+    )

@@ -8,6 +8,7 @@ from typing import Any
 
 import warp as wp
 
+from stitchmesh.compute.kernel import for_arguments
 from stitchmesh.compute.launch_table import LaunchTable, useful_threads
 
 BLOCK = 64
@@ -27,6 +28,7 @@ def prepare(
         device: where the kernel runs.
         tile: threads of a block that shares tiles; 0 for a kernel without tiles.
     """
+    kernel = for_arguments(kernel, [*inputs, *outputs])
     arguments: dict[str, Any] = {"inputs": inputs, "outputs": outputs, "device": device, "record_cmd": True}
     if tile:
         return wp.launch_tiled(kernel, dim=count, block_dim=tile, **arguments)
