@@ -7,6 +7,8 @@ RUN := $(VENV)/bin/python
 # a processor that has AVX-512, and without AVX elsewhere
 KERNELS ?= $(if $(shell grep -m 1 avx512f /proc/cpuinfo 2>/dev/null),Haswell,Prescott)
 export WARP_CACHE_PATH ?= $(CURDIR)/.cache/warp
+# the tests start many interpreters, and each of them would compile all that it imports
+unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: knit test pytest test-kernels test-nightly lint docs setup lock clean
 
