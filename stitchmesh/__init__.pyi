@@ -42,7 +42,7 @@ from .jobs.job_file import read_job as read_job
 from .jobs.run_job import run_job as run_job
 from .jobs.sweep.run_sweep import run_sweep as run_sweep
 from .jobs.sweep.sweep import Sweep as Sweep
-from .jobs.sweep.sweep_file import read_sweep as read_sweep
+from .jobs.sweep.sweep import read_sweep as read_sweep
 from .labeling import LabelingFault as LabelingFault
 from .labeling import PartialLabeling as PartialLabeling
 from .labeling import label as label
@@ -106,7 +106,10 @@ from .periodic.charts.chart_files import parse_chart as parse_chart
 from .periodic.charts.chart_files import read_chart as read_chart
 from .periodic.charts.chart_files import write_chart as write_chart
 from .periodic.charts.chart_picture import chart_picture as chart_picture
-from .periodic.charts.pattern_file import write_pattern as write_pattern
+from .periodic.charts.chart_picture import write_pattern as write_pattern
+from .periodic.explore import Exploration as Exploration
+from .periodic.explore import Rest as Rest
+from .periodic.explore import explore as explore
 from .periodic.gauge import FabricMeasures as FabricMeasures
 from .periodic.gauge import measure_fabric as measure_fabric
 from .periodic.natural_outline import natural_outline as natural_outline
@@ -115,9 +118,6 @@ from .periodic.resolve_pattern import resolve_pattern as resolve_pattern
 from .periodic.sensitivity import Sensitivity as Sensitivity
 from .periodic.sensitivity import sensitivity as sensitivity
 from .periodic.session.session import SwatchSession as SwatchSession
-from .periodic.states.explore import Exploration as Exploration
-from .periodic.states.explore import explore as explore
-from .periodic.states.rest_states import Rest as Rest
 from .periodic.stretch import StretchCurve as StretchCurve
 from .periodic.stretch import StretchPath as StretchPath
 from .periodic.stretch import stretch_test as stretch_test

@@ -1,6 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The progress of a job, as a file that another process can read at any moment."""
+"""The progress of a job, as a file that another process can read at any moment, and the request to stop the job.
+
+A process that gets a signal makes this request, for example.
+"""
 
 from __future__ import annotations
 
@@ -154,3 +157,29 @@ def read_status(folder: Path) -> JobStatus:
     except StitchMeshError as error:
         raise FileError(f"{path}: is not the status of a job ({error}); run the job again") from error
     return replace(found, state="killed") if found.state == "running" and not is_locked(folder) else found
+
+
+class JobStopped(Exception):
+    """The user has stopped a job; its relaxation has written a checkpoint."""
+
+
+class StopRequest:
+    """A request to stop. A job checks it between stages and at each report of its progress."""
+
+    def __init__(self) -> None:
+        """Begin without a request."""
+        self.asked = False
+        """Whether the job shall stop."""
+
+    def ask(self) -> None:
+        """Ask the job to stop; returns at once, and may be called in a signal handler or in another thread."""
+        self.asked = True
+
+    def check(self) -> None:
+        """Return if nobody has asked.
+
+        Raises:
+            JobStopped: somebody has asked.
+        """
+        if self.asked:
+            raise JobStopped

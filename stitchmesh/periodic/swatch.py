@@ -23,7 +23,8 @@ from typing import Any, Literal
 import numpy as np
 
 from stitchmesh.budget.budget import Budget
-from stitchmesh.budget.plan import limit_of
+from stitchmesh.budget.plan import Plan, limit_of, make_plan
+from stitchmesh.budget.tables import BudgetScene
 from stitchmesh.compute.shared_work import compute_each
 from stitchmesh.errors import ParameterError, SolverError, StitchMeshError
 from stitchmesh.io.history import HistoryEntry
@@ -32,16 +33,15 @@ from stitchmesh.mesh import StitchMesh
 from stitchmesh.patterns import Pattern
 from stitchmesh.periodic.fabric_shape import FlatFabric
 from stitchmesh.periodic.gauge import swatch_report
-from stitchmesh.periodic.relaxation.cell_at_rest import CellAtRest
 from stitchmesh.periodic.relaxation.continuation import size_of
-from stitchmesh.periodic.relaxation.off_needles import let_go, needle_size
-from stitchmesh.periodic.relaxation.prepared_swatch import PreparedSwatch, check_kept_states, prepare_swatch
+from stitchmesh.periodic.relaxation.off_needles import let_go, needle_size, state_of_rest
+from stitchmesh.periodic.relaxation.prepared_swatch import CellAtRest, PreparedSwatch, check_kept_states, prepare_swatch
 from stitchmesh.periodic.relaxation.support import planes_report, refuse_tearing, remedy_of, tearing
 from stitchmesh.periodic.relaxation.way_to_rest import relax_along
 from stitchmesh.periodic.repeat.smallest_cell import SmallestCell
+from stitchmesh.periodic.resolve_pattern import resolve_pattern, stitches_of
 from stitchmesh.periodic.sampling.even_sampling import sample_evenly
-from stitchmesh.periodic.swatch_budget import plan_swatch
-from stitchmesh.periodic.swatch_options import SwatchOptions
+from stitchmesh.periodic.swatch_options import KnitState, SwatchOptions
 from stitchmesh.periodic.weave.jamming import jam_report
 from stitchmesh.periodic.weave.weave import Weave
 from stitchmesh.progress import Progress
@@ -136,6 +136,27 @@ def swatch(
         made = relax_shaken(prepared, shaken, Run(progress))
     own = {"seconds": time.perf_counter() - began} | ({} if plan is None else {"budget": plan.report()})
     return replace(made, report=made.report | own)
+
+
+def plan_swatch(
+    pattern: str | Pattern | Weave, budget: Budget, quality: str | Quality, device: str | None, **options: Any
+) -> Plan:
+    """Return the plan of a swatch for a budget; arguments as for ``swatch``.
+
+    Raises:
+        StitchMeshError: an error of ``swatch``, or a quality beside an error.
+    """
+    chosen = SwatchOptions(**options)
+    source = resolve_pattern(pattern)
+    # Number of relaxations, one after another, on the needles and in the release to each state (``off_needles``)
+    relaxations: dict[KnitState, int] = {"frictionless": 1, "dry": 14, "wet": 18, "full": 23}
+    scene = BudgetScene(
+        kind="free cell" if chosen.has_free_size else "given cell",
+        stitches=stitches_of(source) * chosen.columns * chosen.rows,
+        name=source.name if (chosen.columns, chosen.rows) == (1, 1) else "",
+        relaxations=relaxations[state_of_rest(chosen, woven=isinstance(source, Weave))],
+    )  # fmt: skip
+    return make_plan(budget, scene, quality, device)
 
 
 def relax_shaken(prepared: PreparedSwatch, shaken: int, run: Run[YarnSet] = QUIET) -> Swatch:

@@ -14,8 +14,8 @@ import pytest
 import stitchmesh as sm
 from stitchmesh.errors import ParameterError
 from stitchmesh.lattice import Lattice, lattice_frame
-from stitchmesh.periodic.relaxation.cell_at_rest import CellAtRest
 from stitchmesh.periodic.relaxation.continuation import size_of
+from stitchmesh.periodic.relaxation.prepared_swatch import CellAtRest
 from stitchmesh.periodic.stretch import StretchPath, stretch_test
 from stitchmesh.quality import PRESETS
 from stitchmesh.run import QUIET

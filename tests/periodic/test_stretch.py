@@ -18,8 +18,7 @@ from PIL import Image
 from stitchmesh.cli.main import main
 from stitchmesh.errors import ParameterError
 from stitchmesh.periodic.relaxation.continuation import size_of
-from stitchmesh.periodic.stretch import StretchCurve, StretchPath, stretch_test
-from stitchmesh.periodic.stretch_table import write_stretch
+from stitchmesh.periodic.stretch import StretchCurve, StretchPath, stretch_test, write_stretch
 from stitchmesh.quality import PRESETS
 from stitchmesh.render.plots.stretch_plot import plot_stretch
 from stitchmesh.yarnrelax import YarnMaterial

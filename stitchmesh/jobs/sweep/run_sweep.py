@@ -22,9 +22,8 @@ from stitchmesh.io.folder_lock import FolderLock
 from stitchmesh.io.outputs import claim_folder, guarded_outputs, plan_outputs
 from stitchmesh.io.part_folder import remove_stale_parts
 from stitchmesh.io.path_kind import whole_path
-from stitchmesh.jobs.job_status import JobLog, Listener
+from stitchmesh.jobs.job_status import JobLog, Listener, StopRequest
 from stitchmesh.jobs.run_job import BUSY, end_reported
-from stitchmesh.jobs.stop import StopRequest
 from stitchmesh.jobs.sweep.result_table import (
     TABLE,
     TASKS,

@@ -19,22 +19,16 @@ from dataclasses import replace
 from math import gcd
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stitchmesh.errors import ParameterError, PatternError, check_kind
-from stitchmesh.mesh import BORDER, BOTTOM, IntArray, StitchMesh
-from stitchmesh.mesh.courses import faces_across
+from stitchmesh.mesh import BORDER, IntArray, StitchMesh
 from stitchmesh.mesh.palette import filled_palette
-from stitchmesh.mesh.stitch import VOCABULARY, Stitch
+from stitchmesh.mesh.stitch import VOCABULARY
 from stitchmesh.patterns.capture.region_rows import RegionRow, cut_rings, stacked_rows
 from stitchmesh.patterns.pattern import Cell, Loop, Pattern, Row, check_closes
-from stitchmesh.patterns.placement.placement import region_of
+from stitchmesh.patterns.placement.placement import held_twist, region_of
 
-THROUGH_BACK = -1
-"""Half turn that a knit or purl stitch through the back leg gives to its loop."""
 MOST_TOPS = max(making.n_top for making in VOCABULARY.values())
-_KNIT_OR_PURL = np.isin(np.arange(max(Stitch) + 1), [Stitch.KNIT, Stitch.PURL])
-_YARN_OVER_MADE = np.isin(np.arange(max(Stitch) + 1), [Stitch.YARN_OVER])
 
 
 def capture_pattern(
@@ -74,7 +68,7 @@ class _Rows:
 
     def __init__(self, fabric: StitchMesh, region: list[RegionRow]) -> None:
         self.fabric, self.region = fabric, region
-        self.held = _held_twist(fabric)
+        self.held = held_twist(fabric)
         self.cells: dict[tuple[int, ...], Cell] = {}
         self.loops: dict[tuple[int, int, int], Loop] = {}
         self.known: dict[tuple[bytes, bytes], Row] = {}
@@ -127,22 +121,6 @@ class _Rows:
         for key in set(keys) - self.loops.keys():
             self.loops[key] = Loop(*key)
         return tuple(self.loops[key] for key in keys)
-
-
-def _held_twist(fabric: StitchMesh) -> IntArray:
-    """Return the half turn that the stitch above gives to the loop of each top side, shape (C,)."""
-    held = np.zeros(fabric.side_count, dtype=np.int64)
-    turned = np.flatnonzero(fabric.twist == THROUGH_BACK)
-    below, above = fabric.side_face[turned], faces_across(fabric, turned, BOTTOM)
-    through = _is_plain(fabric, above) & (fabric.cable_shift[turned] == 0)
-    through &= ~_YARN_OVER_MADE[fabric.built_in[below]]
-    held[turned[through]] = THROUGH_BACK
-    return held
-
-
-def _is_plain(fabric: StitchMesh, faces: IntArray) -> NDArray[np.bool_]:
-    """Whether each face is there and is a plain knit or purl stitch, shape (n,)."""
-    return np.asarray((faces != BORDER) & _KNIT_OR_PURL[fabric.built_in[faces]])
 
 
 def _colours(fabric: StitchMesh, rows: list[RegionRow]) -> tuple[tuple[int, int, int], ...]:

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stitchmesh.periodic.relaxation.perturbation import STEEPEST, STRAIN, perturb, waves
+from stitchmesh.periodic.relaxation.lowest_rest import STEEPEST, STRAIN, perturb, waves
 from stitchmesh.periodic.repeat.drawn_swatch import draw_swatch
 from stitchmesh.periodic.resolve_pattern import resolve_pattern
 from stitchmesh.periodic.swatch_options import SwatchOptions
