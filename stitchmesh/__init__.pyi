@@ -122,11 +122,11 @@ from .periodic.stretch import StretchCurve as StretchCurve
 from .periodic.stretch import StretchPath as StretchPath
 from .periodic.stretch import stretch_test as stretch_test
 from .periodic.swatch import Swatch as Swatch
+from .periodic.swatch import SwatchRequest as SwatchRequest
+from .periodic.swatch import relax_swatches as relax_swatches
 from .periodic.swatch import swatch as swatch
 from .periodic.swatch_design import SwatchDesign as SwatchDesign
 from .periodic.swatch_design import SwatchDials as SwatchDials
-from .periodic.swatches import SwatchRequest as SwatchRequest
-from .periodic.swatches import relax_swatches as relax_swatches
 from .periodic.textures.textures import texture_maps as texture_maps
 from .periodic.weave.library import read_weave as read_weave
 from .periodic.weave.library import weave_names as weave_names

@@ -25,8 +25,6 @@ from stitchmesh.progress import Outlook, StageClock
 
 STATUS = "status.json"
 """Name of the file in the folder of a job."""
-WRITE_SECONDS = 1.0
-"""Shortest time between two writes of the file while a stage runs [s]."""
 State = Literal["running", "finished", "stopped", "failed", "killed"]
 """State of a job. The file of a killed job still says that it runs, but nobody holds its lock."""
 
@@ -136,7 +134,7 @@ class JobLog:
         now = time.monotonic()
         stamp = datetime.now(UTC).isoformat(timespec="seconds")
         self._now = replace(self._now, time=stamp, seconds=round(self.seconds, 2), **changes)  # type: ignore[arg-type]
-        if always or now - self._written >= WRITE_SECONDS:
+        if always or now - self._written >= 1.0:  # At most one write a second while a stage runs.
             self._written = now
             self._lock.check()
             write_json(self._path, asdict(self._now))

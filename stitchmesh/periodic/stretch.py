@@ -65,8 +65,6 @@ from stitchmesh.yarnrelax.linking.certificate import refuse_pull_through
 
 TOLERANCE = 1e-3
 """Largest residual of each state; the small resistance of ribs needs this value."""
-LARGEST_CHANGE = 1e-4
-"""Largest estimated change that may remain, because a stiff fabric turns a small strain into a large tension."""
 LEAST_STRAIN, MOST_STRAIN = -0.9, 9.0
 """Smallest and largest strain."""
 NEWTONS_PER_METRE = 1e-3
@@ -293,7 +291,8 @@ def refine_for_tension(quality: Quality) -> Quality:
     # contact samples: with three, samples of touching yarns interlock, and the tension varies by some dyn/cm.
     return replace(
         quality, tolerance=min(quality.tolerance, TOLERANCE),
-        largest_change=min(quality.largest_change, LARGEST_CHANGE),
+        # A stiff fabric turns a small strain into a large tension.
+        largest_change=min(quality.largest_change, 1e-4),
         control_points_per_stitch=max(own, min(round(1.5 * own), most)),
         contact_samples=max(quality.contact_samples, 5),
     )  # fmt: skip

@@ -46,9 +46,6 @@ from stitchmesh.yarnrelax.linking.certificate import refuse_pull_through
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.stepwise_loop import INTERVAL, StepwiseLoop
 
-NO_ROOM = "yarns cannot be separated on the path to these sizes; take thinner or longer yarn, or a larger repeat"
-"""Why yarns that were generated correctly cannot reach the target."""
-
 NEAR, LONGEST_PREVIEW = 0.02, 1000
 """The preview is near enough to rest at this residual, or after this number of iterations since the last increment."""
 
@@ -297,7 +294,8 @@ class LiveSwatch:
             return self._start_again()
         self.state, self.iterations_since_increment, self.stepped_back = self.previous or self.state, 0, True
         self.previous = self.loop = None
-        raise SolverError(f"{str(error).partition(':')[0]}: {NO_ROOM}") from error
+        cause = "yarns cannot be separated on the path to these sizes; take thinner or longer yarn, or a larger repeat"
+        raise SolverError(f"{str(error).partition(':')[0]}: {cause}") from error
 
     def _start_again(self) -> None:
         """Start from the generated yarns."""
