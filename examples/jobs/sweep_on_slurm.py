@@ -20,7 +20,7 @@ from distributed import SpecCluster
 
 from stitchmesh.jobs.sweep.closed_servers import ClosedScheduler
 from stitchmesh.jobs.sweep.run_sweep import FinishedSweep, run_sweep
-from stitchmesh.jobs.sweep.sweep_file import read_sweep
+from stitchmesh.jobs.sweep.sweep import read_sweep
 
 
 def slurm_cluster(shared: Path, *, gpus: bool = False) -> SpecCluster:

@@ -40,8 +40,6 @@ LOAD = 0.8
 """Part of the time for which a setting is chosen, because a machine is not always equally fast."""
 MEASURING, LONGEST_MEASURING = 0.15, 1.0
 """Part of the time that is kept for the assessment and the measures of the result, and the longest such time [s]."""
-LARGE_SCENE = 50
-"""From this number of stitches on, the large scene of the calibration says how fast a device is."""
 
 logger = logging.getLogger(__name__)
 
@@ -221,6 +219,7 @@ def _table_for(
         if table.device == title:
             return table, 1.0, f"by the table of {table.title}"
     table = next((table for table in tables if table.processor == processor), tables[0])
-    which = 0 if scene.stitches < LARGE_SCENE else 1
+    # From 50 stitches on, the large scene of the calibration says how fast a device is.
+    which = 0 if scene.stitches < 50 else 1
     slowness = measure(device, table.processor)[which] / table.pace[which]
     return table, slowness, f"by the table of {table.title}, calibrated: {title} takes {slowness:.2g} times as long"

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from stitchmesh.cli.output_folder import draw_if_possible
 
 if TYPE_CHECKING:
-    from stitchmesh.periodic.states.explore import Exploration
+    from stitchmesh.periodic.explore import Exploration
 
 HEAD = "state  starts  erg/stitch    wales x courses [cm]  thickness [cm]  shape     posture   lean"
 OWN = "  (the state of a swatch)"

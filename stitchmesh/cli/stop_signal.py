@@ -12,7 +12,7 @@ from types import FrameType
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from stitchmesh.jobs.stop import StopRequest
+    from stitchmesh.jobs.job_status import StopRequest
 
 SIGNALS = (signal.SIGTERM, *([signal.SIGHUP] if hasattr(signal, "SIGHUP") else []))
 """The signals that ask for a stop: that of a scheduler or of `kill`, and that of a terminal that is closed."""
@@ -25,7 +25,7 @@ TERMINATED = 143
 @contextmanager
 def stopped_by_signal() -> Iterator[StopRequest]:
     """Provide the wish to stop, which SIGTERM utters within the block, and SIGHUP unless it is ignored (``nohup``)."""
-    from stitchmesh.jobs.stop import StopRequest
+    from stitchmesh.jobs.job_status import StopRequest
 
     stop = StopRequest()
     heard = [number for number in SIGNALS if signal.getsignal(number) != signal.SIG_IGN]

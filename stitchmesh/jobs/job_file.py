@@ -1,10 +1,15 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Jobs as files: TOML with the fields of ``Job`` as keys. Paths in a file are relative to its folder."""
+"""Jobs as files: TOML with the fields of ``Job`` as keys. Paths in a file are relative to its folder.
+
+A job file may come from somebody else, and names files that the program opens. They have to be in the project: in the
+folder of the job file, in the folder in which the program runs, in a folder that the command line names, or in any
+folder inside these. A symbolic link counts as the file to which it leads.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import fields, is_dataclass, replace
 from os import fspath
 from pathlib import Path
@@ -13,14 +18,19 @@ from typing import Any
 from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.io.checked import check_table, unknown_key
 from stitchmesh.io.contents import FilePath
+from stitchmesh.io.path_kind import whole_path
 from stitchmesh.io.toml_file import SUFFIX, read_table, table_lines, toml_text
 from stitchmesh.jobs.former_keys import with_present_keys
 from stitchmesh.jobs.job import SOURCES, Job
-from stitchmesh.jobs.job_paths import check_job_paths, job_with_paths
 from stitchmesh.jobs.sections import SwatchTable
 from stitchmesh.periodic.charts.chart_files import CHART_SUFFIXES
 from stitchmesh.recipe.recipe import Recipe
-from stitchmesh.recipe.recipe_file import pop_edits
+from stitchmesh.recipe.recipe_file import (
+    pattern_with_path,
+    pop_edits,
+    read_recipe,
+    recipe_with_paths,
+)
 from stitchmesh.recipe.sections import GarmentSettings
 from stitchmesh.settings import SETTING, setting_comments, settings_of
 
@@ -40,7 +50,7 @@ def read_job(path: FilePath, *, allow_paths: Sequence[FilePath] = ()) -> Job:
     Args:
         path: the file.
         allow_paths: additional folders for the files that the job names, besides the folder of the file and the present
-            folder (``job_paths``).
+            folder (``check_job_paths``).
 
     Raises:
         FileError: the file cannot be read, is not TOML, or has a key or a value that no job has; the message names the
@@ -147,3 +157,50 @@ def _with_unset(line: str) -> str:
     if not (sign and value.startswith(mark)):
         return line
     return f"# {key} = {toml_text(EXAMPLES[key])}{value.removeprefix(mark)}"
+
+
+def check_job_paths(job: Job, file: FilePath, allowed: Sequence[FilePath] = ()) -> list[str]:
+    """Return the paths of all files that a job reads, including the files of its recipe, if all are in the project.
+
+    Args:
+        job: the job, whose paths are relative to the present folder.
+        file: the file that names them: a job file, or a file from which many jobs are made.
+        allowed: further folders in which files may be, from the command line.
+
+    Raises:
+        FileError: a file is outside the project, or the recipe cannot be read.
+    """
+    folders, found = [Path(file).parent, Path(), *allowed], list[str]()
+    job_with_paths(job, _checked(file, folders, found))
+    if job.recipe is not None:
+        recipe_with_paths(read_recipe(job.recipe), _checked(job.recipe, folders, found))
+    return found
+
+
+def job_with_paths(job: Job, change: Callable[[str], str]) -> Job:
+    """Return a job with all paths of its input files changed, including the paths in selections."""
+    swatch, changes = job.swatch, dict[str, Any]()
+    if swatch is not None:  # A sweep has many jobs, and most of them are swatches of the library, without paths.
+        pattern = pattern_with_path(swatch.pattern, change)
+        changes |= {} if pattern == swatch.pattern else {"swatch": replace(swatch, pattern=pattern)}
+    if job.garment is not None:
+        changes |= {"garment": recipe_with_paths(job.garment, change)}
+    if job.recipe is not None:
+        changes |= {"recipe": change(job.recipe)}
+    return replace(job, **changes) if changes else job
+
+
+def _checked(file: FilePath, folders: Sequence[FilePath], seen: list[str]) -> Callable[[str], str]:
+    """Return a function that checks that a path leads into one of the folders, notes the path, and returns it."""
+
+    def check(path: str) -> str:
+        found, roots = whole_path(path), [whole_path(folder) for folder in folders]
+        if not any(found.is_relative_to(root) for root in roots):
+            raise FileError(
+                f"{fspath(file)}: names {found}, which is outside the project; expected a file in {roots[0]} or in the "
+                f"present folder; if it may be read, add --allow-paths {found.parent}"
+            )
+        seen.append(path)
+        return path
+
+    return check

@@ -18,8 +18,7 @@ from stitchmesh.compute.free_memory import available_memory
 from stitchmesh.jobs.sections import RenderTable, SwatchTable
 from stitchmesh.memory_need import GIGABYTE, check_memory, picture_memory, relaxation_memory, stage_memory
 from stitchmesh.mesh import StitchMesh
-from stitchmesh.periodic.resolve_pattern import resolve_pattern
-from stitchmesh.periodic.swatch_budget import stitches_of
+from stitchmesh.periodic.resolve_pattern import resolve_pattern, stitches_of
 from stitchmesh.pipeline.options import KnitOptions
 from stitchmesh.quality import PRESETS, Quality
 from stitchmesh.recipe.estimate import control_points, estimate_garment, loops_in_chains

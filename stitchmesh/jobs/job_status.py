@@ -1,6 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The progress of a job, as a file that another process can read at any moment."""
+"""The progress of a job, as a file that another process can read at any moment, and the request to stop the job.
+
+A process that gets a signal makes this request, for example.
+"""
 
 from __future__ import annotations
 
@@ -22,8 +25,6 @@ from stitchmesh.progress import Outlook, StageClock
 
 STATUS = "status.json"
 """Name of the file in the folder of a job."""
-WRITE_SECONDS = 1.0
-"""Shortest time between two writes of the file while a stage runs [s]."""
 State = Literal["running", "finished", "stopped", "failed", "killed"]
 """State of a job. The file of a killed job still says that it runs, but nobody holds its lock."""
 
@@ -133,7 +134,7 @@ class JobLog:
         now = time.monotonic()
         stamp = datetime.now(UTC).isoformat(timespec="seconds")
         self._now = replace(self._now, time=stamp, seconds=round(self.seconds, 2), **changes)  # type: ignore[arg-type]
-        if always or now - self._written >= WRITE_SECONDS:
+        if always or now - self._written >= 1.0:  # At most one write a second while a stage runs.
             self._written = now
             self._lock.check()
             write_json(self._path, asdict(self._now))
@@ -154,3 +155,29 @@ def read_status(folder: Path) -> JobStatus:
     except StitchMeshError as error:
         raise FileError(f"{path}: is not the status of a job ({error}); run the job again") from error
     return replace(found, state="killed") if found.state == "running" and not is_locked(folder) else found
+
+
+class JobStopped(Exception):
+    """The user has stopped a job; its relaxation has written a checkpoint."""
+
+
+class StopRequest:
+    """A request to stop. A job checks it between stages and at each report of its progress."""
+
+    def __init__(self) -> None:
+        """Begin without a request."""
+        self.asked = False
+        """Whether the job shall stop."""
+
+    def ask(self) -> None:
+        """Ask the job to stop; returns at once, and may be called in a signal handler or in another thread."""
+        self.asked = True
+
+    def check(self) -> None:
+        """Return if nobody has asked.
+
+        Raises:
+            JobStopped: somebody has asked.
+        """
+        if self.asked:
+            raise JobStopped

@@ -1,12 +1,15 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The run of a job: the order of operations."""
+"""The run of a job: the order of operations, its pictures, and the removal of stages that the last run has not used.
+
+Pictures are kept like the results of stages.
+"""
 
 from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass, replace
 from os import PathLike
@@ -15,24 +18,28 @@ from typing import Any
 
 from stitchmesh.budget.budget import FILES, NO_TIME_FOR_PICTURE, START_OF_RENDERER, Budget
 from stitchmesh.budget.plan import limit_of
-from stitchmesh.errors import FileError, StitchMeshError, is_interrupt
-from stitchmesh.io.atomic import write_json
+from stitchmesh.errors import DisplayError, FileError, StitchMeshError, is_interrupt
+from stitchmesh.io.atomic import write_bytes, write_json
+from stitchmesh.io.contents import read_bytes
 from stitchmesh.io.folder_lock import FolderLock
-from stitchmesh.io.history import write_history
+from stitchmesh.io.history import HistoryEntry, write_history
 from stitchmesh.io.outputs import guarded_outputs, plan_outputs
 from stitchmesh.io.part_folder import remove_stale_parts
 from stitchmesh.io.yarns import write_yarns
 from stitchmesh.jobs.garment_stages import make_garment
 from stitchmesh.jobs.job import Job
-from stitchmesh.jobs.job_status import JobLog, Listener, State
-from stitchmesh.jobs.kept_stages import KeptStages
-from stitchmesh.jobs.pictures import PLOT, draw_convergence, draw_yarns
+from stitchmesh.jobs.job_status import JobLog, JobStopped, Listener, State, StopRequest, read_status
+from stitchmesh.jobs.kept_stages import KeptStage, KeptStages, stage_folder, stage_key
+from stitchmesh.jobs.sections import RenderTable
+from stitchmesh.jobs.stage_files import PICTURE
 from stitchmesh.jobs.stage_run import JobRun
-from stitchmesh.jobs.stop import JobStopped, StopRequest
 from stitchmesh.jobs.swatch_stages import relax_swatch
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.periodic.swatch import Swatch
+from stitchmesh.pipeline.garment import Made
 from stitchmesh.quality import quality_named
+from stitchmesh.render import render
+from stitchmesh.render.plots.convergence_plot import plot_convergence
 from stitchmesh.run import CHECKPOINT
 from stitchmesh.time_limit import limited_to
 from stitchmesh.yarn import YarnSet
@@ -185,3 +192,80 @@ def _close(log: JobLog, state: State, note: str) -> None:
     except KeyboardInterrupt:
         log.close(state, note)
         raise
+
+
+PLOT = "convergence.png"
+"""Name of the plot of the convergence in the folder of the job."""
+
+
+def draw_convergence(run: JobRun, history: Sequence[HistoryEntry], tolerance: float) -> None:
+    """Draw residual and energies of the relaxation against its iterations."""
+    entries = [dict(entry) for entry in history]
+    _draw(
+        run, "plot_convergence", PLOT, lambda path: plot_convergence(history, path, tolerance=tolerance),
+        entries, tolerance,
+    )  # fmt: skip
+
+
+def draw_yarns(run: JobRun, fabric: StitchMesh | None, yarns: YarnSet) -> str | None:
+    """Draw the pictures that the job asks for; return why there are none, or None if they are drawn."""
+    try:
+        for table in run.job.render:
+            _draw_one(run, table, fabric, yarns)
+    except DisplayError as error:
+        logger.warning("no picture: %s", error)
+        return str(error)
+    return None
+
+
+def _draw_one(run: JobRun, table: RenderTable, fabric: StitchMesh | None, yarns: YarnSet) -> None:
+    tiles = None if yarns.lattice is None else table.tiles
+    options, inputs = table.options() | {"fabric": fabric}, (fabric, yarns, asdict(table))
+    _draw(run, "render", table.path, lambda path: render(yarns, path, tiles=tiles, **options), *inputs)
+
+
+def _draw(run: JobRun, name: str, output: str, draw: Callable[[Path], None], *inputs: Any) -> None:
+    """Draw a picture in the folder of its stage, unless it exists there, and write it into the folder of the job."""
+    stage = KeptStage(name, stage_key(name, *inputs), bytes)
+
+    def make() -> Made[bytes]:
+        path = run.kept.folder_of(stage) / PICTURE
+        draw(path)
+        return Made(read_bytes(path), {})
+
+    write_bytes(run.folder / output, run.keep(stage, make).value)
+
+
+@dataclass(frozen=True)
+class CleanedJob:
+    """What was removed from the folder of a job."""
+
+    removed: tuple[str, ...]
+    """Names of the folders of the removed stages."""
+    kept: int
+    """Number of stages that are left."""
+    freed: int
+    """Size of the removed files [bytes]."""
+
+
+def clean_job(folder: str | PathLike[str]) -> CleanedJob:
+    """Remove stages and checkpoints from the folder of a job if they belong to other options than the last run.
+
+    Raises:
+        FileError: the folder has no job, its last run has not finished, a run is going on in it, or a file cannot be
+            removed.
+    """
+    target = Path(folder)
+    read_status(target)  # A folder without a job gets no lock.
+    lock = FolderLock(target, BUSY)
+    try:
+        status = read_status(target)
+        if status.state != "finished":
+            found = f"the last run in it was {status.state}"
+            raise FileError(f"{target}: {found}, so that its stages may still be needed; run the job to its end first")
+        stages = KeptStages(target)
+        stages.say_what_stays()
+        removed, freed = stages.remove_others({stage_folder(stage.name, stage.key) for stage in status.stages})
+        return CleanedJob(removed, len(stages.folders()), freed)
+    finally:
+        lock.release()

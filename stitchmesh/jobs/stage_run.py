@@ -15,9 +15,8 @@ from stitchmesh.budget.budget import Budget
 from stitchmesh.budget.plan import limit_of
 from stitchmesh.errors import ParameterError
 from stitchmesh.jobs.job import Job
-from stitchmesh.jobs.job_status import JobLog, StageStatus
+from stitchmesh.jobs.job_status import JobLog, StageStatus, StopRequest
 from stitchmesh.jobs.kept_stages import KeptStage, KeptStages, StageRecord
-from stitchmesh.jobs.stop import StopRequest
 from stitchmesh.pipeline.garment import Made
 from stitchmesh.time_limit import limited_to
 

@@ -21,8 +21,8 @@ from stitchmesh.patterns.charts.chart_image import CHART_IMAGES, OTHER_IMAGES, p
 from stitchmesh.patterns.charts.colour_chart import read_colour_chart
 from stitchmesh.patterns.charts.leaf_chart import SUFFIX as LEAF_SUFFIX
 from stitchmesh.patterns.charts.leaf_chart import read_leaf_chart
-from stitchmesh.patterns.language.leaf_codes import holds_digits, parse_colour_digits, parse_leaf_codes
 from stitchmesh.patterns.language.parse import begins_with_statement, parse_pattern
+from stitchmesh.patterns.language.text_charts import holds_digits, parse_colour_digits, parse_leaf_codes
 from stitchmesh.patterns.pattern import Pattern
 
 SUFFIX = ".knit"

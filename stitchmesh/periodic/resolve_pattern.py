@@ -63,3 +63,10 @@ def states_a_weave(lines: Sequence[str]) -> bool:
     """Return whether a line of a text begins with a word that only texts of weaves have."""
     words = {line.split()[0].lower() for line in lines if line.strip()}
     return not words.isdisjoint(WEAVE_STATEMENTS)
+
+
+def stitches_of(source: Source) -> int:
+    """Return the number of stitches of a repeat, or the number of crossings of a weave."""
+    if isinstance(source, Weave):
+        return len(source.matrix) * len(source.matrix[0])
+    return source.width * source.height

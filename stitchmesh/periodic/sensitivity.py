@@ -26,9 +26,9 @@ from stitchmesh.compute.device import alone
 from stitchmesh.errors import ParameterError, check_kind
 from stitchmesh.lattice import Lattice, lattice_frame
 from stitchmesh.mesh import FloatArray
-from stitchmesh.periodic.relaxation.cell_at_rest import CellAtRest
 from stitchmesh.periodic.relaxation.continuation import size_of
 from stitchmesh.periodic.relaxation.drawn_cell import Direction, Other
+from stitchmesh.periodic.relaxation.prepared_swatch import CellAtRest
 from stitchmesh.periodic.swatch import Swatch
 from stitchmesh.yarnrelax.rest_derivatives import polished, rest_derivatives
 

@@ -23,8 +23,10 @@ loading and unloading differ. Loading then begins at the free cell without frict
 
 from __future__ import annotations
 
+import csv
+import io
 import logging
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from typing import Any, get_args
 
 import numpy as np
@@ -32,6 +34,8 @@ import numpy as np
 from stitchmesh.budget.budget import Budget
 from stitchmesh.budget.plan import limit_of
 from stitchmesh.errors import ParameterError, SolverError
+from stitchmesh.io.atomic import write_text
+from stitchmesh.io.contents import FilePath
 from stitchmesh.memory_need import BASE_MEMORY, BYTES_PER_KEPT_POINT, check_memory
 from stitchmesh.mesh import FloatArray
 from stitchmesh.patterns import Pattern
@@ -61,8 +65,6 @@ from stitchmesh.yarnrelax.linking.certificate import refuse_pull_through
 
 TOLERANCE = 1e-3
 """Largest residual of each state; the small resistance of ribs needs this value."""
-LARGEST_CHANGE = 1e-4
-"""Largest estimated change that may remain, because a stiff fabric turns a small strain into a large tension."""
 LEAST_STRAIN, MOST_STRAIN = -0.9, 9.0
 """Smallest and largest strain."""
 NEWTONS_PER_METRE = 1e-3
@@ -289,7 +291,8 @@ def refine_for_tension(quality: Quality) -> Quality:
     # contact samples: with three, samples of touching yarns interlock, and the tension varies by some dyn/cm.
     return replace(
         quality, tolerance=min(quality.tolerance, TOLERANCE),
-        largest_change=min(quality.largest_change, LARGEST_CHANGE),
+        # A stiff fabric turns a small strain into a large tension.
+        largest_change=min(quality.largest_change, 1e-4),
         control_points_per_stitch=max(own, min(round(1.5 * own), most)),
         contact_samples=max(quality.contact_samples, 5),
     )  # fmt: skip
@@ -313,3 +316,34 @@ def measure_point(drawn: DrawnCell, state: DrawnState, copies: int) -> StretchPo
         yarn_strain=float(yarns.lengths.sum() / yarns.rest_length.sum() - 1.0), residual=state.residual,
         converged=state.converged, branch=state.branch,
     )  # fmt: skip
+
+
+UNITS = {"width": "cm", "height": "cm", "course_tension": "dyn_per_cm", "wale_tension": "dyn_per_cm",
+         "energy": "erg_per_cm2"}  # fmt: skip
+"""Units of the columns that have a unit."""
+NEWTONS = ("course_tension", "wale_tension")
+"""Columns that are also written in N/m."""
+
+
+def write_stretch(path: FilePath, curve: StretchCurve) -> None:
+    """Write a stretch curve as a table.
+
+    The columns are the fields of ``StretchPoint`` with their units, the tensions in N/m, and whether the fabric snapped
+    to another branch before the state.
+
+    Args:
+        path: a ``.csv`` file; missing folders are made.
+        curve: the result of a stretch test.
+
+    Raises:
+        FileError: the file cannot be written.
+    """
+    text = io.StringIO()
+    table = csv.writer(text, lineterminator="\n")
+    rows = [asdict(point) for point in curve.points]
+    titles = [f"{name}_{UNITS[name]}" if name in UNITS else name for name in rows[0]]
+    table.writerow([*titles, *(f"{name}_newton_per_metre" for name in NEWTONS), "snapped"])
+    for number, row in enumerate(rows):
+        newtons = [row[name] * NEWTONS_PER_METRE for name in NEWTONS]
+        table.writerow([*row.values(), *newtons, number in curve.snaps])
+    write_text(path, text.getvalue())

@@ -9,22 +9,28 @@ scaled by 1 / gamma and measured.
 Hands and machines do not lay yarn evenly, and some patterns have several states of rest within this noise. To find the
 spread of a size, the same repeat is relaxed again from shaken starts, whose control points are displaced by ``NOISE``
 radii; equal numbers of starts give equal displacements.
+
+``relax_swatches`` makes many swatches, as in a sweep over patterns, materials and options. Each is made in a thread of
+its own by the same functions as one alone. All threads wait at their relaxations and examinations, which then run for
+all of them together (``compute.work_together``), in batches of cells (``yarnrelax.together.relax_together``).
 """
 
 from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import KW_ONLY, dataclass, field, replace
 from functools import partial
 from typing import Any, Literal
 
 import numpy as np
 
 from stitchmesh.budget.budget import Budget
-from stitchmesh.budget.plan import limit_of
+from stitchmesh.budget.plan import Plan, limit_of, make_plan
+from stitchmesh.budget.tables import BudgetScene
 from stitchmesh.compute.shared_work import compute_each
+from stitchmesh.compute.work_together import done_together
 from stitchmesh.errors import ParameterError, SolverError, StitchMeshError
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.lattice import Lattice
@@ -32,27 +38,27 @@ from stitchmesh.mesh import StitchMesh
 from stitchmesh.patterns import Pattern
 from stitchmesh.periodic.fabric_shape import FlatFabric
 from stitchmesh.periodic.gauge import swatch_report
-from stitchmesh.periodic.relaxation.cell_at_rest import CellAtRest
 from stitchmesh.periodic.relaxation.continuation import size_of
-from stitchmesh.periodic.relaxation.off_needles import let_go, needle_size
-from stitchmesh.periodic.relaxation.prepared_swatch import PreparedSwatch, check_kept_states, prepare_swatch
+from stitchmesh.periodic.relaxation.off_needles import let_go, needle_size, state_of_rest
+from stitchmesh.periodic.relaxation.prepared_swatch import CellAtRest, PreparedSwatch, check_kept_states, prepare_swatch
 from stitchmesh.periodic.relaxation.support import planes_report, refuse_tearing, remedy_of, tearing
 from stitchmesh.periodic.relaxation.way_to_rest import relax_along
 from stitchmesh.periodic.repeat.smallest_cell import SmallestCell
+from stitchmesh.periodic.resolve_pattern import resolve_pattern, stitches_of
 from stitchmesh.periodic.sampling.even_sampling import sample_evenly
-from stitchmesh.periodic.swatch_budget import plan_swatch
-from stitchmesh.periodic.swatch_options import SwatchOptions
+from stitchmesh.periodic.swatch_options import KnitState, SwatchOptions
 from stitchmesh.periodic.weave.jamming import jam_report
 from stitchmesh.periodic.weave.weave import Weave
-from stitchmesh.progress import Progress
+from stitchmesh.progress import Progress, shown_progress
 from stitchmesh.quality import DEFAULT_QUALITY, Quality
 from stitchmesh.run import QUIET, Run
 from stitchmesh.time_limit import limited_to
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax import YarnMaterial
+from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
 from stitchmesh.yarnrelax.convergence import rest_text
 from stitchmesh.yarnrelax.linking.certificate import refuse_pull_through
 from stitchmesh.yarnrelax.relaxation_result import Relaxation
+from stitchmesh.yarnrelax.together.relax_together import ways_together
 
 NOISE = 0.01
 """Standard deviation of the displacements of a shaken start [radii]."""
@@ -136,6 +142,27 @@ def swatch(
         made = relax_shaken(prepared, shaken, Run(progress))
     own = {"seconds": time.perf_counter() - began} | ({} if plan is None else {"budget": plan.report()})
     return replace(made, report=made.report | own)
+
+
+def plan_swatch(
+    pattern: str | Pattern | Weave, budget: Budget, quality: str | Quality, device: str | None, **options: Any
+) -> Plan:
+    """Return the plan of a swatch for a budget; arguments as for ``swatch``.
+
+    Raises:
+        StitchMeshError: an error of ``swatch``, or a quality beside an error.
+    """
+    chosen = SwatchOptions(**options)
+    source = resolve_pattern(pattern)
+    # Number of relaxations, one after another, on the needles and in the release to each state (``off_needles``)
+    relaxations: dict[KnitState, int] = {"frictionless": 1, "dry": 14, "wet": 18, "full": 23}
+    scene = BudgetScene(
+        kind="free cell" if chosen.has_free_size else "given cell",
+        stitches=stitches_of(source) * chosen.columns * chosen.rows,
+        name=source.name if (chosen.columns, chosen.rows) == (1, 1) else "",
+        relaxations=relaxations[state_of_rest(chosen, woven=isinstance(source, Weave))],
+    )  # fmt: skip
+    return make_plan(budget, scene, quality, device)
 
 
 def relax_shaken(prepared: PreparedSwatch, shaken: int, run: Run[YarnSet] = QUIET) -> Swatch:
@@ -251,3 +278,77 @@ def scale_yarns(yarns: YarnSet, factor: float) -> YarnSet:
         rest_length=yarns.rest_length * factor, natural_curvature=yarns.natural_curvature / factor,
         lattice=Lattice(yarns.lattice.periods * factor), mass_per_length=yarns.mass_per_length / factor,
     )  # fmt: skip
+
+
+SwatchProgress = Callable[[int, int], None]
+"""Called with the number of finished swatches, and with the number of all swatches."""
+
+
+@dataclass(frozen=True, eq=False)
+class SwatchRequest:
+    """A swatch to be made: the arguments of ``swatch``, without device, budget and progress."""
+
+    pattern: str | Pattern | Weave
+    """A pattern or a weave, the name of one in the library, or the path of a file."""
+    _: KW_ONLY
+    material: YarnMaterial | None = None
+    """Material of the yarn; by default the material ``stitchmesh``, scaled to the radius of the yarn."""
+    quality: str | Quality = DEFAULT_QUALITY
+    """A preset or a ``Quality``."""
+    relax_cell: bool | RelaxCell = False
+    """Whether the width and height of the repeat are relaxed, or the degrees of freedom of a cell."""
+    shaken: int = 0
+    """Number of shaken starts that relax too, for the spread of the size."""
+    options: Mapping[str, Any] = field(default_factory=dict)
+    """Fields of ``SwatchOptions``; they are checked when the swatch is made."""
+
+
+def relax_swatches(
+    requests: Sequence[SwatchRequest],
+    *,
+    device: str | None = None,
+    progress: SwatchProgress | Literal[False] | None = None,
+) -> list[Swatch | StitchMeshError]:
+    """Make swatches together, each as ``swatch`` makes it.
+
+    On a GPU a launch costs more than the work of a small cell, so hundreds of swatches take little longer than one.
+    Each has the state of ``swatch`` within the tolerance, but with other rounding errors: cells of a batch share
+    candidate lists and Newton steps. The bits of a result depend on all requests of the call and on the device; the
+    same call gives the same bits. In the reports, ``seconds`` is the time from the begin of a swatch to its end, and
+    ``solver_seconds`` counts the batches in which it took part.
+
+    Args:
+        requests: the swatches.
+        device: device of the kernels, for example ``cpu`` or ``cuda:0``; by default the first GPU, or the CPU if there
+            is no GPU.
+        progress: called when a swatch is done; by default a line shows the progress on a terminal or in a notebook, and
+            False shows nothing.
+
+    Returns:
+        The swatches in the order of the requests; in place of one that cannot be made, the error that ``swatch``
+        raises.
+    """
+    with shown_progress(progress, _report_swatches) as report:
+        computations = [partial(_make_requested, request, device) for request in requests]
+
+        def on_done(done: int) -> None:
+            if report is not None:
+                report(done, len(requests))
+
+        return done_together(computations, ways_together(), on_done)
+
+
+def _report_swatches(progress: Progress) -> SwatchProgress:
+    """Return a function that reports the number of swatches as the progress of a stage."""
+    return lambda done, count: progress("swatches", done / count, f"{done} of {count}")
+
+
+def _make_requested(request: SwatchRequest, device: str | None) -> Swatch:
+    """Make a swatch; its report gives the time, which includes work for other swatches meanwhile."""
+    began = time.perf_counter()
+    prepared = prepare_swatch(
+        request.pattern, material=request.material, quality=request.quality, device=device,
+        **{"relax_cell": request.relax_cell, **request.options},
+    )  # fmt: skip
+    made = relax_shaken(prepared, request.shaken)
+    return replace(made, report=made.report | {"seconds": time.perf_counter() - began})

@@ -13,10 +13,6 @@ LARGEST_STRAIN = 0.05
 SMALLEST_DISTANCE = 1.5
 """Distance between the axes of two yarns, over the radius, below which yarns are crowded; 2 is touching."""
 
-DRAWN_IN = 1.25
-"""Height of a stitch over its width above which floats have drawn it in: plain stitches have 0.77, and stitches of the
-library's charts of two yarns in a row at most 1.1. Narrower stitches hide the colours of their neighbours."""
-
 Kind = Literal[
     "too few stitches", "too many stitches", "too few rows", "too many rows",
     "uneven stitches", "stopped", "out of time", "hidden by rounding", "not at rest", "strained", "crowded", "not flat",
@@ -82,7 +78,9 @@ def relaxation_verdict(report: Mapping[str, Any], *, mesh_converged: bool = True
     if report.get("shape", "flat") != "flat":
         thick = f"the fabric is {report['shape']}, {report['thickness_ratio']:.2g} times as thick as its stitches need"
         found.append(Finding("not flat", f"{thick}{_by_floats(report)}", "let it lie on a table, or block it"))
-    elif report.get("yarns_in_row", 1) > 1 and report["course_spacing"] > DRAWN_IN * report["wale_spacing"]:
+    # Plain stitches are 0.77 times as high as they are wide, and those of the library's charts of two yarns in a row at
+    # most 1.1 times. Narrower stitches hide the colours of their neighbours.
+    elif report.get("yarns_in_row", 1) > 1 and report["course_spacing"] > 1.25 * report["wale_spacing"]:
         narrow = f"the stitches are {report['wale_spacing']:.2g} cm wide and {report['course_spacing']:.2g} cm high"
         hidden = f"{narrow}{_by_floats(report)}, and stitches of one colour hide those of another"
         found.append(Finding("drawn in", hidden, "hold its width, or take a chart of fewer yarns in a row"))

@@ -20,7 +20,7 @@ from stitchmesh.time_limit import TimeLimit
 from tests.cli.calls import refused_without_files, run
 from tests.counting_clock import CountingClock
 from tests.nightly import at_night
-from tests.periodic.first_state import from_generated_yarns
+from tests.periodic.free_cells import from_generated_yarns
 
 PLAIN = ["--device", "cpu", "--no-picture"]
 FREE = ["swatch", "stockinette", "--relax-cell"]

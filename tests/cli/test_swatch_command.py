@@ -23,7 +23,7 @@ from stitchmesh.yarn.tiling import tile_yarns
 from stitchmesh.yarn.yarn_presets import Gauge, Yarn
 from tests.cli.calls import refused_without_files
 from tests.output_files import visible
-from tests.periodic.first_state import from_generated_yarns
+from tests.periodic.free_cells import from_generated_yarns
 
 DRAFT = ["--quality", "draft", "--device", "cpu"]
 QUICK = [*DRAFT, "--no-picture"]

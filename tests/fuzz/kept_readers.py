@@ -116,7 +116,7 @@ def _run_checkpoint(folder: Path) -> list[bytes]:
 def _read_sweep(path: Path) -> object:
     """Read a sweep and its first job."""
     from stitchmesh.jobs.job_file import job_of_table
-    from stitchmesh.jobs.sweep.sweep_file import read_sweep
+    from stitchmesh.jobs.sweep.sweep import read_sweep
 
     return job_of_table(read_sweep(path).table(0), str(path))
 

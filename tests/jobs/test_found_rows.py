@@ -14,9 +14,9 @@ import stitchmesh as sm
 from stitchmesh.jobs import job_memory
 from stitchmesh.jobs.job import Job
 from stitchmesh.jobs.job_memory import found_memory
+from stitchmesh.jobs.job_status import JobStopped, StopRequest
 from stitchmesh.jobs.run_job import run_job
 from stitchmesh.jobs.stage_files import GIVEN
-from stitchmesh.jobs.stop import JobStopped, StopRequest
 from stitchmesh.jobs.sweep.row import inputs_of, measures_of
 from stitchmesh.quality import PRESETS
 from stitchmesh.recipe.estimate import control_points, loops_in_chains

@@ -20,15 +20,13 @@ from stitchmesh.cli.main import main
 from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.io.folder_lock import FolderLock
 from stitchmesh.io.own_files import RECORD, mark_folder
-from stitchmesh.jobs.clean_job import clean_job
 from stitchmesh.jobs.job import Job, recipe_of
 from stitchmesh.jobs.job_memory import check_job_memory
-from stitchmesh.jobs.job_status import JobLog, read_status
+from stitchmesh.jobs.job_status import JobLog, JobStopped, StopRequest, read_status
 from stitchmesh.jobs.kept_stages import KeptStage, KeptStages, StageRecord
-from stitchmesh.jobs.run_job import end_reported, run_job
+from stitchmesh.jobs.run_job import clean_job, end_reported, run_job
 from stitchmesh.jobs.sections import SwatchTable
 from stitchmesh.jobs.stage_run import JobRun
-from stitchmesh.jobs.stop import JobStopped, StopRequest
 from stitchmesh.memory_need import relaxation_memory
 from stitchmesh.periodic.swatch import Swatch
 from stitchmesh.pipeline.garment import Made

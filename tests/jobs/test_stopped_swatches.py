@@ -18,9 +18,9 @@ from stitchmesh.io.history import read_history
 from stitchmesh.io.yarns import read_yarns
 from stitchmesh.jobs import swatch_stages
 from stitchmesh.jobs.job import Job
+from stitchmesh.jobs.job_status import JobStopped, StopRequest
 from stitchmesh.jobs.run_job import run_job
 from stitchmesh.jobs.sections import SwatchTable
-from stitchmesh.jobs.stop import JobStopped, StopRequest
 from stitchmesh.periodic.relaxation import lowest_rest
 from stitchmesh.yarnrelax import observer
 

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from tests.periodic.first_state import from_generated_yarns
+from tests.periodic.free_cells import from_generated_yarns
 
 
 @pytest.fixture

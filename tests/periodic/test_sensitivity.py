@@ -14,8 +14,8 @@ import pytest
 import stitchmesh as sm
 from stitchmesh.errors import ParameterError
 from stitchmesh.lattice import Lattice, lattice_frame
-from stitchmesh.periodic.relaxation.cell_at_rest import CellAtRest
 from stitchmesh.periodic.relaxation.continuation import size_of
+from stitchmesh.periodic.relaxation.prepared_swatch import CellAtRest
 from stitchmesh.periodic.stretch import StretchPath, stretch_test
 from stitchmesh.quality import PRESETS
 from stitchmesh.run import QUIET
@@ -23,8 +23,7 @@ from stitchmesh.yarnrelax.energies.confinement import Confinement
 from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 from stitchmesh.yarnrelax.rest_derivatives import polished
 from tests.nightly import at_night, mostly_at_night
-from tests.periodic.first_state import from_generated_yarns
-from tests.periodic.free_cells import FREE, free_swatch
+from tests.periodic.free_cells import FREE, free_swatch, from_generated_yarns
 
 CHANGE, STEP, STRAIN = 1e-5, 1e-4, 1e-5
 """Relative change of an input, strain of a stretch test, and strain, of the differences."""

@@ -17,20 +17,24 @@ from PIL import Image
 
 from stitchmesh.cli.main import main
 from stitchmesh.errors import ParameterError
+from stitchmesh.periodic.relaxation import drawn_cell
 from stitchmesh.periodic.relaxation.continuation import size_of
-from stitchmesh.periodic.stretch import StretchCurve, StretchPath, stretch_test
-from stitchmesh.periodic.stretch_table import write_stretch
+from stitchmesh.periodic.relaxation.drawn_cell import draw_without_friction
+from stitchmesh.periodic.stretch import StretchCurve, StretchPath, stretch_test, write_stretch
 from stitchmesh.quality import PRESETS
 from stitchmesh.render.plots.stretch_plot import plot_stretch
 from stitchmesh.yarnrelax import YarnMaterial
+from stitchmesh.yarnrelax.relaxation_result import Relaxation
 from tests.nightly import at_night
-from tests.periodic.first_state import from_generated_yarns
+from tests.periodic.free_cells import from_generated_yarns
 
 pytestmark = pytest.mark.usefixtures("first_state")
 KALDOR = YarnMaterial.named("kaldor-simulation")
 EXACT = replace(PRESETS["reference"], quadrature_points=5, tolerance=3e-5, largest_change=1e-5)
 """With fewer contact samples, contact spheres interlock, and the tension varies by the force of one sphere."""
 MOST, STEPS = 0.2, 11
+ENERGY = {"low": lambda strain: 1.0 + strain**2, "high": lambda strain: 1.02 + (strain - 0.15) ** 2}
+"""Energies of the two shapes of a spring by the strain."""
 CASES = [("wale", "held"), *at_night(("course", "free"), ("course", "held"), ("wale", "free"))]
 
 
@@ -124,6 +128,31 @@ def test_a_rib_stays_a_rib_while_it_is_stretched() -> None:
     assert curve.column("height")[-1] > 0.8 * curve.column("height")[0]  # fallen over, a rib is half as high
     for state, point in zip(curve.states, curve.points, strict=True):  # the images of the smallest cell
         assert size_of(state.lattice) == pytest.approx((point.width, point.height), rel=1e-9)
+
+
+def spring(drawn: Any, shape: Any, strain: float) -> Relaxation:
+    """The spring at rest at a strain: it snaps above 0.25, and back below 0.05."""
+    shape = "high" if strain > 0.25 else "low" if strain < 0.05 else shape
+    report = {"energy": ENERGY[shape](strain), "residual": 0.0, "converged": True, "out_of_time": False}
+    return Relaxation(shape, report, [])
+
+
+@pytest.mark.parametrize(
+    ("strains", "branches"),
+    [
+        ([0.0, 0.1, 0.2], [1, 1, 1]),
+        ([0.0, 0.1, 0.2, 0.1, 0.0], [1, 1, 1, 1, 1]),
+        ([0.0, 0.1, 0.2, 0.3, 0.4], [1, 1, 1, 2, 2]),
+        ([0.0, 0.1, 0.2, 0.3, 0.2, 0.1, 0.0], [1, 1, 1, 2, 2, 2, 1]),
+    ],
+)
+def test_a_shape_that_does_not_come_back_is_another_branch(
+    strains: list[float], branches: list[int], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(drawn_cell, "_relaxed_at", spring)
+    monkeypatch.setattr(drawn_cell, "_tension", lambda drawn, yarns: (0.0, 0.0))
+    cell: Any = type("Cell", (), {"free": "low"})()
+    assert [state.branch for state in draw_without_friction(cell, strains)] == branches
 
 
 def test_friction_takes_work_and_its_curve_has_a_branch_for_each_way() -> None:

@@ -24,11 +24,10 @@ from stitchmesh.periodic.swatch import Swatch, scale_yarns, swatch
 from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.periodic.weave.weave import Thread, Weave
 from stitchmesh.quality import quality_named
-from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.rest_length import RestLengths, apply_rest_lengths, parse_rest_lengths, segment_faces
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, relax_yarns, yarn_energies
 from tests.nightly import at_night
-from tests.periodic.free_cells import FREE, free_swatch
+from tests.periodic.free_cells import FREE, free_swatch, yarn_lengths
 
 pytestmark = pytest.mark.usefixtures("first_state")
 RADIUS = 0.125
@@ -53,11 +52,6 @@ def check_valid(made: Swatch) -> None:
     assert np.isfinite(made.yarns.points).all()
     assert np.isfinite([report["energy"], report["max_strain"], report["width"], report["height"]]).all()
     assert report["min_distance_over_radius"] > 0.0 and report["pull_throughs"] == 0
-
-
-def yarn_lengths(yarns: YarnSet) -> np.ndarray:
-    """Return the rest length of each yarn [cm]."""
-    return np.add.reduceat(yarns.rest_length, yarns.segment_start[:-1])
 
 
 @pytest.mark.parametrize("name", [SLIPS, "jacquard1"])
@@ -147,7 +141,7 @@ def test_length_factors_of_a_weave_are_applied_in_steps():
     weave = Weave(((0, 1), (1, 0)), warps=(Thread(length=0.1), Thread(length=2.0)))
     made = swatch(weave, **DRAFT)
     check_valid(made)
-    length = np.add.reduceat(made.yarns.rest_length, made.yarns.segment_start[:-1])
+    length = yarn_lengths(made.yarns)
     np.testing.assert_allclose(length[2:] / length[:2], [0.1, 2.0], rtol=1e-12)  # rounding of sums
 
 

@@ -40,8 +40,7 @@ from stitchmesh.budget.plan import SETTINGS
 from stitchmesh.budget.tables import TABLES, Kind, MeasuredRelaxation, Table, read_tables
 from stitchmesh.compute.device import device_named
 from stitchmesh.errors import StitchMeshError
-from stitchmesh.periodic.resolve_pattern import resolve_pattern
-from stitchmesh.periodic.swatch_budget import stitches_of
+from stitchmesh.periodic.resolve_pattern import resolve_pattern, stitches_of
 from stitchmesh.quality import PRESETS, Quality
 from stitchmesh.run import QUIET
 from stitchmesh.yarn import YarnSet

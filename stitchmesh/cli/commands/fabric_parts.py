@@ -150,7 +150,7 @@ class Capture:
         """Capture the pattern, and write it."""
         from stitchmesh.io import read_stitches
         from stitchmesh.patterns import capture_pattern, smallest_repeat
-        from stitchmesh.periodic.charts.pattern_file import write_pattern
+        from stitchmesh.periodic.charts.chart_picture import write_pattern
         from stitchmesh.selection import select
 
         fabric = read_stitches(self.fabric)

@@ -50,8 +50,8 @@ class Run:
         load = load_of_machine()  # before the heavy imports
         from stitchmesh.cli.job_progress import show_reports
         from stitchmesh.jobs.job_file import read_job
+        from stitchmesh.jobs.job_status import JobStopped
         from stitchmesh.jobs.run_job import run_job
-        from stitchmesh.jobs.stop import JobStopped
 
         job = read_job(self.job, allow_paths=self.allow_paths)
         folder = Path(self.job).with_suffix("") if self.output is None else Path(self.output)
@@ -110,7 +110,7 @@ class Job:
             self._write("job.toml" if self.output is None else self.output)
 
     def _clean(self) -> None:
-        from stitchmesh.jobs.clean_job import clean_job
+        from stitchmesh.jobs.run_job import clean_job
 
         if self.output is not None:
             raise ParameterError(f"--output: got {self.output} with clean, which writes no file; leave it out")
@@ -211,9 +211,9 @@ class Batch:
         if self.folder is not None:
             raise ParameterError(f"batch: got the folder {self.folder!r} beside a sweep; give it as -o {self.folder}")
         from stitchmesh.cli.job_progress import show_reports
-        from stitchmesh.jobs.stop import JobStopped
+        from stitchmesh.jobs.job_status import JobStopped
         from stitchmesh.jobs.sweep.run_sweep import run_sweep
-        from stitchmesh.jobs.sweep.sweep_file import read_sweep
+        from stitchmesh.jobs.sweep.sweep import read_sweep
 
         sweep = read_sweep(self.sweep, allow_paths=self.allow_paths)
         folder = Path(self.sweep).with_suffix("") if self.output is None else Path(self.output)

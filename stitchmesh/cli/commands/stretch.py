@@ -57,8 +57,7 @@ class Stretch:
         """
         directions = stretch_directions(self.course, self.wale)
         from stitchmesh.periodic.resolve_pattern import resolve_pattern
-        from stitchmesh.periodic.stretch import StretchPath, stretch_test
-        from stitchmesh.periodic.stretch_table import write_stretch
+        from stitchmesh.periodic.stretch import StretchPath, stretch_test, write_stretch
         from stitchmesh.periodic.weave.weave import Weave
         from stitchmesh.render.plots.stretch_plot import plot_stretch
         from stitchmesh.run import Run

@@ -178,7 +178,7 @@ class Swatch:
         """Search for states of rest, and write and print them."""
         from stitchmesh.cli.exploration import exploration_lines, exploration_report, write_exploration
         from stitchmesh.cli.progress import show_progress
-        from stitchmesh.periodic.states.explore import explore
+        from stitchmesh.periodic.explore import explore
 
         assert self.output is not None and self.explore is not None
         effective = replace(self, tile=Swatch.tile, texture=None, release=replace(self.release, shaken=0))
@@ -263,7 +263,7 @@ class Swatch:
 
     def _points(self, source: Pattern | Weave) -> float:
         """Return the number of control points of the cell at the default quality."""
-        from stitchmesh.periodic.swatch_budget import stitches_of
+        from stitchmesh.periodic.resolve_pattern import stitches_of
 
         stitches = stitches_of(source) * self.fabric.columns * self.fabric.rows
         return PRESETS[DEFAULT_QUALITY].control_points_per_stitch * stitches

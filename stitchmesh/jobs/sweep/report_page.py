@@ -16,9 +16,8 @@ from typing import Any
 
 from stitchmesh.io.atomic import write_text
 from stitchmesh.io.path_kind import whole_path
-from stitchmesh.jobs.sweep.column_units import titled
 from stitchmesh.jobs.sweep.result_table import JOB, KEY, read_table
-from stitchmesh.jobs.sweep.row import ERROR, PICTURE, YARNS
+from stitchmesh.jobs.sweep.row import ERROR, PICTURE, YARNS, titled
 from stitchmesh.markup import Markup, joined, markup
 
 PAGE, SCRIPT = "report.html", "plotly.min.js"

@@ -20,9 +20,8 @@ from stitchmesh.errors import FileError, ParameterError, StitchMeshError
 from stitchmesh.io.atomic import atomic_path, write_json, write_text
 from stitchmesh.io.checked import check_value, read_json
 from stitchmesh.io.path_kind import is_file
-from stitchmesh.jobs.sweep.column_units import titled, unit_of
 from stitchmesh.jobs.sweep.parquet_columns import read_columns
-from stitchmesh.jobs.sweep.row import ERROR, Row
+from stitchmesh.jobs.sweep.row import ERROR, Row, titled, unit_of
 from stitchmesh.jobs.sweep.task import SweptJob, Task
 
 TASKS, TABLE, TEXT_TABLE = "tasks", "rows.parquet", "rows.csv"

@@ -22,9 +22,8 @@ from stitchmesh.io.folder_lock import FolderLock
 from stitchmesh.io.outputs import claim_folder, guarded_outputs, plan_outputs
 from stitchmesh.io.part_folder import remove_stale_parts
 from stitchmesh.io.path_kind import whole_path
-from stitchmesh.jobs.job_status import JobLog, Listener
+from stitchmesh.jobs.job_status import JobLog, Listener, StopRequest
 from stitchmesh.jobs.run_job import BUSY, end_reported
-from stitchmesh.jobs.stop import StopRequest
 from stitchmesh.jobs.sweep.result_table import (
     TABLE,
     TASKS,
@@ -48,12 +47,8 @@ if TYPE_CHECKING:
 logger = logging.getLogger(__name__)
 
 STAGE = "sweep"
-DIED = "the processes that worked on it died; it may need more memory than a worker has"
-"""Error of a job that made several workers die."""
 OPEN = "{address}: takes code from everyone who reaches it; give it certificates (tls://, docs/how-to/sweeps.md)"
 """Warning about a scheduler that needs no certificate."""
-TABLE_SECONDS = 60.0
-"""Time between two writes of the table while tasks are done [s]."""
 
 
 @dataclass(frozen=True)
@@ -174,7 +169,7 @@ def _run(jobs: list[SweptJob], sweep: Sweep, folder: Path, log: JobLog, stop: St
             reason = f"; {ended.reason}" if isinstance(ended, Waiting) else ""
             rows |= {} if isinstance(ended, Waiting) else _rows_of(ended, folder)
             log.progress(STAGE, len(rows) / different, _note(rows, different) + reason)
-            if time.monotonic() - written > TABLE_SECONDS:
+            if time.monotonic() - written > 60.0:  # The table of a large sweep takes seconds to write.
                 write_table(folder, jobs, rows)
                 written = time.monotonic()
         for task in missing:  # A divided task gets a file too, so that the next run finds it finished.
@@ -190,7 +185,8 @@ def _rows_of(ended: Ended, folder: Path) -> dict[str, Row]:
     """Return the rows of a task; a job that made its workers die has an error."""
     if ended.died:
         (one,) = ended.task.jobs
-        rows = {one.key: error_row(one, DIED)}
+        died = "the processes that worked on it died; it may need more memory than a worker has"
+        rows = {one.key: error_row(one, died)}
         write_rows(folder, ended.task, rows)
         return rows
     found = read_rows(folder, ended.task)

@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stitchmesh.errors import FileError, StitchMeshError
-from stitchmesh.jobs.stop import StopRequest
+from stitchmesh.jobs.job_status import StopRequest
 from stitchmesh.jobs.sweep.task import Task
 from stitchmesh.jobs.sweep.work import work
 from stitchmesh.jobs.sweep.workers import GPU, offers_gpu

@@ -19,8 +19,7 @@ from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.io.contents import read_bytes
 from stitchmesh.io.path_kind import whole_path
 from stitchmesh.jobs.job import Job
-from stitchmesh.jobs.job_file import job_of_table
-from stitchmesh.jobs.job_paths import check_job_paths
+from stitchmesh.jobs.job_file import check_job_paths, job_of_table
 from stitchmesh.jobs.sweep.sweep import Kept, Sweep
 from stitchmesh.yarnrelax.fingerprint import checksum
 

@@ -32,20 +32,14 @@ from stitchmesh.run import QUIET
 from stitchmesh.yarn import YarnSet
 
 if TYPE_CHECKING:
-    from stitchmesh.periodic.swatch import Swatch
-    from stitchmesh.periodic.swatches import SwatchRequest
+    from stitchmesh.periodic.swatch import Swatch, SwatchRequest
 
 PICTURES, YARN_FILES, GARMENTS, FAULTS = "pictures", "yarns", "jobs", "faults"
 """Folders in the folder of a sweep: pictures, yarns, the folders of garments, and tracebacks of unexpected errors."""
 OF_THE_MACHINE = {errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EIO, errno.ESTALE, errno.EMFILE, errno.ENFILE}
 """Errors of the operating system that are no fault of a job, such as a full disk."""
-PICTURE_COLOURS = 64
-"""Number of colours of a picture: a page may hold thousands of pictures, and a yarn in light and shade has few
-colours."""
 NOT_STRETCHED = ("period", "blocked", "relax_cell", "relaxation", "friction")
 """Options of a swatch that a stretch test does not use, because it begins at the free cell without friction."""
-WAIT_SECONDS = 1.0
-"""Time between two checks of the folder of a garment on which another process still works [s]."""
 
 
 def work(task: Task, folder: str) -> int:
@@ -88,7 +82,7 @@ def _swatches(task: Task, folder: Path) -> dict[str, Row]:
 
 def _relaxed(task: Task, folder: Path) -> list[Swatch | str]:
     """Return the swatches of a task; an error text stands in the place of a swatch that cannot be relaxed."""
-    from stitchmesh.periodic.swatches import relax_swatches
+    from stitchmesh.periodic.swatch import relax_swatches
 
     asked = [_request_or_fault(one, folder) for one in task.jobs]
     requests = [one for one in asked if not isinstance(one, str)]
@@ -117,7 +111,7 @@ def _request(job: Job) -> SwatchRequest:
     Raises:
         ParameterError: an option is out of bounds.
     """
-    from stitchmesh.periodic.swatches import SwatchRequest
+    from stitchmesh.periodic.swatch import SwatchRequest
 
     table = job.swatch
     assert table is not None
@@ -146,7 +140,7 @@ def _garment(task: Task, folder: Path) -> dict[str, Row]:
     (one,), began = task.jobs, time.perf_counter()
     own = folder / GARMENTS / one.key
     while is_locked(own):  # A worker that the scheduler has lost still works on it.
-        time.sleep(WAIT_SECONDS)
+        time.sleep(1.0)
     try:
         made = run_job(one.job, own, resume=True)
         row = inputs_of(one.job) | {ERROR: None} | measures_of(made.report)
@@ -168,7 +162,8 @@ def _files(one: SweptJob, yarns: YarnSet, fabric: StitchMesh | None, kept: Kept,
         name = f"{PICTURES}/{one.key}.png"
         tiles = None if yarns.lattice is None else (4, 4)
         try:
-            render(yarns, folder / name, fabric=fabric, size=kept.picture, tiles=tiles, colours=PICTURE_COLOURS)
+            # A page may hold thousands of pictures, and a yarn in light and shade has few colours.
+            render(yarns, folder / name, fabric=fabric, size=kept.picture, tiles=tiles, colours=64)
             row[PICTURE] = name
         except DisplayError:  # A machine without a renderer also makes rows.
             pass

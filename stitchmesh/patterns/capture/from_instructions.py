@@ -13,8 +13,8 @@ from stitchmesh.hand_knitting.words import stitch_name
 from stitchmesh.hand_knitting.written_pieces import WrittenPiece, WrittenRow
 from stitchmesh.mesh.own_stitch import StitchType
 from stitchmesh.mesh.stitch import VOCABULARY, Stitch
-from stitchmesh.patterns.capture.capture import THROUGH_BACK
 from stitchmesh.patterns.pattern import Cell, Loop, Pattern, Row
+from stitchmesh.patterns.placement.placement import THROUGH_BACK
 
 
 def pattern_from_instructions(text: str, name: str = "instructions") -> Pattern:

@@ -16,10 +16,9 @@ from stitchmesh.mesh.palette import colour_text
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.patterns.charts.grid import check_chart_shape
 from stitchmesh.patterns.charts.knit_chart import COVERED, PLAIN, KnitChart, chart_of_written, knit_chart
-from stitchmesh.patterns.language.leaf_codes import bare_chart_name, bare_chart_rows, holds_digits
 from stitchmesh.patterns.language.parse import WrittenPattern, begins_with_statement, parse_written
 from stitchmesh.patterns.language.rows import DescribedRow, finish_rows
-from stitchmesh.patterns.language.text_charts import FIGURES, LETTERS
+from stitchmesh.patterns.language.text_charts import FIGURES, LETTERS, bare_chart_name, bare_chart_rows, holds_digits
 from stitchmesh.patterns.language.tokens import TextPlace
 from stitchmesh.patterns.language.writing import chart_word
 from stitchmesh.patterns.pattern import Pattern

@@ -11,7 +11,7 @@ import numpy as np
 from stitchmesh.io.atomic import write_bytes
 from stitchmesh.io.contents import FilePath, suffix_of
 from stitchmesh.patterns.charts.chart_image import number_pixels, open_chart, png_of_numbers
-from stitchmesh.patterns.language.leaf_codes import leaf_codes, parse_leaf_codes
+from stitchmesh.patterns.language.text_charts import leaf_codes, parse_leaf_codes
 from stitchmesh.patterns.pattern import Pattern
 
 PALETTE: dict[str, tuple[int, int, int]] = {

@@ -17,8 +17,6 @@ from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.patterns.language.words import ABBREVIATIONS, NO_STITCH, TUCK, WordStitches, read_crossing
 from stitchmesh.patterns.pattern import Cell, Loop, Pattern, Row, crossings
 
-_PLAIN = {Stitch.KNIT: "k", Stitch.PURL: "p"}
-
 
 def format_pattern(pattern: Pattern) -> str:
     """Write a pattern as text, so that ``parse_pattern(format_pattern(pattern)) == pattern``."""
@@ -79,7 +77,7 @@ def _only_from_right(piece: WordStitches) -> bool:
 
 
 def _plain_word(stitch: StitchType) -> str | None:
-    return None if isinstance(stitch, OwnStitch) else _PLAIN.get(stitch)
+    return None if isinstance(stitch, OwnStitch) else {Stitch.KNIT: "k", Stitch.PURL: "p"}.get(stitch)
 
 
 def _bars(row: Row, pieces: list[WordStitches]) -> list[int]:

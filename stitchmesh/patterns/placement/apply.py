@@ -3,13 +3,17 @@
 """Application of a pattern to a fabric: to the whole fabric, to a region, or to the plain stitches around one face.
 
 Source: Yuksel et al. 2012, section 5.3.
+
+A pattern without colours only numbers its yarns, and the fabric has the same numbers. A pattern with colours, such as a
+chart from an image, keeps them. A fabric of one yarn without a palette takes the ground of the pattern as its yarn 0.
+On any other fabric the yarns of the pattern take the numbers of the equal colours there, and the other colours are
+added to the fabric.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import replace
 from os import PathLike
 
 import numpy as np
@@ -17,9 +21,9 @@ from numpy.typing import NDArray
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.contents import FilePath
-from stitchmesh.mesh import BORDER, IntArray, StitchMesh
-from stitchmesh.mesh.change import Change, Marks, OwnStitchesChange, apply_change
-from stitchmesh.mesh.courses import course_through
+from stitchmesh.mesh import StitchMesh
+from stitchmesh.mesh.change import Change, OwnStitchesChange, PaletteChange, apply_change
+from stitchmesh.mesh.palette import colour_text, filled_palette, parse_colour
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.patterns.library import read_pattern
 from stitchmesh.patterns.pattern import Pattern, check_closes
@@ -31,52 +35,11 @@ from stitchmesh.patterns.placement.columns import (
     keeps_counts,
 )
 from stitchmesh.patterns.placement.grid import fill_grid, grid_around
-from stitchmesh.patterns.placement.in_place import CellTable, changes_in_place
-from stitchmesh.patterns.placement.left_out import LeftOut, find_left_out
-from stitchmesh.patterns.placement.loop_marks import LoopMarks
-from stitchmesh.patterns.placement.pattern_colours import colour_on_fabric, ground_of
-from stitchmesh.patterns.placement.placement import Placement, is_plain, is_worked, region_of
+from stitchmesh.patterns.placement.laying import LaidPattern, lay_placed
+from stitchmesh.patterns.placement.placement import is_worked, region_of
 from stitchmesh.patterns.placement.plain_ground import plain_ground
 from stitchmesh.patterns.placement.rebuilt_runs import Rebuilt
-from stitchmesh.patterns.placement.replace import Replacement
-from stitchmesh.patterns.placement.units import CellNumbers, find_sites, units_of
 from stitchmesh.patterns.placement.wales import follow_wales
-
-_LEFT_OVER, _CUT, _UNCROSSED = range(3)
-REASONS = [
-    "these loops are left over beside whole repeats of the pattern and keep their stitches",
-    "shaping or the end of a row cuts the repeat, and these stitches are knit or purled",
-    "a loop of the cable is missing beside shaping or at the end of a row, and the cable does not cross",
-]
-"""The reasons why faces may be left out."""
-
-
-@dataclass(frozen=True, eq=False)
-class LaidPattern:
-    """A fabric with a pattern, and the list of stitches that could not take it."""
-
-    fabric: StitchMesh
-    """The fabric with the pattern."""
-    changes: tuple[Change, ...]
-    """Changes that make this fabric from the given one, in order; each has an exact inverse (``inverse_change``)."""
-    faces_laid: int
-    """Number of faces that have the pattern."""
-    reason: IntArray
-    """Index in ``REASONS`` of the reason why each face is left out, -1 for all other faces, shape (F,)."""
-
-    @cached_property
-    def breaks_rounds(self) -> bool:
-        """Whether stitches of a round remain outside the whole repeats of the pattern."""
-        beside = np.flatnonzero(self.reason == _LEFT_OVER).tolist()
-        return any(course_through(self.fabric, face).closed for face in beside)
-
-    @cached_property
-    def left_out(self) -> tuple[LeftOut, ...]:
-        """Faces that are not in the pattern although they belong to the region, largest groups first.
-
-        Cast-on rows and drawn-through loops are not listed, because no pattern changes them.
-        """
-        return find_left_out(self.fabric, self.reason, REASONS)
 
 
 def apply_pattern(
@@ -186,7 +149,7 @@ def lay_pattern(
             f"pattern {chosen.name!r}: its {chosen.width} columns are more than any first row of the {where} has; "
             f"use narrower stitches{', a wider region' if faces is not None else ''} or another pattern"
         )
-    return _Laying(fabric, chosen, placement, inside).laid(changes, ground_yarn)
+    return lay_placed(fabric, chosen, placement, inside, changes, ground_yarn)
 
 
 def _new_stitches(fabric: StitchMesh, pattern: Pattern) -> list[Change]:
@@ -223,76 +186,53 @@ def _check_fabric(fabric: object) -> None:
         raise ParameterError(f"face {panels[0]}: is a panel of a coarse mesh, not a stitch; tessellate the mesh first")
 
 
-class _Laying:
-    """The changes that lay a placed pattern, and the faces that they leave out."""
-
-    def __init__(self, fabric: StitchMesh, pattern: Pattern, placement: Placement, inside: NDArray[np.bool_]) -> None:
-        self.fabric, self.pattern, self.placement, self.inside = fabric, pattern, placement, inside
-        self.cells = CellNumbers(pattern, placement)
-        units = units_of(pattern)
-        self.table = CellTable(fabric, pattern, units, self.cells)
-        self.sites, self.in_site = find_sites(fabric, placement, self.cells, units.larger)
-
-    def laid(self, before: list[Change], ground: int) -> LaidPattern:
-        """Apply the changes: first the stitches of faces that stay, then the new faces, then the marks of loops.
-
-        Args:
-            before: the changes that have made the fabric.
-            ground: number of the yarn for stitches left over.
-        """
-        fabric = self.fabric
-        loops = LoopMarks(fabric, self.pattern, self.placement, self.cells, self.sites)
-        crossings, uncrossed = loops.crossings()
-        marks = {"twist": loops.twist(self.table), "cable_shift": crossings.shift, "cable_layer": crossings.layer}
-        changes: list[Change] = [*changes_in_place(fabric, self.pattern, self.cells.of_face, self.table, ~self.in_site)]
-        reason = self._reasons(uncrossed)
-        if self.pattern.yarn_count > 1:
-            left_over = np.flatnonzero((reason == _LEFT_OVER) & (fabric.yarn != ground))
-            changes += [Marks("yarn", left_over, np.full(len(left_over), ground))] if len(left_over) else []
-        after = fabric
-        for change in changes:
-            after = apply_change(after, change)
-        laid = int((self.inside & (self.cells.of_face != BORDER) & (reason < 0) & ~self.in_site).sum())
-        side_after = np.arange(fabric.side_count)
-        if self.sites:
-            replacement = Replacement(after, self.pattern, self.sites)
-            patch = replacement.patch()
-            changes.append(patch)
-            after = apply_change(after, patch)
-            side_after = replacement.sides_after(patch)
-            kept = np.flatnonzero(reason >= 0)
-            moved = np.full(after.face_count, -1)
-            moved[replacement.face.after[kept]] = reason[kept]
-            reason = moved
-            laid += len(patch.added_faces)
-        for name, values in marks.items():
-            mark = _mark_after(after, name, values, side_after)
-            if len(mark.places):
-                changes.append(mark)
-                after = apply_change(after, mark)
-        return LaidPattern(after, (*before, *changes), laid, reason)
-
-    def _reasons(self, uncrossed: IntArray) -> IntArray:
-        """Return the index of the reason why each face is left out, -1 for the other faces, shape (F,)."""
-        cells, fabric = self.cells.of_face, self.fabric
-        reason = np.full(fabric.face_count, -1)
-        reason[self.inside & is_worked(fabric) & (cells == BORDER)] = _LEFT_OVER
-        plain = np.flatnonzero(is_plain(fabric) & (cells != BORDER) & ~self.in_site)
-        reason[plain[~self.table.is_single[cells[plain]]]] = _CUT
-        reason[uncrossed[~self.in_site[uncrossed]]] = _UNCROSSED
-        return reason
-
-
-def _mark_after(fabric: StitchMesh, name: str, values: IntArray, side_after: IntArray) -> Marks:
-    """Return the marks that give sides new values, where these differ from the values of the fabric.
+def ground_of(pattern: Pattern, named: str | None) -> int:
+    """Return the number of the yarn of the ground of a pattern.
 
     Args:
-        fabric: the fabric in which the marks change.
-        name: name of the mark.
-        values: value of each side before the faces were replaced.
-        side_after: number of each of these sides in ``fabric``, ``BORDER`` if the side is gone.
+        pattern: the pattern.
+        named: a colour of the pattern (``parse_colour``), or the number of one of its yarns; for None, the yarn of most
+            stitches (``Pattern.ground``).
+
+    Raises:
+        ParameterError: the text is no colour, or the pattern has no such colour or yarn.
     """
-    there = np.flatnonzero(side_after != BORDER)
-    there = there[values[there] != getattr(fabric, name)[side_after[there]]]
-    order = np.argsort(side_after[there])
-    return Marks(name, side_after[there][order], values[there][order])
+    if named is None:
+        return pattern.ground
+    yarns = sorted({cell.yarn for row in pattern.rows for cell in row.cells})
+    colours = [colour_text(colour) for colour in pattern.palette]
+    wanted = int(named) if named.isdecimal() else None
+    if wanted is None and (colour := colour_text(parse_colour(named))) in colours:
+        wanted = colours.index(colour)
+    if wanted not in yarns:
+        known = ", ".join(colours[yarn] if yarn < len(colours) else str(yarn) for yarn in yarns)
+        raise ParameterError(f"ground {named!r}: is no yarn of pattern {pattern.name!r}; expected one of {known}")
+    return wanted
+
+
+def colour_on_fabric(pattern: Pattern, fabric: StitchMesh, ground: int) -> tuple[Pattern, int, list[PaletteChange]]:
+    """Bring the colours of a pattern onto a fabric.
+
+    Args:
+        pattern: the pattern.
+        fabric: the fabric.
+        ground: the pattern's number of the yarn of its ground.
+
+    Returns:
+        The pattern in the yarn numbers of the fabric, the number of its ground there, and the change of the palette of
+        the fabric, if there is one.
+    """
+    if not pattern.palette:
+        return pattern, ground, []
+    if len(fabric.palette) or fabric.yarn.any():
+        colours = [tuple(colour) for colour in filled_palette(fabric.palette, int(fabric.yarn.max()) + 1).tolist()]
+    else:
+        colours = [pattern.palette[ground]]
+    colours += [colour for colour in dict.fromkeys(pattern.palette) if colour not in colours]
+    number = {yarn: colours.index(colour) for yarn, colour in enumerate(pattern.palette)}
+    rows = tuple(
+        replace(row, cells=tuple(replace(cell, yarn=number.get(cell.yarn, cell.yarn)) for cell in row.cells))
+        for row in pattern.rows
+    )
+    changes = [PaletteChange(np.array(colours, dtype=np.uint8))] if len(colours) > len(fabric.palette) else []
+    return replace(pattern, rows=rows, palette=()), number.get(ground, ground), changes

@@ -19,6 +19,8 @@ from stitchmesh.mesh.courses import Course, faces_across, sides_across
 from stitchmesh.mesh.stitch import VOCABULARY, Stitch
 from stitchmesh.patterns.placement.columns import OUTSIDE
 
+THROUGH_BACK = -1
+"""Half turn that a knit or purl stitch through the back leg gives to its loop."""
 _WORKED = np.isin(np.arange(max(Stitch) + 1), list(VOCABULARY))
 """Whether a pattern may replace a stitch, by type code; it may not replace cast-on and drawn-through loops."""
 
@@ -58,6 +60,21 @@ def plain_above(fabric: StitchMesh) -> IntArray:
 def side_below(fabric: StitchMesh, faces: IntArray) -> IntArray:
     """Return the top side below the first bottom side of each given face, ``BORDER`` where there is none."""
     return sides_across(fabric, fabric.face_start[:-1][faces], TOP)
+
+
+def held_twist(fabric: StitchMesh) -> IntArray:
+    """Return the half turn that the stitch above gives to the loop of each top side, shape (C,).
+
+    A half turn belongs to the stitch that works the loop if that stitch is knit or purled through the back leg, and
+    otherwise to the stitch that makes the loop.
+    """
+    held = np.zeros(fabric.side_count, dtype=np.int64)
+    turned = np.flatnonzero(fabric.twist == THROUGH_BACK)
+    below, above = fabric.side_face[turned], faces_across(fabric, turned, BOTTOM)
+    through = (above != BORDER) & np.isin(fabric.built_in[above], [Stitch.KNIT, Stitch.PURL])
+    through &= (fabric.cable_shift[turned] == 0) & (fabric.built_in[below] != Stitch.YARN_OVER)
+    held[turned[through]] = THROUGH_BACK
+    return held
 
 
 def region_of(fabric: StitchMesh, faces: Iterable[int] | None) -> NDArray[np.bool_]:

@@ -19,8 +19,8 @@ from stitchmesh.patterns.charts.leaf_chart import SUFFIX as LEAF_SUFFIX
 from stitchmesh.patterns.charts.leaf_chart import leaf_image
 from stitchmesh.patterns.language.parse import begins_with_statement
 from stitchmesh.periodic.resolve_pattern import Source, resolve_pattern, states_a_weave
-from stitchmesh.periodic.weave.image import weave_image
 from stitchmesh.periodic.weave.library import SUFFIX as WEAVE_SUFFIX
+from stitchmesh.periodic.weave.library import weave_image
 from stitchmesh.periodic.weave.weave_chart import (
     WeaveChart,
     WeaveChartText,

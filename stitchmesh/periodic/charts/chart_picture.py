@@ -1,6 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A picture of a chart with its symbols, to print or to show; the PNG also holds the text of the chart."""
+"""A picture of a chart with its symbols, to print or to show; the PNG also holds the text of the chart.
+
+A pattern is written as text or as the picture of its chart; ``read_pattern`` reads both.
+"""
 
 from __future__ import annotations
 
@@ -9,9 +12,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stitchmesh.errors import check_kind
+from stitchmesh.io.atomic import write_bytes
+from stitchmesh.io.contents import FilePath, suffix_of
 from stitchmesh.mesh.palette import parse_colour
+from stitchmesh.patterns import Pattern, format_pattern
 from stitchmesh.patterns.charts.chart_image import TEXT_KEY
 from stitchmesh.patterns.charts.chart_symbols import DOT, RING, Mark
+from stitchmesh.patterns.charts.knit_chart import knit_chart
 from stitchmesh.periodic.charts.chart_drawing import COVERED, ChartDrawing, draw_chart
 from stitchmesh.periodic.charts.chart_files import Chart, write_chart
 
@@ -137,3 +145,32 @@ class _Painter:
 def _ink(paper: tuple[int, ...]) -> tuple[int, int, int]:
     """Return the colour of symbols that can be seen on a paper."""
     return DARK if 0.299 * paper[0] + 0.587 * paper[1] + 0.114 * paper[2] > 140 else LIGHT
+
+
+PATTERN_TEXT, PATTERN_PICTURE = ".knit", ".png"
+
+
+def pattern_content(pattern: Pattern, suffix: str) -> bytes:
+    """Return the content of the file of a pattern.
+
+    Args:
+        pattern: the pattern.
+        suffix: ``.knit`` for text, or ``.png`` for a picture of its chart, which holds the text too.
+
+    Raises:
+        ParameterError: the chart is larger than ``grid.LONGEST_SIDE``.
+    """
+    return format_pattern(pattern).encode() if suffix == PATTERN_TEXT else chart_picture(knit_chart(pattern))
+
+
+def write_pattern(path: FilePath, pattern: Pattern) -> None:
+    """Write a pattern as text (``.knit``), or as the picture of its chart with its text (``.png``).
+
+    ``read_pattern`` reads both. The file is written atomically.
+
+    Raises:
+        FileError: the file has another suffix, or it cannot be written.
+        ParameterError: the chart is larger than ``grid.LONGEST_SIDE``.
+    """
+    check_kind("write_pattern", pattern, Pattern)
+    write_bytes(path, pattern_content(pattern, suffix_of(path, (PATTERN_TEXT, PATTERN_PICTURE))))

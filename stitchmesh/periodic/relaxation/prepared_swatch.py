@@ -8,6 +8,8 @@ If the yarn is thicker than the loops can hold, the loops are generated with thi
 steps (``continuation``). To apply ``gamma``, the radius grows further, and the whole fabric is scaled by 1 / gamma once
 it is at rest: the yarn keeps its radius, and the fabric has 1 / gamma of its yarn length (Leaf et al. 2018, section
 6.2). Take-up multiplies the rest lengths of stitches and parts of stitches by factors, also in steps (section 6.1).
+
+``CellAtRest`` keeps the smallest cell at rest and all that acted on it. Later questions about this state use it.
 """
 
 from __future__ import annotations
@@ -19,6 +21,7 @@ from typing import Any
 
 import numpy as np
 
+from stitchmesh.compute.device import device_named
 from stitchmesh.errors import ParameterError, check_kind
 from stitchmesh.memory_need import BASE_MEMORY, BYTES_PER_KEPT_POINT, check_memory, check_relaxation_memory
 from stitchmesh.mesh import FloatArray, StitchMesh
@@ -29,10 +32,9 @@ from stitchmesh.periodic.relaxation.off_needles import Release, chosen_release
 from stitchmesh.periodic.relaxation.support import blocking, planes
 from stitchmesh.periodic.repeat.drawn_swatch import draw_swatch
 from stitchmesh.periodic.repeat.smallest_cell import SmallestCell
-from stitchmesh.periodic.resolve_pattern import Source, resolve_pattern
+from stitchmesh.periodic.resolve_pattern import Source, resolve_pattern, stitches_of
 from stitchmesh.periodic.sampling.even_sampling import even_lengths, sample_evenly
 from stitchmesh.periodic.sampling.sampling import GENERATED, is_small, path_to, released, with_contacts
-from stitchmesh.periodic.swatch_budget import stitches_of
 from stitchmesh.periodic.swatch_options import TAKE_UP, SwatchOptions
 from stitchmesh.periodic.weave.weave import Weave
 from stitchmesh.quality import PRESETS, Quality, quality_named
@@ -40,6 +42,7 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.rest_length import apply_rest_lengths
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
 from stitchmesh.yarnrelax.energies.term import TermChoice
+from stitchmesh.yarnrelax.relaxation_inputs import RelaxationInputs
 
 SIZES = (0.1, 10.0)
 """Smallest and largest period over the period of the generated repeat."""
@@ -273,3 +276,43 @@ def free_cell(options: SwatchOptions, drawn: YarnSet, material: YarnMaterial) ->
         for pull, size in zip((cell.course, cell.wale), options.period, strict=True)
     ]
     return replace(cell, course=pulls[0], wale=pulls[1])
+
+
+@dataclass(frozen=True, eq=False)
+class CellAtRest:
+    """A cell at rest.
+
+    Its lengths are gamma times the lengths in the fabric, and its material is scaled in the same way.
+    """
+
+    yarns: YarnSet
+    """The relaxed yarns of the cell, on its lattice."""
+    material: YarnMaterial
+    """Material of the yarns at this size."""
+    quality: Quality
+    """Resolution of the relaxation."""
+    cell: RelaxCell | None
+    """The free changes of the periods and their loads; None for constant periods."""
+    terms: Sequence[TermChoice]
+    """The planes between which the cell lies; empty if it lies on nothing."""
+    device: str | None
+    """Device of the kernels."""
+    gamma: float = 1.0
+    """The lengths of the cell over the lengths in the fabric."""
+    rubs: bool = False
+    """Whether friction between the yarns held the cell on its way to rest."""
+
+    @classmethod
+    def of(cls, prepared: PreparedSwatch, yarns: YarnSet) -> CellAtRest:
+        """Return the cell of a prepared repeat, whose smallest cell came to rest with these yarns."""
+        return cls(
+            yarns, prepared.similar, prepared.quality, prepared.cell, prepared.terms, prepared.device,
+            prepared.options.gamma, prepared.release is not None,
+        )  # fmt: skip
+
+    @property
+    def inputs(self) -> RelaxationInputs:
+        """The inputs of a relaxation that goes on from this state."""
+        return RelaxationInputs(
+            self.yarns, self.material, self.quality, device_named(self.device), self.terms, cell=self.cell
+        )  # fmt: skip

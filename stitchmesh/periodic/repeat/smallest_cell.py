@@ -29,9 +29,6 @@ from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import RelaxCell
 
-SAME_PLACE = 1e-6
-"""Largest distance of control points that count as the same place, over the first period."""
-
 
 @dataclass(frozen=True, eq=False)
 class SmallestCell:
@@ -174,7 +171,8 @@ def _image_of(yarns: YarnSet, lengths: FloatArray, yarn: int, move: FloatArray) 
     """Return the yarn to which a translation takes a yarn, its roll, and the lattice image to add; None without one."""
     assert yarns.lattice is not None and yarns.lattice_step is not None
     own = yarns.points[yarns.start[yarn] : yarns.start[yarn + 1]] + move
-    near = SAME_PLACE * float(np.linalg.norm(yarns.lattice.periods[0]))
+    # Control points that are closer to each other lie at the same place.
+    near = 1e-6 * float(np.linalg.norm(yarns.lattice.periods[0]))
     away = yarns.points - own[0]
     behind = np.rint(away @ np.linalg.pinv(yarns.lattice.periods)).astype(np.int64)
     for point in np.flatnonzero(np.linalg.norm(away - yarns.lattice.shift(behind), axis=1) < near):

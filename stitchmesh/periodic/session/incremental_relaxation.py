@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A swatch that takes changes while it relaxes: one change, or some iterations, at a time, in one thread.
 
-Increments and iterations alternate. An increment brings all lengths nearer to the target (``increments``); the yarns
+Increments and iterations alternate. An increment brings all lengths nearer to the target (``target``); the yarns
 then relax for some iterations before the next increment. After the last increment the yarns relax until they have
 converged. If a relaxation fails, the swatch returns to the state before the last increment. Increments, changes and
 assessments fall between assessment intervals. The division of intervals into frames therefore does not change a bit of
@@ -28,9 +28,16 @@ from stitchmesh.periodic.relaxation.continuation import ITERATIONS
 from stitchmesh.periodic.sampling.even_sampling import sample_evenly
 from stitchmesh.periodic.sampling.sampling import with_contacts
 from stitchmesh.periodic.session.frames import Frame
-from stitchmesh.periodic.session.increments import SwatchInProgress, increment, increments_left
 from stitchmesh.periodic.session.settings import SwatchSettings
-from stitchmesh.periodic.session.target import GeneratedRepeat, Target, generate_repeat, make_target
+from stitchmesh.periodic.session.target import (
+    GeneratedRepeat,
+    SwatchInProgress,
+    Target,
+    generate_repeat,
+    increment,
+    increments_left,
+    make_target,
+)
 from stitchmesh.periodic.swatch import Swatch, scale_yarns, swatch
 from stitchmesh.quality import Quality
 from stitchmesh.time_limit import Interrupted, given_up_when
@@ -38,9 +45,6 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.linking.certificate import refuse_pull_through
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.stepwise_loop import INTERVAL, StepwiseLoop
-
-NO_ROOM = "yarns cannot be separated on the path to these sizes; take thinner or longer yarn, or a larger repeat"
-"""Why yarns that were generated correctly cannot reach the target."""
 
 NEAR, LONGEST_PREVIEW = 0.02, 1000
 """The preview is near enough to rest at this residual, or after this number of iterations since the last increment."""
@@ -290,7 +294,8 @@ class LiveSwatch:
             return self._start_again()
         self.state, self.iterations_since_increment, self.stepped_back = self.previous or self.state, 0, True
         self.previous = self.loop = None
-        raise SolverError(f"{str(error).partition(':')[0]}: {NO_ROOM}") from error
+        cause = "yarns cannot be separated on the path to these sizes; take thinner or longer yarn, or a larger repeat"
+        raise SolverError(f"{str(error).partition(':')[0]}: {cause}") from error
 
     def _start_again(self) -> None:
         """Start from the generated yarns."""

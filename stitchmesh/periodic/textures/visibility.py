@@ -22,8 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.mesh import FloatArray, IntArray
-from stitchmesh.periodic.textures.plan import PixelGrid
-from stitchmesh.periodic.textures.tubes import Tubes
+from stitchmesh.periodic.textures.tubes import PixelGrid, Tubes
 
 PAIRS_AT_ONCE = 1 << 19
 """Number of pairs of piece and pixel that are processed together; this limits the memory."""

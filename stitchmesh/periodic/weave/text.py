@@ -15,12 +15,18 @@ or to all warps from the left, and repeat if there are fewer numbers than yarns;
 Radius, spacing and length are factors. A list of colours in quotes, such as ``colours "cream, navy"``, gives the colour
 of each colour number. Blanks between the signs of a matrix are ignored, and a comment runs from # to
 the end of the line.
+
+Layers of cloth, each with its own wefts and warps, become one matrix (``stack_layers``). The yarns of all layers are
+distributed evenly over the repeat; the yarns of equal layers alternate. The spacing of each yarn is smaller, so that
+each layer alone has the spacing of a single cloth.
 """
 
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -31,7 +37,6 @@ from stitchmesh.mesh import IntArray
 from stitchmesh.mesh.palette import colour_text
 from stitchmesh.patterns.language.parse import quoted_palette, quoted_text
 from stitchmesh.patterns.language.tokens import END, Line, TextPlace, Token, split_lines
-from stitchmesh.periodic.weave.layers import Stack, stack_layers
 from stitchmesh.periodic.weave.weave import Thread, Weave
 
 STATEMENTS = "weave, source, colours, layer, stitch, wefts, warps or a line of 0 and 1"
@@ -284,3 +289,44 @@ def _value(token: Token, attribute: str) -> float:
     if not _NUMBER.fullmatch(token.text) or not 0.0 < float(token.text) < float("inf"):
         raise token.unexpected(f"a positive factor of the {attribute}, such as 1.5")
     return float(token.text)
+
+
+@dataclass(frozen=True, eq=False)
+class Stack:
+    """Layers of cloth one behind another, before stitches bind them."""
+
+    over: NDArray[np.bool_]
+    """Whether each weft passes over each warp, shape (wefts, warps)."""
+    wefts: IntArray
+    """Layer of each weft, and its number in that layer from 0, shape (wefts, 2)."""
+    warps: IntArray
+    """Layer of each warp, and its number in that layer from 0, shape (warps, 2)."""
+
+    def threads(self, kind: str) -> tuple[Thread, ...]:
+        """Return the threads of ``wefts`` or ``warps``, evenly spaced."""
+        place: IntArray = getattr(self, kind)
+        spacing = float(np.bincount(place[:, 0]).max() / len(place))
+        return tuple(Thread(layer=int(layer), spacing=spacing) for layer in place[:, 0])
+
+
+def stack_layers(layers: Sequence[NDArray[np.bool_]]) -> Stack:
+    """Combine layers of cloth to one matrix.
+
+    Args:
+        layers: for each layer from the front, whether each of its wefts passes over each of its warps, shape
+            (wefts, warps).
+    """
+    wefts = _distribute([len(layer) for layer in layers])
+    warps = _distribute([layer.shape[1] for layer in layers])
+    over = wefts[:, None, 0] < warps[None, :, 0]
+    for index, layer in enumerate(layers):
+        rows, columns = np.flatnonzero(wefts[:, 0] == index), np.flatnonzero(warps[:, 0] == index)
+        over[np.ix_(rows, columns)] = layer
+    return Stack(over, wefts, warps)
+
+
+def _distribute(counts: Sequence[int]) -> IntArray:
+    """Return the layer and number of the yarns of several layers in their order across the repeat, shape (n, 2)."""
+    places = [(Fraction(2 * number + 1, 2 * count), layer, number)
+              for layer, count in enumerate(counts) for number in range(count)]  # fmt: skip
+    return np.array([(layer, number) for _, layer, number in sorted(places)])

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING
 
 from stitchmesh.io.atomic import atomic_path
 from stitchmesh.io.contents import FilePath
-from stitchmesh.periodic.states.explore import Exploration
-from stitchmesh.periodic.states.rest_states import Rest
+from stitchmesh.periodic.explore import Exploration, Rest
 from stitchmesh.render.lettering import INK
 from stitchmesh.render.swatch_picture import render_swatch
 

@@ -16,10 +16,9 @@ from stitchmesh.cli.main import main
 from stitchmesh.errors import FileError
 from stitchmesh.jobs.job import Job
 from stitchmesh.jobs.sections import SwatchTable
-from stitchmesh.jobs.sweep.column_units import titled, unit_of
 from stitchmesh.jobs.sweep.report_page import MOST_ROWS, write_report_page
 from stitchmesh.jobs.sweep.result_table import TABLE, TEXT_TABLE, UNIT, read_table, write_table
-from stitchmesh.jobs.sweep.row import ERROR
+from stitchmesh.jobs.sweep.row import ERROR, titled, unit_of
 from stitchmesh.jobs.sweep.task import SweptJob
 
 HARM = "</script><script>alert(1)</script>"

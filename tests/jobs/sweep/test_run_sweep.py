@@ -25,13 +25,12 @@ from distributed import Security
 import stitchmesh as sm
 from stitchmesh.cli.main import main
 from stitchmesh.errors import FileError, ParameterError
-from stitchmesh.jobs.stop import JobStopped, StopRequest
+from stitchmesh.jobs.job_status import JobStopped, StopRequest
 from stitchmesh.jobs.sweep.axis import Axis, Choices
 from stitchmesh.jobs.sweep.result_table import TASKS, read_table
 from stitchmesh.jobs.sweep.row import WORKER
 from stitchmesh.jobs.sweep.run_sweep import run_sweep
-from stitchmesh.jobs.sweep.sweep import Kept, Sweep
-from stitchmesh.jobs.sweep.sweep_file import read_sweep
+from stitchmesh.jobs.sweep.sweep import Kept, Sweep, read_sweep
 from stitchmesh.jobs.sweep.workers import local_workers, offers_gpu
 from tests.gallery import tube
 from tests.jobs.sweep.cluster import Cluster, certificates, wait_until

@@ -7,7 +7,7 @@ from __future__ import annotations
 import pytest
 
 from stitchmesh.errors import FileError
-from stitchmesh.jobs.sweep.sweep_file import read_sweep
+from stitchmesh.jobs.sweep.sweep import read_sweep
 from stitchmesh.jobs.sweep.task import jobs_of, tasks_of
 
 JOB = '[job.swatch]\npattern = "stockinette"\n'

@@ -225,6 +225,17 @@ def test_old_crossings_are_removed_as_a_whole(chosen):
     assert differing(restored(crossed, chosen, face=8 * 2 + 1), crossed) == []
 
 
+def test_a_half_turn_goes_with_the_stitch_through_the_back_leg_that_gave_it():
+    """The loops below plain stitches in the place of twisted ones stayed twisted, and those above lost their turn."""
+    fabric = flat(8, 7)
+    twisted = apply_pattern(fabric, "twisted-rib")
+    assert twisted.twist.any()
+    assert differing(apply_pattern(twisted, pattern("k k")), fabric) == []
+    made = apply_pattern(twisted, pattern("k k"), faces=np.flatnonzero((twisted.row >= 2) & (twisted.row <= 4)))
+    below_plain = np.isin(twisted.row[twisted.side_face], [1, 2, 3])
+    np.testing.assert_array_equal(made.twist, np.where(below_plain, 0, twisted.twist))
+
+
 def test_lace_on_a_small_grid_leaves_the_other_stitches_unchanged():
     fabric = apply_pattern(tube(16, 8), pattern("p", "p", "k", "k", "k", "k", "k"))
     laid = lay_pattern(fabric, LACE, face=16 * 3)

@@ -119,7 +119,7 @@ def test_a_pattern_over_lace_and_shaping_of_a_garment(second):
 def test_plain_stitches_over_a_pattern_leave_nothing_of_it(first):
     made = apply_pattern(apply_pattern(fabric_of("flat"), first), "stockinette")
     assert codes(made) == ["c" * 38, *["k" * 38] * 25]
-    assert not made.cable_shift.any()
+    assert not made.cable_shift.any() and not made.twist.any()
 
 
 def test_shaping_keeps_its_place_under_a_lace_that_is_replaced():

@@ -15,8 +15,7 @@ from stitchmesh.patterns import parse_pattern, read_pattern
 from stitchmesh.patterns.charts.chart_image import TEXT_KEY
 from stitchmesh.patterns.charts.chart_operations import repeat
 from stitchmesh.periodic.charts.chart_files import chart_image, chart_of, parse_chart, read_chart, write_chart
-from stitchmesh.periodic.charts.chart_picture import LARGEST_SQUARE, LONGEST_SIDE, MARGIN, chart_picture
-from stitchmesh.periodic.charts.pattern_file import write_pattern
+from stitchmesh.periodic.charts.chart_picture import LARGEST_SQUARE, LONGEST_SIDE, MARGIN, chart_picture, write_pattern
 from stitchmesh.periodic.weave.library import read_weave
 
 

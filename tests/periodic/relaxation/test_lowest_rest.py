@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The lowest of several states: noise does not change it, it is never above the state of the yarns themselves."""
+"""The lowest of several states, and the smooth random displacements from which the search for it begins."""
 
 from __future__ import annotations
 
@@ -11,8 +11,18 @@ from typing import Any
 import numpy as np
 import pytest
 
+from stitchmesh.periodic.relaxation import lowest_rest as search
 from stitchmesh.periodic.relaxation.continuation import size_of
-from stitchmesh.periodic.relaxation.lowest_rest import SAME_ENERGY, STARTS, lowest_rest, perturbed_start
+from stitchmesh.periodic.relaxation.lowest_rest import (
+    SAME_ENERGY,
+    STARTS,
+    STEEPEST,
+    STRAIN,
+    lowest_rest,
+    perturb,
+    perturbed_start,
+    waves,
+)
 from stitchmesh.periodic.relaxation.prepared_swatch import PreparedSwatch, prepare_swatch
 from stitchmesh.periodic.relaxation.way_to_rest import relax_along
 from stitchmesh.periodic.swatch import swatch
@@ -20,11 +30,14 @@ from stitchmesh.run import QUIET
 from stitchmesh.time_limit import TimeLimit, limited_to
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import relax_yarns
+from stitchmesh.yarnrelax.linking.certificate import refuse_pull_through
 from stitchmesh.yarnrelax.relaxation_result import Relaxation
 from tests.nightly import at_night
-from tests.periodic.free_cells import FREE
+from tests.periodic.free_cells import FREE, drawn
 
 DRAFT: dict[str, Any] = {"quality": "draft", "device": "cpu"} | FREE
+EVERY = np.ones(3, dtype=bool)
+"""Both strains and the lean may change."""
 
 
 def prepared(pattern: str, **options: Any) -> PreparedSwatch:
@@ -37,14 +50,17 @@ def minimum(start: PreparedSwatch, yarns: YarnSet, done: int = 0) -> Relaxation:
     )
 
 
-@pytest.mark.parametrize("pattern", ["rib1x1", *at_night("rib2x2")])
-def test_noise_on_the_yarns_does_not_change_the_state(pattern: str) -> None:
+@pytest.mark.parametrize(("pattern", "starts"), [("rib1x1", 1), *at_night(("rib2x2", STARTS))])
+def test_noise_on_the_yarns_does_not_change_the_state(
+    pattern: str, starts: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """From the generated yarns alone, noise takes both ribs to sizes that differ by a tenth."""
+    monkeypatch.setattr(search, "STARTS", starts)
     start = prepared(pattern)
     noise = 0.01 * 0.125 * np.random.default_rng(4).normal(size=start.yarns.points.shape)
     shaken = replace(start.yarns, points=start.yarns.points + noise)
     one, other = (relax_along(start, yarns, QUIET) for yarns in (start.yarns, shaken))
-    assert one.report["starts"] == other.report["starts"] == 1 + STARTS
+    assert one.report["starts"] == other.report["starts"] == 1 + starts
     sizes = [size_of(each.yarns.lattice) for each in (one, other) if each.yarns.lattice is not None]
     # a tenth of what draft promises, for energies that count as equal
     np.testing.assert_allclose(*sizes, rtol=5e-3)
@@ -102,3 +118,45 @@ def test_a_limit_on_time_or_iterations_ends_the_search() -> None:
     short = swatch("rib1x1", **(DRAFT | {"quality": replace(start.quality, max_iterations=40)}), progress=False)
     assert not short.report["converged"]
     assert short.report["starts"] == 1
+
+
+def random(seed: int = 5) -> np.random.Generator:
+    return np.random.default_rng(seed)
+
+
+def test_waves_have_the_periods_of_the_lattice() -> None:
+    yarns = drawn("eyelet-lace")
+    assert yarns.lattice is not None
+    moved = replace(yarns, points=yarns.points + yarns.lattice.shift((-2, 3)))
+    # phases of some turns, rounded
+    assert waves(moved, random()) == pytest.approx(waves(yarns, random()), abs=1e-12)
+
+
+def test_points_approach_each_other_by_a_quarter_of_their_distance_at_most() -> None:
+    yarns = drawn("rib2x2")
+    displacement = waves(yarns, random())
+    first, second = np.triu_indices(len(yarns.points), 1)
+    apart = np.linalg.norm(yarns.points[first, :2] - yarns.points[second, :2], axis=1)
+    change = np.linalg.norm(displacement[first] - displacement[second], axis=1)
+    near = apart < 0.3  # the gradient is bounded at the control points, and changes by a tenth over this distance
+    assert (change[near] <= 1.2 * STEEPEST * apart[near] + 1e-12).all()
+    assert change[near].max() > 0.0
+
+
+@pytest.mark.parametrize("pattern", ["rope-cable", "eyelet-lace", "double-plain-stitched"])
+def test_no_yarn_passes_through_another_one(pattern: str) -> None:
+    yarns = drawn(pattern)
+    moved = perturb(yarns, random(), EVERY)
+    refuse_pull_through(yarns, moved, "cpu")
+    assert not np.array_equal(moved.points, yarns.points)
+
+
+def test_the_cell_is_strained_within_bounds() -> None:
+    yarns = drawn("garter")
+    assert yarns.lattice is not None
+    for seed in range(20):
+        moved = perturb(yarns, random(seed), EVERY)
+        assert moved.lattice is not None
+        strain = np.linalg.solve(yarns.lattice.periods[:, :2], moved.lattice.periods[:, :2]) - np.eye(2)
+        assert 0.0 < np.abs(strain).max() <= STRAIN * (1 + 1e-12)  # rounding
+        assert strain[0, 1] == pytest.approx(0.0, abs=1e-12)  # courses keep their direction

@@ -21,7 +21,7 @@ from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
 from tests.nightly import at_night
-from tests.periodic.free_cells import FREE, free_swatch
+from tests.periodic.free_cells import FREE, drawn, free_swatch
 
 pytestmark = pytest.mark.usefixtures("first_state")
 EXACT = replace(PRESETS["draft"], precision="float64", tolerance=1e-4, largest_change=1e-4)
@@ -70,8 +70,7 @@ def test_planes_follow_the_size_of_the_yarn() -> None:
 def test_the_tension_of_a_blocked_swatch_is_that_over_its_size_as_generated() -> None:
     tension, pattern, gamma = 60.0, "rib1x1", 2.0
     made = free(pattern, blocked=tension, relax_cell=False, gamma=gamma)
-    _fabric, drawn = draw_swatch(resolve_pattern(pattern), SwatchOptions(), EXACT)
-    width, height = (size / gamma for size in size_of(drawn.lattice))
+    width, height = (size / gamma for size in size_of(drawn(pattern, EXACT).lattice))
     now = size_of(made.lattice)
     # the residual of 1e-4 leaves an imbalance of the loads below this
     assert made.report["course_tension"] * now[1] == pytest.approx(tension * height, rel=0.01)
@@ -110,9 +109,9 @@ def test_a_tension_strains_the_yarn_at_least_as_much_as_the_virial_says() -> Non
     """The bound by which ``blocking`` refuses tensions, with stiff contacts, which carry the tension."""
     material, tension = replace(YarnMaterial.named(), k_contact=1e6), 2000.0
     made = free("stockinette", blocked=tension, material=material)
-    _fabric, drawn = draw_swatch(resolve_pattern("stockinette"), SwatchOptions(), EXACT)
-    width, height = size_of(drawn.lattice)
-    length = drawn.rest_length
+    yarns = drawn("stockinette", EXACT)
+    width, height = size_of(yarns.lattice)
+    length = yarns.rest_length
     force = 2.0 * tension * width * height / length.sum()
     assert made.yarns.strain.mean() > force * length.mean() / (2.0 * (material.k_len + material.k_length))
 

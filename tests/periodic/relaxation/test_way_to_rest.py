@@ -13,9 +13,8 @@ from stitchmesh.periodic.relaxation import way_to_rest
 from stitchmesh.periodic.relaxation.prepared_swatch import PreparedSwatch, prepare_swatch
 from stitchmesh.periodic.weave.weave import Weave
 from stitchmesh.quality import PRESETS
-from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen.clearance import smallest_distance
-from tests.periodic.free_cells import FREE
+from tests.periodic.free_cells import FREE, yarn_lengths
 
 DOUBLE_EYELET = parse_pattern("row 1 RS: k2tog yo2 ssk\nrow 2 WS: p1 p1 k1 p1")
 
@@ -25,15 +24,10 @@ def prepared() -> PreparedSwatch:
     return prepare_swatch(DOUBLE_EYELET, material=None, quality="draft", device="cpu", **FREE)
 
 
-def totals(yarns: YarnSet) -> np.ndarray:
-    """Rest length of each yarn [cm]."""
-    return np.add.reduceat(yarns.rest_length, yarns.segment_start[:-1])
-
-
 def test_settled_yarns_are_the_prepared_ones_further_apart(prepared):
     settled, before = way_to_rest._settled(prepared), prepared.yarns
     assert settled.lattice.periods == pytest.approx(before.lattice.periods) and (settled.start == before.start).all()
-    np.testing.assert_allclose(totals(settled), totals(before), rtol=1e-12)  # rounding of sums
+    np.testing.assert_allclose(yarn_lengths(settled), yarn_lengths(before), rtol=1e-12)  # rounding of sums
     near = [smallest_distance(yarns, 2 * yarns.radius[0])[0] / yarns.radius[0] for yarns in (before, settled)]
     assert near[0] < way_to_rest.WEDGED and near[1] > 1.4
 

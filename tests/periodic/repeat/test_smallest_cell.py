@@ -12,16 +12,12 @@ import pytest
 
 from stitchmesh.periodic.relaxation.continuation import size_of
 from stitchmesh.periodic.relaxation.prepared_swatch import prepare_swatch
-from stitchmesh.periodic.repeat.drawn_swatch import draw_swatch
 from stitchmesh.periodic.repeat.smallest_cell import SmallestCell
-from stitchmesh.periodic.resolve_pattern import resolve_pattern
 from stitchmesh.periodic.sampling.sampling import GENERATED
 from stitchmesh.periodic.swatch import Swatch, relax_prepared, swatch
-from stitchmesh.periodic.swatch_options import SwatchOptions
-from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.rest_length import RestLengths
 from stitchmesh.yarnrelax import relax_yarns
-from tests.periodic.free_cells import FREE, free_swatch
+from tests.periodic.free_cells import FREE, drawn, free_swatch, yarn_lengths
 
 pytestmark = [pytest.mark.decides, pytest.mark.usefixtures("first_state")]
 DRAFT: dict[str, Any] = {"quality": "draft", "device": "cpu"} | FREE
@@ -29,18 +25,10 @@ ALIKE = {"stockinette": (2, 0), "slip-stitch-honeycomb": (2, 1), "left-diagonal"
 """Images of the smallest cell in the repeat, and n-th parts of the width by which the cell above lies aside."""
 
 
-def drawn(pattern: str) -> YarnSet:
-    return draw_swatch(resolve_pattern(pattern), SwatchOptions(), GENERATED)[1]
-
-
-def lengths_of(yarns: YarnSet) -> np.ndarray:
-    return np.add.reduceat(yarns.rest_length, yarns.segment_start[:-1])
-
-
 @pytest.mark.parametrize("pattern", ALIKE)
 def test_the_images_of_the_smallest_cell_are_the_repeat(pattern: str) -> None:
-    yarns = drawn(pattern)
-    found = SmallestCell.of(yarns, lengths_of(yarns))
+    yarns = drawn(pattern, GENERATED)
+    found = SmallestCell.of(yarns, yarn_lengths(yarns))
     part = found.part_of(yarns)
     assert (found.copies, found.aside) == ALIKE[pattern]
     assert part.lattice is not None and yarns.lattice is not None
@@ -55,15 +43,15 @@ def test_the_images_of_the_smallest_cell_are_the_repeat(pattern: str) -> None:
 
 @pytest.mark.parametrize("pattern", ["garter", "half-cardigan"])
 def test_courses_that_no_translation_takes_to_another_are_kept(pattern: str) -> None:
-    yarns = drawn(pattern)
-    found = SmallestCell.of(yarns, lengths_of(yarns))
+    yarns = drawn(pattern, GENERATED)
+    found = SmallestCell.of(yarns, yarn_lengths(yarns))
     assert found.copies == 1 and found.part_of(yarns) is yarns and found.repeated(yarns, yarns) is yarns
 
 
 def test_courses_of_other_lengths_or_radii_are_not_alike() -> None:
-    yarns = drawn("rib1x1")
-    assert SmallestCell.of(yarns, lengths_of(yarns) * [1.0, 1.01]).copies == 1
-    assert SmallestCell.of(yarns.with_radius([0.125, 0.12]), lengths_of(yarns)).copies == 1
+    yarns = drawn("rib1x1", GENERATED)
+    assert SmallestCell.of(yarns, yarn_lengths(yarns) * [1.0, 1.01]).copies == 1
+    assert SmallestCell.of(yarns.with_radius([0.125, 0.12]), yarn_lengths(yarns)).copies == 1
 
 
 @pytest.mark.parametrize(

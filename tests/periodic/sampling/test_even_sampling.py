@@ -11,20 +11,18 @@ import pytest
 from scipy.spatial import cKDTree
 
 from stitchmesh.errors import YarnError
-from stitchmesh.periodic.repeat.drawn_swatch import draw_swatch
-from stitchmesh.periodic.resolve_pattern import resolve_pattern
 from stitchmesh.periodic.sampling.even_sampling import sample_evenly
-from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.linking.certificate import refuse_pull_through
+from tests.periodic.free_cells import drawn, yarn_lengths
 
 PATTERNS = ["linen-stitch", "rope-cable", "plain"]
 
 
-def drawn(pattern: str, points: int) -> YarnSet:
-    quality = replace(PRESETS["draft"], control_points_per_stitch=points)
-    return draw_swatch(resolve_pattern(pattern), SwatchOptions(), quality)[1]
+def sampled(pattern: str, points: int) -> YarnSet:
+    """The yarns of a repeat with some control points for each stitch."""
+    return drawn(pattern, replace(PRESETS["draft"], control_points_per_stitch=points))
 
 
 def distance(curves: YarnSet, other: YarnSet) -> float:
@@ -37,8 +35,8 @@ def distance(curves: YarnSet, other: YarnSet) -> float:
 
 @pytest.mark.parametrize("pattern", PATTERNS)
 def test_a_finer_sampling_has_the_same_curves(pattern: str) -> None:
-    yarns = drawn(pattern, 16)
-    found = sample_evenly(yarns, drawn(pattern, 48))
+    yarns = sampled(pattern, 16)
+    found = sample_evenly(yarns, sampled(pattern, 48))
     # a spline through places of a spline has its third derivative between other knots: a few hundredths of a radius
     assert distance(yarns, found) < 0.15
     refuse_pull_through(yarns, found)
@@ -46,11 +44,11 @@ def test_a_finer_sampling_has_the_same_curves(pattern: str) -> None:
 
 @pytest.mark.parametrize("pattern", PATTERNS)
 def test_each_yarn_keeps_its_length_and_has_equal_segments(pattern: str) -> None:
-    yarns, like = drawn(pattern, 16), drawn(pattern, 26)
+    yarns, like = sampled(pattern, 16), sampled(pattern, 26)
     found = sample_evenly(yarns, like)
     np.testing.assert_array_equal(found.start, like.start)
     np.testing.assert_array_equal(found.face, like.face)
-    before, after = (np.add.reduceat(each.rest_length, each.segment_start[:-1]) for each in (yarns, found))
+    before, after = (yarn_lengths(each) for each in (yarns, found))
     np.testing.assert_allclose(after, before, rtol=1e-14)  # rounding of sums
     for first, last in zip(found.segment_start, found.segment_start[1:], strict=False):
         assert np.ptp(found.rest_length[first:last]) == 0.0
@@ -58,7 +56,7 @@ def test_each_yarn_keeps_its_length_and_has_equal_segments(pattern: str) -> None
 
 def test_a_sampling_commutes_with_a_motion_along_the_yarn() -> None:
     """A closed yarn whose control points are numbered from another one passes through the same places."""
-    yarns, like = drawn("stockinette", 16), drawn("stockinette", 32)
+    yarns, like = sampled("stockinette", 16), sampled("stockinette", 32)
     step = yarns.lattice.shift(yarns.lattice_step)
     count = yarns.start[1]
     moved = yarns.points.copy()
@@ -81,7 +79,7 @@ def test_an_open_yarn_keeps_its_ends() -> None:
 
 def test_other_yarns_are_refused() -> None:
     with pytest.raises(YarnError, match="got 2 yarns and 4 others; expected the same yarns"):
-        sample_evenly(drawn("stockinette", 12), drawn("plain", 12))
-    curved = drawn("plain", 12)
+        sample_evenly(sampled("stockinette", 12), sampled("plain", 12))
+    curved = sampled("plain", 12)
     with pytest.raises(YarnError, match="expected straight yarns"):
         sample_evenly(replace(curved, natural_curvature=np.ones(len(curved.points))), curved)

@@ -18,21 +18,14 @@ from stitchmesh.periodic.session.frames import Frame
 from stitchmesh.periodic.session.incremental_relaxation import LiveSwatch
 from stitchmesh.quality import PRESETS, Quality
 from tests.periodic.free_cells import FREE
+from tests.periodic.session.test_session import PLAIN, SAFETY, session
 
 pytestmark = pytest.mark.usefixtures("first_state")
 DRAFT = PRESETS["draft"]
 EXACT = Quality("float64", 3, 3, 12, 0.2, 1e-4, 20_000, largest_change=1e-5)
 """As fine as ``draft`` in control points, and so accurate that two paths to one state agree within ``CLOSE``."""
-PLAIN = sm.parse_pattern("round 1: k1")
-"""A cell of one loop, which has few relaxed states."""
-SAFETY = 60.0
-"""Seconds after which a waiting test fails; the event that it waits for takes well under one second."""
 CLOSE = 1e-4
 """Bound on the relative difference of sizes and energies of one relaxed state reached on two paths at ``EXACT``."""
-
-
-def session(pattern="rib1x1", **given) -> sm.SwatchSession:
-    return sm.SwatchSession(pattern, **({"quality": "draft", "device": "cpu"} | FREE | given))
 
 
 def assert_same_bits(frame: Frame, other: Frame) -> None:
@@ -42,7 +35,7 @@ def assert_same_bits(frame: Frame, other: Frame) -> None:
 
 def test_steps_have_the_same_bits_as_one_run_of_as_many_iterations():
     """126 iterations pass several increments of the change, and end within an assessment interval."""
-    with session(stopped=True, iterations_per_frame=126) as whole, session(stopped=True) as parts:
+    with session("rib1x1", stopped=True, iterations_per_frame=126) as whole, session("rib1x1", stopped=True) as parts:
         for running in (whole, parts):
             running.set(period=(0.8, None))
         parts.iterations_per_frame = 7
@@ -57,7 +50,7 @@ def test_steps_have_the_same_bits_as_one_run_of_as_many_iterations():
 
 
 def test_each_step_moves_the_yarns_and_makes_one_frame():
-    with session(stopped=True, iterations_per_frame=1) as running:
+    with session("rib1x1", stopped=True, iterations_per_frame=1) as running:
         frames = [running.frame, *(running.step(timeout=SAFETY) for _ in range(45))]
     assert [frame.number for frame in frames] == list(range(1, 47))
     assert [frame.report["iteration"] for frame in frames] == list(range(46))
@@ -103,7 +96,7 @@ def test_a_change_is_taken_while_the_session_is_stopped():
 
 
 def test_a_reset_returns_to_the_first_settings_and_bits():
-    with session(stopped=True, gamma=1.1) as running:
+    with session("rib1x1", stopped=True, gamma=1.1) as running:
         first = running.frame
         running.set(gamma=1.4, pattern="garter", relax_cell=False, quality=EXACT)
         running.step(9, timeout=SAFETY)
@@ -114,7 +107,7 @@ def test_a_reset_returns_to_the_first_settings_and_bits():
         assert running.frame.report["gamma"] == first.report["gamma"] and running.frame.report["iteration"] == 0
         running.start()
         rest = running.wait_until_rest(SAFETY)
-        with session(gamma=1.1) as other:
+        with session("rib1x1", gamma=1.1) as other:
             assert_same_bits(other.wait_until_rest(SAFETY), rest)
 
 
@@ -172,7 +165,7 @@ def test_solvers_and_counts_that_are_impossible_are_refused_at_once():
             running.step(0)
         assert running.iterations_per_frame == 20 and running.wait_until_rest(SAFETY) is rest
     with pytest.raises(ParameterError, match="iterations per frame: got -3"):
-        session(iterations_per_frame=-3)
+        session("rib1x1", iterations_per_frame=-3)
     with pytest.raises(PatternError, match="floats behind 8 stitches"):
         session(sm.parse_pattern("chart colours:\n000000001\n"))
 
@@ -214,7 +207,7 @@ def test_measures_of_the_frame_at_rest_are_those_of_the_report_of_its_swatch(pat
 
 
 def test_requested_steps_are_made_as_waited_for_steps():
-    with session(stopped=True) as asked, session(stopped=True) as waited:
+    with session("rib1x1", stopped=True) as asked, session("rib1x1", stopped=True) as waited:
         asked.request_steps(2)
         asked.request_steps()
         frame = asked.step(timeout=SAFETY)
@@ -236,7 +229,7 @@ def test_a_step_after_a_change_is_not_used_up_by_the_frame_before_the_change(mon
         return advance(swatch, most)
 
     monkeypatch.setattr(LiveSwatch, "advance", slow_advance)
-    with session(iterations_per_frame=5) as running:
+    with session("rib1x1", iterations_per_frame=5) as running:
         assert entered.wait(SAFETY)
         getattr(running, change)()
         running.request_steps(2)

@@ -18,10 +18,8 @@ from stitchmesh.errors import FileError, ParameterError, YarnError
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh.palette import STOCK
 from stitchmesh.periodic.textures.files import DESCRIPTIONS, images, texture_archive, write_textures
-from stitchmesh.periodic.textures.plan import PixelGrid
-from stitchmesh.periodic.textures.surface import PixelSurface, surface_at
-from stitchmesh.periodic.textures.textures import TextureMaps, texture_maps
-from stitchmesh.periodic.textures.tubes import tubes_above
+from stitchmesh.periodic.textures.textures import PixelSurface, TextureMaps, surface_at, texture_maps
+from stitchmesh.periodic.textures.tubes import PixelGrid, tubes_above
 from stitchmesh.periodic.textures.visibility import visible_pieces
 from stitchmesh.yarn import YarnSet, basis
 from tests.io.yarn_sets import ring

@@ -11,7 +11,7 @@ from stitchmesh.errors import PatternError
 from stitchmesh.periodic.weave.library import read_weave, weave_names
 from stitchmesh.periodic.weave.text import format_weave, parse_weave
 from stitchmesh.periodic.weave.weave import Thread, Weave
-from tests.periodic.weave.stitching import stitching
+from tests.periodic.weave.test_weave import stitching
 
 LAYERS = "layer 1:\n01\n10\nlayer 2:\n01\n10\n"
 TWILL = "110\n011\n101\n"

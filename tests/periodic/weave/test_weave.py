@@ -11,12 +11,18 @@ import pytest
 
 from stitchmesh.errors import PatternError
 from stitchmesh.periodic.weave.weave import Thread, Weave, top_sheet
-from tests.periodic.weave.stitching import stitching
 
 PLAIN = ((0, 1), (1, 0))
 TWO_PLAIN_CLOTHS = ((1, 1, 0, 1), (0, 1, 0, 0), (0, 1, 1, 1), (0, 0, 0, 1))
 """Threads that alternate between two layers."""
 IN_TURN = (Thread(layer=0), Thread(layer=1)) * 2
+
+
+def stitching(weave: Weave) -> list[list[int]]:
+    """Weft and warp of each crossing at which a yarn passes over a yarn of a layer in front."""
+    weft, warp = (np.array([thread.layer for thread in threads]) for threads in (weave.wefts, weave.warps))
+    behind = weft[:, None] - warp[None, :]
+    return np.argwhere(np.where(weave.over, behind > 0, behind < 0)).tolist()
 
 
 def with_sign(matrix, weft: int, warp: int, sign: int):

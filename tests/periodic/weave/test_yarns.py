@@ -9,10 +9,9 @@ import pytest
 from scipy.spatial import cKDTree
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.periodic.weave.heights import taut_heights
 from stitchmesh.periodic.weave.library import read_weave, weave_names
 from stitchmesh.periodic.weave.weave import Thread, Weave
-from stitchmesh.periodic.weave.yarns import weave_yarns
+from stitchmesh.periodic.weave.yarns import taut_heights, weave_yarns
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import relax_yarns
 from tests.nightly import at_night

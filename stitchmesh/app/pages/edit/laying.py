@@ -27,9 +27,10 @@ from stitchmesh.patterns.language.writing import format_pattern
 from stitchmesh.patterns.library import read_pattern
 from stitchmesh.patterns.moved import mirrored_pattern, possible_shifts, shifted_pattern
 from stitchmesh.patterns.pattern import Pattern
-from stitchmesh.patterns.placement.apply import LaidPattern, lay_pattern
+from stitchmesh.patterns.placement.apply import lay_pattern
 from stitchmesh.patterns.placement.columns import DEFAULT_REMAINDER, check_remainder
-from stitchmesh.periodic.charts.pattern_file import PICTURE_SUFFIX, TEXT_SUFFIX, pattern_content
+from stitchmesh.patterns.placement.laying import LaidPattern
+from stitchmesh.periodic.charts.chart_picture import PATTERN_PICTURE, PATTERN_TEXT, pattern_content
 from stitchmesh.selection import select
 
 Area = Literal["Selection", "Around a click", "Whole fabric"]
@@ -45,7 +46,7 @@ MOVES: dict[str, Callable[[Pattern], Pattern]] = {
 }
 """The changes that the buttons make to the pattern, by the words of the page."""
 SUFFIXES = (".knit", ".txt", ".leaf", *CHART_IMAGES)
-SAVED = {"Text": TEXT_SUFFIX, "Chart": PICTURE_SUFFIX}
+SAVED = {"Text": PATTERN_TEXT, "Chart": PATTERN_PICTURE}
 """Suffix of the file of a pattern, by the words of the page."""
 LARGEST_FILE = 4_000_000
 """Size of the largest file of a pattern [bytes]."""

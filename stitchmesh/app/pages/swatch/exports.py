@@ -12,8 +12,7 @@ from stitchmesh.app.pages.swatch.state import Look
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.yarns import write_yarns
 from stitchmesh.periodic.session.frames import Frame
-from stitchmesh.periodic.stretch import StretchCurve
-from stitchmesh.periodic.stretch_table import write_stretch
+from stitchmesh.periodic.stretch import StretchCurve, write_stretch
 from stitchmesh.periodic.swatch_design import SwatchDesign
 from stitchmesh.periodic.textures.files import texture_archive
 from stitchmesh.periodic.textures.textures import texture_maps

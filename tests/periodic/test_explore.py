@@ -13,9 +13,8 @@ import pytest
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.lattice import Lattice
+from stitchmesh.periodic.explore import SAME, distance, distinct_rests, explore
 from stitchmesh.periodic.relaxation.continuation import stretch_cell
-from stitchmesh.periodic.states.explore import explore
-from stitchmesh.periodic.states.rest_states import SAME, distance, distinct_rests
 from stitchmesh.periodic.swatch import Swatch
 from stitchmesh.yarn import YarnSet
 from tests.periodic.free_cells import free_swatch
