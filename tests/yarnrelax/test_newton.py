@@ -18,7 +18,7 @@ from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.quality import PRESETS, Quality
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, relax_yarns
-from stitchmesh.yarnrelax.collision.budget import STRAIN_UNIT
+from stitchmesh.yarnrelax.collision.step_limit import STRAIN_UNIT
 from stitchmesh.yarnrelax.constraints.borders import KeepBorders
 from stitchmesh.yarnrelax.constraints.pins import Pins, pinned_points
 from stitchmesh.yarnrelax.energies.body import Body
