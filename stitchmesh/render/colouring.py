@@ -148,7 +148,7 @@ def contact_of_yarns(yarns: YarnSet, material: YarnMaterial | None = None) -> Fl
 
 
 def _from_body(yarns: YarnSet, body: Mesh | None) -> FloatArray:
-    from stitchmesh.yarnrelax.body_distance import body_distance
+    from stitchmesh.yarnrelax.evaluate import body_distance
 
     if body is None:
         raise ParameterError("colour: got 'body-distance' without a body; give the mesh of the body too")

@@ -42,9 +42,6 @@ from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.dynamics import YarnDynamics
 
-FARTHEST = wp.constant(1.0e6)
-"""Distance within which the nearest triangle is searched [units]."""
-
 
 @kernel
 def attach(
@@ -60,7 +57,7 @@ def attach(
     """Find the nearest triangle of each carried point, and the coordinates of the point on it."""
     k = wp.tid()
     place = points[carried[k]]
-    query = wp.mesh_query_point_no_sign(surface.tree, single(place), FARTHEST)
+    query = wp.mesh_query_point_no_sign(surface.tree, single(place), 1.0e6)  # units, farther than any triangle
     face[k] = query.face
     local[k] = anchor_at(surface, query.face, place)
 

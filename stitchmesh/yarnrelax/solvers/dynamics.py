@@ -56,8 +56,6 @@ LONGEST_TIME_STEP = 4e-4
 STABLE_PART = wp.constant(0.8)
 """Part of the longest stable time step that is used. Measured on knitting without damping: at 0.8 and below the energy
 stays within a few percent, at 1 the energy doubles."""
-FEW_STRANDS = 32
-"""Number of partial results that the last thread of a reduction combines."""
 
 
 @wp.func
@@ -113,7 +111,7 @@ class Clock:
         self.bounds = wp.array([LONGEST_TIME_STEP, np.inf], dtype=wp.float64, device=device)
         """Longest time step, and the time at which the motion ends [s]."""
         self.many = wp.zeros(strands_for(count), dtype=wp.float64, device=device)
-        self.few = wp.zeros(FEW_STRANDS, dtype=wp.float64, device=device)
+        self.few = wp.zeros(32, dtype=wp.float64, device=device)  # partial results that the last thread combines
 
     def run_until(self, end: float, longest: float = LONGEST_TIME_STEP) -> None:
         """Let the motion end at a time, with time steps of at most ``longest`` [s]."""
