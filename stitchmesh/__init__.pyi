@@ -201,14 +201,14 @@ from .yarnrelax import linking_certificate as linking_certificate
 from .yarnrelax import relax_yarns as relax_yarns
 from .yarnrelax import yarn_energies as yarn_energies
 from .yarnrelax import yarn_forces as yarn_forces
-from .yarnrelax.body_distance import body_distance as body_distance
 from .yarnrelax.constraints.pins import Pins as Pins
-from .yarnrelax.contact_load import contact_load as contact_load
 from .yarnrelax.energies.body import Body as Body
 from .yarnrelax.energies.confinement import Confinement as Confinement
 from .yarnrelax.energies.gravity import Gravity as Gravity
 from .yarnrelax.energies.point_load import PointLoad as PointLoad
 from .yarnrelax.energies.twist import Twist as Twist
+from .yarnrelax.evaluate import body_distance as body_distance
+from .yarnrelax.evaluate import contact_load as contact_load
 from .yarnrelax.follow_body import YarnFrame as YarnFrame
 from .yarnrelax.follow_body import follow_body as follow_body
 from .yarnrelax.follow_files import FollowFiles as FollowFiles

@@ -63,7 +63,7 @@ class Run(Generic[S]):
     start: S | None = None
     """The same piece at other positions to start from, for example as it was relaxed before an edit."""
     load_steps: bool = True
-    """Whether a load is applied in steps (``yarnrelax.load_path``) if it would press yarns through one another at once.
+    """Whether a load is applied in steps (``yarnrelax.loading``) if it would press yarns through one another at once.
     The report then says so. Without load steps such a load is an error. Terms begin anew in each step."""
     control: RunControl[S] | None = None
     """Watches, pauses, steps and stops the relaxation from another thread. A pause writes a checkpoint, and a stopped

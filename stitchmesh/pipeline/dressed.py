@@ -30,8 +30,8 @@ from stitchmesh.mixed.contact.body import SolidBody
 from stitchmesh.mixed.contact.dressing import WornBody, dressed_vertices
 from stitchmesh.mixed.layout.splines_on_stitches import lay_splines
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax.body_distance import body_distance
 from stitchmesh.yarnrelax.energies.body import Body
+from stitchmesh.yarnrelax.evaluate import body_distance
 from stitchmesh.yarnrelax.linking.certificate import refuse_pull_through
 
 MOST_HEIGHTS = 0.95

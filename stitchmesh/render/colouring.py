@@ -140,7 +140,7 @@ def _by_number(
 
 def contact_of_yarns(yarns: YarnSet, material: YarnMaterial | None = None) -> FloatArray:
     """Return the contact force per length on each segment [dyn/cm], shape (S,); ``contact_load`` with defaults."""
-    from stitchmesh.yarnrelax.contact_load import contact_load
+    from stitchmesh.yarnrelax.evaluate import contact_load
     from stitchmesh.yarnrelax.model.material import YarnMaterial
 
     given = material or YarnMaterial.named().of_radius(float(yarns.radius.mean()))
@@ -148,7 +148,7 @@ def contact_of_yarns(yarns: YarnSet, material: YarnMaterial | None = None) -> Fl
 
 
 def _from_body(yarns: YarnSet, body: Mesh | None) -> FloatArray:
-    from stitchmesh.yarnrelax.body_distance import body_distance
+    from stitchmesh.yarnrelax.evaluate import body_distance
 
     if body is None:
         raise ParameterError("colour: got 'body-distance' without a body; give the mesh of the body too")

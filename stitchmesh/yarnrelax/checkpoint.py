@@ -21,24 +21,106 @@ a relaxation that stopped at its limit can continue.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, fields, replace
 from os import fspath
 from typing import Any, TypedDict
 
 import numpy as np
+from numpy.typing import NDArray
 
+from stitchmesh.errors import FileError
 from stitchmesh.io.checkpoint_file import CheckpointFile, checked_header, read_checkpoint, write_checkpoint
 from stitchmesh.io.contents import FilePath
 from stitchmesh.io.history import HistoryEntry
+from stitchmesh.mesh import FloatArray
 from stitchmesh.yarnrelax.assessment import Assessment, RemainingChange
-from stitchmesh.yarnrelax.ended_step import EndedStep, StepFigures, ended_steps, step_arrays, step_figures
 from stitchmesh.yarnrelax.fingerprint import refuse_other_inputs
 from stitchmesh.yarnrelax.load_position import AT_ONCE, LoadPosition
 from stitchmesh.yarnrelax.loop_state import LoopState
 from stitchmesh.yarnrelax.relaxation_inputs import MASSES
 
-LOAD, START = "load.", ("points", "periods")
-"""Beginning of the names of the arrays at the start of a load step, and their names in ``LoadPosition``."""
+PLACES = ("points", "periods")
+"""Fields of ``EndedStep`` and of ``LoadPosition`` that are arrays."""
+LOAD = "load."
+"""Beginning of the names of the arrays at the start of a load step."""
+
+
+@dataclass(frozen=True, eq=False)
+class EndedStep:
+    """The state in which a load step has ended (``load_steps``); the checkpoints of later steps hold it."""
+
+    points: FloatArray
+    """Control points [cm], shape (N, 3)."""
+    periods: FloatArray
+    """Periods of the cell [cm], shape (2, 3)."""
+    energies: dict[str, float]
+    """Energy of each term [erg]."""
+    residual: float
+    """Relative force residual."""
+    converged: bool
+    """Whether the yarns are at rest."""
+    iterations: int
+    """Iterations of this step."""
+    nearest: float
+    """Smallest distance of yarns over their radius, at most 2."""
+    course: float
+    """Force on the borders along the courses [dyn]."""
+    wale: float
+    """Force on the borders along the wales [dyn]."""
+    seconds: float
+    """Time from the start of the load steps to the end of this one [s]."""
+    remaining: RemainingChange | None = None
+    """Estimate of the remaining change; None if it is unknown."""
+
+
+class StepFigures(TypedDict):
+    """The fields of ``EndedStep`` without its arrays."""
+
+    energies: dict[str, float]
+    residual: float
+    converged: bool
+    iterations: int
+    nearest: float
+    course: float
+    wale: float
+    seconds: float
+    remaining: RemainingChange | None
+
+
+def step_figures(steps: Sequence[EndedStep]) -> list[dict[str, Any]]:
+    """Return the figures of steps for the header of a checkpoint."""
+    names = [field.name for field in fields(EndedStep) if field.name not in PLACES]
+    figures = [{name: getattr(step, name) for name in names} for step in steps]
+    for own in figures:
+        own["remaining"] = None if own["remaining"] is None else asdict(own["remaining"])
+    return figures
+
+
+def step_arrays(steps: Sequence[EndedStep]) -> dict[str, FloatArray]:
+    """Return the arrays of steps by their names in a checkpoint."""
+    return {_step_array(number, field): getattr(step, field) for number, step in enumerate(steps) for field in PLACES}
+
+
+def ended_steps(
+    path: FilePath, figures: Sequence[StepFigures], arrays: Mapping[str, NDArray[Any]]
+) -> list[EndedStep]:  # fmt: skip
+    """Return the steps of a checkpoint.
+
+    Raises:
+        FileError: an array is missing.
+    """
+    wanted = [_step_array(number, field) for number in range(len(figures)) for field in PLACES]
+    missing = [name for name in wanted if name not in arrays]
+    if missing:
+        raise FileError(f"{fspath(path)}: array {missing[0]!r} of the checkpoint is missing; begin without it")
+    return [
+        EndedStep(**{field: arrays[_step_array(number, field)] for field in PLACES}, **own)
+        for number, own in enumerate(figures)
+    ]
+
+
+def _step_array(number: int, field: str) -> str:
+    return f"ended {number}.{field}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,11 +189,11 @@ def write_state(path: FilePath, inputs: Mapping[str, str], state: CheckpointStat
         **figures,
         "seconds": state.seconds,
         "history": list(state.history),
-        "position": {name: value for name, value in vars(state.position).items() if name not in START},
+        "position": {name: value for name, value in vars(state.position).items() if name not in PLACES},
         "ended": step_figures(state.ended),
     }
     arrays = {name: array.numpy() for name, array in loop.arrays.items()}
-    starts = {f"{LOAD}{name}": getattr(state.position, name) for name in START}
+    starts = {f"{LOAD}{name}": getattr(state.position, name) for name in PLACES}
     arrays |= {name: array for name, array in starts.items() if array is not None}
     write_checkpoint(path, CheckpointFile(header, arrays | step_arrays(state.ended)))
 
@@ -128,7 +210,7 @@ def read_state(path: FilePath, inputs: Mapping[str, str]) -> CheckpointState:
     written = {key: value for key, value in header["inputs"].items() if key in inputs or key not in MASSES}
     refuse_other_inputs(fspath(path), written, inputs)
     arrays = {name: array for name, array in content.arrays.items() if not name.startswith(LOAD)}
-    starts: dict[str, Any] = {name: content.arrays.get(f"{LOAD}{name}") for name in START}
+    starts: dict[str, Any] = {name: content.arrays.get(f"{LOAD}{name}") for name in PLACES}
     return CheckpointState(
         loop=LoopState(
             iteration=header["iteration"],

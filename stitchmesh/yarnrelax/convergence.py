@@ -70,7 +70,7 @@ from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.spline import place_contact_samples
 from stitchmesh.yarnrelax.model.state import State
 from stitchmesh.yarnrelax.solvers.cell_strain import CellStrain
-from stitchmesh.yarnrelax.solvers.stiffness_bounds import bend_stiffness
+from stitchmesh.yarnrelax.solvers.preconditioner import bend_stiffness
 
 UNLOADED = 0.05
 """Largest sag and overlap, in mean radii, of yarns that count as straight and apart if rounding hides their forces."""

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The place of a relaxation on the path of loads (``load_path``), and which step comes next.
+"""The place of a relaxation on the path of loads (``loading``), and which step comes next.
 
 The whole load is tried first. Yarns that start too close to each other are tried again with twice as many contact
 samples, because samples that are far apart give only a weak bound on the distance of two yarns. If the load is still

@@ -32,8 +32,7 @@ from stitchmesh.run import SHOWN, Run
 from stitchmesh.time_limit import OutOfTime
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.assessment import RemainingChange
-from stitchmesh.yarnrelax.checkpoint import CheckpointState, read_state
-from stitchmesh.yarnrelax.ended_step import EndedStep
+from stitchmesh.yarnrelax.checkpoint import CheckpointState, EndedStep, read_state
 from stitchmesh.yarnrelax.energies.term import TermChoice, refuse_in_free_cells
 from stitchmesh.yarnrelax.fingerprint import checksum
 from stitchmesh.yarnrelax.friction.friction import Friction, FrictionTerm

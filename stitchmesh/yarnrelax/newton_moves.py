@@ -3,7 +3,7 @@
 """Moves of cells along their Newton steps: as far as no yarn passes through another, and as far as the energy falls.
 
 All moves of a cell are shortened by one factor, so that no control point moves farther than ``Quality.step_fraction``,
-and the step limit (``budget``) holds at each point. Points with less room than ``SHORTEST_LIMIT`` are shortened alone.
+and the step limit holds at each point. Points with less room than ``SHORTEST_LIMIT`` are shortened alone.
 Longer moves would find other states of rest. For example, the floats of a chart of three colours have two states of
 rest; a cell with such floats ends in the one nearest to the state in which it was knitted.
 
@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 
 from stitchmesh.compute.captured import CapturedLaunches
 from stitchmesh.mesh import FloatArray
-from stitchmesh.yarnrelax.collision.budget import STRAIN_UNIT
+from stitchmesh.yarnrelax.collision.step_limit import STRAIN_UNIT
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.newton_system import NewtonStep
 

@@ -19,8 +19,7 @@ from stitchmesh.io.history import HistoryEntry
 from stitchmesh.run import Run
 from stitchmesh.run_control import Snapshot
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax.checkpoint import CheckpointState, write_state
-from stitchmesh.yarnrelax.ended_step import EndedStep
+from stitchmesh.yarnrelax.checkpoint import CheckpointState, EndedStep, write_state
 from stitchmesh.yarnrelax.load_position import LoadPosition
 from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 
@@ -37,7 +36,7 @@ class Loaded(Protocol):
 
     @property
     def position(self) -> LoadPosition:
-        """The place on the path of loads (``load_path``)."""
+        """The place on the path of loads (``loading``)."""
 
     def good_yarns(self) -> YarnSet:
         """Return the last accepted state of the yarns, with the inputs that the caller asked for."""

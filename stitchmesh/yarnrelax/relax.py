@@ -20,9 +20,8 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.checkpoint import read_state
 from stitchmesh.yarnrelax.energies.term import Choice, TermChoice
 from stitchmesh.yarnrelax.linking.certificate import doubled_linking, refuse_changed_linking
-from stitchmesh.yarnrelax.load_path import LoadPath
 from stitchmesh.yarnrelax.load_position import AT_ONCE
-from stitchmesh.yarnrelax.loading import Loading
+from stitchmesh.yarnrelax.loading import Loading, LoadPath
 from stitchmesh.yarnrelax.model.material import YarnMaterial
 from stitchmesh.yarnrelax.observer import Observer
 from stitchmesh.yarnrelax.relaxation_inputs import checked_inputs

@@ -5,7 +5,7 @@
 The loop serves one piece, or many cells, each of which comes to rest by itself (``convergence``). A cell descends with
 the solver, in intervals of ``ASSESSMENT_INTERVAL`` iterations. If all terms give their Hessians, Newton steps end the
 relaxation from a small residual on, and judge whether it has ended (``newton``). A Newton step counts as some
-iterations (``alternation``). The last interval ends at the limit of iterations; a step that has begun is completed.
+iterations (``newton_interval``). The last interval ends at the limit of iterations; a step that has begun is completed.
 """
 
 from __future__ import annotations
@@ -23,10 +23,9 @@ from stitchmesh.yarnrelax.collision.narrow_phase import LONG_LIFE, fitting_margi
 from stitchmesh.yarnrelax.convergence import has_converged, is_at_rest, is_level
 from stitchmesh.yarnrelax.loop_state import LoopState, carried_arrays, resume_from_arrays
 from stitchmesh.yarnrelax.newton import SMALLEST_NEWTON_SCALE, newton_of
-from stitchmesh.yarnrelax.newton_interval import follow_steps, judge_and_move, move_less
+from stitchmesh.yarnrelax.newton_interval import alternation_of, follow_steps, judge_and_move, move_less
 from stitchmesh.yarnrelax.settling import settling_of
 from stitchmesh.yarnrelax.simulation import YarnSimulation
-from stitchmesh.yarnrelax.solvers.alternation import alternation_of
 from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL, UNLIMITED
 
 SMALLEST_STEP_SCALE = 5e-5

@@ -37,11 +37,12 @@ from stitchmesh.compute.captured import CapturedLaunches
 from stitchmesh.errors import SolverError
 from stitchmesh.mesh import FloatArray
 from stitchmesh.yarnrelax.assembled_hessian import HessianAssembly
-from stitchmesh.yarnrelax.collision.budget import STRAIN_UNIT
+from stitchmesh.yarnrelax.collision.step_limit import STRAIN_UNIT
+from stitchmesh.yarnrelax.energies.term import INPUTS, InputPowers
 from stitchmesh.yarnrelax.hessian.cell_matrices import Owners
 from stitchmesh.yarnrelax.hessian.factored_matrix import factored
 from stitchmesh.yarnrelax.hessian.matrices_on_host import MatricesOnHost
-from stitchmesh.yarnrelax.model.input_powers import INPUTS, powers_of_model
+from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.relaxation_inputs import RelaxationInputs
 from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 from stitchmesh.yarnrelax.simulation import YarnSimulation
@@ -88,7 +89,7 @@ class ForcesByInput:
         launches = simulation.balance_launches()
         launches += strain.force_launches(simulation.state, simulation.candidates, model.prepare)
         self._launches, self._state = CapturedLaunches(launches, model.device), simulation.state
-        self._powers = powers_of_model(model) + [own for term in simulation.terms for own in term.input_powers()]
+        self._powers = _powers_of_model(model) + [own for term in simulation.terms for own in term.input_powers()]
         self._kept = [own.constants.numpy().copy() for own in self._powers]
 
     def at(self, name: str, factor: float) -> FloatArray:
@@ -234,3 +235,20 @@ def rest_derivatives(simulation: YarnSimulation) -> RestDerivatives:
     found = system.motions(np.column_stack([forces.slope(name) for name in INPUTS]))
     strains = dict(zip(INPUTS, found[-3:].T / float(STRAIN_UNIT), strict=True))
     return RestDerivatives(strains, system.stiffness * float(STRAIN_UNIT) ** 2, system.negative_eigenvalues)
+
+
+def _powers_of_model(model: Model) -> list[InputPowers]:
+    """Return the dependence of the constants of a model on the inputs.
+
+    The topology does not change, and neither do the numbers of contact samples nor the neighbours of a segment along
+    its yarn.
+    """
+    constants = model.constants
+    of_segments = [{"k_len": 1.0}, {"k_length": 1.0}, {"k_bend": 1.0}]
+    return [
+        InputPowers(constants.segment_rest_length, [{"loop_length": 1.0}]),
+        InputPowers(constants.segment_stiffness, of_segments),
+        InputPowers(constants.sample_weight, [{"loop_length": 1.0}]),
+        InputPowers(constants.sample_stiffness, [{"loop_length": 1.0, "k_contact": 1.0}]),
+        InputPowers(constants.yarn_radius, [{"radius": 1.0}]),
+    ]

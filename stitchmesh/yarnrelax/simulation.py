@@ -39,8 +39,8 @@ from stitchmesh.yarnrelax.model.state import make_state
 from stitchmesh.yarnrelax.model.upload import put_cells
 from stitchmesh.yarnrelax.solvers import solver_named
 from stitchmesh.yarnrelax.solvers.cell_strain import CellStrain, RelaxCell
+from stitchmesh.yarnrelax.solvers.preconditioner import stiffness_row_sums
 from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL, SolverInputs
-from stitchmesh.yarnrelax.solvers.stiffness_bounds import stiffness_row_sums
 
 GRAPH_ITERATIONS = {"cpu": 1, "cuda": 5}
 """Iterations of a graph. The host reads the progress after each graph, which takes a GPU as long as an iteration."""

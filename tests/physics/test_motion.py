@@ -23,7 +23,7 @@ from stitchmesh.yarnrelax.solvers.dynamics import YarnDynamics
 from tests.yarnrelax.loops import iterate
 
 FALL = -STANDARD[1]
-MOTION = Quality("float64", 5, 3, 12, 0.2, 1e-4, 20_000, "dynamics")
+MOTION = Quality("float64", 3, 3, 12, 0.2, 1e-4, 20_000, "dynamics")
 
 
 def undamped(**values: float) -> YarnMaterial:

@@ -87,7 +87,7 @@ def test_nearly_straight_yarn_has_the_energy_of_the_parabola() -> None:
 def test_energy_and_force_are_continuous_at_a_quarter() -> None:
     """Energies and forces at natural curvatures 1e-6 below and above the switch at q = 1/4 agree."""
     near = [ring(2.0, 60, 2.0 * (1 + side * 1e-6)) for side in (-1, 1)]
-    bends = [yarn_forces(yarns, BENDING) for yarns in near]
+    bends = [yarn_forces(yarns, BENDING, **COARSE) for yarns in near]
     # The two pieces of the energy meet at this curvature: one ring is computed with one piece, the other ring with the
     # other piece.
     assert bend_energy(near[0]) == pytest.approx(bend_energy(near[1]), rel=1e-5)
@@ -100,7 +100,7 @@ def test_an_open_yarn_relaxes_to_an_arc_with_its_natural_curvature() -> None:
     arc = np.stack([np.sin(angle), 1 - np.cos(angle), 0 * angle], axis=1) * (0.4 / 0.12)
     yarns = YarnSet.from_curves([arc], closed=[False], radius=0.05)
     yarns = replace(yarns, natural_curvature=np.full(count, natural))
-    quality = replace(PRESETS["reference"], tolerance=1e-6)
+    quality = replace(PRESETS["reference"], **COARSE, tolerance=1e-6)
     rest = relax_yarns(yarns, material=LEAF, quality=quality, device="cpu")
     assert rest.report["converged"]
     # the curvature of a spline with segments of 0.4 cm differs from the circle's by (0.6 * 0.4)^2 / 12 = 0.5 %
@@ -111,7 +111,7 @@ def test_an_open_yarn_relaxes_to_an_arc_with_its_natural_curvature() -> None:
 def test_the_sign_of_the_natural_curvature_does_not_matter() -> None:
     yarns = shaken()
     other = replace(yarns, natural_curvature=-yarns.natural_curvature)
-    forces = [yarn_forces(each, LEAF) for each in (yarns, other)]
+    forces = [yarn_forces(each, LEAF, **COARSE) for each in (yarns, other)]
     np.testing.assert_array_equal(*forces)
 
 

@@ -164,3 +164,9 @@ def fabric_of(rows: int, stitches: int, radius: float = 0.125, *, closed: bool) 
         stitch=ones * Stitch.KNIT,
         row=np.arange(mesh.face_count) // stitches,
     )
+
+
+def shaken(yarns: YarnSet, rest: float = 0.95) -> YarnSet:
+    """The yarns out of balance, with rest lengths that stretch or compress them."""
+    noise = np.random.default_rng(7).normal(scale=0.01, size=yarns.points.shape)
+    return replace(yarns, points=yarns.points + noise, rest_length=rest * yarns.rest_length)

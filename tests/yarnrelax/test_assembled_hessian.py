@@ -15,7 +15,7 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
 from stitchmesh.yarnrelax.assembled_hessian import HessianAssembly
 from stitchmesh.yarnrelax.collision.broad_phase import allocate_lists
-from stitchmesh.yarnrelax.collision.budget import STRAIN_UNIT
+from stitchmesh.yarnrelax.collision.step_limit import STRAIN_UNIT
 from stitchmesh.yarnrelax.energies.confinement import Confinement
 from stitchmesh.yarnrelax.energies.term import TermChoice
 from stitchmesh.yarnrelax.friction.friction import Friction
@@ -32,11 +32,10 @@ from tests.yarnrelax.hessian.scenes import (
     assert_close,
     forces_at,
     points_of,
-    shaken,
     started,
 )
 from tests.yarnrelax.solvers.test_cell_strain import sheared
-from tests.yarnrelax.stockinette import flat_patch, periodic_patch
+from tests.yarnrelax.stockinette import flat_patch, periodic_patch, shaken
 
 
 def thicker(yarns: YarnSet) -> YarnSet:
@@ -107,7 +106,13 @@ class Deformation:
         return np.asarray((ends[1] - ends[0]) / (2 * step))
 
 
-@pytest.mark.parametrize("scene", MOVING.values(), ids=MOVING)
+@pytest.mark.parametrize(
+    "scene",
+    [
+        pytest.param(scene, id=name, marks=[pytest.mark.nightly] if name == "periods that stay with friction" else [])
+        for name, scene in MOVING.items()
+    ],
+)
 def test_it_is_the_derivative_of_all_forces(scene: Moving) -> None:
     """Its rows of points and of strains times a motion of both, and times motions of the strains alone."""
     yarns, _material, _terms, cell = scene

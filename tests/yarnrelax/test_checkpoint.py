@@ -28,9 +28,9 @@ from stitchmesh.yarnrelax.energies.gravity import Gravity
 from stitchmesh.yarnrelax.energies.twist import Twist
 from stitchmesh.yarnrelax.friction.friction import Friction
 from stitchmesh.yarnrelax.model.material import YarnMaterial
+from stitchmesh.yarnrelax.newton_interval import STEP_COST
 from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 from stitchmesh.yarnrelax.simulation import YarnSimulation
-from stitchmesh.yarnrelax.solvers.alternation import STEP_COST
 from tests.yarnrelax.rings import ring
 from tests.yarnrelax.stockinette import fabric_of, periodic_patch, tube
 

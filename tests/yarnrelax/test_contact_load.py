@@ -11,8 +11,7 @@ import numpy as np
 from stitchmesh.mesh import Mesh
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial
-from stitchmesh.yarnrelax.body_distance import body_distance
-from stitchmesh.yarnrelax.contact_load import contact_load
+from stitchmesh.yarnrelax.evaluate import body_distance, contact_load
 
 MATERIAL = YarnMaterial.named()
 

@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -16,33 +15,15 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial, yarn_energies, yarn_forces
 from stitchmesh.yarnrelax.assessment import Assessment
 from stitchmesh.yarnrelax.constraints.borders import KeepBorders
-from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice
 from stitchmesh.yarnrelax.simulation import YarnSimulation
-from tests.yarnrelax.stockinette import fabric_of, flat_patch, periodic_patch, tube
+from tests.yarnrelax.loops import assessed
+from tests.yarnrelax.stockinette import fabric_of, flat_patch, periodic_patch, shaken, tube
 
 pytestmark = pytest.mark.decides
 
 LEAF = YarnMaterial.named("leaf")
-DOUBLE = replace(PRESETS["draft"], precision="float64")
 STIFFNESSES = ("k_len", "k_length", "k_bend", "k_contact")
 COARSE = {"quadrature_points": 3, "contact_samples": 3}
-
-
-def shaken(yarns: YarnSet) -> YarnSet:
-    noise = np.random.default_rng(7).normal(scale=0.01, size=yarns.points.shape)
-    return replace(yarns, points=yarns.points + noise, rest_length=0.97 * yarns.rest_length)
-
-
-def assessed(
-    yarns: YarnSet,
-    material: YarnMaterial = LEAF,
-    terms: Sequence[TermChoice] = (),
-    constraints: Sequence[ConstraintChoice] = (),
-    *,
-    precision: str = "float64",
-) -> Assessment:
-    quality = replace(DOUBLE, precision=precision)
-    return YarnSimulation.start(yarns, material, quality, device_named("cpu"), terms, constraints).assess_cells()[0]
 
 
 def rms(vectors: np.ndarray) -> float:
@@ -56,7 +37,7 @@ def forces_by_term(yarns: YarnSet) -> list[np.ndarray]:
 
 @pytest.mark.parametrize("yarns", [shaken(flat_patch(3, 2)), shaken(periodic_patch(2, 1))], ids=["swatch", "cell"])
 def test_the_residual_is_the_net_force_over_the_sum_of_magnitudes(yarns: YarnSet) -> None:
-    found = assessed(yarns)
+    found = assessed(yarns, LEAF)
     parts = forces_by_term(yarns)
     magnitudes = sum(np.linalg.norm(part, axis=1) for part in parts)
     # float64 rounding
@@ -71,14 +52,14 @@ def test_a_force_slightly_above_rounding_counts() -> None:
     rest = YarnSet.from_curves([line], closed=[False], radius=0.125)
     # float32 rounds coordinates of ten units to 1e-6 and cannot represent a strain of 1e-7; float64 can
     tight = replace(rest, rest_length=rest.rest_length * (1 - 1e-7))
-    assert assessed(tight, precision="float64").residual > 0.1
-    assert assessed(tight, precision="float32").residual == 0.0
+    assert assessed(tight, LEAF).residual > 0.1
+    assert assessed(tight, LEAF, "float32").residual == 0.0
 
 
 def test_the_residual_excludes_the_forces_that_constraints_carry() -> None:
     yarns, fabric = tube(2, 4), fabric_of(2, 4, closed=True)
     pulled = replace(yarns, rest_length=0.9 * yarns.rest_length)
-    free, held = assessed(pulled), assessed(pulled, constraints=[KeepBorders(fabric)])
+    free, held = assessed(pulled, LEAF), assessed(pulled, LEAF, constraints=[KeepBorders(fabric)])
     parts = forces_by_term(pulled)
     net = np.sum(parts, axis=0).reshape(8, 12, 3)  # both rows are border rows, so each stitch is held
     magnitudes = sum(np.linalg.norm(part, axis=1) for part in parts)

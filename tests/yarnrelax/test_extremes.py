@@ -10,15 +10,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stitchmesh.compute.device import device_named
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax.assessment import Assessment
 from stitchmesh.yarnrelax.collision import broad_phase
-from stitchmesh.yarnrelax.simulation import YarnSimulation
 from tests.extremes.outcome import AT_REST, NOT_AT_REST, REFUSED
 from tests.extremes.yarns import STITCHMESH, cases, coil, far_apart, outcome
 from tests.nightly import mostly_at_night
+from tests.yarnrelax.loops import assessed
 
 DRAFT = PRESETS["draft"]
 SHORT, LONG = 60, 300
@@ -76,23 +74,19 @@ def test_the_yarns_of_a_fabric_compressed_to_half_its_width_separate() -> None:
     assert pressed.report["min_distance_over_radius"] < 1.5 < found.report["min_distance_over_radius"]
 
 
-def assessed(yarns: YarnSet, precision: str) -> Assessment:
-    quality = replace(DRAFT, precision=precision)
-    return YarnSimulation.start(yarns, STITCHMESH, quality, device_named("cpu")).assess_cells()[0]
-
-
 def test_a_straight_yarn_has_no_force_at_any_rounding_of_its_coordinates() -> None:
     line = np.arange(20_000)[:, None] * 0.2731 * np.array([0.48, -0.6, 0.64])
-    assert assessed(YarnSet.from_curves([line], closed=[False], radius=0.125), "float32").residual == 0.0
+    yarn = YarnSet.from_curves([line], closed=[False], radius=0.125)
+    assert assessed(yarn, STITCHMESH, "float32").residual == 0.0
 
 
 def test_a_small_force_in_a_large_scene_is_not_mistaken_for_rounding() -> None:
     # the turns of the coil overlap by a tenth; float32 rounds its coordinates of 380 radii to 3e-5 radii
-    assert assessed(coil(20_000), "float32").residual > 0.5
+    assert assessed(coil(20_000), STITCHMESH, "float32").residual > 0.5
 
 
 def test_the_remedy_names_float64_if_rounding_prevents_convergence() -> None:
-    coarse, fine = (assessed(far_apart(1e5), precision) for precision in ("float32", "float64"))
+    coarse, fine = (assessed(far_apart(1e5), STITCHMESH, precision) for precision in ("float32", "float64"))
     # Half of 1e5 radii in float32: representable coordinates are 0.004 radii apart, but a strain of 0.001 moves the
     # ends of these yarns by less.
     assert coarse.rounding > DRAFT.tolerance

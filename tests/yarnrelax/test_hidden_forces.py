@@ -9,14 +9,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stitchmesh.compute.device import device_named
 from stitchmesh.errors import SolverError
 from stitchmesh.quality import PRESETS
 from stitchmesh.reporting.verdict import relaxation_verdict
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import Relaxation, YarnMaterial, relax_yarns
-from stitchmesh.yarnrelax.assessment import Assessment
-from stitchmesh.yarnrelax.simulation import YarnSimulation
+from tests.yarnrelax.loops import assessed
 from tests.yarnrelax.stockinette import periodic_patch
 
 pytestmark = pytest.mark.decides
@@ -28,11 +26,6 @@ RADIUS = 0.125
 def material(**stiffness: float) -> YarnMaterial:
     """Return the default material with other stiffnesses, also with larger ones than a user may choose."""
     return replace(YarnMaterial.named(), **stiffness)
-
-
-def assessed(yarns: YarnSet, precision: str = "float32", **stiffness: float) -> Assessment:
-    quality = replace(DRAFT, precision=precision)
-    return YarnSimulation.start(yarns, material(**stiffness), quality, device_named("cpu")).assess_cells()[0]
 
 
 def relaxed(yarns: YarnSet, **stiffness: float) -> Relaxation:
@@ -55,13 +48,13 @@ def test_what_is_called_at_rest_has_a_residual_below_the_tolerance_in_exact_arit
         assert "\n" not in str(error)
         return
     if made.report["converged"]:
-        assert assessed(made.yarns, "float64", **stiffness).residual < DRAFT.tolerance
+        assert assessed(made.yarns, material(**stiffness)).residual < DRAFT.tolerance
 
 
 def test_stiff_yarn_hides_the_bending_of_its_loops_in_float32_and_not_in_float64():
     stiffness = {"k_length": 1e10}
     made = relaxed(periodic_patch(2, 1), **stiffness)
-    coarse, fine = (assessed(made.yarns, precision, **stiffness) for precision in ("float32", "float64"))
+    coarse, fine = (assessed(made.yarns, material(**stiffness), precision) for precision in ("float32", "float64"))
     assert coarse.hidden and coarse.residual >= coarse.rounding > DRAFT.tolerance
     assert not fine.hidden and "float64" in coarse.remedy(DRAFT.tolerance)
     assert made.report["hidden_by_rounding"] and not made.report["converged"]
@@ -80,5 +73,6 @@ def test_a_gentle_arc_is_not_at_rest_although_rounding_hides_what_straightens_it
 @pytest.mark.parametrize("stiffness", [{}, {"k_length": 1e10}, {"k_bend": 0.0}])
 def test_a_straight_yarn_is_at_rest_at_any_stiffness(stiffness):
     line = np.arange(30)[:, None] * [0.21, 0.13, 0.07]  # lengths that no precision represents exactly
-    found = assessed(YarnSet.from_curves([line], closed=[False], radius=RADIUS), **stiffness)
+    yarn = YarnSet.from_curves([line], closed=[False], radius=RADIUS)
+    found = assessed(yarn, material(**stiffness), "float32")
     assert found.residual == 0.0 and not found.hidden

@@ -15,7 +15,7 @@ from stitchmesh.quality import PRESETS, Solver
 from stitchmesh.yarnrelax import Relaxation, RelaxCell, YarnMaterial, relax_yarns, simulation
 from stitchmesh.yarnrelax.friction.friction import Friction
 from stitchmesh.yarnrelax.load_steps import LoadStep, relax_through_steps
-from stitchmesh.yarnrelax.solvers.alternation import STEP_COST
+from stitchmesh.yarnrelax.newton_interval import STEP_COST
 from stitchmesh.yarnrelax.together.relax_cells import relax_cells
 from tests.yarnrelax.stockinette import periodic_patch, tube, woven_cell
 

@@ -14,8 +14,8 @@ from stitchmesh.quality import PRESETS, Quality
 from stitchmesh.reporting.verdict import relaxation_verdict
 from stitchmesh.time_limit import TimeLimit, limited_to
 from stitchmesh.yarnrelax import Relaxation, RelaxCell, YarnMaterial, relax_yarns
+from stitchmesh.yarnrelax.newton_interval import STEP_COST
 from stitchmesh.yarnrelax.relax import relax_partly
-from stitchmesh.yarnrelax.solvers.alternation import STEP_COST
 from stitchmesh.yarnrelax.together.relax_cells import relax_cells
 from tests.counting_clock import CountingClock
 from tests.yarnrelax.stockinette import periodic_patch, tube, woven_cell

@@ -18,7 +18,7 @@ from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, relax_yarns, yarn_ener
 from stitchmesh.yarnrelax.energies import evaluation as all_terms
 from stitchmesh.yarnrelax.model.image_table import has_room
 from stitchmesh.yarnrelax.simulation import YarnSimulation
-from stitchmesh.yarnrelax.solvers import point_blocks
+from stitchmesh.yarnrelax.solvers import lbfgs_steps
 from stitchmesh.yarnrelax.solvers.lbfgs import LBFGS
 from stitchmesh.yarnrelax.together.cell_batch import BegunCell, CellBatch, RelaxedCell, relax_batch
 from stitchmesh.yarnrelax.together.relax_cells import relax_cells
@@ -120,7 +120,7 @@ def test_separate_launches_take_the_same_steps_as_the_fused_launch() -> None:
 def test_a_cell_in_many_blocks_takes_the_same_steps_as_in_one_block(monkeypatch: pytest.MonkeyPatch) -> None:
     ends = []
     for chunk in (1024, 10):
-        monkeypatch.setitem(point_blocks.CHUNK, "cpu", chunk)
+        monkeypatch.setitem(lbfgs_steps.CHUNK, "cpu", chunk)
         simulation = YarnSimulation.start(CELLS[2], LEAF, EXACT, device_named("cpu"), cell=FREE)
         assert isinstance(simulation.solver, LBFGS)
         simulation.solver.fused = None

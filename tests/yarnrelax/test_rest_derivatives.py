@@ -17,7 +17,7 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
 from stitchmesh.yarnrelax.energies.confinement import Confinement
 from stitchmesh.yarnrelax.energies.gravity import Gravity
-from stitchmesh.yarnrelax.model.input_powers import INPUTS
+from stitchmesh.yarnrelax.energies.term import INPUTS
 from stitchmesh.yarnrelax.relaxation_inputs import RelaxationInputs
 from stitchmesh.yarnrelax.rest_derivatives import ForcesByInput, polished, rest_derivatives
 from tests.yarnrelax.stockinette import periodic_patch, periodic_set

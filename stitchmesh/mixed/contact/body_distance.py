@@ -45,8 +45,13 @@ from stitchmesh.mixed.contact.point_map import PointMap
 from stitchmesh.mixed.contact.self_collision import PRESSURE
 from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
 from stitchmesh.mixed.term import MixedTerm, keep_share
-from stitchmesh.yarnrelax.energies.body_penalty import push_of, push_outside
-from stitchmesh.yarnrelax.energies.body_stiffness import body_block, outside_block, without_negative
+from stitchmesh.yarnrelax.energies.body_penalty import (
+    body_block,
+    outside_block,
+    push_of,
+    push_outside,
+    without_negative,
+)
 from stitchmesh.yarnrelax.energies.body_surface import gap_to
 
 DEPTH, DEPTH_SHARE = 1.0, 0.25

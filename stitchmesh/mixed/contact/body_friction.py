@@ -39,9 +39,8 @@ from stitchmesh.mixed.contact.body import to_body
 from stitchmesh.mixed.contact.body_distance import BodyContact, block_products
 from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
 from stitchmesh.mixed.term import MixedTerm
-from stitchmesh.yarnrelax.energies.body_surface import single
+from stitchmesh.yarnrelax.energies.body_surface import NO_ANCHOR, anchor_at, anchor_place, single
 from stitchmesh.yarnrelax.friction.friction_law import slip_curvature, slip_energy, slip_slope, within
-from stitchmesh.yarnrelax.friction.surface_anchor import NO_ANCHOR, anchor_at, anchor_place
 
 SLIP_LENGTH = 0.005
 """Default of e [cm]: the distance from its rest at which the friction of a point reaches its full size."""

@@ -10,7 +10,7 @@ themselves is
     k_s (|w| - 1) [dyn],    w = dx / du on each segment (Cirio et al. 2014).
 
 For B-spline yarns, with the length L and the rest length l of a segment, it is the derivative of the stretch energy and
-the length penalty by L, for a uniform parameter speed (``yarnrelax.energies.stretch``),
+the length penalty by L, for a uniform parameter speed (``yarnrelax.energies.segment_forces``),
 
     2 (k_len + k_length) (L / l - 1) / l [dyn].
 """

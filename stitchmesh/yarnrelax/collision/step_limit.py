@@ -22,7 +22,7 @@ Let every control point stay within a ball around its place x0 at the time when 
 weights of the spline are not negative and sum to one, so every point of a curve is displaced by at most the largest
 displacement of its four control points. Let each control point stay closer to x0 than half the clearance of every arc
 that contains it. Then two arcs approach by less than their clearance and cannot touch, at any moment and after any
-number of iterations. No yarn passes through another. The radius of the ball is the point's *budget* (``budget``),
+number of iterations. No yarn passes through another. The radius of the ball is the point's *budget*,
 
     min(margin / 2,  0.45 * smallest clearance of its arcs)
 
@@ -52,24 +52,59 @@ from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.reduction import minima_over
 from stitchmesh.quality import MORE_DIGITS
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax.collision.budget import (
-    LARGEST_STRAIN_STEP,
-    PART_BESIDE_STRAIN,
-    SAFETY,
-    STRAIN_CLEARANCE,
-    STRAIN_MARGIN,
-    STRAIN_UNIT,
-)
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.lattice_images import sample_number
 from stitchmesh.yarnrelax.model.spline import LARGEST_REACH, from_entry, segment_corners, weight_row
 from stitchmesh.yarnrelax.model.state import State
 
+SAFETY = wp.constant(0.45)
+"""Part of the clearance that one control point may use; it is below one half."""
+PART_BESIDE_STRAIN = 0.7
+"""Part of the step budget that remains for control points if the cell deforms too."""
+STRAIN_CLEARANCE = wp.constant(wp.float64(PART_BESIDE_STRAIN / 2.0))
+"""Part of the smallest clearance that the strain of a cell may use."""
+STRAIN_MARGIN = wp.constant(wp.float64(0.3))
+"""Part of the margin that the strain of a cell may use: 1 - ``PART_BESIDE_STRAIN``."""
+LARGEST_STRAIN_STEP = wp.constant(wp.float64(0.05))
+"""Largest strain on one set of lists; its square is neglected, because it is a small part of a clearance."""
+STRAIN_UNIT = wp.constant(10.0)
+"""Length that stands for a strain of 1, in mean radii: a limit of 0.1 radii on moves is a limit of 1 % on strains."""
+USED_UP = wp.constant(0.7)
+"""A control point asks for new candidate lists when it has used this part of its budget."""
 FINER = "take quality reference, which has more contact samples"
 """Advice for yarns whose contact is sampled too coarsely."""
 SMALLEST_CLEARANCE = 1e-3
 """A relaxation ends if a clearance, over the mean yarn radius, is below this."""
+
+
+@wp.func
+def room_left(points: wp.array[Any], listed_points: wp.array[Any], budget: wp.array[Any], i: int) -> Any:
+    """How far control point ``i`` may still move on these candidate lists."""
+    return wp.max(budget[i] - wp.length(points[i] - listed_points[i]), budget[i] - budget[i])
+
+
+@wp.func
+def shortened(step: Any, limit: Any) -> Any:
+    """The step, no longer than the limit."""
+    length = wp.length(step)
+    if length > limit:
+        return step * (limit / length)
+    return step
+
+
+@kernel
+def measure_budget_use(
+    # state in
+    points: wp.array[Any],
+    listed_points: wp.array[Any],
+    budget: wp.array[Any],
+    # state out
+    used: wp.array[Any],
+) -> None:
+    """Part of its budget that each control point has used."""
+    i = wp.tid()
+    used[i] = wp.length(points[i] - listed_points[i]) / budget[i]
 
 
 @wp.func

@@ -40,8 +40,13 @@ from stitchmesh.errors import LARGEST_NUMBER, ParameterError, SolverError, check
 from stitchmesh.mesh import BORDER, Mesh
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
 from stitchmesh.yarnrelax.collision.step_limit import yarn_place
-from stitchmesh.yarnrelax.energies.body_penalty import near_triangles, push_listed, push_of
-from stitchmesh.yarnrelax.energies.body_stiffness import body_block, without_negative
+from stitchmesh.yarnrelax.energies.body_penalty import (
+    body_block,
+    near_triangles,
+    push_listed,
+    push_of,
+    without_negative,
+)
 from stitchmesh.yarnrelax.energies.body_surface import from_triangle, gap_to, put_surface
 from stitchmesh.yarnrelax.energies.mesh_features import enclosed_volume
 from stitchmesh.yarnrelax.energies.pair_stiffness import SampleStiffness
@@ -258,7 +263,7 @@ class _Collision(Term):
         return [launcher(body_forces, self.model.sample_count, [*self.inputs, state.samples], outputs)]
 
     def sample_stiffness(self, state: State, exact: wp.array[Any], launcher: Launcher) -> SampleStiffness:
-        """Return the second derivatives of the penalty of each sample (``body_stiffness``)."""
+        """Return the second derivatives of the penalty of each sample (``body_penalty``)."""
         inputs = [*self.inputs, exact, state.samples]
         launch = launcher(body_stiffness, self.model.sample_count, inputs, [self.found_stiffness])
         return SampleStiffness(self.found_stiffness, [launch])

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Signed distance from a triangle mesh, on the device.
+"""Signed distance from a triangle mesh, on the device, and anchors of friction, which move with one of its triangles.
 
 A search through Warp's tree of boxes, in single precision, finds the nearest face, edge or corner. The distance and the
 direction from this feature are then computed in the precision of the model. The search may find the farther of two
@@ -21,6 +21,9 @@ from stitchmesh.compute.precision import vector
 from stitchmesh.mesh import Mesh
 from stitchmesh.yarnrelax.energies.mesh_features import MeshFeatures, mesh_features
 from stitchmesh.yarnrelax.model.constants import Model
+
+NO_ANCHOR = wp.constant(-1)
+"""Number of the triangle for a point without an anchor, which does not touch the body."""
 
 
 @wp.func
@@ -152,3 +155,25 @@ def surface_of(features: MeshFeatures, scalar: Any, device: wp.Device) -> BodySu
     arrays = [wp.array(values, dtype=vector(3, scalar), device=device) for values in vectors]
     constants.corners, constants.outward, constants.shares = arrays
     return BodySurface(tree, constants)
+
+
+@wp.func
+def anchor_place(surface: Any, face: int, local: Any) -> Any:
+    """The place of an anchor, from its coordinates along two sides of a triangle and its normal."""
+    start = surface.corners[3 * face]
+    along = surface.corners[3 * face + 1] - start
+    other = surface.corners[3 * face + 2] - start
+    return start + along * local[0] + other * local[1] + surface.outward[7 * face] * local[2]
+
+
+@wp.func
+def anchor_at(surface: Any, face: int, place: Any) -> Any:
+    """Coordinates of a place along two sides of a triangle and its normal."""
+    apart = place - surface.corners[3 * face]
+    along = surface.corners[3 * face + 1] - surface.corners[3 * face]
+    other = surface.corners[3 * face + 2] - surface.corners[3 * face]
+    normal = wp.cross(along, other)
+    square = wp.dot(normal, normal)
+    first = wp.dot(wp.cross(apart, other), normal) / square
+    second = wp.dot(wp.cross(along, apart), normal) / square
+    return type(place)(first, second, wp.dot(apart, surface.outward[7 * face]))

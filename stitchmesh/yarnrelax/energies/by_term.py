@@ -15,11 +15,9 @@ from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.reduction import Sums
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
 from stitchmesh.yarnrelax.collision.step_limit import yarn_place
-from stitchmesh.yarnrelax.energies.bend import bend_energy
 from stitchmesh.yarnrelax.energies.contact import contact_energy
 from stitchmesh.yarnrelax.energies.evaluation import contact_launch, gather_launch, segment_launch
-from stitchmesh.yarnrelax.energies.segment_forces import natural_ends
-from stitchmesh.yarnrelax.energies.stretch import length_energy, stretch_energy
+from stitchmesh.yarnrelax.energies.segment_forces import bend_energy, length_energy, natural_ends, stretch_energy
 from stitchmesh.yarnrelax.energies.term import Term
 from stitchmesh.yarnrelax.model.cells import CONTACT
 from stitchmesh.yarnrelax.model.constants import Model

@@ -39,10 +39,9 @@ from stitchmesh.errors import ParameterError, check_positive
 from stitchmesh.lattice import lattice_frame
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
-from stitchmesh.yarnrelax.energies.term import Term, TermChoice
+from stitchmesh.yarnrelax.energies.term import InputPowers, Term, TermChoice
 from stitchmesh.yarnrelax.model.cells import PeriodicCell
 from stitchmesh.yarnrelax.model.constants import Model
-from stitchmesh.yarnrelax.model.input_powers import InputPowers
 from stitchmesh.yarnrelax.model.lattice_images import cell_of
 from stitchmesh.yarnrelax.model.material import YarnMaterial, carried_lengths
 from stitchmesh.yarnrelax.model.state import State

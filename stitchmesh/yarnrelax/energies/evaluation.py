@@ -54,7 +54,7 @@ def gather_at(
     model: Any, i: int, point_stiffness: wp.array[Any], leg_force: wp.array2d[Any], sample_force: wp.array[Any],
     external_force: wp.array[Any], force: wp.array[Any], stiffness: wp.array[Any]
 ) -> None:  # fmt: skip
-    """Write the force on a control point, and the row sum of stiffness there (``stiffness_bounds``)."""
+    """Write the force on a control point, and the row sum of stiffness there (``preconditioner``)."""
     slots = model.point_segments[i]
     total = type(leg_force[0, 0])()
     contact = type(sample_force[0])()

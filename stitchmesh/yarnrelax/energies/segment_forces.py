@@ -2,6 +2,30 @@
 # SPDX-License-Identifier: Apache-2.0
 """The forces of a yarn on itself: stretch, bending and length penalty of all segments in one launch.
 
+Stretch is the resistance of a yarn to another length, or distribution of length, than at rest (L eq 8; Kaldor 2008).
+The energy of one segment of rest length l, with y' the derivative by its parameter s in [0, 1], is
+
+    E = k_len int (1 - |y'| / l)^2 ds        [erg]
+
+Under a uniform stretch by lambda every segment has the energy k_len (1 - lambda)^2. The length penalty depends on the
+length of the whole segment. It replaces the constraint of inextensible segments (L eq 1):
+
+    E = k_length (1 - (1 / l) int |y'| ds)^2        [erg]
+
+Bending is the resistance of a yarn that is straight at rest (L eq 7; Kaldor 2008), or has a natural curvature k:
+
+    E = k_bend l int (kappa - k)^2 ds,   kappa = |c| / |y'|^3,   c = y' x y'',   k >= 0        [erg]
+
+A ring of radius R has the energy 2 pi R k_bend (1 / R - k)^2; the flexural rigidity EI is 2 k_bend. The yarn can rotate
+about its own axis without energy. Its natural curvature therefore points in the direction of its curvature, because
+this rotation has the least energy of all. The gradients are the gradients of a straight yarn, with t = y'
+and a = y'', times 1 - k / kappa:
+
+    d kappa^2 / dt = 2 (a x c) / |t|^6 - 6 |c|^2 t / |t|^8,    d kappa^2 / da = 2 (c x t) / |t|^6
+
+This energy has a kink at kappa = 0. Below q k, with q = 1/4, it continues as the parabola in kappa that has the same
+value and slope at q k, (1 - q) k^2 - (1/q - 1) kappa^2. A straight segment has 3/4 of the exact energy.
+
 A force on a segment acts through the three legs between its control points (``spline``). Three leg forces are stored
 for each segment, and the four control points get differences of the leg forces (``evaluation``).
 """
@@ -14,11 +38,67 @@ from typing import Any
 import warp as wp
 
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.yarnrelax.energies.bend import bend_slopes
 from stitchmesh.yarnrelax.energies.cell_virial import add_leg_virial
-from stitchmesh.yarnrelax.energies.stretch import length_slope, stretch_slope
 from stitchmesh.yarnrelax.model.lattice_images import cell_of, rests
 from stitchmesh.yarnrelax.model.spline import put_samples, segment_corners
+
+NEARLY_STRAIGHT = wp.constant(0.25)
+"""Below this part of the natural curvature the energy continues as a parabola."""
+
+
+@wp.func
+def stretch_energy(speed: Any, rest_length: Any, stiffness: Any) -> Any:
+    """Energy [erg] at a point of the curve where |y'| is ``speed`` [cm]."""
+    strain = speed / rest_length - type(speed)(1.0)
+    return stiffness * strain * strain
+
+
+@wp.func
+def stretch_slope(speed: Any, per_length: Any, stiffness: Any) -> Any:
+    """Derivative of the energy by the speed; ``per_length`` is 1 over the rest length."""
+    return type(speed)(2.0) * stiffness * (speed * per_length - type(speed)(1.0)) * per_length
+
+
+@wp.func
+def length_energy(length: Any, rest_length: Any, stiffness: Any) -> Any:
+    """Energy [erg] of a segment that is ``length`` long."""
+    strain = length / rest_length - type(length)(1.0)
+    return stiffness * strain * strain
+
+
+@wp.func
+def length_slope(length: Any, rest_length: Any, stiffness: Any) -> Any:
+    """Derivative of the energy by the length."""
+    return type(length)(2.0) * stiffness * (length / rest_length - type(length)(1.0)) / rest_length
+
+
+@wp.func
+def bend_energy(tangent: Any, turn: Any, stiffness: Any, natural: Any) -> Any:
+    """Energy [erg] at a point of the curve; ``stiffness`` is k_bend times the rest length."""
+    normal = wp.cross(tangent, turn)
+    speed2 = wp.dot(tangent, tangent)
+    curvature2 = wp.dot(normal, normal) / (speed2 * speed2 * speed2)
+    if natural > type(natural)(0.0):
+        part, one = type(natural)(NEARLY_STRAIGHT), type(natural)(1.0)
+        least, away = part * natural, wp.sqrt(curvature2) - natural
+        if curvature2 < least * least:
+            return stiffness * ((one - part) * natural * natural - (one / part - one) * curvature2)
+        return stiffness * away * away
+    return stiffness * curvature2
+
+
+@wp.func
+def bend_slopes(tangent: Any, turn: Any, inverse: Any, stiffness: Any, natural: Any) -> tuple[Any, Any]:
+    """Derivatives of the energy by y' and by y''; ``inverse`` is 1 / |y'|^2."""
+    normal = wp.cross(tangent, turn)
+    scale = type(stiffness)(2.0) * stiffness * inverse * inverse * inverse
+    if natural > type(natural)(0.0):
+        curvature = wp.sqrt(wp.dot(normal, normal) * inverse) * inverse
+        scale *= type(natural)(1.0) - natural / wp.max(curvature, type(natural)(NEARLY_STRAIGHT) * natural)
+    shrink = type(stiffness)(3.0) * wp.dot(normal, normal) * inverse
+    by_tangent = (wp.cross(turn, normal) - tangent * shrink) * scale
+    by_turn = wp.cross(normal, tangent) * scale
+    return by_tangent, by_turn
 
 
 @functools.cache

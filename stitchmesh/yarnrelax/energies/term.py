@@ -24,8 +24,27 @@ from stitchmesh.errors import ParameterError, described
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
 from stitchmesh.yarnrelax.energies.pair_stiffness import PairStiffness, SampleStiffness
 from stitchmesh.yarnrelax.model.constants import Model
-from stitchmesh.yarnrelax.model.input_powers import InputPowers
 from stitchmesh.yarnrelax.model.state import State
+
+INPUTS = ("loop_length", "radius", "planes", "k_len", "k_length", "k_bend", "k_contact")
+"""All rest lengths together, all radii, the distance between the planes of a confinement, and stiffnesses."""
+
+
+@dataclass(frozen=True, eq=False)
+class InputPowers:
+    """Constants on the device that are proportional to powers of inputs, for derivatives by the inputs (``INPUTS``).
+
+    A factor of one input changes such a constant in its place, by a power of this factor.
+    """
+
+    constants: wp.array[Any]
+    """Scalars, or vectors, on the device."""
+    powers: Sequence[Mapping[str, float]]
+    """The powers of the inputs in a scalar, or in each component of a vector; 0 for an input that is missing."""
+
+    def factors(self, name: str, factor: float) -> Any:
+        """Return the factors of the components that result from a factor of an input, shape (1,) or (k,)."""
+        return np.array([factor ** own.get(name, 0.0) for own in self.powers])
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,14 +8,33 @@ one angle describes it (Bergou 2008, section 5.1, quasistatic material frames of
     E = k_twist theta^2 / L        [erg],    theta = imposed - (psi - psi_0)
 
 with L the rest length. The torsional rigidity GJ is 2 k_twist, as the flexural rigidity EI is 2 k_bend. psi is the
-rotation of a frame that is transported along the centreline without twist (``twist_holonomy``). psi_0 is the psi of the
-given yarns, whose twist is the imposed one. The ends of a closed yarn stay joined, so its twist changes with its
-writhe, d theta = -2 pi d writhe. The ends of an open yarn do not rotate about the given end tangents, which are
-clamped. The force on a chord between knots,
+rotation of a frame that is transported along the centreline without twist. psi_0 is the psi of the given yarns, whose
+twist is the imposed one. The ends of a closed yarn stay joined, so its twist changes with its writhe,
+d theta = -2 pi d writhe. The ends of an open yarn do not rotate about the given end tangents, which are clamped. The
+force on a chord between knots,
 
     F = -dE / d chord = -(k_twist theta / L) (k_before + k_after) / |chord|
 
 acts through the three legs of its segment with weights (1, 4, 1) / 6. The force on a straight yarn is zero.
+
+psi is the holonomy of the centreline. The yarn is represented by the polyline through its knots. The chord of this
+polyline over a segment with legs d0, d1, d2 is (d0 + 4 d1 + d2) / 6. From chord to chord a frame turns by the smallest
+rotation (Bergou 2008, section 4.2). For unit directions a, b this is the quaternion
+
+    r = (1 + a . b, a x b) / |...|
+
+Along a closed yarn, the frame returns to the first chord, rotated about this chord by psi. An open yarn has one more
+chord at each end, in the direction of its clamp; a fixed rotation from the last clamp to the first closes the loop. In
+both cases R = r_n ... r_2 r_1 is a rotation about the first chord, and psi = 2 atan2(R_vector . chord, R_scalar). The
+formula gives psi up to multiples of 4 pi; the value nearest to the previous one is chosen.
+
+When chords turn, psi changes by the curvature binormals k = 2 a x b / (1 + a . b) at the two corners of each chord
+(Bergou 2008, eqs 9 and 10). This is exact also for large turns:
+
+    d psi / d chord = -(k_before + k_after) / (2 |chord|)
+
+The rotations of a long yarn are multiplied within strands of about the square root of their number, and then strand by
+strand, always in the same order, in double precision.
 
 The row sums of stiffness hold for yarns that bend to loops of two radii or larger. Take the moment M = 2 k_twist times
 (|imposed| / L + 1 / (2 r)), chords of length l, and turns of l / (2 r) between them. A chord then gets the stiffness
@@ -36,16 +55,192 @@ from numpy.typing import NDArray
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.reduction import ordered_sum
-from stitchmesh.errors import ParameterError
+from stitchmesh.errors import ParameterError, first_few
+from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
 from stitchmesh.yarnrelax.energies.term import Term, TermChoice
-from stitchmesh.yarnrelax.energies.twist_holonomy import binormal, find_chords, multiply_strands, total_holonomy
-from stitchmesh.yarnrelax.energies.twist_path import put_path
 from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.yarnrelax.model.spline import segment_corners
 from stitchmesh.yarnrelax.model.state import State
 
 CHORD_SHARES = np.array([1.0, 3.0, 3.0, 1.0]) / 6.0
 """Largest part of each control point of a segment in the displacement of the segment's chord."""
+
+
+@dataclass(frozen=True, eq=False)
+class Path:
+    """The chords of all yarns on the device: one for each segment, and after these two clamps for each yarn."""
+
+    before: wp.array[Any]
+    """Chord before the chord of each segment, shape (S,)."""
+    after: wp.array[Any]
+    """Chord after the chord of each segment, shape (S,)."""
+    strand_start: wp.array[Any]
+    """Where each strand's segments start, shape (K + 1,)."""
+    yarn_strand: wp.array[Any]
+    """Where each yarn's strands start, shape (Y + 1,)."""
+    yarn_start: wp.array[Any]
+    """Where each yarn's segments start, shape (Y + 1,)."""
+    closing: wp.array[Any]
+    """Rotation from the last clamp of each open yarn to the first, as quaternions, shape (Y, 4)."""
+    chord: wp.array[Any]
+    """The chords [units], and then the clamps as unit vectors, shape (S + 2 Y, 3)."""
+    strand_turn: wp.array[Any]
+    """Product of each strand's rotations, as quaternions, shape (K, 4)."""
+
+
+def put_path(model: Model) -> Path:
+    """Send the order of the chords and the clamps to the device.
+
+    Raises:
+        ParameterError: the end of an open yarn has no direction.
+    """
+    yarns = model.yarns
+    clamp = end_tangents(yarns)
+    segments, count = model.segment_count, yarns.yarn_count
+    first, last = yarns.segment_start[:-1], yarns.segment_start[1:] - 1
+    before, after = np.arange(segments) - 1, np.arange(segments) + 1
+    before[first] = np.where(yarns.closed, last, segments + 2 * np.arange(count))
+    after[last] = np.where(yarns.closed, first, segments + 2 * np.arange(count) + 1)
+    strand_start, yarn_strand = _strands(yarns.segment_start)
+    closing = np.where(yarns.closed[:, None], [0.0, 0.0, 0.0, 1.0], smallest_rotations(clamp[:, 1], clamp[:, 0]))
+    return Path(
+        before=model.integers(before),
+        after=model.integers(after),
+        strand_start=model.integers(strand_start),
+        yarn_strand=model.integers(yarn_strand),
+        yarn_start=model.integers(yarns.segment_start),
+        closing=wp.array(closing, dtype=wp.quatd, device=model.device),
+        chord=model.upload(np.concatenate([np.zeros((segments, 3)), clamp.reshape(-1, 3)]), 3),
+        strand_turn=wp.zeros(len(strand_start) - 1, dtype=wp.quatd, device=model.device),
+    )
+
+
+def end_tangents(yarns: YarnSet) -> NDArray[np.float64]:
+    """Unit tangents at the two ends of each yarn as it lies, shape (Y, 2, 3); for closed yarns they mean nothing.
+
+    Raises:
+        ParameterError: the end of an open yarn has no direction.
+    """
+    first, last = yarns.start[:-1], yarns.start[1:] - 1
+    tangent = np.stack([yarns.points[first + 2] - yarns.points[first], yarns.points[last] - yarns.points[last - 2]], 1)
+    length = np.linalg.norm(tangent, axis=2, keepdims=True)
+    bad = np.flatnonzero((length == 0.0).any(axis=(1, 2)) & ~yarns.closed)
+    if len(bad):
+        raise ParameterError(f"twist: an end of yarn {first_few(bad)} has no direction; move its control points apart")
+    return tangent / np.where(length > 0.0, length, 1.0)
+
+
+def smallest_rotations(first: NDArray[np.float64], second: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Quaternions (x, y, z, w) that take unit vectors to others; half turns about some axis if they are opposite."""
+    scalar = 1.0 + (first * second).sum(axis=1, keepdims=True)
+    axis = np.cross(first, second)
+    # at right angles to the first vector: its product with the coordinate axis from which it is farthest
+    aside = np.cross(first, np.eye(3)[np.abs(first).argmin(axis=1)])
+    opposite = scalar < 1e-9
+    turn = np.concatenate([np.where(opposite, aside, axis), np.where(opposite, 0.0, scalar)], axis=1)
+    return turn / np.linalg.norm(turn, axis=1, keepdims=True)
+
+
+def _strands(segment_start: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return the first segment of each strand, and the first strand of each yarn."""
+    counts = np.diff(segment_start)
+    size = np.maximum(np.ceil(np.sqrt(counts)).astype(np.int64), 32)  # the shortest strand
+    strands = -(-counts // size)
+    yarn_strand = np.concatenate([[0], np.cumsum(strands)])
+    place = np.arange(yarn_strand[-1]) - np.repeat(yarn_strand[:-1], strands)
+    start = np.repeat(segment_start[:-1], strands) + place * np.repeat(size, strands)
+    return np.concatenate([start, segment_start[-1:]]), yarn_strand
+
+
+@wp.func
+def direction_of(chord: Any) -> Any:
+    """Direction of a chord in double precision."""
+    return wp.normalize(wp.vec3d(wp.float64(chord[0]), wp.float64(chord[1]), wp.float64(chord[2])))
+
+
+@wp.func
+def turn_between(first: wp.vec3d, second: wp.vec3d) -> wp.quatd:
+    """Smallest rotation that takes one unit vector to another; none where they are opposite."""
+    axis = wp.cross(first, second)
+    scalar = wp.max(wp.float64(1.0) + wp.dot(first, second), wp.float64(1.0e-12))
+    return wp.normalize(wp.quatd(axis[0], axis[1], axis[2], scalar))
+
+
+@wp.func
+def binormal(first: Any, second: Any) -> Any:
+    """Curvature binormal of the corner between two chords."""
+    size = wp.length(first) * wp.length(second)
+    bottom = wp.max(size + wp.dot(first, second), size * type(size)(1.0e-3))
+    return wp.cross(first, second) * (type(size)(2.0) / bottom)
+
+
+@kernel
+def find_chords(
+    # model
+    model: Any,
+    # state in
+    points: wp.array[Any],
+    # state out
+    chord: wp.array[Any],
+) -> None:
+    """From knot to knot along each segment."""
+    s = wp.tid()
+    q0, q1, q2, q3 = segment_corners(model, points, s)
+    third = type(q0[0])(3.0)
+    chord[s] = (q3 - q0 + (q2 - q1) * third) / type(third)(6.0)
+
+
+@kernel
+def multiply_strands(
+    # model
+    strand_start: wp.array[wp.int32],
+    before: wp.array[wp.int32],
+    # state in
+    chord: wp.array[Any],
+    # state out
+    strand_turn: wp.array[wp.quatd],
+) -> None:
+    """Product of the rotations at the beginnings of a strand's segments."""
+    strand = wp.tid()
+    first, last = strand_start[strand], strand_start[strand + 1]
+    here = direction_of(chord[before[first]])
+    product = wp.quatd(wp.float64(0.0), wp.float64(0.0), wp.float64(0.0), wp.float64(1.0))
+    for s in range(first, last):
+        following = direction_of(chord[s])
+        product = turn_between(here, following) * product
+        here = following
+    strand_turn[strand] = wp.normalize(product)
+
+
+@kernel
+def total_holonomy(
+    # model
+    yarn_strand: wp.array[wp.int32],
+    yarn_start: wp.array[wp.int32],
+    before: wp.array[wp.int32],
+    after: wp.array[wp.int32],
+    closing: wp.array[wp.quatd],
+    # state in
+    chord: wp.array[Any],
+    strand_turn: wp.array[wp.quatd],
+    # state out
+    holonomy: wp.array[wp.float64],
+) -> None:
+    """The angle psi of each yarn, next to the one that it had."""
+    y = wp.tid()
+    product = wp.quatd(wp.float64(0.0), wp.float64(0.0), wp.float64(0.0), wp.float64(1.0))
+    for strand in range(yarn_strand[y], yarn_strand[y + 1]):
+        product = strand_turn[strand] * product
+    last = yarn_start[y + 1] - 1
+    start = direction_of(chord[before[yarn_start[y]]])
+    if before[yarn_start[y]] != last:  # an open yarn turns once more, into its clamp
+        product = turn_between(direction_of(chord[last]), direction_of(chord[after[last]])) * product
+    product = closing[y] * product
+    along = product[0] * start[0] + product[1] * start[1] + product[2] * start[2]
+    angle = wp.float64(2.0) * wp.atan2(along, product[3])
+    period = wp.float64(4.0 * 3.141592653589793)
+    holonomy[y] = angle + period * wp.round((holonomy[y] - angle) / period)
 
 
 @kernel

@@ -40,8 +40,6 @@ LANES = 32
 """Threads that share a row of a product; the row of a strain has as many entries as its cell has coordinates."""
 LATELY = 24
 """A coordinate still takes part for this number of factorizations of its group after its factors were asked for."""
-MOST_LEFT_OUT = 2
-"""If more coordinates take part than this many times the ones whose factors are asked for, the part is too large."""
 
 
 @kernel
@@ -261,7 +259,8 @@ class _Group:
         self._last_asked[is_in] = self._asked
         part, count = self._part, np.count_nonzero(is_in)
         if part is not None:
-            self._small = self._small + 1 if len(part.coordinates) > MOST_LEFT_OUT * count else 0
+            # the part is too large if it has more than twice the coordinates whose factors are asked for
+            self._small = self._small + 1 if len(part.coordinates) > 2 * count else 0
         if part is None or self._small >= LATELY or not self._is_in[is_in].all():
             self._part, self._small = None, 0  # Its memory is free before more is taken.
             self._is_in = is_in | (self._last_asked > self._asked - LATELY)

@@ -16,7 +16,7 @@ import warp as wp
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.thread_block import THREADS, total_over_block
-from stitchmesh.yarnrelax.collision.budget import STRAIN_UNIT
+from stitchmesh.yarnrelax.collision.step_limit import STRAIN_UNIT
 from stitchmesh.yarnrelax.energies.pair_stiffness import Block64, block_as_matrix
 from stitchmesh.yarnrelax.hessian.matrix_pattern import MatrixPattern
 from stitchmesh.yarnrelax.hessian.segment_sums import SegmentSums

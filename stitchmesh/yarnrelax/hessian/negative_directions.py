@@ -25,10 +25,6 @@ from stitchmesh.mesh import FloatArray
 
 STEPS, SMALL = 24, 64
 """Most solutions for a matrix; and the size up to which there are as many as rows, so that eigenvectors are exact."""
-CONVERGED = 0.1
-"""A Ritz value is found if its residual over its magnitude is at most this."""
-EXHAUSTED = 1e-12
-"""If the new part of a solution, over the length of the solution, is at most this, the basis has all directions."""
 
 Solve = Callable[[Mapping[int, FloatArray]], Mapping[int, FloatArray]]
 """Returns the solutions of the linear systems of some matrices, for a right-hand side of each."""
@@ -82,7 +78,8 @@ class _Basis:
         new = solution - basis @ along
         new -= basis @ (basis.T @ new)  # what rounding has left
         length = float(np.linalg.norm(new))
-        is_exhausted = length <= EXHAUSTED * float(np.linalg.norm(solution))
+        # the basis has all directions if hardly any part of the solution is new
+        is_exhausted = length <= 1e-12 * float(np.linalg.norm(solution))
         self.is_complete = self.done == self.most or is_exhausted or self._are_found(length)
         if not self.is_complete:
             self.vectors[:, self.done] = new / length
@@ -96,7 +93,7 @@ class _Basis:
         if self.size <= SMALL or self.done < self.count:
             return False
         values, vectors = self._ritz()
-        found = length * np.abs(vectors[-1]) <= CONVERGED * np.abs(values)
+        found = length * np.abs(vectors[-1]) <= 0.1 * np.abs(values)  # the residual over the magnitude
         return int(np.count_nonzero(found & (values < 0.0))) >= self.count
 
     def directions(self) -> FloatArray:

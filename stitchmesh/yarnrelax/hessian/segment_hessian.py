@@ -7,11 +7,11 @@ t = y' = sum of w_j d_j and a = y'' = sum of v_j d_j. The second derivatives the
 
     H_jk = w_j w_k E_tt + v_j v_k E_aa + w_j v_k E_ta + v_j w_k E_at
 
-With s = |t|, l the rest length and P = I - t t^T / s^2, stretch has (``stretch``)
+With s = |t|, l the rest length and P = I - t t^T / s^2, stretch has (``segment_forces``)
 
     E_tt = 2 k_len / l^2 (t t^T / s^2 + (1 - l / s) P)
 
-and bending with phi = kappa^2 = (s^2 |a|^2 - (t . a)^2) / s^6 and the natural curvature k (``bend``)
+and bending with phi = kappa^2 = (s^2 |a|^2 - (t . a)^2) / s^6 and the natural curvature k
 
     k_bend l (f M + 2 (1 - f) g g^T),     f = 1 - k / kappa,    g = the gradient of kappa,    M = the Hessian of phi
 
@@ -29,9 +29,7 @@ import warp as wp
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.yarnrelax.energies.bend import NEARLY_STRAIGHT
-from stitchmesh.yarnrelax.energies.segment_forces import natural_ends
-from stitchmesh.yarnrelax.energies.stretch import length_slope
+from stitchmesh.yarnrelax.energies.segment_forces import NEARLY_STRAIGHT, length_slope, natural_ends
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.lattice_images import cell_of, rests
 from stitchmesh.yarnrelax.model.spline import segment_corners

@@ -29,7 +29,7 @@ from stitchmesh.compute.captured import Launcher, ZeroArray
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.mesh import FloatArray
 from stitchmesh.yarn import basis
-from stitchmesh.yarnrelax.collision.budget import STRAIN_UNIT
+from stitchmesh.yarnrelax.collision.step_limit import STRAIN_UNIT
 from stitchmesh.yarnrelax.energies.pair_stiffness import (
     Block64,
     PairStiffness,

@@ -43,8 +43,7 @@ from stitchmesh.compute.shared_work import shared
 from stitchmesh.errors import SolverError, check_kind
 from stitchmesh.mesh import IntArray
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax.linking.crossing_codes import decoded
-from stitchmesh.yarnrelax.linking.crossings import edge_crossings
+from stitchmesh.yarnrelax.linking.crossings import decoded, edge_crossings
 from stitchmesh.yarnrelax.linking.open_yarns import open_yarn_crossings
 from stitchmesh.yarnrelax.linking.projection import FINE, SAMPLES, project_yarns
 

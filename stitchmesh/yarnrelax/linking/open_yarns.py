@@ -24,8 +24,7 @@ from numpy.typing import NDArray
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.launch import launch
 from stitchmesh.mesh import FloatArray, IntArray
-from stitchmesh.yarnrelax.linking.crossing_codes import Crossings, collected, note
-from stitchmesh.yarnrelax.linking.crossings import is_left
+from stitchmesh.yarnrelax.linking.crossings import Crossings, collected, is_left, note
 from stitchmesh.yarnrelax.linking.projection import ProjectedPolylines
 
 SURE = wp.constant(wp.float64(2.0**61))

@@ -26,7 +26,7 @@ class State:
     listed_points: wp.array[Any]
     """The entries of ``points`` at the time when the candidate lists were made, shape (E, 3)."""
     budget: wp.array[Any]
-    """How far each entry may move from its listed place (``budget``), shape (E,)."""
+    """How far each entry may move from its listed place (``step_limit``), shape (E,)."""
     samples: wp.array[Any]
     """Contact samples: place and yarn radius, shape (P, 4)."""
     sample_force: wp.array[Any]

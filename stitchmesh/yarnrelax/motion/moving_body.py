@@ -40,10 +40,9 @@ from stitchmesh.yarnrelax.energies.body import (
     list_triangles,
 )
 from stitchmesh.yarnrelax.energies.body_penalty import push_listed, push_of
-from stitchmesh.yarnrelax.energies.body_surface import gap_to, single
+from stitchmesh.yarnrelax.energies.body_surface import NO_ANCHOR, anchor_at, anchor_place, gap_to, single
 from stitchmesh.yarnrelax.energies.term import Term, TermChoice
 from stitchmesh.yarnrelax.friction.friction_law import LARGEST_COEFFICIENT, slip_slope, within
-from stitchmesh.yarnrelax.friction.surface_anchor import NO_ANCHOR, anchor_at, anchor_place
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.state import State
 from stitchmesh.yarnrelax.motion.follow_defaults import BODY_FRICTION

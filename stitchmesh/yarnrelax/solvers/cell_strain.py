@@ -46,8 +46,8 @@ from stitchmesh.compute.precision import vector
 from stitchmesh.compute.thread_block import THREADS, VirialSums, sum_over_block
 from stitchmesh.errors import ParameterError
 from stitchmesh.lattice import lattice_frame
-from stitchmesh.yarnrelax.collision.budget import STRAIN_UNIT
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
+from stitchmesh.yarnrelax.collision.step_limit import STRAIN_UNIT
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.state import State
 from stitchmesh.yarnrelax.solvers.preconditioner import inverse_block

@@ -18,7 +18,7 @@ where w = l / samples per segment. On the device k_global |v|^2 and w^2 k_dt |dv
 material is scaled with the lengths (``constants``).
 
 Pairs are in contact if their contact energy is not zero. Both samples of a pair compute its force from the same
-numbers, so contact damping conserves momentum. The kernels also find row sums of the damping, for ``time_step``.
+numbers, so contact damping conserves momentum. The kernels also find row sums of the damping, for the time step.
 """
 
 from __future__ import annotations

@@ -13,9 +13,9 @@ were shortened. A pair whose s . y is not clearly positive is left out.
 
 Quasi-Newton moves leave noise in the stiffest modes, and the residual is then more sensitive to this noise than to the
 distance from rest. Each assessment interval therefore ends with ``SMOOTHING`` plain iterations, x <- x + 1.6 F / D with
-the row sums D of ``stiffness_bounds``, which do not change the memory.
+the row sums D of ``preconditioner``, which do not change the memory.
 
-A control point that has used most of its budget (``budget``) would stay behind its neighbours. The whole cell waits
+A control point that has used most of its budget (``step_limit``) would stay behind its neighbours. The whole cell waits
 instead until there are new candidate lists.
 
 Each cell has its own memory. This file has one launch for each step (``lbfgs_steps``), for one large piece or for any
@@ -50,24 +50,30 @@ from stitchmesh.yarnrelax.solvers.lbfgs_steps import (
     USED_UP_COUNT,
     WAITING,
     WANTED,
+    Blocks,
     CellRanges,
     PointRange,
     add_direction_products,
     add_force_products,
     add_strain_products,
     apply_move,
+    blocks_of,
     cell_ranges,
     make_memory,
     move_point,
+    point_range_of,
     propose_move,
     trial_slot,
     update_coefficients,
     update_memory,
 )
-from stitchmesh.yarnrelax.solvers.point_blocks import Blocks, blocks_of, point_range_of
-from stitchmesh.yarnrelax.solvers.preconditioner import preconditioner_launch, put_bounds
+from stitchmesh.yarnrelax.solvers.preconditioner import (
+    bend_row_sums,
+    preconditioner_launch,
+    put_bounds,
+    stretch_row_sums,
+)
 from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL, Progress, Solver, SolverInputs
-from stitchmesh.yarnrelax.solvers.stiffness_bounds import bend_row_sums, stretch_row_sums
 
 FRESH = (0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 0.0, 0.0)
 """The first eight columns of the record of a cell without pairs."""

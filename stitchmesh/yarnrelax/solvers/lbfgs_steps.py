@@ -15,10 +15,12 @@ from __future__ import annotations
 import functools
 from typing import Any
 
+import numpy as np
 import warp as wp
 
 from stitchmesh.compute.precision import vector
-from stitchmesh.yarnrelax.collision.budget import USED_UP, room_left, shortened
+from stitchmesh.compute.thread_block import THREADS
+from stitchmesh.yarnrelax.collision.step_limit import USED_UP, room_left, shortened
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.solvers.cell_strain import deformed
 from stitchmesh.yarnrelax.solvers.preconditioner import times_block
@@ -60,6 +62,10 @@ PRODUCTS = 19
 
 Ages = wp.types.vector(length=6, dtype=wp.float64)
 Table = wp.types.matrix(shape=(6, 6), dtype=wp.float64)
+
+
+CHUNK = {"cuda": THREADS, "cpu": 1024}
+"""Largest number of control points of a block of threads, which takes a part of the points of one cell."""
 
 
 @wp.struct
@@ -352,3 +358,38 @@ def make_memory(model: Model, strains: int) -> Any:
     for name, shape in shapes.items():
         setattr(memory, name, wp.zeros(shape, dtype=wp.float64, device=model.device))
     return memory
+
+
+@wp.struct
+class Blocks:
+    """The chunk of control points of each block of threads."""
+
+    cell: wp.array[wp.int32]
+    first: wp.array[wp.int32]
+    last: wp.array[wp.int32]
+    of_cell: wp.array[wp.int32]
+
+
+@wp.func
+def point_range_of(blocks: Blocks, block: int, lane: int, threads: int) -> PointRange:
+    """The control points of a thread of a block."""
+    point_range = PointRange()
+    point_range.cell = blocks.cell[block]
+    point_range.threads = threads
+    point_range.first = blocks.first[block] + lane
+    point_range.last = blocks.last[block]
+    return point_range
+
+
+def blocks_of(model: Model) -> Any:
+    """Return the chunks of each cell of a model."""
+    chunk = CHUNK["cuda" if model.device.is_cuda else "cpu"]
+    counts = -(-np.diff(model.point_start) // chunk)
+    of_cell = np.concatenate([[0], np.cumsum(counts)])
+    cell = np.repeat(np.arange(model.cell_count), counts)
+    first = model.point_start[cell] + (np.arange(of_cell[-1]) - of_cell[cell]) * chunk
+    blocks = Blocks()
+    blocks.cell, blocks.of_cell = model.integers(cell), model.integers(of_cell)
+    blocks.first = model.integers(first)
+    blocks.last = model.integers(np.minimum(first + chunk, model.point_start[cell + 1]))
+    return blocks

@@ -5,7 +5,7 @@
 A batch has one precision, one tolerance and one quadrature rule. Its cells come to the states that ``relax_yarns``
 finds, within the tolerance, but with other rounding: candidate lists and Newton steps serve all cells of a batch, so
 that the bits depend on the other cells in it. Some relaxations cannot be part of a batch and are done alone: yarns
-without a lattice, another solver, further terms, and yarns that cannot take their load at once (``load_path``).
+without a lattice, another solver, further terms, and yarns that cannot take their load at once (``loading``).
 
 On a CPU only short work is done together. A launch costs little there, and launches also pass over cells at rest.
 """

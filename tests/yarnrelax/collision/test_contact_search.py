@@ -20,8 +20,8 @@ from stitchmesh.yarnrelax.collision.narrow_phase import (
     make_candidates,
 )
 from stitchmesh.yarnrelax.model.constants import Model
-from stitchmesh.yarnrelax.model.self_contact import neighbour_reach
 from stitchmesh.yarnrelax.model.state import make_state
+from stitchmesh.yarnrelax.model.upload import neighbour_reach
 from tests.yarnrelax.one_term import on_device
 from tests.yarnrelax.stockinette import tube
 

@@ -16,7 +16,7 @@ from stitchmesh.quality import PRESETS, Quality, Solver
 from stitchmesh.run import Run
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial, linking_certificate, relax_yarns
-from stitchmesh.yarnrelax.model.self_contact import neighbour_reach
+from stitchmesh.yarnrelax.model.upload import neighbour_reach
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from tests.yarnrelax.stockinette import flat_patch, hopf_link
 

@@ -47,7 +47,7 @@ def test_a_relaxation_compiles_only_the_kernels_that_it_needs() -> None:
     """The relaxation runs in a new interpreter, where no other test has loaded or compiled anything."""
     done = subprocess.run([sys.executable, "-c", REPORT], capture_output=True, text=True, check=True, cwd=ROOT)
     loaded, with_overloads = json.loads(done.stdout.splitlines()[-1])
-    files = {"body", "body_surface", "body_penalty", "body_stiffness", "mesh_features"}
+    files = {"body", "body_surface", "body_penalty", "mesh_features"}
     assert {file for file in loaded if file.startswith(OPTIONAL)} == files
     # the modules shape and borders are loaded for the option ``keep_shape``, which is not used here
     assert {file for file in with_overloads if file.startswith((*OPTIONAL, "shape", "borders"))} == {"body"}

@@ -19,7 +19,7 @@ from stitchmesh.yarnrelax.assembled_hessian import HessianAssembly
 from stitchmesh.yarnrelax.energies.term import TermChoice
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from tests.yarnrelax.solvers.test_cell_strain import sheared
-from tests.yarnrelax.stockinette import flat_patch, periodic_patch, tube, woven_cell
+from tests.yarnrelax.stockinette import flat_patch, periodic_patch, shaken, tube, woven_cell
 
 DOUBLE = replace(PRESETS["draft"], precision="float64")
 KALDOR, LEAF = YarnMaterial.named("kaldor-simulation"), YarnMaterial.named("leaf")
@@ -30,12 +30,6 @@ Scene = tuple[YarnSet, YarnMaterial]
 def assembled_hessian(simulation: YarnSimulation) -> csc_array:
     """The exact Hessian of the current state [erg / unit^2]."""
     return HessianAssembly(simulation).matrix()
-
-
-def shaken(yarns: YarnSet, rest: float = 0.95) -> YarnSet:
-    """The yarns out of balance, with rest lengths that stretch or compress them."""
-    noise = np.random.default_rng(7).normal(scale=0.01, size=yarns.points.shape)
-    return replace(yarns, points=yarns.points + noise, rest_length=rest * yarns.rest_length)
 
 
 def curved(yarns: YarnSet, curvature: float) -> YarnSet:

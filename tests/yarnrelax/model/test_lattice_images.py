@@ -17,21 +17,15 @@ from stitchmesh.yarnrelax.collision.captured_search import ContactSearch
 from stitchmesh.yarnrelax.collision.narrow_phase import make_candidates
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.image_table import CONTACT_RANGE, SPREAD, corners_of, near_images, renew_images
-from stitchmesh.yarnrelax.model.self_contact import neighbour_reach
 from stitchmesh.yarnrelax.model.state import make_state
+from stitchmesh.yarnrelax.model.upload import neighbour_reach
 from tests.yarnrelax.one_term import on_device
-from tests.yarnrelax.stockinette import flat_patch, periodic_patch, woven_cell
+from tests.yarnrelax.stockinette import flat_patch, periodic_patch, shaken, woven_cell
 
 LEAF = YarnMaterial.named("leaf")
 COARSE = {"quadrature_points": 3, "contact_samples": 3}
 POINTS = 12
 """Control points per stitch."""
-
-
-def shaken(yarns: YarnSet, seed: int = 7) -> YarnSet:
-    """The same yarns with random displacements and shorter rest lengths, so that they are not in equilibrium."""
-    noise = np.random.default_rng(seed).normal(scale=0.01, size=yarns.points.shape)
-    return replace(yarns, points=yarns.points + noise, rest_length=0.95 * yarns.rest_length)
 
 
 def tiled(cell: YarnSet, rows: int, stitches: int) -> YarnSet:

@@ -19,9 +19,8 @@ from stitchmesh.yarnrelax.constraints.borders import KeepBorders
 from stitchmesh.yarnrelax.energies.shape import KeepShape
 from stitchmesh.yarnrelax.model.material import point_masses
 from stitchmesh.yarnrelax.simulation import YarnSimulation
-from stitchmesh.yarnrelax.solvers.dynamics import YarnDynamics
-from stitchmesh.yarnrelax.solvers.stiffness_bounds import stiffness_row_sums
-from stitchmesh.yarnrelax.solvers.time_step import LONGEST_TIME_STEP, STABLE_PART
+from stitchmesh.yarnrelax.solvers.dynamics import LONGEST_TIME_STEP, STABLE_PART, YarnDynamics
+from stitchmesh.yarnrelax.solvers.preconditioner import stiffness_row_sums
 from tests.yarnrelax.loops import iterate
 from tests.yarnrelax.stockinette import fabric_of, hopf_link, periodic_patch, tube
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from stitchmesh.yarnrelax.solvers.alternation import ROUND, STEP_COST, Alternation
+from stitchmesh.yarnrelax.newton_interval import ROUND, STEP_COST, Alternation
 from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL
 
 ALL, NONE = np.ones(1, dtype=bool), np.zeros(1, dtype=bool)
