@@ -15,14 +15,15 @@ from functools import partial
 
 import numpy as np
 
-from stitchmesh.editing.reconnect import corner_fans, reconnect
+from stitchmesh.editing.reconnect import corner_fans, reconnect, replacement
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import BORDER, TOP, IntArray, StitchMesh
+from stitchmesh.mesh.change import Change
 from stitchmesh.mesh.courses import chain_through
 from stitchmesh.mesh.stitch import Stitch
 
 
-def graft(fabric: StitchMesh, first_side: int, second_side: int) -> StitchMesh:
+def graft(fabric: StitchMesh, first_side: int, second_side: int) -> list[Change]:
     """Graft two border lines together. Vertices that become one vertex move to their mean position.
 
     Args:
@@ -49,10 +50,10 @@ def graft(fabric: StitchMesh, first_side: int, second_side: int) -> StitchMesh:
     across = [second[0], *second[:0:-1]] if _is_ring(fabric, first) else second[::-1]
     twin = fabric.twin.copy()
     twin[first], twin[across] = across, first
-    return _merge_vertices(fabric, twin)
+    return [replacement(fabric, _merge_vertices(fabric, twin))]
 
 
-def ungraft(fabric: StitchMesh, side: int) -> StitchMesh:
+def ungraft(fabric: StitchMesh, side: int) -> list[Change]:
     """Separate two rows along the course line through a side.
 
     This is the inverse of ``graft``, exact in the twins of sides.
@@ -77,7 +78,7 @@ def ungraft(fabric: StitchMesh, side: int) -> StitchMesh:
     duplicates = np.setdiff1d(np.arange(len(vertex)), first)
     vertices = np.concatenate([fabric.vertices, fabric.vertices[vertex[duplicates]]])
     vertex[duplicates] = len(fabric.vertices) + np.arange(len(duplicates))
-    return reconnect(fabric, vertices, vertex[fan], twin)
+    return [replacement(fabric, reconnect(fabric, vertices, vertex[fan], twin))]
 
 
 def _check_border_sides(fabric: StitchMesh, *sides: int) -> None:
