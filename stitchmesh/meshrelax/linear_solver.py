@@ -29,7 +29,7 @@ from scipy.sparse import bsr_array, diags_array
 from scipy.sparse.linalg import splu
 
 from stitchmesh.mesh import FloatArray, IntArray
-from stitchmesh.mesh.unit_vectors import unit_vectors
+from stitchmesh.mesh.arrays import unit_vectors
 
 PATCH_VERTICES = 30
 """Approximate number of vertices per patch. Larger patches need more iterations; smaller ones need larger factors."""

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from stitchmesh.errors import YarnError
 from stitchmesh.mesh import BORDER, RIGHT, TOP, FloatArray, IntArray, StitchMesh
+from stitchmesh.mesh.arrays import runs_of
 from stitchmesh.mesh.border_lean import border_lean, vertex_step
 from stitchmesh.mesh.courses import course_through, find_courses
 from stitchmesh.mesh.stitch import Stitch
@@ -124,9 +125,8 @@ def _short_rows(fabric: StitchMesh, loop: IntArray) -> list[IntArray]:
     if top.all():
         return []
     loop = np.roll(loop, -int(np.flatnonzero(~top)[0]))
-    top = _is_top(fabric, loop)
-    runs = np.split(loop, np.flatnonzero(np.diff(top)) + 1)
-    return [run for run in runs if _is_top(fabric, run).all() and len(run) <= SMALL_RING_LOOPS]
+    runs = [loop[first:beyond] for first, beyond in runs_of(_is_top(fabric, loop))]
+    return [run for run in runs if len(run) <= SMALL_RING_LOOPS]
 
 
 def _ends(fabric: StitchMesh, sides: IntArray) -> tuple[IntArray, IntArray]:

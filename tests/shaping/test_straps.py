@@ -40,7 +40,7 @@ def bib() -> Mesh:
 
 
 def check_loops_of(shaped: ShapedFabric) -> None:
-    fabric = sm.make_room(relax_mesh(shaped.fabric, surface=shaped.surface.mesh).fabric, quality="draft")
+    fabric = sm.make_room(relax_mesh(shaped.fabric, surface=shaped.surface.mesh).fabric, quality="draft").fabric
     sm.check_loops(fabric, sm.generate_yarns(fabric, quality="draft"))
 
 

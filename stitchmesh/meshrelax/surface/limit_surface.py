@@ -14,7 +14,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from stitchmesh.mesh import FloatArray, IntArray, Mesh
-from stitchmesh.mesh.unit_vectors import unit_vectors
+from stitchmesh.mesh.arrays import unit_vectors
 from stitchmesh.meshrelax.surface.catmull_clark import refine_surface
 
 
