@@ -15,10 +15,11 @@ from functools import partial
 
 import numpy as np
 
-from stitchmesh.editing.reconnect import corner_fans, reconnect, replacement
+from stitchmesh.editing.reconnect import reconnect, replacement
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import BORDER, TOP, IntArray, StitchMesh
 from stitchmesh.mesh.change import Change
+from stitchmesh.mesh.connectivity import corner_fans
 from stitchmesh.mesh.courses import chain_through
 from stitchmesh.mesh.stitch import Stitch
 
@@ -71,7 +72,7 @@ def ungraft(fabric: StitchMesh, side: int) -> list[Change]:
     line = np.array(chain_through(side, _until_repeated(after, side), _until_repeated(before, side))[0])
     twin = fabric.twin.copy()
     twin[fabric.twin[line]], twin[line] = BORDER, BORDER
-    fan = corner_fans(fabric, twin)
+    fan = corner_fans(twin, fabric.side_next)
     vertex = np.zeros(fan.max() + 1, dtype=np.int64)
     vertex[fan] = fabric.face_vertex
     first = np.unique(vertex, return_index=True)[1]
@@ -135,7 +136,7 @@ def _next_course_side(fabric: StitchMesh, side: int, *, step: IntArray) -> int:
 
 def _merge_vertices(fabric: StitchMesh, twin: IntArray) -> StitchMesh:
     """Return the fabric with other twins; merged vertices keep the lowest number and take their mean position."""
-    fan = corner_fans(fabric, twin)
+    fan = corner_fans(twin, fabric.side_next)
     pairs = np.unique(np.stack([fan, fabric.face_vertex], axis=1), axis=0)
     count = np.bincount(pairs[:, 0])
     middle = np.stack([np.bincount(pairs[:, 0], axis) / count for axis in fabric.vertices[pairs[:, 1]].T], axis=1)

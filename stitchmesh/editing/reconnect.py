@@ -1,9 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""New connections of the faces of a stitch mesh.
-
-They say which corners share a vertex, what the mesh with new twins is, and which change leads to it.
-"""
+"""A stitch mesh with new vertices and twins, and the change that leads to it."""
 
 from __future__ import annotations
 
@@ -11,19 +8,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
+from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.change import Change, Patch, inverse_change
-from stitchmesh.mesh.connectivity import find_fans
-
-
-def corner_fans(fabric: StitchMesh, twin: IntArray) -> IntArray:
-    """Return the number of the fan of faces to which each corner belongs, shape (C,).
-
-    Args:
-        fabric: a mesh of stitches.
-        twin: the new opposite side of each side, ``BORDER`` at borders, shape (C,).
-    """
-    return find_fans(np.where(twin == BORDER, BORDER, fabric.side_next[twin]))
 
 
 def reconnect(fabric: StitchMesh, vertices: FloatArray, corner: IntArray, twin: IntArray) -> StitchMesh:

@@ -20,11 +20,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from stitchmesh.editing.reconnect import corner_fans, reconnect, replacement
+from stitchmesh.editing.reconnect import reconnect, replacement
 from stitchmesh.errors import ParameterError, check_kind
 from stitchmesh.mesh import BORDER, BOTTOM, TOP, FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.border_lean import border_lean, vertex_step
 from stitchmesh.mesh.change import Change
+from stitchmesh.mesh.connectivity import corner_fans
 from stitchmesh.mesh.courses import Course, bottom_sides, find_courses, sides_across, top_sides
 
 CROWDED_STEP = 0.5
@@ -262,7 +263,7 @@ def _corners(fabric: StitchMesh, twin: IntArray, turns: CutRings, named: dict[in
         turns: the rings or turns along the seam.
         named: vertices of further corners, by corner.
     """
-    fan = corner_fans(fabric, twin)
+    fan = corner_fans(twin, fabric.side_next)
     low, firsts = fabric.right_wale[turns.lasts], np.array(turns.firsts)
     right_of_seam = np.concatenate([fabric.face_start[:-1][firsts], fabric.left_wale[firsts]])
     rest = np.setdiff1d(np.arange(fabric.side_count), np.concatenate([low, fabric.side_next[low]]))

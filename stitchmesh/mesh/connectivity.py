@@ -205,6 +205,16 @@ def find_fans(neighbour: IntArray) -> IntArray:
     return linked_groups(len(neighbour), inner, neighbour[inner])
 
 
+def corner_fans(twin: IntArray, following: IntArray) -> IntArray:
+    """Return the fan of faces to which each corner belongs, shape (C,).
+
+    Args:
+        twin: opposite side of each side, -1 at borders, shape (C,).
+        following: next side around the same face of each side, shape (C,).
+    """
+    return find_fans(np.where(twin == -1, -1, following[twin]))
+
+
 def check_fans(corner_vertex: IntArray, neighbour: IntArray, vertex_count: int) -> None:
     """Check that the faces around each vertex form one fan.
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.mesh.arrays import unit_vectors
-from stitchmesh.mesh.connectivity import ParityForest, find_fans
+from stitchmesh.mesh.connectivity import ParityForest, corner_fans
 from stitchmesh.mesh.polygon_mesh import BORDER, FloatArray, IntArray
 from stitchmesh.mesh.repair.action import ActionLog
 from stitchmesh.mesh.repair.orientation import patches_and_flips
@@ -126,7 +126,8 @@ def _joined(pairs: IntArray, opposed: NDArray[np.bool_], patch: IntArray) -> Int
     for number, (first, second) in enumerate(pairs.tolist()):
         if first in used or second in used:
             continue
-        if not forest.join(*patch[number].tolist(), int(opposed[number])):
+        one, other = patch[number].tolist()
+        if not forest.join(one, other, int(opposed[number])):
             continue
         used |= {first, second}
         chosen.append(number)
@@ -141,7 +142,7 @@ def _fans(soup: Soup, pairs: IntArray) -> IntArray:
     while True:
         twin = np.full(len(soup.vertex), BORDER)
         twin[pairs[:, 0]], twin[pairs[:, 1]] = pairs[:, 1], pairs[:, 0]
-        fan = find_fans(np.where(twin == BORDER, BORDER, soup.side_next[twin]))
+        fan = corner_fans(twin, soup.side_next)
         edges = edge_sides(fan, fan[soup.side_next])
         if not edges.crowded_counts():
             return fan

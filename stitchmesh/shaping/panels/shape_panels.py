@@ -73,7 +73,7 @@ def _vertex_normals(mesh: Mesh, points: FloatArray) -> FloatArray:
     before[mesh.side_next] = np.arange(mesh.side_count)
     here = points[corner]
     area = np.cross(points[corner[mesh.side_next]] - here, points[corner[before]] - here)
-    normal = np.stack([np.bincount(corner, area[:, axis], len(points)) for axis in range(3)], axis=1)
+    normal: FloatArray = np.stack([np.bincount(corner, area[:, axis], len(points)) for axis in range(3)], axis=1)
     return unit_vectors(normal)
 
 
