@@ -10,7 +10,7 @@ from .editing.edge_forms import with_edge_forms as with_edge_forms
 from .editing.edit import Edit as Edit
 from .editing.edit import apply_edit as apply_edit
 from .editing.history import History as History
-from .editing.log import replay_edits as replay_edits
+from .editing.history import replay_edits as replay_edits
 from .editing.spiral import make_spiral as make_spiral
 from .errors import LabelError as LabelError
 from .errors import StitchMeshError as StitchMeshError

@@ -16,24 +16,7 @@ import inspect
 from collections.abc import Callable
 from typing import Any
 
-from stitchmesh.editing import (
-    bobble as bobbles,
-)
-from stitchmesh.editing import (
-    cable_marks,
-    course_edges,
-    pasting,
-    row_edits,
-    stitch_marks,
-    wale_columns,
-    wale_edges,
-    wale_lines,
-    whole_mesh,
-)
-from stitchmesh.editing import (
-    short_rows as shortened,
-)
-from stitchmesh.editing.edit import Edit, Edited, apply_edit
+from stitchmesh.editing.edit import EDITS, Edit, Edited, apply_edit
 from stitchmesh.editing.on_selection import ON
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.mesh.change import Change
@@ -57,28 +40,28 @@ def _function(changes: Callable[..., list[Change]]) -> Callable[..., Edited]:
     return edit
 
 
-change_stitch = _function(stitch_marks.change_stitch)
-twist_loop = _function(stitch_marks.twist_loop)
-stripe = _function(stitch_marks.stripe)
-stripes = _function(stitch_marks.stripes)
-recolour = _function(stitch_marks.recolour)
-cross_cable = _function(cable_marks.cross_cable)
-set_cable = _function(cable_marks.set_cable)
-clear_cable = _function(cable_marks.clear_cable)
-split_course_edge = _function(course_edges.split_course_edge)
-collapse_course_edge = _function(course_edges.collapse_course_edge)
-add_wale_edge = _function(wale_edges.add_wale_edge)
-remove_wale_edge = _function(wale_edges.remove_wale_edge)
-shift_wale_edge = _function(wale_edges.shift_wale_edge)
-insert_wale = _function(wale_lines.insert_wale)
-remove_wale = _function(wale_columns.remove_wale)
-flip_row = _function(row_edits.flip_row)
-insert_row = _function(row_edits.insert_row)
-remove_row = _function(row_edits.remove_row)
-short_rows = _function(shortened.short_rows)
-bobble = _function(bobbles.bobble)
-paste_pattern = _function(pasting.paste_pattern)
-spiral = _function(whole_mesh.spiral)
-unspiral = _function(whole_mesh.unspiral)
-graft = _function(whole_mesh.graft)
-ungraft = _function(whole_mesh.ungraft)
+change_stitch = _function(EDITS["change_stitch"])
+twist_loop = _function(EDITS["twist_loop"])
+stripe = _function(EDITS["stripe"])
+stripes = _function(EDITS["stripes"])
+recolour = _function(EDITS["recolour"])
+cross_cable = _function(EDITS["cross_cable"])
+set_cable = _function(EDITS["set_cable"])
+clear_cable = _function(EDITS["clear_cable"])
+split_course_edge = _function(EDITS["split_course_edge"])
+collapse_course_edge = _function(EDITS["collapse_course_edge"])
+add_wale_edge = _function(EDITS["add_wale_edge"])
+remove_wale_edge = _function(EDITS["remove_wale_edge"])
+shift_wale_edge = _function(EDITS["shift_wale_edge"])
+insert_wale = _function(EDITS["insert_wale"])
+remove_wale = _function(EDITS["remove_wale"])
+flip_row = _function(EDITS["flip_row"])
+insert_row = _function(EDITS["insert_row"])
+remove_row = _function(EDITS["remove_row"])
+short_rows = _function(EDITS["short_rows"])
+bobble = _function(EDITS["bobble"])
+paste_pattern = _function(EDITS["paste_pattern"])
+spiral = _function(EDITS["spiral"])
+unspiral = _function(EDITS["unspiral"])
+graft = _function(EDITS["graft"])
+ungraft = _function(EDITS["ungraft"])

@@ -28,6 +28,7 @@ import numpy as np
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import BORDER, BOTTOM, TOP, FloatArray, IntArray, StitchMesh
+from stitchmesh.mesh.arrays import unit_vectors
 from stitchmesh.mesh.change import stretch_at
 from stitchmesh.mesh.connectivity import find_twins
 from stitchmesh.mesh.shaping_stitches import closing_half_turns, shaping_stitch
@@ -181,7 +182,7 @@ def _border_frame(fabric: StitchMesh, sides: IntArray) -> tuple[IntArray, IntArr
         np.add.at(along, end, position[ends[1]] - position[ends[0]])
     up = np.cross(fabric.vertex_normal[vertices], along)
     out = -up if below else up
-    return vertices, ends, out / np.maximum(np.linalg.norm(out, axis=1, keepdims=True), 1e-300)
+    return vertices, ends, unit_vectors(out)
 
 
 def _behind(fabric: StitchMesh, rows: FloatArray, gap: float) -> FloatArray:

@@ -11,17 +11,30 @@ from typing import Any
 import numpy as np
 
 from stitchmesh.editing.bobble import bobble
-from stitchmesh.editing.cable_marks import clear_cable, cross_cable, set_cable
-from stitchmesh.editing.course_edges import collapse_course_edge, split_course_edge
+from stitchmesh.editing.edges import (
+    add_wale_edge,
+    collapse_course_edge,
+    remove_wale_edge,
+    shift_wale_edge,
+    split_course_edge,
+)
+from stitchmesh.editing.graft import graft, ungraft
+from stitchmesh.editing.marks import (
+    change_stitch,
+    clear_cable,
+    cross_cable,
+    recolour,
+    set_cable,
+    stripe,
+    stripes,
+    twist_loop,
+)
 from stitchmesh.editing.on_selection import ON, edit_places, followed_places, place_argument, place_arguments
 from stitchmesh.editing.pasting import paste_pattern
 from stitchmesh.editing.row_edits import flip_row, insert_row, remove_row
 from stitchmesh.editing.short_rows import short_rows
-from stitchmesh.editing.stitch_marks import change_stitch, recolour, stripe, stripes, twist_loop
-from stitchmesh.editing.wale_columns import remove_wale
-from stitchmesh.editing.wale_edges import add_wale_edge, remove_wale_edge, shift_wale_edge
-from stitchmesh.editing.wale_lines import insert_wale
-from stitchmesh.editing.whole_mesh import graft, spiral, ungraft, unspiral
+from stitchmesh.editing.spiral import spiral, unspiral
+from stitchmesh.editing.wale_lines import insert_wale, remove_wale
 from stitchmesh.errors import MeshError, ParameterError, check_kind
 from stitchmesh.io.named_steps import check_step_name, checked_arguments_of, plain_arguments
 from stitchmesh.mesh import BORDER, TOP, IntArray, StitchMesh

@@ -15,14 +15,16 @@ from functools import partial
 
 import numpy as np
 
-from stitchmesh.editing.reconnect import corner_fans, reconnect
+from stitchmesh.editing.reconnect import reconnect, replacement
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import BORDER, TOP, IntArray, StitchMesh
+from stitchmesh.mesh.change import Change
+from stitchmesh.mesh.connectivity import corner_fans
 from stitchmesh.mesh.courses import chain_through
 from stitchmesh.mesh.stitch import Stitch
 
 
-def graft(fabric: StitchMesh, first_side: int, second_side: int) -> StitchMesh:
+def graft(fabric: StitchMesh, first_side: int, second_side: int) -> list[Change]:
     """Graft two border lines together. Vertices that become one vertex move to their mean position.
 
     Args:
@@ -49,10 +51,10 @@ def graft(fabric: StitchMesh, first_side: int, second_side: int) -> StitchMesh:
     across = [second[0], *second[:0:-1]] if _is_ring(fabric, first) else second[::-1]
     twin = fabric.twin.copy()
     twin[first], twin[across] = across, first
-    return _merge_vertices(fabric, twin)
+    return [replacement(fabric, _merge_vertices(fabric, twin))]
 
 
-def ungraft(fabric: StitchMesh, side: int) -> StitchMesh:
+def ungraft(fabric: StitchMesh, side: int) -> list[Change]:
     """Separate two rows along the course line through a side.
 
     This is the inverse of ``graft``, exact in the twins of sides.
@@ -70,14 +72,14 @@ def ungraft(fabric: StitchMesh, side: int) -> StitchMesh:
     line = np.array(chain_through(side, _until_repeated(after, side), _until_repeated(before, side))[0])
     twin = fabric.twin.copy()
     twin[fabric.twin[line]], twin[line] = BORDER, BORDER
-    fan = corner_fans(fabric, twin)
+    fan = corner_fans(twin, fabric.side_next)
     vertex = np.zeros(fan.max() + 1, dtype=np.int64)
     vertex[fan] = fabric.face_vertex
     first = np.unique(vertex, return_index=True)[1]
     duplicates = np.setdiff1d(np.arange(len(vertex)), first)
     vertices = np.concatenate([fabric.vertices, fabric.vertices[vertex[duplicates]]])
     vertex[duplicates] = len(fabric.vertices) + np.arange(len(duplicates))
-    return reconnect(fabric, vertices, vertex[fan], twin)
+    return [replacement(fabric, reconnect(fabric, vertices, vertex[fan], twin))]
 
 
 def _check_border_sides(fabric: StitchMesh, *sides: int) -> None:
@@ -134,7 +136,7 @@ def _next_course_side(fabric: StitchMesh, side: int, *, step: IntArray) -> int:
 
 def _merge_vertices(fabric: StitchMesh, twin: IntArray) -> StitchMesh:
     """Return the fabric with other twins; merged vertices keep the lowest number and take their mean position."""
-    fan = corner_fans(fabric, twin)
+    fan = corner_fans(twin, fabric.side_next)
     pairs = np.unique(np.stack([fan, fabric.face_vertex], axis=1), axis=0)
     count = np.bincount(pairs[:, 0])
     middle = np.stack([np.bincount(pairs[:, 0], axis) / count for axis in fabric.vertices[pairs[:, 1]].T], axis=1)

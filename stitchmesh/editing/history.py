@@ -1,20 +1,23 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A history of edits with undo and redo that are exact to the last bit.
+"""A history of edits with undo and redo that are exact to the last bit, and the log of edits that it writes.
 
-The history stores only the changes of each edit, so that the history of a large garment needs little memory.
+The history stores only the changes of each edit, so that the history of a large garment needs little memory. A log is
+a text file with one JSON object in each line, ``{"edit": NAME, "arguments": {...}}``.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from os import fspath
+from typing import Any
 
-from stitchmesh.editing.edit import Edit, Edited, apply_changes, apply_edit
-from stitchmesh.editing.log import write_log
+from stitchmesh.editing.edit import Edit, Edited, apply_changes, apply_edit, checked_arguments
 from stitchmesh.editing.undo_history import history_of_steps, steps_done, steps_undone
-from stitchmesh.errors import check_kind
+from stitchmesh.errors import StitchMeshError, check_kind
 from stitchmesh.io.contents import FilePath
+from stitchmesh.io.step_log import read_step_log, write_step_log
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.mesh.change import Change
 
@@ -102,3 +105,51 @@ class History:
             FileError: the file cannot be written.
         """
         write_log(path, self.edits)
+
+
+def write_log(path: FilePath, edits: Iterable[Edit]) -> None:
+    """Write a log of edits; the file is written atomically.
+
+    Raises:
+        FileError: the file cannot be written.
+    """
+    write_step_log(path, "edit", [(edit.name, edit.arguments) for edit in edits])
+
+
+def read_log(path: FilePath) -> list[Edit]:
+    """Read a log of edits; the name and the types of the arguments of each edit are checked.
+
+    Raises:
+        FileError: the file cannot be read, or a line is not a valid edit; the message names the line.
+    """
+    return read_step_log(path, "edit", _edit)
+
+
+def replay_edits(fabric: StitchMesh, path: FilePath) -> StitchMesh:
+    """Apply the edits of a log.
+
+    Args:
+        fabric: the stitch mesh for which the log was written.
+        path: a file that ``write_log`` or ``History.write`` wrote.
+
+    Returns:
+        The edited stitch mesh.
+
+    Raises:
+        FileError: an error of ``read_log``.
+        StitchMeshError: an edit is not possible, with the error of ``apply_edit``; the message names the line and the
+            edit.
+    """
+    check_kind("replay_edits", fabric, StitchMesh)
+    for number, edit in enumerate(read_log(path), start=1):
+        try:
+            fabric = apply_edit(fabric, edit).fabric
+        except StitchMeshError as error:
+            raise type(error)(f"{fspath(path)} line {number}: {edit.name}: {error}") from error
+    return fabric
+
+
+def _edit(name: str, arguments: dict[str, Any]) -> Edit:
+    edit = Edit(name, arguments)
+    checked_arguments(edit)
+    return edit

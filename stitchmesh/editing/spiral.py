@@ -15,21 +15,32 @@ so that the step from one row to the next is distributed over all stitches of th
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stitchmesh.editing.reconnect import corner_fans, reconnect
-from stitchmesh.editing.ring_rows import CutRings, ring_stacks
+from stitchmesh.editing.reconnect import reconnect, replacement
 from stitchmesh.errors import ParameterError, check_kind
-from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
+from stitchmesh.mesh import BORDER, BOTTOM, TOP, FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.border_lean import border_lean, vertex_step
-from stitchmesh.mesh.courses import Course, bottom_sides, find_courses, top_sides
+from stitchmesh.mesh.change import Change
+from stitchmesh.mesh.connectivity import corner_fans
+from stitchmesh.mesh.courses import Course, bottom_sides, find_courses, sides_across, top_sides
 
 CROWDED_STEP = 0.5
 """Fraction of the wale by which the highest course line moves where there is little space: below other stitches, and
 where wales run together."""
+
+
+def spiral(fabric: StitchMesh, seam: int | None = None) -> list[Change]:
+    """Convert stacked rings to one row that rises around the tube, as ``make_spiral`` does."""
+    return [replacement(fabric, make_spiral(fabric, seam))]
+
+
+def unspiral(fabric: StitchMesh) -> list[Change]:
+    """Convert every spiral back to rings: the inverse of ``spiral``, exact in the connections of the faces."""
+    return [replacement(fabric, make_rings(fabric))]
 
 
 def make_spiral(fabric: StitchMesh, seam: int | None = None) -> StitchMesh:
@@ -65,7 +76,7 @@ def make_spiral(fabric: StitchMesh, seam: int | None = None) -> StitchMesh:
     return fabric
 
 
-def unspiral(fabric: StitchMesh) -> StitchMesh:
+def make_rings(fabric: StitchMesh) -> StitchMesh:
     """Convert every spiral back to rings: the inverse of ``make_spiral``, exact in the connections of the faces.
 
     Vertices move down their wales by the fraction by which they moved up. The result is exact where wales are straight
@@ -252,7 +263,7 @@ def _corners(fabric: StitchMesh, twin: IntArray, turns: CutRings, named: dict[in
         turns: the rings or turns along the seam.
         named: vertices of further corners, by corner.
     """
-    fan = corner_fans(fabric, twin)
+    fan = corner_fans(twin, fabric.side_next)
     low, firsts = fabric.right_wale[turns.lasts], np.array(turns.firsts)
     right_of_seam = np.concatenate([fabric.face_start[:-1][firsts], fabric.left_wale[firsts]])
     rest = np.setdiff1d(np.arange(fabric.side_count), np.concatenate([low, fabric.side_next[low]]))
@@ -337,3 +348,55 @@ def _steps(fabric: StitchMesh, ring: list[int], line: list[int]) -> FloatArray:
     known = [place for place, vertex in enumerate(line) if vertex in at]
     found = wales[[at[line[place]] for place in known]]
     return np.stack([np.interp(np.arange(len(line)), known, axis, period=len(line)) for axis in found.T], axis=1)
+
+
+@dataclass(frozen=True)
+class CutRings:
+    """A stack of rings that is cut along a seam."""
+
+    rings: list[list[int]]
+    """Faces of each ring, from the face to the right of the seam around to the face on its left."""
+
+    @property
+    def firsts(self) -> list[int]:
+        """Faces to the right of the seam, from below."""
+        return [ring[0] for ring in self.rings]
+
+    @property
+    def lasts(self) -> list[int]:
+        """Faces to the left of the seam, from below."""
+        return [ring[-1] for ring in self.rings]
+
+
+def ring_stacks(fabric: StitchMesh) -> list[list[Course]]:
+    """Return the maximal stacks of rings, each from below; the top of a ring is exactly the bottom of the next ring."""
+    rings = [ring for ring in find_courses(fabric, climbing=True) if ring.closed]
+    ring_of = np.full(fabric.face_count, BORDER)
+    for number, ring in enumerate(rings):
+        ring_of[list(ring.faces)] = number
+    above = [_only_neighbour(fabric, ring, ring_of, TOP) for ring in rings]
+    below = [_only_neighbour(fabric, ring, ring_of, BOTTOM) for ring in rings]
+    stacks, used = [], [False] * len(rings)
+    for number in range(len(rings)):
+        lowest = number
+        while (under := below[lowest]) != BORDER and above[under] == lowest and under != number:
+            lowest = under
+        stack = []
+        while lowest != BORDER and not used[lowest]:
+            used[lowest] = True
+            stack.append(rings[lowest])
+            over = above[lowest]
+            lowest = over if over != BORDER and below[over] == lowest else BORDER
+        if stack:
+            stacks.append(stack)
+    return stacks
+
+
+def _only_neighbour(fabric: StitchMesh, ring: Course, ring_of: IntArray, role: int) -> int:
+    """Return the ring with the same wale direction across all top or bottom sides of a ring, or ``BORDER``."""
+    sides = top_sides(fabric, ring.faces) if role == TOP else bottom_sides(fabric, ring.faces)
+    across = sides_across(fabric, np.array(sides, dtype=np.int64), BOTTOM if role == TOP else TOP)
+    if len(sides) == 0 or (across == BORDER).any():
+        return BORDER
+    found = np.unique(ring_of[fabric.side_face[across]])
+    return int(found[0]) if len(found) == 1 else BORDER

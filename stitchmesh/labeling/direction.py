@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from stitchmesh.labeling.growth import COURSE, EdgeLabels
 from stitchmesh.mesh import BORDER, IntArray, Mesh, StitchMesh
+from stitchmesh.mesh.connectivity import ParityForest
 from stitchmesh.mesh.stitch import Stitch
 
 ROOT = -1
@@ -39,7 +40,9 @@ def turned_rows(mesh: Mesh, labels: EdgeLabels, seeded: Iterable[int]) -> NDArra
         forest.join(ROOT, row, 0)
     for first, second, differ in _neighbours(mesh, labels):
         forest.join(first, second, differ)
-    return np.array([forest.parity(row) ^ forest.parity_of_root(row) for row in range(labels.row_count)], dtype=bool)
+    seed, seed_parity = forest.find(ROOT)
+    found = [forest.find(row) for row in range(labels.row_count)]
+    return np.array([parity ^ (seed_parity if root == seed else 0) for root, parity in found], dtype=bool)
 
 
 def _neighbours(mesh: Mesh, labels: EdgeLabels) -> list[tuple[int, int, int]]:
@@ -76,39 +79,6 @@ def is_top(mesh: Mesh, sides: IntArray, left: IntArray, right: IntArray) -> NDAr
     faces = mesh.side_face[sides]
     size, first = mesh.face_start[faces + 1] - mesh.face_start[faces], left[faces]
     return (sides - first) % size > (right[faces] - first) % size
-
-
-class ParityForest:
-    """Union-find structure whose links store the parity of two nodes: 0 for the same direction, 1 for the opposite."""
-
-    def __init__(self, count: int) -> None:
-        """Start with nodes that are not linked."""
-        self._parent = list(range(count))
-        self._flip = [0] * count
-
-    def find(self, node: int) -> tuple[int, int]:
-        """Return the root of a node and the parity of the node relative to the root."""
-        node, parity = node % len(self._parent), 0
-        while self._parent[node] != node:
-            parity ^= self._flip[node]
-            node = self._parent[node]
-        return node, parity
-
-    def join(self, first: int, second: int, differ: int) -> None:
-        """Join the components of two nodes with a parity, unless both nodes are in one component already."""
-        (a, parity_a), (b, parity_b) = self.find(first), self.find(second)
-        if a == b:
-            return
-        self._parent[b], self._flip[b] = a, parity_a ^ parity_b ^ differ
-
-    def parity(self, node: int) -> int:
-        """Return the parity of a node relative to the root of its component."""
-        return self.find(node)[1]
-
-    def parity_of_root(self, node: int) -> int:
-        """Return the parity of the node ``ROOT`` if it is in the component of this node, else 0."""
-        (root, _), (own, parity) = self.find(node), self.find(ROOT)
-        return parity if own == root else 0
 
 
 def in_knitting_frame(mesh: Mesh, left_wale: IntArray, right_wale: IntArray, row: IntArray) -> StitchMesh:

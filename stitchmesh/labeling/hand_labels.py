@@ -15,11 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.errors import LabelError
-from stitchmesh.labeling.direction import ParityForest
 from stitchmesh.labeling.growth import COURSE, UNKNOWN, UNLABELED, WALE, EdgeLabels
 from stitchmesh.labeling.seeds import edge_name
 from stitchmesh.mesh import BORDER, IntArray, Mesh, ranges
-from stitchmesh.mesh.connectivity import linked_groups
+from stitchmesh.mesh.connectivity import ParityForest, linked_groups
 
 LABEL_NAMES = {COURSE: "course", WALE: "wale", UNKNOWN: "unknown"}
 """Names of the labels in messages."""

@@ -164,6 +164,35 @@ def linked_groups(count: int, one: IntArray, other: IntArray) -> IntArray:
     return group
 
 
+class ParityForest:
+    """Union-find structure whose links store the parity of two nodes: 0 for the same direction, 1 for the opposite."""
+
+    def __init__(self, count: int) -> None:
+        """Start with nodes that are not linked."""
+        self._parent = list(range(count))
+        self._flip = [0] * count
+
+    def find(self, node: int) -> tuple[int, int]:
+        """Return the root of a node, and the parity of the node relative to it; node -1 is the last one."""
+        node, parity = node % len(self._parent), 0
+        while self._parent[node] != node:
+            parity ^= self._flip[node]
+            node = self._parent[node]
+        return node, parity
+
+    def join(self, first: int, second: int, differ: int) -> bool:
+        """Join the components of two nodes with a parity; return whether the two nodes now have this parity.
+
+        Nodes that are in one component already keep their parity.
+        """
+        (a, parity_a), (b, parity_b) = self.find(first), self.find(second)
+        parity = parity_a ^ parity_b ^ differ
+        if a == b:
+            return parity == 0
+        self._parent[b], self._flip[b] = a, parity
+        return True
+
+
 def find_fans(neighbour: IntArray) -> IntArray:
     """Number the fans of faces, and return the fan of each corner, shape (n,).
 
@@ -174,6 +203,16 @@ def find_fans(neighbour: IntArray) -> IntArray:
     """
     inner = np.flatnonzero(neighbour >= 0)
     return linked_groups(len(neighbour), inner, neighbour[inner])
+
+
+def corner_fans(twin: IntArray, following: IntArray) -> IntArray:
+    """Return the fan of faces to which each corner belongs, shape (C,).
+
+    Args:
+        twin: opposite side of each side, -1 at borders, shape (C,).
+        following: next side around the same face of each side, shape (C,).
+    """
+    return find_fans(np.where(twin == -1, -1, following[twin]))
 
 
 def check_fans(corner_vertex: IntArray, neighbour: IntArray, vertex_count: int) -> None:

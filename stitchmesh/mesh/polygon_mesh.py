@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from stitchmesh.errors import MeshError, first_few
 from stitchmesh.lattice import LARGEST_LENGTH, Lattice
+from stitchmesh.mesh.arrays import unit_vectors
 from stitchmesh.mesh.connectivity import check_fans, find_twins, linked_groups, next_sides
 
 BORDER = -1
@@ -237,8 +238,7 @@ class Mesh:
         """Unit normal of each vertex, shape (V, 3): the area-weighted mean of the normals of the faces around it."""
         total = np.zeros_like(self.vertices)
         np.add.at(total, self.face_vertex, self.face_vector_area[self.side_face])
-        length = np.linalg.norm(total, axis=1, keepdims=True)
-        return total / np.where(length > 0.0, length, 1.0)
+        return unit_vectors(total)
 
     @cached_property
     def boundary_loops(self) -> tuple[IntArray, ...]:

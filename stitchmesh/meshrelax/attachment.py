@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
-from stitchmesh.mesh.unit_vectors import unit_vectors
+from stitchmesh.mesh.arrays import unit_vectors
 from stitchmesh.meshrelax.bobbles import NO_BOBBLES, Bobbles
 from stitchmesh.meshrelax.placement import SurfacePlacement
 from stitchmesh.meshrelax.surface.catmull_clark import border_vertices

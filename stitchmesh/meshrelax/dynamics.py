@@ -30,10 +30,9 @@ import numpy as np
 from stitchmesh.errors import SolverError
 from stitchmesh.mesh import FloatArray
 from stitchmesh.meshrelax.assembly import Assembly
-from stitchmesh.meshrelax.conjugate_gradients import modified_conjugate_gradients
 from stitchmesh.meshrelax.forces import element_forces
+from stitchmesh.meshrelax.linear_solver import Patches, modified_conjugate_gradients, preconditioner
 from stitchmesh.meshrelax.placement import MeshConstraint, P
-from stitchmesh.meshrelax.preconditioner import Patches, preconditioner
 from stitchmesh.meshrelax.sub_quads import Springs
 from stitchmesh.run_control import RunStopped
 

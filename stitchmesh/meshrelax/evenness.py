@@ -14,10 +14,10 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
+from stitchmesh.mesh.arrays import runs_of
 from stitchmesh.reporting.verdict import Finding, Kind, Verdict
 
 ALLOWED_RATIO = 1.2
@@ -87,9 +87,9 @@ def uneven_rows(fabric: StitchMesh) -> list[UnevenRows]:
     ratios: dict[Direction, FloatArray] = {"width": course / unit, "height": wale / unit}
     bands = []
     for direction, ratio in ratios.items():
-        for first, last in _bands(ratio):
-            rows = slice(first, last + 1)
-            bands.append(UnevenRows(first, last, direction, float(ratio[rows].mean()), float(counts[rows].mean())))
+        for first, beyond in runs_of(ratio > ALLOWED_RATIO) + runs_of(ratio < 1.0 / ALLOWED_RATIO):
+            mean_ratio, count = float(ratio[first:beyond].mean()), float(counts[first:beyond].mean())
+            bands.append(UnevenRows(first, beyond - 1, direction, mean_ratio, count))
     return sorted(bands, key=lambda band: -abs(np.log(band.ratio)))
 
 
@@ -153,17 +153,3 @@ def _means(group: IntArray, values: FloatArray, groups: int) -> FloatArray:
     count = np.bincount(group, minlength=groups)
     total = np.bincount(group, weights=values, minlength=groups)
     return np.where(count > 0, total / np.maximum(count, 1), np.nan)
-
-
-def _bands(ratio: FloatArray) -> list[tuple[int, int]]:
-    """Return the first and last rows of all runs of rows that are too large, or too small."""
-    found = []
-    for wrong in (ratio > ALLOWED_RATIO, ratio < 1.0 / ALLOWED_RATIO):
-        found += _runs(wrong)
-    return found
-
-
-def _runs(wrong: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """Return the first and the last index of each run of true values."""
-    steps = np.diff(np.concatenate([[False], wrong, [False]]).astype(int))
-    return list(zip(np.flatnonzero(steps == 1).tolist(), (np.flatnonzero(steps == -1) - 1).tolist(), strict=True))

@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 
 from stitchmesh.mesh import FloatArray, IntArray
-from stitchmesh.mesh.unit_vectors import unit_vectors
+from stitchmesh.mesh.arrays import unit_vectors
 from stitchmesh.meshrelax.placement import PlacedPoints
 from stitchmesh.meshrelax.sub_quads import Springs
 

@@ -50,7 +50,7 @@ from stitchmesh.yarn.stitch_size import fabric_gauge
 from stitchmesh.yarngen import generate_yarns
 from stitchmesh.yarngen.generate import checked_drawn_radius, checked_radius
 from stitchmesh.yarngen.loop_check.loop_linking import check_loops
-from stitchmesh.yarngen.room import make_room_with_report
+from stitchmesh.yarngen.room import make_room
 from stitchmesh.yarnrelax import Relaxation
 
 logger = logging.getLogger(__name__)
@@ -194,7 +194,7 @@ def _with_room(garment: Garment, fabric: StitchMesh, given: TriangleSurface) -> 
     """Make room for the yarns where a surface has none, and measure how all stitches fit it."""
     options, shape = garment.options, garment.report["shape"]
     with _refused(garment, fabric):
-        roomy, room = make_room_with_report(
+        room = make_room(
             fabric, yarn_radius=options.yarn_radius, quality=garment.quality, finish=options.finish
         )
     farthest = room.farthest / options.stitch_width
@@ -203,8 +203,8 @@ def _with_room(garment: Garment, fabric: StitchMesh, given: TriangleSurface) -> 
             f"the surface has no room for the yarns of {len(room.faces)} stitches, such as stitch {room.faces[0]}; "
             f"stitches were moved there by up to {farthest:.1f} stitch widths"
         )
-    fit = after_mesh_relaxation(roomy, given, options.stitch_width, shape)
-    return roomy, {**fit, "crowded": len(room.faces), "farthest_moved": round(farthest, 3)}
+    fit = after_mesh_relaxation(room.fabric, given, options.stitch_width, shape)
+    return room.fabric, {**fit, "crowded": len(room.faces), "farthest_moved": round(farthest, 3)}
 
 
 def edge_forms_stage(garment: Garment, run: Run[YarnSet]) -> Made[StitchMesh]:

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
+from stitchmesh.mesh.arrays import unit_vectors
 from stitchmesh.mesh.courses import right_neighbours
 from stitchmesh.selection.borders import Border, borders, named_borders
 
@@ -124,8 +125,7 @@ class Parts:
     def row_forward(self) -> FloatArray:
         """Forward direction of each row, a unit vector, shape (R, 3)."""
         axis = self.row_axis
-        length = np.linalg.norm(axis, axis=1, keepdims=True)
-        axis = np.where(self.runs_around[:, None], axis / np.where(length > 0.0, length, 1.0), 0.0)
+        axis = np.where(self.runs_around[:, None], unit_vectors(axis), 0.0)
         forward = np.zeros_like(axis)
         reached = np.zeros(len(axis), dtype=bool)
         for root in range(len(axis)):

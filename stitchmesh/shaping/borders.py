@@ -13,6 +13,7 @@ from itertools import pairwise
 import numpy as np
 
 from stitchmesh.mesh import FloatArray, IntArray
+from stitchmesh.mesh.arrays import unit_vectors
 from stitchmesh.selection.borders import CLOSED_LENGTH
 from stitchmesh.shaping.triangle_surface import TriangleSurface
 
@@ -122,8 +123,7 @@ def outward_of_edges(surface: TriangleSurface, side: IntArray) -> tuple[FloatArr
     normal = surface.mesh.vertex_normal[side]
     step = np.diff(surface.vertices[side], axis=0)
     outward = np.cross(step, normal[1:] + normal[:-1])
-    size = np.maximum(np.linalg.norm(outward, axis=1, keepdims=True), np.finfo(np.float64).tiny)
-    return outward / size, np.linalg.norm(step, axis=1)
+    return unit_vectors(outward), np.linalg.norm(step, axis=1)
 
 
 def length_of(surface: TriangleSurface, border: IntArray, *, closed: bool = True) -> float:

@@ -15,6 +15,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from stitchmesh.mesh import FloatArray, IntArray
+from stitchmesh.tessellate.stitch_faces import RowBoundary
 
 
 @dataclass(frozen=True)
@@ -46,6 +47,10 @@ class Chain:
     def reversed(self) -> Chain:
         """Return the chain in the other direction."""
         return Chain(self.vertices[::-1], self.edges[::-1])
+
+    def row_boundary(self, ends: IntArray) -> RowBoundary:
+        """Return the chain as the course line below or above a row whose wale edges end at some places of it."""
+        return RowBoundary(self.vertices, self.edges, ends.tolist())
 
     def followed_by(self, other: Chain) -> Chain:
         """Return the chain and another one that starts at its end."""

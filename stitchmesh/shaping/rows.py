@@ -11,13 +11,14 @@ above them.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.errors import TessellationError
-from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
-from stitchmesh.mesh.connectivity import find_fans, next_sides
+from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
+from stitchmesh.mesh.connectivity import corner_fans, next_sides
 from stitchmesh.mesh.shaping_stitches import with_increases
 from stitchmesh.shaping.chains import Chain, Grafts, divide, owners
 from stitchmesh.shaping.counts import (
@@ -40,8 +41,7 @@ from stitchmesh.shaping.seams import (
     stacked_wales,
 )
 from stitchmesh.shaping.wales import ABOVE, Wales, join_courses
-from stitchmesh.tessellate.panel import StitchFaces, stitch_for
-from stitchmesh.tessellate.tessellate import twins_of_edges, with_cast_on
+from stitchmesh.tessellate.stitch_faces import StitchFaces
 
 AT_EDGE = 6.0
 """Cost of an increase or a decrease near an end of an open row, in squared stitch widths."""
@@ -461,20 +461,12 @@ class MadeRows:
             wales: the wale edges.
             left: whether each increase or decrease leans as at the left end of a row.
         """
-        below, above = wales.below, wales.above
         closed = low.closed and high.closed
-        wale = list(self._new_edges(np.ones(len(below) - closed, dtype=np.int64)))
-        wale += wale[:1] if closed else []
-        for place in range(len(below) - 1):
-            b, t = slice(below[place], below[place + 1]), slice(above[place], above[place + 1])
-            bottom, top = low.edges[b], high.edges[t]
-            corners = [*low.vertices[b.start : b.stop + 1], *high.vertices[t.start : t.stop + 1][::-1]]
-            self.faces.corners.append(list(corners))
-            self.faces.edges.append([*bottom, wale[place + 1], *top[::-1], wale[place]])
-            self.faces.n_bottom.append(len(bottom))
-            self.faces.n_top.append(len(top))
-            self.faces.stitch.append(stitch_for(len(bottom), len(top), bool(left[place])))
-            self.faces.row.append(len(self.tube_of_row))
+        wale = self._new_edges(np.ones(len(wales.below) - closed, dtype=np.int64))
+        self.faces.add_row(
+            low.row_boundary(wales.below), high.row_boundary(wales.above), (*wale, *wale[:1]) if closed else wale,
+            left.tolist(), len(self.tube_of_row),
+        )  # fmt: skip
 
     def _mark(self, low: Chain, high: Chain, below: IntArray, above: IntArray) -> None:
         """Mark the loops above increases and decreases, and let the marks of the rows before fade."""
@@ -491,25 +483,14 @@ class MadeRows:
 
     def _stitch_mesh(self) -> StitchMesh:
         """Join all faces to a stitch mesh."""
-        faces = self.faces
-        corner = np.concatenate(faces.corners)
-        start = np.concatenate([[0], np.cumsum([len(corners) for corners in faces.corners])])
-        twin = twins_of_edges(np.concatenate(faces.edges))
-        n_bottom = np.array(faces.n_bottom)
-        fan = _fans(start, twin)
+        faces = self.faces.gathered()
+        # Where a slit reaches the first or the last course of a fabric, the two sides of the slit share no face; each
+        # then gets a vertex of its own.
+        fan = corner_fans(faces.twin, next_sides(faces.start))
         shown = np.zeros(fan.max() + 1, dtype=np.int64)
-        shown[fan] = corner
-        fabric = StitchMesh(
-            vertices=np.array(self.points)[shown],
-            face_start=start,
-            face_vertex=fan,
-            twin=twin,
-            n_bottom=n_bottom,
-            n_top=np.array(faces.n_top),
-            stitch=with_cast_on(np.array(faces.stitch), start, n_bottom, twin),
-            row=_tube_by_tube(self.tube_of_row, self.begun)[faces.row],
-        )
-        return with_increases(fabric)
+        shown[fan] = faces.corner
+        row = _tube_by_tube(self.tube_of_row, self.begun)[faces.row]
+        return with_increases(replace(faces, corner=fan, row=row).mesh(np.array(self.points)[shown]))
 
 
 def _tube_by_tube(tube_of_row: list[int], begun: dict[int, float]) -> IntArray:
@@ -526,13 +507,3 @@ def _tube_by_tube(tube_of_row: list[int], begun: dict[int, float]) -> IntArray:
     number = np.empty(len(place), dtype=np.int64)
     number[np.argsort(place, kind="stable")] = np.arange(len(place))
     return number
-
-
-def _fans(start: IntArray, twin: IntArray) -> IntArray:
-    """Number of the fan of faces of each corner, shape (C,).
-
-    Where a slit reaches the first or the last course of a fabric, the two sides of the slit share no face; each then
-    gets a vertex of its own.
-    """
-    across = next_sides(start)[np.where(twin == BORDER, 0, twin)]
-    return find_fans(np.where(twin == BORDER, BORDER, across))

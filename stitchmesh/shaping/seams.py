@@ -29,6 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.mesh import FloatArray, IntArray
+from stitchmesh.mesh.arrays import runs_of
 from stitchmesh.shaping.chains import owners
 from stitchmesh.shaping.counts import SLACK, StitchSize, tubes
 from stitchmesh.shaping.level_lines import LevelLine, LevelLines
@@ -305,7 +306,7 @@ def _steady_changes(
         moved += 0.5 * within[:, None]
     steady &= (np.abs(moved) <= 1.0).all(axis=1)
     found: list[RowChange | None] = [None] * len(moved)
-    for first, last in _runs_of(steady):
+    for first, last in runs_of(steady):
         # Ends that mirror each other change in the same rows, whatever the rounding of their positions.
         columns = [within[first:last] * (seams > 0), moved[first:last, 0], moved[first:last, 1]]
         begin = first % 2  # A row more, so that even places stay even.
@@ -450,9 +451,3 @@ def _ends_moved(low: LevelLine, high: LevelLine) -> tuple[float, float]:
     right_of_high = other.length - other.nearest(one.points[-1])[0]
     right_of_low = one.length - one.nearest(other.points[-1])[0]
     return left, right_of_high - right_of_low
-
-
-def _runs_of(steady: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """The first place and the place after the last one of each run of true values."""
-    change = np.flatnonzero(np.diff(np.concatenate([[False], steady, [False]]).astype(np.int8)))
-    return [(int(first), int(last)) for first, last in change.reshape(-1, 2)]

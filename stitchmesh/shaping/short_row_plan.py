@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from stitchmesh.editing.short_rows import short_rows
 from stitchmesh.errors import MeshError, ParameterError
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
+from stitchmesh.mesh.arrays import runs_of
 from stitchmesh.mesh.change import apply_change
 from stitchmesh.mesh.courses import Course, find_courses
 from stitchmesh.selection.parts import face_centres
@@ -138,9 +139,7 @@ def _runs(inside: np.ndarray, course: Course) -> list[IntArray]:
     places = np.arange(len(inside))
     if course.closed:
         places = np.roll(places, -int(np.argmin(inside)))
-    chosen = inside[places]
-    steps = np.flatnonzero(np.diff(np.concatenate([[False], chosen, [False]]).astype(np.int64)))
-    return [places[first:last] for first, last in zip(steps[::2], steps[1::2], strict=True)]
+    return [places[first:beyond] for first, beyond in runs_of(inside[places])]
 
 
 def _near_shaping(fabric: StitchMesh) -> NDArray[np.bool_]:

@@ -9,33 +9,14 @@ neighbours, independently of their vertices.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.mesh.mean_value import mean_value_weights
-from stitchmesh.mesh.shaping_stitches import shaping_stitch
-from stitchmesh.mesh.stitch import Stitch
-from stitchmesh.tessellate.courses import MOST_LOOPS, stitch_widths
-
-
-@dataclass
-class StitchFaces:
-    """Stitch faces that have been made so far."""
-
-    corners: list[list[int]] = field(default_factory=list)
-    """Vertices of each face, counter-clockwise from the lower left."""
-    edges: list[list[int]] = field(default_factory=list)
-    """Edges of each face, in the order of its sides."""
-    n_bottom: list[int] = field(default_factory=list)
-    """Number of bottom sides of each face."""
-    n_top: list[int] = field(default_factory=list)
-    """Number of top sides of each face."""
-    stitch: list[Stitch] = field(default_factory=list)
-    """Stitch of each face."""
-    row: list[int] = field(default_factory=list)
-    """Row of each face."""
+from stitchmesh.tessellate.courses import stitch_widths
+from stitchmesh.tessellate.stitch_faces import RowBoundary, StitchFaces
 
 
 @dataclass(frozen=True)
@@ -82,19 +63,12 @@ def _add_course(
     loops_above = _shares(len(above), widths)
     inner = np.arange(next_edge, next_edge + narrow - 1)
     wales = np.concatenate([[panel.left[course]], inner, [panel.right[course]]])
-    low, high = panel.levels[course], panel.levels[course + 1]
-    b = t = 0
-    for index in range(narrow):
-        nb, nt = int(loops_below[index]), int(loops_above[index])
-        corners = list(low[b : b + nb + 1]) + list(high[t : t + nt + 1][::-1])
-        edges = [*below[b : b + nb], wales[index + 1], *above[t : t + nt][::-1], wales[index]]
-        faces.corners.append([int(v) for v in corners])
-        faces.edges.append([int(e) for e in edges])
-        faces.n_bottom.append(nb)
-        faces.n_top.append(nt)
-        faces.stitch.append(stitch_for(nb, nt, 2 * index < narrow))
-        faces.row.append(panel.first_row + course)
-        b, t = b + nb, t + nt
+    below_ends, above_ends = (np.concatenate([[0], np.cumsum(loops)]) for loops in (loops_below, loops_above))
+    faces.add_row(
+        RowBoundary(panel.levels[course].tolist(), below.tolist(), below_ends.tolist()),
+        RowBoundary(panel.levels[course + 1].tolist(), above.tolist(), above_ends.tolist()),
+        wales.tolist(), [2 * index < narrow for index in range(narrow)], panel.first_row + course,
+    )  # fmt: skip
     return next_edge + narrow - 1
 
 
@@ -103,22 +77,6 @@ def _shares(loops: int, widths: IntArray) -> IntArray:
     if loops == 0:
         return np.zeros(len(widths), dtype=np.int64)
     return widths if loops == widths.sum() else np.ones(len(widths), dtype=np.int64)
-
-
-def stitch_for(n_bottom: int, n_top: int, left_half: bool) -> Stitch:
-    """Return the stitch of a face by its numbers of sides; increases and decreases lean towards the panel's middle.
-
-    Args:
-        n_bottom: number of bottom sides.
-        n_top: number of top sides.
-        left_half: whether the face is in the left half of its course.
-    """
-    if n_top == 0:
-        return Stitch.DRAW_THROUGH
-    if n_bottom == 0:
-        return Stitch.CAST_ON
-    triple = max(n_bottom, n_top) == MOST_LOOPS
-    return shaping_stitch(n_bottom, n_top, keeps="middle" if triple else "left" if left_half else "right")
 
 
 def inner_points(corners: FloatArray, bottom: IntArray, top: IntArray, loops: IntArray) -> list[FloatArray]:

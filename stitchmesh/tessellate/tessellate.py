@@ -10,12 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.errors import ParameterError, TessellationError, check_kind
-from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
+from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.shaping_stitches import DEFAULT_INCREASE, Increase, with_increases
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.tessellate.counts import EdgeName, edge_counts, edge_named
 from stitchmesh.tessellate.courses import loops_per_course
-from stitchmesh.tessellate.panel import DividedPanel, StitchFaces, add_stitches, inner_points
+from stitchmesh.tessellate.panel import DividedPanel, add_stitches, inner_points
+from stitchmesh.tessellate.stitch_faces import StitchFaces
 
 STITCH_WIDTH = 0.8
 """Wale spacing [cm] where a command is given none: bulky yarn by hand, 12.5 stitches in 10 cm."""
@@ -153,35 +154,4 @@ class _Tessellation:
         faces, next_edge = StitchFaces(), int(self.edge_base[-1])
         for face in range(self.labeled.face_count):
             next_edge = add_stitches(self.panel(face), faces, next_edge)
-        sizes = [len(corners) for corners in faces.corners]
-        twin = twins_of_edges(np.concatenate(faces.edges))
-        start = np.concatenate([[0], np.cumsum(sizes)])
-        n_bottom = np.array(faces.n_bottom)
-        return StitchMesh(
-            vertices=np.concatenate(self.points),
-            face_start=start,
-            face_vertex=np.concatenate(faces.corners),
-            twin=twin,
-            n_bottom=n_bottom,
-            n_top=np.array(faces.n_top),
-            stitch=with_cast_on(np.array(faces.stitch), start, n_bottom, twin),
-            row=np.array(faces.row),
-            palette=self.labeled.palette,
-        )
-
-
-def twins_of_edges(edges: IntArray) -> IntArray:
-    """Twin of each side: the other side with the same edge number, shape (C,)."""
-    order = np.argsort(edges, kind="stable")
-    pair = np.flatnonzero(np.diff(edges[order]) == 0)
-    twin = np.full(len(edges), BORDER)
-    twin[order[pair]], twin[order[pair + 1]] = order[pair + 1], order[pair]
-    return twin
-
-
-def with_cast_on(stitch: IntArray, start: IntArray, n_bottom: IntArray, twin: IntArray) -> IntArray:
-    """Replace stitches by cast-ons where all bottom sides of a face are on the border."""
-    face = np.repeat(np.arange(len(n_bottom)), np.diff(start))
-    bottom = np.arange(len(twin)) - start[:-1][face] < n_bottom[face]
-    free = np.bincount(face[bottom & (twin == BORDER)], minlength=len(n_bottom))
-    return np.where((free == n_bottom) & (stitch != Stitch.DRAW_THROUGH), Stitch.CAST_ON, stitch)
+        return faces.gathered().mesh(np.concatenate(self.points), palette=self.labeled.palette)

@@ -1,8 +1,10 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The bind-off row: a face above every top side on the border, so that the last loops are held.
+"""The bind-off row, and the templates of first and last rows.
 
-Like the cable faces of Yuksel et al. 2012, the bind-off row exists only while yarn is generated (section 4.3).
+A face above every top side on the border holds the last loops. Like the cable faces of Yuksel et al. 2012, the bind-off
+row exists only while yarn is generated (section 4.3). The selected cast-on and bind-off decide which template each face
+of a first or last row has.
 """
 
 from __future__ import annotations
@@ -14,10 +16,13 @@ from numpy.typing import NDArray
 
 from stitchmesh.errors import YarnError
 from stitchmesh.mesh import BORDER, RIGHT, TOP, FloatArray, IntArray, StitchMesh
+from stitchmesh.mesh.arrays import runs_of
 from stitchmesh.mesh.border_lean import border_lean, vertex_step
-from stitchmesh.mesh.courses import find_courses
+from stitchmesh.mesh.courses import course_through, find_courses
 from stitchmesh.mesh.stitch import Stitch
-from stitchmesh.yarngen.templates.edge_templates import CHAIN_HEIGHT
+from stitchmesh.yarngen.bridges import Bridges, crossing_number
+from stitchmesh.yarngen.finish import YarnFinish
+from stitchmesh.yarngen.templates.edge_templates import CHAIN_HEIGHT, Edge
 
 DRAWN_HEIGHT = 0.8
 """Height of a bind-off face with a drawn-through yarn, over the mean height of the stitches below it."""
@@ -120,9 +125,8 @@ def _short_rows(fabric: StitchMesh, loop: IntArray) -> list[IntArray]:
     if top.all():
         return []
     loop = np.roll(loop, -int(np.flatnonzero(~top)[0]))
-    top = _is_top(fabric, loop)
-    runs = np.split(loop, np.flatnonzero(np.diff(top)) + 1)
-    return [run for run in runs if _is_top(fabric, run).all() and len(run) <= SMALL_RING_LOOPS]
+    runs = [loop[first:beyond] for first, beyond in runs_of(_is_top(fabric, loop))]
+    return [run for run in runs if len(run) <= SMALL_RING_LOOPS]
 
 
 def _ends(fabric: StitchMesh, sides: IntArray) -> tuple[IntArray, IntArray]:
@@ -223,3 +227,40 @@ def _mean_wale(fabric: StitchMesh) -> FloatArray:
     np.add.at(total, fabric.face_vertex[corners_inside], rise[fabric.side_face[corners_inside]])
     np.add.at(count, fabric.face_vertex[corners_inside], 2.0)
     return total / np.maximum(count, 1.0)[:, None]
+
+
+def choose_edges(whole: StitchMesh, bridges: Bridges, finish: YarnFinish, drawn: IntArray) -> IntArray:
+    """Template of each face of a first or last row (``Edge``), shape (F,).
+
+    Args:
+        whole: the stitch mesh with its bind-off row.
+        bridges: the row ends; a bind-off row is worked away from the end at which the yarn arrives.
+        finish: the selected cast-on and bind-off.
+        drawn: top sides of the stitches below through which a yarn is drawn with any bind-off (``drawn_sides``).
+    """
+    edge = np.full(whole.face_count, Edge.BY_STITCH)
+    if finish.cast_on == "open":
+        edge[whole.stitch == Stitch.CAST_ON] = Edge.YARN_OVERS
+    if finish.bind_off == "chain":
+        _choose_chains(whole, bridges, edge, whole.side_face[whole.twin[drawn]])
+    return edge
+
+
+def _choose_chains(whole: StitchMesh, bridges: Bridges, edge: IntArray, drawn: IntArray) -> None:
+    """Set the templates of all rows that are bound off in a chain; some faces keep their drawn-through yarn."""
+    bound = whole.stitch == Stitch.BIND_OFF
+    bound[drawn] = False
+    edge[bound] = Edge.CHAIN
+    for face in np.flatnonzero(bound & (whole.twin[whole.left_wale] == BORDER)).tolist():
+        row = list(course_through(whole, face, climbing=True).faces)
+        if len(row) == 1:
+            edge[face] = Edge.CHAIN_ALONE
+        elif _yarn_arrives_right(bridges, int(whole.left_wale[face]), int(whole.right_wale[row[-1]])):
+            edge[row] = [Edge.LEFTWARD_LAST, *[Edge.LEFTWARD_CHAIN] * (len(row) - 2), Edge.LEFTWARD_FIRST]
+        else:
+            edge[row] = [Edge.CHAIN_FIRST, *[Edge.CHAIN] * (len(row) - 2), Edge.CHAIN_LAST]
+
+
+def _yarn_arrives_right(bridges: Bridges, left: int, right: int) -> bool:
+    """Whether the yarn arrives at the right end of a row and not at its left end."""
+    return crossing_number(right) in bridges.paths and crossing_number(left) not in bridges.paths

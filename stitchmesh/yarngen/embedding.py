@@ -12,9 +12,11 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.mean_value import mean_value_weights
+from stitchmesh.yarn import FLOATING, YarnSet
 from stitchmesh.yarngen.templates.edge_templates import Edge, edge_template
 from stitchmesh.yarngen.templates.plain import knit
 from stitchmesh.yarngen.templates.table import template
@@ -170,3 +172,20 @@ def _concatenated(groups: list[PlacedParts]) -> PlacedParts:
         end_side=np.concatenate([group.end_side for group in groups]),
         end_slot=np.concatenate([group.end_slot for group in groups]),
     )
+
+
+def belongs_to_loop_below(yarns: YarnSet, fabric: StitchMesh) -> NDArray[np.bool_]:
+    """Whether each control point belongs to a loop below its stitch (``TemplatePart.is_head``), shape (N,).
+
+    Args:
+        yarns: the yarns generated from the fabric.
+        fabric: a stitch mesh without borders.
+    """
+    kinds = np.stack([fabric.stitch, fabric.n_bottom, fabric.n_top], axis=1)
+    unique, kind = np.unique(kinds, axis=0, return_inverse=True)
+    shapes = [template(fabric.stitch_type(stitch), *sides).parts for stitch, *sides in unique.tolist()]
+    heads = np.zeros((len(shapes), max(map(len, shapes))), dtype=bool)
+    for number, parts in enumerate(shapes):
+        heads[number, : len(parts)] = [part.is_head for part in parts]
+    found: NDArray[np.bool_] = heads[kind[yarns.face], yarns.part] & (yarns.part != FLOATING)
+    return found

@@ -14,11 +14,10 @@ from stitchmesh.mesh.cable_groups import cable_groups
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.yarn import APPARENT_OVER_CONTACT, FLOATING, YarnSet, segment_points
-from stitchmesh.yarngen.bind_off import DRAWN_HEIGHT, drawn_sides, with_bind_off
+from stitchmesh.yarngen.bind_off import DRAWN_HEIGHT, choose_edges, drawn_sides, with_bind_off
 from stitchmesh.yarngen.bridges import SAME_IMAGE, SLOTS, Bridges, Image
 from stitchmesh.yarngen.cables import cross_loops, open_corners
 from stitchmesh.yarngen.clearance import smallest_distance
-from stitchmesh.yarngen.edge_choice import choose_edges
 from stitchmesh.yarngen.edge_tension import edge_tension, rest_length_ratios
 from stitchmesh.yarngen.embedding import PlacedParts, place_parts, points_per_width
 from stitchmesh.yarngen.finish import DEFAULT_FINISH, YarnFinish

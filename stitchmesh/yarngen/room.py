@@ -25,22 +25,15 @@ over the fabric, so that they end gently where the layers part or join.
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
-
-if TYPE_CHECKING:
-    from scipy.sparse import csr_array
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
-from functools import partial
-from typing import TYPE_CHECKING
-
 from stitchmesh.errors import YarnError, check_kind
-from stitchmesh.mesh import BORDER
+from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.yarn.yarn_set import YarnSet
 from stitchmesh.yarngen.clearance import crowded_points
@@ -85,7 +78,7 @@ def layers_apart(fabric: StitchMesh, distance: float) -> StitchMesh:
         The fabric; the same one if no two layers are closer.
     """
     ends = np.stack([fabric.face_vertex, fabric.face_vertex[fabric.side_next]])
-    beside = _adjacency(ends, len(fabric.vertices))
+    beside = _links(np.concatenate([ends, ends[::-1]], axis=1), len(fabric.vertices))
     reach = 0.75 * float(np.median(fabric.side_length))
     moved = fabric
     # Largest number of searches for layers that are too close.
@@ -134,20 +127,12 @@ def _moves(fabric: StitchMesh, beside: csr_array, distance: float, reach: float)
     return move
 
 
-def _adjacency(ends: IntArray, count: int) -> csr_array:
-    """Return the matrix that is 1 for the two ends of each edge, shape (count, count)."""
-    from scipy.sparse import coo_array
+@dataclass(frozen=True, eq=False)
+class RoomyFabric:
+    """A fabric whose yarns have room, and where stitches were moved to make it."""
 
-    rows, columns = np.concatenate([ends, ends[::-1]], axis=1)
-    matrix = coo_array((np.ones(len(rows)), (rows, columns)), shape=(count, count)).tocsr()
-    matrix.data[:] = 1.0
-    return matrix
-
-
-@dataclass(frozen=True)
-class Room:
-    """Where stitches were moved to make room for yarns."""
-
+    fabric: StitchMesh
+    """The fabric; the given one if its yarns have room, or cannot be given any."""
     faces: tuple[int, ...]
     """Stitches whose yarns were crowded."""
     farthest: float
@@ -157,22 +142,8 @@ class Room:
 def make_room(
     fabric: StitchMesh, *, yarn_radius: float | None = None, quality: str | Quality = DEFAULT_QUALITY,
     finish: YarnFinish = DEFAULT_FINISH,
-) -> StitchMesh:  # fmt: skip
+) -> RoomyFabric:  # fmt: skip
     """Smooth stitches where the yarns of a fabric would start too close, until the yarns have room.
-
-    The arguments and the errors are the same as for ``make_room_with_report``.
-
-    Returns:
-        The fabric; the same one if its yarns have room, or cannot be given any.
-    """
-    return make_room_with_report(fabric, yarn_radius=yarn_radius, quality=quality, finish=finish)[0]
-
-
-def make_room_with_report(
-    fabric: StitchMesh, *, yarn_radius: float | None = None, quality: str | Quality = DEFAULT_QUALITY,
-    finish: YarnFinish = DEFAULT_FINISH,
-) -> tuple[StitchMesh, Room]:  # fmt: skip
-    """Smooth stitches as ``make_room`` does, and also return what was moved.
 
     Args:
         fabric: stitch faces after mesh relaxation.
@@ -204,11 +175,11 @@ def make_room_with_report(
                 continue
             roomy = smoothed if roomy is None or not tangled else roomy
             if not tangled:
-                return (_moved(fabric, roomy.vertices) if crowded else fabric), _room(fabric, roomy, crowded)
+                return _with_figures(fabric, roomy, crowded) if crowded else RoomyFabric(fabric, (), 0.0)
             break
     if roomy is None or roomy is fabric:
-        return fabric, Room((), 0.0)
-    return _moved(fabric, roomy.vertices), _room(fabric, roomy, crowded)
+        return RoomyFabric(fabric, (), 0.0)
+    return _with_figures(fabric, roomy, crowded)
 
 
 def _yarns(fabric: StitchMesh, radius: float, points_per_stitch: int, finish: YarnFinish) -> YarnSet:
@@ -304,19 +275,14 @@ def _angle(one: FloatArray, other: FloatArray) -> FloatArray:
     return np.asarray(np.arctan2(across, np.einsum("ni,ni->n", one, other)))
 
 
-def _room(fabric: StitchMesh, smoothed: StitchMesh, faces: set[int]) -> Room:
-    """What was moved."""
-    moved = np.linalg.norm(smoothed.vertices - fabric.vertices, axis=1)
-    return Room(tuple(sorted(faces)), float(moved.max(initial=0.0)))
-
-
-def _moved(fabric: StitchMesh, vertices: FloatArray) -> StitchMesh:
-    """Return a fabric with other positions; the stretch of its edges changes with their lengths."""
-    moved = replace(fabric, vertices=vertices)
-    if fabric.stretch is None:
-        return moved
-    sides = fabric.edge_side
-    return replace(moved, stretch=fabric.stretch * moved.side_length[sides] / fabric.side_length[sides])
+def _with_figures(fabric: StitchMesh, smoothed: StitchMesh, faces: set[int]) -> RoomyFabric:
+    """The fabric with the vertices of a smoothed one; the stretch of its edges changes with their lengths."""
+    farthest = np.linalg.norm(smoothed.vertices - fabric.vertices, axis=1).max(initial=0.0)
+    moved = replace(fabric, vertices=smoothed.vertices)
+    if fabric.stretch is not None:
+        sides = fabric.edge_side
+        moved = replace(moved, stretch=fabric.stretch * moved.side_length[sides] / fabric.side_length[sides])
+    return RoomyFabric(moved, tuple(sorted(faces)), float(farthest))
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,8 +9,7 @@ import pytest
 
 from stitchmesh.cli import main as cli
 from stitchmesh.editing.edit import Edit, apply_edit
-from stitchmesh.editing.history import History
-from stitchmesh.editing.log import replay_edits
+from stitchmesh.editing.history import History, replay_edits
 from stitchmesh.editing.pattern_regions import PatternRegion, lay_patterns
 from stitchmesh.errors import ParameterError, StitchMeshError
 from stitchmesh.io import read_stitches, write_stitches

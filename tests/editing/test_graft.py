@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from stitchmesh.editing.graft import graft, ungraft
+from stitchmesh.edits import graft, ungraft
 from stitchmesh.errors import ParameterError
 from stitchmesh.labeling import label
 from stitchmesh.mesh import BORDER, Mesh, StitchMesh
@@ -47,7 +47,7 @@ PIECES = {
 def test_two_tops_are_linked_by_a_ring_between_every_two_wales(name):
     fabric = PIECES[name]()
     first, second = top_sides(fabric)
-    sewn = graft(fabric, first, second)
+    sewn = graft(fabric, first_side=first, second_side=second).fabric
     loops = int(sewn.mismatched.sum()) // 2
     assert loops == int((fabric.row == 0).sum())
     yarns = generate_yarns(sewn, quality="draft")
@@ -60,7 +60,7 @@ def test_two_tops_are_linked_by_a_ring_between_every_two_wales(name):
 def test_ungrafting_a_seam_restores_the_two_pieces(name):
     fabric = PIECES[name]()
     first, second = top_sides(fabric)
-    again = ungraft(graft(fabric, first, second), first)
+    again = ungraft(graft(fabric, first_side=first, second_side=second).fabric, side=first).fabric
     np.testing.assert_array_equal(again.twin, fabric.twin)
     assert len(again.vertices) == len(fabric.vertices)
 
@@ -68,7 +68,7 @@ def test_ungrafting_a_seam_restores_the_two_pieces(name):
 def test_merged_vertices_take_their_mean_position():
     fabric = PIECES["round"]()
     first, second = top_sides(fabric)
-    sewn = graft(fabric, first, second)
+    sewn = graft(fabric, first_side=first, second_side=second).fabric
     start, end = fabric.face_vertex, fabric.face_vertex[fabric.side_next]
     middle = (fabric.vertices[start[first]] + fabric.vertices[end[second]]) / 2
     np.testing.assert_allclose(sewn.vertices[sewn.face_vertex[first]], middle, atol=1e-14)  # rounding of a mean
@@ -78,7 +78,7 @@ def test_lines_with_different_numbers_of_loops_are_refused():
     fabric = two_pieces(grid(1, 1, width=4.0, height=2.0), grid(1, 1, width=6.0, height=2.0))
     first, second = top_sides(fabric)
     with pytest.raises(ParameterError, match=r"got 7 loops at side \d+ and 10 at side \d+; expected equal numbers"):
-        graft(fabric, first, second)
+        graft(fabric, first_side=first, second_side=second)
 
 
 def test_only_loops_can_be_grafted():
@@ -87,13 +87,13 @@ def test_only_loops_can_be_grafted():
     cast_on = int(np.flatnonzero((fabric.side_role == 0) & (fabric.twin == BORDER))[0])
     wale = int(fabric.right_wale[0])
     with pytest.raises(ParameterError, match="is cast on: it has no loop"):
-        graft(fabric, first, cast_on)
+        graft(fabric, first_side=first, second_side=cast_on)
     with pytest.raises(ParameterError, match=f"got side {wale}; expected a course side on a border"):
-        graft(fabric, wale, first)
+        graft(fabric, first_side=wale, second_side=first)
     with pytest.raises(ParameterError, match="lie on one line"):
-        graft(fabric, first, first)
+        graft(fabric, first_side=first, second_side=first)
     with pytest.raises(ParameterError, match="ungraft: got side"):
-        ungraft(fabric, first)
+        ungraft(fabric, side=first)
 
 
 def tube_with_a_triangle() -> Mesh:
@@ -115,5 +115,5 @@ def test_a_line_ends_beside_a_stitch_with_nothing_above():
     ends = np.flatnonzero((fabric.n_top == 0) & (fabric.twin[fabric.left_wale] != BORDER))
     beside = fabric.side_face[fabric.twin[fabric.right_wale[ends]]]
     side = int(fabric.right_wale[beside[fabric.n_top[beside] > 0][0]]) + 1
-    apart = ungraft(fabric, side)
+    apart = ungraft(fabric, side=side).fabric
     assert np.count_nonzero(apart.twin == BORDER) > np.count_nonzero(fabric.twin == BORDER)

@@ -10,8 +10,7 @@ import pytest
 
 from stitchmesh.cli import main as cli
 from stitchmesh.editing.edit import EDITS, Edit, apply_edit
-from stitchmesh.editing.history import History
-from stitchmesh.editing.log import read_log, replay_edits, write_log
+from stitchmesh.editing.history import History, read_log, replay_edits, write_log
 from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.io import write_stitches
 from tests.editing.fabrics import flat, top_of

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from stitchmesh.editing.edit import Edit, apply_edit
-from stitchmesh.editing.log import read_log, write_log
-from stitchmesh.editing.stitch_marks import faces_for_stitch
+from stitchmesh.editing.history import read_log, write_log
+from stitchmesh.editing.marks import faces_for_stitch
 from stitchmesh.errors import LabelError, MeshError, ParameterError
 from stitchmesh.labeling import label
 from stitchmesh.mesh import StitchMesh

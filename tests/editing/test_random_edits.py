@@ -11,8 +11,7 @@ from random import Random
 import pytest
 
 from stitchmesh.editing.edit import EDITS
-from stitchmesh.editing.history import History
-from stitchmesh.editing.log import replay_edits
+from stitchmesh.editing.history import History, replay_edits
 from stitchmesh.errors import StitchMeshError
 from stitchmesh.io import read_mesh
 from stitchmesh.labeling import label

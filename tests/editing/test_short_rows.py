@@ -17,7 +17,7 @@ from stitchmesh.mesh.courses import course_through
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.meshrelax import relax_mesh
 from stitchmesh.meshrelax.bobbles import find_bobbles
-from stitchmesh.yarngen import generate_yarns
+from stitchmesh.yarngen import check_loops, generate_yarns
 from stitchmesh.yarnrelax import relax_yarns
 from tests.editing.fabrics import around, face_at, flat, names
 from tests.editing.random_edits import bits
@@ -103,12 +103,22 @@ def test_short_rows_lie_within_short_rows():
     Comparison(twice).check()
 
 
-def test_the_yarns_come_to_rest_unlinked():
-    """A relaxed stitch mesh is edited, relaxed again, and its yarns come to rest without passing through each other."""
+def evened_out() -> StitchMesh:
+    """A relaxed stitch mesh that is edited and relaxed again."""
     surface = grid(COLUMNS, 8, height=0.72)
     fabric = with_short_rows(relax_mesh(wide(), surface=surface).fabric, run(3, 3, 4, 5, 6, 7, 8))
-    even = relax_mesh(fabric, surface=surface).fabric
-    relaxed = relax_yarns(generate_yarns(even), quality="draft", keep_shape=fabric)
+    return relax_mesh(fabric, surface=surface).fabric
+
+
+def test_the_loops_hold_each_other():
+    even = evened_out()
+    check_loops(even, generate_yarns(even, quality="draft"))
+
+
+@pytest.mark.nightly
+def test_the_yarns_come_to_rest_unlinked():
+    even = evened_out()
+    relaxed = relax_yarns(generate_yarns(even), quality="draft", keep_shape=even)
     assert relaxed.report["converged"] and relaxed.report["pull_throughs"] == 0
 
 

@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 import stitchmesh as sm
-from stitchmesh.editing.ring_rows import ring_stacks
-from stitchmesh.editing.spiral import make_spiral, unspiral
+from stitchmesh.editing.spiral import make_rings, make_spiral, ring_stacks
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.meshes import read_mesh
 from stitchmesh.labeling import label
@@ -47,7 +46,7 @@ def test_a_spiral_is_one_yarn_with_two_ends(name):
 @pytest.mark.parametrize("name", ROUND)
 def test_converting_a_spiral_back_restores_the_rings(name):
     fabric = knitted(name)
-    again = unspiral(make_spiral(fabric))
+    again = make_rings(make_spiral(fabric))
     for field in fields(StitchMesh):
         if field.name != "vertices":
             np.testing.assert_array_equal(getattr(again, field.name), getattr(fabric, field.name), err_msg=field.name)
@@ -97,13 +96,13 @@ def test_spirals_of_a_garment_share_no_vertex_and_become_rings_again(name, spira
     fabric = tessellate(label(read_mesh(ROOT / "assets" / "meshes" / f"{name}.obj")), stitch_width=1.6)
     turned = make_spiral(fabric)
     assert len(turned.vertices) == len(fabric.vertices) + spirals
-    np.testing.assert_array_equal(unspiral(turned).twin, fabric.twin)
-    np.testing.assert_array_equal(unspiral(turned).face_vertex, fabric.face_vertex)
+    np.testing.assert_array_equal(make_rings(turned).twin, fabric.twin)
+    np.testing.assert_array_equal(make_rings(turned).face_vertex, fabric.face_vertex)
 
 
 def test_flat_rows_stay_unchanged():
     fabric = tessellate(label(grid(1, 1, width=4.0, height=3.0)), stitch_width=0.5)
-    assert make_spiral(fabric) is fabric and unspiral(fabric) is fabric
+    assert make_spiral(fabric) is fabric and make_rings(fabric) is fabric
 
 
 def test_a_seam_without_two_rings_is_refused():
@@ -122,4 +121,4 @@ def test_the_last_round_at_a_tip_of_found_rows_stays_a_ring_and_loops_hold():
     last = set(ring_stacks(rings)[0][-1].faces)
     assert last in [set(stack[-1].faces) for stack in ring_stacks(turned)]
     sm.check_loops(turned, sm.generate_yarns(turned))
-    assert (unspiral(turned).twin == rings.twin).all()
+    assert (make_rings(turned).twin == rings.twin).all()

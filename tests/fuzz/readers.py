@@ -77,7 +77,7 @@ READERS: dict[str, Reader] = {
                              files(*CLOTH_MATERIALS), TOML),
     "yarn materials": Reader(".toml", lambda path: sm.CrossingMaterial.read(path, "jersey"),
                              files(*YARN_MATERIALS), TOML, (FileError, ParameterError)),
-    "edits": Reader(".jsonl", later("stitchmesh.editing.log.read_log"), _edits, JSON),
+    "edits": Reader(".jsonl", later("stitchmesh.editing.history.read_log"), _edits, JSON),
     "labeling steps": Reader(".jsonl", later("stitchmesh.read_label_steps"), _steps, JSON),
     "history": Reader(".csv", later("stitchmesh.io.history.read_history"), lambda folder: [
         b"iteration,seconds,residual,bend_erg\n1,0.5,0.1,2.5\n"]),

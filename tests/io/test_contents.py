@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from stitchmesh.cli import main as cli
-from stitchmesh.editing.log import read_log
+from stitchmesh.editing.history import read_log
 from stitchmesh.errors import FileError
 from stitchmesh.io import contents
 from stitchmesh.io.any_file import read_any

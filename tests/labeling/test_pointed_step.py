@@ -9,8 +9,7 @@ import pytest
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.labeling import PartialLabeling, start_labeling
-from stitchmesh.labeling.pointed_step import free_border_sides, pointed_step
-from stitchmesh.labeling.steps import apply_label_step
+from stitchmesh.labeling.steps import apply_label_step, free_border_sides, pointed_step
 from stitchmesh.mesh import BORDER
 from tests.gallery import grid, torus, tube
 

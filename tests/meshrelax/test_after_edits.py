@@ -13,8 +13,8 @@ from stitchmesh.editing.edit import Edit, apply_edit
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.meshrelax import relax_mesh, relax_mesh_around_edit
-from stitchmesh.meshrelax.around_edit import RINGS, changed_faces
 from stitchmesh.meshrelax.bobbles import carried, find_bobbles
+from stitchmesh.meshrelax.relax import RINGS, changed_faces
 from stitchmesh.meshrelax.sub_quads import edge_ends
 from tests.meshrelax.fabrics import grid_fabric, rotation, tube_chord_points
 

@@ -6,8 +6,7 @@ import numpy as np
 from scipy.sparse import bsr_array
 
 from stitchmesh.mesh import FloatArray
-from stitchmesh.meshrelax.conjugate_gradients import modified_conjugate_gradients
-from stitchmesh.meshrelax.preconditioner import patches, preconditioner
+from stitchmesh.meshrelax.linear_solver import modified_conjugate_gradients, patches, preconditioner
 
 
 def system(count: int, seed: int) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:

@@ -7,9 +7,8 @@ import pytest
 
 from stitchmesh.mesh import Mesh
 from stitchmesh.meshrelax.attachment import attach, border_corners
-from stitchmesh.meshrelax.surface.border_curve import BorderCurve
 from stitchmesh.meshrelax.surface.closest_point import ClosestPoint
-from stitchmesh.meshrelax.surface.limit_surface import limit_surface
+from stitchmesh.meshrelax.surface.limit_surface import BorderCurve, limit_surface
 from tests.gallery import tube
 from tests.meshrelax.fabrics import cube, grid_fabric, rectangle_points, rotation, tube_chord_points
 from tests.shaking import shaken

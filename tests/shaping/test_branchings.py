@@ -27,7 +27,7 @@ CHEESE = double_sheet("######### ##.###.## ####.#### ##.###.## #########", 3.0, 
 def test_limbs_that_join_and_part_in_one_row_are_knitted(mesh, width):
     shaped = sm.shape_fabric(mesh, stitch_width=width, progress=False)
     assert not shaped.report.lost  # as many borders, handles and parts as the surface has
-    relaxed = sm.make_room(sm.relax_mesh(shaped.fabric, surface=shaped.surface_mesh).fabric, quality="draft")
+    relaxed = sm.make_room(sm.relax_mesh(shaped.fabric, surface=shaped.surface_mesh).fabric, quality="draft").fabric
     check_loops(relaxed, sm.generate_yarns(relaxed, quality="draft"))
 
 

@@ -150,6 +150,6 @@ def divided(start: FloatArray, end: FloatArray) -> FloatArray:
 )
 def test_loops_of_letters_and_of_pieces_of_garments_hold(name, width):
     shaped = sm.shape_fabric(piece((LETTERS | GARMENTS)[name]), stitch_width=width, progress=False)
-    fabric = sm.relax_mesh(shaped.fabric, surface=shaped.surface_mesh)
-    fabric = sm.make_room(fabric, quality="draft")
+    fabric = sm.relax_mesh(shaped.fabric, surface=shaped.surface_mesh).fabric
+    fabric = sm.make_room(fabric, quality="draft").fabric
     check_loops(fabric, sm.generate_yarns(fabric, quality="draft"))

@@ -40,7 +40,7 @@ def bib() -> Mesh:
 
 
 def check_loops_of(shaped: ShapedFabric) -> None:
-    fabric = sm.make_room(relax_mesh(shaped.fabric, surface=shaped.surface.mesh).fabric, quality="draft")
+    fabric = sm.make_room(relax_mesh(shaped.fabric, surface=shaped.surface.mesh).fabric, quality="draft").fabric
     sm.check_loops(fabric, sm.generate_yarns(fabric, quality="draft"))
 
 
@@ -67,7 +67,7 @@ def test_a_bib_on_a_tube_needs_no_increase_or_decrease_and_its_loops_hold():
 
 @pytest.mark.decides
 def test_a_camisole_is_bound_off_between_its_straps_which_are_grafted_at_their_tops():
-    shaped = sm.shape_fabric(shape("camisole"), stitch_width=2.0, progress=False)
+    shaped = sm.shape_fabric(shape("camisole"), stitch_width=2.4, progress=False)
     (ends,) = shaped.ends
     assert ends.begins and not ends.others and len(ends.roots) == 1 and len(ends.grafts) == 2
     heights = np.array([shaped.surface.vertices[end.vertices, 1].mean() for end in ends.lines])

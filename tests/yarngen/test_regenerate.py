@@ -34,7 +34,7 @@ HAT = next(path for path in GARMENTS if path.stem == "hat")
 @cache
 def fabric() -> StitchMesh:
     surface = read_mesh(HAT)
-    return relax_mesh(tessellate(label(surface), stitch_width=2.0), surface=surface, device="cpu").fabric
+    return relax_mesh(tessellate(label(surface), stitch_width=3.0), surface=surface, device="cpu").fabric
 
 
 def at_rest(yarns: YarnSet, own: StitchMesh, start: YarnSet | None = None) -> Relaxation:

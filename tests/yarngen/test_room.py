@@ -20,9 +20,8 @@ from stitchmesh.yarngen.room import (
     CORNER_HEIGHT,
     RINGS,
     THICKNESS_OVER_RADIUS,
-    Room,
+    RoomyFabric,
     layers_apart,
-    make_room_with_report,
 )
 from tests.gallery import grid, tube
 from tests.nightly import at_night
@@ -53,8 +52,8 @@ def fold_inside() -> StitchMesh:
 
 
 @cache
-def with_room(quality: str) -> tuple[StitchMesh, Room]:
-    return make_room_with_report(fold_inside(), quality=quality)
+def with_room(quality: str) -> RoomyFabric:
+    return sm.make_room(fold_inside(), quality=quality)
 
 
 @pytest.mark.parametrize("quality", ["draft", *at_night("standard", "reference")])
@@ -62,16 +61,17 @@ def test_yarns_in_a_fold_get_room_and_loops_hold(quality):
     fabric = fold_inside()
     with pytest.raises(YarnError, match=r"start .* radii apart"):
         sm.generate_yarns(fabric, quality=quality)
-    roomy, room = with_room(quality)
+    room = with_room(quality)
+    roomy = room.fabric
     sm.check_loops(roomy, sm.generate_yarns(roomy, quality=quality))
     moved = np.linalg.norm(roomy.vertices - fabric.vertices, axis=1)
     assert room.farthest == moved.max() > 0.0 and len(room.faces) > 0
-    assert sm.make_room(roomy, quality=quality) is roomy
+    assert sm.make_room(roomy, quality=quality).fabric is roomy
 
 
 def test_only_stitches_near_the_fold_move_and_their_stretch_follows():
     fabric = fold_inside()
-    roomy, _ = with_room("draft")
+    roomy = with_room("draft").fabric
     moved = np.flatnonzero(np.abs(roomy.vertices - fabric.vertices).max(axis=1))
     # Crowded stitches are within 2 cm of the fold, stitches at most 1.1 cm long, and a last ring of vertices is fixed.
     far = 2.0 + 1.1 * (RINGS + 1)
@@ -84,7 +84,7 @@ def test_only_stitches_near_the_fold_move_and_their_stretch_follows():
 
 def test_a_fold_at_borders_gets_room_and_corners_stay():
     fabric = folded(flat(0.77), -1.0, 1.0)  # One row, so that all vertices are at the border.
-    roomy = sm.make_room(fabric, quality="draft")
+    roomy = sm.make_room(fabric, quality="draft").fabric
     assert roomy is not fabric and sm.generate_yarns(roomy, quality="draft").yarn_count
     corner = np.isin(fabric.vertices[:, 0], [0.0, WIDTH])
     np.testing.assert_array_equal(roomy.vertices[corner], fabric.vertices[corner])
@@ -93,7 +93,7 @@ def test_a_fold_at_borders_gets_room_and_corners_stay():
 def test_a_stitch_between_corners_cannot_get_room():
     plain = sm.tessellate(sm.label(grid(1, 1, width=1.0, height=0.77)), stitch_width=1.0)
     fabric = replace(plain, vertices=plain.vertices * [1.0, 0.02, 1.0])
-    assert sm.make_room(fabric, quality="draft") is fabric
+    assert sm.make_room(fabric, quality="draft").fabric is fabric
     with pytest.raises(YarnError, match="radii apart"):
         sm.generate_yarns(fabric, quality="draft")
 
@@ -110,7 +110,8 @@ def test_a_corner_on_a_straight_border_is_moved_away_from_its_stitch_and_nothing
     drawn = YarnFinish(bind_off="drawn")
     with pytest.raises(YarnError, match=r"start .* radii apart"):
         sm.generate_yarns(straight, bind_off="drawn")
-    roomy, room = make_room_with_report(straight, finish=drawn)
+    room = sm.make_room(straight, finish=drawn)
+    roomy = room.fabric
     sm.check_loops(roomy, sm.generate_yarns(roomy, bind_off="drawn"), finish=drawn)
     sm.check_loops(straight, sm.generate_yarns(straight))
     moved = roomy.vertices - vertices
@@ -130,7 +131,7 @@ def test_a_ring_that_is_moved_all_around_keeps_its_length():
     # Three vertices of the upper ring follow each other in the wrong order.
     angle = np.where((y == y.max()) & (np.abs(angle) < np.pi / 3.0), -0.8 * angle, angle)
     turned = replace(fabric, vertices=np.stack([radius * np.sin(angle), y, radius * np.cos(angle)], axis=1))
-    roomy = sm.make_room(turned, quality="draft")
+    roomy = sm.make_room(turned, quality="draft").fabric
     loop = next(loop for loop in fabric.boundary_loops if y[fabric.face_vertex[loop]].min() == y.max())
     before, after = (each.vertices[fabric.face_vertex[loop]] for each in (turned, roomy))
     lengths = [np.linalg.norm(np.roll(ring, -1, axis=0) - ring, axis=1).sum() for ring in (before, after)]
@@ -160,7 +161,8 @@ def test_layers_that_touch_are_moved_apart_and_loops_hold():
     half = len(fabric.vertices) // 2
     with pytest.raises(YarnError, match=r"face \d+ and \d+: yarns start .* radii apart, .* make room"):
         sm.generate_yarns(fabric, yarn_radius=radius, quality="draft")
-    roomy, room = make_room_with_report(fabric, yarn_radius=radius, quality="draft")
+    room = sm.make_room(fabric, yarn_radius=radius, quality="draft")
+    roomy = room.fabric
     yarns = sm.generate_yarns(roomy, yarn_radius=radius, quality="draft")
     sm.check_loops(roomy, yarns)
     around = np.linalg.norm(roomy.vertices[:, [0, 2]], axis=1)
@@ -173,5 +175,5 @@ def test_layers_that_touch_are_moved_apart_and_loops_hold():
 def test_layers_with_room_stay_where_they_are():
     fabric = two_layers(1.0)
     assert layers_apart(fabric, 0.625) is fabric
-    roomy, room = make_room_with_report(fabric, yarn_radius=0.125)
-    assert roomy is fabric and room.faces == () and room.farthest == 0.0
+    room = sm.make_room(fabric, yarn_radius=0.125)
+    assert room.fabric is fabric and room.faces == () and room.farthest == 0.0

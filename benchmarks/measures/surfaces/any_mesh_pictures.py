@@ -48,7 +48,8 @@ def shown(data: Path) -> Iterator[Surface]:
 def stitches_on(mesh: Mesh, width: float) -> StitchMesh:
     """Stitches that are evened out on a mesh, with room for their yarns."""
     shaped = sm.shape_fabric(mesh, stitch_width=width, progress=False)
-    return sm.make_room(sm.relax_mesh(shaped.fabric, surface=shaped.surface_mesh, run=QUIET).fabric, quality="draft")
+    relaxed = sm.relax_mesh(shaped.fabric, surface=shaped.surface_mesh, run=QUIET)
+    return sm.make_room(relaxed.fabric, quality="draft").fabric
 
 
 def any_mesh_pictures(data: Path, /, *, output: Output) -> Rows:

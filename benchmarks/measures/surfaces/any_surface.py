@@ -108,7 +108,7 @@ def stitches_of(surface: Surface, options: ShapingOptions) -> tuple[object, ...]
     seconds = time.perf_counter() - start
     made = sm.relax_mesh(shaped.fabric, surface=shaped.surface_mesh, device=options.device, run=QUIET)
     fabric, how = made.fabric, made.report
-    fabric = sm.make_room(fabric)
+    fabric = sm.make_room(fabric).fabric
     report = shaping_report(fabric, shaped.given, surface.width, seconds)
     return (
         surface.name, f"{seconds:.1f}", report.stitches, f"{report.irregular_per_thousand:.1f}", report.short_rows,

@@ -23,9 +23,8 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.labeling import LabelingFault, PartialLabeling
 from stitchmesh.labeling.faults import triangles_message
 from stitchmesh.labeling.growth import COURSE
-from stitchmesh.labeling.pointed_step import free_border_sides, pointed_step
 from stitchmesh.labeling.seeds import candidate_seeds, side_of
-from stitchmesh.labeling.steps import LabelStep
+from stitchmesh.labeling.steps import LabelStep, free_border_sides, pointed_step
 from stitchmesh.markup import Markup, joined, markup
 from stitchmesh.mesh import FloatArray, IntArray, Mesh
 from stitchmesh.mesh.orientation import is_inside_out

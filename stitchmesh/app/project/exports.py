@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from stitchmesh.app.project.project import Project
-from stitchmesh.editing.log import write_log
+from stitchmesh.editing.history import write_log
 from stitchmesh.hand_knitting import knitting_instructions
 from stitchmesh.io.atomic import temporary_file, write_json, write_text
 from stitchmesh.io.history import write_history

@@ -45,7 +45,7 @@ class Edit:
 
         If neither edits nor an output are given, the application opens at the page Edit.
         """
-        from stitchmesh.editing.log import write_log
+        from stitchmesh.editing.history import write_log
         from stitchmesh.io import read_stitches, write_stitches
         from stitchmesh.io.outputs import plan_outputs
 
@@ -71,7 +71,7 @@ class Edit:
     def _edited(self, before: StitchMesh) -> StitchMesh:
         """Return the stitch mesh after the edit or the log."""
         from stitchmesh.editing.edit import apply_edit
-        from stitchmesh.editing.log import replay_edits
+        from stitchmesh.editing.history import replay_edits
 
         if self.replay is None:
             return apply_edit(before, self._edit()).fabric

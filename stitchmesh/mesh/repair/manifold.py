@@ -14,7 +14,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from stitchmesh.mesh.connectivity import find_fans
+from stitchmesh.mesh.arrays import unit_vectors
+from stitchmesh.mesh.connectivity import ParityForest, corner_fans
 from stitchmesh.mesh.polygon_mesh import BORDER, FloatArray, IntArray
 from stitchmesh.mesh.repair.action import ActionLog
 from stitchmesh.mesh.repair.orientation import patches_and_flips
@@ -103,8 +104,7 @@ def _bend(soup: Soup, pairs: IntArray, flips: NDArray[np.bool_]) -> tuple[FloatA
     """
     normal = soup.vector_area / soup.area[:, None]
     along = soup.points[soup.head] - soup.points[soup.vertex]
-    inwards = np.cross(normal[soup.side_face[pairs]], along[pairs])
-    inwards = inwards / np.maximum(np.linalg.norm(inwards, axis=2, keepdims=True), np.finfo(float).tiny)
+    inwards = unit_vectors(np.cross(normal[soup.side_face[pairs]], along[pairs]))
     cosine = np.einsum("ni,ni->n", inwards[:, 0], inwards[:, 1])
     face = soup.side_face[pairs[:, 0]]
     outside = np.where(flips[face], -1.0, 1.0)[:, None] * normal[face]
@@ -120,30 +120,18 @@ def _joined(pairs: IntArray, opposed: NDArray[np.bool_], patch: IntArray) -> Int
         opposed: whether the faces of each pair have opposite directions, shape (m,).
         patch: patches of the two faces of each pair, shape (m, 2).
     """
-    root: dict[int, tuple[int, bool]] = {}
+    forest = ParityForest(int(patch.max(initial=-1)) + 1)
     used: set[int] = set()
     chosen = []
     for number, (first, second) in enumerate(pairs.tolist()):
         if first in used or second in used:
             continue
-        (a, turned_a), (b, turned_b) = (_root(root, int(number)) for number in patch[number])
-        turn = turned_a ^ turned_b ^ bool(opposed[number])
-        if a == b and turn:
+        one, other = patch[number].tolist()
+        if not forest.join(one, other, int(opposed[number])):
             continue
-        if a != b:
-            root[b] = (a, turn)
         used |= {first, second}
         chosen.append(number)
     return pairs[chosen]
-
-
-def _root(root: dict[int, tuple[int, bool]], patch: int) -> tuple[int, bool]:
-    """Patch that stands for all patches joined with a patch, and whether the two have opposite directions."""
-    turned = False
-    while patch in root:
-        patch, turn = root[patch]
-        turned ^= turn
-    return patch, turned
 
 
 def _fans(soup: Soup, pairs: IntArray) -> IntArray:
@@ -154,7 +142,7 @@ def _fans(soup: Soup, pairs: IntArray) -> IntArray:
     while True:
         twin = np.full(len(soup.vertex), BORDER)
         twin[pairs[:, 0]], twin[pairs[:, 1]] = pairs[:, 1], pairs[:, 0]
-        fan = find_fans(np.where(twin == BORDER, BORDER, soup.side_next[twin]))
+        fan = corner_fans(twin, soup.side_next)
         edges = edge_sides(fan, fan[soup.side_next])
         if not edges.crowded_counts():
             return fan

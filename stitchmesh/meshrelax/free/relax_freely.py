@@ -27,9 +27,9 @@ from stitchmesh.meshrelax.assembly import assembly
 from stitchmesh.meshrelax.bobbles import NO_BOBBLES, Bobbles, carried, find_bobbles
 from stitchmesh.meshrelax.dynamics import FREE, MeshDynamics
 from stitchmesh.meshrelax.forces import force_groups
-from stitchmesh.meshrelax.free.fabric_plane import FabricPlane, plane_normal
 from stitchmesh.meshrelax.free.free_shape import FreeShape
 from stitchmesh.meshrelax.free.free_springs import FreeSprings, free_springs
+from stitchmesh.meshrelax.free.points import FabricPlane, plane_normal
 from stitchmesh.meshrelax.free.stitch_sizes import stitch_sizes
 from stitchmesh.meshrelax.observer import MeshObserver
 from stitchmesh.meshrelax.options import ASPECT, STITCH_WIDTH

@@ -23,7 +23,7 @@ from stitchmesh.shaping.panels.panel_time import Hem
 from stitchmesh.shaping.rows import AT_EDGE, MadeRows
 from stitchmesh.shaping.seams import Gore, RowChange, ShapedRows, halves, seam_plan, stacked_wales
 from stitchmesh.shaping.wales import Wales, join_courses
-from stitchmesh.tessellate.panel import StitchFaces, stitch_for
+from stitchmesh.tessellate.stitch_faces import StitchFaces
 
 GENTLE = 1
 """Stitches by which a row may be shorter or longer at one end than the row below without binding off or casting on."""
@@ -216,9 +216,9 @@ class PanelStitches:
                 "a smaller stitch"
             )
         wale = self._new_edges(len(wales.below))
-        for place in range(len(wale) - 1):
-            self._add_face(low, high, wales, place, wale, bool(left[place]))
-            self.face_panel.append(panel)
+        below, above = low.row_boundary(wales.below), high.row_boundary(wales.above)
+        self.faces.add_row(below, above, wale, left.tolist(), self.rows)
+        self.face_panel += [panel] * (len(wale) - 1)
         self._note_row_ends(panel, joint, wale)
         self.shaped.add(wales, stacked=stacked)
         self.rows += 1
@@ -232,20 +232,6 @@ class PanelStitches:
         penalty[: MadeRows.edge_vertices] += AT_EDGE
         penalty[len(penalty) - MadeRows.edge_vertices :] += AT_EDGE
         return join_courses(below, above, self.size.width, penalty)
-
-    def _add_face(
-        self, low: Chain, high: Chain, wales: Wales, place: int, wale: tuple[int, ...], left: bool
-    ) -> None:
-        """Add the face between two neighbouring wale edges, which leans as at the left or the right end of a row."""
-        b, t = slice(*wales.below[place : place + 2].tolist()), slice(*wales.above[place : place + 2].tolist())
-        bottom, top = low.edges[b], high.edges[t]
-        faces = self.faces
-        faces.corners.append([*low.vertices[b.start : b.stop + 1], *high.vertices[t.start : t.stop + 1][::-1]])
-        faces.edges.append([*bottom, wale[place + 1], *top[::-1], wale[place]])
-        faces.n_bottom.append(len(bottom))
-        faces.n_top.append(len(top))
-        faces.stitch.append(stitch_for(len(bottom), len(top), left))
-        faces.row.append(self.rows)
 
     def _note_row_ends(self, panel: int, joint: _Joint, wale: tuple[int, ...]) -> None:
         """Remember the ends of a row that lie on the outline."""

@@ -20,7 +20,7 @@ from stitchmesh.io.contents import FilePath, suffix_of
 from stitchmesh.io.mesh_formats.obj_texture import ObjTexture, read_obj_texture
 from stitchmesh.io.units import DEFAULT_UNIT, centimetres
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, Mesh
-from stitchmesh.mesh.connectivity import find_fans, find_twins, linked_groups, next_sides
+from stitchmesh.mesh.connectivity import corner_fans, find_twins, linked_groups, next_sides
 from stitchmesh.mesh.polygon_mesh import connected_faces
 from stitchmesh.mesh.upright import Direction, Y, upright_turn
 from stitchmesh.shaping.panels.panel_mesh import PanelMesh, Seam
@@ -191,7 +191,7 @@ def _cut_mesh(points: FloatArray, start: IntArray, vertex: IntArray, other: IntA
     """
     pair = np.unique(np.stack([vertex, other], axis=1), axis=0, return_inverse=True)[1].reshape(-1)
     twin = find_twins(start, pair, int(pair.max()) + 1)
-    fan = find_fans(np.where(twin == BORDER, BORDER, next_sides(start)[twin]))
+    fan = corner_fans(twin, next_sides(start))
     vertices = np.zeros((int(fan.max()) + 1, 3))
     vertices[fan] = points[vertex]
     return Mesh(vertices, start, fan, twin), fan

@@ -17,13 +17,13 @@ import numpy as np
 
 from stitchmesh.errors import LabelError, MeshError
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
-from stitchmesh.mesh.connectivity import find_fans, next_sides
+from stitchmesh.mesh.connectivity import corner_fans, next_sides
 from stitchmesh.mesh.courses import course_of_faces, courses_below, find_courses, knitting_order
 from stitchmesh.mesh.shaping_stitches import with_increases
 from stitchmesh.shaping.level_lines import LevelLine
 from stitchmesh.shaping.panels.outline_pieces import BEGINS, ENDS, SIDE, OutlinePiece
 from stitchmesh.shaping.panels.panel_rows import PanelStitches, RowEnd
-from stitchmesh.tessellate.tessellate import twins_of_edges, with_cast_on
+from stitchmesh.tessellate.stitch_faces import GatheredFaces
 
 
 @dataclass(frozen=True)
@@ -47,12 +47,7 @@ class _Faces:
     """The faces of all panels, before their vertices are joined."""
 
     points: FloatArray
-    start: IntArray
-    corner: IntArray
-    n_bottom: IntArray
-    n_top: IntArray
-    stitch: IntArray
-    row: IntArray
+    faces: GatheredFaces
     side_of_edge: dict[int, int]
     """Side of each edge that is on a border."""
 
@@ -71,7 +66,8 @@ def sewn_fabric(
     Returns:
         The stitches, with rows in knitting order, and how each piece of a seam was made.
     """
-    faces, twin = _faces_of(made)
+    faces = _faces_of(made)
+    twin = faces.faces.twin
     fabric = _stitch_mesh(faces, twin)
     # Distance between the ends of two rows along a seam, in course heights, up to which one row goes on in the
     # other.
@@ -140,24 +136,11 @@ def in_knitting_order(fabric: StitchMesh) -> StitchMesh:
     return replace(fabric, row=number[course_of_faces(fabric, courses)])
 
 
-def _faces_of(made: PanelStitches) -> tuple[_Faces, IntArray]:
-    """Gather the faces, and the twins within the panels."""
-    faces = made.faces
-    start = np.concatenate([[0], np.cumsum([len(corners) for corners in faces.corners])])
-    edge = np.concatenate(faces.edges)
-    twin = twins_of_edges(edge)
-    border = np.flatnonzero(twin == BORDER)
-    gathered = _Faces(
-        points=np.array(made.points),
-        start=start,
-        corner=np.concatenate(faces.corners),
-        n_bottom=np.array(faces.n_bottom),
-        n_top=np.array(faces.n_top),
-        stitch=np.array(faces.stitch),
-        row=np.array(faces.row),
-        side_of_edge=dict(zip(edge[border].tolist(), border.tolist(), strict=True)),
-    )
-    return gathered, twin
+def _faces_of(made: PanelStitches) -> _Faces:
+    """Gather the faces, with the twins within the panels."""
+    faces = made.faces.gathered()
+    border = np.flatnonzero(faces.twin == BORDER)
+    return _Faces(np.array(made.points), faces, dict(zip(faces.edge[border].tolist(), border.tolist(), strict=True)))
 
 
 def _stitch_mesh(faces: _Faces, twin: IntArray) -> StitchMesh:
@@ -165,22 +148,12 @@ def _stitch_mesh(faces: _Faces, twin: IntArray) -> StitchMesh:
 
     A vertex takes the mean of the positions of the vertices that it was made of.
     """
-    fan = find_fans(np.where(twin == BORDER, BORDER, next_sides(faces.start)[twin]))
-    members = np.unique(np.stack([fan, faces.corner], axis=1), axis=0)
+    fan = corner_fans(twin, next_sides(faces.faces.start))
+    members = np.unique(np.stack([fan, faces.faces.corner], axis=1), axis=0)
     count = np.bincount(members[:, 0])
     position = faces.points[members[:, 1]]
     vertices = np.stack([np.bincount(members[:, 0], position[:, axis]) / count for axis in range(3)], axis=1)
-    fabric = StitchMesh(
-        vertices=vertices,
-        face_start=faces.start,
-        face_vertex=fan,
-        twin=twin,
-        n_bottom=faces.n_bottom,
-        n_top=faces.n_top,
-        stitch=with_cast_on(faces.stitch, faces.start, faces.n_bottom, twin),
-        row=faces.row,
-    )
-    return with_increases(fabric)
+    return with_increases(replace(faces.faces, corner=fan, twin=twin).mesh(vertices))
 
 
 def _with_twins(

@@ -20,6 +20,7 @@ import numpy as np
 
 from stitchmesh.errors import ParameterError, TessellationError, check_kind, check_positive
 from stitchmesh.mesh import FloatArray, IntArray, Mesh, StitchMesh
+from stitchmesh.mesh.arrays import unit_vectors
 from stitchmesh.progress import Progress, shown_stages
 from stitchmesh.shaping.auto_stitches import EDGE_OVER_WIDTH, MOST_STITCHES
 from stitchmesh.shaping.counts import StitchSize
@@ -72,9 +73,8 @@ def _vertex_normals(mesh: Mesh, points: FloatArray) -> FloatArray:
     before[mesh.side_next] = np.arange(mesh.side_count)
     here = points[corner]
     area = np.cross(points[corner[mesh.side_next]] - here, points[corner[before]] - here)
-    normal = np.stack([np.bincount(corner, area[:, axis], len(points)) for axis in range(3)], axis=1)
-    length = np.linalg.norm(normal, axis=1, keepdims=True)
-    return np.divide(normal, length, out=np.zeros_like(normal), where=length > 0.0)
+    normal: FloatArray = np.stack([np.bincount(corner, area[:, axis], len(points)) for axis in range(3)], axis=1)
+    return unit_vectors(normal)
 
 
 def _motion(points: FloatArray, normals: FloatArray, thickness: float) -> FloatArray:

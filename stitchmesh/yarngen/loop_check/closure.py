@@ -23,6 +23,7 @@ import numpy as np
 
 from stitchmesh.errors import YarnError
 from stitchmesh.mesh import BORDER, LEFT, RIGHT, FloatArray
+from stitchmesh.mesh.arrays import unit_vectors
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen.bridges import SLOTS
 from stitchmesh.yarngen.loop_check.loops import Arc, Arcs
@@ -78,8 +79,7 @@ class TestCurves:
         across = np.diff(points[frames[:, 0]], axis=1)[:, 0]
         up = np.diff(points[frames[:, 1:]].mean(axis=2), axis=1)[:, 0]
         lift = np.array([corner.lift for corner in self.corners]).reshape(-1, 1) * yarns.radius.mean()
-        front = np.cross(across, up)
-        front /= np.maximum(np.linalg.norm(front, axis=1, keepdims=True), 1e-300)
+        front = unit_vectors(np.cross(across, up))
         rise = np.array([corner.rise for corner in self.corners]).reshape(-1, 1)
         return np.concatenate([points, base + (base - inner) / 2 + lift * front + rise * up])
 

@@ -18,6 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stitchmesh.mesh import FloatArray, IntArray
+from stitchmesh.mesh.arrays import unit_vectors
 
 CHUNK = 200_000
 """Number of pairs of edges that are processed at once; their arrays fit into the cache of the processor."""
@@ -134,13 +135,8 @@ def _frames(a: FloatArray) -> FloatArray:
     spoke = a - a.mean(axis=1, keepdims=True)
     normal = np.cross(spoke, np.roll(spoke, -1, axis=1)).sum(axis=1)
     reach = spoke[np.arange(len(a)), np.linalg.norm(spoke, axis=2).argmax(axis=1)]
-    across = _unit(np.cross(normal, reach))
-    along = _unit(np.cross(across, normal))
-    view = _unit(_unit(normal) + TURN[0] * across + TURN[1] * along)
-    across = _unit(np.cross(view, along))
+    across = unit_vectors(np.cross(normal, reach))
+    along = unit_vectors(np.cross(across, normal))
+    view = unit_vectors(unit_vectors(normal) + TURN[0] * across + TURN[1] * along)
+    across = unit_vectors(np.cross(view, along))
     return np.stack([np.cross(across, view), across, view], axis=2)
-
-
-def _unit(vectors: FloatArray) -> FloatArray:
-    """Unit vectors; zero for zero vectors."""
-    return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-300)

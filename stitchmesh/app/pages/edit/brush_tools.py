@@ -15,7 +15,7 @@ from stitchmesh.app.pages.edit.edit_session import BRUSHES, NO_FACES, Brush, Edi
 from stitchmesh.app.pages.edit.tool import Tool
 from stitchmesh.app.scene.pointer import DragPath
 from stitchmesh.app.scene.scene import Pick, Stroke
-from stitchmesh.editing.stitch_marks import faces_for_stitch
+from stitchmesh.editing.marks import faces_for_stitch
 from stitchmesh.errors import ParameterError, StitchMeshError
 from stitchmesh.mesh import IntArray, StitchMesh
 from stitchmesh.mesh.change import Marks, apply_change

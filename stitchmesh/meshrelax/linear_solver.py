@@ -1,6 +1,11 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Two-level preconditioner of the linear system of a step: single vertices, and rigid motions of patches.
+"""The linear system of a step: conjugate gradients with constraints, and their two-level preconditioner.
+
+Each vertex may move only in its allowed directions: the tangent plane, the tangent of a border, or no direction. The
+solution contains only allowed directions, and only the residual in these directions must vanish (Baraff and Witkin
+1998, section 5.3). The filter that removes all other directions is part of the preconditioner. The algorithm uses the
+residual only after preconditioning, so that no separate filter is needed.
 
 The inverse of the diagonal block D of each vertex reduces errors between neighbours fast, but it carries a motion of
 the whole garment on by only one stitch per iteration. A coarse space solves for such motions directly. The fabric is
@@ -9,10 +14,9 @@ space; Nicolaides 1987):
 
     M^-1 = P D^-1 P + Z (Z^T A Z)^-1 Z^T
 
-P is the projector onto the allowed directions, and the columns of Z are also allowed directions. The result of the
-preconditioner therefore contains only allowed directions: the filter of Baraff and Witkin is part of it. The matrix
-Z^T A Z of the patches is factored as a sparse matrix, because dense factorizations become very slow if their threads
-share few cores.
+P is the projector onto the allowed directions, and the columns of Z are also allowed directions. The matrix Z^T A Z of
+the patches is factored as a sparse matrix, because dense factorizations become very slow if their threads share few
+cores.
 """
 
 from __future__ import annotations
@@ -25,7 +29,7 @@ from scipy.sparse import bsr_array, diags_array
 from scipy.sparse.linalg import splu
 
 from stitchmesh.mesh import FloatArray, IntArray
-from stitchmesh.mesh.unit_vectors import unit_vectors
+from stitchmesh.mesh.arrays import unit_vectors
 
 PATCH_VERTICES = 30
 """Approximate number of vertices per patch. Larger patches need more iterations; smaller ones need larger factors."""
@@ -103,3 +107,44 @@ def _tangent_frames(normal: FloatArray) -> FloatArray:
     first = np.cross(normal, axis)
     second = np.cross(normal, first)
     return unit_vectors(np.stack([first, second], axis=2), axis=1)
+
+
+def modified_conjugate_gradients(
+    matrix: bsr_array,
+    right: FloatArray,
+    filtered_preconditioner: Preconditioner,
+    *,
+    tolerance: float,
+    max_iterations: int,
+) -> tuple[FloatArray, int]:
+    """Solve a symmetric positive definite system within the allowed directions.
+
+    Args:
+        matrix: matrix of the system, shape (3V, 3V).
+        right: right-hand side, shape (3V,).
+        filtered_preconditioner: symmetric preconditioner, positive definite in the allowed directions and zero in all
+            others.
+        tolerance: residual over the right-hand side at which the solution has converged, both in the norm of the
+            preconditioner.
+        max_iterations: largest number of iterations; also after these the solution is a descent direction.
+
+    Returns:
+        The solution, shape (3V,), and the number of iterations.
+    """
+    solution = np.zeros_like(right)
+    residual = right.copy()
+    direction = filtered_preconditioner(residual)
+    size = float(residual @ direction)
+    goal = tolerance**2 * size
+    for iteration in range(max_iterations):
+        if size <= goal:
+            return solution, iteration
+        image = matrix @ direction
+        length = size / float(direction @ image)
+        solution += length * direction
+        residual -= length * image
+        conditioned = filtered_preconditioner(residual)
+        previous, size = size, float(residual @ conditioned)
+        direction *= size / previous
+        direction += conditioned
+    return solution, max_iterations
