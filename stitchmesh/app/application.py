@@ -15,7 +15,7 @@ from stitchmesh.app.pages.navigation import Navigation
 from stitchmesh.app.pages.not_yet import show_not_yet
 from stitchmesh.app.pages.page import Page
 from stitchmesh.app.preferences import keep_dark, prefers_dark
-from stitchmesh.app.scene.scene import Pick, Scene, ScreenBox, Stroke
+from stitchmesh.app.scene.scene import DrawingScene, Pick, ScreenBox, Stroke
 from stitchmesh.app.task import TaskRunner
 from stitchmesh.errors import ParameterError, StitchMeshError
 
@@ -48,7 +48,7 @@ class App:
         front.listen(Listener(self._picked, self._stroked, self._boxed, self._camera_moved))
 
     @property
-    def scene(self) -> Scene:
+    def scene(self) -> DrawingScene:
         """The scene."""
         return self.front.scene
 

@@ -79,13 +79,14 @@ def list_button(
     return action_button(action, value, words, hint=hint, pressed=pressed, style=f"{BUTTON} {border}")
 
 
-def colour_bar(colours: ArrayLike, marks: Iterable[str], title: str = "") -> Markup:
+def colour_bar(colours: ArrayLike, marks: Iterable[str], title: str = "", spoken: str = "") -> Markup:
     """Return a bar of changing colours with texts below it, evenly spaced from the first colour to the last one.
 
     Args:
         colours: sRGB colours, shape (n, 3), from low to high.
         marks: texts from low to high.
         title: what the colours stand for.
+        spoken: what a screen reader says; the title by default.
     """
     stops = ",".join(colour_text(colour) for colour in np.asarray(colours))
     texts = joined(markup("<span>{}</span>", mark) for mark in marks)
@@ -93,7 +94,7 @@ def colour_bar(colours: ArrayLike, marks: Iterable[str], title: str = "") -> Mar
     row = markup('<div style="display:flex;justify-content:space-between;{}">{}</div>', SMALL, texts)
     return markup(
         '{}<div role="img" aria-label="{}">{}{}</div>',
-        section_title(title), title or "colour scale", bar, row,
+        section_title(title), spoken or title or "colour scale", bar, row,
     )
 
 

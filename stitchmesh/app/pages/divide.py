@@ -27,7 +27,7 @@ from stitchmesh.app.project.division import (
 )
 from stitchmesh.app.scene.drawing import Labels
 from stitchmesh.app.scene.mesh_drawing import INK, STITCH_DRAWINGS, MeshDrawing, show_stitches
-from stitchmesh.app.scene.scene import Pick, Scene
+from stitchmesh.app.scene.scene import DrawingScene, Pick
 from stitchmesh.app.scene.vertex_numbers import VertexNumbers
 from stitchmesh.app.task import TaskControl
 from stitchmesh.editing.undo_history import UndoHistory
@@ -146,7 +146,7 @@ EDGE_MARKS = (
 class DivisionView:
     """Draws one labeled mesh and its divisions."""
 
-    def __init__(self, scene: Scene, labeled: StitchMesh) -> None:
+    def __init__(self, scene: DrawingScene, labeled: StitchMesh) -> None:
         """Draw nothing yet."""
         self._scene, self._labeled = scene, labeled
         self._drawing = MeshDrawing(scene, labeled)

@@ -10,7 +10,7 @@ import numpy as np
 
 from stitchmesh.app.scene.drawing import Lines
 from stitchmesh.app.scene.mesh_drawing import plain_surface
-from stitchmesh.app.scene.scene import Scene
+from stitchmesh.app.scene.scene import DrawingScene
 from stitchmesh.mesh import Mesh
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ def page_needed(app: App, page: Page, pages: dict[str, MakePage]) -> str:
     return page.needs
 
 
-def draw_plainly(scene: Scene, mesh: Mesh, opacity: float = 1.0) -> None:
+def draw_plainly(scene: DrawingScene, mesh: Mesh, opacity: float = 1.0) -> None:
     """Draw a mesh in one colour with its edges."""
     scene.show(GARMENT, plain_surface(mesh, (206, 200, 186), opacity=opacity))
     ends = np.stack([mesh.edge_side, mesh.side_next[mesh.edge_side]], axis=1)
@@ -54,7 +54,7 @@ def draw_plainly(scene: Scene, mesh: Mesh, opacity: float = 1.0) -> None:
     scene.look_at(mesh.vertices.min(axis=0), mesh.vertices.max(axis=0))
 
 
-def remove_plain(scene: Scene) -> None:
+def remove_plain(scene: DrawingScene) -> None:
     """Remove the drawing of ``draw_plainly``."""
     scene.remove(GARMENT)
     scene.remove(EDGES)

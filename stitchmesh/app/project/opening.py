@@ -62,12 +62,12 @@ def _in_folder(folder: Path, file: FilePath | None, unit: str | None) -> Project
         return project
     try:
         if project.source is None:
-            project.import_mesh(source.name, source.content, source.unit)
+            project.read_source(source)
         elif project.source.content != source.content:
             found = f"holds a project of {project.source.name}"
             raise FileError(f"{folder}: {found}, whose content is another one; give another --project, or no file")
-        elif unit not in (None, project.source.unit):
-            found = f"holds a project of {project.source.name} in {project.source.unit}"
+        elif unit not in (None, project.source.reading.unit):
+            found = f"holds a project of {project.source.name} in {project.source.reading.unit}"
             raise FileError(f"{folder}: {found}; leave --unit out, or give another --project")
     except StitchMeshError:
         project.close()
@@ -81,7 +81,7 @@ def _of_file(file: Path, unit: str | None) -> Project:
     known += sorted(path.parent for path in projects_folder().glob(f"*/{TABLE_NAME}"))
     for folder in known:
         stored = stored_source(folder)
-        if stored is not None and stored.content == content and unit in (None, stored.unit):
+        if stored is not None and stored.content == content and unit in (None, stored.reading.unit):
             return Project.open(folder)
     title = title_of(file.name)
     return Project.create(new_project_folder(title), title, source_of(file.name, content, unit or DEFAULT_UNIT))

@@ -171,7 +171,7 @@ class Project:
     @property
     def up(self) -> Direction:
         """Direction in the coordinates of the imported file that points up and becomes y in the project."""
-        return Y if self.source is None else self.source.up or Y
+        return Y if self.source is None else self.source.reading.up or Y
 
     @property
     def mesh(self) -> Mesh | None:
@@ -181,12 +181,12 @@ class Project:
     @property
     def surface(self) -> Mesh | None:
         """The mesh after the repair that a search for rows needs; None where ``mesh`` is None."""
-        return self._values.surface
+        return self._values.start.surface
 
     @property
     def repairs(self) -> tuple[RepairAction, ...]:
         """The changes that the repair has made to the surface."""
-        return self._values.repairs
+        return self._values.start.repairs
 
     @property
     def labeling(self) -> PartialLabeling | None:
@@ -261,7 +261,7 @@ class Project:
     @property
     def garment(self) -> GarmentMesh | None:
         """The imported mesh with the facts about its file; None if labels or stitches were imported."""
-        return self._values.garment
+        return self._values.start.garment
 
     def import_mesh(self, name: str, content: bytes, unit: str = DEFAULT_UNIT) -> tuple[str, ...]:
         """Start again from a file: a polygon mesh, a labeled or partly labeled mesh, or stitches.
@@ -508,8 +508,8 @@ def _read(source: Source | None) -> tuple[Source | None, StageValues]:
     if source is None:
         return None, StageValues()
     start = read_source(source)
-    up = source.up if start.garment is None else start.garment.up
-    return replace(source, up=up), StageValues.start(start)
+    up = source.reading.up if start.garment is None else start.garment.up
+    return replace(source, reading=replace(source.reading, up=up)), StageValues.begin(start)
 
 
 def _plain(what: str, values: Mapping[str, Any]) -> dict[str, Any]:

@@ -14,7 +14,7 @@ import json
 import re
 import shutil
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +28,7 @@ from stitchmesh.io.checked import check_value, read_json
 from stitchmesh.io.contents import read_bytes
 from stitchmesh.io.disk_refusal import refusal
 from stitchmesh.io.history import HistoryEntry
+from stitchmesh.io.mesh_reading import MeshReading
 from stitchmesh.io.stitches import read_stitches, write_stitches
 from stitchmesh.io.yarns import read_yarns, write_yarns
 from stitchmesh.mesh.upright import Y
@@ -155,10 +156,7 @@ class ProjectFolder:
             return None
         write = lambda path, value: write_bytes(path, value.content)  # noqa: E731
         file = self._file_of(source, SOURCE, Path(source.name).suffix.lower(), write, named)
-        return SourceTable(
-            name=source.name, unit=source.unit, file=file, up=source.up or Y, objects=source.objects,
-            layer=source.layer,
-        )  # fmt: skip
+        return SourceTable(name=source.name, file=file, **vars(replace(source.reading, up=source.reading.up or Y)))
 
     def _work_table(self, state: ProjectState, named: dict[str, object]) -> WorkTable:
         files: dict[str, str] = {}
@@ -185,8 +183,8 @@ class ProjectFolder:
     def _read_source(self, table: SourceTable | None) -> Source | None:
         if table is None:
             return None
-        source = Source(Path(table.name).name, read_bytes(self._path(table.file)), table.unit, table.up,
-                        table.objects, table.layer)  # fmt: skip
+        reading = MeshReading(**{part.name: getattr(table, part.name) for part in fields(MeshReading)})
+        source = Source(Path(table.name).name, read_bytes(self._path(table.file)), reading)
         self._written[table.file] = source
         return source
 

@@ -16,9 +16,9 @@ from stitchmesh.app.project.shaping import shaping_table
 from stitchmesh.app.project.state import ProjectState
 from stitchmesh.editing.edit import Edit
 from stitchmesh.editing.undo_history import history_of_steps, steps_done, steps_undone
+from stitchmesh.io.mesh_reading import MeshReading
 from stitchmesh.labeling.steps import LabelStep
-from stitchmesh.mesh.layers import Layer
-from stitchmesh.mesh.upright import Y
+from stitchmesh.mesh.upright import Direction, Y
 
 FORMAT = "stitchmesh project"
 """Value of the key ``format`` of every project."""
@@ -45,19 +45,14 @@ class WorkTable:
 
 
 @dataclass(frozen=True, kw_only=True)
-class SourceTable:
-    """The imported file."""
+class SourceTable(MeshReading):
+    """The imported file, and how it is read."""
 
     name: str
-    unit: str
     file: str
     """Name of the file in the project that holds the same bytes."""
-    up: tuple[float, float, float] = Y
-    """Direction in the coordinates of the file that points up."""
-    objects: tuple[str, ...] = ()
-    """Names of the objects of the file that make the garment; none means all objects that can."""
-    layer: Layer = "outer"
-    """Layer of a garment with a thickness."""
+    up: Direction | None = Y
+    """Direction in the coordinates of the file that points up; files of earlier versions are upright."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.app.scene.drawing import Colours, Lines, Surface
-from stitchmesh.app.scene.scene import Scene
+from stitchmesh.app.scene.scene import DrawingScene
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.face_triangles import FaceTriangles, face_triangles
 from stitchmesh.render.surface import LIFT
@@ -38,7 +38,7 @@ class _Block:
 class FabricBlocks:
     """Draws a fabric under names with a common beginning."""
 
-    def __init__(self, scene: Scene, name: str = "fabric") -> None:
+    def __init__(self, scene: DrawingScene, name: str = "fabric") -> None:
         """Draw nothing yet."""
         self._scene, self._name = scene, name
         self._blocks: list[_Block] = []

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.app.scene.drawing import Colour, Colours, Lines, Surface
-from stitchmesh.app.scene.scene import Scene
+from stitchmesh.app.scene.scene import DrawingScene
 from stitchmesh.mesh import FloatArray, IntArray, Mesh, StitchMesh
 from stitchmesh.mesh.face_triangles import face_triangles
 from stitchmesh.render.palette import stitch_colours
@@ -30,7 +30,7 @@ STITCH_DRAWINGS = ("stitches", "stitch edges")
 """Names of the drawings of stitches."""
 
 
-def show_stitches(scene: Scene, fabric: StitchMesh) -> None:
+def show_stitches(scene: DrawingScene, fabric: StitchMesh) -> None:
     """Draw stitches in their colours."""
     drawing = MeshDrawing(scene, fabric)
     drawing.show_faces("stitches", stitch_colours(fabric.stitch, fabric.row))
@@ -41,7 +41,7 @@ def show_stitches(scene: Scene, fabric: StitchMesh) -> None:
 class MeshDrawing:
     """Draws one mesh; it computes positions once, so that a change of colours sends only the colours."""
 
-    def __init__(self, scene: Scene, mesh: Mesh) -> None:
+    def __init__(self, scene: DrawingScene, mesh: Mesh) -> None:
         """Draw nothing yet."""
         self._scene, self.mesh = scene, mesh
         self._triangles = face_triangles(mesh)

@@ -56,7 +56,7 @@ class ScreenBox:
         return np.all((place >= self.low) & (place <= self.high), axis=1)
 
 
-class Scene(Protocol):
+class DrawingScene(Protocol):
     """Draws by name. All methods belong to the event thread."""
 
     def show(self, name: str, drawing: Drawing | None) -> None:

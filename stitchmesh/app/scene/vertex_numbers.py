@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 
 from stitchmesh.app.scene.drawing import Labels
-from stitchmesh.app.scene.scene import Scene
+from stitchmesh.app.scene.scene import DrawingScene
 from stitchmesh.mesh import FloatArray, IntArray, Mesh
 
 NAME = "vertex numbers"
@@ -21,7 +21,7 @@ FACING = 0.15
 class VertexNumbers:
     """Shows the numbers of the vertices of one mesh while the user wants them."""
 
-    def __init__(self, scene: Scene, mesh: Mesh) -> None:
+    def __init__(self, scene: DrawingScene, mesh: Mesh) -> None:
         """Show nothing yet."""
         self._scene, self._mesh = scene, mesh
         normals = mesh.vertex_normal

@@ -40,13 +40,13 @@ def test_the_first_start_makes_an_empty_project_and_the_next_one_opens_it(tmp_pa
 
 def test_a_file_starts_a_project_once(tmp_path, tube_file):
     project = project_for(tube_file, unit="mm")
-    assert project.name == "a tube" and project.source.unit == "mm"
+    assert project.name == "a tube" and project.source.reading.unit == "mm"
     project.close()
     again = project_for(tube_file)
-    assert again.folder == project.folder and again.source.unit == "mm"
+    assert again.folder == project.folder and again.source.reading.unit == "mm"
     again.close()
     in_metres = project_for(tube_file, unit="m")
-    assert in_metres.folder != project.folder and in_metres.source.unit == "m"
+    assert in_metres.folder != project.folder and in_metres.source.reading.unit == "m"
     in_metres.close()
     with pytest.raises(FileError, match="obj in mm; leave --unit out"):
         project_for(tube_file, project.folder, unit="cm")

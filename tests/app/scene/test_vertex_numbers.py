@@ -9,9 +9,9 @@ import pytest
 
 from stitchmesh.app.scene.camera_view import CameraView
 from stitchmesh.app.scene.drawing import Labels
-from stitchmesh.app.scene.null_scene import NullScene
 from stitchmesh.app.scene.vertex_numbers import NAME, VertexNumbers
 from stitchmesh.mesh import Mesh
+from tests.app.null_front import NullScene
 from tests.gallery import grid, tube
 
 

@@ -12,7 +12,7 @@ from stitchmesh.app.pages.edit.loop_marks import loop_lines
 from stitchmesh.app.scene.drawing import Colour, Labels, Lines, Surface
 from stitchmesh.app.scene.fabric_blocks import FabricBlocks
 from stitchmesh.app.scene.face_colours import ColourBy, colours_of_faces
-from stitchmesh.app.scene.scene import Scene
+from stitchmesh.app.scene.scene import DrawingScene
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.face_triangles import face_triangles
 from stitchmesh.selection.parts import face_centres
@@ -39,7 +39,7 @@ message."""
 class FabricView:
     """Draws a fabric and the marks on it."""
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: DrawingScene) -> None:
         """Draw nothing yet."""
         self._scene = scene
         self._blocks = FabricBlocks(scene)

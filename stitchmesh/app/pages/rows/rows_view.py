@@ -15,7 +15,7 @@ from stitchmesh.app.project.shaping import Point
 from stitchmesh.app.scene.contour_lines import contour_segments
 from stitchmesh.app.scene.drawing import OCTAHEDRON_FACES, Colour, Colours, Labels, Lines, Surface, point_marks
 from stitchmesh.app.scene.mesh_drawing import INK, STITCH_DRAWINGS, MeshDrawing, show_stitches
-from stitchmesh.app.scene.scene import Pick, Scene
+from stitchmesh.app.scene.scene import DrawingScene, Pick
 from stitchmesh.mesh import FloatArray, StitchMesh
 from stitchmesh.mesh.picking import PickingTable, pick
 from stitchmesh.render.colour_scale import ColourScale
@@ -29,7 +29,7 @@ REACH = 0.01
 class MarkHandles:
     """Draws the points of marks, and finds them under the pointer."""
 
-    def __init__(self, scene: Scene, size: float) -> None:
+    def __init__(self, scene: DrawingScene, size: float) -> None:
         """Draw nothing yet; ``size`` is the size of the mesh [cm]."""
         self._scene, self._size = scene, size
         self._names: list[tuple[int, int]] = []
@@ -135,7 +135,7 @@ OF_ROWS = ("surface", "row lines", "tips of begin", "tips of end", "tips of row"
 class RowsView:
     """Draws one mesh."""
 
-    def __init__(self, scene: Scene, borders: MeshBorders, table: PickingTable) -> None:
+    def __init__(self, scene: DrawingScene, borders: MeshBorders, table: PickingTable) -> None:
         """Draw nothing yet; ``table`` holds the mesh of the borders, prepared for picking."""
         self._scene, self._borders, self._table = scene, borders, table
         self._drawing = MeshDrawing(scene, borders.mesh)

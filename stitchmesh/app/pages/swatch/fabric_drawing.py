@@ -10,7 +10,7 @@ import numpy as np
 
 from stitchmesh.app.pages.swatch.variant import Variant
 from stitchmesh.app.scene.drawing import Copies, Labels
-from stitchmesh.app.scene.scene import Scene
+from stitchmesh.app.scene.scene import DrawingScene
 from stitchmesh.mesh import FloatArray
 from stitchmesh.render.tile_drawing import TileDrawing
 
@@ -27,7 +27,7 @@ REFIT = 1.3
 class FabricDrawing:
     """Shows drawings of variants by the names of their parts."""
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: DrawingScene) -> None:
         """Start with an empty scene."""
         self._scene = scene
         self._parts: dict[Variant, int] = {}

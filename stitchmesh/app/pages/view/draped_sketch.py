@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from stitchmesh.app.pages.view.draped_view import CLOTH_COLOUR, SURFACE, draw_bodies, remove_bodies
 from stitchmesh.app.scene.drawing import Colours, Lines, Surface
-from stitchmesh.app.scene.scene import Scene
+from stitchmesh.app.scene.scene import DrawingScene
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.mesh.palette import colours_of, empty_palette
 from stitchmesh.mixed.drape import Draped
@@ -73,7 +73,7 @@ class DrapedSketch:
         """Return the box of the cloth."""
         return self.frame.vertices.min(axis=0), self.frame.vertices.max(axis=0)
 
-    def draw(self, scene: Scene, *, alpha: bool) -> None:
+    def draw(self, scene: DrawingScene, *, alpha: bool) -> None:
         """Draw the lines, the triangles outside the region, and the bodies, in colours of alpha or of the yarns."""
         frame, region = self.frame, self.lines.region
         corners = region.triangles[frame.triangle_kind != YARNS]
@@ -83,7 +83,7 @@ class DrapedSketch:
         scene.show(LINES, Lines(frame.nodes[self.lines.node], self._line_colours(alpha=alpha), 1.5))
         draw_bodies(scene, self.draped.prepared.bodies, frame.time)
 
-    def clear(self, scene: Scene) -> None:
+    def clear(self, scene: DrawingScene) -> None:
         """Remove the drawings."""
         scene.remove(LINES)
         scene.remove(SURFACE)

@@ -15,7 +15,7 @@ from stitchmesh.app.pages.view.clip_box import ClipBox
 from stitchmesh.app.pages.view.thing_view import EDGES, NAME, Place
 from stitchmesh.app.scene.drawing import Colour, Colours, Surface, YarnTubes
 from stitchmesh.app.scene.mesh_drawing import BODY_COLOUR, plain_surface
-from stitchmesh.app.scene.scene import Scene
+from stitchmesh.app.scene.scene import DrawingScene
 from stitchmesh.mesh import FloatArray, IntArray, Mesh, StitchMesh
 from stitchmesh.mesh.palette import parse_colour
 from stitchmesh.mesh.picking import pick as pick_face
@@ -109,14 +109,14 @@ class DrapedView:
         found_colours = colour_yarns(self.yarns, "yarn")
         return self._on_plain_cloth(Coloured(found_colours.points, found_colours.key))
 
-    def draw(self, scene: Scene, colours: NDArray[np.uint8], clip: ClipBox | None) -> None:
+    def draw(self, scene: DrawingScene, colours: NDArray[np.uint8], clip: ClipBox | None) -> None:
         """Draw the yarns and the surface inside the box, and the bodies."""
         scene.remove(EDGES)
         self._draw_yarns(scene, colours[: self._of_yarns], clip)
         self._draw_surface(scene, colours[self._of_yarns :], clip)
         draw_bodies(scene, self.draped.prepared.bodies, self.frame.time)
 
-    def clear(self, scene: Scene) -> None:
+    def clear(self, scene: DrawingScene) -> None:
         """Remove the drawings."""
         scene.remove(NAME)
         scene.remove(SURFACE)
@@ -144,14 +144,14 @@ class DrapedView:
         kind = KINDS[int(self.display.region.triangle_kind[number])]
         return Place(self.shown.vertices[triangles[number]].mean(axis=0), f"Triangle {number}: {kind}")
 
-    def _draw_yarns(self, scene: Scene, colours: NDArray[np.uint8], clip: ClipBox | None) -> None:
+    def _draw_yarns(self, scene: DrawingScene, colours: NDArray[np.uint8], clip: ClipBox | None) -> None:
         if self._blocks is None or self._blocks[:2] != (clip, self.everywhere):
             segments = self._segments(clip)
             self._blocks = clip, self.everywhere, make_blocks(self.yarns, segments) if len(segments) else None
         blocks = self._blocks[2]
         scene.show(NAME, None if blocks is None else YarnTubes(blocks, self.yarns.points, colours))
 
-    def _draw_surface(self, scene: Scene, colours: NDArray[np.uint8], clip: ClipBox | None) -> None:
+    def _draw_surface(self, scene: DrawingScene, colours: NDArray[np.uint8], clip: ClipBox | None) -> None:
         if self._triangles is None or self._triangles[0] != clip:
             self._triangles = clip, self._inside(clip)
         corners = self._triangles[1]
@@ -185,13 +185,13 @@ class DrapedView:
         return replace(of_yarns, points=np.concatenate([of_yarns.points, plain]))
 
 
-def draw_bodies(scene: Scene, bodies: Sequence[LoadedBody], time: float, name: str = BODIES) -> None:
+def draw_bodies(scene: DrawingScene, bodies: Sequence[LoadedBody], time: float, name: str = BODIES) -> None:
     """Draw bodies at their places at a time [s]; the cloth shows through them."""
     for number, mesh in enumerate(bodies_at(bodies, time)):
         scene.show(f"{name} {number}", plain_surface(mesh, BODY_COLOUR, flat=False, opacity=BODY_OPACITY))
 
 
-def remove_bodies(scene: Scene, bodies: Sequence[LoadedBody]) -> None:
+def remove_bodies(scene: DrawingScene, bodies: Sequence[LoadedBody]) -> None:
     """Remove the drawings of bodies."""
     for number in range(len(bodies)):
         scene.remove(f"{BODIES} {number}")

@@ -14,7 +14,7 @@ from stitchmesh.app.controls.field_panel import Field, same_words
 from stitchmesh.app.pages.view.opened import Thing
 from stitchmesh.app.pages.view.thing_view import Place
 from stitchmesh.app.scene.drawing import Labels, Lines
-from stitchmesh.app.scene.scene import Scene
+from stitchmesh.app.scene.scene import DrawingScene
 from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.mixed.drape import Draped
 from stitchmesh.yarn import YarnSet
@@ -84,7 +84,7 @@ class Measurement:
         first, second = self.places
         return float(np.linalg.norm(second.point - first.point))
 
-    def draw(self, scene: Scene) -> None:
+    def draw(self, scene: DrawingScene) -> None:
         """Draw the line between the places and its length; without two places, nothing."""
         if len(self.places) < 2:
             scene.remove(LINE)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from stitchmesh.app.pages.view.clip_box import ClipBox
 from stitchmesh.app.scene.drawing import IN_PLACE, Colours, Lines, Surface, YarnTubes
-from stitchmesh.app.scene.scene import Scene
+from stitchmesh.app.scene.scene import DrawingScene
 from stitchmesh.hand_knitting.words import stitch_name
 from stitchmesh.mesh import FloatArray, IntArray, Mesh, StitchMesh
 from stitchmesh.mesh.face_triangles import face_triangles
@@ -68,7 +68,7 @@ class ThingView(Protocol):
     def coloured(self, colour: str, fabric: StitchMesh | None, body: Mesh | None) -> Coloured:
         """Return the colours and their legend; any thread may call this."""
 
-    def draw(self, scene: Scene, colours: NDArray[np.uint8], clip: ClipBox | None) -> None:
+    def draw(self, scene: DrawingScene, colours: NDArray[np.uint8], clip: ClipBox | None) -> None:
         """Draw the thing."""
 
     def pick(self, origin: FloatArray, direction: FloatArray, fabric: StitchMesh | None) -> Place | None:
@@ -117,7 +117,7 @@ class YarnView:
         """Return the colours of the control points."""
         return colour_yarns(self.yarns, colour, fabric=fabric, body=body)
 
-    def draw(self, scene: Scene, colours: NDArray[np.uint8], clip: ClipBox | None) -> None:
+    def draw(self, scene: DrawingScene, colours: NDArray[np.uint8], clip: ClipBox | None) -> None:
         """Draw the segments inside the box as tubes."""
         scene.remove(EDGES)
         if self._blocks is None or self._blocks[0] != clip:
@@ -198,7 +198,7 @@ class MeshView:
         """Return the colours of the faces."""
         return colour_faces(self.mesh, colour)
 
-    def draw(self, scene: Scene, colours: NDArray[np.uint8], clip: ClipBox | None) -> None:
+    def draw(self, scene: DrawingScene, colours: NDArray[np.uint8], clip: ClipBox | None) -> None:
         """Draw the faces in the box, and their edges."""
         if self._shown is None or self._clip != clip:
             self._clip, self._shown = clip, self._cut(clip)

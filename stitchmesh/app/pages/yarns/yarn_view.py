@@ -15,7 +15,7 @@ from stitchmesh.app.pages.not_yet import draw_plainly, remove_plain
 from stitchmesh.app.pages.view.thing_view import SLOW_COLOURS
 from stitchmesh.app.scene.drawing import YarnTubes, point_marks
 from stitchmesh.app.scene.mesh_drawing import BODY_COLOUR, plain_surface
-from stitchmesh.app.scene.scene import Scene
+from stitchmesh.app.scene.scene import DrawingScene
 from stitchmesh.markup import Markup
 from stitchmesh.mesh import FloatArray, Mesh, StitchMesh
 from stitchmesh.render.colouring import Coloured, colour_yarns
@@ -34,7 +34,7 @@ MOVING = ("strain",)
 class GarmentYarnView:
     """Draws moving yarns, with the same structure in every frame."""
 
-    def __init__(self, scene: Scene, colouring: str = "Yarn") -> None:
+    def __init__(self, scene: DrawingScene, colouring: str = "Yarn") -> None:
         """Draw nothing yet."""
         self._scene, self.colouring = scene, colouring
         self._fabric: StitchMesh | None = None
