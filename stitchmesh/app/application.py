@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING
 
 from stitchmesh.app.controls.controls import Controls
 from stitchmesh.app.front import Front, Listener, NoticeKind
-from stitchmesh.app.pages.all_pages import PAGES
+from stitchmesh.app.pages.all_pages import PAGES, show_not_yet
 from stitchmesh.app.pages.navigation import Navigation
-from stitchmesh.app.pages.not_yet import show_not_yet
 from stitchmesh.app.pages.page import Page
 from stitchmesh.app.preferences import keep_dark, prefers_dark
 from stitchmesh.app.scene.scene import DrawingScene, Pick, ScreenBox, Stroke

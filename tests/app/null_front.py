@@ -13,9 +13,8 @@ from typing import Any
 from stitchmesh.app.controls.controls import Bounds, do_nothing
 from stitchmesh.app.event_queue import EventQueue
 from stitchmesh.app.front import Listener, NoticeKind
-from stitchmesh.app.scene.camera_view import CameraView
 from stitchmesh.app.scene.drawing import Drawing, shows_nothing
-from stitchmesh.app.scene.scene import ViewName
+from stitchmesh.app.scene.scene import CameraView, ViewName
 from stitchmesh.errors import DisplayError, ParameterError
 from stitchmesh.markup import Markup, checked
 from stitchmesh.mesh import FloatArray

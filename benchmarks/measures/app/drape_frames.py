@@ -17,8 +17,7 @@ from statistics import median
 from tyro.conf import Positional
 
 from benchmarks.table import Rows
-from stitchmesh.app.pages.view.draped_sketch import DrapedSketch
-from stitchmesh.app.pages.view.draped_view import DrapedView
+from stitchmesh.app.pages.view.draped_view import DrapedSketch, DrapedView
 from stitchmesh.mixed.drape import Draped
 from stitchmesh.mixed.output.display import Displays
 from stitchmesh.mixed.output.frames import DrapeFrame, Frames

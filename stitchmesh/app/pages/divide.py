@@ -10,12 +10,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stitchmesh.app.controls.field_panel import FieldPanel
-from stitchmesh.app.controls.html_pieces import figures
-from stitchmesh.app.controls.legend import LegendEntry, legend
+from stitchmesh.app.controls.html_pieces import LegendEntry, figures, legend
 from stitchmesh.app.controls.undo_row import UndoRow
 from stitchmesh.app.pages.gauge_panel import INCREASE, GaugePanel, drawn_height, gauge_words, yarn_of
-from stitchmesh.app.pages.not_yet import HAS_STITCHES, NO_MESH
-from stitchmesh.app.pages.page import Page
+from stitchmesh.app.pages.page import HAS_STITCHES, NO_MESH, Page
 from stitchmesh.app.project.division import (
     Division,
     division_of,

@@ -10,11 +10,9 @@ from typing import TYPE_CHECKING, Any, ClassVar, get_args
 import numpy as np
 
 from stitchmesh.app.controls.field_panel import FieldPanel, Number, setting_field
-from stitchmesh.app.controls.html_pieces import message
-from stitchmesh.app.pages.not_yet import NO_STITCHES
-from stitchmesh.app.pages.page import Page
-from stitchmesh.app.pages.run_panel import BYTES_PER_STITCH, PageRun, is_wanted
-from stitchmesh.app.pages.verdict_html import verdict_html
+from stitchmesh.app.controls.html_pieces import message, verdict_html
+from stitchmesh.app.pages.page import NO_STITCHES, Page
+from stitchmesh.app.pages.page_run import BYTES_PER_STITCH, PageRun, WatchedWork, is_wanted
 from stitchmesh.app.scene.size_map import SizeMapDrawing, legend_html, outline
 from stitchmesh.errors import StitchMeshError
 from stitchmesh.markup import Markup
@@ -125,10 +123,11 @@ class EvenOutPage(Page):
         def relax(control: RunControl[StitchMesh], progress: Progress) -> RelaxedMesh:
             return relax_mesh(fabric, surface=surface, options=options, run=Run(False, control=control))
 
-        self._run.start(
-            "evening out the stitches", relax, lambda result: self._finish(project, fabric, result), stage="meshrelax",
-            max_iterations=MAX_ITERATIONS, frame_bytes=BYTES_PER_STITCH * fabric.face_count,
+        watched = WatchedWork(
+            name="evening out the stitches", relax=relax, stage="meshrelax", max_iterations=MAX_ITERATIONS,
+            frame_bytes=BYTES_PER_STITCH * fabric.face_count,
         )  # fmt: skip
+        self._run.start(watched, lambda result: self._finish(project, fabric, result))
         self._verdict.content = Markup()
         self._mark(None)
         self.refresh()

@@ -10,11 +10,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stitchmesh.app.controls.html_pieces import PLAIN_TEXT, list_button
-from stitchmesh.app.controls.legend import LegendEntry, legend
+from stitchmesh.app.controls.html_pieces import PLAIN_TEXT, LegendEntry, legend, list_button
 from stitchmesh.app.controls.undo_row import UndoRow
-from stitchmesh.app.pages.not_yet import NO_MESH
-from stitchmesh.app.pages.page import Page
+from stitchmesh.app.pages.page import NO_MESH, Page
 from stitchmesh.app.scene.drawing import Colour, Labels
 from stitchmesh.app.scene.mesh_drawing import INK, MeshDrawing
 from stitchmesh.app.scene.scene import Pick, ViewName

@@ -10,15 +10,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, get_args
 
 from stitchmesh.app.controls.html_pieces import action_button
-from stitchmesh.app.pages.downloads import STYLE, download_list, send_file
-from stitchmesh.app.pages.not_yet import draw_plainly
+from stitchmesh.app.pages.downloads import STYLE, Export, download_list, exports, send_file
 from stitchmesh.app.pages.page import Page
 from stitchmesh.app.pages.typed import AXES
-from stitchmesh.app.project.exports import Export, exports
-from stitchmesh.app.project.opening import title_of
+from stitchmesh.app.project.opening import RecentProject, new_project_folder, recent_projects, remember, title_of
 from stitchmesh.app.project.project import Project
-from stitchmesh.app.project.recent import RecentProject, new_project_folder, recent_projects, remember
 from stitchmesh.app.project.source import Source, read_source, source_of
+from stitchmesh.app.scene.mesh_drawing import draw_plainly
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.examples import example_names, read_example
 from stitchmesh.io.garments import doubt_of_unit

@@ -26,6 +26,24 @@ def plain_surface(mesh: Mesh, colour: Colour, *, flat: bool = True, opacity: flo
     return Surface(mesh.vertices, triangles, colour, flat=flat, opacity=opacity)
 
 
+GARMENT, EDGES = "garment", "edges"
+"""Names of the drawings of ``draw_plainly``."""
+
+
+def draw_plainly(scene: DrawingScene, mesh: Mesh, opacity: float = 1.0) -> None:
+    """Draw a mesh in one colour with its edges."""
+    scene.show(GARMENT, plain_surface(mesh, (206, 200, 186), opacity=opacity))
+    ends = np.stack([mesh.edge_side, mesh.side_next[mesh.edge_side]], axis=1)
+    scene.show(EDGES, Lines(mesh.vertices[mesh.face_vertex[ends]], (96, 96, 104), 1.0))
+    scene.look_at(mesh.vertices.min(axis=0), mesh.vertices.max(axis=0))
+
+
+def remove_plain(scene: DrawingScene) -> None:
+    """Remove the drawing of ``draw_plainly``."""
+    scene.remove(GARMENT)
+    scene.remove(EDGES)
+
+
 STITCH_DRAWINGS = ("stitches", "stitch edges")
 """Names of the drawings of stitches."""
 

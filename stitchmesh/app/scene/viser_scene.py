@@ -14,7 +14,6 @@ import viser
 from numpy.typing import NDArray
 
 from stitchmesh.app.browser.bridge import Bridge, colour_script
-from stitchmesh.app.scene.camera_view import CameraView
 from stitchmesh.app.scene.drawing import (
     Arrows,
     Colour,
@@ -28,7 +27,7 @@ from stitchmesh.app.scene.drawing import (
     shows_nothing,
 )
 from stitchmesh.app.scene.levels_of_detail import add_tubes, update_tubes
-from stitchmesh.app.scene.scene import Modifier, Stroke, ViewName
+from stitchmesh.app.scene.scene import CameraView, Modifier, Stroke, ViewName
 from stitchmesh.errors import DisplayError
 from stitchmesh.mesh import FloatArray
 from stitchmesh.mesh.palette import linear_colour

@@ -19,6 +19,7 @@ import pytest
 from PIL import Image
 
 import stitchmesh as sm
+from stitchmesh.app.page_messages import LARGEST_UPLOAD
 from stitchmesh.app.pages.drape.page import RUN
 from stitchmesh.app.pages.even_out import START
 from stitchmesh.app.pages.swatch.page import SwatchPage
@@ -27,7 +28,6 @@ from stitchmesh.app.pages.yarns.page import CONTINUE, GENERATE, RELAX
 from stitchmesh.app.project.division import Division
 from stitchmesh.app.project.project import Project
 from stitchmesh.app.project.shaping import Shaping
-from stitchmesh.app.uploads import LARGEST_UPLOAD
 from stitchmesh.compute.device import alone
 from stitchmesh.editing.edit import Edit
 from stitchmesh.io import write_stitches

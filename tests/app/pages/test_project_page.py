@@ -14,11 +14,11 @@ import pytest
 
 from stitchmesh.app.application import App
 from stitchmesh.app.pages.all_pages import PAGES
+from stitchmesh.app.pages.downloads import PATTERN_FILE, Export, exports
 from stitchmesh.app.pages.page import Page
 from stitchmesh.app.pages.project_page import next_page
-from stitchmesh.app.project.exports import PATTERN_FILE, Export, exports
+from stitchmesh.app.project.opening import new_project_folder, recent_projects
 from stitchmesh.app.project.project import Project
-from stitchmesh.app.project.recent import new_project_folder, recent_projects
 from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.io.any_file import read_any
 from stitchmesh.io.meshes import write_mesh

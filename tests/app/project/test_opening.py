@@ -8,9 +8,8 @@ import os
 
 import pytest
 
-from stitchmesh.app.project.opening import project_for
+from stitchmesh.app.project.opening import project_for, recent_projects, remember
 from stitchmesh.app.project.project import Project
-from stitchmesh.app.project.recent import recent_projects, remember
 from stitchmesh.errors import FileError
 from tests.app.project.projects import divided_project, mesh_bytes
 

@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 from stitchmesh.app.scene.drawing import Lines, Surface
-from stitchmesh.app.scene.fabric_blocks import BLOCK, FabricBlocks
-from stitchmesh.app.scene.face_colours import colours_of_faces
+from stitchmesh.app.scene.fabric_blocks import BLOCK, FabricBlocks, colours_of_faces
 from stitchmesh.editing.edit import Edit, apply_edit
 from stitchmesh.errors import StitchMeshError
 from stitchmesh.mesh import StitchMesh

@@ -7,8 +7,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stitchmesh.app.scene.camera_view import CameraView
 from stitchmesh.app.scene.drawing import Labels
+from stitchmesh.app.scene.scene import CameraView
 from stitchmesh.app.scene.vertex_numbers import NAME, VertexNumbers
 from stitchmesh.mesh import Mesh
 from tests.app.null_front import NullScene

@@ -20,7 +20,7 @@ from stitchmesh.app.pages.drape.held_panel import with_held_box
 from stitchmesh.app.pages.drape.opened_scene import OpenedScene
 from stitchmesh.app.pages.drape.paint_tool import PaintTool
 from stitchmesh.app.pages.typed import selected_by_words, three_numbers
-from stitchmesh.app.pages.view.clip_box import ClipBox
+from stitchmesh.app.pages.view.thing_view import ClipBox
 from stitchmesh.errors import ParameterError
 from stitchmesh.markup import Markup
 from stitchmesh.mesh import IntArray

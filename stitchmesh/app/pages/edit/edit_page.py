@@ -20,9 +20,8 @@ from stitchmesh.app.pages.edit.palettes import Palettes
 from stitchmesh.app.pages.edit.place_tool import ChangeFabric, ChangeLoops, ChangeRows, LookAround
 from stitchmesh.app.pages.edit.selection_panel import SelectionPanel
 from stitchmesh.app.pages.edit.tool import Tool
-from stitchmesh.app.pages.not_yet import NO_STITCHES
-from stitchmesh.app.pages.page import Page
-from stitchmesh.app.scene.face_colours import ColourBy
+from stitchmesh.app.pages.page import NO_STITCHES, Page
+from stitchmesh.app.scene.fabric_blocks import ColourBy
 from stitchmesh.app.scene.pointer import visible_faces
 from stitchmesh.app.scene.scene import Pick, ScreenBox, Stroke, ViewName
 from stitchmesh.errors import ParameterError

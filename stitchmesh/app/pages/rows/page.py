@@ -11,13 +11,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stitchmesh.app.controls.field_panel import FieldPanel, Number, setting_field
-from stitchmesh.app.controls.html_pieces import colour_bar, figures
-from stitchmesh.app.controls.legend import LegendEntry, legend
+from stitchmesh.app.controls.html_pieces import LegendEntry, colour_bar, figures, legend
 from stitchmesh.app.controls.undo_row import UndoRow
 from stitchmesh.app.pages.divide import legend_of_stitches, refusal
 from stitchmesh.app.pages.gauge_panel import INCREASE, GaugePanel
-from stitchmesh.app.pages.not_yet import HAS_STITCHES, NO_MESH
-from stitchmesh.app.pages.page import Page
+from stitchmesh.app.pages.page import HAS_STITCHES, NO_MESH, Page
 from stitchmesh.app.pages.rows.mark_panel import MarkPanel, border_list, text_line
 from stitchmesh.app.pages.rows.rows_finder import FINDING_ROWS, FINDING_STITCHES, FoundRows, RowsFinder
 from stitchmesh.app.pages.rows.rows_state import (

@@ -16,11 +16,10 @@ from numpy.typing import NDArray
 from stitchmesh.app.controls.field_panel import FieldPanel
 from stitchmesh.app.controls.html_pieces import figures
 from stitchmesh.app.pages.page import Page
-from stitchmesh.app.pages.view.clip_box import SIDES, ClipBox, box_of_shares
 from stitchmesh.app.pages.view.draped_view import DrapedView, FramePanel
 from stitchmesh.app.pages.view.opened import SUFFIXES, Opened, Thing, Viewed, project_results, read_upload
 from stitchmesh.app.pages.view.state import COLOUR_FIELDS, ONE_COLOUR, Measurement, ViewState
-from stitchmesh.app.pages.view.thing_view import MeshView, Place, ThingView, YarnView
+from stitchmesh.app.pages.view.thing_view import SIDES, ClipBox, MeshView, Place, ThingView, YarnView, box_of_shares
 from stitchmesh.app.pages.view.view_html import (
     FRAMES,
     job_html,

@@ -8,8 +8,7 @@ import base64
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from stitchmesh.app.controls.html_pieces import SMALL, action_button, colour_bar, figures
-from stitchmesh.app.controls.legend import legend_of_key
+from stitchmesh.app.controls.html_pieces import SMALL, action_button, colour_bar, figures, legend_of_key
 from stitchmesh.app.pages.view.opened import Viewed
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.jobs.job_status import JobStatus

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from stitchmesh.app.controls.field_panel import FieldPanel
-from stitchmesh.app.controls.html_pieces import message, paragraph
+from stitchmesh.app.controls.html_pieces import figures_html, message, paragraph, verdict_html
 from stitchmesh.app.pages.gauge_panel import (
     DIGITS,
     GROUP,
@@ -23,8 +23,7 @@ from stitchmesh.app.pages.gauge_panel import (
     yarn_of,
 )
 from stitchmesh.app.pages.page import Page
-from stitchmesh.app.pages.run_panel import PageRun, is_wanted
-from stitchmesh.app.pages.verdict_html import figures_html, verdict_html
+from stitchmesh.app.pages.page_run import PageRun, WatchedWork, is_wanted
 from stitchmesh.app.pages.yarns.energy_plot import Assessed, energy_plot
 from stitchmesh.app.pages.yarns.holding_panels import BodyPanel, PinPanel, check_pins
 from stitchmesh.app.pages.yarns.settings import (
@@ -210,10 +209,11 @@ class YarnsPage(Page):
                 if result.report["converged"]:
                     self.keep_settings(**{INTERRUPTED: None})
 
-        self._run.start(
-            "relaxing the yarns", relax, done, stage="yarnrelax", max_iterations=quality.max_iterations,
+        watched = WatchedWork(
+            name="relaxing the yarns", relax=relax, stage="yarnrelax", max_iterations=quality.max_iterations,
             frame_bytes=BYTES_PER_POINT * len(yarns.points), goal=quality.resting_residual,
         )  # fmt: skip
+        self._run.start(watched, done)
         self.keep_settings(**{INTERRUPTED: decisive_choices(settings), "tolerance": quality.tolerance})
         self._verdict.content = self._figures.content = Markup()
         self._plot.figure = None

@@ -10,11 +10,10 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from stitchmesh.app.controls.legend import LegendEntry, legend
-from stitchmesh.app.pages.not_yet import draw_plainly, remove_plain
+from stitchmesh.app.controls.html_pieces import LegendEntry, legend
 from stitchmesh.app.pages.view.thing_view import SLOW_COLOURS
 from stitchmesh.app.scene.drawing import YarnTubes, point_marks
-from stitchmesh.app.scene.mesh_drawing import BODY_COLOUR, plain_surface
+from stitchmesh.app.scene.mesh_drawing import BODY_COLOUR, draw_plainly, plain_surface, remove_plain
 from stitchmesh.app.scene.scene import DrawingScene
 from stitchmesh.markup import Markup
 from stitchmesh.mesh import FloatArray, Mesh, StitchMesh

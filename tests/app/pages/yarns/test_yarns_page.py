@@ -13,15 +13,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from stitchmesh.app.pages.run_panel import STALE
+from stitchmesh.app.pages.page_run import STALE
 from stitchmesh.app.pages.yarns import yarn_view
 from stitchmesh.app.pages.yarns.page import CONTINUE, GENERATE, GENERATE_AGAIN, RELAX, RELAX_AGAIN, YarnsPage
 from stitchmesh.app.pages.yarns.yarn_view import COLOURINGS
 from stitchmesh.app.project.division import Division
 from stitchmesh.app.project.project import Project
-from stitchmesh.app.scene.camera_view import CameraView
 from stitchmesh.app.scene.drawing import Surface, YarnTubes
-from stitchmesh.app.scene.scene import ScreenBox
+from stitchmesh.app.scene.scene import CameraView, ScreenBox
 from stitchmesh.compute.device import alone
 from stitchmesh.editing.edit import Edit
 from stitchmesh.errors import FileError, ParameterError
