@@ -145,7 +145,7 @@ def measure_yarns(mesh: str, stitch_width: float, iterations: int, rounds: int, 
         def plain(control: RunControl[sm.YarnSet] | None = None) -> Times:
             began = time.process_time()
             made = relax_with_options(
-                yarns, RelaxOptions(), quality=quality, device="cpu", fabric=fabric, keep_shape=True,
+                yarns, RelaxOptions(), quality=quality, device="cpu", fabric=fabric,
                 run=Run(False, control=control),
             )  # fmt: skip
             return float(made.report["seconds"]), time.process_time() - began

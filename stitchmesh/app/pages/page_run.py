@@ -15,9 +15,13 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from stitchmesh.app.task import Task, TaskControl, TaskRunner
 from stitchmesh.markup import Markup, markup
+from stitchmesh.mesh import StitchMesh
+from stitchmesh.pipeline.garment import Garment
+from stitchmesh.pipeline.options import KnitOptions
 from stitchmesh.progress import Outlook, Progress, StageClock, relaxing_progress
 from stitchmesh.reporting.figures import duration
 from stitchmesh.run_control import WATCH_SECONDS, RunControl, Snapshot
+from stitchmesh.yarn import YarnSet
 
 if TYPE_CHECKING:
     from stitchmesh.app.pages.page import Page
@@ -224,6 +228,15 @@ class PageRun(Generic[S, T]):
         """End the run with its last good state."""
         if self.live is not None:
             self.live.control.stop()
+
+
+def garment_of(project: Project, fabric: StitchMesh, options: KnitOptions) -> Garment:
+    """Return the garment of a project before one of its next stages: its mesh, a fabric, and its yarns."""
+    mesh = (project.mesh if project.shaping is None else project.surface) or fabric
+    values: dict[type, Any] = {StitchMesh: fabric}
+    if project.yarns is not None:
+        values[YarnSet] = project.yarns
+    return Garment(mesh=mesh, options=options, values=values)
 
 
 def is_wanted(page: Page, project: Project, unchanged: bool) -> bool:

@@ -23,7 +23,7 @@ from stitchmesh.app.pages.gauge_panel import (
     yarn_of,
 )
 from stitchmesh.app.pages.page import Page
-from stitchmesh.app.pages.page_run import PageRun, WatchedWork, is_wanted
+from stitchmesh.app.pages.page_run import PageRun, WatchedWork, garment_of, is_wanted
 from stitchmesh.app.pages.yarns.energy_plot import Assessed, energy_plot
 from stitchmesh.app.pages.yarns.holding_panels import BodyPanel, PinPanel, check_pins
 from stitchmesh.app.pages.yarns.settings import (
@@ -41,7 +41,8 @@ from stitchmesh.compute.device import device_names
 from stitchmesh.errors import ParameterError
 from stitchmesh.markup import Markup, joined, markup
 from stitchmesh.mesh import StitchMesh
-from stitchmesh.pipeline.yarn_relaxation import relax_with_options
+from stitchmesh.pipeline.garment import Made
+from stitchmesh.pipeline.stage_table import GENERATE_YARNS, RELAX_YARNS
 from stitchmesh.progress import Progress
 from stitchmesh.render.colouring import Coloured
 from stitchmesh.reporting.figures import report_figures
@@ -51,7 +52,6 @@ from stitchmesh.run_control import RunControl, Snapshot
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.stitch_size import fabric_gauge, yarn_gauge
 from stitchmesh.yarn.yarn_presets import WIDTH_OVER_CORE, Gauge, Yarn, yarn_for_gauge
-from stitchmesh.yarngen import generate_yarns
 from stitchmesh.yarnrelax import Relaxation
 
 if TYPE_CHECKING:
@@ -155,17 +155,19 @@ class YarnsPage(Page):
     def generate(self) -> None:
         """Generate yarns from the stitches."""
         project, settings, fabric = self.app.project, self.settings, self._even_fabric()
-        arguments = settings.generation(yarn_of(project))
+        yarn = yarn_of(project)
+        garment = garment_of(project, fabric, settings.knit_options(yarn))
 
-        def done(yarns: YarnSet) -> None:
+        def done(made: Made[YarnSet]) -> None:
             if is_wanted(self, project, self.fabric is fabric):
-                project.set_yarns(yarns, arguments)
+                project.set_yarns(made.value, settings.generation(yarn))
                 self.keep_settings(**{INTERRUPTED: None})
             self._after()
 
         self.app.tasks.start(
-            "generating the yarns", lambda task: generate_yarns(fabric, **arguments), done, lambda error: self._after()
-        )
+            "generating the yarns", lambda task: GENERATE_YARNS.run(garment, Run(task.progress)), done,
+            lambda error: self._after(),
+        )  # fmt: skip
         self._show_buttons()
         self._verdict.content = message("Generating the yarns.", "info")
 
@@ -194,14 +196,12 @@ class YarnsPage(Page):
             raise ParameterError(f"relaxation: there are no yarns; press {GENERATE} first")
         yarns, quality = project.yarns, settings.solver_quality()
         check_pins(settings.pins, yarns)
-        options, checkpoints = settings.relax_options(project), settings.checkpoints(project)
+        options = settings.knit_options(yarn_of(project), settings.relax_options(project))
+        garment, checkpoints = garment_of(project, fabric, options), settings.checkpoints(project)
 
         def relax(control: RunControl[YarnSet], progress: Progress) -> Relaxation:
-            return relax_with_options(
-                yarns, options, quality=quality, device=settings.device_name(), fabric=fabric,
-                keep_shape=settings.keep_shape,
-                run=Run(False, checkpoints=checkpoints, resume=checkpoints.path if resume else None, control=control),
-            )  # fmt: skip
+            start = checkpoints.path if resume else None
+            return RELAX_YARNS.run(garment, Run(False, checkpoints=checkpoints, resume=start, control=control)).value
 
         def done(result: Relaxation) -> None:
             if is_wanted(self, project, project.yarns is yarns):

@@ -75,10 +75,9 @@ def generated(with_yarns: Path, tmp_path: Path) -> Iterator[Headless]:
         yield app
 
 
-def relaxed(project: Project, options: RelaxOptions | None = None, **more: Any) -> Relaxation:
+def relaxed(project: Project, options: RelaxOptions | None = None) -> Relaxation:
     quality = quality_named(quality_with("draft", max_iterations=MOST))
-    arguments = {"quality": quality, "fabric": project.evened, "keep_shape": True} | more
-    return relax_with_options(project.yarns, options or RelaxOptions(), **arguments)
+    return relax_with_options(project.yarns, options or RelaxOptions(), quality=quality, fabric=project.evened)
 
 
 def run_of(shown: Headless) -> Any:
@@ -147,13 +146,14 @@ def test_settings_reach_the_library(generated: Headless):
 
     settings = generated.app.page.settings
     assert same(settings.relax_options(generated.project), RelaxOptions(
-        material="kaldor-simulation", rest_lengths=RestLengths(factor=0.95), terms=[Gravity(), Friction(0.3)]
+        material="kaldor-simulation", rest_lengths=RestLengths(factor=0.95), terms=(Gravity(), Friction(0.3)),
+        keep_shape=False,
     ))  # fmt: skip
     generated.controls.set("Material", DEFAULT_MATERIAL)
     generated.controls.set("Gravity", 0.0)
     generated.controls.set("Friction", 0.0)
-    options = RelaxOptions(rest_lengths=RestLengths(factor=0.95))
-    expected = relaxed(generated.project, options, keep_shape=False)
+    options = RelaxOptions(rest_lengths=RestLengths(factor=0.95), keep_shape=False)
+    expected = relaxed(generated.project, options)
     press(generated, RELAX)
     wait_for_task(generated)
     assert np.array_equal(generated.project.relaxed.points, expected.yarns.points)
