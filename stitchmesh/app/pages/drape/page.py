@@ -9,11 +9,10 @@ from typing import TYPE_CHECKING, ClassVar
 
 from stitchmesh.app.controls.field_panel import Field, FieldPanel, Number, Words, same_words, setting_field
 from stitchmesh.app.controls.html_pieces import figures, message
-from stitchmesh.app.pages.drape.bodies_panel import BodiesPanel
 from stitchmesh.app.pages.drape.cloth_drawing import COLOURS, ClothColour, ClothDrawing, legend_of
 from stitchmesh.app.pages.drape.drape_session import DrapeSession
 from stitchmesh.app.pages.drape.files_panel import FilesPanel
-from stitchmesh.app.pages.drape.held_panel import HeldPanel
+from stitchmesh.app.pages.drape.loads_panel import BodiesPanel, HeldPanel
 from stitchmesh.app.pages.drape.opened_scene import OpenedScene
 from stitchmesh.app.pages.drape.paint_tool import PaintTool
 from stitchmesh.app.pages.drape.region_panel import RegionPanel

@@ -15,8 +15,7 @@ from stitchmesh.app.controls.field_panel import FieldPanel, Number, setting_fiel
 from stitchmesh.app.controls.undo_row import UndoRow
 from stitchmesh.app.pages.drape.cloth_drawing import ClothDrawing
 from stitchmesh.app.pages.drape.drape_session import DrapeSession
-from stitchmesh.app.pages.drape.entry_list import entry_list
-from stitchmesh.app.pages.drape.held_panel import with_held_box
+from stitchmesh.app.pages.drape.loads_panel import entry_list
 from stitchmesh.app.pages.drape.opened_scene import OpenedScene
 from stitchmesh.app.pages.drape.paint_tool import PaintTool
 from stitchmesh.app.pages.typed import selected_by_words, three_numbers
@@ -25,6 +24,7 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.markup import Markup
 from stitchmesh.mesh import IntArray
 from stitchmesh.mixed.placement.chosen_region import triangles_of_faces, triangles_of_panels
+from stitchmesh.mixed.scene.motion_section import AttachmentSection
 from stitchmesh.mixed.scene.region_section import BoxSection, RegionSection, with_triangles, without_triangles
 from stitchmesh.selection import parse_selection
 from stitchmesh.selection.selected_faces import in_spans
@@ -187,7 +187,8 @@ class RegionPanel:
         opened = self._session.opened_for("box")
         self._draw_box()
         if which == "Hold":
-            self._session.change(with_held_box(opened.scene, box))
+            held = AttachmentSection(boxes=(box,))
+            self._session.change(replace(opened.scene, attachments=(*opened.scene.attachments, held)))
             return
         held = RegionSection(boxes=(box,)).named_triangles(opened.cloth)
         if which == "Take out":
