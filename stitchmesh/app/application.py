@@ -13,7 +13,7 @@ from stitchmesh.app.front import Front, Listener, NoticeKind
 from stitchmesh.app.pages.all_pages import PAGES, show_not_yet
 from stitchmesh.app.pages.navigation import Navigation
 from stitchmesh.app.pages.page import Page
-from stitchmesh.app.preferences import keep_dark, prefers_dark
+from stitchmesh.app.project.opening import keep_dark, prefers_dark
 from stitchmesh.app.scene.scene import DrawingScene, Pick, ScreenBox, Stroke
 from stitchmesh.app.task import TaskRunner
 from stitchmesh.errors import ParameterError, StitchMeshError

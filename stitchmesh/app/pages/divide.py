@@ -24,9 +24,8 @@ from stitchmesh.app.project.division import (
     with_mark,
 )
 from stitchmesh.app.scene.drawing import Labels
-from stitchmesh.app.scene.mesh_drawing import INK, STITCH_DRAWINGS, MeshDrawing, show_stitches
+from stitchmesh.app.scene.mesh_drawing import INK, STITCH_DRAWINGS, MeshDrawing, VertexNumbers, show_stitches
 from stitchmesh.app.scene.scene import DrawingScene, Pick
-from stitchmesh.app.scene.vertex_numbers import VertexNumbers
 from stitchmesh.app.task import TaskControl
 from stitchmesh.editing.undo_history import UndoHistory
 from stitchmesh.errors import ParameterError, StitchMeshError

@@ -14,9 +14,8 @@ from stitchmesh.app.controls.html_pieces import PLAIN_TEXT, LegendEntry, legend,
 from stitchmesh.app.controls.undo_row import UndoRow
 from stitchmesh.app.pages.page import NO_MESH, Page
 from stitchmesh.app.scene.drawing import Colour, Labels
-from stitchmesh.app.scene.mesh_drawing import INK, MeshDrawing
+from stitchmesh.app.scene.mesh_drawing import INK, MeshDrawing, VertexNumbers
 from stitchmesh.app.scene.scene import Pick, ViewName
-from stitchmesh.app.scene.vertex_numbers import VertexNumbers
 from stitchmesh.errors import ParameterError
 from stitchmesh.labeling import LabelingFault, PartialLabeling
 from stitchmesh.labeling.faults import triangles_message

@@ -1,9 +1,10 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Where projects are, which were open last, and which one opens at the start."""
+"""Where projects are, what the program remembers between its starts, and which project opens at the start."""
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import re
@@ -13,18 +14,42 @@ from pathlib import Path
 
 import numpy as np
 
-from stitchmesh.app.preferences import state_folder
 from stitchmesh.app.project.project import Project
 from stitchmesh.app.project.project_folder import TABLE_NAME, stored_source
 from stitchmesh.app.project.source import source_of
 from stitchmesh.errors import FileError, ParameterError, StitchMeshError
-from stitchmesh.io.atomic import write_text
+from stitchmesh.io.atomic import write_json, write_text
 from stitchmesh.io.checked import check_value, read_json
 from stitchmesh.io.contents import FilePath, read_bytes
 from stitchmesh.io.examples import mesh_file
 from stitchmesh.io.path_kind import is_file, is_folder, is_there
 from stitchmesh.io.units import DEFAULT_UNIT
 from stitchmesh.mesh import BORDER, Mesh
+
+
+def state_folder() -> Path:
+    """Return the folder that keeps data between the starts of the program."""
+    state = os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state"
+    return Path(state) / "stitchmesh"
+
+
+def prefers_dark() -> bool:
+    """Return whether the user has chosen dark colours; a damaged file means light ones."""
+    try:
+        return check_value(read_json(_preferences_path()), dict[str, bool]).get("dark", False)
+    except StitchMeshError:
+        return False
+
+
+def keep_dark(dark: bool) -> None:
+    """Keep the choice; if the folder cannot be written, the earlier choice stays."""
+    with contextlib.suppress(StitchMeshError):
+        write_json(_preferences_path(), {"dark": dark})
+
+
+def _preferences_path() -> Path:
+    return state_folder() / "preferences.json"
+
 
 MOST_LINES = 400
 """Largest number of lines in the outline of a garment."""

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from stitchmesh.app.scene.drawing import Labels
+from stitchmesh.app.scene.mesh_drawing import VERTEX_NUMBERS, VertexNumbers
 from stitchmesh.app.scene.scene import CameraView
-from stitchmesh.app.scene.vertex_numbers import NAME, VertexNumbers
 from stitchmesh.mesh import Mesh
 from tests.app.null_front import NullScene
 from tests.gallery import grid, tube
@@ -24,7 +24,7 @@ def scene_from(position: tuple[float, float, float]) -> NullScene:
 
 def shown(scene: NullScene, mesh: Mesh) -> list[int]:
     """The vertices whose numbers are shown, each where it stands."""
-    labels = scene.drawings[NAME]
+    labels = scene.drawings[VERTEX_NUMBERS]
     assert isinstance(labels, Labels)
     numbers = [int(text) for text in labels.texts]
     assert labels.points == pytest.approx(mesh.vertices[numbers])
@@ -42,11 +42,11 @@ def test_only_the_front_is_numbered_and_the_numbers_follow_a_camera_that_turns()
     mesh, scene = tube(12, 3), scene_from((0.0, 1.5, 50.0))
     numbers = VertexNumbers(scene, mesh)
     numbers.show(True)
-    before = scene.drawings[NAME]
+    before = scene.drawings[VERTEX_NUMBERS]
     assert (mesh.vertices[shown(scene, mesh), 2] > 0.0).all()
     scene.views[:] = scene_from((1.0, 1.5, 50.0)).views
     numbers.camera_moved()
-    assert scene.drawings[NAME] is before
+    assert scene.drawings[VERTEX_NUMBERS] is before
     scene.views[:] = scene_from((0.0, 1.5, -50.0)).views
     numbers.camera_moved()
     assert (mesh.vertices[shown(scene, mesh), 2] < 0.0).all()
@@ -56,11 +56,11 @@ def test_numbers_that_are_not_wanted_are_not_drawn():
     scene = scene_from((0.0, 1.5, 50.0))
     numbers = VertexNumbers(scene, tube(12, 3))
     numbers.camera_moved()
-    assert NAME not in scene.drawings
+    assert VERTEX_NUMBERS not in scene.drawings
     numbers.show(True)
     numbers.show(False)
     numbers.camera_moved()
-    assert NAME not in scene.drawings
+    assert VERTEX_NUMBERS not in scene.drawings
 
 
 def test_without_a_browser_all_vertices_are_numbered():

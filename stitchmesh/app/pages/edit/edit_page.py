@@ -13,11 +13,10 @@ from stitchmesh.app.controls.controls import Control
 from stitchmesh.app.controls.html_pieces import action_button, paragraph
 from stitchmesh.app.controls.undo_row import UndoRow
 from stitchmesh.app.pages.edit.brush_tools import PaintStitches, PaintYarns, SelectStitches
-from stitchmesh.app.pages.edit.crossing import CrossCables
 from stitchmesh.app.pages.edit.edit_session import NO_FACES, EditSession
 from stitchmesh.app.pages.edit.laying import LayPatterns
 from stitchmesh.app.pages.edit.palettes import Palettes
-from stitchmesh.app.pages.edit.place_tool import ChangeFabric, ChangeLoops, ChangeRows, LookAround
+from stitchmesh.app.pages.edit.place_tool import ChangeFabric, ChangeLoops, ChangeRows, CrossCables, LookAround
 from stitchmesh.app.pages.edit.selection_panel import SelectionPanel
 from stitchmesh.app.pages.edit.tool import Tool
 from stitchmesh.app.pages.page import NO_STITCHES, Page

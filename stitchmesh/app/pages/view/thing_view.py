@@ -79,6 +79,17 @@ EDGES = "viewed edges"
 """Name of the drawing of the edges of a mesh."""
 MOST_EDGES = 60_000
 """Largest number of faces of a mesh whose edges are drawn."""
+YARN_COLOURS = {
+    "Colours of the yarns": "yarn", "Rows": "row", "Stitch types": "stitch", "Strain of the yarn": "strain",
+    "Stretch of the stitches": "stretch", "Contact force": "contact", "Distance between yarns": "distance",
+    "Distance from a body": "body-distance", "One colour": "",
+}  # fmt: skip
+"""Colours of yarns in the words of the page, and the words of ``colour_yarns``."""
+FACE_COLOURS = {
+    "Stitch types": "stitch", "Rows": "row", "Colours of the yarns": "yarn", "Stretch of the stitches": "stretch",
+    "One colour": "",
+}  # fmt: skip
+"""Colours of faces in the words of the page, and the words of ``colour_faces``."""
 SLOW_COLOURS: Mapping[str, int] = {"contact": 5_000, "distance": 10_000, "body-distance": 10_000}
 """Largest numbers of control points whose colours are computed at once; larger ones become a task."""
 

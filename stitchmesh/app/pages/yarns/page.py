@@ -24,7 +24,7 @@ from stitchmesh.app.pages.gauge_panel import (
 )
 from stitchmesh.app.pages.page import Page
 from stitchmesh.app.pages.page_run import PageRun, WatchedWork, garment_of, is_wanted
-from stitchmesh.app.pages.yarns.energy_plot import Assessed, energy_plot
+from stitchmesh.app.pages.yarns.energy_plot import Assessed, energy_plot, history_plot
 from stitchmesh.app.pages.yarns.holding_panels import BodyPanel, PinPanel, check_pins
 from stitchmesh.app.pages.yarns.settings import (
     AUTOMATIC,
@@ -36,6 +36,7 @@ from stitchmesh.app.pages.yarns.settings import (
     settings_table,
 )
 from stitchmesh.app.pages.yarns.yarn_view import COLOURINGS, GarmentYarnView
+from stitchmesh.app.scene.mesh_drawing import draw_plainly
 from stitchmesh.app.scene.scene import Pick, ScreenBox
 from stitchmesh.compute.device import device_names
 from stitchmesh.errors import ParameterError
@@ -248,9 +249,9 @@ class YarnsPage(Page):
         self._gauge.content = self._gauge_content()
         if yarns is None:
             self._legend.content = Markup()
-            self._view.show_stitches(self._even_fabric())
+            draw_plainly(self.app.scene, self._even_fabric())
             return
-        first = self._view.yarns is None
+        first = self._view.view is None
         self._view.show(yarns, self.fabric)
         self._view.show_pins(self.settings.pins)
         self._show_legend()
@@ -259,8 +260,7 @@ class YarnsPage(Page):
         if project.report is not None and project.history is not None:
             tolerance = project.settings(self.name).get("tolerance", self.settings.solver_quality().tolerance)
             self._figures.content = figures_html(report_figures(project.report, tolerance=tolerance))
-            history = [Assessed(entry["iteration"], entry["residual"], entry["energies"]) for entry in project.history]
-            self._plot.figure = energy_plot(history, tolerance)
+            self._plot.figure = history_plot(project.history, tolerance)
         else:
             self._plot.figure = None
 
