@@ -98,7 +98,10 @@ def colour_bar(colours: ArrayLike, marks: Iterable[str], title: str = "", spoken
     row = markup('<div style="display:flex;justify-content:space-between;{}">{}</div>', SMALL, texts)
     return markup(
         '{}<div role="img" aria-label="{}">{}{}</div>',
-        section_title(title), spoken or title or "colour scale", bar, row,
+        section_title(title),
+        spoken or title or "colour scale",
+        bar,
+        row,
     )
 
 
@@ -108,13 +111,15 @@ def figures(rows: Iterable[tuple[str, str]], title: str = "") -> Markup:
         markup(
             '<tr><th scope="row" style="text-align:left;font-weight:400;padding:.1em .8em .1em 0">{}</th>'
             '<td style="text-align:right;font-variant-numeric:tabular-nums">{}</td></tr>',
-            name, value,
+            name,
+            value,
         )
         for name, value in rows
     )
     table = markup(
         '<table style="width:100%;border-collapse:collapse;{}"><tbody>{}</tbody></table>',
-        SMALL, lines,
+        SMALL,
+        lines,
     )
     return section_title(title) + table
 
@@ -129,6 +134,16 @@ def message(text: str, kind: Kind) -> Markup:
 def paragraph(text: str) -> Markup:
     """Return a text in letters of the size of the other controls; for an empty text, nothing."""
     return markup('<p style="margin:0;font-size:14px;line-height:1.45">{}</p>', text) if text else Markup()
+
+
+def status_line(text: object) -> Markup:
+    """Return a line of text that a screen reader reads out after each change; nothing for an empty text."""
+    return markup('<p role="status" style="{}">{}</p>', PLAIN_TEXT, text) if text else Markup()
+
+
+def refusal(text: str) -> Markup:
+    """Return a box with the reason why something is not possible."""
+    return message(f"Not possible: {text}", "doubtful")
 
 
 def section_title(title: str) -> Markup:
@@ -159,7 +174,8 @@ def legend(entries: Sequence[LegendEntry], title: str = "") -> Markup:
     items = joined(
         markup(
             '<li style="display:flex;align-items:center;gap:.5em;margin:.1em 0">{}<span>{}</span></li>',
-            _mark(entry), entry.text,
+            _mark(entry),
+            entry.text,
         )
         for entry in entries
     )
@@ -179,7 +195,10 @@ def _mark(entry: LegendEntry) -> Markup:
     parts = joined(
         markup(
             '<span style="display:inline-block;width:{}px;height:{}px;border:{};background:rgb{}"></span>',
-            width, height, BORDER, f"{colour!r}",
+            width,
+            height,
+            BORDER,
+            f"{colour!r}",
         )
         for colour in entry.colours
     )
@@ -210,7 +229,10 @@ def verdict_html(verdict: Verdict, good: str, doubtful: str, *, action: str | No
     style = BOX.format(colour=DOUBTFUL)
     return markup(
         '<div role="status" style="{}"><b>&#9888; {}</b><ul style="{}">{}</ul></div>',
-        style, doubtful, "margin:.3em 0 0;padding-left:1.1em", items,
+        style,
+        doubtful,
+        "margin:.3em 0 0;padding-left:1.1em",
+        items,
     )
 
 
@@ -221,7 +243,10 @@ def figures_html(figures: Sequence[Figure]) -> Markup:
             '<tr><th scope="row" style="text-align:left;font-weight:600;vertical-align:top">{}'
             "{}</th><td style='text-align:right;vertical-align:top'>{}</td></tr>"
             "<tr><td colspan='2' style='font-size:.82em;padding-bottom:.35em'>{}</td></tr>",
-            _doubt(figure), figure.name, figure.value, figure.meaning,
+            _doubt(figure),
+            figure.name,
+            figure.value,
+            figure.meaning,
         )
         for figure in figures
     )

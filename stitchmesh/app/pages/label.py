@@ -98,12 +98,11 @@ def fault_list(faults: tuple[LabelingFault, ...]) -> Markup:
     )
     more = len(faults) - MOST_FAULTS
     rest = markup('<p style="{}">and {} more</p>', PLAIN_TEXT, more) if more > 0 else Markup()
-    return (
-        markup(
-            '<p style="margin:.3em 0 0;font-size:.92em"><strong>Faces that cannot be labeled</strong></p>'
-            '<ol style="margin:0;padding-left:1.4em;font-size:.86em">{}</ol>{}',
-            items, rest,
-        )
+    return markup(
+        '<p style="margin:.3em 0 0;font-size:.92em"><strong>Faces that cannot be labeled</strong></p>'
+        '<ol style="margin:0;padding-left:1.4em;font-size:.86em">{}</ol>{}',
+        items,
+        rest,
     )
 
 
@@ -158,7 +157,6 @@ class LabelPage(Page):
         super().__init__(app)
         self._state = LabelState()
         self._mesh: Mesh | None = None
-        self._numbers: VertexNumbers | None = None
 
     def unavailable(self) -> str | None:
         """Return what is missing before the mesh can be labeled."""
@@ -205,13 +203,8 @@ class LabelPage(Page):
                 "Row", "Number of a row, counted from 1.", 1, lambda _: self._show_row(), least=1, most=10_000, step=1
             )
             controls.button("Flip this row", "Reverse the arrows of the row with this number.", self._flip_row)
-            self._numbered = controls.toggle(
-                "Vertex numbers", "Show the numbers of the vertices, by which edges are named.", False,
-                self._show_numbers,
-            )  # fmt: skip
-            self._place = controls.text(
-                "Edge", "Two vertices, such as 4,7: the face is on the left from 4 to 7.", ""
-            )
+            self._numbers = VertexNumbers(self.app.scene, controls)
+            self._place = controls.text("Edge", "Two vertices, such as 4,7: the face is on the left from 4 to 7.", "")
             controls.button("Act at this edge", "Do there what a click does.", self._act_at_edge)
         with controls.group("Whole mesh", opened=False):
             controls.button("Start again", "Remove all labels; Undo brings them back.", self._step("clear_labels"))
@@ -234,10 +227,6 @@ class LabelPage(Page):
         self._draw(labeling)
         self._describe(labeling)
 
-    def leave(self) -> None:
-        """Forget the drawing."""
-        self._numbers = None
-
     def picked(self, pick: Pick) -> None:
         """Take the step that a click means."""
         step = self._meant(pick)
@@ -246,20 +235,14 @@ class LabelPage(Page):
 
     def camera_moved(self) -> None:
         """Show the numbers of the vertices that face the camera."""
-        if self._numbers is not None:
-            self._numbers.camera_moved()
-
-    def _show_numbers(self, shown: bool) -> None:
-        if self._numbers is not None:
-            self._numbers.show(shown)
+        self._numbers.camera_moved()
 
     def _take_mesh(self, mesh: Mesh) -> None:
         """Prepare drawing and picking of a mesh."""
         self._mesh, self._table = mesh, picking_table(mesh)
         self._drawing = MeshDrawing(self.app.scene, mesh)
         self._drawing.show_sides("edges", mesh.edge_side, INK, 1.0)
-        self._numbers = VertexNumbers(self.app.scene, mesh)
-        self._numbers.show(self._numbered.value)
+        self._numbers.show(mesh)
         self._inside_out = is_inside_out(mesh)
         self._starts.content = start_list(mesh)
         self._to_rows.visible = bool(triangles_message(mesh))
@@ -305,7 +288,7 @@ class LabelPage(Page):
             self._state = replace(self._state, meaning=FLIP if done else ROWS)
             self._choice.value = self._state.meaning
         self._go_on.visible, self._label_all.visible = done, not done
-        self._steps.show(self.app.project.can_undo_label, self.app.project.can_redo_label)
+        self._steps.show(self.app.project.label_history)
         self._status.content = labeling_status(labeling, self._inside_out)
         self._meaning_hint.content = markup('<p style="{}">{}</p>', PLAIN_TEXT, MEANINGS[self._state.meaning])
         self._legend.content = legend(legend_entries(labeling))

@@ -13,8 +13,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
+from stitchmesh.app.controls.html_pieces import status_line
 from stitchmesh.app.task import Task, TaskControl, TaskRunner
-from stitchmesh.markup import Markup, markup
+from stitchmesh.markup import Markup
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.pipeline.garment import Garment
 from stitchmesh.pipeline.options import KnitOptions
@@ -211,7 +212,7 @@ class PageRun(Generic[S, T]):
             return
         self._pause.label = "Resume" if self.live.paused else "Pause"
         self._bar.value = round(100.0 * self.live.outlook.part, 1)
-        self._status.content = markup('<p role="status" style="margin:0">{}</p>', self._words(self.live))
+        self._status.content = status_line(self._words(self.live))
 
     def _toggle_pause(self) -> None:
         if self.live is not None:

@@ -294,14 +294,9 @@ class Project:
         return self._label(self._state.label_steps.do(step), self._values.with_label_step(step))
 
     @property
-    def can_undo_label(self) -> bool:
-        """Whether there is a step of the labeling to undo."""
-        return bool(self._state.label_steps.past)
-
-    @property
-    def can_redo_label(self) -> bool:
-        """Whether there is an undone step of the labeling."""
-        return bool(self._state.label_steps.future)
+    def label_history(self) -> UndoHistory[LabelStep | None]:
+        """The steps of the labeling, with those that were undone."""
+        return self._state.label_steps
 
     def undo_label(self) -> tuple[str, ...]:
         """Undo the last step of the labeling.
@@ -361,14 +356,9 @@ class Project:
         return self._edit(self._state.edits.do(edit), self._values.edited(edit))
 
     @property
-    def can_undo(self) -> bool:
-        """Whether there is an edit to undo."""
-        return bool(self._state.edits.past)
-
-    @property
-    def can_redo(self) -> bool:
-        """Whether there is an undone edit."""
-        return bool(self._state.edits.future)
+    def edit_history(self) -> UndoHistory[Edit | None]:
+        """The edits, with those that were undone."""
+        return self._state.edits
 
     def undo(self) -> tuple[str, ...]:
         """Undo the last edit.

@@ -7,6 +7,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from stitchmesh.app.controls.controls import Controls
 from stitchmesh.app.scene.drawing import Colour, Colours, Labels, Lines, Surface
 from stitchmesh.app.scene.scene import DrawingScene
 from stitchmesh.mesh import FloatArray, IntArray, Mesh, StitchMesh
@@ -113,50 +114,51 @@ VERTEX_NUMBERS = "vertex numbers"
 
 
 class VertexNumbers:
-    """Shows the numbers of the vertices of one mesh while the user wants them."""
+    """Shows the numbers of the vertices of a mesh while the user wants them."""
 
-    def __init__(self, scene: DrawingScene, mesh: Mesh) -> None:
-        """Show nothing yet."""
-        self._scene, self._mesh = scene, mesh
-        normals = mesh.vertex_normal
-        self._is_flat = bool((normals @ normals[0] > 0.0).all())
-        self._middle: FloatArray = mesh.vertices.mean(axis=0)
+    def __init__(self, scene: DrawingScene, controls: Controls) -> None:
+        """Make the box to tick."""
+        self._scene = scene
+        self._mesh: Mesh | None = None
         self._direction: FloatArray | None = None
-        self._shown = False
+        hint = "Show the numbers of the vertices, by which edges are named."
+        self._box = controls.toggle("Vertex numbers", hint, False, lambda _: self._draw())
 
-    def show(self, shown: bool) -> None:
-        """Show the numbers, or remove them."""
-        if shown and not self._shown:
-            self._draw(self._camera_direction())
-        elif not shown:
-            self._scene.remove(VERTEX_NUMBERS)
-        self._shown = shown
+    def show(self, mesh: Mesh) -> None:
+        """Take a mesh."""
+        self._mesh = mesh
+        self._draw()
 
     def camera_moved(self) -> None:
         """Choose the vertices again if the camera has turned."""
-        direction = self._camera_direction()
-        if self._shown and direction is not None:
-            before = self._direction
-            if before is None or float(direction @ before) < np.cos(np.radians(15.0)):  # Each choice is sent anew.
-                self._draw(direction)
+        direction, before = self._camera_direction(), self._direction
+        if direction is not None and (before is None or float(direction @ before) < np.cos(np.radians(15.0))):
+            self._draw()  # Each choice is sent anew.
 
     def _camera_direction(self) -> FloatArray | None:
         """Return the unit direction from the middle of the mesh to the first camera; None without a camera."""
         cameras = self._scene.cameras()
-        if not cameras:
+        if not cameras or self._mesh is None:
             return None
-        away = np.asarray(cameras[0].position) - self._middle
+        away = np.asarray(cameras[0].position) - self._mesh.vertices.mean(axis=0)
         length = float(np.linalg.norm(away))
         return away / length if length > 0.0 else None
 
-    def _draw(self, direction: FloatArray | None) -> None:
-        self._direction = direction
-        chosen = self._facing(direction)[:400]  # More numbers would hide the mesh.
+    def _draw(self) -> None:
+        """Draw the numbers, or remove them if they are not wanted."""
+        if not self._box.value or self._mesh is None:
+            self._scene.remove(VERTEX_NUMBERS)
+            return
+        self._direction = self._camera_direction()
+        chosen = _facing(self._mesh, self._direction)[:400]  # More numbers would hide the mesh.
         self._scene.show(VERTEX_NUMBERS, Labels(self._mesh.vertices[chosen], tuple(map(str, chosen.tolist()))))
 
-    def _facing(self, direction: FloatArray | None) -> IntArray:
-        """Return the vertices whose outside faces a direction; without a direction all vertices, shape (n,)."""
-        if direction is None:
-            return np.arange(len(self._mesh.vertices))
-        cosine = self._mesh.vertex_normal @ direction
-        return np.flatnonzero((np.abs(cosine) if self._is_flat else cosine) > 0.15)  # This leaves out the rim.
+
+def _facing(mesh: Mesh, direction: FloatArray | None) -> IntArray:
+    """Return the vertices whose outside faces a direction; without a direction all vertices, shape (n,)."""
+    if direction is None:
+        return np.arange(len(mesh.vertices))
+    normals = mesh.vertex_normal
+    cosine = normals @ direction
+    is_flat = bool((normals @ normals[0] > 0.0).all())
+    return np.flatnonzero((np.abs(cosine) if is_flat else cosine) > 0.15)  # This leaves out the rim of the mesh.

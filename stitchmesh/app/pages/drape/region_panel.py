@@ -106,8 +106,7 @@ class RegionPanel:
         self._kind.value = next(words for words, kind in KINDS.items() if kind == section.yarns)
         for panel in self._numbers:
             panel.show()
-        history = self._session.history
-        self._changes.show(bool(history and history.past), bool(history and history.future))
+        self._changes.show(self._session.history)
         automatic = section.yarns == "automatic"
         self._budget.value = NODES if section.seconds is None else SECONDS
         self._budget.visible = automatic
@@ -190,9 +189,9 @@ class RegionPanel:
             held = AttachmentSection(boxes=(box,))
             self._session.change(replace(opened.scene, attachments=(*opened.scene.attachments, held)))
             return
-        held = RegionSection(boxes=(box,)).named_triangles(opened.cloth)
+        inside = RegionSection(boxes=(box,)).named_triangles(opened.cloth)
         if which == "Take out":
-            self._session.change_region(lambda section, cloth: without_triangles(section, cloth, held))
+            self._session.change_region(lambda section, cloth: without_triangles(section, cloth, inside))
             return
         no_triangles = np.zeros(0, dtype=np.int64)
 

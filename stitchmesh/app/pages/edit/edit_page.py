@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stitchmesh.app.controls.controls import Control
-from stitchmesh.app.controls.html_pieces import action_button, paragraph
+from stitchmesh.app.controls.html_pieces import action_button, paragraph, status_line
 from stitchmesh.app.controls.undo_row import UndoRow
 from stitchmesh.app.pages.edit.brush_tools import PaintStitches, PaintYarns, SelectStitches
 from stitchmesh.app.pages.edit.edit_session import NO_FACES, EditSession
@@ -225,19 +225,15 @@ class EditPage(Page):
     def _show_state(self) -> None:
         """Show which steps can be undone, and the counts."""
         project, fabric = self.app.project, self.session.fabric
-        self._history.show(project.can_undo, project.can_redo)
+        self._history.show(project.edit_history)
         last = f"last edit: {project.edits[-1].name.replace('_', ' ')}" if project.edits else "no edits yet"
         counts = f"{fabric.face_count} stitches in {len(np.unique(fabric.row))} rows, {len(project.edits)} edits"
-        self._status.content = _status(f"{counts}; {last}")
+        self._status.content = status_line(f"{counts}; {last}")
         self._selection.show()
         self._palettes.refresh()
 
     def _say(self, face: int) -> None:
-        self._status.content = _status(_face_words(self.session.fabric, face))
-
-
-def _status(words: str) -> Markup:
-    return markup('<p style="margin:0;font-size:.82em" role="status">{}</p>', words)
+        self._status.content = status_line(_face_words(self.session.fabric, face))
 
 
 def _face_words(fabric: StitchMesh, face: int) -> Markup:
@@ -253,9 +249,7 @@ def _face_words(fabric: StitchMesh, face: int) -> Markup:
 
 def _tool_bar(chosen: str) -> Markup:
     buttons = joined(
-        action_button(
-            "tool", tool.name, tool.name, hint=f"{tool.hint} Key {tool.key}.", pressed=tool.name == chosen
-        )
+        action_button("tool", tool.name, tool.name, hint=f"{tool.hint} Key {tool.key}.", pressed=tool.name == chosen)
         for tool in TOOLS
     )
     return markup('{}<div class="sm-tools" role="group" aria-label="Tools">{}</div>', TOOL_STYLE, buttons)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.app.controls.field_panel import FieldPanel
-from stitchmesh.app.controls.html_pieces import figures
+from stitchmesh.app.controls.html_pieces import figures, status_line
 from stitchmesh.app.pages.page import Page
 from stitchmesh.app.pages.view.draped_view import DrapedView, FramePanel
 from stitchmesh.app.pages.view.opened import SUFFIXES, Opened, Thing, Viewed, project_results, read_upload
@@ -27,7 +27,6 @@ from stitchmesh.app.pages.view.view_html import (
     list_of_results,
     report_html,
     shown_in_panel,
-    status_line,
 )
 from stitchmesh.app.pages.yarns.energy_plot import history_plot
 from stitchmesh.app.scene.mesh_drawing import BODY_COLOUR, plain_surface
@@ -149,9 +148,7 @@ class ViewPage(Page):
 
     def _make_colours(self) -> None:
         controls, state = self.app.controls, self._state
-        fields = [
-            replace(field, shown=partial(self._is_shown, kind)) for kind, field in COLOUR_FIELDS.items()
-        ]
+        fields = [replace(field, shown=partial(self._is_shown, kind)) for kind, field in COLOUR_FIELDS.items()]
         self._colours = FieldPanel(
             controls, fields, lambda: self._state, lambda state, name: self._recolour(**{name: getattr(state, name)})
         )

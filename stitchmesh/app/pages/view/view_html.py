@@ -14,9 +14,7 @@ from stitchmesh.jobs.job_status import JobStatus
 from stitchmesh.markup import Markup, joined, markup
 from stitchmesh.render.colouring import Coloured
 
-FRAMES = markup(
-    '<div class="sm-frames" role="status" style="font-size:.86em;font-variant-numeric:tabular-nums"></div>'
-)
+FRAMES = markup('<div class="sm-frames" role="status" style="font-size:.86em;font-variant-numeric:tabular-nums"></div>')
 """The element that the script ``frame_rate.js`` fills."""
 MOST = 0.99
 """Largest share of a running stage that is shown as completed."""
@@ -27,10 +25,7 @@ def list_of_results(names: Sequence[str], chosen: str) -> Markup:
     if not names:
         nothing = "There is nothing to see yet. Open a file, or make something on the other pages."
         return markup('<p style="font-size:.86em;margin:.2em 0">{}</p>', nothing)
-    buttons = joined(
-        action_button("show", name, name, current="true" if name == chosen else "")
-        for name in names
-    )
+    buttons = joined(action_button("show", name, name, current="true" if name == chosen else "") for name in names)
     return markup(
         '<nav class="sm-nav" style="flex-wrap:wrap" aria-label="What the scene shows">{}</nav>',
         buttons,
@@ -54,11 +49,6 @@ def shown_in_panel(viewed: Viewed) -> Markup:
         style = "font-size:.75em;max-height:24em;overflow:auto;white-space:pre-wrap"
         return markup('<pre tabindex="0" aria-label="{}" style="{}">{}</pre>', viewed.name, style, viewed.text)
     return Markup()
-
-
-def status_line(text: str) -> Markup:
-    """Return a line that a screen reader announces; an empty text gives none."""
-    return markup('<p role="status" style="font-size:.86em;margin:.3em 0">{}</p>', text) if text else Markup()
 
 
 def job_html(status: JobStatus | None) -> Markup:
