@@ -98,10 +98,7 @@ def colour_bar(colours: ArrayLike, marks: Iterable[str], title: str = "", spoken
     row = markup('<div style="display:flex;justify-content:space-between;{}">{}</div>', SMALL, texts)
     return markup(
         '{}<div role="img" aria-label="{}">{}{}</div>',
-        section_title(title),
-        spoken or title or "colour scale",
-        bar,
-        row,
+        section_title(title), spoken or title or "colour scale", bar, row,
     )
 
 
@@ -111,24 +108,22 @@ def figures(rows: Iterable[tuple[str, str]], title: str = "") -> Markup:
         markup(
             '<tr><th scope="row" style="text-align:left;font-weight:400;padding:.1em .8em .1em 0">{}</th>'
             '<td style="text-align:right;font-variant-numeric:tabular-nums">{}</td></tr>',
-            name,
-            value,
+            name, value,
         )
         for name, value in rows
     )
     table = markup(
         '<table style="width:100%;border-collapse:collapse;{}"><tbody>{}</tbody></table>',
-        SMALL,
-        lines,
+        SMALL, lines,
     )
     return section_title(title) + table
 
 
-def message(text: str, kind: Kind) -> Markup:
-    """Return a box with a sentence and the mark and colour of its kind."""
+def message(text: str, kind: Kind, role: Literal["status", "alert"] = "status") -> Markup:
+    """Return a box with a sentence and the mark and colour of its kind; a screen reader reads an alert out at once."""
     mark, colour = MARKS[kind]
     style = BOX.format(colour=colour)
-    return markup('<div role="status" style="{}"><span aria-hidden="true">{}</span> {}</div>', style, mark, text)
+    return markup('<div role="{}" style="{}"><span aria-hidden="true">{}</span> {}</div>', role, style, mark, text)
 
 
 def paragraph(text: str) -> Markup:
@@ -143,7 +138,7 @@ def status_line(text: object) -> Markup:
 
 def refusal(text: str) -> Markup:
     """Return a box with the reason why something is not possible."""
-    return message(f"Not possible: {text}", "doubtful")
+    return message(f"Not possible: {text}", "doubtful", "alert")
 
 
 def section_title(title: str) -> Markup:
@@ -174,8 +169,7 @@ def legend(entries: Sequence[LegendEntry], title: str = "") -> Markup:
     items = joined(
         markup(
             '<li style="display:flex;align-items:center;gap:.5em;margin:.1em 0">{}<span>{}</span></li>',
-            _mark(entry),
-            entry.text,
+            _mark(entry), entry.text,
         )
         for entry in entries
     )
@@ -195,10 +189,7 @@ def _mark(entry: LegendEntry) -> Markup:
     parts = joined(
         markup(
             '<span style="display:inline-block;width:{}px;height:{}px;border:{};background:rgb{}"></span>',
-            width,
-            height,
-            BORDER,
-            f"{colour!r}",
+            width, height, BORDER, f"{colour!r}",
         )
         for colour in entry.colours
     )
@@ -229,10 +220,7 @@ def verdict_html(verdict: Verdict, good: str, doubtful: str, *, action: str | No
     style = BOX.format(colour=DOUBTFUL)
     return markup(
         '<div role="status" style="{}"><b>&#9888; {}</b><ul style="{}">{}</ul></div>',
-        style,
-        doubtful,
-        "margin:.3em 0 0;padding-left:1.1em",
-        items,
+        style, doubtful, "margin:.3em 0 0;padding-left:1.1em", items,
     )
 
 
@@ -243,10 +231,7 @@ def figures_html(figures: Sequence[Figure]) -> Markup:
             '<tr><th scope="row" style="text-align:left;font-weight:600;vertical-align:top">{}'
             "{}</th><td style='text-align:right;vertical-align:top'>{}</td></tr>"
             "<tr><td colspan='2' style='font-size:.82em;padding-bottom:.35em'>{}</td></tr>",
-            _doubt(figure),
-            figure.name,
-            figure.value,
-            figure.meaning,
+            _doubt(figure), figure.name, figure.value, figure.meaning,
         )
         for figure in figures
     )

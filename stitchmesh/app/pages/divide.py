@@ -76,9 +76,7 @@ def estimate_table(estimate: GarmentEstimate, width: float, height: float, yarn:
     doubt = message(f"Please note: {estimate.doubt}", "doubtful") if estimate.doubt else Markup()
     return markup(
         '{}<p style="margin:.2em 0 0;font-size:.8em">{}; half or twice that on other machines</p>{}',
-        figures(rows.items()),
-        stages,
-        doubt,
+        figures(rows.items()), stages, doubt,
     )
 
 
@@ -94,10 +92,7 @@ def edge_text(labeled: StitchMesh, side: int, count: int, *, by_hand: bool, mark
         what = f"course edge: {count} stitches, {origin}"
     return markup(
         '<p style="margin:0;font-size:.88em"><strong>Edge {},{}</strong>, {} cm, {}</p>',
-        start,
-        end,
-        f"{length:.1f}",
-        what,
+        start, end, f"{length:.1f}", what,
     )
 
 

@@ -98,11 +98,12 @@ def fault_list(faults: tuple[LabelingFault, ...]) -> Markup:
     )
     more = len(faults) - MOST_FAULTS
     rest = markup('<p style="{}">and {} more</p>', PLAIN_TEXT, more) if more > 0 else Markup()
-    return markup(
-        '<p style="margin:.3em 0 0;font-size:.92em"><strong>Faces that cannot be labeled</strong></p>'
-        '<ol style="margin:0;padding-left:1.4em;font-size:.86em">{}</ol>{}',
-        items,
-        rest,
+    return (
+        markup(
+            '<p style="margin:.3em 0 0;font-size:.92em"><strong>Faces that cannot be labeled</strong></p>'
+            '<ol style="margin:0;padding-left:1.4em;font-size:.86em">{}</ol>{}',
+            items, rest,
+        )
     )
 
 
@@ -204,7 +205,9 @@ class LabelPage(Page):
             )
             controls.button("Flip this row", "Reverse the arrows of the row with this number.", self._flip_row)
             self._numbers = VertexNumbers(self.app.scene, controls)
-            self._place = controls.text("Edge", "Two vertices, such as 4,7: the face is on the left from 4 to 7.", "")
+            self._place = controls.text(
+                "Edge", "Two vertices, such as 4,7: the face is on the left from 4 to 7.", ""
+            )
             controls.button("Act at this edge", "Do there what a click does.", self._act_at_edge)
         with controls.group("Whole mesh", opened=False):
             controls.button("Start again", "Remove all labels; Undo brings them back.", self._step("clear_labels"))

@@ -131,6 +131,8 @@ class VertexNumbers:
 
     def camera_moved(self) -> None:
         """Choose the vertices again if the camera has turned."""
+        if not self._box.value:
+            return
         direction, before = self._camera_direction(), self._direction
         if direction is not None and (before is None or float(direction @ before) < np.cos(np.radians(15.0))):
             self._draw()  # Each choice is sent anew.

@@ -249,7 +249,9 @@ def _face_words(fabric: StitchMesh, face: int) -> Markup:
 
 def _tool_bar(chosen: str) -> Markup:
     buttons = joined(
-        action_button("tool", tool.name, tool.name, hint=f"{tool.hint} Key {tool.key}.", pressed=tool.name == chosen)
+        action_button(
+            "tool", tool.name, tool.name, hint=f"{tool.hint} Key {tool.key}.", pressed=tool.name == chosen
+        )
         for tool in TOOLS
     )
     return markup('{}<div class="sm-tools" role="group" aria-label="Tools">{}</div>', TOOL_STYLE, buttons)

@@ -148,7 +148,9 @@ class ViewPage(Page):
 
     def _make_colours(self) -> None:
         controls, state = self.app.controls, self._state
-        fields = [replace(field, shown=partial(self._is_shown, kind)) for kind, field in COLOUR_FIELDS.items()]
+        fields = [
+            replace(field, shown=partial(self._is_shown, kind)) for kind, field in COLOUR_FIELDS.items()
+        ]
         self._colours = FieldPanel(
             controls, fields, lambda: self._state, lambda state, name: self._recolour(**{name: getattr(state, name)})
         )

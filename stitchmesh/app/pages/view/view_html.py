@@ -14,7 +14,9 @@ from stitchmesh.jobs.job_status import JobStatus
 from stitchmesh.markup import Markup, joined, markup
 from stitchmesh.render.colouring import Coloured
 
-FRAMES = markup('<div class="sm-frames" role="status" style="font-size:.86em;font-variant-numeric:tabular-nums"></div>')
+FRAMES = markup(
+    '<div class="sm-frames" role="status" style="font-size:.86em;font-variant-numeric:tabular-nums"></div>'
+)
 """The element that the script ``frame_rate.js`` fills."""
 MOST = 0.99
 """Largest share of a running stage that is shown as completed."""
@@ -25,7 +27,10 @@ def list_of_results(names: Sequence[str], chosen: str) -> Markup:
     if not names:
         nothing = "There is nothing to see yet. Open a file, or make something on the other pages."
         return markup('<p style="font-size:.86em;margin:.2em 0">{}</p>', nothing)
-    buttons = joined(action_button("show", name, name, current="true" if name == chosen else "") for name in names)
+    buttons = joined(
+        action_button("show", name, name, current="true" if name == chosen else "")
+        for name in names
+    )
     return markup(
         '<nav class="sm-nav" style="flex-wrap:wrap" aria-label="What the scene shows">{}</nav>',
         buttons,
