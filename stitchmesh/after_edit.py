@@ -80,7 +80,7 @@ def relax_edited(
     with shown_stages(run.progress) as shown:
         edit = _Edit(
             relaxed, before, after, surface, {"quality": quality, **asdict(finish or YarnFinish())},
-            {"options": options or RelaxOptions(), "quality": quality, "device": device, "keep_shape": True},
+            {"options": options or RelaxOptions(), "quality": quality, "device": device},
             replace(run, progress=shown),
         )  # fmt: skip
         fabric, warm, outcome = edit.at_rest()

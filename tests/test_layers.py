@@ -151,9 +151,9 @@ def test_help_and_refused_words_load_nothing_heavy(words):
 def test_the_application_starts_without_the_simulations(tmp_path):
     """A start takes a mesh, whose rows are labeled; each page imports what it simulates when it is opened."""
     statement = (
-        "from stitchmesh.app.project.opening import project_for\nimport stitchmesh.app.run, stitchmesh.app.front\n"
+        "from stitchmesh.app.project.opening import project_for\nimport stitchmesh.app.run, tests.app.null_front\n"
         f"project = project_for('assets/meshes/sweater.obj', {str(tmp_path / 'garment')!r})\n"
-        "app = stitchmesh.app.run.App(project, stitchmesh.app.front.NullFront())\n"
+        "app = stitchmesh.app.run.App(project, tests.app.null_front.NullFront())\n"
         "app.open_page(app.last_page())\napp.open_page('Label')\nassert app.page.unavailable() is None\napp.close()"
     )
     simulating = {f"stitchmesh.{name}" for name in ("mixed", "periodic", "yarnrelax")}

@@ -27,7 +27,6 @@ ENTRY: Definition = ("stitchmesh.cli.main", "main")
 NAMED_BY_TEXT = "stitchmesh.app.pages.all_pages"
 """The module that names the classes of pages by texts."""
 PROMISED = {
-    ("stitchmesh.app.front", "NullFront"): "CONTRIBUTING.md",
     ("stitchmesh.mixed.output.files", "read_maps"): "docs/robustness.md",
     ("stitchmesh.patterns.charts.colour_chart", "chart_palette"): "docs/patterns.md",
     ("stitchmesh.patterns.charts.colour_chart", "write_colour_chart"): "docs/patterns.md",
@@ -38,13 +37,11 @@ OBSERVED = {
     ("BodyContact", "distances"): "how far a cloth is from a body, which the solver keeps on the device",
     ("ClothMaterial", "isotropic"): "a cloth whose bending and stretch are known in closed form",
     ("EventQueue", "settle"): "waits until what the application was asked to do is done",
-    ("NullControls", "send"): "a file that a user chooses, without a browser",
-    ("NullControls", "text_shown"): "what a page shows, without a browser",
 }
 """Methods that no production code uses, each with what tests and scripts observe by it."""
 FOREIGN_CALLERS = {"ABC", "Enum", "Exception", "Generic", "IntEnum", "NamedTuple", "Protocol", "StrEnum", "TypedDict"}
 """Base classes from elsewhere that call no method which a class adds."""
-SHARED_NAMES = {"Scene", "SolverSection", "Task"}
+SHARED_NAMES = {"SolverSection", "Task"}
 """Names that two public classes still have; a name leaves this set when one of its classes gets a better one."""
 
 

@@ -10,12 +10,11 @@ from typing import TYPE_CHECKING
 
 from stitchmesh.app.controls.controls import Controls
 from stitchmesh.app.front import Front, Listener, NoticeKind
-from stitchmesh.app.pages.all_pages import PAGES
+from stitchmesh.app.pages.all_pages import PAGES, show_not_yet
 from stitchmesh.app.pages.navigation import Navigation
-from stitchmesh.app.pages.not_yet import show_not_yet
 from stitchmesh.app.pages.page import Page
-from stitchmesh.app.preferences import keep_dark, prefers_dark
-from stitchmesh.app.scene.scene import Pick, Scene, ScreenBox, Stroke
+from stitchmesh.app.project.opening import keep_dark, prefers_dark
+from stitchmesh.app.scene.scene import DrawingScene, Pick, ScreenBox, Stroke
 from stitchmesh.app.task import TaskRunner
 from stitchmesh.errors import ParameterError, StitchMeshError
 
@@ -48,7 +47,7 @@ class App:
         front.listen(Listener(self._picked, self._stroked, self._boxed, self._camera_moved))
 
     @property
-    def scene(self) -> Scene:
+    def scene(self) -> DrawingScene:
         """The scene."""
         return self.front.scene
 

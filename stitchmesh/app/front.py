@@ -5,14 +5,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Literal, Protocol
 
 from stitchmesh.app.controls.controls import Controls
-from stitchmesh.app.controls.null_controls import NullControls
 from stitchmesh.app.event_queue import EventQueue
-from stitchmesh.app.scene.null_scene import NullScene
-from stitchmesh.app.scene.scene import Pick, Scene, ScreenBox, Stroke
+from stitchmesh.app.scene.scene import DrawingScene, Pick, ScreenBox, Stroke
 
 NoticeKind = Literal["info", "warning", "error"]
 
@@ -28,13 +26,13 @@ class Listener:
 
 
 class Front(Protocol):
-    """The browser side of the application, or a stand-in for tests."""
+    """The browser side of the application; tests have a stand-in without a browser."""
 
     queue: EventQueue
     """The queue in which all functions are called."""
 
     @property
-    def scene(self) -> Scene:
+    def scene(self) -> DrawingScene:
         """The scene."""
 
     @property
@@ -70,43 +68,3 @@ class Front(Protocol):
 
     def close(self) -> None:
         """End all connections."""
-
-
-@dataclass(eq=False)
-class NullFront:
-    """A ``Front`` without a browser."""
-
-    queue: EventQueue = field(default_factory=EventQueue)
-    scene: NullScene = field(default_factory=NullScene)
-    navigation: NullControls = field(default_factory=NullControls)
-    controls: NullControls = field(default_factory=NullControls)
-    left_controls: NullControls = field(default_factory=NullControls)
-    notices: list[tuple[str, str, NoticeKind]] = field(default_factory=list)
-    downloads: list[tuple[str, bytes]] = field(default_factory=list)
-    listener: Listener | None = None
-    dark: bool = False
-    acting_client: int | None = None
-    left_title: str = ""
-
-    def listen(self, listener: Listener) -> None:
-        """Remember the listener."""
-        self.listener = listener
-
-    def notice(self, title: str, text: str, kind: NoticeKind) -> None:
-        """Remember a message."""
-        self.notices.append((title, text, kind))
-
-    def download(self, name: str, content: bytes, client: int | None = None) -> None:
-        """Remember a file."""
-        self.downloads.append((name, content))
-
-    def set_dark(self, dark: bool) -> None:
-        """Remember the choice."""
-        self.dark = dark
-
-    def name_left_panel(self, title: str, width: int) -> None:
-        """Remember the title."""
-        self.left_title = title
-
-    def close(self) -> None:
-        """Do nothing."""

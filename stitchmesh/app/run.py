@@ -13,10 +13,9 @@ from dataclasses import dataclass
 from types import FrameType
 
 from stitchmesh.app.application import App
-from stitchmesh.app.entrance import entrance
-from stitchmesh.app.guard import LOOPBACK, PORT
+from stitchmesh.app.guard import LOOPBACK, PORT, entrance
+from stitchmesh.app.project.opening import projects_folder, remember
 from stitchmesh.app.project.project import Project
-from stitchmesh.app.project.recent import projects_folder, remember
 from stitchmesh.app.server import OpenServer, open_server
 from stitchmesh.app.viser_front import ViserFront
 from stitchmesh.errors import FileError, StitchMeshError

@@ -22,8 +22,7 @@ from websockets import Headers
 from websockets.http11 import Response
 
 from stitchmesh.app.guard import LOOPBACK, PORT, Guard, guarded, is_loopback
-from stitchmesh.app.page_messages import GuardedConnection
-from stitchmesh.app.uploads import guard_uploads
+from stitchmesh.app.page_messages import GuardedConnection, guard_uploads
 from stitchmesh.errors import ParameterError
 
 _starting = threading.Lock()

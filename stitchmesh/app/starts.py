@@ -12,10 +12,9 @@ from stitchmesh.app.pages.drape.opened_scene import scene_of_file
 from stitchmesh.app.pages.drape.scene_run import same_scene
 from stitchmesh.app.pages.swatch.state import Look, SwatchState, read_state, state_table
 from stitchmesh.app.pages.view.opened import read_viewed
-from stitchmesh.app.project.opening import title_of
+from stitchmesh.app.project.opening import new_project_folder, projects_folder, title_of
 from stitchmesh.app.project.project import Project
 from stitchmesh.app.project.project_folder import TABLE_NAME
-from stitchmesh.app.project.recent import new_project_folder, projects_folder
 from stitchmesh.errors import FileError, StitchMeshError
 from stitchmesh.io.path_kind import is_folder
 from stitchmesh.mixed.drape import SCENE_FILE

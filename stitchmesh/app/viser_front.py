@@ -16,9 +16,9 @@ from stitchmesh.app.controls.value_guard import ValueGuard
 from stitchmesh.app.controls.viser_controls import BLUE, ViserControls
 from stitchmesh.app.event_queue import EventQueue
 from stitchmesh.app.front import Listener, NoticeKind
+from stitchmesh.app.page_messages import LARGEST_UPLOAD
 from stitchmesh.app.scene.scene import Pick, ScreenBox
 from stitchmesh.app.scene.viser_scene import ViserScene, modifier_of, view_of
-from stitchmesh.app.uploads import LARGEST_UPLOAD
 
 FILE_PROBLEMS = {
     "suffix": "no upload of this page takes such a file",

@@ -125,7 +125,7 @@ def _knit(
     garment: Garment, target: Path | None, run: Run[YarnSet], seconds_after: Callable[[YarnSet], float] | None
 ) -> Knitted:
     """Make and write relaxed yarns in the time that is left."""
-    garment = run_stages((*ROWS, *STITCHES, *YARNS), garment, _keeping_nothing(run))
+    garment = run_stages((*ROWS, *STITCHES, *YARNS), garment, _keeping_nothing(Run(run.progress)))
     progress = run.progress or no_progress
     progress("yarnrelax", 0.0, f"{len(garment.yarns.points)} control points")
     saver = None

@@ -47,6 +47,8 @@ class RelaxOptions:
     """Changes of the rest lengths."""
     terms: Sequence[Choice] = ()
     """Additional energies, and constraints of control points."""
+    keep_shape: bool = True
+    """Whether the borders and the shape of the fabric from which the yarns were made are kept, if it is known."""
 
     def __post_init__(self) -> None:
         YarnMaterial.named(self.material, self.stiffness)

@@ -33,8 +33,8 @@ class Stage(Generic[T]):
     """Name of the public function that does the work."""
     kind: type[T]
     """Class of the value that the stage makes."""
-    make: Callable[[Garment, Run[YarnSet]], Made[T]]
-    """Makes the value, and reports its progress to a run."""
+    make: Callable[[Garment, Run[Any]], Made[T]]
+    """Makes the value in a run; relaxations obey all of the run, and other stages only its progress."""
     inputs: Callable[[Garment], tuple[object, ...]] = lambda garment: (garment.fabric,)
     """Values that decide the result besides the settings: the stitches so far, or other results of earlier stages."""
     settings: Callable[[KnitOptions], tuple[object, ...]] = lambda options: ()
@@ -43,7 +43,7 @@ class Stage(Generic[T]):
     asked: Callable[[Garment], bool] = lambda garment: True
     """Whether a garment asks for the stage."""
 
-    def run(self, garment: Garment, run: Run[YarnSet]) -> Made[T]:
+    def run(self, garment: Garment, run: Run[Any]) -> Made[T]:
         """Make the value.
 
         Raises:

@@ -165,7 +165,7 @@ def _edited(fabric: StitchMesh, edit: Edit) -> StitchMesh:
         raise type(error)(f"edit {edit.name}: {error}") from error
 
 
-def relax_mesh_stage(garment: Garment, run: Run[YarnSet]) -> Made[StitchMesh]:
+def relax_mesh_stage(garment: Garment, run: Run[StitchMesh]) -> Made[StitchMesh]:
     """Relax the stitch mesh on its surface, in a part of the time of a budget, and make room for yarns of found rows.
 
     Raises:
@@ -176,9 +176,8 @@ def relax_mesh_stage(garment: Garment, run: Run[YarnSet]) -> Made[StitchMesh]:
     _progress(run)("meshrelax", 0.0, f"{fabric.face_count} stitches")
     with limited_to_share(SHARE_OF_MESH):
         relaxed = relax_mesh(
-            fabric, surface=garment.surface, options=options.mesh_relax_options, device=garment.device,
-            run=Run(run.progress),
-        )  # fmt: skip
+            fabric, surface=garment.surface, options=options.mesh_relax_options, device=garment.device, run=run
+        )
     report = {
         "meshrelax": {**asdict(relaxed.report), "seconds": _since(began)},
         "gauge": asdict(fabric_gauge(relaxed.fabric)),
@@ -293,12 +292,12 @@ def relax_yarns_stage(garment: Garment, run: Run[YarnSet]) -> Made[Relaxation]:
     """Relax the yarns, which keep the borders and the shape of the fabric."""
     relaxed = relax_with_options(
         garment.yarns, garment.options.relaxation, quality=garment.quality, device=garment.device,
-        fabric=garment.fabric, keep_shape=True, run=run,
+        fabric=garment.fabric, run=run,
     )  # fmt: skip
     return Made(relaxed, {"yarnrelax": relaxed.report})
 
 
-def _progress(run: Run[YarnSet]) -> Progress:
+def _progress(run: Run[Any]) -> Progress:
     return run.progress or no_progress
 
 

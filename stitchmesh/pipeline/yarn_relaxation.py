@@ -27,7 +27,7 @@ POINTS_OF_STITCH = 20
 
 def relax_with_options(
     yarns: YarnSet, options: RelaxOptions, *, quality: str | Quality, device: str | None = None,
-    fabric: StitchMesh | None = None, keep_shape: bool = False, run: Run[YarnSet] = QUIET,
+    fabric: StitchMesh | None = None, run: Run[YarnSet] = QUIET,
 ) -> Relaxation:  # fmt: skip
     """Change the rest lengths of yarns, put them on the bodies among the terms, and relax them.
 
@@ -40,7 +40,6 @@ def relax_with_options(
         quality: name of a preset, or a ``Quality``.
         device: Warp's name of the device; None for the preferred device.
         fabric: the fabric from which the yarns were made, if it is known.
-        keep_shape: whether the relaxation keeps the borders and the shape of the fabric.
         run: where to start, progress, states, checkpoints and control.
 
     Raises:
@@ -57,7 +56,7 @@ def relax_with_options(
         material=options.yarn_material(yarns),
         quality=quality,
         device=device,
-        keep_shape=fabric if keep_shape else None,
+        keep_shape=fabric if options.keep_shape else None,
         terms=options.terms,
         run=run,
     )

@@ -1,6 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Axe, a checker of accessibility, finds no missing label and no text that is hard to read on any page."""
+"""Axe, a checker of accessibility, finds no missing label and no text that is hard to read on any page.
+
+By day ``tests/app/pages/test_in_browser.py`` lets axe look at one page.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +16,6 @@ from axe_playwright_python.sync_playwright import Axe
 from stitchmesh.app.pages.all_pages import PAGES
 from stitchmesh.meshrelax import relax_mesh
 from tests.app.project.projects import divided_project
-from tests.nightly import mostly_at_night
 
 if TYPE_CHECKING:
     from tests.app.browser import Rig
@@ -46,7 +48,8 @@ def evened_folder(tmp_path_factory):
     return project.folder
 
 
-@pytest.mark.parametrize("name", mostly_at_night(PAGES, by_day=("Divide",)))
+@pytest.mark.nightly
+@pytest.mark.parametrize("name", PAGES)
 def test_axe_finds_no_fault_of_ours(app_in_browser, evened_folder, tmp_path, name):
     copytree(evened_folder, tmp_path / "project")
     with app_in_browser(page=name) as rig:

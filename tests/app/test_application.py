@@ -9,13 +9,13 @@ import pytest
 
 from stitchmesh.app import application
 from stitchmesh.app.application import App
-from stitchmesh.app.front import NullFront
 from stitchmesh.app.pages.page import Page
 from stitchmesh.app.project.project import Project
 from stitchmesh.app.scene.drawing import Lines
 from stitchmesh.app.scene.scene import Pick
 from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.markup import markup
+from tests.app.null_front import NullFront
 
 
 class Plain(Page):

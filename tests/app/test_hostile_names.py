@@ -10,12 +10,12 @@ from html.parser import HTMLParser
 import pytest
 
 from stitchmesh.app.application import App
-from stitchmesh.app.front import NullFront
 from stitchmesh.app.pages.all_pages import PAGES
 from stitchmesh.app.pages.edit.palettes import CHOSEN
 from stitchmesh.app.project.project import Project
 from stitchmesh.errors import StitchMeshError
 from stitchmesh.markup import Markup, checked, css_text, joined, markup
+from tests.app.null_front import NullFront
 from tests.app.project.projects import COARSE, LABEL_ALL, YARNS, mesh_bytes
 
 HOSTILE = "'\"><img src=x onerror=hit()><iframe srcdoc='<script>hit()'><script>hit()`[x](javascript:hit()) {hit()} &lt;"

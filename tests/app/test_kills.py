@@ -101,6 +101,7 @@ def saved_steps(folder) -> list[str]:
     return [name for name, _ in saved(folder)["work"]["label_steps"]]
 
 
+@pytest.mark.nightly
 def test_a_killed_server_comes_back_where_it_was(browser, tmp_path, tube_file):
     folder = tmp_path / "project"
     with app_process(folder) as first:

@@ -11,8 +11,7 @@ from typing import Any
 import pytest
 
 from stitchmesh.app.event_queue import EventQueue
-from stitchmesh.app.live_run import BYTES_PER_SECOND, LiveRun
-from stitchmesh.app.pages.run_panel import status_of
+from stitchmesh.app.pages.page_run import BYTES_PER_SECOND, LiveRun, WatchedWork, status_of
 from stitchmesh.app.task import TaskRunner
 from stitchmesh.convergence_forecast import ResidualCourse
 from stitchmesh.progress import Progress
@@ -46,8 +45,8 @@ class Runs:
             return "finished"
 
         def begin() -> None:
-            run = LiveRun(self.tasks, "counting", relax, done=self.ends.append, failed=self.ends.append,
-                          **{"stage": "yarnrelax", **options})  # fmt: skip
+            watched = WatchedWork(name="counting", relax=relax, **{"stage": "yarnrelax", **options})
+            run = LiveRun(self.tasks, watched, self.ends.append, self.ends.append)
             made.append(run)
             run.control.pause()
             paused.set()

@@ -14,9 +14,8 @@ from viser import _messages
 from websockets.sync.client import connect
 
 from stitchmesh.app.application import App
-from stitchmesh.app.page_messages import BYTES, LARGEST_TEXT, MESSAGES, UPLOADED, Allowance, page_message
+from stitchmesh.app.page_messages import BYTES, LARGEST_TEXT, MESSAGES, PART, UPLOADED, Allowance, page_message
 from stitchmesh.app.server import OpenServer
-from stitchmesh.app.uploads import PART
 from tests.app.browser import running_app
 
 CAMERA = {

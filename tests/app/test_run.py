@@ -18,7 +18,7 @@ from urllib.request import url2pathname
 
 import pytest
 
-from stitchmesh.app.entrance import entrance
+from stitchmesh.app.guard import entrance
 from stitchmesh.app.project.project import Project
 from stitchmesh.app.run import NO_TOKEN, RunOptions, run_app
 

@@ -12,8 +12,7 @@ import threading
 import pytest
 
 from stitchmesh.app.event_queue import EventQueue
-from stitchmesh.app.newest_task import NewestTask, Refused, Work
-from stitchmesh.app.task import TaskRunner
+from stitchmesh.app.task import NewestTask, Refused, TaskRunner, Work
 from stitchmesh.errors import ParameterError, SolverError
 
 SECONDS = 30.0
@@ -80,8 +79,8 @@ def test_cancelled_work_ends_at_its_next_report_and_is_no_error(ends):
     assert ends.failures == [None] and ends.errors == []
 
 
-def test_frames_and_reports_arrive_in_the_event_thread_the_newest_last(ends):
-    frames, threads, notes, may_go = [], [], [], threading.Event()
+def test_frames_arrive_in_the_event_thread_the_newest_last_and_the_last_report_is_kept(ends):
+    frames, threads, may_go = [], [], threading.Event()
 
     def work(control):
         may_go.wait(SECONDS)
@@ -91,11 +90,10 @@ def test_frames_and_reports_arrive_in_the_event_thread_the_newest_last(ends):
 
     task = ends.start(work)
     task.on_frame = lambda value: (frames.append(value), threads.append(ends.queue.is_own_thread()))
-    task.on_progress = lambda: notes.append((task.stage, task.note))
     may_go.set()
     ends.wait()
     assert frames[-1] == 49 and frames == sorted(frames) and all(threads)
-    assert notes[-1] == ("stage", "note 49")
+    assert (task.stage, task.done) == ("stage", 49 / 50)
 
 
 def test_a_second_task_is_refused_while_one_runs(ends):

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import pytest
 
-from stitchmesh.app.uploads import LARGEST_UPLOAD, MOST_UPLOADS, PART, UploadGuard
+from stitchmesh.app.page_messages import LARGEST_UPLOAD, MOST_UPLOADS, PART, UploadGuard
 
 
 @pytest.fixture

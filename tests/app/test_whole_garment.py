@@ -51,7 +51,7 @@ def made_in_python(mesh: sm.Mesh, border: tuple[int, int], flipped: int) -> tupl
     fabric = sm.lay_pattern(fabric, sm.read_pattern("rib2x2"), faces=sm.select(fabric, "hem 2")).fabric
     fabric = sm.relax_mesh(fabric, surface=mesh, options=sm.MeshRelaxOptions(aspect=0.77)).fabric
     yarns = sm.generate_yarns(fabric, quality="draft")
-    relaxed = relax_with_options(yarns, RelaxOptions(), quality="draft", device="cpu", fabric=fabric, keep_shape=True)
+    relaxed = relax_with_options(yarns, RelaxOptions(), quality="draft", device="cpu", fabric=fabric)
     return fabric, relaxed.yarns
 
 

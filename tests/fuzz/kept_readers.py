@@ -241,7 +241,7 @@ def _read_swatch_settings(path: Path) -> object:
 
 
 def _read_recent(folder: Path) -> object:
-    from stitchmesh.app.project.recent import recent_projects
+    from stitchmesh.app.project.opening import recent_projects
 
     os.environ["XDG_STATE_HOME"] = str(folder)
     return recent_projects()

@@ -18,9 +18,9 @@ from pathlib import Path
 from benchmarks.table import Rows
 from benchmarks.timing import median_and_largest, milliseconds
 from stitchmesh.app.controls.chart_editor import ChartEditor
-from stitchmesh.app.controls.null_controls import NullControls
 from stitchmesh.patterns import parse_pattern
 from stitchmesh.patterns.pattern import Pattern
+from tests.app.null_front import NullControls
 
 SIDES = (24, 100, 500)
 """Number of rows and columns of the charts."""

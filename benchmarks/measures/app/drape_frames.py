@@ -17,15 +17,14 @@ from statistics import median
 from tyro.conf import Positional
 
 from benchmarks.table import Rows
-from stitchmesh.app.pages.view.draped_sketch import DrapedSketch
-from stitchmesh.app.pages.view.draped_view import DrapedView
-from stitchmesh.app.scene.null_scene import NullScene
+from stitchmesh.app.pages.view.draped_view import DrapedSketch, DrapedView
 from stitchmesh.mixed.drape import Draped
 from stitchmesh.mixed.output.display import Displays
 from stitchmesh.mixed.output.frames import DrapeFrame, Frames
 from stitchmesh.mixed.scene.scene import Scene
 from stitchmesh.mixed.scene.scene_fabric import prepare
 from stitchmesh.mixed.scene.scene_file import read_scene
+from tests.app.null_front import NullScene
 
 PICTURES = 5
 """Number of pictures after the first one, of whose times the median is printed."""

@@ -31,7 +31,7 @@ from benchmarks.places import MESHES
 from benchmarks.scenes.garments import Garment
 from benchmarks.table import Rows
 from stitchmesh.app.application import App
-from stitchmesh.app.front import Front, NullFront
+from stitchmesh.app.front import Front
 from stitchmesh.app.pages.yarns.page import YarnsPage
 from stitchmesh.app.project.division import Division
 from stitchmesh.app.project.project import Project
@@ -44,6 +44,7 @@ from stitchmesh.pipeline.yarn_relaxation import relax_with_options
 from stitchmesh.quality import quality_named, quality_with
 from stitchmesh.run import QUIET, Run
 from stitchmesh.run_control import RunControl
+from tests.app.null_front import NullFront
 
 GARMENTS = (("hat", 1.0, 300), ("sweater", 1.2, 60))
 """Mesh, stitch width [cm] and iterations."""
@@ -144,7 +145,7 @@ def measure_yarns(mesh: str, stitch_width: float, iterations: int, rounds: int, 
         def plain(control: RunControl[sm.YarnSet] | None = None) -> Times:
             began = time.process_time()
             made = relax_with_options(
-                yarns, RelaxOptions(), quality=quality, device="cpu", fabric=fabric, keep_shape=True,
+                yarns, RelaxOptions(), quality=quality, device="cpu", fabric=fabric,
                 run=Run(False, control=control),
             )  # fmt: skip
             return float(made.report["seconds"]), time.process_time() - began

@@ -13,11 +13,12 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from stitchmesh.app.controls.chart_board import NEW_CHARTS, open_board
-from stitchmesh.app.controls.chart_data import base_values, data_element
-from stitchmesh.app.controls.chart_palette import (
+from stitchmesh.app.controls.chart_html import (
     STITCHES,
     TOOLS,
+    base_values,
     colour_buttons,
+    data_element,
     layer_buttons,
     stitch_buttons,
     tool_buttons,

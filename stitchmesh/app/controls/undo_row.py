@@ -5,9 +5,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 from stitchmesh.app.controls.controls import Controls
 from stitchmesh.app.controls.html_pieces import action_button
+from stitchmesh.editing.undo_history import UndoHistory
 from stitchmesh.markup import Markup, joined, markup
 
 STYLE = markup("""<style>
@@ -34,8 +36,10 @@ class UndoRow:
         ):  # fmt: skip
             controls.key(label, f"{label} {what}.", key, modifier, act)
 
-    def show(self, can_undo: bool, can_redo: bool) -> None:
-        """Show whether there is something to undo and to redo."""
+    def show(self, history: UndoHistory[Any] | None, *, unfinished: bool = False) -> None:
+        """Show whether a history has something to undo and to redo; an unfinished change can be undone too."""
+        can_undo = (history is not None and bool(history.past)) or unfinished
+        can_redo = history is not None and bool(history.future)
         buttons = joined([
             action_button("undo", "", "Undo", hint=f"Undo {self._what}: Ctrl+Z", disabled=not can_undo),
             action_button("redo", "", "Redo", hint="Make it again: Ctrl+Y", disabled=not can_redo),

@@ -16,7 +16,7 @@ from stitchmesh.app.browser.bridge import Bridge
 from stitchmesh.app.controls.controls import Bounds, do_nothing
 from stitchmesh.app.controls.value_guard import ValueGuard
 from stitchmesh.app.event_queue import EventQueue
-from stitchmesh.app.uploads import NO_FILE
+from stitchmesh.app.page_messages import NO_FILE
 from stitchmesh.markup import Markup, checked, markup
 from stitchmesh.mesh.palette import colour_text, parse_colour
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The pages by name, in the order of the navigation.
+"""The pages by name, in the order of the navigation, and what a page shows that needs another one first.
 
 The module of a page is imported when the page is first opened, because some pages need simulations whose modules take
 longer to import than the application takes to start.
@@ -14,6 +14,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, TypeAlias
 
 from stitchmesh.app.pages.page import Page
+from stitchmesh.app.scene.mesh_drawing import draw_plainly
 
 if TYPE_CHECKING:
     from stitchmesh.app.application import App
@@ -52,3 +53,23 @@ PAGES: dict[str, MakePage] = {
     "View": PageModule("view.page", "ViewPage"),
 }
 """The function that makes each page."""
+
+
+def show_not_yet(app: App, page: Page, pages: dict[str, MakePage]) -> None:
+    """Draw the garment, and make the button that opens the page of the next step."""
+    name = page_needed(app, page, pages)
+    app.controls.button(f"Go to {name}", f"Opens the page {name}.", lambda: app.open_page(name), main=True)
+    mesh = app.project.evened or app.project.fabric or app.project.mesh
+    if mesh is not None:
+        draw_plainly(app.scene, mesh)
+
+
+def page_needed(app: App, page: Page, pages: dict[str, MakePage]) -> str:
+    """Return the nearest available page that makes what a page needs."""
+    if app.project.mesh is None and app.project.fabric is not None:
+        return "Edit"  # The imported file holds stitches, so nothing is labeled or divided.
+    while page.needs in pages:
+        name, page = page.needs, pages[page.needs](app)
+        if page.unavailable() is None:
+            return name
+    return page.needs

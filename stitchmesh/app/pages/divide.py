@@ -10,12 +10,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stitchmesh.app.controls.field_panel import FieldPanel
-from stitchmesh.app.controls.html_pieces import figures
-from stitchmesh.app.controls.legend import LegendEntry, legend
+from stitchmesh.app.controls.html_pieces import LegendEntry, figures, legend, message, refusal
 from stitchmesh.app.controls.undo_row import UndoRow
 from stitchmesh.app.pages.gauge_panel import INCREASE, GaugePanel, drawn_height, gauge_words, yarn_of
-from stitchmesh.app.pages.not_yet import HAS_STITCHES, NO_MESH
-from stitchmesh.app.pages.page import Page
+from stitchmesh.app.pages.page import HAS_STITCHES, NO_MESH, Page
 from stitchmesh.app.project.division import (
     Division,
     division_of,
@@ -26,9 +24,8 @@ from stitchmesh.app.project.division import (
     with_mark,
 )
 from stitchmesh.app.scene.drawing import Labels
-from stitchmesh.app.scene.mesh_drawing import INK, STITCH_DRAWINGS, MeshDrawing, show_stitches
-from stitchmesh.app.scene.scene import Pick, Scene
-from stitchmesh.app.scene.vertex_numbers import VertexNumbers
+from stitchmesh.app.scene.mesh_drawing import INK, STITCH_DRAWINGS, MeshDrawing, VertexNumbers, show_stitches
+from stitchmesh.app.scene.scene import DrawingScene, Pick
 from stitchmesh.app.task import TaskControl
 from stitchmesh.editing.undo_history import UndoHistory
 from stitchmesh.errors import ParameterError, StitchMeshError
@@ -76,16 +73,11 @@ def estimate_table(estimate: GarmentEstimate, width: float, height: float, yarn:
         "Memory": f"about {_memory(estimate.memory)}",
     }
     stages = ", ".join(f"{STAGE_WORDS[name]} {_time(cost.seconds)}" for name, cost in estimate.stages.items())
-    doubt = markup('<p role="status" style="{}"><strong>Please note:</strong> {}</p>', _NOTE, estimate.doubt)
+    doubt = message(f"Please note: {estimate.doubt}", "doubtful") if estimate.doubt else Markup()
     return markup(
         '{}<p style="margin:.2em 0 0;font-size:.8em">{}; half or twice that on other machines</p>{}',
-        figures(rows.items()), stages, doubt if estimate.doubt else "",
+        figures(rows.items()), stages, doubt,
     )
-
-
-def refusal(message: str) -> Markup:
-    """Return why there is no estimate."""
-    return markup('<p role="alert" style="{}"><strong>Not possible:</strong> {}</p>', _NOTE, message)
 
 
 def edge_text(labeled: StitchMesh, side: int, count: int, *, by_hand: bool, marked: bool) -> Markup:
@@ -116,12 +108,6 @@ def legend_of_stitches(fabric: StitchMesh) -> list[LegendEntry]:
     return entries
 
 
-_NOTE = (
-    "margin:.4em 0 0;font-size:.86em;padding:.35em .5em;border-left:4px solid rgb(201,125,16);"
-    "background:rgba(201,125,16,.12);overflow-wrap:anywhere"
-)
-
-
 def _time(seconds: float) -> str:
     """A duration in words."""
     if seconds < 1.0:
@@ -146,7 +132,7 @@ EDGE_MARKS = (
 class DivisionView:
     """Draws one labeled mesh and its divisions."""
 
-    def __init__(self, scene: Scene, labeled: StitchMesh) -> None:
+    def __init__(self, scene: DrawingScene, labeled: StitchMesh) -> None:
         """Draw nothing yet."""
         self._scene, self._labeled = scene, labeled
         self._drawing = MeshDrawing(scene, labeled)
@@ -248,7 +234,6 @@ class DividePage(Page):
         super().__init__(app)
         self._state = DivideState(UndoHistory(Division()))
         self._labeled: StitchMesh | None = None
-        self._numbers: VertexNumbers | None = None
         self._typing = False
 
     def unavailable(self) -> str | None:
@@ -314,10 +299,7 @@ class DividePage(Page):
         )
         self._by_length = controls.button("Number by length", "Forget the number given by hand.", self._clear_count)
         with controls.group("Without the mouse", opened=False):
-            self._numbered = controls.toggle(
-                "Vertex numbers", "Show the numbers of the vertices, by which edges are named.", False,
-                self._show_numbers,
-            )  # fmt: skip
+            self._numbers = VertexNumbers(self.app.scene, controls)
             self._text = controls.text(
                 "Edges", "One edge in each line: V,W=COUNT for a number, V,W for a marked edge.", "", self._set_text,
                 lines=4,
@@ -342,25 +324,18 @@ class DividePage(Page):
 
     def camera_moved(self) -> None:
         """Show the numbers of the vertices that face the camera."""
-        if self._numbers is not None:
-            self._numbers.camera_moved()
-
-    def _show_numbers(self, shown: bool) -> None:
-        if self._numbers is not None:
-            self._numbers.show(shown)
+        self._numbers.camera_moved()
 
     def leave(self) -> None:
-        """Forget the chosen edge and the drawing."""
+        """Forget the chosen edge."""
         self._state = replace(self._state, side=None)
-        self._numbers = None
 
     def _take_mesh(self, labeled: StitchMesh) -> None:
         """Prepare the drawing and the picking of a mesh."""
         self._labeled, self._state = labeled, replace(self._state, side=None)
         self._table = picking_table(labeled)
         self._view = DivisionView(self.app.scene, labeled)
-        self._numbers = VertexNumbers(self.app.scene, labeled)
-        self._numbers.show(self._numbered.value)
+        self._numbers.show(labeled)
         fitting = with_known_edges(self._state.division, labeled)
         if fitting != self._state.division:
             self.app.notice("Numbers and marks of edges that this mesh does not have were left out.", "warning")
@@ -436,7 +411,7 @@ class DividePage(Page):
         self._divide_button.disabled = estimate is None or self.app.tasks.running
         self._show_choice.visible, self._show_choice.value = ready, state.shown
         self._gauge.show(division.stitch_width, division.stitch_height)
-        self._changes.show(bool(state.history.past), bool(state.history.future))
+        self._changes.show(state.history)
         self._increase.show()
         self._show_chosen(estimate)
         if not self._typing:  # The text that the user types stays as it is.

@@ -10,19 +10,19 @@ from typing import TYPE_CHECKING, Any, ClassVar, get_args
 import numpy as np
 
 from stitchmesh.app.controls.field_panel import FieldPanel, Number, setting_field
-from stitchmesh.app.controls.html_pieces import message
-from stitchmesh.app.pages.not_yet import NO_STITCHES
-from stitchmesh.app.pages.page import Page
-from stitchmesh.app.pages.run_panel import BYTES_PER_STITCH, PageRun, is_wanted
-from stitchmesh.app.pages.verdict_html import verdict_html
+from stitchmesh.app.controls.html_pieces import message, verdict_html
+from stitchmesh.app.pages.page import NO_STITCHES, Page
+from stitchmesh.app.pages.page_run import BYTES_PER_STITCH, PageRun, WatchedWork, garment_of, is_wanted
 from stitchmesh.app.scene.size_map import SizeMapDrawing, legend_html, outline
 from stitchmesh.errors import StitchMeshError
 from stitchmesh.markup import Markup
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.meshrelax.evenness import Measure, evenness_verdict, uneven_rows
 from stitchmesh.meshrelax.options import MeshRelaxOptions
-from stitchmesh.meshrelax.relax import MAX_ITERATIONS, MeshRelaxReport, RelaxedMesh, not_converged, relax_mesh
+from stitchmesh.meshrelax.relax import MAX_ITERATIONS, MeshRelaxReport, not_converged
+from stitchmesh.pipeline.garment import Made
 from stitchmesh.pipeline.options import KnitOptions
+from stitchmesh.pipeline.stage_table import RELAX_MESH
 from stitchmesh.progress import Progress
 from stitchmesh.run import Run
 from stitchmesh.run_control import RunControl, Snapshot
@@ -66,7 +66,7 @@ class EvenOutPage(Page):
     def __init__(self, app: App) -> None:
         """Make the page; nothing runs yet."""
         super().__init__(app)
-        self._run: PageRun[StitchMesh, RelaxedMesh] = PageRun(self, self._show_snapshot, self._ended)
+        self._run: PageRun[StitchMesh, Made[StitchMesh]] = PageRun(self, self._show_snapshot, self._ended)
         self._state = EvenOutState()
 
     def unavailable(self) -> str | None:
@@ -117,18 +117,19 @@ class EvenOutPage(Page):
 
     def start(self) -> None:
         """Start the mesh relaxation."""
-        project, options = self.app.project, even_out_options(self.app.project)
+        project = self.app.project
         fabric = project.fabric
-        surface = (project.mesh if project.shaping is None else project.surface) or fabric
-        assert fabric is not None and surface is not None
+        assert fabric is not None
+        garment = garment_of(project, fabric, even_out_options(project))
 
-        def relax(control: RunControl[StitchMesh], progress: Progress) -> RelaxedMesh:
-            return relax_mesh(fabric, surface=surface, options=options, run=Run(False, control=control))
+        def relax(control: RunControl[StitchMesh], progress: Progress) -> Made[StitchMesh]:
+            return RELAX_MESH.run(garment, Run(False, control=control))
 
-        self._run.start(
-            "evening out the stitches", relax, lambda result: self._finish(project, fabric, result), stage="meshrelax",
-            max_iterations=MAX_ITERATIONS, frame_bytes=BYTES_PER_STITCH * fabric.face_count,
+        watched = WatchedWork(
+            name="evening out the stitches", relax=relax, stage="meshrelax", max_iterations=MAX_ITERATIONS,
+            frame_bytes=BYTES_PER_STITCH * fabric.face_count,
         )  # fmt: skip
+        self._run.start(watched, lambda made: self._finish(project, fabric, made))
         self._verdict.content = Markup()
         self._mark(None)
         self.refresh()
@@ -142,12 +143,12 @@ class EvenOutPage(Page):
         if self._map.shown is not None:
             self._show_fabric(self._map.shown)
 
-    def _finish(self, project: Project, before: StitchMesh, result: RelaxedMesh) -> None:
+    def _finish(self, project: Project, before: StitchMesh, made: Made[StitchMesh]) -> None:
         """Keep a result, unless another project or fabric has replaced the one that it belongs to."""
         if not is_wanted(self, project, project.fabric is before):
             return
-        dropped = project.set_evened(result.fabric)
-        self.keep_settings(report=asdict(result.report))
+        dropped = project.set_evened(made.value)
+        self.keep_settings(report=made.report["meshrelax"])
         if dropped:
             self.app.notice(f"The stitches have moved, so these were removed: {', '.join(dropped)}.", "warning")
 
@@ -201,17 +202,17 @@ def mesh_relax_options(project: Project) -> MeshRelaxOptions:
 
 def shown_options(project: Project) -> MeshRelaxOptions:
     """Return the options of a project as the page shows them, with the resulting aspect."""
-    options = even_out_options(project)
+    options = even_out_options(project).mesh_relax_options
     assert options.aspect is not None
     return replace(options, aspect=round(options.aspect, 3))
 
 
-def even_out_options(project: Project) -> MeshRelaxOptions:
-    """Return the options of ``relax_mesh`` for a project; the default aspect is that of its stitches."""
+def even_out_options(project: Project) -> KnitOptions:
+    """Return the options of the mesh relaxation of a project; the default aspect is that of its stitches."""
     options, sizes = KnitOptions(mesh_relaxation=mesh_relax_options(project)), project.division or project.shaping
-    if sizes is not None:
-        options = replace(options, stitch_width=sizes.stitch_width, stitch_height=sizes.stitch_height)
-    return options.mesh_relax_options
+    if sizes is None:
+        return options
+    return replace(options, stitch_width=sizes.stitch_width, stitch_height=sizes.stitch_height)
 
 
 def unfinished_html(project: Project) -> Markup:

@@ -10,15 +10,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stitchmesh.app.controls.html_pieces import PLAIN_TEXT, list_button
-from stitchmesh.app.controls.legend import LegendEntry, legend
+from stitchmesh.app.controls.html_pieces import PLAIN_TEXT, LegendEntry, legend, list_button
 from stitchmesh.app.controls.undo_row import UndoRow
-from stitchmesh.app.pages.not_yet import NO_MESH
-from stitchmesh.app.pages.page import Page
+from stitchmesh.app.pages.page import NO_MESH, Page
 from stitchmesh.app.scene.drawing import Colour, Labels
-from stitchmesh.app.scene.mesh_drawing import INK, MeshDrawing
+from stitchmesh.app.scene.mesh_drawing import INK, MeshDrawing, VertexNumbers
 from stitchmesh.app.scene.scene import Pick, ViewName
-from stitchmesh.app.scene.vertex_numbers import VertexNumbers
 from stitchmesh.errors import ParameterError
 from stitchmesh.labeling import LabelingFault, PartialLabeling
 from stitchmesh.labeling.faults import triangles_message
@@ -160,7 +157,6 @@ class LabelPage(Page):
         super().__init__(app)
         self._state = LabelState()
         self._mesh: Mesh | None = None
-        self._numbers: VertexNumbers | None = None
 
     def unavailable(self) -> str | None:
         """Return what is missing before the mesh can be labeled."""
@@ -207,10 +203,7 @@ class LabelPage(Page):
                 "Row", "Number of a row, counted from 1.", 1, lambda _: self._show_row(), least=1, most=10_000, step=1
             )
             controls.button("Flip this row", "Reverse the arrows of the row with this number.", self._flip_row)
-            self._numbered = controls.toggle(
-                "Vertex numbers", "Show the numbers of the vertices, by which edges are named.", False,
-                self._show_numbers,
-            )  # fmt: skip
+            self._numbers = VertexNumbers(self.app.scene, controls)
             self._place = controls.text(
                 "Edge", "Two vertices, such as 4,7: the face is on the left from 4 to 7.", ""
             )
@@ -236,10 +229,6 @@ class LabelPage(Page):
         self._draw(labeling)
         self._describe(labeling)
 
-    def leave(self) -> None:
-        """Forget the drawing."""
-        self._numbers = None
-
     def picked(self, pick: Pick) -> None:
         """Take the step that a click means."""
         step = self._meant(pick)
@@ -248,20 +237,14 @@ class LabelPage(Page):
 
     def camera_moved(self) -> None:
         """Show the numbers of the vertices that face the camera."""
-        if self._numbers is not None:
-            self._numbers.camera_moved()
-
-    def _show_numbers(self, shown: bool) -> None:
-        if self._numbers is not None:
-            self._numbers.show(shown)
+        self._numbers.camera_moved()
 
     def _take_mesh(self, mesh: Mesh) -> None:
         """Prepare drawing and picking of a mesh."""
         self._mesh, self._table = mesh, picking_table(mesh)
         self._drawing = MeshDrawing(self.app.scene, mesh)
         self._drawing.show_sides("edges", mesh.edge_side, INK, 1.0)
-        self._numbers = VertexNumbers(self.app.scene, mesh)
-        self._numbers.show(self._numbered.value)
+        self._numbers.show(mesh)
         self._inside_out = is_inside_out(mesh)
         self._starts.content = start_list(mesh)
         self._to_rows.visible = bool(triangles_message(mesh))
@@ -307,7 +290,7 @@ class LabelPage(Page):
             self._state = replace(self._state, meaning=FLIP if done else ROWS)
             self._choice.value = self._state.meaning
         self._go_on.visible, self._label_all.visible = done, not done
-        self._steps.show(self.app.project.can_undo_label, self.app.project.can_redo_label)
+        self._steps.show(self.app.project.label_history)
         self._status.content = labeling_status(labeling, self._inside_out)
         self._meaning_hint.content = markup('<p style="{}">{}</p>', PLAIN_TEXT, MEANINGS[self._state.meaning])
         self._legend.content = legend(legend_entries(labeling))

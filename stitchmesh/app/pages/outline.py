@@ -13,9 +13,9 @@ import numpy as np
 from stitchmesh.app.controls.controls import do_nothing
 from stitchmesh.app.controls.field_panel import Field, FieldPanel, Number
 from stitchmesh.app.controls.html_pieces import message
+from stitchmesh.app.pages.chart_panel import ChartPanel
 from stitchmesh.app.pages.page import Page
-from stitchmesh.app.pages.run_panel import BYTES_PER_STITCH, PageRun
-from stitchmesh.app.pages.swatch.chart_panel import ChartPanel
+from stitchmesh.app.pages.page_run import BYTES_PER_STITCH, PageRun, WatchedWork
 from stitchmesh.app.scene.drawing import Lines
 from stitchmesh.app.scene.size_map import OUTLINE, SizeMapDrawing, legend_html
 from stitchmesh.errors import ParameterError
@@ -111,10 +111,11 @@ class OutlinePage(Page):
         def relax(control: RunControl[StitchMesh], progress: Progress) -> FreeShape:
             return natural_outline(pattern, state.form, **_repeats(pattern, state), run=Run(False, control=control))
 
-        self._run.start(
-            "relaxing the outline", relax, self._finish, stage="outline", max_iterations=FREE_MAX_ITERATIONS,
+        watched = WatchedWork(
+            name="relaxing the outline", relax=relax, stage="outline", max_iterations=FREE_MAX_ITERATIONS,
             frame_bytes=BYTES_PER_STITCH * state.stitches * state.rows,
         )  # fmt: skip
+        self._run.start(watched, self._finish)
         self._run.refresh()
 
     def _take_pattern(self, source: Source) -> None:

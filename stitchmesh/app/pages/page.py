@@ -13,6 +13,10 @@ from stitchmesh.errors import StitchMeshError
 if TYPE_CHECKING:
     from stitchmesh.app.application import App
 S = TypeVar("S")
+NO_MESH = "There is no mesh yet. Open the page Project and import one, or choose an example."
+NO_STITCHES = "There are no stitches yet. Divide the labeled mesh into stitches first, on the page Divide."
+HAS_STITCHES = "The imported file holds stitches already. Go on with Edit."
+"""The reason why pages that work on a mesh are not available."""
 
 
 class Page:

@@ -10,15 +10,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, get_args
 
 from stitchmesh.app.controls.html_pieces import action_button
-from stitchmesh.app.pages.downloads import STYLE, download_list, send_file
-from stitchmesh.app.pages.not_yet import draw_plainly
+from stitchmesh.app.pages.downloads import STYLE, Export, download_list, exports, send_file
 from stitchmesh.app.pages.page import Page
 from stitchmesh.app.pages.typed import AXES
-from stitchmesh.app.project.exports import Export, exports
-from stitchmesh.app.project.opening import title_of
+from stitchmesh.app.project.opening import RecentProject, new_project_folder, recent_projects, remember, title_of
 from stitchmesh.app.project.project import Project
-from stitchmesh.app.project.recent import RecentProject, new_project_folder, recent_projects, remember
 from stitchmesh.app.project.source import Source, read_source, source_of
+from stitchmesh.app.scene.mesh_drawing import draw_plainly
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.examples import example_names, read_example
 from stitchmesh.io.garments import doubt_of_unit
@@ -78,10 +76,10 @@ def unit_offer(project: Project) -> Markup:
     The action is ``unit``, and ``data-value`` is the unit; the result is empty if the mesh has the size of a garment.
     """
     mesh, source = project.mesh, project.source
-    doubt = "" if mesh is None or source is None else doubt_of_unit(source.name, mesh, source.unit)
+    doubt = "" if mesh is None or source is None else doubt_of_unit(source.name, mesh, source.reading.unit)
     if mesh is None or source is None or not doubt:
         return Markup()
-    others = {} if stated_unit(source.name) else other_units(mesh.vertices, source.unit)
+    others = {} if stated_unit(source.name) else other_units(mesh.vertices, source.reading.unit)
     buttons = joined(
         action_button("unit", unit, f"Read it in {unit}: {size}", wide=True) for unit, size in others.items()
     )
@@ -167,7 +165,7 @@ def _taken(project: Project) -> list[str]:
     """Return the notes on the file, without the options of the command line, for which the page has choices."""
     if project.garment is None or project.source is None:
         return []
-    doubt = doubt_of_unit(project.source.name, project.garment.mesh, project.source.unit)
+    doubt = doubt_of_unit(project.source.name, project.garment.mesh, project.source.reading.unit)
     return [note.rpartition(";")[0] for note in project.garment.notes if note != doubt]
 
 
@@ -336,23 +334,23 @@ class ProjectPage(Page):
         if garment is None or source is None:
             return
         if len(garment.objects) > 1:
-            chosen = source.objects[0] if len(source.objects) == 1 else ALL_OBJECTS
+            chosen = source.reading.objects[0] if len(source.reading.objects) == 1 else ALL_OBJECTS
             self.app.controls.choice(
                 "Object", "Object of the file that is knitted, by its name in it.", (ALL_OBJECTS, *garment.objects),
                 chosen, lambda name: self._read_again(objects=() if name == ALL_OBJECTS else (name,)),
             )  # fmt: skip
         if garment.has_layers:
             self.app.controls.choice(
-                "Layer", "Layer of a garment with a thickness that is knitted.", get_args(Layer), source.layer,
+                "Layer", "Layer of a garment with a thickness that is knitted.", get_args(Layer), source.reading.layer,
                 lambda name: self._read_again(layer=name),
             )  # fmt: skip
 
     def _read_again(self, **reading: Any) -> None:
-        """Read the file of the present mesh with other values of its source; do nothing if it was read with these."""
+        """Read the file of the present mesh in another way; do nothing if it was read with these."""
         project, before = self.app.project, self.app.project.source
         if project.mesh is None or before is None:
             return
-        source = replace(before, **reading)
+        source = replace(before, reading=replace(before.reading, **reading))
         if source.reading == before.reading:
             return
         if project.label_steps or project.fabric is not None:
@@ -367,8 +365,8 @@ class ProjectPage(Page):
         if source is None or self.app.project.mesh is None:
             return
         if not stated_unit(source.name):
-            self._choose(unit=source.unit)
-            self._unit_choice.value = source.unit
+            self._choose(unit=source.reading.unit)
+            self._unit_choice.value = source.reading.unit
         self._up_choice.value = next((axis for axis, up in AXES.items() if up == self.app.project.up), "+y")
 
     def _set_example(self, name: str) -> None:

@@ -8,11 +8,10 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from stitchmesh.app.controls.html_pieces import action_button
-from stitchmesh.app.pages.downloads import STYLE, download_list, send_file
-from stitchmesh.app.pages.not_yet import NO_STITCHES, draw_plainly
-from stitchmesh.app.pages.page import Page
+from stitchmesh.app.pages.downloads import PATTERN_FILE, STYLE, Export, download_list, exports, send_file
+from stitchmesh.app.pages.page import NO_STITCHES, Page
 from stitchmesh.app.pages.yarns.yarn_view import GarmentYarnView
-from stitchmesh.app.project.exports import PATTERN_FILE, Export, exports
+from stitchmesh.app.scene.mesh_drawing import draw_plainly
 from stitchmesh.errors import DisplayError
 from stitchmesh.markup import Markup, joined, markup
 

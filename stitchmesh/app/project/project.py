@@ -171,7 +171,7 @@ class Project:
     @property
     def up(self) -> Direction:
         """Direction in the coordinates of the imported file that points up and becomes y in the project."""
-        return Y if self.source is None else self.source.up or Y
+        return Y if self.source is None else self.source.reading.up or Y
 
     @property
     def mesh(self) -> Mesh | None:
@@ -181,12 +181,12 @@ class Project:
     @property
     def surface(self) -> Mesh | None:
         """The mesh after the repair that a search for rows needs; None where ``mesh`` is None."""
-        return self._values.surface
+        return self._values.start.surface
 
     @property
     def repairs(self) -> tuple[RepairAction, ...]:
         """The changes that the repair has made to the surface."""
-        return self._values.repairs
+        return self._values.start.repairs
 
     @property
     def labeling(self) -> PartialLabeling | None:
@@ -261,7 +261,7 @@ class Project:
     @property
     def garment(self) -> GarmentMesh | None:
         """The imported mesh with the facts about its file; None if labels or stitches were imported."""
-        return self._values.garment
+        return self._values.start.garment
 
     def import_mesh(self, name: str, content: bytes, unit: str = DEFAULT_UNIT) -> tuple[str, ...]:
         """Start again from a file: a polygon mesh, a labeled or partly labeled mesh, or stitches.
@@ -294,14 +294,9 @@ class Project:
         return self._label(self._state.label_steps.do(step), self._values.with_label_step(step))
 
     @property
-    def can_undo_label(self) -> bool:
-        """Whether there is a step of the labeling to undo."""
-        return bool(self._state.label_steps.past)
-
-    @property
-    def can_redo_label(self) -> bool:
-        """Whether there is an undone step of the labeling."""
-        return bool(self._state.label_steps.future)
+    def label_history(self) -> UndoHistory[LabelStep | None]:
+        """The steps of the labeling, with those that were undone."""
+        return self._state.label_steps
 
     def undo_label(self) -> tuple[str, ...]:
         """Undo the last step of the labeling.
@@ -361,14 +356,9 @@ class Project:
         return self._edit(self._state.edits.do(edit), self._values.edited(edit))
 
     @property
-    def can_undo(self) -> bool:
-        """Whether there is an edit to undo."""
-        return bool(self._state.edits.past)
-
-    @property
-    def can_redo(self) -> bool:
-        """Whether there is an undone edit."""
-        return bool(self._state.edits.future)
+    def edit_history(self) -> UndoHistory[Edit | None]:
+        """The edits, with those that were undone."""
+        return self._state.edits
 
     def undo(self) -> tuple[str, ...]:
         """Undo the last edit.
@@ -508,8 +498,8 @@ def _read(source: Source | None) -> tuple[Source | None, StageValues]:
     if source is None:
         return None, StageValues()
     start = read_source(source)
-    up = source.up if start.garment is None else start.garment.up
-    return replace(source, up=up), StageValues.start(start)
+    up = source.reading.up if start.garment is None else start.garment.up
+    return replace(source, reading=replace(source.reading, up=up)), StageValues.begin(start)
 
 
 def _plain(what: str, values: Mapping[str, Any]) -> dict[str, Any]:

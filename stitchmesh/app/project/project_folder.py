@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The folder of a project on disk.
+"""The folder of a project on disk, and the table in it.
 
 ``project.json`` holds the table of the project and the names of the files in ``files``. A result is written to a file
 with a new name, and then a new ``project.json`` replaces the old one in one step. If the process is killed at any
@@ -14,23 +14,111 @@ import json
 import re
 import shutil
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
-from stitchmesh.app.project.shaping import ShapedStitches, shaping_of
+from stitchmesh.app.project.division import division_of, division_table
+from stitchmesh.app.project.shaping import ShapedStitches, shaping_of, shaping_table
 from stitchmesh.app.project.source import Source
 from stitchmesh.app.project.state import NO_EDITS, NO_RESULTS, ProjectState, Results
-from stitchmesh.app.project.tables import FORMAT, VERSION, ProjectTable, SourceTable, WorkTable, work_fields, work_table
+from stitchmesh.editing.edit import Edit
+from stitchmesh.editing.undo_history import history_of_steps, steps_done, steps_undone
 from stitchmesh.errors import FileError, ParameterError, StitchMeshError
 from stitchmesh.io.atomic import write_bytes, write_text
 from stitchmesh.io.checked import check_value, read_json
 from stitchmesh.io.contents import read_bytes
 from stitchmesh.io.disk_refusal import refusal
 from stitchmesh.io.history import HistoryEntry
+from stitchmesh.io.mesh_reading import MeshReading
 from stitchmesh.io.stitches import read_stitches, write_stitches
 from stitchmesh.io.yarns import read_yarns, write_yarns
-from stitchmesh.mesh.upright import Y
+from stitchmesh.labeling.steps import LabelStep
+from stitchmesh.mesh.upright import Direction, Y
+
+FORMAT = "stitchmesh project"
+"""Value of the key ``format`` of every project."""
+VERSION = 1
+"""Newest version of the table that this program reads and writes."""
+Step = tuple[str, dict[str, Any]]
+"""Name and arguments of a labeling step or of an edit."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class WorkTable:
+    """The work of the user, without the imported file."""
+
+    label_steps: list[Step] = field(default_factory=list)
+    undone_label_steps: list[Step] = field(default_factory=list)
+    division: dict[str, Any] | None = None
+    shaping: dict[str, Any] | None = None
+    edits: list[Step] = field(default_factory=list)
+    undone_edits: list[Step] = field(default_factory=list)
+    files: dict[str, str] = field(default_factory=dict)
+    """Names of the files of the stitches that were found on the mesh, and of each result, by the names of the
+    fields."""
+    yarn_settings: dict[str, Any] | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class SourceTable(MeshReading):
+    """The imported file, and how it is read."""
+
+    name: str
+    file: str
+    """Name of the file in the project that holds the same bytes."""
+    up: Direction | None = Y
+    """Direction in the coordinates of the file that points up; files of earlier versions are upright."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ProjectTable:
+    """A project."""
+
+    format: str
+    version: int
+    name: str
+    source: SourceTable | None = None
+    work: WorkTable = field(default_factory=WorkTable)
+    kept: list[WorkTable] = field(default_factory=list)
+    settings: dict[str, dict[str, Any]] = field(default_factory=dict)
+
+
+def work_table(state: ProjectState, files: Mapping[str, str]) -> WorkTable:
+    """Return the table of the user's work; ``files`` holds the names of the files that belong to it."""
+    settings = state.results.yarn_settings
+    return WorkTable(
+        label_steps=_steps(steps_done(state.label_steps)),
+        undone_label_steps=_steps(steps_undone(state.label_steps)),
+        division=None if state.division is None else division_table(state.division),
+        shaping=None if state.shaped is None else shaping_table(state.shaped.shaping),
+        edits=_steps(steps_done(state.edits)),
+        undone_edits=_steps(steps_undone(state.edits)),
+        files=dict(files),
+        yarn_settings=None if settings is None else dict(settings),
+    )
+
+
+def work_fields(table: WorkTable) -> dict[str, Any]:
+    """Return the fields of a state from a table, without those that are in files.
+
+    Raises:
+        ParameterError: the division has another form.
+    """
+    return {
+        "label_steps": history_of_steps(
+            [LabelStep(*step) for step in table.label_steps], [LabelStep(*step) for step in table.undone_label_steps]
+        ),
+        "division": None if table.division is None else division_of(table.division),
+        "edits": history_of_steps(
+            [Edit(*edit) for edit in table.edits], [Edit(*edit) for edit in table.undone_edits]
+        ),
+    }
+
+
+def _steps(steps: tuple[LabelStep, ...] | tuple[Edit, ...]) -> list[Step]:
+    return [(step.name, dict(step.arguments)) for step in steps]
+
 
 TABLE_NAME = "project.json"
 """Name of the file with the table."""
@@ -155,17 +243,14 @@ class ProjectFolder:
             return None
         write = lambda path, value: write_bytes(path, value.content)  # noqa: E731
         file = self._file_of(source, SOURCE, Path(source.name).suffix.lower(), write, named)
-        return SourceTable(
-            name=source.name, unit=source.unit, file=file, up=source.up or Y, objects=source.objects,
-            layer=source.layer,
-        )  # fmt: skip
+        return SourceTable(name=source.name, file=file, **vars(replace(source.reading, up=source.reading.up or Y)))
 
     def _work_table(self, state: ProjectState, named: dict[str, object]) -> WorkTable:
         files: dict[str, str] = {}
-        for field, form in RESULT_FORMATS.items():
-            value = _value_of(state, field)
+        for kind, form in RESULT_FORMATS.items():
+            value = _value_of(state, kind)
             if value is not None:
-                files[field] = self._file_of(value, field, form.suffix, form.write, named)
+                files[kind] = self._file_of(value, kind, form.suffix, form.write, named)
         return work_table(state, files)
 
     def _file_of(
@@ -185,20 +270,20 @@ class ProjectFolder:
     def _read_source(self, table: SourceTable | None) -> Source | None:
         if table is None:
             return None
-        source = Source(Path(table.name).name, read_bytes(self._path(table.file)), table.unit, table.up,
-                        table.objects, table.layer)  # fmt: skip
+        reading = MeshReading(**{part.name: getattr(table, part.name) for part in fields(MeshReading)})
+        source = Source(Path(table.name).name, read_bytes(self._path(table.file)), reading)
         self._written[table.file] = source
         return source
 
     def _read_work(self, table: WorkTable, notes: list[str]) -> dict[str, Any]:
         values: dict[str, Any] = {}
-        for field, name in table.files.items():
-            if field not in RESULT_FORMATS:
-                raise ParameterError(f"files has no key {field!r}; the keys are {', '.join(RESULT_FORMATS)}")
+        for kind, name in table.files.items():
+            if kind not in RESULT_FORMATS:
+                raise ParameterError(f"files has no key {kind!r}; the keys are {', '.join(RESULT_FORMATS)}")
             try:
-                values[field] = self._read_result(name, RESULT_FORMATS[field])
+                values[kind] = self._read_result(name, RESULT_FORMATS[kind])
             except StitchMeshError as error:
-                notes.append(f"{field} left out: {error}")
+                notes.append(f"{kind} left out: {error}")
         if table.yarn_settings is not None:
             values["yarn_settings"] = table.yarn_settings
         fabric = values.pop(SHAPED, None)
@@ -236,11 +321,11 @@ class ProjectFolder:
                     (self.folder / FILES / name).unlink()
 
 
-def _value_of(state: ProjectState, field: str) -> object:
+def _value_of(state: ProjectState, kind: str) -> object:
     """Return the value that a state holds for a file; None if it holds none."""
-    if field == SHAPED:
+    if kind == SHAPED:
         return None if state.shaped is None else state.shaped.fabric
-    return getattr(state.results, field)
+    return getattr(state.results, kind)
 
 
 def stored_source(folder: Path) -> Source | None:

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -19,10 +19,8 @@ from stitchmesh.labeling import PartialLabeling, read_labeling, start_labeling
 from stitchmesh.labeling.faults import triangles_message
 from stitchmesh.labeling.labeling_file import holds_labeling
 from stitchmesh.mesh import Mesh, StitchMesh
-from stitchmesh.mesh.layers import Layer
 from stitchmesh.mesh.repair import RepairAction, Repaired, repair_mesh
 from stitchmesh.mesh.stitch import Stitch
-from stitchmesh.mesh.upright import Direction
 from stitchmesh.yarn import YarnSet
 
 
@@ -34,24 +32,13 @@ class Source:
     """Name of the file, without folders."""
     content: bytes
     """The bytes of the file."""
-    unit: str = DEFAULT_UNIT
-    """Unit of the coordinates in the file."""
-    up: Direction | None = None
-    """Direction in the coordinates of the file that points up; None to find it."""
-    objects: tuple[str, ...] = ()
-    """Names of the objects of the file that make the garment; none means all objects that can."""
-    layer: Layer = "outer"
-    """Layer of a garment with a thickness."""
-
-    @property
-    def reading(self) -> MeshReading:
-        """How the mesh is read."""
-        return MeshReading(unit=self.unit, up=self.up, objects=self.objects, layer=self.layer)
+    reading: MeshReading = field(default_factory=MeshReading)
+    """How a mesh in the file is read."""
 
 
 def source_of(name: str, content: bytes, unit: str = DEFAULT_UNIT) -> Source:
     """Return an imported file; its name may include folders, also in the form of Windows."""
-    return Source(Path(name.replace("\\", "/")).name, content, unit)
+    return Source(Path(name.replace("\\", "/")).name, content, MeshReading(unit=unit))
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,6 +62,10 @@ class Start:
         return None if self.labeling is None else self.labeling.mesh
 
 
+NO_START = Start(None, None)
+"""The start of an empty project."""
+
+
 def read_source(source: Source) -> Start:
     """Read an imported file: a polygon mesh, a labeled or partly labeled mesh, or stitches.
 
@@ -93,7 +84,7 @@ def _start(path: Path, source: Source) -> Start:
         return _start_of_mesh(read_labeling(path))
     if holds_mesh(path):
         return _start_of_garment(path, source.reading)
-    found = read_any(path, unit=source.unit)
+    found = read_any(path, unit=source.reading.unit)
     if not isinstance(found, StitchMesh):
         kind = "yarns" if isinstance(found, YarnSet) else "faces that are no stitches"
         expected = "expected a mesh or stitches; look at yarns on the page View"

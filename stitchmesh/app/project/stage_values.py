@@ -11,33 +11,27 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from stitchmesh.app.project.division import Division
-from stitchmesh.app.project.source import Start, read_source
+from stitchmesh.app.project.source import NO_START, Start, read_source
 from stitchmesh.app.project.state import ProjectState
 from stitchmesh.editing.edit import Edit, Edited, apply_changes, apply_edit
 from stitchmesh.editing.undo_history import steps_done
 from stitchmesh.errors import ParameterError
-from stitchmesh.io.garments import GarmentMesh
 from stitchmesh.labeling import PartialLabeling
 from stitchmesh.labeling.steps import LabelStep, apply_label_step
-from stitchmesh.mesh import Mesh, StitchMesh
+from stitchmesh.mesh import StitchMesh
 from stitchmesh.mesh.change import Change
-from stitchmesh.mesh.repair import RepairAction
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class StageValues:
     """The values of the stages up to the edited fabric."""
 
+    start: Start = NO_START
+    """The imported file."""
     labelings: tuple[PartialLabeling, ...] = ()
     """The labeling before the first step and after each step; empty if there is no mesh."""
     labeled: StitchMesh | None = None
     """The labeled mesh; None until every face has a row."""
-    garment: GarmentMesh | None = None
-    """The imported mesh, with the facts about its file; None for labels and stitches."""
-    surface: Mesh | None = None
-    """The repaired mesh for the search for rows; None if there is no mesh."""
-    repairs: tuple[RepairAction, ...] = ()
-    """The changes that the repair has made to the mesh."""
     fabric: StitchMesh | None = None
     """The fabric with all edits; None until the mesh is divided."""
     inverses: tuple[tuple[Change, ...], ...] = ()
@@ -54,20 +48,16 @@ class StageValues:
         """
         if state.source is None:
             return cls()
-        values = cls.start(read_source(state.source))
+        values = cls.begin(read_source(state.source))
         for step in steps_done(state.label_steps):
             values = values.with_label_step(step)
         return values.divided_as(state)
 
     @classmethod
-    def start(cls, start: Start) -> StageValues:
+    def begin(cls, start: Start) -> StageValues:
         """Return the values of an imported file."""
-        if start.labeling is None:
-            return cls(fabric=start.fabric)
-        return cls(
-            labelings=(start.labeling,), labeled=_labeled(start.labeling), garment=start.garment, surface=start.surface,
-            repairs=start.repairs,
-        )  # fmt: skip
+        values = cls(start=start, fabric=start.fabric)
+        return values if start.labeling is None else values._labeled_as((start.labeling,))
 
     @property
     def labeling(self) -> PartialLabeling | None:
@@ -139,10 +129,7 @@ class StageValues:
         return replace(self._of(apply_changes(self.fabric, self.inverses[-1])), inverses=self.inverses[:-1])
 
     def _labeled_as(self, labelings: tuple[PartialLabeling, ...]) -> StageValues:
-        return StageValues(
-            labelings=labelings, labeled=_labeled(labelings[-1]), garment=self.garment, surface=self.surface,
-            repairs=self.repairs,
-        )  # fmt: skip
+        return StageValues(start=self.start, labelings=labelings, labeled=_labeled(labelings[-1]))
 
     def _of(self, edited: Edited) -> StageValues:
         return replace(self, fabric=edited.fabric, last_changes=edited.changes)

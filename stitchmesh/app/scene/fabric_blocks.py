@@ -11,15 +11,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stitchmesh.app.scene.drawing import Colours, Lines, Surface
-from stitchmesh.app.scene.scene import Scene
+from stitchmesh.app.scene.drawing import LARGEST_PALETTE, Colours, Lines, Surface
+from stitchmesh.app.scene.scene import DrawingScene
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.face_triangles import FaceTriangles, face_triangles
+from stitchmesh.mesh.palette import colours_of
+from stitchmesh.render.palette import ODD_ROW, stitch_colours
 from stitchmesh.render.surface import LIFT
+from stitchmesh.yarn.colours import row_colours
 
 BLOCK = 2048
 """Number of faces of a block: about 150 kB of triangles."""
@@ -38,7 +42,7 @@ class _Block:
 class FabricBlocks:
     """Draws a fabric under names with a common beginning."""
 
-    def __init__(self, scene: Scene, name: str = "fabric") -> None:
+    def __init__(self, scene: DrawingScene, name: str = "fabric") -> None:
         """Draw nothing yet."""
         self._scene, self._name = scene, name
         self._blocks: list[_Block] = []
@@ -178,3 +182,36 @@ def _same_colours(before: _Block | None, index: NDArray[np.uint8], palette: NDAr
         if same and np.array_equal(before.surface.colours.palette, palette):
             return before.surface.colours
     return Colours(index, palette)
+
+
+ColourBy = Literal["stitch", "yarn", "row"]
+"""The choices of what decides the colour of a face."""
+_ALL_STITCHES = np.arange(LARGEST_PALETTE // 2)
+
+
+def colours_of_faces(fabric: StitchMesh, by: ColourBy) -> Colours:
+    """Return the colour of each face of a fabric, shape (F,)."""
+    if by == "stitch":
+        return Colours(_with_parity(fabric.stitch, fabric), _stitch_palette())
+    if by == "yarn":
+        return _by_yarn(fabric)
+    return Colours.of(row_colours(fabric.row))
+
+
+def _with_parity(number: IntArray, fabric: StitchMesh) -> NDArray[np.uint8]:
+    """Return twice the number of each face, and one more in odd rows."""
+    return (2 * number + fabric.row % 2).astype(np.uint8)
+
+
+def _stitch_palette() -> NDArray[np.uint8]:
+    """Return the colours of all stitches, each in even and in odd rows."""
+    even, odd = (stitch_colours(_ALL_STITCHES, np.full(len(_ALL_STITCHES), row)) for row in (0, 1))
+    return np.stack([even, odd], axis=1).reshape(-1, 3)
+
+
+def _by_yarn(fabric: StitchMesh) -> Colours:
+    """Return the colours of the yarns; yarns beyond the size of a palette repeat its colours."""
+    numbers, rank = np.unique(fabric.yarn, return_inverse=True)
+    even = colours_of(numbers[: LARGEST_PALETTE // 2], fabric.palette)
+    odd = np.round(ODD_ROW * even).astype(np.uint8)
+    return Colours(_with_parity(rank % len(even), fabric), np.stack([even, odd], axis=1).reshape(-1, 3))

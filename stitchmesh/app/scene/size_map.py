@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from stitchmesh.app.controls.html_pieces import colour_bar
 from stitchmesh.app.scene.drawing import Colour, Colours, Lines, Surface
-from stitchmesh.app.scene.scene import Scene
+from stitchmesh.app.scene.scene import DrawingScene
 from stitchmesh.markup import Markup
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.face_triangles import FaceTriangles, face_triangles
@@ -56,7 +56,7 @@ class SizeMap:
 class SizeMapDrawing:
     """Draws the maps of fabrics and their sides; a fabric with the same number of faces moves in place."""
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: DrawingScene) -> None:
         """Draw nothing yet."""
         self._scene = scene
         self._map: SizeMap | None = None
@@ -94,7 +94,8 @@ def edges(fabric: StitchMesh) -> Lines:
 def legend_html(small: str = "too many", large: str = "too few") -> Markup:
     """Return the scale with its numbers, and the meaning of both ends in words."""
     marks = (f"{1.0 / LARGEST_RATIO:.2f} {small}", "1 average", f"{LARGEST_RATIO:.2f} {large}")
-    return colour_bar(DIVERGING, marks, "Size of a stitch over the average of the fabric")
+    spoken = "Colours from blue, stitches that are smaller than the average, to red, stitches that are larger"
+    return colour_bar(DIVERGING, marks, "Size of a stitch over the average of the fabric", spoken)
 
 
 def _lifted(fabric: StitchMesh, sides: IntArray, share: float) -> FloatArray:

@@ -14,7 +14,6 @@ import viser
 from numpy.typing import NDArray
 
 from stitchmesh.app.browser.bridge import Bridge, colour_script
-from stitchmesh.app.scene.camera_view import CameraView
 from stitchmesh.app.scene.drawing import (
     Arrows,
     Colour,
@@ -28,7 +27,7 @@ from stitchmesh.app.scene.drawing import (
     shows_nothing,
 )
 from stitchmesh.app.scene.levels_of_detail import add_tubes, update_tubes
-from stitchmesh.app.scene.scene import Modifier, Stroke, ViewName
+from stitchmesh.app.scene.scene import CameraView, Modifier, Stroke, ViewName
 from stitchmesh.errors import DisplayError
 from stitchmesh.mesh import FloatArray
 from stitchmesh.mesh.palette import linear_colour
@@ -54,7 +53,7 @@ class _Shown:
 
 
 class ViserScene:
-    """A ``Scene`` in the browsers."""
+    """A ``DrawingScene`` in the browsers."""
 
     def __init__(self, server: viser.ViserServer, bridge: Bridge, on_stroke: Callable[[Stroke], None]) -> None:
         """Set up light and camera; the thread of the server calls ``on_stroke``."""
@@ -70,7 +69,7 @@ class ViserScene:
         bridge.on_connect(self._place_camera)
 
     def show(self, name: str, drawing: Drawing | None) -> None:
-        """Draw under a name; see ``Scene``."""
+        """Draw under a name; see ``DrawingScene``."""
         if drawing is None or shows_nothing(drawing):
             self.remove(name)
             return
@@ -98,7 +97,7 @@ class ViserScene:
                 self.remove(name)
 
     def look_at(self, low: FloatArray, high: FloatArray, view: ViewName | None = None) -> None:
-        """Show a box; see ``Scene``."""
+        """Show a box; see ``DrawingScene``."""
         box = np.asarray(low, dtype=np.float64), np.asarray(high, dtype=np.float64)
         if view is None and self._box is not None and _are_alike(box, self._box[:2]):
             return
@@ -118,7 +117,7 @@ class ViserScene:
         return [view_of(client) for client in self._server.get_clients().values()]
 
     def screenshot(self, width: int, height: int) -> bytes:
-        """Return a picture as a PNG file; see ``Scene``."""
+        """Return a picture as a PNG file; see ``DrawingScene``."""
         from PIL import Image
 
         clients = list(self._server.get_clients().values())

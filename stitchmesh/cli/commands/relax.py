@@ -107,13 +107,14 @@ class Relax:
             raise ParameterError("fabric: no rest length asks for it; add --loop-length or --rest-length, or take "
                                  "--keep-shape")  # fmt: skip
         options = relax_options(self.material, self.physics, lengths)
-        options = replace(options, terms=[*options.terms, *self.pins.constraints()])
+        keeps, terms = self.keep_shape is not None, [*options.terms, *self.pins.constraints()]
+        options = replace(options, terms=terms, keep_shape=keeps)
         check_writable(self.output, given)
         shape = self.keep_shape or self.fabric
         how = relax_with_options if budget is None else partial(relax_within_budget, budget)
         relax = partial(
             how, given, options, quality=quality, device=self.device,
-            fabric=None if shape is None else read_stitches(shape), keep_shape=self.keep_shape is not None,
+            fabric=None if shape is None else read_stitches(shape),
         )  # fmt: skip
         relaxed = _relax_to_file(self.output, self.report, given, relax, kept, quality=quality, as_json=self.json)
         return exit_status(relaxed.report)

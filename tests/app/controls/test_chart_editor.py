@@ -14,12 +14,12 @@ import pytest
 
 from stitchmesh.app.controls import chart_board
 from stitchmesh.app.controls.chart_editor import ChartEditor
-from stitchmesh.app.controls.null_controls import NullControls
 from stitchmesh.errors import StitchMeshError
 from stitchmesh.patterns import parse_pattern, read_pattern
 from stitchmesh.patterns.charts.knit_chart import knit_chart
 from stitchmesh.periodic.weave.library import read_weave
 from stitchmesh.periodic.weave.weave_chart import WeaveChart
+from tests.app.null_front import NullControls
 
 
 class Desk:

@@ -8,8 +8,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from stitchmesh.app.controls.html_pieces import colour_bar, figures, message
-from stitchmesh.app.controls.legend import LegendEntry, legend, legend_of_key
+from stitchmesh.app.controls.html_pieces import LegendEntry, colour_bar, figures, legend, legend_of_key, message
 
 HOSTILE = '<script>alert(1)</script> & "quotes"'
 PIECES = {

@@ -6,8 +6,8 @@ from __future__ import annotations
 
 import pytest
 
-from stitchmesh.app.controls.null_controls import NullControls
 from stitchmesh.errors import ParameterError
+from tests.app.null_front import NullControls
 
 
 @pytest.mark.parametrize("value", [0.0, 5.1, float("nan"), "wide", None, True])

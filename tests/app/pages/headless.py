@@ -17,14 +17,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stitchmesh.app.application import App
-from stitchmesh.app.controls.null_controls import NullControls
-from stitchmesh.app.front import NullFront
 from stitchmesh.app.project.project import Project
-from stitchmesh.app.scene.null_scene import NullScene
 from stitchmesh.app.scene.scene import Modifier, Pick
 from stitchmesh.errors import StitchMeshError
 from stitchmesh.io.meshes import write_mesh
 from stitchmesh.mesh import Mesh
+from tests.app.null_front import NullControls, NullFront, NullScene
 
 SAFETY = 120.0  # Time after which a test that blocks fails [s]; a test that passes waits for a much shorter time.
 

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from stitchmesh.app.pages.even_out import AGAIN, START, EvenOutPage
-from stitchmesh.app.pages.run_panel import STALE
+from stitchmesh.app.pages.page_run import STALE
 from stitchmesh.app.project.division import Division
 from stitchmesh.app.project.project import Project
 from stitchmesh.app.scene.drawing import Colours, Lines, Surface

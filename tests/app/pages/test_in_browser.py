@@ -19,6 +19,7 @@ import pytest
 from PIL import Image
 
 import stitchmesh as sm
+from stitchmesh.app.page_messages import LARGEST_UPLOAD
 from stitchmesh.app.pages.drape.page import RUN
 from stitchmesh.app.pages.even_out import START
 from stitchmesh.app.pages.swatch.page import SwatchPage
@@ -27,7 +28,6 @@ from stitchmesh.app.pages.yarns.page import CONTINUE, GENERATE, RELAX
 from stitchmesh.app.project.division import Division
 from stitchmesh.app.project.project import Project
 from stitchmesh.app.project.shaping import Shaping
-from stitchmesh.app.uploads import LARGEST_UPLOAD
 from stitchmesh.compute.device import alone
 from stitchmesh.editing.edit import Edit
 from stitchmesh.io import write_stitches
@@ -194,8 +194,10 @@ def test_label_and_divide_rows_are_made_by_clicks_and_edges_get_a_number_and_a_m
         assert same(project.fabric, tessellate(labeled, stitch_width=0.5, counts={course: 9}, marked=[wale]))
         rig.button("Go on: edit the stitches").wait_for()
         rig.wait_for_text("cast on: 72")
+        assert faults_in_both_themes(rig) == []
 
 
+@pytest.mark.nightly
 def test_rows_a_tip_is_put_and_dragged_and_the_rows_of_a_marked_border_are_knitted(
     app_in_browser: Shown, tmp_path: Path
 ):
@@ -319,6 +321,7 @@ def evened_project(folder: Path) -> None:
     project.close()
 
 
+@pytest.mark.nightly
 def test_yarns_are_generated_pinned_relaxed_paused_stepped_stopped_and_continued(
     app_in_browser: Shown, tmp_path: Path
 ):
@@ -385,6 +388,7 @@ def changed_pixels(before: np.ndarray, after: np.ndarray) -> float:
     return float((np.abs(after - before).max(axis=2) > 12).mean())
 
 
+@pytest.mark.nightly
 def test_swatch_a_dyed_thread_and_a_turned_dial_change_the_fabric_and_its_yarns_come_home(
     app_in_browser: Shown, tmp_path: Path
 ):
@@ -427,6 +431,7 @@ def open_scene(rig: Rig, path: Path) -> None:
     rig.settle()
 
 
+@pytest.mark.nightly
 def test_drape_a_scene_is_opened_painted_and_run(app_in_browser: Shown, tmp_path: Path):
     with app_in_browser("Drape") as rig:
         open_scene(rig, tmp_path / "swinging.toml")
@@ -522,7 +527,7 @@ def test_axe_finds_no_fault_on_the_pages_with_results_and_open_groups(app_in_bro
         rig.wait_for(lambda: rig.app.project.relaxed is not None, "the relaxation ends")
         for group in ("Figures", "Accuracy and edges", "Lengths and forces", "Body", "Pins"):
             rig.open_group(group)
-        rig.choose("Colours show", "Strain")
+        rig.choose("Colours show", "Strain of the yarn")
         rig.settle()
         assert faults_in_both_themes(rig) == []
         rig.call(lambda: rig.app.project.set_evened(with_wide_rows(rig.app.project.fabric)))

@@ -13,18 +13,18 @@ import numpy as np
 import pytest
 
 from stitchmesh.app.application import App
-from stitchmesh.app.front import NullFront
 from stitchmesh.app.pages.all_pages import PAGES
+from stitchmesh.app.pages.downloads import PATTERN_FILE, Export, exports
 from stitchmesh.app.pages.page import Page
 from stitchmesh.app.pages.project_page import next_page
-from stitchmesh.app.project.exports import PATTERN_FILE, Export, exports
+from stitchmesh.app.project.opening import new_project_folder, recent_projects
 from stitchmesh.app.project.project import Project
-from stitchmesh.app.project.recent import new_project_folder, recent_projects
 from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.io.any_file import read_any
 from stitchmesh.io.meshes import write_mesh
 from stitchmesh.mesh import extent
 from stitchmesh.mesh.upright import Y, Z, upright_turn
+from tests.app.null_front import NullFront
 from tests.app.project.projects import COARSE, LABEL_ALL, divided_project, mesh_bytes, relaxed_project, same
 from tests.app.project.test_source import with_a_button
 from tests.gallery import torus, tube
@@ -103,7 +103,7 @@ def test_an_example_is_taken(opened, tmp_path):
     app.controls.set("Unit", "mm")
     app.controls.set("Example", "sock")
     app.controls.press("Take the example")
-    assert app.project.source.name == "sock.obj" and app.project.source.unit == "cm"
+    assert app.project.source.name == "sock.obj" and app.project.source.reading.unit == "cm"
 
 
 def test_another_unit_takes_effect_on_the_present_mesh(opened, tmp_path):
@@ -112,16 +112,16 @@ def test_another_unit_takes_effect_on_the_present_mesh(opened, tmp_path):
     app.open_page("Project")
     before = app.project.mesh.vertices
     app.controls.set("Unit", "dm")
-    assert app.project.folder == tmp_path / "one" and app.project.source.unit == "dm"
+    assert app.project.folder == tmp_path / "one" and app.project.source.reading.unit == "dm"
     np.testing.assert_allclose(app.project.mesh.vertices, 10.0 * before, rtol=1e-15)  # one rounding of the product
 
 
 def test_work_in_another_unit_stays_in_its_project(opened, tmp_path):
     app = opened(divided_project(tmp_path / "one"))
     app.controls.set("Unit", "dm")
-    assert app.project.folder == tmp_path / "projects" / "tube" and app.project.source.unit == "dm"
+    assert app.project.folder == tmp_path / "projects" / "tube" and app.project.source.reading.unit == "dm"
     before = Project.open(tmp_path / "one")
-    assert before.fabric is not None and before.source.unit == "cm"
+    assert before.fabric is not None and before.source.reading.unit == "cm"
     before.close()
 
 
@@ -175,7 +175,7 @@ def test_an_object_and_a_layer_of_a_file_are_chosen_by_name(opened, tmp_path):
     assert app.project.mesh.face_count == torus(12, 8).face_count
     app.project.close()
     again = Project.open(tmp_path / "one")
-    assert again.source.objects == ("body",) and again.mesh.face_count == torus(12, 8).face_count
+    assert again.source.reading.objects == ("body",) and again.mesh.face_count == torus(12, 8).face_count
     again.close()
 
 

@@ -4,8 +4,8 @@
 
 from __future__ import annotations
 
+from stitchmesh.app.pages.downloads import exports
 from stitchmesh.app.pages.take_home import KINDS
-from stitchmesh.app.project.exports import exports
 from tests.app.pages.headless import call, headless
 from tests.app.pages.test_project_page import end_downloads
 from tests.app.project.projects import COARSE, LABEL_ALL

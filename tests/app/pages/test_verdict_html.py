@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from stitchmesh.app.pages.verdict_html import MOST, figures_html, verdict_html
+from stitchmesh.app.controls.html_pieces import MOST, figures_html, verdict_html
 from stitchmesh.reporting.figures import Figure
 from stitchmesh.reporting.verdict import Finding, Verdict
 

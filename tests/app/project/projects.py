@@ -71,5 +71,5 @@ def same(first: object, second: object) -> bool:
 def same_project(first: Project, second: Project) -> bool:
     """Whether two projects hold equal values."""
     names = ["name", "labeling", "label_steps", "labeled", "division", "fabric", "edits", "evened", "yarns",
-             "yarn_settings", "relaxed", "report", "history", "can_redo", "can_restore"]  # fmt: skip
+             "yarn_settings", "relaxed", "report", "history", "edit_history", "can_restore"]  # fmt: skip
     return all(same(getattr(first, name), getattr(second, name)) for name in names)

@@ -8,9 +8,8 @@ import os
 
 import pytest
 
-from stitchmesh.app.project.opening import project_for
+from stitchmesh.app.project.opening import project_for, recent_projects, remember
 from stitchmesh.app.project.project import Project
-from stitchmesh.app.project.recent import recent_projects, remember
 from stitchmesh.errors import FileError
 from tests.app.project.projects import divided_project, mesh_bytes
 
@@ -40,13 +39,13 @@ def test_the_first_start_makes_an_empty_project_and_the_next_one_opens_it(tmp_pa
 
 def test_a_file_starts_a_project_once(tmp_path, tube_file):
     project = project_for(tube_file, unit="mm")
-    assert project.name == "a tube" and project.source.unit == "mm"
+    assert project.name == "a tube" and project.source.reading.unit == "mm"
     project.close()
     again = project_for(tube_file)
-    assert again.folder == project.folder and again.source.unit == "mm"
+    assert again.folder == project.folder and again.source.reading.unit == "mm"
     again.close()
     in_metres = project_for(tube_file, unit="m")
-    assert in_metres.folder != project.folder and in_metres.source.unit == "m"
+    assert in_metres.folder != project.folder and in_metres.source.reading.unit == "m"
     in_metres.close()
     with pytest.raises(FileError, match="obj in mm; leave --unit out"):
         project_for(tube_file, project.folder, unit="cm")

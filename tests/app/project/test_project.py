@@ -92,7 +92,7 @@ def test_undo_and_redo_of_edits_and_of_steps_bring_the_results_back(tmp_path):
     project = relaxed_project(tmp_path)
     fabric, relaxed = project.fabric, project.relaxed
     assert project.undo() == ("evened stitches", "yarns", "relaxed yarns")
-    assert project.relaxed is None and project.can_redo and not project.can_undo
+    assert project.relaxed is None and project.edit_history.future and not project.edit_history.past
     project.redo()
     assert project.relaxed is relaxed and project.report == REPORT and project.history == HISTORY
     project.apply_label_step(LabelStep("flip_row", {"face": 0}))

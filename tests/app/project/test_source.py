@@ -10,6 +10,7 @@ import pytest
 from stitchmesh.app.project.project import Project
 from stitchmesh.app.project.source import Source, read_source, source_of
 from stitchmesh.errors import MeshError
+from stitchmesh.io.mesh_reading import MeshReading
 from stitchmesh.io.meshes import read_mesh, read_repaired_mesh, write_mesh
 from stitchmesh.mesh.upright import Y
 from tests.gallery import tube
@@ -38,7 +39,7 @@ def test_rows_are_found_on_the_mesh_that_the_command_line_repairs(tmp_path, spoi
     path = tmp_path / "shirt.obj"
     path.write_bytes(spoil(tube(8, 4)))
     repaired = read_repaired_mesh(path)
-    start = read_source(Source("shirt.obj", path.read_bytes(), up=Y))
+    start = read_source(Source("shirt.obj", path.read_bytes(), MeshReading(up=Y)))
     assert repaired.actions and start.repairs == repaired.actions
     np.testing.assert_array_equal(start.surface.vertices, repaired.mesh.vertices)
     np.testing.assert_array_equal(start.surface.face_vertex, repaired.mesh.face_vertex)
@@ -47,7 +48,7 @@ def test_rows_are_found_on_the_mesh_that_the_command_line_repairs(tmp_path, spoi
 def test_quads_that_form_a_surface_are_labeled_as_they_are_in_the_file(tmp_path):
     path = tmp_path / "shirt.obj"
     path.write_bytes(with_loose_faces(tube(8, 4)))  # 32 quads, each a surface of its own
-    start = read_source(Source("shirt.obj", path.read_bytes(), up=Y))
+    start = read_source(Source("shirt.obj", path.read_bytes(), MeshReading(up=Y)))
     np.testing.assert_array_equal(start.mesh.vertices, read_mesh(path).vertices)
     assert len(start.surface.vertices) == 40 and start.mesh is not start.surface
 

@@ -7,8 +7,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from stitchmesh.app.scene.camera_view import CameraView
-from stitchmesh.app.scene.scene import ScreenBox
+from stitchmesh.app.scene.scene import CameraView, ScreenBox
 
 STRAIGHT = CameraView(np.array([0.0, 0.0, -10.0]), np.array([1.0, 0.0, 0.0, 0.0]), np.radians(90.0), 2.0)
 """Looks along z from a distance of 10, with y down; half the height of what it sees there is 10, half the width 20."""

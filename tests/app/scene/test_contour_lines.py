@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from stitchmesh.app.scene.contour_lines import contour_segments
+from stitchmesh.app.pages.rows.rows_view import contour_segments
 from stitchmesh.mesh.face_triangles import face_triangles
 from tests.gallery import grid
 

@@ -10,13 +10,12 @@ import numpy as np
 import pytest
 
 from stitchmesh.app.scene.drawing import Lines, Surface
-from stitchmesh.app.scene.fabric_blocks import BLOCK, FabricBlocks
-from stitchmesh.app.scene.face_colours import colours_of_faces
-from stitchmesh.app.scene.null_scene import NullScene
+from stitchmesh.app.scene.fabric_blocks import BLOCK, FabricBlocks, colours_of_faces
 from stitchmesh.editing.edit import Edit, apply_edit
 from stitchmesh.errors import StitchMeshError
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.patterns.swatch_mesh import plain_piece
+from tests.app.null_front import NullScene
 from tests.editing.random_edits import random_edit
 
 LARGE = plain_piece(60, 90, 1.0, 0.7)

@@ -9,8 +9,8 @@ import pytest
 
 from stitchmesh.app.scene.drawing import Colours, Lines, Surface
 from stitchmesh.app.scene.mesh_drawing import MeshDrawing
-from stitchmesh.app.scene.null_scene import NullScene
 from stitchmesh.mesh import Mesh
+from tests.app.null_front import NullScene
 from tests.gallery import grid, pentagon_row, tube
 
 NONE = np.zeros(0, dtype=np.int64)

@@ -9,13 +9,12 @@ from typing import Literal
 
 import numpy as np
 
-from stitchmesh.app.controls.html_pieces import colour_bar
-from stitchmesh.app.controls.legend import LegendEntry, legend
+from stitchmesh.app.controls.html_pieces import LegendEntry, colour_bar, legend
 from stitchmesh.app.pages.drape.opened_scene import OpenedScene
-from stitchmesh.app.pages.view.clip_box import ClipBox
 from stitchmesh.app.pages.view.draped_view import draw_bodies
+from stitchmesh.app.pages.view.thing_view import ClipBox
 from stitchmesh.app.scene.drawing import Colour, Colours, Lines, Surface, point_marks
-from stitchmesh.app.scene.scene import Scene
+from stitchmesh.app.scene.scene import DrawingScene
 from stitchmesh.markup import Markup
 from stitchmesh.mesh import IntArray, Mesh
 from stitchmesh.mesh.face_triangles import face_triangles
@@ -38,7 +37,7 @@ HELD: Colour = (20, 96, 170)
 class ClothDrawing:
     """Draws one scene; it sends positions again only for another cloth."""
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: DrawingScene) -> None:
         """Draw nothing yet."""
         self._scene = scene
         self._mesh: Mesh | None = None

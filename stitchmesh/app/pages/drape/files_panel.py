@@ -9,11 +9,10 @@ from functools import partial
 from pathlib import Path
 
 from stitchmesh.app.controls.controls import Controls
-from stitchmesh.app.pages.downloads import download_list
+from stitchmesh.app.pages.downloads import Export, download_list
 from stitchmesh.app.pages.drape.drape_session import FILES, DrapeSession
 from stitchmesh.app.pages.drape.opened_scene import SUFFIXES
 from stitchmesh.app.pages.typed import file_name
-from stitchmesh.app.project.exports import Export
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.atomic import write_bytes, write_text
 from stitchmesh.io.contents import read_bytes

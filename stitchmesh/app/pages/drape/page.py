@@ -9,20 +9,17 @@ from typing import TYPE_CHECKING, ClassVar
 
 from stitchmesh.app.controls.field_panel import Field, FieldPanel, Number, Words, same_words, setting_field
 from stitchmesh.app.controls.html_pieces import figures, message
-from stitchmesh.app.live_run import AnyRun
-from stitchmesh.app.pages.drape.bodies_panel import BodiesPanel
 from stitchmesh.app.pages.drape.cloth_drawing import COLOURS, ClothColour, ClothDrawing, legend_of
 from stitchmesh.app.pages.drape.drape_session import DrapeSession
 from stitchmesh.app.pages.drape.files_panel import FilesPanel
-from stitchmesh.app.pages.drape.held_panel import HeldPanel
+from stitchmesh.app.pages.drape.loads_panel import BodiesPanel, HeldPanel
 from stitchmesh.app.pages.drape.opened_scene import OpenedScene
 from stitchmesh.app.pages.drape.paint_tool import PaintTool
 from stitchmesh.app.pages.drape.region_panel import RegionPanel
 from stitchmesh.app.pages.drape.scene_run import SceneRun
 from stitchmesh.app.pages.page import Page
-from stitchmesh.app.pages.run_panel import PageRun, progress_words
-from stitchmesh.app.pages.view.draped_sketch import LARGE, WORDS, DrapedSketch
-from stitchmesh.app.pages.view.draped_view import DrapedView, FramePanel
+from stitchmesh.app.pages.page_run import AnyRun, PageRun, progress_words
+from stitchmesh.app.pages.view.draped_view import LARGE, WORDS, DrapedSketch, DrapedView, FramePanel
 from stitchmesh.app.pages.view.state import DRAPED_COLOURS
 from stitchmesh.app.pages.view.view_html import legend_of as legend_of_colours
 from stitchmesh.app.pages.view.view_html import report_html

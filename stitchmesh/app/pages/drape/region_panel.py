@@ -15,16 +15,16 @@ from stitchmesh.app.controls.field_panel import FieldPanel, Number, setting_fiel
 from stitchmesh.app.controls.undo_row import UndoRow
 from stitchmesh.app.pages.drape.cloth_drawing import ClothDrawing
 from stitchmesh.app.pages.drape.drape_session import DrapeSession
-from stitchmesh.app.pages.drape.entry_list import entry_list
-from stitchmesh.app.pages.drape.held_panel import with_held_box
+from stitchmesh.app.pages.drape.loads_panel import entry_list
 from stitchmesh.app.pages.drape.opened_scene import OpenedScene
 from stitchmesh.app.pages.drape.paint_tool import PaintTool
 from stitchmesh.app.pages.typed import selected_by_words, three_numbers
-from stitchmesh.app.pages.view.clip_box import ClipBox
+from stitchmesh.app.pages.view.thing_view import ClipBox
 from stitchmesh.errors import ParameterError
 from stitchmesh.markup import Markup
 from stitchmesh.mesh import IntArray
 from stitchmesh.mixed.placement.chosen_region import triangles_of_faces, triangles_of_panels
+from stitchmesh.mixed.scene.motion_section import AttachmentSection
 from stitchmesh.mixed.scene.region_section import BoxSection, RegionSection, with_triangles, without_triangles
 from stitchmesh.selection import parse_selection
 from stitchmesh.selection.selected_faces import in_spans
@@ -106,8 +106,7 @@ class RegionPanel:
         self._kind.value = next(words for words, kind in KINDS.items() if kind == section.yarns)
         for panel in self._numbers:
             panel.show()
-        history = self._session.history
-        self._changes.show(bool(history and history.past), bool(history and history.future))
+        self._changes.show(self._session.history)
         automatic = section.yarns == "automatic"
         self._budget.value = NODES if section.seconds is None else SECONDS
         self._budget.visible = automatic
@@ -187,11 +186,12 @@ class RegionPanel:
         opened = self._session.opened_for("box")
         self._draw_box()
         if which == "Hold":
-            self._session.change(with_held_box(opened.scene, box))
+            held = AttachmentSection(boxes=(box,))
+            self._session.change(replace(opened.scene, attachments=(*opened.scene.attachments, held)))
             return
-        held = RegionSection(boxes=(box,)).named_triangles(opened.cloth)
+        inside = RegionSection(boxes=(box,)).named_triangles(opened.cloth)
         if which == "Take out":
-            self._session.change_region(lambda section, cloth: without_triangles(section, cloth, held))
+            self._session.change_region(lambda section, cloth: without_triangles(section, cloth, inside))
             return
         no_triangles = np.zeros(0, dtype=np.int64)
 

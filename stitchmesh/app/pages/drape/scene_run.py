@@ -9,11 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
-from stitchmesh.app.live_run import LiveRun
 from stitchmesh.app.pages.drape.drape_session import DrapeSession
 from stitchmesh.app.pages.drape.opened_scene import OpenedScene
-from stitchmesh.app.pages.run_panel import PageRun
-from stitchmesh.app.pages.view.draped_sketch import LARGE
+from stitchmesh.app.pages.page_run import LiveRun, PageRun, WatchedWork
+from stitchmesh.app.pages.view.draped_view import LARGE
 from stitchmesh.compute.device import alone, device_named
 from stitchmesh.compute.precision import scalar_named
 from stitchmesh.errors import ParameterError, StitchMeshError
@@ -85,7 +84,7 @@ class SceneRun:
         if not resume:
             (folder / CHECKPOINT).unlink(missing_ok=True)
         size = min(opened.counts["yarn_nodes"], LARGE)
-        self.of_page.start(DRAPING, run, done, stage=None, frame_bytes=12 * size)
+        self.of_page.start(WatchedWork(name=DRAPING, relax=run, stage=None, frame_bytes=12 * size), done)
         self._result = None
 
     def find_region(self) -> None:

@@ -10,19 +10,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stitchmesh.app.controls.controls import Control
-from stitchmesh.app.controls.html_pieces import action_button, paragraph
+from stitchmesh.app.controls.html_pieces import action_button, paragraph, status_line
 from stitchmesh.app.controls.undo_row import UndoRow
 from stitchmesh.app.pages.edit.brush_tools import PaintStitches, PaintYarns, SelectStitches
-from stitchmesh.app.pages.edit.crossing import CrossCables
 from stitchmesh.app.pages.edit.edit_session import NO_FACES, EditSession
 from stitchmesh.app.pages.edit.laying import LayPatterns
 from stitchmesh.app.pages.edit.palettes import Palettes
-from stitchmesh.app.pages.edit.place_tool import ChangeFabric, ChangeLoops, ChangeRows, LookAround
+from stitchmesh.app.pages.edit.place_tool import ChangeFabric, ChangeLoops, ChangeRows, CrossCables, LookAround
 from stitchmesh.app.pages.edit.selection_panel import SelectionPanel
 from stitchmesh.app.pages.edit.tool import Tool
-from stitchmesh.app.pages.not_yet import NO_STITCHES
-from stitchmesh.app.pages.page import Page
-from stitchmesh.app.scene.face_colours import ColourBy
+from stitchmesh.app.pages.page import NO_STITCHES, Page
+from stitchmesh.app.scene.fabric_blocks import ColourBy
 from stitchmesh.app.scene.pointer import visible_faces
 from stitchmesh.app.scene.scene import Pick, ScreenBox, Stroke, ViewName
 from stitchmesh.errors import ParameterError
@@ -227,19 +225,15 @@ class EditPage(Page):
     def _show_state(self) -> None:
         """Show which steps can be undone, and the counts."""
         project, fabric = self.app.project, self.session.fabric
-        self._history.show(project.can_undo, project.can_redo)
+        self._history.show(project.edit_history)
         last = f"last edit: {project.edits[-1].name.replace('_', ' ')}" if project.edits else "no edits yet"
         counts = f"{fabric.face_count} stitches in {len(np.unique(fabric.row))} rows, {len(project.edits)} edits"
-        self._status.content = _status(f"{counts}; {last}")
+        self._status.content = status_line(f"{counts}; {last}")
         self._selection.show()
         self._palettes.refresh()
 
     def _say(self, face: int) -> None:
-        self._status.content = _status(_face_words(self.session.fabric, face))
-
-
-def _status(words: str) -> Markup:
-    return markup('<p style="margin:0;font-size:.82em" role="status">{}</p>', words)
+        self._status.content = status_line(_face_words(self.session.fabric, face))
 
 
 def _face_words(fabric: StitchMesh, face: int) -> Markup:

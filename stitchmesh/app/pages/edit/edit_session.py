@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
 
+from stitchmesh.app.pages.chart_panel import OwnPatterns
 from stitchmesh.app.pages.edit.fabric_view import FabricView
 from stitchmesh.app.pages.edit.selection_panel import SavedSelections, faces_after
-from stitchmesh.app.pages.own_patterns import OwnPatterns
 from stitchmesh.app.pages.typed import selected_by_words
-from stitchmesh.app.scene.face_colours import ColourBy
+from stitchmesh.app.scene.fabric_blocks import ColourBy
 from stitchmesh.app.scene.pointer import Pointer
 from stitchmesh.editing.edit import Edit
 from stitchmesh.editing.on_selection import places_after

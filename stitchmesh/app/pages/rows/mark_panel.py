@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 from stitchmesh.app.controls.controls import Controls
 from stitchmesh.app.controls.field_panel import Field, FieldPanel, Number, TickBox
-from stitchmesh.app.controls.html_pieces import BUTTON, PLAIN_TEXT, action_button, list_button
+from stitchmesh.app.controls.html_pieces import BUTTON, PLAIN_TEXT, action_button, list_button, status_line
 from stitchmesh.app.pages.rows.rows_finder import FoundRows
 from stitchmesh.app.pages.rows.rows_state import (
     AUTOMATIC,
@@ -29,15 +29,10 @@ KIND_WORDS = {"border": "border", "point": "tip", "stroke": "line"}
 """Words for the kinds of marks."""
 
 
-def text_line(text: str) -> Markup:
-    """Return a line of text that a screen reader reads out after each change."""
-    return markup('<p role="status" style="{}">{}</p>', PLAIN_TEXT, text)
-
-
 def mark_list(marks: Marks, chosen: int | None, borders: MeshBorders) -> Markup:
     """Return for each mark a button that chooses it, and a button that removes it."""
     if not marks:
-        return text_line("There are no marks: begins and ends are found automatically.")
+        return status_line("There are no marks: begins and ends are found automatically.")
     items = joined(_mark_item(number, mark, number == chosen, borders) for number, mark in enumerate(marks))
     return markup('<ul aria-label="Marks" style="list-style:none;margin:0;padding:0">{}</ul>', items)
 
@@ -69,7 +64,7 @@ def mark_words(mark: TimeMark, borders: MeshBorders) -> str:
 def border_list(borders: MeshBorders, marks: Marks) -> Markup:
     """Return for each border a button that gives it the next role."""
     if not borders.loops:
-        return text_line("The mesh has no border.")
+        return status_line("The mesh has no border.")
     heading = markup('<p style="{}">Give a border its next role:</p>', PLAIN_TEXT)
     buttons = joined(
         list_button("border", number, f"{borders.words(number)}: {borders.role_of(marks, number)}")

@@ -11,14 +11,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stitchmesh.app.controls.field_panel import FieldPanel, Number, setting_field
-from stitchmesh.app.controls.html_pieces import colour_bar, figures
-from stitchmesh.app.controls.legend import LegendEntry, legend
+from stitchmesh.app.controls.html_pieces import (
+    LegendEntry,
+    colour_bar,
+    figures,
+    legend,
+    refusal,
+    status_line,
+)
 from stitchmesh.app.controls.undo_row import UndoRow
-from stitchmesh.app.pages.divide import legend_of_stitches, refusal
+from stitchmesh.app.pages.divide import legend_of_stitches
 from stitchmesh.app.pages.gauge_panel import INCREASE, GaugePanel
-from stitchmesh.app.pages.not_yet import HAS_STITCHES, NO_MESH
-from stitchmesh.app.pages.page import Page
-from stitchmesh.app.pages.rows.mark_panel import MarkPanel, border_list, text_line
+from stitchmesh.app.pages.page import HAS_STITCHES, NO_MESH, Page
+from stitchmesh.app.pages.rows.mark_panel import MarkPanel, border_list
 from stitchmesh.app.pages.rows.rows_finder import FINDING_ROWS, FINDING_STITCHES, FoundRows, RowsFinder
 from stitchmesh.app.pages.rows.rows_state import (
     BORDER,
@@ -380,8 +385,8 @@ class RowsPage(Page):
         self._choice.visible = fabric is not None
         self._choice.value = state.shown
         self._finish.visible = bool(state.line)
-        self._changes.show(bool(state.history.past or state.line), bool(state.history.future))
-        self._click_hint.content = text_line(self._words_of_click())
+        self._changes.show(state.history, unfinished=bool(state.line))
+        self._click_hint.content = status_line(self._words_of_click())
         self._marks.show(state, self._borders, self._finder.found)
         self._gauge.show(state.shaping.stitch_width, state.shaping.stitch_height)
         self._sizes.show()
@@ -406,13 +411,13 @@ class RowsPage(Page):
     def _status_html(self) -> Markup:
         finder, shaping = self._finder, self._state.shaping
         if finder.blocked_by is not None:
-            return text_line(f"The rows can be found when the program has ended {finder.blocked_by}.")
+            return status_line(f"The rows can be found when the program has ended {finder.blocked_by}.")
         if finder.running == FINDING_STITCHES:
-            return text_line("Finding the stitches; the more there are, the longer it takes.")
+            return status_line("Finding the stitches; the more there are, the longer it takes.")
         if finder.error and finder.running is None:
             return refusal(finder.error)
         if finder.found is None:
-            return text_line("Finding the rows.")
+            return status_line("Finding the rows.")
         shaped = finder.shaped(shaping)
         return preview_figures(finder.found, shaping) if shaped is None else report_figures(shaped.report)
 

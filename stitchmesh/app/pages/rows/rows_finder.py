@@ -14,9 +14,8 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from stitchmesh.app.newest_task import NewestTask, Refused, Work
 from stitchmesh.app.project.shaping import Shaping
-from stitchmesh.app.task import TaskControl, TaskRunner
+from stitchmesh.app.task import NewestTask, Refused, TaskControl, TaskRunner, Work
 from stitchmesh.errors import StitchMeshError
 from stitchmesh.mesh import FloatArray, IntArray, Mesh
 from stitchmesh.shaping.auto_stitches import EDGE_OVER_WIDTH, ShapedFabric, marks_by_part

@@ -12,13 +12,42 @@ import numpy as np
 from stitchmesh.app.pages.rows.rows_finder import EndPlace, FoundRows
 from stitchmesh.app.pages.rows.rows_state import Marks, MeshBorders
 from stitchmesh.app.project.shaping import Point
-from stitchmesh.app.scene.contour_lines import contour_segments
 from stitchmesh.app.scene.drawing import OCTAHEDRON_FACES, Colour, Colours, Labels, Lines, Surface, point_marks
 from stitchmesh.app.scene.mesh_drawing import INK, STITCH_DRAWINGS, MeshDrawing, show_stitches
-from stitchmesh.app.scene.scene import Pick, Scene
-from stitchmesh.mesh import FloatArray, StitchMesh
+from stitchmesh.app.scene.scene import DrawingScene, Pick
+from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.picking import PickingTable, pick
 from stitchmesh.render.colour_scale import ColourScale
+
+
+def contour_segments(points: FloatArray, triangles: IntArray, values: FloatArray, interval: float) -> FloatArray:
+    """Return the pieces of the lines in single triangles, shape (n, 2, 3).
+
+    Args:
+        points: corners of the triangles [cm], shape (V, 3).
+        triangles: corners of each triangle, shape (T, 3).
+        values: value of the function at each corner, linear on each triangle, shape (V,).
+        interval: difference of the values of neighbouring lines; each line has a multiple of it.
+    """
+    level = values[triangles] / interval + 1e-7  # With this shift hardly any vertex lies on a line.
+    first = np.ceil(level.min(axis=1)).astype(np.int64)
+    count = np.maximum(np.floor(level.max(axis=1)).astype(np.int64) - first + 1, 0)
+    triangle = np.repeat(np.arange(len(triangles)), count)
+    line = first[triangle] + np.arange(len(triangle)) - np.repeat(np.cumsum(count) - count, count)
+    ends = [_crossings(points[triangles[triangle]], level[triangle], line, side) for side in range(3)]
+    place = np.stack([point for point, _ in ends], axis=1)
+    crossed = np.stack([cut for _, cut in ends], axis=1)
+    whole = crossed.sum(axis=1) == 2
+    return place[whole][crossed[whole]].reshape(-1, 2, 3)
+
+
+def _crossings(corner: FloatArray, level: FloatArray, line: IntArray, side: int) -> tuple[FloatArray, IntArray]:
+    """Return the point at which each line crosses a side of its triangle, shape (n, 3), and whether it does, (n,)."""
+    start, end = level[:, side], level[:, (side + 1) % 3]
+    cut = (start < line) != (end < line)
+    share = np.where(cut, (line - start) / np.where(cut, end - start, 1.0), 0.0)[:, None]
+    return corner[:, side] * (1.0 - share) + corner[:, (side + 1) % 3] * share, cut
+
 
 SIZE = 0.014
 """Size of a handle, over the size of the mesh."""
@@ -29,7 +58,7 @@ REACH = 0.01
 class MarkHandles:
     """Draws the points of marks, and finds them under the pointer."""
 
-    def __init__(self, scene: Scene, size: float) -> None:
+    def __init__(self, scene: DrawingScene, size: float) -> None:
         """Draw nothing yet; ``size`` is the size of the mesh [cm]."""
         self._scene, self._size = scene, size
         self._names: list[tuple[int, int]] = []
@@ -135,7 +164,7 @@ OF_ROWS = ("surface", "row lines", "tips of begin", "tips of end", "tips of row"
 class RowsView:
     """Draws one mesh."""
 
-    def __init__(self, scene: Scene, borders: MeshBorders, table: PickingTable) -> None:
+    def __init__(self, scene: DrawingScene, borders: MeshBorders, table: PickingTable) -> None:
         """Draw nothing yet; ``table`` holds the mesh of the borders, prepared for picking."""
         self._scene, self._borders, self._table = scene, borders, table
         self._drawing = MeshDrawing(scene, borders.mesh)

@@ -10,14 +10,12 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from stitchmesh.app.controls.field_panel import FieldPanel
-from stitchmesh.app.controls.html_pieces import message
-from stitchmesh.app.controls.legend import legend_of_key
+from stitchmesh.app.controls.html_pieces import legend_of_key, message
+from stitchmesh.app.pages.chart_panel import ChartPanel
 from stitchmesh.app.pages.gauge_panel import FOUR_INCHES
 from stitchmesh.app.pages.page import Page
-from stitchmesh.app.pages.swatch.chart_panel import ChartPanel
 from stitchmesh.app.pages.swatch.dial_panel import DialPanel
 from stitchmesh.app.pages.swatch.exports import ExportPanel
-from stitchmesh.app.pages.swatch.fabric_drawing import FabricDrawing
 from stitchmesh.app.pages.swatch.state import (
     LOOK_FIELDS,
     NAMES,
@@ -29,7 +27,7 @@ from stitchmesh.app.pages.swatch.state import (
     state_table,
 )
 from stitchmesh.app.pages.swatch.stretch_panel import StretchPanel
-from stitchmesh.app.pages.swatch.variant import Variant
+from stitchmesh.app.pages.swatch.variant import FabricDrawing, Variant
 from stitchmesh.app.task import FRAME_SECONDS
 from stitchmesh.markup import Markup, joined, markup
 from stitchmesh.periodic.gauge import FabricMeasures

@@ -1,28 +1,32 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A run of mixed yarns and triangles in the scene, frame by frame, and the controls that choose the frame."""
+"""A run of mixed yarns and triangles in the scene: frame by frame, and as a sketch while a large run goes on.
+
+A sketch is drawn in a small part of a second: the triangles without subdivision, and some of the simulated yarns, as
+straight lines from node to node. The whole picture needs the curves of all yarns.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.app.controls.controls import Controls
-from stitchmesh.app.pages.view.clip_box import ClipBox
-from stitchmesh.app.pages.view.thing_view import EDGES, NAME, Place
-from stitchmesh.app.scene.drawing import Colour, Colours, Surface, YarnTubes
+from stitchmesh.app.pages.view.thing_view import EDGES, NAME, ClipBox, Place
+from stitchmesh.app.scene.drawing import Colour, Colours, Lines, Surface, YarnTubes
 from stitchmesh.app.scene.mesh_drawing import BODY_COLOUR, plain_surface
-from stitchmesh.app.scene.scene import Scene
+from stitchmesh.app.scene.scene import DrawingScene
 from stitchmesh.mesh import FloatArray, IntArray, Mesh, StitchMesh
-from stitchmesh.mesh.palette import parse_colour
+from stitchmesh.mesh.palette import colours_of, empty_palette, parse_colour
 from stitchmesh.mesh.picking import pick as pick_face
 from stitchmesh.mesh.picking import picking_table
 from stitchmesh.mixed.assembly import LoadedBody, bodies_at
 from stitchmesh.mixed.drape import Draped
-from stitchmesh.mixed.enrichment.region import TRIANGLES, YARNS
+from stitchmesh.mixed.enrichment.region import TRIANGLES, YARNS, Region
+from stitchmesh.mixed.layout.spline_yarns import LaidYarns, SplineYarns
 from stitchmesh.mixed.output.display import Display, Shown
 from stitchmesh.mixed.output.frames import DrapeFrame
 from stitchmesh.render.colour_scale import ColourScale, sequential_scale
@@ -109,14 +113,14 @@ class DrapedView:
         found_colours = colour_yarns(self.yarns, "yarn")
         return self._on_plain_cloth(Coloured(found_colours.points, found_colours.key))
 
-    def draw(self, scene: Scene, colours: NDArray[np.uint8], clip: ClipBox | None) -> None:
+    def draw(self, scene: DrawingScene, colours: NDArray[np.uint8], clip: ClipBox | None) -> None:
         """Draw the yarns and the surface inside the box, and the bodies."""
         scene.remove(EDGES)
         self._draw_yarns(scene, colours[: self._of_yarns], clip)
         self._draw_surface(scene, colours[self._of_yarns :], clip)
         draw_bodies(scene, self.draped.prepared.bodies, self.frame.time)
 
-    def clear(self, scene: Scene) -> None:
+    def clear(self, scene: DrawingScene) -> None:
         """Remove the drawings."""
         scene.remove(NAME)
         scene.remove(SURFACE)
@@ -144,14 +148,14 @@ class DrapedView:
         kind = KINDS[int(self.display.region.triangle_kind[number])]
         return Place(self.shown.vertices[triangles[number]].mean(axis=0), f"Triangle {number}: {kind}")
 
-    def _draw_yarns(self, scene: Scene, colours: NDArray[np.uint8], clip: ClipBox | None) -> None:
+    def _draw_yarns(self, scene: DrawingScene, colours: NDArray[np.uint8], clip: ClipBox | None) -> None:
         if self._blocks is None or self._blocks[:2] != (clip, self.everywhere):
             segments = self._segments(clip)
             self._blocks = clip, self.everywhere, make_blocks(self.yarns, segments) if len(segments) else None
         blocks = self._blocks[2]
         scene.show(NAME, None if blocks is None else YarnTubes(blocks, self.yarns.points, colours))
 
-    def _draw_surface(self, scene: Scene, colours: NDArray[np.uint8], clip: ClipBox | None) -> None:
+    def _draw_surface(self, scene: DrawingScene, colours: NDArray[np.uint8], clip: ClipBox | None) -> None:
         if self._triangles is None or self._triangles[0] != clip:
             self._triangles = clip, self._inside(clip)
         corners = self._triangles[1]
@@ -185,13 +189,13 @@ class DrapedView:
         return replace(of_yarns, points=np.concatenate([of_yarns.points, plain]))
 
 
-def draw_bodies(scene: Scene, bodies: Sequence[LoadedBody], time: float, name: str = BODIES) -> None:
+def draw_bodies(scene: DrawingScene, bodies: Sequence[LoadedBody], time: float, name: str = BODIES) -> None:
     """Draw bodies at their places at a time [s]; the cloth shows through them."""
     for number, mesh in enumerate(bodies_at(bodies, time)):
         scene.show(f"{name} {number}", plain_surface(mesh, BODY_COLOUR, flat=False, opacity=BODY_OPACITY))
 
 
-def remove_bodies(scene: Scene, bodies: Sequence[LoadedBody]) -> None:
+def remove_bodies(scene: DrawingScene, bodies: Sequence[LoadedBody]) -> None:
     """Remove the drawings of bodies."""
     for number in range(len(bodies)):
         scene.remove(f"{BODIES} {number}")
@@ -245,3 +249,81 @@ class FramePanel:
         frame = {BACK: self.frame - 1, ON: self.frame + 1, LAST: last}[which]
         self._moment.value = NEWEST * min(max(frame, 0), last) / max(last, 1)
         self._changed()
+
+
+LINES = "sketched yarns"
+"""Name of the drawing of the yarns."""
+LARGE = 40_000
+"""A run in progress is sketched if its cloth has more yarn nodes than this."""
+MOST_LINES = 20_000
+"""Largest number of lines of a sketch."""
+PIECE = 64
+"""Number of passages in a piece of yarn; a cloth with few yarns shows some of the pieces."""
+WORDS = "A large run is sketched while it goes on; a pause or its end shows it whole."
+
+
+@dataclass(frozen=True, eq=False)
+class SketchLines:
+    """The lines of one region."""
+
+    region: Region
+    """The region."""
+    node: IntArray
+    """The simulated nodes at both ends of each line, shape (n, 2)."""
+    yarn: IntArray
+    """Yarn of each line, shape (n,)."""
+
+    @classmethod
+    def of(cls, yarns: LaidYarns, region: Region) -> SketchLines:
+        """Choose the lines: every k-th yarn, or every k-th piece if there are few yarns."""
+        number = region.node_number[yarns.yarn_node]
+        yarn = np.repeat(np.arange(len(yarns.yarn_start) - 1), np.diff(yarns.yarn_start))
+        joined = np.flatnonzero((yarn[1:] == yarn[:-1]) & (number[1:] >= 0) & (number[:-1] >= 0))
+        every = -(-len(joined) // MOST_LINES)
+        if every > 1:
+            few = len(np.unique(yarn[joined])) < 2 * every
+            joined = joined[(joined // PIECE if few else yarn[joined]) % every == 0]
+        return cls(region, np.stack([number[joined], number[joined + 1]], axis=1), yarn[joined])
+
+
+class DrapedSketch:
+    """The newest state of a run in progress."""
+
+    def __init__(self, draped: Draped, before: object = None) -> None:
+        """Prepare the state; an earlier sketch of the same region is used again."""
+        self.draped, self.frame = draped, draped.end
+        region, yarns = draped.prepared.region, draped.prepared.fabric.yarns
+        known: SketchLines | None = before.lines if isinstance(before, DrapedSketch) else None
+        self.lines: SketchLines
+        self.lines = known if known is not None and known.region is region else SketchLines.of(yarns, region)
+
+    def bounds(self) -> tuple[FloatArray, FloatArray]:
+        """Return the box of the cloth."""
+        return self.frame.vertices.min(axis=0), self.frame.vertices.max(axis=0)
+
+    def draw(self, scene: DrawingScene, *, alpha: bool) -> None:
+        """Draw the lines, the triangles outside the region, and the bodies, in colours of alpha or of the yarns."""
+        frame, region = self.frame, self.lines.region
+        corners = region.triangles[frame.triangle_kind != YARNS]
+        plain = np.tile(np.array(CLOTH_COLOUR, dtype=np.uint8), (len(frame.vertices), 1))
+        colours = ALPHA_SCALE.of(frame.vertex_alpha) if alpha else plain
+        scene.show(SURFACE, Surface(frame.vertices, corners, Colours.of(colours), flat=False))
+        scene.show(LINES, Lines(frame.nodes[self.lines.node], self._line_colours(alpha=alpha), 1.5))
+        draw_bodies(scene, self.draped.prepared.bodies, frame.time)
+
+    def clear(self, scene: DrawingScene) -> None:
+        """Remove the drawings."""
+        scene.remove(LINES)
+        scene.remove(SURFACE)
+        remove_bodies(scene, self.draped.prepared.bodies)
+
+    def _line_colours(self, *, alpha: bool) -> NDArray[np.uint8]:
+        """Return the colours of the ends of the lines, shape (n, 2, 3)."""
+        if alpha:
+            region = self.lines.region
+            found: NDArray[np.uint8] = ALPHA_SCALE.of(region.node_alpha[region.nodes][self.lines.node.ravel()])
+            return found.reshape(-1, 2, 3)
+        yarns = self.draped.prepared.fabric.yarns
+        colour = yarns.curves.colour if isinstance(yarns, SplineYarns) else yarns.yarn_family
+        of_lines = colours_of(colour[self.lines.yarn], empty_palette())
+        return np.repeat(of_lines[:, None], 2, axis=1)

@@ -14,23 +14,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.app.controls.field_panel import FieldPanel
-from stitchmesh.app.controls.html_pieces import figures
+from stitchmesh.app.controls.html_pieces import figures, status_line
 from stitchmesh.app.pages.page import Page
-from stitchmesh.app.pages.view.clip_box import SIDES, ClipBox, box_of_shares
 from stitchmesh.app.pages.view.draped_view import DrapedView, FramePanel
 from stitchmesh.app.pages.view.opened import SUFFIXES, Opened, Thing, Viewed, project_results, read_upload
 from stitchmesh.app.pages.view.state import COLOUR_FIELDS, ONE_COLOUR, Measurement, ViewState
-from stitchmesh.app.pages.view.thing_view import MeshView, Place, ThingView, YarnView
+from stitchmesh.app.pages.view.thing_view import SIDES, ClipBox, MeshView, Place, ThingView, YarnView, box_of_shares
 from stitchmesh.app.pages.view.view_html import (
     FRAMES,
     job_html,
     legend_of,
     list_of_results,
     report_html,
-    residual_figure,
     shown_in_panel,
-    status_line,
 )
+from stitchmesh.app.pages.yarns.energy_plot import history_plot
 from stitchmesh.app.scene.mesh_drawing import BODY_COLOUR, plain_surface
 from stitchmesh.app.scene.scene import Pick, ViewName
 from stitchmesh.errors import ParameterError, StitchMeshError
@@ -196,7 +194,7 @@ class ViewPage(Page):
         self._frames = controls.html(FRAMES)
         self._frames.visible = False
         self._report = controls.html(Markup())
-        self._plot = controls.plot(None)
+        self._plot = controls.plot(None, aspect=1.15)
 
     # ---- what is shown -----------------------------------------------------------------------------------------------
 
@@ -267,7 +265,7 @@ class ViewPage(Page):
         self._picture.content = Markup() if viewed is None else shown_in_panel(viewed)
         report = viewed.thing.report if viewed is not None and isinstance(viewed.thing, Draped) else {}
         self._report.content = report_html(report)
-        self._plot.figure = residual_figure(viewed.history) if viewed is not None and viewed.history else None
+        self._plot.figure = history_plot(viewed.history, None) if viewed is not None and viewed.history else None
 
     def _say(self, text: str) -> None:
         self._status.content = self._facts + status_line(text)

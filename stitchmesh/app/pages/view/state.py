@@ -12,25 +12,14 @@ import numpy as np
 
 from stitchmesh.app.controls.field_panel import Field, same_words
 from stitchmesh.app.pages.view.opened import Thing
-from stitchmesh.app.pages.view.thing_view import Place
+from stitchmesh.app.pages.view.thing_view import FACE_COLOURS, YARN_COLOURS, Place
 from stitchmesh.app.scene.drawing import Labels, Lines
-from stitchmesh.app.scene.scene import Scene
+from stitchmesh.app.scene.scene import DrawingScene
 from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.mixed.drape import Draped
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.picking import length_between
 
-YARN_COLOURS = {
-    "Colours of the yarns": "yarn", "Rows": "row", "Stitch types": "stitch", "Strain of the yarn": "strain",
-    "Stretch of the stitches": "stretch", "Contact force": "contact", "Distance between yarns": "distance",
-    "Distance from a body": "body-distance", "One colour": "",
-}  # fmt: skip
-"""Colours of yarns in the words of the page, and the words of ``colour_yarns``."""
-FACE_COLOURS = {
-    "Stitch types": "stitch", "Rows": "row", "Colours of the yarns": "yarn", "Stretch of the stitches": "stretch",
-    "One colour": "",
-}  # fmt: skip
-"""Colours of faces in the words of the page, and the words of ``colour_faces``."""
 DRAPED_COLOURS = {
     "Colours of the yarns": "yarn", "Alpha": "alpha", "Tension of the cloth": "cloth-tension",
     "Tension of the yarns": "yarn-tension", "One colour": "",
@@ -84,7 +73,7 @@ class Measurement:
         first, second = self.places
         return float(np.linalg.norm(second.point - first.point))
 
-    def draw(self, scene: Scene) -> None:
+    def draw(self, scene: DrawingScene) -> None:
         """Draw the line between the places and its length; without two places, nothing."""
         if len(self.places) < 2:
             scene.remove(LINE)

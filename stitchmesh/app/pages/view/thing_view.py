@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Protocol
@@ -11,9 +12,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from stitchmesh.app.pages.view.clip_box import ClipBox
 from stitchmesh.app.scene.drawing import IN_PLACE, Colours, Lines, Surface, YarnTubes
-from stitchmesh.app.scene.scene import Scene
+from stitchmesh.app.scene.scene import DrawingScene
 from stitchmesh.hand_knitting.words import stitch_name
 from stitchmesh.mesh import FloatArray, IntArray, Mesh, StitchMesh
 from stitchmesh.mesh.face_triangles import face_triangles
@@ -28,12 +28,68 @@ from stitchmesh.render.yarn_blocks import YarnBlocks, make_blocks
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.picking import PickedYarn, YarnPickingTable, pick_yarn, yarn_picking_table
 
+SIDES: Mapping[str, tuple[int, float]] = {
+    "Left": (0, 0.0), "Right": (0, 100.0), "Bottom": (1, 0.0), "Top": (1, 100.0), "Back": (2, 0.0), "Front": (2, 100.0),
+}  # fmt: skip
+"""Axis of each side of the box, and the place of the side where it hides nothing [% of the thing]."""
+
+
+@dataclass(frozen=True)
+class ClipBox:
+    """A box."""
+
+    low: tuple[float, float, float]
+    """Smallest coordinates [cm]."""
+    high: tuple[float, float, float]
+    """Largest coordinates [cm]."""
+
+    def inside(self, points: FloatArray) -> NDArray[np.bool_]:
+        """Return whether points lie in the box, shape (n, 3) to (n,)."""
+        return np.all((points >= self.low) & (points <= self.high), axis=1)
+
+    def edges(self) -> Lines:
+        """Return the twelve edges."""
+        ends = np.array([self.low, self.high])
+        corners = np.array([[ends[i, 0], ends[j, 1], ends[k, 2]] for i, j, k in itertools.product((0, 1), repeat=3)])
+        pairs = [(a, b) for a, b in itertools.combinations(range(8), 2) if (a ^ b) in (1, 2, 4)]
+        return Lines(corners[np.array(pairs)], (224, 138, 30), 2.0)
+
+
+def box_of_shares(low: FloatArray, high: FloatArray, shares: Mapping[str, float]) -> ClipBox:
+    """Return the box between given shares of the bounds of a thing.
+
+    Args:
+        low: smallest coordinates of the thing [cm], shape (3,).
+        high: largest coordinates of the thing [cm], shape (3,).
+        shares: place of each side of ``SIDES`` [% from low to high]; opposite sides in the wrong order are exchanged.
+    """
+    ends = np.zeros((2, 3))
+    for side, (axis, far) in SIDES.items():
+        share = shares.get(side, far)
+        ends[int(far > 0.0), axis] = low[axis] + 0.01 * share * (high[axis] - low[axis])
+    # Rounding of coordinates must not hide the outermost points.
+    slack = 1e-9 * (1.0 + np.abs(ends).max())
+    least, most = ends.min(axis=0) - slack, ends.max(axis=0) + slack
+    return ClipBox(tuple(least.tolist()), tuple(most.tolist()))
+
+
 NAME = "viewed"
 """Name of the drawing."""
 EDGES = "viewed edges"
 """Name of the drawing of the edges of a mesh."""
 MOST_EDGES = 60_000
 """Largest number of faces of a mesh whose edges are drawn."""
+YARN_COLOURS = {
+    "Colours of the yarns": "yarn", "Rows": "row", "Stitch types": "stitch", "Strain of the yarn": "strain",
+    "Stretch of the stitches": "stretch", "Contact force": "contact", "Distance between yarns": "distance",
+    "Distance from a body": "body-distance", "One colour": "",
+}  # fmt: skip
+"""Colours of yarns in the words of the page, and the words of ``colour_yarns``."""
+FACE_COLOURS = {
+    "Stitch types": "stitch", "Rows": "row", "Colours of the yarns": "yarn", "Stretch of the stitches": "stretch",
+    "One colour": "",
+}  # fmt: skip
+"""Colours of faces in the words of the page, and the words of ``colour_faces``."""
 SLOW_COLOURS: Mapping[str, int] = {"contact": 5_000, "distance": 10_000, "body-distance": 10_000}
 """Largest numbers of control points whose colours are computed at once; larger ones become a task."""
 
@@ -68,7 +124,7 @@ class ThingView(Protocol):
     def coloured(self, colour: str, fabric: StitchMesh | None, body: Mesh | None) -> Coloured:
         """Return the colours and their legend; any thread may call this."""
 
-    def draw(self, scene: Scene, colours: NDArray[np.uint8], clip: ClipBox | None) -> None:
+    def draw(self, scene: DrawingScene, colours: NDArray[np.uint8], clip: ClipBox | None) -> None:
         """Draw the thing."""
 
     def pick(self, origin: FloatArray, direction: FloatArray, fabric: StitchMesh | None) -> Place | None:
@@ -117,7 +173,7 @@ class YarnView:
         """Return the colours of the control points."""
         return colour_yarns(self.yarns, colour, fabric=fabric, body=body)
 
-    def draw(self, scene: Scene, colours: NDArray[np.uint8], clip: ClipBox | None) -> None:
+    def draw(self, scene: DrawingScene, colours: NDArray[np.uint8], clip: ClipBox | None) -> None:
         """Draw the segments inside the box as tubes."""
         scene.remove(EDGES)
         if self._blocks is None or self._blocks[0] != clip:
@@ -198,7 +254,7 @@ class MeshView:
         """Return the colours of the faces."""
         return colour_faces(self.mesh, colour)
 
-    def draw(self, scene: Scene, colours: NDArray[np.uint8], clip: ClipBox | None) -> None:
+    def draw(self, scene: DrawingScene, colours: NDArray[np.uint8], clip: ClipBox | None) -> None:
         """Draw the faces in the box, and their edges."""
         if self._shown is None or self._clip != clip:
             self._clip, self._shown = clip, self._cut(clip)

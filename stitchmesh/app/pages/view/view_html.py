@@ -1,23 +1,18 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The texts of the page as HTML: the list of results, legends, pictures, texts, jobs, reports and the plot."""
+"""The texts of the page as HTML: the list of results, legends, pictures, texts, jobs and reports."""
 
 from __future__ import annotations
 
 import base64
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from stitchmesh.app.controls.html_pieces import SMALL, action_button, colour_bar, figures
-from stitchmesh.app.controls.legend import legend_of_key
+from stitchmesh.app.controls.html_pieces import SMALL, action_button, colour_bar, figures, legend_of_key
 from stitchmesh.app.pages.view.opened import Viewed
-from stitchmesh.io.history import HistoryEntry
 from stitchmesh.jobs.job_status import JobStatus
 from stitchmesh.markup import Markup, joined, markup
 from stitchmesh.render.colouring import Coloured
-
-if TYPE_CHECKING:
-    import plotly.graph_objects as go
 
 FRAMES = markup(
     '<div class="sm-frames" role="status" style="font-size:.86em;font-variant-numeric:tabular-nums"></div>'
@@ -61,11 +56,6 @@ def shown_in_panel(viewed: Viewed) -> Markup:
     return Markup()
 
 
-def status_line(text: str) -> Markup:
-    """Return a line that a screen reader announces; an empty text gives none."""
-    return markup('<p role="status" style="font-size:.86em;margin:.3em 0">{}</p>', text) if text else Markup()
-
-
 def job_html(status: JobStatus | None) -> Markup:
     """Return the state of a job; an empty text without a job."""
     if status is None:
@@ -102,23 +92,6 @@ def report_html(report: Mapping[str, Any]) -> Markup:
     if isinstance(energies, dict):
         rows += [(f"of {name}", f"{_number(energies, name):.4g} erg") for name in energies]
     return figures(rows, "Report")
-
-
-def residual_figure(history: Sequence[HistoryEntry]) -> go.Figure:
-    """Return the plot."""
-    import plotly.graph_objects as go
-
-    line = go.Scatter(
-        x=[entry["iteration"] for entry in history], y=[entry["residual"] for entry in history],
-        mode="lines", line={"color": "#2b7bb9", "width": 2},
-    )  # fmt: skip
-    figure = go.Figure(line)
-    figure.update_layout(
-        margin={"l": 45, "r": 10, "t": 28, "b": 35}, title={"text": "Residual of the relaxation", "font": {"size": 13}},
-        xaxis={"title": {"text": "iterations", "standoff": 4}}, yaxis={"type": "log", "exponentformat": "power"},
-        showlegend=False,
-    )  # fmt: skip
-    return figure
 
 
 def _state(status: JobStatus) -> str:

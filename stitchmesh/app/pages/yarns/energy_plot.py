@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 import plotly.graph_objects as go
 
+from stitchmesh.io.history import HistoryEntry
 from stitchmesh.markup import markup
 
 MOST_POINTS = 400
@@ -34,8 +35,14 @@ class Assessed:
     """Energy of each term [erg]."""
 
 
-def energy_plot(assessed: Sequence[Assessed], tolerance: float) -> go.Figure | None:
-    """Return the plot with the residual at rest; None while there are fewer than two assessments."""
+def history_plot(history: Sequence[HistoryEntry], tolerance: float | None) -> go.Figure | None:
+    """Return the plot of an ended relaxation; other arguments as for ``energy_plot``."""
+    found = [Assessed(entry["iteration"], entry["residual"], entry["energies"]) for entry in history]
+    return energy_plot(found, tolerance)
+
+
+def energy_plot(assessed: Sequence[Assessed], tolerance: float | None) -> go.Figure | None:
+    """Return the plot with the residual at rest if it is known; None while there are fewer than two assessments."""
     if len(assessed) < 2:
         return None
     chosen = [assessed[k] for k in np.unique(np.linspace(0, len(assessed) - 1, MOST_POINTS).astype(int)).tolist()]
@@ -51,8 +58,9 @@ def energy_plot(assessed: Sequence[Assessed], tolerance: float) -> go.Figure | N
     below = {"mode": "lines", "yaxis": "y2", "showlegend": False}
     residuals = [max(entry.residual, 1e-12) for entry in chosen]
     figure.add_scatter(x=iterations, y=residuals, name="residual", line={"color": RESIDUAL, "width": 2}, **below)
-    limit = {"color": LIMIT, "dash": "dash", "width": 1.5}
-    figure.add_scatter(x=[iterations[0], iterations[-1]], y=[tolerance] * 2, name="at rest", line=limit, **below)
+    if tolerance is not None:
+        limit = {"color": LIMIT, "dash": "dash", "width": 1.5}
+        figure.add_scatter(x=[iterations[0], iterations[-1]], y=[tolerance] * 2, name="at rest", line=limit, **below)
     scale = LOGARITHMIC if positive else {}
     return figure.update_layout(
         xaxis={"title": "iterations", "anchor": "y2"},

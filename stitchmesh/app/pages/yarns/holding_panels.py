@@ -19,7 +19,6 @@ from stitchmesh.io.atomic import temporary_file, write_bytes
 from stitchmesh.io.garments import read_body
 from stitchmesh.markup import Markup
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarn.picking import pick_yarn, yarn_picking_table
 from stitchmesh.yarnrelax.energies.body import Body
 
 if TYPE_CHECKING:
@@ -90,22 +89,21 @@ class PinPanel:
         Raises:
             ParameterError: the yarn under the pointer belongs to no stitch.
         """
-        yarns = self._view.yarns
-        if not self._by_click.value or yarns is None:
-            return
-        place = pick_yarn(yarn_picking_table(yarns), pick.ray_origin, pick.ray_direction)
-        if place is None:
+        view = self._view.view
+        met = None if view is None else view.pick(pick.ray_origin, pick.ray_direction, None)
+        if not self._by_click.value or view is None or met is None or met.yarn is None:
             return
         # A segment extends approximately from its second to its third control point.
-        face = int(yarns.face[yarns.segment_points[place.segment, 1]])
+        face = int(view.yarns.face[view.yarns.segment_points[met.yarn.segment, 1]])
         if face < 0:
-            raise ParameterError(f"pin: this piece of yarn {place.yarn} belongs to no stitch; click a stitch beside it")
+            found = f"this piece of yarn {met.yarn.yarn} belongs to no stitch"
+            raise ParameterError(f"pin: {found}; click a stitch beside it")
         self._set(set(self._settings().pins) ^ {face})
 
     def boxed(self, box: ScreenBox) -> None:
         """Pin all stitches in a rectangle."""
-        yarns = self._view.yarns
-        if self._by_click.value and yarns is not None:
+        if self._by_click.value and self._view.view is not None:
+            yarns = self._view.view.yarns
             faces = np.unique(yarns.face[box.inside(yarns.points) & (yarns.face >= 0)])
             self._set({*self._settings().pins, *faces.tolist()})
 

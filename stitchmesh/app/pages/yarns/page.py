@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from stitchmesh.app.controls.field_panel import FieldPanel
-from stitchmesh.app.controls.html_pieces import message, paragraph
+from stitchmesh.app.controls.html_pieces import figures_html, message, paragraph, verdict_html
 from stitchmesh.app.pages.gauge_panel import (
     DIGITS,
     GROUP,
@@ -23,9 +23,8 @@ from stitchmesh.app.pages.gauge_panel import (
     yarn_of,
 )
 from stitchmesh.app.pages.page import Page
-from stitchmesh.app.pages.run_panel import PageRun, is_wanted
-from stitchmesh.app.pages.verdict_html import figures_html, verdict_html
-from stitchmesh.app.pages.yarns.energy_plot import Assessed, energy_plot
+from stitchmesh.app.pages.page_run import PageRun, WatchedWork, garment_of, is_wanted
+from stitchmesh.app.pages.yarns.energy_plot import Assessed, energy_plot, history_plot
 from stitchmesh.app.pages.yarns.holding_panels import BodyPanel, PinPanel, check_pins
 from stitchmesh.app.pages.yarns.settings import (
     AUTOMATIC,
@@ -37,12 +36,14 @@ from stitchmesh.app.pages.yarns.settings import (
     settings_table,
 )
 from stitchmesh.app.pages.yarns.yarn_view import COLOURINGS, GarmentYarnView
+from stitchmesh.app.scene.mesh_drawing import draw_plainly
 from stitchmesh.app.scene.scene import Pick, ScreenBox
 from stitchmesh.compute.device import device_names
 from stitchmesh.errors import ParameterError
 from stitchmesh.markup import Markup, joined, markup
 from stitchmesh.mesh import StitchMesh
-from stitchmesh.pipeline.yarn_relaxation import relax_with_options
+from stitchmesh.pipeline.garment import Made
+from stitchmesh.pipeline.stage_table import GENERATE_YARNS, RELAX_YARNS
 from stitchmesh.progress import Progress
 from stitchmesh.render.colouring import Coloured
 from stitchmesh.reporting.figures import report_figures
@@ -52,7 +53,6 @@ from stitchmesh.run_control import RunControl, Snapshot
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.stitch_size import fabric_gauge, yarn_gauge
 from stitchmesh.yarn.yarn_presets import WIDTH_OVER_CORE, Gauge, Yarn, yarn_for_gauge
-from stitchmesh.yarngen import generate_yarns
 from stitchmesh.yarnrelax import Relaxation
 
 if TYPE_CHECKING:
@@ -156,17 +156,19 @@ class YarnsPage(Page):
     def generate(self) -> None:
         """Generate yarns from the stitches."""
         project, settings, fabric = self.app.project, self.settings, self._even_fabric()
-        arguments = settings.generation(yarn_of(project))
+        yarn = yarn_of(project)
+        garment = garment_of(project, fabric, settings.knit_options(yarn))
 
-        def done(yarns: YarnSet) -> None:
+        def done(made: Made[YarnSet]) -> None:
             if is_wanted(self, project, self.fabric is fabric):
-                project.set_yarns(yarns, arguments)
+                project.set_yarns(made.value, settings.generation(yarn))
                 self.keep_settings(**{INTERRUPTED: None})
             self._after()
 
         self.app.tasks.start(
-            "generating the yarns", lambda task: generate_yarns(fabric, **arguments), done, lambda error: self._after()
-        )
+            "generating the yarns", lambda task: GENERATE_YARNS.run(garment, Run(task.progress)), done,
+            lambda error: self._after(),
+        )  # fmt: skip
         self._show_buttons()
         self._verdict.content = message("Generating the yarns.", "info")
 
@@ -195,14 +197,12 @@ class YarnsPage(Page):
             raise ParameterError(f"relaxation: there are no yarns; press {GENERATE} first")
         yarns, quality = project.yarns, settings.solver_quality()
         check_pins(settings.pins, yarns)
-        options, checkpoints = settings.relax_options(project), settings.checkpoints(project)
+        options = settings.knit_options(yarn_of(project), settings.relax_options(project))
+        garment, checkpoints = garment_of(project, fabric, options), settings.checkpoints(project)
 
         def relax(control: RunControl[YarnSet], progress: Progress) -> Relaxation:
-            return relax_with_options(
-                yarns, options, quality=quality, device=settings.device_name(), fabric=fabric,
-                keep_shape=settings.keep_shape,
-                run=Run(False, checkpoints=checkpoints, resume=checkpoints.path if resume else None, control=control),
-            )  # fmt: skip
+            start = checkpoints.path if resume else None
+            return RELAX_YARNS.run(garment, Run(False, checkpoints=checkpoints, resume=start, control=control)).value
 
         def done(result: Relaxation) -> None:
             if is_wanted(self, project, project.yarns is yarns):
@@ -210,10 +210,11 @@ class YarnsPage(Page):
                 if result.report["converged"]:
                     self.keep_settings(**{INTERRUPTED: None})
 
-        self._run.start(
-            "relaxing the yarns", relax, done, stage="yarnrelax", max_iterations=quality.max_iterations,
+        watched = WatchedWork(
+            name="relaxing the yarns", relax=relax, stage="yarnrelax", max_iterations=quality.max_iterations,
             frame_bytes=BYTES_PER_POINT * len(yarns.points), goal=quality.resting_residual,
         )  # fmt: skip
+        self._run.start(watched, done)
         self.keep_settings(**{INTERRUPTED: decisive_choices(settings), "tolerance": quality.tolerance})
         self._verdict.content = self._figures.content = Markup()
         self._plot.figure = None
@@ -248,9 +249,9 @@ class YarnsPage(Page):
         self._gauge.content = self._gauge_content()
         if yarns is None:
             self._legend.content = Markup()
-            self._view.show_stitches(self._even_fabric())
+            draw_plainly(self.app.scene, self._even_fabric())
             return
-        first = self._view.yarns is None
+        first = self._view.view is None
         self._view.show(yarns, self.fabric)
         self._view.show_pins(self.settings.pins)
         self._show_legend()
@@ -259,8 +260,7 @@ class YarnsPage(Page):
         if project.report is not None and project.history is not None:
             tolerance = project.settings(self.name).get("tolerance", self.settings.solver_quality().tolerance)
             self._figures.content = figures_html(report_figures(project.report, tolerance=tolerance))
-            history = [Assessed(entry["iteration"], entry["residual"], entry["energies"]) for entry in project.history]
-            self._plot.figure = energy_plot(history, tolerance)
+            self._plot.figure = history_plot(project.history, tolerance)
         else:
             self._plot.figure = None
 

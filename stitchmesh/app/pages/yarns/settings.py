@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,10 +14,10 @@ from stitchmesh.app.pages.typed import file_name
 from stitchmesh.compute.device import device_names
 from stitchmesh.errors import StitchMeshError
 from stitchmesh.io.checked import check_table
-from stitchmesh.io.garments import read_body
-from stitchmesh.io.units import CENTIMETRES
-from stitchmesh.pipeline.options import RelaxOptions
+from stitchmesh.io.units import CENTIMETRES, DEFAULT_UNIT
+from stitchmesh.pipeline.options import KnitOptions, RelaxOptions
 from stitchmesh.quality import DEFAULT_QUALITY, PRESETS, Quality, quality_named, quality_with
+from stitchmesh.recipe.recipe import relax_options
 from stitchmesh.recipe.sections import (
     GarmentSettings,
     MaterialSection,
@@ -26,24 +26,18 @@ from stitchmesh.recipe.sections import (
     SolverSection,
 )
 from stitchmesh.run import Checkpoints
+from stitchmesh.settings import declared_in
 from stitchmesh.yarn.rest_length import RestLengths
 from stitchmesh.yarn.stitch_size import stitch_size
 from stitchmesh.yarn.yarn_presets import Yarn
 from stitchmesh.yarngen.finish import YarnFinish
 from stitchmesh.yarnrelax.constraints.pins import Pins
-from stitchmesh.yarnrelax.energies.body import Body
-from stitchmesh.yarnrelax.energies.gravity import STANDARD, Gravity
-from stitchmesh.yarnrelax.energies.term import Choice
-from stitchmesh.yarnrelax.friction.friction import Friction
-from stitchmesh.yarnrelax.model.material import DEFAULT_MATERIAL, NAMED
+from stitchmesh.yarnrelax.energies.gravity import STANDARD
+from stitchmesh.yarnrelax.model.material import NAMED
 
 if TYPE_CHECKING:
     from stitchmesh.app.project.project import Project
 
-CHECKPOINT_WORK = 40_000_000
-"""Control points times iterations between two checkpoints: about half a minute of a processor."""
-MOST_BETWEEN = 400
-"""Largest number of iterations between two checkpoints: a few seconds for a small garment."""
 AUTOMATIC = "automatic"
 """Entry of the list for the preferred device."""
 
@@ -59,11 +53,10 @@ class YarnSettings:
     """Preset of accuracy."""
     yarn_radius: float = 0.0
     """Yarn radius [cm]."""
-    bind_off: str = YarnFinish.bind_off
-    cast_on: str = YarnFinish.cast_on
-    material: str = DEFAULT_MATERIAL
-    rest_length: float = 1.0
-    """Factor of all rest lengths."""
+    bind_off: str = declared_in(YarnFinish, "bind_off")
+    cast_on: str = declared_in(YarnFinish, "cast_on")
+    material: str = declared_in(MaterialSection, "name")
+    rest_length: float = declared_in(RestLengthsSection, "factor")
     keep_shape: bool = True
     """Whether the borders and the shape of the garment are held."""
     gravity: float = 0.0
@@ -72,8 +65,7 @@ class YarnSettings:
     """Coefficient of friction."""
     body: str = ""
     """Name of the file of a body in the project; empty without a body."""
-    body_unit: str = "cm"
-    """Unit of the file of the body."""
+    body_unit: str = declared_in(PhysicsSection, "body_unit")
     pins: tuple[int, ...] = ()
     """Stitches that do not move."""
     most_iterations: int = 0
@@ -81,13 +73,26 @@ class YarnSettings:
     device: str = AUTOMATIC
 
     def generation(self, yarn: Yarn | None) -> dict[str, Any]:
-        """Return the arguments of ``generate_yarns``; the project's yarn has its own radii and its own mass."""
+        """Return what decides the generated yarns, for JSON; the project's yarn has its own radii and its own mass."""
         size = stitch_size(yarn, yarn_radius=self.yarn_radius or None)
         own = {"drawn_radius": size.drawn_radius, "mass_per_length": size.mass_per_length}
         return {
             "quality": self.quality, "yarn_radius": size.yarn_radius, "bind_off": self.bind_off,
             "cast_on": self.cast_on, **({} if yarn is None else own),
         }  # fmt: skip
+
+    def knit_options(self, yarn: Yarn | None, relaxation: RelaxOptions | None = None) -> KnitOptions:
+        """Return the options of the stages that generate and relax the yarns.
+
+        Raises:
+            ParameterError: a name or a number is not valid.
+        """
+        size = stitch_size(yarn, yarn_radius=self.yarn_radius or None)
+        return KnitOptions(
+            yarn_radius=size.yarn_radius, drawn_radius=size.drawn_radius, mass_per_length=size.mass_per_length,
+            finish=YarnFinish(bind_off=self.bind_off, cast_on=self.cast_on), quality=self.solver_quality(),
+            device=None if self.device == AUTOMATIC else self.device, relaxation=relaxation or RelaxOptions(),
+        )  # fmt: skip
 
     def solver_quality(self) -> Quality:
         """Return the quality of the relaxation.
@@ -97,38 +102,32 @@ class YarnSettings:
         """
         return quality_named(quality_with(self.quality, max_iterations=self.most_iterations or None))
 
-    def device_name(self) -> str | None:
-        """Return the name of the device; None for the preferred one."""
-        return None if self.device == AUTOMATIC else self.device
-
-    def checkpoints(self, project: Project) -> Checkpoints:
-        """Return the place and the interval of checkpoints; a loss of so little work is hardly noticed."""
-        points = 1 if project.yarns is None else len(project.yarns.points)
-        return Checkpoints(project.checkpoint_folder, max(1, min(MOST_BETWEEN, CHECKPOINT_WORK // points)))
-
     def relax_options(self, project: Project) -> RelaxOptions:
         """Return the options of the relaxation; the project holds the body.
 
         Raises:
             StitchMeshError: a name or a number is not valid, or the body cannot be read.
         """
-        return RelaxOptions(
-            material=self.material, rest_lengths=RestLengths(factor=self.rest_length),
-            terms=self._terms(project),
-        )  # fmt: skip
+        x, y, z = STANDARD
+        physics = PhysicsSection(
+            gravity=(self.gravity * x, self.gravity * y, self.gravity * z) if self.gravity else None,
+            friction=self.friction or None,
+            body=str(body_path(project.folder, self.body)) if self.body else None,
+            body_unit=self.body_unit if self.body else DEFAULT_UNIT,
+        )
+        lengths = RestLengths(factor=self.rest_length)
+        options = relax_options(MaterialSection(name=self.material), physics, lengths, project.up)
+        pins = (Pins(faces=self.pins),) if self.pins else ()
+        return replace(options, terms=(*options.terms, *pins), keep_shape=self.keep_shape)
 
-    def _terms(self, project: Project) -> list[Choice]:
-        terms: list[Choice] = []
-        if self.gravity:
-            x, y, z = STANDARD
-            terms.append(Gravity((self.gravity * x, self.gravity * y, self.gravity * z)))
-        if self.friction:
-            terms.append(Friction(self.friction))
-        if self.body:
-            terms.append(Body(read_body(body_path(project.folder, self.body), unit=self.body_unit, up=project.up)))
-        if self.pins:
-            terms.append(Pins(faces=self.pins))
-        return terms
+    def checkpoints(self, project: Project) -> Checkpoints:
+        """Return the place and the interval of checkpoints.
+
+        The interval is at most 400 iterations, a few seconds for a small garment, and at most as many as move
+        40 million control points, half a minute of a processor; a loss of so little work is hardly noticed.
+        """
+        points = 1 if project.yarns is None else len(project.yarns.points)
+        return Checkpoints(project.checkpoint_folder, max(1, min(400, 40_000_000 // points)))
 
 
 FORCES = (

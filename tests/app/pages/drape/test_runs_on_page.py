@@ -12,8 +12,8 @@ import pytest
 from stitchmesh.app.pages.drape import page as drape_page
 from stitchmesh.app.pages.drape.drape_session import name_of, read_history, write_history
 from stitchmesh.app.pages.drape.page import CONTINUE, RUN, RUN_AGAIN
-from stitchmesh.app.pages.view import draped_sketch
-from stitchmesh.app.pages.view.draped_sketch import DrapedSketch, SketchLines
+from stitchmesh.app.pages.view import draped_view
+from stitchmesh.app.pages.view.draped_view import DrapedSketch, SketchLines
 from stitchmesh.cli.main import main
 from stitchmesh.compute.device import alone
 from stitchmesh.editing.undo_history import UndoHistory
@@ -85,8 +85,8 @@ def test_the_lines_of_a_sketch_are_bounded(monkeypatch):
     yarns, region = prepared.fabric.yarns, prepared.region
     whole = SketchLines.of(yarns, region)
     for most in (3, 10, 60):
-        monkeypatch.setattr(draped_sketch, "MOST_LINES", most)
-        monkeypatch.setattr(draped_sketch, "PIECE", 1)
+        monkeypatch.setattr(draped_view, "MOST_LINES", most)
+        monkeypatch.setattr(draped_view, "PIECE", 1)
         lines = SketchLines.of(yarns, region)
         longest = int(np.diff(yarns.yarn_start).max())
         assert 0 < len(lines.node) <= most + longest and set(lines.yarn) <= set(whole.yarn)

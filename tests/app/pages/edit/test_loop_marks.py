@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stitchmesh.app.pages.edit.loop_marks import loop_lines
+from stitchmesh.app.pages.edit.fabric_view import loop_lines
 from stitchmesh.editing.edit import Edit, apply_edit
 from tests.app.pages.edit.opened import WIDE
 from tests.editing.fabrics import top_of

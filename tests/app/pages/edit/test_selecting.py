@@ -6,8 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from stitchmesh.app.scene.camera_view import CameraView
-from stitchmesh.app.scene.scene import ScreenBox
+from stitchmesh.app.scene.scene import CameraView, ScreenBox
 from stitchmesh.editing.edit import Edit
 from tests.app.pages.edit.opened import WIDE, same_as
 

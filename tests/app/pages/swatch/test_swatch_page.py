@@ -15,8 +15,6 @@ import pytest
 
 import stitchmesh as sm
 from stitchmesh.app.application import App
-from stitchmesh.app.controls.null_controls import NullControl, NullControls
-from stitchmesh.app.front import NullFront
 from stitchmesh.app.pages.gauge_panel import OWN_YARN
 from stitchmesh.app.pages.swatch import stretch_panel
 from stitchmesh.app.pages.swatch.dial_panel import DialPanel
@@ -29,6 +27,7 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.periodic.stretch import StretchCurve, StretchPoint
 from stitchmesh.periodic.swatch_design import SwatchDesign
 from stitchmesh.yarn.yarn_presets import Yarn
+from tests.app.null_front import NullControl, NullControls, NullFront
 from tests.app.pages.headless import SAFETY, Headless, call
 
 PLAIN = SwatchState((SwatchDesign(sm.read_weave("plain")),))

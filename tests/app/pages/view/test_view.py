@@ -228,7 +228,8 @@ def test_a_box_cuts_yarns_and_faces(view, tmp_path):
 def test_files_without_a_thing_are_shown_in_the_panel(view, tmp_path):
     write_history(tmp_path / "convergence.csv", ENTRIES)
     opened(view, tmp_path / "convergence.csv")
-    assert list(view.app.page._plot.figure.data[0].y) == [1.0, 0.25] and not view.scene.drawings
+    (residual,) = [curve for curve in view.app.page._plot.figure.data if curve.name == "residual"]
+    assert list(residual.y) == [1.0, 0.25] and not view.scene.drawings
     (tmp_path / "report.json").write_text('{"a": "<b>"}')
     opened(view, tmp_path / "report.json")
     assert "{&quot;a&quot;: &quot;&lt;b&gt;&quot;}" in view.controls.text_shown()

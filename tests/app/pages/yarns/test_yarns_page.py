@@ -13,15 +13,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from stitchmesh.app.pages.run_panel import STALE
-from stitchmesh.app.pages.yarns import yarn_view
+from stitchmesh.app.pages.page_run import STALE
+from stitchmesh.app.pages.view import thing_view
 from stitchmesh.app.pages.yarns.page import CONTINUE, GENERATE, GENERATE_AGAIN, RELAX, RELAX_AGAIN, YarnsPage
 from stitchmesh.app.pages.yarns.yarn_view import COLOURINGS
 from stitchmesh.app.project.division import Division
 from stitchmesh.app.project.project import Project
-from stitchmesh.app.scene.camera_view import CameraView
 from stitchmesh.app.scene.drawing import Surface, YarnTubes
-from stitchmesh.app.scene.scene import ScreenBox
+from stitchmesh.app.scene.scene import CameraView, ScreenBox
 from stitchmesh.compute.device import alone
 from stitchmesh.editing.edit import Edit
 from stitchmesh.errors import FileError, ParameterError
@@ -76,10 +75,9 @@ def generated(with_yarns: Path, tmp_path: Path) -> Iterator[Headless]:
         yield app
 
 
-def relaxed(project: Project, options: RelaxOptions | None = None, **more: Any) -> Relaxation:
+def relaxed(project: Project, options: RelaxOptions | None = None) -> Relaxation:
     quality = quality_named(quality_with("draft", max_iterations=MOST))
-    arguments = {"quality": quality, "fabric": project.evened, "keep_shape": True} | more
-    return relax_with_options(project.yarns, options or RelaxOptions(), **arguments)
+    return relax_with_options(project.yarns, options or RelaxOptions(), quality=quality, fabric=project.evened)
 
 
 def run_of(shown: Headless) -> Any:
@@ -107,8 +105,8 @@ def test_yarns_are_those_of_the_library_and_take_the_place_of_the_stitches(tmp_p
         wait_for_task(app)
         expected = generate_yarns(app.project.evened, quality="draft")
         assert np.array_equal(app.project.yarns.points, expected.points)
-        assert set(app.scene.drawings) == {"yarns"} and app.scene.shown is not None
-        drawing = app.scene.drawings["yarns"]
+        assert set(app.scene.drawings) == {"viewed"} and app.scene.shown is not None
+        drawing = app.scene.drawings["viewed"]
         assert isinstance(drawing, YarnTubes) and drawing.points is app.project.yarns.points
         assert f"{expected.yarn_count} yarns, {len(expected.points):,} control points" in app.controls.text_shown()
 
@@ -128,7 +126,7 @@ def test_relaxed_yarns_are_those_of_the_library_to_the_last_bit_and_are_describe
     assert np.array_equal(generated.project.relaxed.points, expected.yarns.points)
     assert generated.project.report["residual"] == expected.report["residual"]
     assert len(generated.project.history) == len(expected.history)
-    assert generated.scene.drawings["yarns"].points is generated.project.relaxed.points
+    assert generated.scene.drawings["viewed"].points is generated.project.relaxed.points
     first = generated.project.relaxed
     press(generated, RELAX_AGAIN)
     wait_for_task(generated)
@@ -148,22 +146,23 @@ def test_settings_reach_the_library(generated: Headless):
 
     settings = generated.app.page.settings
     assert same(settings.relax_options(generated.project), RelaxOptions(
-        material="kaldor-simulation", rest_lengths=RestLengths(factor=0.95), terms=[Gravity(), Friction(0.3)]
+        material="kaldor-simulation", rest_lengths=RestLengths(factor=0.95), terms=(Gravity(), Friction(0.3)),
+        keep_shape=False,
     ))  # fmt: skip
     generated.controls.set("Material", DEFAULT_MATERIAL)
     generated.controls.set("Gravity", 0.0)
     generated.controls.set("Friction", 0.0)
-    options = RelaxOptions(rest_lengths=RestLengths(factor=0.95))
-    expected = relaxed(generated.project, options, keep_shape=False)
+    options = RelaxOptions(rest_lengths=RestLengths(factor=0.95), keep_shape=False)
+    expected = relaxed(generated.project, options)
     press(generated, RELAX)
     wait_for_task(generated)
     assert np.array_equal(generated.project.relaxed.points, expected.yarns.points)
 
 
 def test_a_stopped_relaxation_keeps_what_is_shown_and_continues_to_the_same_bits(generated: Headless):
-    expected, before = relaxed(generated.project), generated.scene.drawings["yarns"]
+    expected, before = relaxed(generated.project), generated.scene.drawings["viewed"]
     run = paused_at(generated, 2)
-    now = generated.scene.drawings["yarns"]
+    now = generated.scene.drawings["viewed"]
     assert now.points is run.newest.state.points
     # Colours and structure stay the same objects, so that they are not sent again.
     assert now.colours is before.colours and now.blocks is before.blocks
@@ -317,7 +316,7 @@ def test_a_body_that_cannot_be_read_is_refused_and_takes_no_place_of_another(gen
 def test_every_colouring_colours_the_yarns(generated: Headless):
     for colouring in COLOURINGS:
         call(generated, generated.controls.set, "Colours show", colouring)
-        drawing = generated.scene.drawings["yarns"]
+        drawing = generated.scene.drawings["viewed"]
         assert drawing.colours.shape == drawing.points.shape and not generated.notices()
 
 
@@ -328,7 +327,7 @@ def test_settings_of_another_version_do_not_stop_the_page(generated: Headless):
 
 
 def test_colours_that_take_long_are_found_while_the_page_answers(generated: Headless, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(yarn_view, "SLOW_COLOURS", {"contact": 0})
+    monkeypatch.setattr(thing_view, "SLOW_COLOURS", {"contact": 0})
     call(generated, generated.controls.set, "Colours show", "Contact force")
     wait_for_task(generated)
     assert "dyn/cm contact" in generated.controls.text_shown()
@@ -338,10 +337,10 @@ def test_colours_that_take_long_are_found_while_the_page_answers(generated: Head
 def test_colours_that_take_long_wait_for_the_end_of_a_relaxation(
     generated: Headless, monkeypatch: pytest.MonkeyPatch
 ):
-    monkeypatch.setattr(yarn_view, "SLOW_COLOURS", {"contact": 0})
+    monkeypatch.setattr(thing_view, "SLOW_COLOURS", {"contact": 0})
     paused_at(generated, 1)
     call(generated, generated.controls.set, "Colours show", "Contact force")
     assert "relaxing the yarns is still running" in generated.notices()
-    assert generated.controls.find("Colours show").value == "Yarn"
+    assert generated.controls.find("Colours show").value == "Colours of the yarns"
     press(generated, "Stop")
     wait_for_task(generated)

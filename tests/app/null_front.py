@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Controls without a panel: a test builds a page with them, and presses and reads them without a browser."""
+"""A front without a browser: a test builds a page on it, presses and reads its controls, and looks at its drawings."""
 
 from __future__ import annotations
 
@@ -11,8 +11,13 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from stitchmesh.app.controls.controls import Bounds, do_nothing
-from stitchmesh.errors import ParameterError
+from stitchmesh.app.event_queue import EventQueue
+from stitchmesh.app.front import Listener, NoticeKind
+from stitchmesh.app.scene.drawing import Drawing, shows_nothing
+from stitchmesh.app.scene.scene import CameraView, ViewName
+from stitchmesh.errors import DisplayError, ParameterError
 from stitchmesh.markup import Markup, checked
+from stitchmesh.mesh import FloatArray
 
 
 @dataclass(eq=False)
@@ -37,7 +42,6 @@ class NullControl:
         object.__setattr__(self, name, checked(value) if name == "content" else value)
 
     def remove(self) -> None:
-        """Mark the control as removed."""
         self.removed = True
 
 
@@ -45,7 +49,6 @@ class NullControls:
     """``Controls`` without a panel."""
 
     def __init__(self) -> None:
-        """Start empty."""
         self._made: list[NullControl] = []
 
     @property
@@ -54,11 +57,7 @@ class NullControls:
         return [control for control in self._made if not control.removed]
 
     def find(self, label: str) -> NullControl:
-        """Return the control with a label.
-
-        Raises:
-            ParameterError: no control has the label, or it is hidden or disabled.
-        """
+        """Return the control with a label; a hidden or disabled one is refused."""
         for control in self.made:
             if control.label == label:
                 if control.visible and not control.disabled:
@@ -74,11 +73,7 @@ class NullControls:
         control.changed(*(() if option is None else (option,)))
 
     def set(self, label: str, value: object) -> None:
-        """Give a control another value, as a user does.
-
-        Raises:
-            ParameterError: the control does not take the value.
-        """
+        """Give a control another value, as a user does; a value beyond its bounds is refused."""
         control = self.find(label)
         if control.bounds is not None:
             control.bounds.check(value)
@@ -86,11 +81,7 @@ class NullControls:
         control.changed(value)
 
     def act(self, action: str, value: str = "") -> None:
-        """Click the HTML element that has this action.
-
-        Raises:
-            ParameterError: no element on the panel has the action and the value.
-        """
+        """Click the HTML element that has this action and this value."""
         for control in self.made:
             if f'data-action="{action}"' in control.content and f'data-value="{value}"' in control.content:
                 control.changed(action, value)
@@ -106,79 +97,127 @@ class NullControls:
         return "\n".join(control.content for control in self.made if control.visible and control.content)
 
     def button(self, label: str, hint: str, run: Callable[[], object], *, main: bool = False) -> NullControl:
-        """Add a button."""
         return self._add("button", label, hint, changed=run)
 
-    def toggle(self, label: str, hint: str, value: bool, changed: Callable[[bool], object] = do_nothing) -> NullControl:
-        """Add a box to tick."""
+    def toggle(self, label: str, hint: str, value: bool, changed: Callable[..., object] = do_nothing) -> NullControl:
         return self._add("toggle", label, hint, value=value, changed=changed)
 
     def number(
-        self, label: str, hint: str, value: float, changed: Callable[[float], object] = do_nothing, *,
+        self, label: str, hint: str, value: float, changed: Callable[..., object] = do_nothing, *,
         least: float, most: float, step: float,
     ) -> NullControl:  # fmt: skip
-        """Add a number."""
         return self._add("number", label, hint, value=value, changed=changed, bounds=Bounds(label, least, most))
 
-    def slider(
-        self, label: str, hint: str, value: float, changed: Callable[[float], object], *,
-        least: float, most: float, step: float,
-    ) -> NullControl:  # fmt: skip
-        """Add a slider."""
-        return self._add("slider", label, hint, value=value, changed=changed, bounds=Bounds(label, least, most))
+    slider = number
 
     def choice(
-        self, label: str, hint: str, options: Sequence[str], value: str, changed: Callable[[str], object] = do_nothing
+        self, label: str, hint: str, options: Sequence[str], value: str, changed: Callable[..., object] = do_nothing
     ) -> NullControl:
-        """Add a list of options."""
         return self._add("choice", label, hint, value=value, changed=changed, options=tuple(options))
 
-    def buttons(self, label: str, hint: str, options: Sequence[str], pressed: Callable[[str], object]) -> NullControl:
-        """Add buttons in one row."""
+    def buttons(self, label: str, hint: str, options: Sequence[str], pressed: Callable[..., object]) -> NullControl:
         return self._add("buttons", label, hint, changed=pressed, options=tuple(options))
 
     def text(
-        self, label: str, hint: str, value: str, changed: Callable[[str], object] = do_nothing, *, lines: int = 1
+        self, label: str, hint: str, value: str, changed: Callable[..., object] = do_nothing, *, lines: int = 1
     ) -> NullControl:
-        """Add a text."""
         return self._add("text", label, hint, value=value, changed=changed)
 
-    def colour(self, label: str, hint: str, value: str, changed: Callable[[str], object] = do_nothing) -> NullControl:
-        """Add a colour."""
+    def colour(self, label: str, hint: str, value: str, changed: Callable[..., object] = do_nothing) -> NullControl:
         return self._add("colour", label, hint, value=value, changed=changed)
 
     def html(self, content: Markup, action: Callable[[str, str], object] | None = None) -> NullControl:
-        """Add a piece of HTML."""
         return self._add("html", content=content, changed=action or do_nothing)
 
     def plot(self, figure: Any = None, aspect: float = 1.6) -> NullControl:
-        """Add a plot."""
         return self._add("plot", figure=figure)
 
     def upload(
         self, label: str, hint: str, suffixes: Sequence[str], received: Callable[[str, bytes], object]
     ) -> NullControl:
-        """Add a button that takes a file."""
         return self._add("upload", label, hint, changed=received, options=tuple(suffixes))
 
     def progress_bar(self) -> NullControl:
-        """Add a bar."""
         return self._add("progress", value=0.0)
 
     @contextmanager
     def group(self, label: str, opened: bool = True) -> Iterator[NullControl]:
-        """Add a group."""
         yield self._add("group", label)
 
     def key(self, label: str, hint: str, hotkey: str, modifier: str | None, run: Callable[[], object]) -> NullControl:
-        """Add a command that a key calls."""
         return self._add("key", label, hint, changed=run)
 
     def clear(self) -> None:
-        """Remove all controls."""
         self._made.clear()
 
     def _add(self, kind: str, label: str = "", hint: str = "", **fields: Any) -> NullControl:
         control = NullControl(kind, label, hint, **fields)
         self._made.append(control)
         return control
+
+
+class NullScene:
+    """A ``DrawingScene`` without a screen, which keeps its drawings."""
+
+    def __init__(self) -> None:
+        self.drawings: dict[str, Drawing] = {}
+        """The present drawings, by name."""
+        self.shown: tuple[FloatArray, FloatArray, ViewName] | None = None
+        """The box and the view of the last ``look_at``."""
+        self.views: list[CameraView] = []
+        """The cameras that ``cameras`` returns."""
+
+    def show(self, name: str, drawing: Drawing | None) -> None:
+        if drawing is None or shows_nothing(drawing):
+            self.remove(name)
+        else:
+            self.drawings[name] = drawing
+
+    def remove(self, name: str) -> None:
+        self.drawings.pop(name, None)
+
+    def clear(self) -> None:
+        self.drawings.clear()
+
+    def look_at(self, low: FloatArray, high: FloatArray, view: ViewName | None = None) -> None:
+        self.shown = low, high, view or "front"
+
+    def cameras(self) -> list[CameraView]:
+        return self.views
+
+    def screenshot(self, width: int, height: int) -> bytes:
+        raise DisplayError(f"screenshot: no browser draws {width} x {height} pixels; open the page first")
+
+
+@dataclass(eq=False)
+class NullFront:
+    """A ``Front`` that remembers what it was told."""
+
+    queue: EventQueue = field(default_factory=EventQueue)
+    scene: NullScene = field(default_factory=NullScene)
+    navigation: NullControls = field(default_factory=NullControls)
+    controls: NullControls = field(default_factory=NullControls)
+    left_controls: NullControls = field(default_factory=NullControls)
+    notices: list[tuple[str, str, NoticeKind]] = field(default_factory=list)
+    downloads: list[tuple[str, bytes]] = field(default_factory=list)
+    listener: Listener | None = None
+    dark: bool = False
+    acting_client: int | None = None
+
+    def listen(self, listener: Listener) -> None:
+        self.listener = listener
+
+    def notice(self, title: str, text: str, kind: NoticeKind) -> None:
+        self.notices.append((title, text, kind))
+
+    def download(self, name: str, content: bytes, client: int | None = None) -> None:
+        self.downloads.append((name, content))
+
+    def set_dark(self, dark: bool) -> None:
+        self.dark = dark
+
+    def name_left_panel(self, title: str, width: int) -> None:
+        """Do nothing."""
+
+    def close(self) -> None:
+        """Do nothing."""
