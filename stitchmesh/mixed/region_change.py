@@ -17,8 +17,9 @@ from functools import partial
 import numpy as np
 
 from stitchmesh.mesh import FloatArray
-from stitchmesh.mixed.assembly import Loads, MixedFabric, contact_points, loaded_system
+from stitchmesh.mixed.assembly import Loads, contact_points, loaded_system
 from stitchmesh.mixed.contact.attachments import Attachment, PrescribedMotion
+from stitchmesh.mixed.dynamics.cloth_system import MixedFabric
 from stitchmesh.mixed.dynamics.equilibrium import EquilibriumSettings, find_equilibrium
 from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
 from stitchmesh.mixed.dynamics.vector_sums import choose, set_sum

@@ -42,7 +42,7 @@ from benchmarks.table import Rows
 from stitchmesh.compute.device import device_named
 from stitchmesh.mixed.cloth.panels import Panel
 from stitchmesh.mixed.cloth.seams import cloth_from_panels
-from stitchmesh.mixed.dynamics.cloth_system import ClothModel, cloth_system
+from stitchmesh.mixed.dynamics.cloth_system import MixedFabric, cloth_system
 from stitchmesh.mixed.dynamics.equilibrium import EquilibriumSettings, find_equilibrium
 from stitchmesh.mixed.enrichment.region import YARNS, region_around
 from stitchmesh.mixed.layout.weave import lay_weave
@@ -148,12 +148,18 @@ def displacements(density: float, rings: int, deformation: Numbers) -> Numbers:
     layout = cloth.triangles, len(cloth.vertices), yarns.triangle, yarns.barycentric
     region = region_around(*layout, np.flatnonzero(middle), rings=rings)
     material = sm.FabricMaterials.of(sm.CrossingMaterial.named("gong-1"))
-    model = ClothModel(matched(density, material), material, acceleration=(0, 0, 0))
+    fabric = MixedFabric(
+        cloth=cloth, yarns=yarns, cloth_material=matched(density, material), yarn_materials=material
+    )
     border = np.abs(cloth.vertices[:, :2] - SIDE / 2).max(axis=1) > SIDE / 2 - 1e-9
     made = cloth_system(
-        cloth, yarns, region, model, fixed_vertices=np.flatnonzero(border), vertices=cloth.vertices @ deformation.T,
+        fabric,
+        region,
+        fixed_vertices=np.flatnonzero(border),
+        vertices=cloth.vertices @ deformation.T,
+        acceleration=(0.0, 0.0, 0.0),
         device=device_named("cpu"),
-    )  # fmt: skip
+    )
     start = made.positions.numpy()[1].copy()
     find_equilibrium(made.system, made.positions, EquilibriumSettings(force_tolerance=TOLERANCE))
     return (made.positions.numpy()[1] - start)[region.node_kind[region.nodes] == YARNS]

@@ -17,7 +17,7 @@ from stitchmesh.labeling import label
 from stitchmesh.mesh import BORDER
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.cloth.from_stitches import cloth_from_stitches
-from stitchmesh.mixed.dynamics.cloth_system import ClothModel, ClothSystem, cloth_system
+from stitchmesh.mixed.dynamics.cloth_system import ClothSystem, MixedFabric, cloth_system
 from stitchmesh.mixed.enrichment.region import Region, region_around
 from stitchmesh.mixed.layout.spline_yarns import SplineYarns
 from stitchmesh.mixed.layout.splines_on_stitches import lay_splines
@@ -81,7 +81,12 @@ def built(name: str, *, nodes: Sequence[int] = (), vertices: Sequence[int] = (),
           acceleration: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> ClothSystem:  # fmt: skip
     """The system of a region, without weight by default."""
     cloth, yarns, _pinned = jersey()
-    model = ClothModel(SHEET, YARN, acceleration=acceleration)
     return cloth_system(
-        cloth, yarns, region_of(name), model, fixed_nodes=nodes, fixed_vertices=vertices, scalar=scalar, device=CPU
+        MixedFabric(cloth=cloth, yarns=yarns, cloth_material=SHEET, yarn_materials=YARN),
+        region_of(name),
+        fixed_nodes=nodes,
+        fixed_vertices=vertices,
+        acceleration=acceleration,
+        scalar=scalar,
+        device=CPU,
     )
