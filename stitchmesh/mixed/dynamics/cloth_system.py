@@ -47,25 +47,15 @@ from stitchmesh.mixed.layout.spline_yarns import LaidYarns, SplineYarns
 from stitchmesh.mixed.mixed_vector import MixedVector
 from stitchmesh.mixed.splines.spline_material import SplineMaterial
 from stitchmesh.mixed.term import EARTH, FULL, MixedTerm
-from stitchmesh.mixed.triangles.cloth_material import ClothMaterial, checked_weights, materials_of_panels
+from stitchmesh.mixed.triangles.cloth_material import ClothMaterial, checked_weights
 from stitchmesh.mixed.triangles.membrane import Membrane
 from stitchmesh.mixed.triangles.seam_rod import SeamMaterial, SeamRod, rest_lengths
 from stitchmesh.mixed.triangles.shell_bending import ShellBending
 
 
-def triangle_masses(cloth: Cloth, materials: ClothMaterial | Sequence[ClothMaterial]) -> NDArray[np.float64]:
-    """Mass of each triangle: area at rest times density [g], shape (T,).
-
-    Args:
-        cloth: T triangles in panels.
-        materials: one material for all panels, or one for each panel.
-
-    Raises:
-        ParameterError: the number of materials differs from the number of panels.
-    """
-    chosen = materials_of_panels(materials, len(cloth.panel_names))
-    density = np.array([one.density for one in chosen])[cloth.panel if len(chosen) > 1 else 0]
-    masses: NDArray[np.float64] = cloth.rest_area * density
+def triangle_masses(cloth: Cloth, material: ClothMaterial) -> NDArray[np.float64]:
+    """Mass of each triangle: area at rest times density [g], shape (T,)."""
+    masses: NDArray[np.float64] = cloth.rest_area * material.density
     return masses
 
 

@@ -22,14 +22,10 @@ cloth at rest] over the strain (length over rest length - 1) of a strip that kee
 replaces C_12 by a stress over E_11 + E_22 that acts along both axes; this stress is therefore the tension across a
 strip that keeps its width. The coupling of a knit that stiffens may then exceed the bound of C_12 at rest.
 ``material_file`` holds named materials.
-
-``checked_weights`` and ``materials_of_panels`` check blending weights and materials that users give for each triangle
-or panel.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -227,15 +223,3 @@ def checked_weights(weight: ArrayLike | None, count: int) -> NDArray[np.float64]
     if len(bad):
         raise ParameterError(f"blending weights: element {bad[0]} has {weights[bad[0]]:g}; expected 0 to 1")
     return weights
-
-
-def materials_of_panels(materials: ClothMaterial | Sequence[ClothMaterial], panels: int) -> list[ClothMaterial]:
-    """The material of each panel; a single material is used for all panels.
-
-    Raises:
-        ParameterError: the number of materials differs from the number of panels.
-    """
-    chosen = [materials] if isinstance(materials, ClothMaterial) else list(materials)
-    if len(chosen) not in (1, panels):
-        raise ParameterError(f"materials: got {len(chosen)}; expected one for all panels or one for each of {panels}")
-    return chosen
