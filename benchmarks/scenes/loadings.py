@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.places import MIXED_SCENES
-from stitchmesh.mixed.cloth.panel_file import PanelTable
+from stitchmesh.mixed.cloth.panels import Panel
 from stitchmesh.mixed.scene.cloth_section import ClothSection
 from stitchmesh.mixed.scene.motion_section import AttachmentSection, Keyframe
 from stitchmesh.mixed.scene.region_section import BoxSection
@@ -151,7 +151,7 @@ def moving(displacement: tuple[float, ...]) -> tuple[Keyframe, Keyframe]:
     return Keyframe(time=0.0), Keyframe(time=1.0, displacement=(x, y, z))
 
 
-def _moved(panel: PanelTable, shift: float) -> PanelTable:
+def _moved(panel: Panel, shift: float) -> Panel:
     """A panel that begins farther along x [cm]."""
     assert panel.position is not None
     return replace(panel, position=replace(panel.position, origin=(shift, *panel.position.origin[1:])))

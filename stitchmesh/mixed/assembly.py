@@ -16,7 +16,6 @@ import numpy as np
 import warp as wp
 
 from stitchmesh.mesh import FloatArray, Mesh
-from stitchmesh.mixed.contact.attachments import Attachment, at_simulated_nodes
 from stitchmesh.mixed.contact.body import SolidBody
 from stitchmesh.mixed.contact.body_distance import BodyContact
 from stitchmesh.mixed.contact.body_friction import BodyFriction
@@ -28,7 +27,7 @@ from stitchmesh.mixed.contact.contact_points import (
     points_on_triangles,
 )
 from stitchmesh.mixed.contact.layer_friction import LayerFriction
-from stitchmesh.mixed.contact.motion import RigidMotion
+from stitchmesh.mixed.contact.motion import Attachment, RigidMotion, at_simulated_nodes
 from stitchmesh.mixed.contact.self_collision import PRESSURE, SelfCollision
 from stitchmesh.mixed.dynamics.cloth_system import MixedFabric, cloth_system
 from stitchmesh.mixed.dynamics.mixed_system import MixedSystem

@@ -18,8 +18,8 @@ import numpy as np
 from benchmarks.table import Rows
 from stitchmesh.compute.device import alone, device_named
 from stitchmesh.compute.precision import scalar_named
-from stitchmesh.mixed.cloth.panel_file import PanelTable
 from stitchmesh.mixed.cloth.panel_position import PanelPosition
+from stitchmesh.mixed.cloth.panels import Panel
 from stitchmesh.mixed.cloth.seams import PanelBorder, PanelSeam
 from stitchmesh.mixed.enrichment.embedding import embed
 from stitchmesh.mixed.enrichment.region import region_around
@@ -137,9 +137,9 @@ def at_a_seam() -> PreparedScene:
     """A region across the seam of two panels."""
     half, high = 0.5 * SIDE, SIDE
     outline = ((0.0, 0.0), (half, 0.0), (half, high), (0.0, high))
-    right = PanelTable(name="right", outline=outline, position=PanelPosition(origin=(half, 0.0, 0.0)))
+    right = Panel(name="right", outline=outline, position=PanelPosition(origin=(half, 0.0, 0.0)))
     seam = PanelSeam(first=PanelBorder(panel="left", start=1, end=2), second=PanelBorder(panel="right", start=3, end=0))
-    panels = PanelTable(name="left", outline=outline), right
+    panels = Panel(name="left", outline=outline), right
     return scene(cloth=ClothSection(panels=panels, seams=(seam,), edge_length=0.6))
 
 
@@ -203,7 +203,7 @@ def cases() -> list[Case]:
         Case("region outside of the cloth", lambda: scene(
             region=RegionSection(boxes=(BoxSection(low=(8.0, 8.0, 8.0), high=(9.0, 9.0, 9.0)),)))),
         Case("a panel that crosses itself", lambda: scene(cloth=ClothSection(
-            panels=(PanelTable(name="bow", outline=((0.0, 0.0), (2.0, 2.0), (2.0, 0.0), (0.0, 2.0))),)))),
+            panels=(Panel(name="bow", outline=((0.0, 0.0), (2.0, 2.0), (2.0, 0.0), (0.0, 2.0))),)))),
     ]  # fmt: skip
     return made
 

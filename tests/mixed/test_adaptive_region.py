@@ -17,10 +17,10 @@ from stitchmesh.io import read_yarns
 from stitchmesh.mixed import automatic_region
 from stitchmesh.mixed.automatic_region import node_budget, place_yarns, run_triangles
 from stitchmesh.mixed.drape import Draped, drape
-from stitchmesh.mixed.dynamics.kept_momentum import momentum_about
 from stitchmesh.mixed.enrichment.region import TRIANGLES, YARNS, Region
 from stitchmesh.mixed.memory import estimate_memory
 from stitchmesh.mixed.placement.chosen_region import NodeBudget
+from stitchmesh.mixed.region_change import momentum_about
 from stitchmesh.mixed.scene.cloth_section import ClothSection
 from stitchmesh.mixed.scene.motion_section import AttachmentSection, BodySection, Keyframe
 from stitchmesh.mixed.scene.region_section import BoxSection, RegionSection

@@ -33,7 +33,7 @@ from stitchmesh.compute.device import alone, device_named
 from stitchmesh.compute.precision import scalar_named
 from stitchmesh.mixed.assembly import Loads, loaded_system
 from stitchmesh.mixed.cloth.cloth import Cloth
-from stitchmesh.mixed.contact.attachments import Attachment
+from stitchmesh.mixed.contact.motion import Attachment
 from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial, FabricMaterials
 from stitchmesh.mixed.dynamics.backward_euler import Dynamics, DynamicsSettings
 from stitchmesh.mixed.dynamics.cloth_system import MixedFabric

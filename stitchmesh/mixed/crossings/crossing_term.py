@@ -34,12 +34,14 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.crossings.crossing_elements import CrossingElements
 from stitchmesh.mixed.crossings.energies.angle import angle_of, place_of
 from stitchmesh.mixed.crossings.star.star import coordinate_of, leg_of
-from stitchmesh.mixed.crossings.star.star_hessian import (
+from stitchmesh.mixed.crossings.star.star_kernels import (
     add_star_diagonal,
+    add_star_slots,
     find_star_blocks,
+    find_star_energies,
+    find_star_forces,
     multiply_star_blocks,
 )
-from stitchmesh.mixed.crossings.star.star_kernels import add_star_slots, find_star_energies, find_star_forces
 from stitchmesh.mixed.crossings.star.star_memory import BLOCK_NUMBERS, LEG_NUMBERS, numbers_of
 from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
 from stitchmesh.mixed.term import MixedTerm

@@ -32,12 +32,10 @@ from stitchmesh.mixed.crossings.crossing_material import FabricMaterials
 from stitchmesh.mixed.crossings.crossing_term import CrossingTerm
 from stitchmesh.mixed.crossings.friction.sliding_friction import SlidingFriction
 from stitchmesh.mixed.crossings.stitch_term import StitchTerm, stitch_elements
-from stitchmesh.mixed.crossings.yarn_gravity import YarnGravity
-from stitchmesh.mixed.crossings.yarn_mass import YarnMass
-from stitchmesh.mixed.dynamics.mass_matrix import BlendedMasses, MassMatrix, NodeMasses, blend_masses
+from stitchmesh.mixed.crossings.yarn_mass import YarnGravity, YarnMass
+from stitchmesh.mixed.dynamics.mass_matrix import BlendedMasses, MassMatrix, NodeMasses, Weight, blend_masses
 from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
 from stitchmesh.mixed.dynamics.spline_part import spline_masses, spline_term
-from stitchmesh.mixed.dynamics.weight import Weight
 from stitchmesh.mixed.enrichment.balanced_weights import StretchedCloth, StretchWeights, balanced_weights
 from stitchmesh.mixed.enrichment.embedding import FreeUnknowns, embed
 from stitchmesh.mixed.enrichment.projection import make_consistent
@@ -45,7 +43,7 @@ from stitchmesh.mixed.enrichment.region import TRIANGLES, Region
 from stitchmesh.mixed.layout.crossing_yarns import WARP, WEFT, CrossingYarns
 from stitchmesh.mixed.layout.spline_yarns import LaidYarns, SplineYarns
 from stitchmesh.mixed.mixed_vector import MixedVector
-from stitchmesh.mixed.splines.spline_material import SplineMaterial
+from stitchmesh.mixed.splines.spline_pieces import SplineMaterial
 from stitchmesh.mixed.term import EARTH, FULL, MixedTerm
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial, checked_weights
 from stitchmesh.mixed.triangles.membrane import Membrane

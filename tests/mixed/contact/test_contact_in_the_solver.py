@@ -11,16 +11,15 @@ import pytest
 import warp as wp
 
 from stitchmesh.errors import SolverError
-from stitchmesh.mixed.contact.attachments import Attachment, PrescribedMotion, at_simulated_nodes
 from stitchmesh.mixed.contact.body import SolidBody
 from stitchmesh.mixed.contact.body_distance import BodyContact
 from stitchmesh.mixed.contact.body_friction import BodyFriction
 from stitchmesh.mixed.contact.contact_points import ContactPoints, join_points, points_at_nodes
-from stitchmesh.mixed.contact.motion import RigidMotion
+from stitchmesh.mixed.contact.motion import Attachment, PrescribedMotion, RigidMotion, at_simulated_nodes
 from stitchmesh.mixed.contact.self_collision import SelfCollision
 from stitchmesh.mixed.dynamics.backward_euler import Dynamics, DynamicsSettings
 from stitchmesh.mixed.dynamics.equilibrium import EquilibriumSettings, find_equilibrium
-from stitchmesh.mixed.dynamics.weight import Weight
+from stitchmesh.mixed.dynamics.mass_matrix import Weight
 from stitchmesh.mixed.enrichment.region import Region, region_around
 from stitchmesh.mixed.mixed_vector import MixedVector
 from tests.mixed.contact.bodies import ball, box

@@ -19,9 +19,8 @@ from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.cloth.from_stitches import cloth_from_stitches
 from stitchmesh.mixed.dynamics.cloth_system import ClothSystem, MixedFabric, cloth_system
 from stitchmesh.mixed.enrichment.region import Region, region_around
-from stitchmesh.mixed.layout.spline_yarns import SplineYarns
-from stitchmesh.mixed.layout.splines_on_stitches import lay_splines
-from stitchmesh.mixed.splines.spline_material import SplineMaterial
+from stitchmesh.mixed.layout.spline_yarns import SplineYarns, lay_splines
+from stitchmesh.mixed.splines.spline_pieces import SplineMaterial
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
 from stitchmesh.quality import quality_named
 from stitchmesh.tessellate import tessellate
