@@ -110,6 +110,8 @@ def _contact_terms(
     if not loads.bodies and not loads.self_collision:
         return []
     points, links = contact_points(fabric, region, loads.thickness)
+    if not len(points):
+        return []
     terms: list[MixedTerm] = []
     for each in loads.bodies:
         contact = BodyContact(

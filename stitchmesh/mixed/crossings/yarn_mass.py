@@ -288,15 +288,11 @@ class YarnGravity(MixedTerm):
 
     def element_energies(self, state: MixedVector, launcher: Launcher) -> tuple[list[Any], wp.array[Any]]:
         """The launch that finds the energy of the segments of each node, and the array of the energies."""
-        if self.count == 0:
-            return [], self._energy
         inputs = [self._link, self._density, self._acceleration, state.nodes, state.sliding]
         return [launcher(find_weight_energies, self.count, inputs, [self._energy])], self._energy
 
     def forces(self, state: MixedVector, force: MixedVector, launcher: Launcher) -> list[Any]:
         """The launch that adds the weights."""
-        if self.count == 0:
-            return []
         inputs = [self._link, self._slides, self._density, self._acceleration, state.nodes, state.sliding]
         return [launcher(add_yarn_weights, self.count, inputs, [force.nodes, force.sliding])]
 

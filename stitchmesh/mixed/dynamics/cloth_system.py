@@ -201,7 +201,7 @@ def _yarn_part(
         terms = [elastic, YarnGravity(elements, scalar, device, acceleration)]
         if yarns.kind == "knit":
             stitches = stitch_elements(yarns, elements, material.weft, alpha=alpha, full=alpha >= FULL)
-            terms.append(StitchTerm(stitches, elements.count, scalar, device))
+            terms += [StitchTerm(stitches, elements.count, scalar, device)] if len(stitches.nodes) else []
         terms.append(SlidingFriction(elements, elastic))
     return YarnPart(terms, elements.slides, YarnMass(elements, scalar, device), weighs=True)
 
@@ -289,10 +289,9 @@ def _triangle_terms(
     cloth, material = fabric.cloth, fabric.cloth_material
     weight = 1.0 - region.triangle_alpha
     shares = None if stretch is None else stretch.triangles / np.where(weight > 0.0, weight, 1.0)[:, None]
-    terms: list[MixedTerm] = [
-        Membrane(cloth, material, scalar, device, weight, shares),
-        ShellBending(cloth, material, scalar, device, weight),
-    ]
+    terms: list[MixedTerm] = [Membrane(cloth, material, scalar, device, weight, shares)]
+    if len(cloth.hinges):
+        terms.append(ShellBending(cloth, material, scalar, device, weight))
     if fabric.seam_material is not None and len(cloth.seam_edges):
         terms.append(SeamRod(cloth, fabric.seam_material, scalar, device, _edge_weights(cloth, region)))
     return terms

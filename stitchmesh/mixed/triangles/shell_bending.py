@@ -358,16 +358,12 @@ class ShellBending(MixedTerm):
 
     def element_energies(self, state: MixedVector, launcher: Launcher) -> tuple[list[Any], wp.array[Any]]:
         """The launch that finds the energy of each hinge, and the array of the energies."""
-        if self._count == 0:
-            return [], self._energy
         deflections = self._find_deflections(state, launcher)
         found = launcher(find_hinge_energies, self._count, [*self._rows, self._deflection], [self._energy])
         return [deflections, found], self._energy
 
     def forces(self, state: MixedVector, force: MixedVector, launcher: Launcher) -> list[Any]:
         """The launches that add the forces of the hinges."""
-        if self._count == 0:
-            return []
         deflections = self._find_deflections(state, launcher)
         inputs = [self._corner, self._least, *self._rows, state.vertices, self._deflection]
         found = launcher(find_hinge_forces, self._count, inputs, [self._slots])
@@ -375,8 +371,6 @@ class ShellBending(MixedTerm):
 
     def linearize(self, state: MixedVector, launcher: Launcher) -> list[Any]:
         """The launches that store the frames and the moments."""
-        if self._count == 0:
-            return []
         deflections = self._find_deflections(state, launcher)
         inputs = [float(self.exact), self._corner, self._least, *self._rows, state.vertices, self._deflection]
         outputs = [self._frame, self._gradient, self._moment]
@@ -384,8 +378,6 @@ class ShellBending(MixedTerm):
 
     def products(self, direction: MixedVector, product: MixedVector, launcher: Launcher) -> list[Any]:
         """The launches that add the products of the Hessian."""
-        if self._count == 0:
-            return []
         inputs = [self._corner, self._gradient, direction.vertices]
         turns = launcher(find_turns, self._count, inputs, [self._turn])
         inputs = [self._corner, self._least, *self._rows, self._frame, self._gradient, self._moment]
@@ -395,8 +387,6 @@ class ShellBending(MixedTerm):
 
     def diagonal(self, blocks: MixedBlocks, launcher: Launcher) -> list[Any]:
         """The launches that add the diagonal blocks of the first part of the Hessian, which is never negative."""
-        if self._count == 0:
-            return []
         if self._blocks is None:
             self._blocks = wp.zeros(4 * self._count, dtype=matrix(3, self.scalar), device=self.device)
         inputs = [self._corner, *self._rows, self._gradient]

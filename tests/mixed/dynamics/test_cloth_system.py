@@ -61,6 +61,10 @@ def corner_nodes() -> list[int]:
     return [int(np.argmin(np.abs(YARNS.position - corner).sum(axis=1))) for corner in ([0, 0], [SIDE, SIDE])]
 
 
+def test_terms_without_elements_are_not_made():
+    assert [term.name for term in built(REGIONS["none"]).system.terms] == ["membrane", "bending", "weight"]
+
+
 def test_enriched_everywhere_equals_the_full_yarn_run():
     runs = [
         Dynamics((scene := built(REGIONS[name], nodes=corner_nodes())).system, scene.positions, TIGHT)
