@@ -44,7 +44,7 @@ OBSERVED = {
 """Methods that no production code uses, each with what tests and scripts observe by it."""
 FOREIGN_CALLERS = {"ABC", "Enum", "Exception", "Generic", "IntEnum", "NamedTuple", "Protocol", "StrEnum", "TypedDict"}
 """Base classes from elsewhere that call no method which a class adds."""
-SHARED_NAMES = {"Scene", "SolverSection", "Task"}
+SHARED_NAMES = {"Scene", "Task"}
 """Names that two public classes still have; a name leaves this set when one of its classes gets a better one."""
 
 

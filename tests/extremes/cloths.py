@@ -27,7 +27,7 @@ from stitchmesh.mixed.memory import check_scene_memory
 from stitchmesh.mixed.scene.cloth_section import ClothSection
 from stitchmesh.mixed.scene.motion_section import AttachmentSection, BodySection, Keyframe
 from stitchmesh.mixed.scene.region_section import BoxSection, RegionSection
-from stitchmesh.mixed.scene.scene import Scene, SolverSection
+from stitchmesh.mixed.scene.scene import Scene, SceneSolverSection
 from stitchmesh.mixed.scene.scene_fabric import PreparedScene, prepare
 from stitchmesh.mixed.scene.yarns_section import YarnsSection
 from stitchmesh.mixed.simulation import Simulation, begin_simulation
@@ -183,7 +183,7 @@ def cases() -> list[Case]:
     made += [
         Case("yarns of 1 um", lambda: scene(yarns=replace(SCENE.yarns, radius=1e-4))),
         Case("yarns thicker than their distance", lambda: scene(yarns=replace(SCENE.yarns, radius=0.3))),
-        Case("single precision", lambda: scene(solver=SolverSection(precision="float32"))),
+        Case("single precision", lambda: scene(solver=SceneSolverSection(precision="float32"))),
         Case("1 m from the origin", lambda: far(100.0)),
         Case("10 km from the origin", lambda: far(1e6)),
         Case("gravity x 1000", lambda: scene(gravity=(0.0, -9e5, 4e5))),
@@ -211,7 +211,7 @@ def cases() -> list[Case]:
 def static(ratio: float = 1.0) -> PreparedScene:
     """The equilibrium of the scene with triangles of ``ratio`` times the stiffness."""
     made = stiffness(ratio)
-    solver = SolverSection(force_tolerance=0.1)
+    solver = SceneSolverSection(force_tolerance=0.1)
     return replace(made, scene=replace(made.scene, mode="static", duration=1.0, solver=solver))
 
 

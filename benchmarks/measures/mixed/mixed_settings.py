@@ -46,7 +46,7 @@ from stitchmesh.mixed.dynamics.cloth_system import MixedFabric, cloth_system
 from stitchmesh.mixed.dynamics.equilibrium import EquilibriumSettings, find_equilibrium
 from stitchmesh.mixed.enrichment.region import YARNS, region_around
 from stitchmesh.mixed.layout.weave import lay_weave
-from stitchmesh.mixed.scene.scene import SolverSection
+from stitchmesh.mixed.scene.scene import SceneSolverSection
 from stitchmesh.mixed.scene.scene_fabric import PreparedScene, with_region
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
 
@@ -184,7 +184,7 @@ def weights(loading: tuple[str, ...] = tuple(LOADINGS), /, *, rings: tuple[int, 
     products = (f"products, {weight}" for weight in WEIGHTS)
     yield "loading", "region", "rings", "nodes", *WEIGHTS, *products
     for name in loading:
-        made = LOADINGS[name](SolverSection(force_tolerance=0.1, most_iterations=2000))
+        made = LOADINGS[name](SceneSolverSection(force_tolerance=0.1, most_iterations=2000))
         starts = [made.shaken(seed) for seed in SEEDS]
         everything = np.arange(len(made.prepared.fabric.cloth.triangles))
         full = [run_scene(with_region(start, everything)) for start in starts]

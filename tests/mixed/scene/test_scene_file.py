@@ -18,7 +18,7 @@ from stitchmesh.mixed.scene import cloth_of_yarns
 from stitchmesh.mixed.scene.cloth_section import ClothSection
 from stitchmesh.mixed.scene.motion_section import AttachmentSection, BodySection, Keyframe
 from stitchmesh.mixed.scene.region_section import BoxSection, RegionSection
-from stitchmesh.mixed.scene.scene import ContactSection, OutputSection, Scene, SolverSection
+from stitchmesh.mixed.scene.scene import ContactSection, OutputSection, Scene, SceneSolverSection
 from stitchmesh.mixed.scene.scene_fabric import prepare
 from stitchmesh.mixed.scene.scene_file import example_scene, read_scene, write_scene
 from stitchmesh.mixed.scene.yarns_section import YarnsSection, knit_chart, weave_matrix
@@ -65,7 +65,7 @@ def test_a_scene_is_read_as_it_was_written(tmp_path):
         ),
         bodies=(BodySection(shape="box", size=(1.0, 2.0, 3.0), friction=0.1),),
         contact=ContactSection(self_collision=True, thickness=0.2, friction=0.3),
-        solver=SolverSection(precision="float32"),
+        solver=SceneSolverSection(precision="float32"),
         output=OutputSection(yarns=("usda", "h5"), colour="alpha", view=(30.0, 10.0)),
     )
     write_scene(tmp_path / "scene.toml", scene)
