@@ -19,11 +19,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.places import MIXED_SCENES
-from stitchmesh.mixed.cloth.panel_file import PanelTable
+from stitchmesh.mixed.cloth.panels import Panel
 from stitchmesh.mixed.scene.cloth_section import ClothSection
 from stitchmesh.mixed.scene.motion_section import AttachmentSection, Keyframe
 from stitchmesh.mixed.scene.region_section import BoxSection
-from stitchmesh.mixed.scene.scene import Scene, SolverSection
+from stitchmesh.mixed.scene.scene import Scene, SceneSolverSection
 from stitchmesh.mixed.scene.scene_fabric import PreparedScene, prepare
 from stitchmesh.mixed.scene.scene_file import read_scene
 from stitchmesh.mixed.scene.yarns_section import YarnsSection
@@ -61,7 +61,7 @@ class Loading:
         return replace(self.prepared, vertices=self.prepared.vertices + shake[:, None] * [0.0, 0.0, 1.0])
 
 
-def corner(solver: SolverSection, *, size: float = 8.0, density: float = 4.0, edge: float = 1.0) -> Loading:
+def corner(solver: SceneSolverSection, *, size: float = 8.0, density: float = 4.0, edge: float = 1.0) -> Loading:
     """Return the fold beside a corner.
 
     Args:
@@ -99,7 +99,7 @@ def corner(solver: SolverSection, *, size: float = 8.0, density: float = 4.0, ed
     return Loading("corner", prepared, 1.0 / density, near, (part, 1.3 * part, 1.7 * part, 2.0 * part), by_hand, (1, 2))
 
 
-def sheared(solver: SolverSection, *, shear: float = 0.35, edge: float = 0.8) -> Loading:
+def sheared(solver: SceneSolverSection, *, shear: float = 0.35, edge: float = 0.8) -> Loading:
     """Return the patch that is sheared by a displacement [cm]."""
     scene = read_scene(MIXED_SCENES / "sheared.toml")
     fixed, moved = scene.attachments
@@ -122,7 +122,7 @@ def sheared(solver: SolverSection, *, shear: float = 0.35, edge: float = 0.8) ->
     return Loading("sheared", prepared, 0.2, inside(position, 2.0), (1.5, 2.0, 2.6), by_hand)
 
 
-def puckering(solver: SolverSection, *, longer: float = 0.3, edge: float = 0.6) -> Loading:
+def puckering(solver: SceneSolverSection, *, longer: float = 0.3, edge: float = 0.6) -> Loading:
     """Return two patches of different lengths that are sewn together; the difference is in cm."""
     scene = read_scene(MIXED_SCENES / "puckering.toml")
     long, short = scene.cloth.panels
@@ -151,14 +151,14 @@ def moving(displacement: tuple[float, ...]) -> tuple[Keyframe, Keyframe]:
     return Keyframe(time=0.0), Keyframe(time=1.0, displacement=(x, y, z))
 
 
-def _moved(panel: PanelTable, shift: float) -> PanelTable:
+def _moved(panel: Panel, shift: float) -> Panel:
     """A panel that begins farther along x [cm]."""
     assert panel.position is not None
     return replace(panel, position=replace(panel.position, origin=(shift, *panel.position.origin[1:])))
 
 
 def _prepared(
-    scene: Scene, attachments: tuple[AttachmentSection, ...], solver: SolverSection, edge: float
+    scene: Scene, attachments: tuple[AttachmentSection, ...], solver: SceneSolverSection, edge: float
 ) -> PreparedScene:
     cloth = replace(scene.cloth, material="matched", edge_length=edge)
     return prepare(

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A fabric and what acts on it: the mixed system with attachments, bodies and contact.
+"""What acts on a fabric: the mixed system with attachments, bodies and contact.
 
 ``dynamics.cloth_system`` makes the system of cloth and yarns; contact is added here. Contact points lie on triangles,
 with the weight 1 - alpha, and at yarn nodes, with the weight alpha, so that all of the cloth counts once.
@@ -15,10 +15,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import FloatArray, Mesh
-from stitchmesh.mixed.cloth.cloth import Cloth
-from stitchmesh.mixed.contact.attachments import Attachment, at_simulated_nodes
 from stitchmesh.mixed.contact.body import SolidBody
 from stitchmesh.mixed.contact.body_distance import BodyContact
 from stitchmesh.mixed.contact.body_friction import BodyFriction
@@ -30,46 +27,13 @@ from stitchmesh.mixed.contact.contact_points import (
     points_on_triangles,
 )
 from stitchmesh.mixed.contact.layer_friction import LayerFriction
-from stitchmesh.mixed.contact.motion import RigidMotion
+from stitchmesh.mixed.contact.motion import Attachment, RigidMotion, at_simulated_nodes
 from stitchmesh.mixed.contact.self_collision import PRESSURE, SelfCollision
-from stitchmesh.mixed.crossings.crossing_material import FabricMaterials
-from stitchmesh.mixed.dynamics.cloth_system import ClothModel, cloth_system
+from stitchmesh.mixed.dynamics.cloth_system import MixedFabric, cloth_system
 from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
 from stitchmesh.mixed.enrichment.region import Region
-from stitchmesh.mixed.layout.spline_yarns import LaidYarns, SplineYarns
-from stitchmesh.mixed.splines.spline_material import SplineMaterial
+from stitchmesh.mixed.layout.spline_yarns import SplineYarns
 from stitchmesh.mixed.term import EARTH, MixedTerm
-from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
-from stitchmesh.mixed.triangles.seam_rod import SeamMaterial
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class MixedFabric:
-    """A cloth with yarns laid out on it, and the materials of both."""
-
-    cloth: Cloth
-    """The triangles."""
-    yarns: LaidYarns
-    """The yarns, everywhere on the cloth."""
-    cloth_material: ClothMaterial
-    """Material of the triangles."""
-    yarn_materials: FabricMaterials | SplineMaterial
-    """Materials of the yarns; their kind belongs to the model of the yarns."""
-    seam_material: SeamMaterial | None = None
-    """Material of the rods along seams where triangles are simulated; None for none."""
-
-    def __post_init__(self) -> None:
-        if isinstance(self.yarns, SplineYarns) != isinstance(self.yarn_materials, SplineMaterial):
-            found = f"{type(self.yarns).__name__} with {type(self.yarn_materials).__name__}"
-            raise ParameterError(f"fabric: got {found}; expected yarns and a material of the same model")
-
-    @property
-    def yarn_radius(self) -> FloatArray:
-        """Radius of each yarn [cm], shape (Y,)."""
-        if isinstance(self.yarns, SplineYarns):
-            return self.yarns.curves.radius
-        assert isinstance(self.yarn_materials, FabricMaterials)
-        return np.array([material.radius for material in self.yarn_materials.by_family])[self.yarns.yarn_family]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -120,13 +84,16 @@ def loaded_system(
         ParameterError: an attachment holds what does not exist, or a load is not possible.
     """
     none = np.zeros(0, dtype=np.int64)
-    model = ClothModel(fabric.cloth_material, fabric.yarn_materials, fabric.seam_material, acceleration=loads.gravity)
     made = cloth_system(
-        fabric.cloth, fabric.yarns, region, model,
+        fabric,
+        region,
         fixed_vertices=np.concatenate([none, *(each.vertices for each in loads.held)]),
         fixed_nodes=np.concatenate([none, *(each.nodes for each in loads.held)]),
-        vertices=vertices, scalar=scalar, device=device,
-    )  # fmt: skip
+        vertices=vertices,
+        acceleration=loads.gravity,
+        scalar=scalar,
+        device=device,
+    )
     for term in _contact_terms(fabric, region, loads, scalar, device):
         made.system.add(term)
     return made.system
@@ -143,6 +110,8 @@ def _contact_terms(
     if not loads.bodies and not loads.self_collision:
         return []
     points, links = contact_points(fabric, region, loads.thickness)
+    if not len(points):
+        return []
     terms: list[MixedTerm] = []
     for each in loads.bodies:
         contact = BodyContact(
@@ -161,9 +130,8 @@ def contact_points(fabric: MixedFabric, region: Region, thickness: float) -> tup
     # ``of_node``: control points of B-splines lie in the middle of a yarn, crossing nodes in the middle of the cloth
     of_node = 2.0 * float(fabric.yarn_radius.mean()) if isinstance(yarns, SplineYarns) else thickness
     on_triangles, links = points_on_triangles(
-        cloth.triangles, cloth.rest, cloth.panel, vertex_count=len(cloth.vertices), node_count=len(simulated),
-        weight=1.0 - region.triangle_alpha, thickness=thickness,
-    )  # fmt: skip
+        cloth, node_count=len(simulated), weight=1.0 - region.triangle_alpha, thickness=thickness
+    )
     at_nodes = points_at_nodes(
         len(cloth.vertices), panel=yarns.panel[simulated], rest=yarns.position[simulated],
         area=float(cloth.rest_area.sum()) / yarns.node_count, weight=region.node_alpha[simulated], thickness=of_node,

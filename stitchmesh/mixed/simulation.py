@@ -24,11 +24,10 @@ from numpy.typing import NDArray
 from stitchmesh.errors import SolverError
 from stitchmesh.mesh import FloatArray
 from stitchmesh.mixed.assembly import held_in_state, loaded_system
-from stitchmesh.mixed.contact.attachments import PrescribedMotion
+from stitchmesh.mixed.contact.motion import PrescribedMotion
 from stitchmesh.mixed.crossings.crossing_material import FabricMaterials
 from stitchmesh.mixed.dynamics.backward_euler import Dynamics, DynamicsSettings
 from stitchmesh.mixed.dynamics.equilibrium import AfterIteration, EquilibriumSearch, EquilibriumSettings, unwatched
-from stitchmesh.mixed.dynamics.kept_momentum import keep_momentum
 from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
 from stitchmesh.mixed.dynamics.vector_sums import choose, set_sum
 from stitchmesh.mixed.enrichment.projection import make_consistent
@@ -37,6 +36,7 @@ from stitchmesh.mixed.mixed_vector import MixedVector, Parts
 from stitchmesh.mixed.output.report import RunTotals
 from stitchmesh.mixed.placement.carried_terms import SLIDING, NodeMemory, RegionChange, carry_terms, remember
 from stitchmesh.mixed.region_change import (
+    keep_momentum,
     moved_positions,
     moved_velocities,
     place_held,

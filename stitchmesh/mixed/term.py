@@ -8,8 +8,8 @@ term is made, each of its elements gets a blending weight, alpha for yarns and 1
 (Casafranca et al. 2020, section 4.1).
 
 Functions that return launches may be called with a launcher that runs each kernel immediately (``launch``) or with one
-that prepares it (``prepare``), so that a solver can capture the launches. A term without elements returns none: a
-prepared launch has at least one thread.
+that prepares it (``prepare``), so that a solver can capture the launches. A prepared launch has at least one thread:
+where a term would have no elements, it is not made.
 
 The weight of a yarn element is the mean of alpha at its nodes, alpha at its centroid. An element with a node of the
 full-yarn region has the weight 1. No gradient of alpha then acts on such nodes, which have no triangles that could take
@@ -69,7 +69,7 @@ class MixedTerm(ABC):
     def energy(self, state: MixedVector) -> float:
         """Energy [erg] at a state, summed in a fixed order."""
         _launches, energies = self.element_energies(state, partial(launch, device=state.device))
-        return ordered_sum(energies) if len(energies) else 0.0
+        return ordered_sum(energies)
 
     @abstractmethod
     def element_energies(self, state: MixedVector, launcher: Launcher) -> tuple[list[Any], wp.array[Any]]:
@@ -141,7 +141,7 @@ class MixedTerm(ABC):
             direction: the move, as displacements.
         """
         found = self.element_limits(state, direction, partial(launch, device=state.device))
-        return minimum(found[1]) if found and len(found[1]) else 1.0
+        return minimum(found[1]) if found else 1.0
 
     @property
     def generation(self) -> int:

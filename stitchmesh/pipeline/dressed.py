@@ -4,7 +4,7 @@
 
 The stitches go round the bodies as the cloth of a scene does (``mixed.contact.dressing``): their triangles are moved
 out, and the strain spreads over the garment. The given shape of the garment is its shape at rest. The yarns are carried
-along: each control point keeps its foot on its stitch and its height above it (``mixed.layout.splines_on_stitches``).
+along: each control point keeps its foot on its stitch and its height above it (``mixed.layout.spline_yarns``).
 The stitches keep away from a body by the reach of its contact and by the height of the yarns, so that the yarns begin
 outside.
 
@@ -28,7 +28,7 @@ from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.cloth.from_stitches import stitch_triangles
 from stitchmesh.mixed.contact.body import SolidBody
 from stitchmesh.mixed.contact.dressing import WornBody, dressed_vertices
-from stitchmesh.mixed.layout.splines_on_stitches import lay_splines
+from stitchmesh.mixed.layout.spline_yarns import lay_splines
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.energies.body import Body
 from stitchmesh.yarnrelax.evaluate import body_distance

@@ -18,8 +18,8 @@ import numpy as np
 from benchmarks.table import Rows
 from stitchmesh.compute.device import alone, device_named
 from stitchmesh.compute.precision import scalar_named
-from stitchmesh.mixed.cloth.panel_file import PanelTable
 from stitchmesh.mixed.cloth.panel_position import PanelPosition
+from stitchmesh.mixed.cloth.panels import Panel
 from stitchmesh.mixed.cloth.seams import PanelBorder, PanelSeam
 from stitchmesh.mixed.enrichment.embedding import embed
 from stitchmesh.mixed.enrichment.region import region_around
@@ -27,7 +27,7 @@ from stitchmesh.mixed.memory import check_scene_memory
 from stitchmesh.mixed.scene.cloth_section import ClothSection
 from stitchmesh.mixed.scene.motion_section import AttachmentSection, BodySection, Keyframe
 from stitchmesh.mixed.scene.region_section import BoxSection, RegionSection
-from stitchmesh.mixed.scene.scene import Scene, SolverSection
+from stitchmesh.mixed.scene.scene import Scene, SceneSolverSection
 from stitchmesh.mixed.scene.scene_fabric import PreparedScene, prepare
 from stitchmesh.mixed.scene.yarns_section import YarnsSection
 from stitchmesh.mixed.simulation import Simulation, begin_simulation
@@ -137,9 +137,9 @@ def at_a_seam() -> PreparedScene:
     """A region across the seam of two panels."""
     half, high = 0.5 * SIDE, SIDE
     outline = ((0.0, 0.0), (half, 0.0), (half, high), (0.0, high))
-    right = PanelTable(name="right", outline=outline, position=PanelPosition(origin=(half, 0.0, 0.0)))
+    right = Panel(name="right", outline=outline, position=PanelPosition(origin=(half, 0.0, 0.0)))
     seam = PanelSeam(first=PanelBorder(panel="left", start=1, end=2), second=PanelBorder(panel="right", start=3, end=0))
-    panels = PanelTable(name="left", outline=outline), right
+    panels = Panel(name="left", outline=outline), right
     return scene(cloth=ClothSection(panels=panels, seams=(seam,), edge_length=0.6))
 
 
@@ -183,7 +183,7 @@ def cases() -> list[Case]:
     made += [
         Case("yarns of 1 um", lambda: scene(yarns=replace(SCENE.yarns, radius=1e-4))),
         Case("yarns thicker than their distance", lambda: scene(yarns=replace(SCENE.yarns, radius=0.3))),
-        Case("single precision", lambda: scene(solver=SolverSection(precision="float32"))),
+        Case("single precision", lambda: scene(solver=SceneSolverSection(precision="float32"))),
         Case("1 m from the origin", lambda: far(100.0)),
         Case("10 km from the origin", lambda: far(1e6)),
         Case("gravity x 1000", lambda: scene(gravity=(0.0, -9e5, 4e5))),
@@ -203,7 +203,7 @@ def cases() -> list[Case]:
         Case("region outside of the cloth", lambda: scene(
             region=RegionSection(boxes=(BoxSection(low=(8.0, 8.0, 8.0), high=(9.0, 9.0, 9.0)),)))),
         Case("a panel that crosses itself", lambda: scene(cloth=ClothSection(
-            panels=(PanelTable(name="bow", outline=((0.0, 0.0), (2.0, 2.0), (2.0, 0.0), (0.0, 2.0))),)))),
+            panels=(Panel(name="bow", outline=((0.0, 0.0), (2.0, 2.0), (2.0, 0.0), (0.0, 2.0))),)))),
     ]  # fmt: skip
     return made
 
@@ -211,7 +211,7 @@ def cases() -> list[Case]:
 def static(ratio: float = 1.0) -> PreparedScene:
     """The equilibrium of the scene with triangles of ``ratio`` times the stiffness."""
     made = stiffness(ratio)
-    solver = SolverSection(force_tolerance=0.1)
+    solver = SceneSolverSection(force_tolerance=0.1)
     return replace(made, scene=replace(made.scene, mode="static", duration=1.0, solver=solver))
 
 

@@ -165,8 +165,7 @@ def _read_sweep_table(folder: Path) -> object:
 
 def _maps(folder: Path) -> list[bytes]:
     from stitchmesh.io.hdf5 import write_dataclass
-    from stitchmesh.mixed.output.files import FORMAT
-    from stitchmesh.mixed.output.maps import StateMaps
+    from stitchmesh.mixed.output.files import FORMAT, StateMaps
 
     places, whole = np.arange(12.0).reshape(4, 3), np.array([[0, 1, 2], [0, 2, 3]])
     maps = StateMaps(places, whole, np.ones(4), np.zeros(2, int), np.ones(2), places, np.array([0, 4]), np.arange(4),

@@ -8,7 +8,7 @@ from stitchmesh.mixed.drape import Draped
 from stitchmesh.mixed.scene.cloth_section import ClothSection
 from stitchmesh.mixed.scene.motion_section import AttachmentSection
 from stitchmesh.mixed.scene.region_section import BoxSection, RegionSection
-from stitchmesh.mixed.scene.scene import OutputSection, Scene, SolverSection
+from stitchmesh.mixed.scene.scene import OutputSection, Scene, SceneSolverSection
 from stitchmesh.mixed.scene.yarns_section import YarnsSection
 from stitchmesh.run_control import RunControl, Snapshot
 
@@ -22,7 +22,7 @@ SWINGING = Scene(
     largest_step=0.004,
     gravity=(0.0, -700.0, 700.0),
     attachments=(AttachmentSection(boxes=(BoxSection(low=(-1.0, 2.8, -1.0), high=(9.0, 9.0, 1.0)),)),),
-    solver=SolverSection(device="cpu", velocity_tolerance=1.0),
+    solver=SceneSolverSection(device="cpu", velocity_tolerance=1.0),
     output=OutputSection(picture=False, frames_per_second=100.0),
 )
 """Three frames: at 0, 0.01 and 0.02 s."""

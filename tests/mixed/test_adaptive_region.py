@@ -17,14 +17,14 @@ from stitchmesh.io import read_yarns
 from stitchmesh.mixed import automatic_region
 from stitchmesh.mixed.automatic_region import node_budget, place_yarns, run_triangles
 from stitchmesh.mixed.drape import Draped, drape
-from stitchmesh.mixed.dynamics.kept_momentum import momentum_about
 from stitchmesh.mixed.enrichment.region import TRIANGLES, YARNS, Region
 from stitchmesh.mixed.memory import estimate_memory
 from stitchmesh.mixed.placement.chosen_region import NodeBudget
+from stitchmesh.mixed.region_change import momentum_about
 from stitchmesh.mixed.scene.cloth_section import ClothSection
 from stitchmesh.mixed.scene.motion_section import AttachmentSection, BodySection, Keyframe
 from stitchmesh.mixed.scene.region_section import BoxSection, RegionSection
-from stitchmesh.mixed.scene.scene import ContactSection, OutputSection, Scene, SolverSection
+from stitchmesh.mixed.scene.scene import ContactSection, OutputSection, Scene, SceneSolverSection
 from stitchmesh.mixed.scene.scene_fabric import PreparedScene, prepare, with_region
 from stitchmesh.mixed.scene.yarns_section import YarnsSection
 from stitchmesh.mixed.simulation import DynamicSimulation, StaticSimulation, begin_simulation
@@ -41,7 +41,7 @@ FLYING = Scene(
     duration=0.01,
     largest_step=0.002,
     disturbance=0.02,
-    solver=SolverSection(device="cpu", velocity_tolerance=0.1),
+    solver=SceneSolverSection(device="cpu", velocity_tolerance=0.1),
     output=OutputSection(picture=False),
 )
 """A patch that falls freely, and swings because it is not flat."""
@@ -278,7 +278,7 @@ PUSHED = Scene(
     region=RegionSection(yarns="automatic", nodes=120),
     gravity=(0.0, 0.0, 0.0),
     attachments=(held((-1.0, -1.0), (5.0, 0.1), (0.0, 0.0, 0.0)), held((2.9, 2.9), (5.0, 5.0), (0.0, -0.2, 0.0))),
-    solver=SolverSection(device="cpu", force_tolerance=1.0),
+    solver=SceneSolverSection(device="cpu", force_tolerance=1.0),
     output=OutputSection(picture=False),
 )
 """A patch that is held along its lower side, and pressed down at its upper right corner."""

@@ -26,7 +26,7 @@ from stitchmesh.mixed.output.files import read_maps
 from stitchmesh.mixed.scene.cloth_section import ClothSection
 from stitchmesh.mixed.scene.motion_section import AttachmentSection, BodySection, Keyframe
 from stitchmesh.mixed.scene.region_section import BoxSection, RegionSection
-from stitchmesh.mixed.scene.scene import OutputSection, Scene, SolverSection
+from stitchmesh.mixed.scene.scene import OutputSection, Scene, SceneSolverSection
 from stitchmesh.mixed.scene.scene_fabric import prepare
 from stitchmesh.mixed.scene.scene_file import write_scene
 from stitchmesh.mixed.scene.yarns_section import YarnsSection
@@ -45,7 +45,7 @@ HANGING = Scene(
     yarns=YarnsSection(weave="plain", ends=5.0, picks=5.0),
     region=RegionSection(boxes=(BoxSection(low=(0.8, 0.8, -1.0), high=(2.2, 2.2, 1.0)),)),
     attachments=(TOP,),
-    solver=SolverSection(device="cpu"),
+    solver=SceneSolverSection(device="cpu"),
     output=OutputSection(picture=False, yarns=("bcc", "h5", "usda")),
 )
 """A patch of 3 cm that hangs from its upper side."""

@@ -14,7 +14,7 @@ from stitchmesh.mixed.drape import Draped, drape
 from stitchmesh.mixed.scene.cloth_section import ClothSection
 from stitchmesh.mixed.scene.motion_section import AttachmentSection, BodySection, Keyframe
 from stitchmesh.mixed.scene.region_section import BoxSection, RegionSection
-from stitchmesh.mixed.scene.scene import Scene, SolverSection
+from stitchmesh.mixed.scene.scene import Scene, SceneSolverSection
 from stitchmesh.mixed.scene.simple_bodies import ball
 from stitchmesh.mixed.scene.yarns_section import YarnsSection
 from stitchmesh.render.camera import camera_around
@@ -32,7 +32,7 @@ SCENE = Scene(
     yarns=YarnsSection(weave="plain", ends=5.0, picks=5.0),
     region=RegionSection(boxes=(BoxSection(low=(1.0, 1.0, -1.0), high=(2.0, 2.0, 1.0)),)),
     attachments=(AttachmentSection(boxes=(BoxSection(low=(-1.0, 2.8, -1.0), high=(9.0, 9.0, 1.0)),)),),
-    solver=SolverSection(device="cpu"),
+    solver=SceneSolverSection(device="cpu"),
 )
 
 

@@ -25,9 +25,8 @@ from stitchmesh.compute.device import device_named
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.dynamics.cloth_system import triangle_masses
 from stitchmesh.mixed.dynamics.equilibrium import EquilibriumSettings, find_equilibrium
-from stitchmesh.mixed.dynamics.mass_matrix import blend_masses
+from stitchmesh.mixed.dynamics.mass_matrix import Weight, blend_masses
 from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
-from stitchmesh.mixed.dynamics.weight import Weight
 from stitchmesh.mixed.enrichment.embedding import FreeUnknowns, embed
 from stitchmesh.mixed.enrichment.region import region_around
 from stitchmesh.mixed.mixed_vector import MixedVector

@@ -24,7 +24,7 @@ from stitchmesh.mixed.cloth.panels import Panel
 from stitchmesh.mixed.cloth.seams import cloth_from_panels
 from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial, FabricMaterials
 from stitchmesh.mixed.dynamics.backward_euler import Dynamics, DynamicsSettings
-from stitchmesh.mixed.dynamics.cloth_system import ClothModel, ClothSystem, cloth_system
+from stitchmesh.mixed.dynamics.cloth_system import ClothSystem, MixedFabric, cloth_system
 from stitchmesh.mixed.enrichment import preconditioner
 from stitchmesh.mixed.enrichment.region import region_around
 from stitchmesh.mixed.layout.knit import lay_knit
@@ -109,11 +109,18 @@ class Hanging:
         centre = cloth.vertices[cloth.triangles].mean(axis=1)[:, :2]
         chosen = np.flatnonzero(np.abs(centre - SIDE / 2).max(axis=1) < 0.15 * SIDE)
         region = region_around(cloth.triangles, len(cloth.vertices), yarns.triangle, yarns.barycentric, chosen)
-        model = ClothModel(sheet, FabricMaterials.of(yarn), acceleration=(0.0, 0.0, -981.0))
+        materials = FabricMaterials.of(yarn)
+        fabric = MixedFabric(cloth=cloth, yarns=yarns, cloth_material=sheet, yarn_materials=materials)
         corners = [
             int(np.argmin(np.abs(cloth.vertices[:, :2] - place).sum(axis=1))) for place in ([0, SIDE], [SIDE, SIDE])
         ]
-        return cloth_system(cloth, yarns, region, model, fixed_vertices=corners, device=device_named(device))
+        return cloth_system(
+            fabric,
+            region,
+            fixed_vertices=corners,
+            acceleration=(0.0, 0.0, -981.0),
+            device=device_named(device),
+        )
 
 
 @dataclass(frozen=True)
@@ -127,11 +134,13 @@ class ShakenLoops:
         """The system of its first step, with its solution."""
         prepared = prepare(read_scene(MIXED_SCENES / "loops.toml"))
         fabric = prepared.fabric
-        model = ClothModel(fabric.cloth_material, fabric.yarn_materials, acceleration=(0.0, 0.0, 0.0))
         scene = cloth_system(
-            fabric.cloth, fabric.yarns, prepared.region, model, fixed_vertices=prepared.held[0].vertices,
+            fabric,
+            prepared.region,
+            fixed_vertices=prepared.held[0].vertices,
+            acceleration=(0.0, 0.0, 0.0),
             device=device_named(device),
-        )  # fmt: skip
+        )
         v, p, s = scene.positions.numpy()
         shake = SHAKE * float(fabric.yarn_radius.mean()) * np.random.default_rng(0).normal(size=p.shape)
         positions = MixedVector.from_numpy(v, p + shake, s, wp.float64, device_named(device))

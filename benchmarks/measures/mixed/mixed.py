@@ -31,7 +31,7 @@ from stitchmesh.mixed.adaptive_region import AdaptiveRegion
 from stitchmesh.mixed.automatic_region import place_yarns, run_triangles
 from stitchmesh.mixed.placement.chosen_region import NodeBudget
 from stitchmesh.mixed.scene.region_section import RegionSection
-from stitchmesh.mixed.scene.scene import SolverSection
+from stitchmesh.mixed.scene.scene import SceneSolverSection
 from stitchmesh.mixed.scene.scene_fabric import PreparedScene, with_region
 from stitchmesh.mixed.simulation import begin_simulation
 
@@ -130,7 +130,7 @@ def mixed(options: Options) -> Rows:
 
 
 def _loading(name: str, options: Options) -> Loading:
-    solver = SolverSection(
+    solver = SceneSolverSection(
         precision=options.precision, device=options.device, force_tolerance=options.tolerance, most_iterations=2000
     )
     of_corner = {"size": options.size, "density": options.density, "edge": options.edge} if name == "corner" else {}

@@ -42,11 +42,11 @@ from benchmarks.table import Rows
 from stitchmesh.compute.device import device_named
 from stitchmesh.mixed.cloth.panels import Panel
 from stitchmesh.mixed.cloth.seams import cloth_from_panels
-from stitchmesh.mixed.dynamics.cloth_system import ClothModel, cloth_system
+from stitchmesh.mixed.dynamics.cloth_system import MixedFabric, cloth_system
 from stitchmesh.mixed.dynamics.equilibrium import EquilibriumSettings, find_equilibrium
 from stitchmesh.mixed.enrichment.region import YARNS, region_around
 from stitchmesh.mixed.layout.weave import lay_weave
-from stitchmesh.mixed.scene.scene import SolverSection
+from stitchmesh.mixed.scene.scene import SceneSolverSection
 from stitchmesh.mixed.scene.scene_fabric import PreparedScene, with_region
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
 
@@ -148,12 +148,18 @@ def displacements(density: float, rings: int, deformation: Numbers) -> Numbers:
     layout = cloth.triangles, len(cloth.vertices), yarns.triangle, yarns.barycentric
     region = region_around(*layout, np.flatnonzero(middle), rings=rings)
     material = sm.FabricMaterials.of(sm.CrossingMaterial.named("gong-1"))
-    model = ClothModel(matched(density, material), material, acceleration=(0, 0, 0))
+    fabric = MixedFabric(
+        cloth=cloth, yarns=yarns, cloth_material=matched(density, material), yarn_materials=material
+    )
     border = np.abs(cloth.vertices[:, :2] - SIDE / 2).max(axis=1) > SIDE / 2 - 1e-9
     made = cloth_system(
-        cloth, yarns, region, model, fixed_vertices=np.flatnonzero(border), vertices=cloth.vertices @ deformation.T,
+        fabric,
+        region,
+        fixed_vertices=np.flatnonzero(border),
+        vertices=cloth.vertices @ deformation.T,
+        acceleration=(0.0, 0.0, 0.0),
         device=device_named("cpu"),
-    )  # fmt: skip
+    )
     start = made.positions.numpy()[1].copy()
     find_equilibrium(made.system, made.positions, EquilibriumSettings(force_tolerance=TOLERANCE))
     return (made.positions.numpy()[1] - start)[region.node_kind[region.nodes] == YARNS]
@@ -178,7 +184,7 @@ def weights(loading: tuple[str, ...] = tuple(LOADINGS), /, *, rings: tuple[int, 
     products = (f"products, {weight}" for weight in WEIGHTS)
     yield "loading", "region", "rings", "nodes", *WEIGHTS, *products
     for name in loading:
-        made = LOADINGS[name](SolverSection(force_tolerance=0.1, most_iterations=2000))
+        made = LOADINGS[name](SceneSolverSection(force_tolerance=0.1, most_iterations=2000))
         starts = [made.shaken(seed) for seed in SEEDS]
         everything = np.arange(len(made.prepared.fabric.cloth.triangles))
         full = [run_scene(with_region(start, everything)) for start in starts]

@@ -17,7 +17,7 @@ from stitchmesh.mixed.layout.crossing_yarns import WARP
 from stitchmesh.mixed.scene.cloth_section import ClothSection
 from stitchmesh.mixed.scene.motion_section import AttachmentSection
 from stitchmesh.mixed.scene.region_section import BoxSection, RegionSection
-from stitchmesh.mixed.scene.scene import Scene, SolverSection
+from stitchmesh.mixed.scene.scene import Scene, SceneSolverSection
 from stitchmesh.mixed.scene.scene_fabric import PreparedScene, prepare
 from stitchmesh.mixed.scene.yarns_section import YarnsSection
 from stitchmesh.mixed.simulation import Simulation, begin_simulation
@@ -40,7 +40,7 @@ def hanging(density: float, mode: str) -> PreparedScene:
             yarns=YarnsSection(weave="plain", ends=density, picks=density, material="gong-1"),
             region=RegionSection(yarns="all"),
             attachments=(AttachmentSection(boxes=(top,)),),
-            solver=SolverSection(precision="float64", device="cpu", force_tolerance=0.1, most_iterations=2000),
+            solver=SceneSolverSection(precision="float64", device="cpu", force_tolerance=0.1, most_iterations=2000),
         )
     )
 

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from benchmarks.places import MIXED_SCENES
 from benchmarks.table import Rows
 from stitchmesh.compute.device import device_named
-from stitchmesh.mixed.dynamics.cloth_system import ClothModel, cloth_system
+from stitchmesh.mixed.dynamics.cloth_system import cloth_system
 from stitchmesh.mixed.dynamics.equilibrium import EquilibriumReport, EquilibriumSettings, find_equilibrium
 from stitchmesh.mixed.enrichment.region import YARNS, Region, region_around
 from stitchmesh.mixed.layout.spline_yarns import SplineYarns
@@ -63,10 +63,10 @@ class Patch:
     def rest(self, gradient: Numbers, start: Parts | None = None) -> tuple[Parts, EquilibriumReport]:
         """The equilibrium of the patch after a deformation as a whole."""
         fabric, device = self.prepared.fabric, device_named(self.prepared.scene.solver.device)
-        model = ClothModel(fabric.cloth_material, fabric.yarn_materials, acceleration=(0.0, 0.0, 0.0))
         vertices, nodes = self.border
+        still = (0.0, 0.0, 0.0)
         scene = cloth_system(
-            fabric.cloth, fabric.yarns, self.region, model, fixed_vertices=vertices, fixed_nodes=nodes, device=device
+            fabric, self.region, fixed_vertices=vertices, fixed_nodes=nodes, acceleration=still, device=device
         )
         v, p, s = scene.positions.numpy() if start is None else start
         positions = MixedVector.from_numpy(v @ gradient.T, p @ gradient.T, s, wp.float64, device)

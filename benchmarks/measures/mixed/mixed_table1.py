@@ -31,11 +31,12 @@ from tyro.conf import Positional
 from benchmarks.table import Rows, note
 from stitchmesh.compute.device import alone, device_named
 from stitchmesh.compute.precision import scalar_named
-from stitchmesh.mixed.assembly import Loads, MixedFabric, loaded_system
+from stitchmesh.mixed.assembly import Loads, loaded_system
 from stitchmesh.mixed.cloth.cloth import Cloth
-from stitchmesh.mixed.contact.attachments import Attachment
+from stitchmesh.mixed.contact.motion import Attachment
 from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial, FabricMaterials
 from stitchmesh.mixed.dynamics.backward_euler import Dynamics, DynamicsSettings
+from stitchmesh.mixed.dynamics.cloth_system import MixedFabric
 from stitchmesh.mixed.dynamics.equilibrium import EquilibriumSettings, find_equilibrium
 from stitchmesh.mixed.enrichment.region import HYBRID, YARNS, Region, region_around
 from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns

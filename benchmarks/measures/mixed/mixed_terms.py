@@ -42,7 +42,7 @@ from stitchmesh.mixed.crossings.crossing_elements import crossing_elements
 from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial, FabricMaterials
 from stitchmesh.mixed.crossings.crossing_term import CrossingTerm
 from stitchmesh.mixed.crossings.friction.sliding_friction import SlidingFriction
-from stitchmesh.mixed.crossings.yarn_gravity import YarnGravity
+from stitchmesh.mixed.crossings.yarn_mass import YarnGravity
 from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
 from stitchmesh.mixed.layout.embedding import world_positions
 from stitchmesh.mixed.layout.weave import lay_weave

@@ -28,8 +28,7 @@ from benchmarks.table import Rows
 from stitchmesh.compute.device import alone, device_named
 from stitchmesh.io import read_stitches, write_stitches
 from stitchmesh.mixed.adaptive_region import AdaptiveRegion
-from stitchmesh.mixed.layout.spline_yarns import SplineYarns
-from stitchmesh.mixed.layout.splines_on_stitches import lay_splines
+from stitchmesh.mixed.layout.spline_yarns import SplineYarns, lay_splines
 from stitchmesh.mixed.placement.chosen_region import NodeBudget
 from stitchmesh.mixed.scene.motion_section import Keyframe
 from stitchmesh.mixed.scene.region_section import RegionSection

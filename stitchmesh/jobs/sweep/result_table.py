@@ -22,7 +22,7 @@ from stitchmesh.io.checked import check_value, read_json
 from stitchmesh.io.path_kind import is_file
 from stitchmesh.jobs.sweep.parquet_columns import read_columns
 from stitchmesh.jobs.sweep.row import ERROR, Row, titled, unit_of
-from stitchmesh.jobs.sweep.task import SweptJob, Task
+from stitchmesh.jobs.sweep.task import SweepTask, SweptJob
 
 TASKS, TABLE, TEXT_TABLE = "tasks", "rows.parquet", "rows.csv"
 """Folder of the files of finished tasks, and names of the table, in the folder of a sweep."""
@@ -33,12 +33,12 @@ JOB, KEY = "job_number", "job_key"
 REMEDY = "install it by `pip install stitchmesh[sweeps]`"
 
 
-def task_path(folder: Path, task: Task) -> Path:
+def task_path(folder: Path, task: SweepTask) -> Path:
     """Return the path of the file of a task."""
     return folder / TASKS / f"{task.key}.json"
 
 
-def write_rows(folder: Path, task: Task, rows: Mapping[str, Row]) -> None:
+def write_rows(folder: Path, task: SweepTask, rows: Mapping[str, Row]) -> None:
     """Write the rows of a finished task, by the keys of its jobs.
 
     Raises:
@@ -47,7 +47,7 @@ def write_rows(folder: Path, task: Task, rows: Mapping[str, Row]) -> None:
     write_json(task_path(folder, task), rows)
 
 
-def read_rows(folder: Path, task: Task) -> dict[str, Row] | None:
+def read_rows(folder: Path, task: SweepTask) -> dict[str, Row] | None:
     """Return the rows of a task; None if the task is not finished, or its file is damaged."""
     path = task_path(folder, task)
     if not is_file(path):

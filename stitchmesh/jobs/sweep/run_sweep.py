@@ -36,7 +36,7 @@ from stitchmesh.jobs.sweep.result_table import (
 from stitchmesh.jobs.sweep.row import ERROR, Row
 from stitchmesh.jobs.sweep.scheduling import Ended, Waiting, work_with
 from stitchmesh.jobs.sweep.sweep import Sweep
-from stitchmesh.jobs.sweep.task import SweptJob, Task, jobs_of, tasks_of
+from stitchmesh.jobs.sweep.task import SweepTask, SweptJob, jobs_of, tasks_of
 from stitchmesh.jobs.sweep.work import FAULTS, GARMENTS, PICTURES, YARN_FILES, error_row, work
 from stitchmesh.jobs.sweep.workers import TLS, address_of, local_workers, offers_gpu, standing_workers
 from stitchmesh.memory_need import BASE_MEMORY, check_memory
@@ -118,7 +118,7 @@ def run_sweep(
             lock.release()
 
 
-Do = Callable[[list[Task], StopRequest], Iterator[Ended | Waiting]]
+Do = Callable[[list[SweepTask], StopRequest], Iterator[Ended | Waiting]]
 """Function that gives tasks to workers; it yields each task that has ended, and the reason while all tasks wait."""
 
 
@@ -147,7 +147,7 @@ def _doing(
     yield device, lambda tasks, stop: work_with(lambda: local_workers(count, gpus), tasks, folder, stop)
 
 
-def _work_here(tasks: list[Task], folder: Path, stop: StopRequest) -> Iterator[Ended]:
+def _work_here(tasks: list[SweepTask], folder: Path, stop: StopRequest) -> Iterator[Ended]:
     """Do tasks one after another in this process."""
     for task in tasks:
         stop.check()

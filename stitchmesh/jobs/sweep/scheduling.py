@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING
 
 from stitchmesh.errors import FileError, StitchMeshError
 from stitchmesh.jobs.job_status import StopRequest
-from stitchmesh.jobs.sweep.task import Task
+from stitchmesh.jobs.sweep.task import SweepTask
 from stitchmesh.jobs.sweep.work import work
 from stitchmesh.jobs.sweep.workers import GPU, offers_gpu
 
@@ -44,7 +44,7 @@ RETURN_SECONDS = 600.0
 class Ended:
     """A task that has ended."""
 
-    task: Task
+    task: SweepTask
     died: bool = False
     """Whether the processes that worked on its only job died."""
 
@@ -61,7 +61,9 @@ class _SchedulerLostError(Exception):
     """The scheduler does not answer any more, has forgotten its tasks, or has lost its workers."""
 
 
-def work_with(connect: Connect, tasks: Sequence[Task], folder: Path, stop: StopRequest) -> Iterator[Ended | Waiting]:
+def work_with(
+    connect: Connect, tasks: Sequence[SweepTask], folder: Path, stop: StopRequest
+) -> Iterator[Ended | Waiting]:
     """Give tasks to workers; yield each task that has ended, and the reason while nothing is done.
 
     Args:
@@ -97,11 +99,11 @@ def work_with(connect: Connect, tasks: Sequence[Task], folder: Path, stop: StopR
 class _Given:
     """The tasks that lie at a scheduler."""
 
-    def __init__(self, client: Client, left: dict[str, Task], folder: Path, stop: StopRequest) -> None:
+    def __init__(self, client: Client, left: dict[str, SweepTask], folder: Path, stop: StopRequest) -> None:
         """Begin with all tasks in ``left``; a task is removed from it when it has ended."""
         self._client, self._left, self._folder, self._stop = client, left, fspath(folder), stop
         self._waiting = list(reversed(left.values()))
-        self._suspected: list[Task] = []
+        self._suspected: list[SweepTask] = []
         self._last_worker = time.monotonic()
         self._given: dict[str, Future] = {}
         self._ended: queue.SimpleQueue[str] = queue.SimpleQueue()
@@ -134,7 +136,7 @@ class _Given:
         elif self._suspected and not self._given:
             self._submit(self._suspected.pop(), ALONE)
 
-    def _submit(self, task: Task, name: str) -> None:
+    def _submit(self, task: SweepTask, name: str) -> None:
         future = self._client.submit(
             work, task, self._folder, key=f"{name}-{task.key}", pure=False,
             resources={GPU: 1} if task.needs_gpu else None,
@@ -161,7 +163,7 @@ class _Given:
         needs_gpu = all(self._left[key].needs_gpu for key in self._given)
         return "no worker with a GPU yet" if needs_gpu and not offers_gpu(self._client) else ""
 
-    def _end(self, task: Task, future: Future) -> Ended | None:
+    def _end(self, task: SweepTask, future: Future) -> Ended | None:
         """Return a task that has ended; None if the task, or each of its jobs alone, has to be done again."""
         from distributed import KilledWorker
 

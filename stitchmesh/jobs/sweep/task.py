@@ -39,7 +39,7 @@ class SweptJob:
 
 
 @dataclass(frozen=True)
-class Task:
+class SweepTask:
     """Jobs that one worker does together."""
 
     jobs: tuple[SweptJob, ...]
@@ -57,9 +57,9 @@ class Task:
         """Whether the jobs run on a GPU."""
         return self.jobs[0].job.device != "cpu"
 
-    def alone(self) -> list[Task]:
+    def alone(self) -> list[SweepTask]:
         """Return a task for each of the jobs."""
-        return [Task((one,), self.kept) for one in self.jobs]
+        return [SweepTask((one,), self.kept) for one in self.jobs]
 
 
 def jobs_of(sweep: Sweep, device: str) -> list[SweptJob]:
@@ -77,7 +77,7 @@ def jobs_of(sweep: Sweep, device: str) -> list[SweptJob]:
     return [_swept_job(sweep, number, device, checksum_of) for number in range(sweep.job_count)]
 
 
-def tasks_of(jobs: list[SweptJob], sweep: Sweep) -> list[Task]:
+def tasks_of(jobs: list[SweptJob], sweep: Sweep) -> list[SweepTask]:
     """Return the tasks for jobs; a job that occurs twice is done once."""
     different = {one.key: one for one in jobs}.values()
     together = [one for one in different if is_small(one.job)]
@@ -87,7 +87,7 @@ def tasks_of(jobs: list[SweptJob], sweep: Sweep) -> list[Task]:
         count = sweep.swatches_per_task or usual
         of_device = [one for one in together if (one.job.device == "cpu") == on_cpu]
         groups += [tuple(of_device[k : k + count]) for k in range(0, len(of_device), count)]
-    return [Task(tuple(group), sweep.kept) for group in groups]
+    return [SweepTask(tuple(group), sweep.kept) for group in groups]
 
 
 def is_small(job: Job) -> bool:

@@ -25,7 +25,7 @@ from stitchmesh.jobs.job import Job
 from stitchmesh.jobs.sweep.result_table import read_rows, write_rows
 from stitchmesh.jobs.sweep.row import ERROR, PICTURE, SECONDS, WORKER, YARNS, Row, inputs_of, measures_of
 from stitchmesh.jobs.sweep.sweep import Kept, StretchMeasure
-from stitchmesh.jobs.sweep.task import SweptJob, Task, is_small
+from stitchmesh.jobs.sweep.task import SweepTask, SweptJob, is_small
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.quality import DEFAULT_QUALITY
 from stitchmesh.run import QUIET
@@ -42,7 +42,7 @@ NOT_STRETCHED = ("period", "blocked", "relax_cell", "relaxation", "friction")
 """Options of a swatch that a stretch test does not use, because it begins at the free cell without friction."""
 
 
-def work(task: Task, folder: str) -> int:
+def work(task: SweepTask, folder: str) -> int:
     """Do the jobs of a task, and write their rows; nothing is done if the task is finished.
 
     Args:
@@ -68,7 +68,7 @@ def error_row(one: SweptJob, error: str, seconds: float = 0.0) -> Row:
     return inputs_of(one.job) | {ERROR: error} | _of_the_run(seconds)
 
 
-def _swatches(task: Task, folder: Path) -> dict[str, Row]:
+def _swatches(task: SweepTask, folder: Path) -> dict[str, Row]:
     """Relax swatches, and return their rows."""
     began = time.perf_counter()
     made = _relaxed(task, folder)
@@ -80,7 +80,7 @@ def _swatches(task: Task, folder: Path) -> dict[str, Row]:
     }  # fmt: skip
 
 
-def _relaxed(task: Task, folder: Path) -> list[Swatch | str]:
+def _relaxed(task: SweepTask, folder: Path) -> list[Swatch | str]:
     """Return the swatches of a task; an error text stands in the place of a swatch that cannot be relaxed."""
     from stitchmesh.periodic.swatch import relax_swatches
 
@@ -133,7 +133,7 @@ def _row_of(one: SweptJob, found: Swatch, kept: Kept, folder: Path, seconds: flo
     return inputs_of(one.job) | {ERROR: None} | own | _of_the_run(seconds + time.perf_counter() - began)
 
 
-def _garment(task: Task, folder: Path) -> dict[str, Row]:
+def _garment(task: SweepTask, folder: Path) -> dict[str, Row]:
     """Run a job in a folder of its own, from its checkpoint if there is one, and return its row."""
     from stitchmesh.jobs.run_job import run_job
 

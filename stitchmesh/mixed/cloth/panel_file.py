@@ -14,42 +14,20 @@
     second = { panel = "back", start = 3, end = 0 }
     angle = 0                                               # at rest [degrees]
 
-Corners are counted from 0. ``PanelFile``, ``PanelTable``, ``PanelPosition`` and ``PanelSeam`` define the other keys and
+Corners are counted from 0. ``PanelFile``, ``Panel``, ``PanelPosition`` and ``PanelSeam`` define the other keys and
 their defaults.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 from stitchmesh.io.contents import FilePath
 from stitchmesh.io.toml_file import read_dataclass
 from stitchmesh.mixed.cloth.cloth import Cloth
-from stitchmesh.mixed.cloth.panel_position import PanelPosition
 from stitchmesh.mixed.cloth.panels import Panel, checked_edge_length
 from stitchmesh.mixed.cloth.seams import PanelSeam, cloth_from_panels, seam_counts
 from stitchmesh.mixed.cloth.starting_shape import checked_rounds, evened_vertices
-
-
-@dataclass(frozen=True, kw_only=True)
-class PanelTable:
-    """A panel as a table of a file, with the fields of ``Panel``."""
-
-    name: str
-    outline: tuple[tuple[float, float], ...]
-    position: PanelPosition = field(default_factory=PanelPosition)
-    side_edges: tuple[int, ...] = ()
-
-    def __post_init__(self) -> None:
-        self.panel()
-
-    def panel(self) -> Panel:
-        """Return the panel.
-
-        Raises:
-            ParameterError: as ``Panel`` raises it.
-        """
-        return Panel(name=self.name, outline=self.outline, position=self.position, side_edges=self.side_edges)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,7 +40,7 @@ class PanelFile:
 
     edge_length: float
     """Wanted length of the triangle edges [cm]."""
-    panels: tuple[PanelTable, ...]
+    panels: tuple[Panel, ...]
     """The panels."""
     seams: tuple[PanelSeam, ...] = ()
     """The seams."""
@@ -72,7 +50,7 @@ class PanelFile:
     def __post_init__(self) -> None:
         checked_edge_length(self.edge_length)
         checked_rounds(self.evening_rounds)
-        seam_counts([table.panel() for table in self.panels], self.seams, self.edge_length)
+        seam_counts(self.panels, self.seams, self.edge_length)
 
     def cloth(self) -> Cloth:
         """Return the panels divided into triangles, sewn together, and evened out.
@@ -81,7 +59,7 @@ class PanelFile:
             ParameterError: a panel cannot be divided.
             MeshError: the panels sewn together are not a manifold surface.
         """
-        sewn = cloth_from_panels([table.panel() for table in self.panels], self.seams, edge_length=self.edge_length)
+        sewn = cloth_from_panels(self.panels, self.seams, edge_length=self.edge_length)
         return replace(sewn, vertices=evened_vertices(sewn, rounds=self.evening_rounds))
 
 

@@ -29,7 +29,6 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from stitchmesh.errors import ParameterError, first_few
 from stitchmesh.mesh import FloatArray, IntArray
@@ -142,7 +141,7 @@ def _sides(triangle: list[int]) -> list[Edge]:
     return [(a, b), (b, c), (c, a)]
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, kw_only=True)
 class Panel:
     """A flat panel: its outline and its place in space.
 
@@ -153,7 +152,7 @@ class Panel:
 
     name: str
     """Name of the panel."""
-    outline: ArrayLike
+    outline: tuple[tuple[float, float], ...]
     """Corners [cm], anticlockwise, shape (n, 2); x along wefts or courses, y along warps or wales. Side k runs from
     corner k to the next one."""
     position: PanelPosition = field(default_factory=PanelPosition)
@@ -163,6 +162,7 @@ class Panel:
 
     def __post_init__(self) -> None:
         corners = checked_outline(self.name, self.outline)
+        object.__setattr__(self, "outline", tuple((x, y) for x, y in corners.tolist()))
         if self.side_edges and len(self.side_edges) != len(corners):
             raise ParameterError(
                 f"panel {self.name!r}: side_edges: got {len(self.side_edges)} numbers; expected one for each of the "

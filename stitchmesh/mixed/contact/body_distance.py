@@ -290,8 +290,6 @@ class BodyContact(MixedTerm):
         """
         self._check_motion(time, time_step)
         self.placed.move_to(time + time_step)
-        if not len(self.points):
-            return
         if self.placed.deforms:
             self.forget_distances()
         distance = self._distances(state)
@@ -300,8 +298,6 @@ class BodyContact(MixedTerm):
 
     def element_energies(self, state: MixedVector, launcher: Launcher) -> tuple[list[Any], wp.array[Any]]:
         """The launch that finds the energy of each point, and the array of the energies."""
-        if not len(self.points):
-            return [], self._numbers
         launches = self.points.place(state, self.place, launcher)
         inputs = [*self._inputs(), self.place]
         return [*launches, launcher(body_energies, len(self.points), inputs, [self._numbers])], self._numbers
@@ -312,15 +308,11 @@ class BodyContact(MixedTerm):
 
     def push(self, state: MixedVector, launcher: Launcher) -> list[Any]:
         """The launches that find ``place`` and ``force`` of each contact point."""
-        if not len(self.points):
-            return []
         launches = self.points.place(state, self.place, launcher)
         return [*launches, launcher(body_forces, len(self.points), [*self._inputs(), self.place], [self.force])]
 
     def linearize(self, state: MixedVector, launcher: Launcher) -> list[Any]:
         """The launches that store the Hessian of each point."""
-        if not len(self.points):
-            return []
         launches = [launcher(keep_share, 1, [self._number(self.exact)], [self._exact])]
         launches += self.points.place(state, self.place, launcher)
         surface, reach, size, depth, *placed = self._inputs()
@@ -329,8 +321,6 @@ class BodyContact(MixedTerm):
 
     def products(self, direction: MixedVector, product: MixedVector, launcher: Launcher) -> list[Any]:
         """The launches that add H d."""
-        if not len(self.points):
-            return []
         launches = self.points.place(direction, self._move, launcher)
         launches.append(launcher(block_products, len(self.points), [self._block, self._move], [self.force]))
         return launches + self.points.spread(self.force, product, launcher)
@@ -341,8 +331,6 @@ class BodyContact(MixedTerm):
 
     def step_limit(self, state: MixedVector, direction: MixedVector) -> float:
         """The part of a direction along which no point goes so deep that it cannot be found."""
-        if not len(self.points):
-            return 1.0
         run = self._launcher()
         self.points.place(state, self.place, run)
         self.points.place(direction, self._move, run)

@@ -219,31 +219,23 @@ class BodyFriction(MixedTerm):
 
     def element_energies(self, state: MixedVector, launcher: Launcher) -> tuple[list[Any], wp.array[Any]]:
         """The launch that finds the energy of each point, and the array of the energies."""
-        if not len(self.points):
-            return [], self._numbers
         launches = self.points.place(state, self._place, launcher)
         launches.append(launcher(friction_energies, len(self.points), self._inputs(), [self._numbers]))
         return launches, self._numbers
 
     def forces(self, state: MixedVector, force: MixedVector, launcher: Launcher) -> list[Any]:
         """The launches that add friction."""
-        if not len(self.points):
-            return []
         launches = self.points.place(state, self._place, launcher)
         launches.append(launcher(friction_forces, len(self.points), self._inputs(), [self._force]))
         return launches + self.points.spread(self._force, force, launcher)
 
     def linearize(self, state: MixedVector, launcher: Launcher) -> list[Any]:
         """The launches that store the Hessian of each point."""
-        if not len(self.points):
-            return []
         launches = self.points.place(state, self._place, launcher)
         return [*launches, launcher(friction_blocks, len(self.points), self._inputs(), [self._block])]
 
     def products(self, direction: MixedVector, product: MixedVector, launcher: Launcher) -> list[Any]:
         """The launches that add H d."""
-        if not len(self.points):
-            return []
         launches = self.points.place(direction, self._place, launcher)
         launches.append(launcher(block_products, len(self.points), [self._block, self._place], [self._force]))
         return launches + self.points.spread(self._force, product, launcher)

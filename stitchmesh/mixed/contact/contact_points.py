@@ -35,6 +35,7 @@ from numpy.typing import ArrayLike
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import FloatArray, IntArray, frozen_array
+from stitchmesh.mixed.cloth.cloth import Cloth, signed_areas
 
 MOST_PARTS = 4
 """Default of the largest number of parts of the side of a triangle."""
@@ -203,11 +204,8 @@ class _Corners:
 
 
 def points_on_triangles(
-    triangles: ArrayLike,
-    rest: ArrayLike,
-    panel: ArrayLike,
+    cloth: Cloth,
     *,
-    vertex_count: int,
     node_count: int = 0,
     weight: ArrayLike = 1.0,
     thickness: float,
@@ -217,10 +215,7 @@ def points_on_triangles(
     """Contact points on the triangles of a cloth whose weight is not zero, and the links of all its seams.
 
     Args:
-        triangles: vertices of the triangles, shape (T, 3).
-        rest: flat rest places of their corners [cm], shape (T, 3, 2).
-        panel: panel of each triangle, shape (T,).
-        vertex_count: number V of vertices.
+        cloth: T triangles in panels.
         node_count: number N of simulated yarn nodes.
         weight: blending weight of each triangle, 1 - alpha, shape (T,) or one number.
         thickness: thickness of the cloth [cm].
@@ -231,14 +226,13 @@ def points_on_triangles(
     Raises:
         ParameterError: the thickness or the spacing is not positive, or the number of parts is not a power of two.
     """
-    corner, flat = np.asarray(triangles, dtype=np.int64), np.asarray(rest, dtype=np.float64)
-    panels, radius = np.asarray(panel, dtype=np.int64), 0.5 * checked_thickness(thickness)
-    weights = np.broadcast_to(np.asarray(weight, dtype=np.float64), len(corner))
+    flat, radius = cloth.rest, 0.5 * checked_thickness(thickness)
+    weights = np.broadcast_to(np.asarray(weight, dtype=np.float64), len(flat))
     longest = np.linalg.norm(flat - np.roll(flat, 1, axis=1), axis=2).max(axis=1, initial=0.0)
     corners = _corners_of_parts(_divisions(longest, thickness if spacing is None else spacing, most_parts), longest)
-    index, share, number = _merged(corner[corners.triangle], corners)
+    index, share, number = _merged(cloth.triangles[corners.triangle], corners)
     place = np.einsum("kc,kcd->kd", corners.numerator / corners.most, flat[corners.triangle])
-    area = corners.part * (_areas(flat) * weights)[corners.triangle]
+    area = corners.part * (np.abs(signed_areas(flat)) * weights)[corners.triangle]
     total = np.zeros(len(index))
     np.add.at(total, number, area)
     first = np.unique(number, return_index=True)[1]
@@ -246,10 +240,10 @@ def points_on_triangles(
     np.maximum.at(layer_radius, number, 0.5 * corners.apart)
     kept = np.flatnonzero(total > 0.0)
     points = ContactPoints(
-        vertex_count, node_count, index[kept], share[kept], total[kept], np.full(len(kept), radius), layer_radius[kept],
-        panels[corners.triangle[first[kept]]], place[first[kept]],
+        len(cloth.vertices), node_count, index[kept], share[kept], total[kept], np.full(len(kept), radius),
+        layer_radius[kept], cloth.panel[corners.triangle[first[kept]]], place[first[kept]],
     )  # fmt: skip
-    return points, _links(number, panels[corners.triangle], place)
+    return points, _links(number, cloth.panel[corners.triangle], place)
 
 
 def _divisions(longest: FloatArray, spacing: float, most_parts: int) -> IntArray:
@@ -287,11 +281,6 @@ def _merged(vertex: IntArray, corners: _Corners) -> tuple[IntArray, FloatArray, 
     distinct, number = np.unique(key, axis=0, return_inverse=True)
     index = np.where(distinct[:, :3] < 0, distinct[:, 2:3], distinct[:, :3])
     return index, distinct[:, 3:] / corners.most, number.ravel()
-
-
-def _areas(rest: FloatArray) -> FloatArray:
-    one, other = rest[:, 1] - rest[:, 0], rest[:, 2] - rest[:, 0]
-    return 0.5 * np.abs(one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0])
 
 
 def _links(number: IntArray, panel: IntArray, place: FloatArray) -> SeamLinks:

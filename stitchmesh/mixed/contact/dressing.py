@@ -167,12 +167,8 @@ def dressed_vertices(
         ParameterError: a clearance is not positive, or a part of the cloth finds no way out.
     """
     fine, coarse = (
-        points_on_triangles(
-            cloth.triangles, cloth.rest, cloth.panel, vertex_count=len(cloth.vertices), thickness=thickness,
-            spacing=spacing,
-        )[0]
-        for spacing in (thickness, np.inf)
-    )  # fmt: skip
+        points_on_triangles(cloth, thickness=thickness, spacing=spacing)[0] for spacing in (thickness, np.inf)
+    )
     placed = [(PlacedBody(one.body, wp.float64, device), one.clearance) for one in bodies]
     distances = [outward_move(fine, vertices, body, clearance, device)[1] for body, clearance in placed]
     if all(found.min() >= ENOUGH * one.clearance for one, found in zip(bodies, distances, strict=True)):

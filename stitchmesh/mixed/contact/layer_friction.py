@@ -210,8 +210,6 @@ class LayerFriction(MixedTerm):
 
     def begin_step(self, state: MixedVector, time: float, time_step: float) -> None:
         """Find normal forces and touching points. A step without length has no friction."""
-        if not len(self.points):
-            return
         if self._generation != self.collision.generation:
             self._fit_lists()
         run = partial(launch, device=self.points.device)
@@ -223,31 +221,23 @@ class LayerFriction(MixedTerm):
 
     def element_energies(self, state: MixedVector, launcher: Launcher) -> tuple[list[Any], wp.array[Any]]:
         """The launch that finds the energy of each point, and the array of the energies."""
-        if not len(self.points):
-            return [], self._numbers
         launches = self._slips(state, launcher)
         inputs = [self._law, self._load, self._slip]
         return [*launches, launcher(slip_energies, len(self.points), inputs, [self._numbers])], self._numbers
 
     def forces(self, state: MixedVector, force: MixedVector, launcher: Launcher) -> list[Any]:
         """The launches that add friction."""
-        if not len(self.points):
-            return []
         launches = self._slips(state, launcher)
         launches.append(launcher(slip_pulls, len(self.points), [self._law, self._load, self._slip], [self._pull]))
         return launches + self._spread(force, launcher)
 
     def linearize(self, state: MixedVector, launcher: Launcher) -> list[Any]:
         """The launches that store the second derivative of each point."""
-        if not len(self.points):
-            return []
         inputs = [self._law, self._load, self._normal, self._slip]
         return [*self._slips(state, launcher), launcher(slip_blocks, len(self.points), inputs, [self._block])]
 
     def products(self, direction: MixedVector, product: MixedVector, launcher: Launcher) -> list[Any]:
         """The launches that add H d."""
-        if not len(self.points):
-            return []
         launches = self.points.place(direction, self._place, launcher)
         launches.append(self._relative(self._zero, launcher))
         launches.append(launcher(block_products, len(self.points), [self._block, self._slip], [self._pull]))

@@ -135,14 +135,10 @@ class PointMap:
         Raises:
             ParameterError: the state has other numbers of vertices or nodes than the points are for.
         """
-        if not len(self):
-            return []
         return [launcher(place_points, len(self), [self.index, self.share, self._positions(state)], [place])]
 
     def spread(self, vectors: wp.array[Any], target: MixedVector, launcher: Launcher) -> list[Any]:
         """The launches that add forces on points to vertices and nodes."""
-        if not len(self):
-            return []
         inputs = [self.start, self.point, self.part, vectors]
         return [launcher(spread_vectors, len(self.start) - 1, inputs, [self._positions(target)])]
 
@@ -151,7 +147,7 @@ class PointMap:
         launches = []
         for first, part in ((0, target.vertices), (self.points.vertex_count, target.nodes)):
             inputs = [first, self.start, self.point, self.part, blocks]
-            launches += [launcher(spread_blocks, len(part), inputs, [part])] if len(part) and len(self) else []
+            launches += [launcher(spread_blocks, len(part), inputs, [part])] if len(part) else []
         return launches
 
     def _positions(self, state: MixedVector) -> wp.array[Any]:

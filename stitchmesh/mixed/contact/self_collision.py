@@ -249,16 +249,12 @@ class SelfCollision(MixedTerm):
 
     def element_energies(self, state: MixedVector, launcher: Launcher) -> tuple[list[Any], wp.array[Any]]:
         """The launch that finds the energy of the pairs of each point, and the array of the energies."""
-        if not len(self.points):
-            return [], self._numbers
         launches = self.points.place(state, self._place, launcher)
         inputs = [*self._model, self._place, *self._lists]
         return [*launches, launcher(pair_energies, len(self.points), inputs, [self._numbers])], self._numbers
 
     def forces(self, state: MixedVector, force: MixedVector, launcher: Launcher) -> list[Any]:
         """The launches that add the forces of all pairs."""
-        if not len(self.points):
-            return []
         launches = self.points.place(state, self._place, launcher)
         launches.append(launcher(pair_forces, len(self.points), self.inputs(self._place), [self._force]))
         return launches + self.points.spread(self._force, force, launcher)
@@ -270,8 +266,6 @@ class SelfCollision(MixedTerm):
 
     def products(self, direction: MixedVector, product: MixedVector, launcher: Launcher) -> list[Any]:
         """The launches that add H d."""
-        if not len(self.points):
-            return []
         launches = self.points.place(direction, self._move, launcher)
         radius, area, pressure = self._model
         inputs = [radius, area, pressure, self._exact, self._linear, *self._lists, self._move]
@@ -280,8 +274,6 @@ class SelfCollision(MixedTerm):
 
     def diagonal(self, blocks: MixedBlocks, launcher: Launcher) -> list[Any]:
         """The launches that add diagonal blocks; pairs whose points share a vertex lack their coupling there."""
-        if not len(self.points):
-            return []
         inputs = [*self._model, self._exact, self._linear, *self._lists]
         launches = [launcher(pair_blocks, len(self.points), inputs, [self._block])]
         return launches + self.points.spread_blocks(self._block, blocks, launcher)

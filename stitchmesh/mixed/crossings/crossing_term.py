@@ -30,16 +30,17 @@ from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.launch import launch
 from stitchmesh.compute.precision import vector
-from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.crossings.crossing_elements import CrossingElements
 from stitchmesh.mixed.crossings.energies.angle import angle_of, place_of
 from stitchmesh.mixed.crossings.star.star import coordinate_of, leg_of
-from stitchmesh.mixed.crossings.star.star_hessian import (
+from stitchmesh.mixed.crossings.star.star_kernels import (
     add_star_diagonal,
+    add_star_slots,
     find_star_blocks,
+    find_star_energies,
+    find_star_forces,
     multiply_star_blocks,
 )
-from stitchmesh.mixed.crossings.star.star_kernels import add_star_slots, find_star_energies, find_star_forces
 from stitchmesh.mixed.crossings.star.star_memory import BLOCK_NUMBERS, LEG_NUMBERS, numbers_of
 from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
 from stitchmesh.mixed.term import MixedTerm
@@ -120,36 +121,6 @@ def find_step_limits(
     limit[i] = longest
 
 
-def sliding_limits(
-    model: CrossingModel,
-    state: MixedVector,
-    direction: MixedVector,
-    limits: wp.array[Any],
-    launcher: Launcher,
-    *,
-    share: float = 0.5,
-) -> list[Any]:
-    """The launch that finds the longest step t in (0, 1] along a direction for the segments of each node.
-
-    Args:
-        model: the segments.
-        state: Eulerian coordinates at the beginning of the step [cm].
-        direction: what a step of 1 adds to the state.
-        limits: set to t of each node, shape (N,).
-        launcher: ``launch`` or ``prepare`` with the device bound.
-        share: share of its rest length that a segment may lose, in (0, 1).
-
-    Raises:
-        ParameterError: the share is out of range.
-    """
-    if not 0.0 < share < 1.0:
-        raise ParameterError(f"step limit: got a share of {share}; expected a number between 0 and 1")
-    if model.count == 0:
-        return []
-    inputs = [model.link, model.slides, model.segment, state.scalar(share), state.sliding, direction.sliding]
-    return [launcher(find_step_limits, model.count, inputs, [limits])]
-
-
 @kernel
 def turn_after_yield(
     # model
@@ -215,31 +186,23 @@ class CrossingTerm(MixedTerm):
 
     def element_energies(self, state: MixedVector, launcher: Launcher) -> tuple[list[Any], wp.array[Any]]:
         """The launch that finds the energy of each star, and the array of the energies."""
-        if self.model.count == 0:
-            return [], self._energy
         inputs = [*self.model.constants, self.turn, state.nodes, state.sliding]
         return [launcher(find_star_energies, self.model.count, inputs, [self._energy])], self._energy
 
     def forces(self, state: MixedVector, force: MixedVector, launcher: Launcher) -> list[Any]:
         """The forces of all stars, and their sums at the nodes."""
-        if self.model.count == 0:
-            return []
         inputs = [*self.model.constants, self.turn, state.nodes, state.sliding]
         own = launcher(find_star_forces, self.model.count, inputs, [self._slots])
         return [own, self._gather(self._slots, force, launcher)]
 
     def linearize(self, state: MixedVector, launcher: Launcher) -> list[Any]:
         """The launch that finds the blocks."""
-        if self.model.count == 0:
-            return []
         exact = self._scalar(self.exact)
         inputs = [*self.model.constants, exact, self.turn, state.nodes, state.sliding]
         return [launcher(find_star_blocks, self.model.count, inputs, [self._block])]
 
     def products(self, direction: MixedVector, product: MixedVector, launcher: Launcher) -> list[Any]:
         """The products of all stars, and their sums at the nodes."""
-        if self.model.count == 0:
-            return []
         given = [direction.nodes, direction.sliding]
         inputs = [self.model.link, self.model.slides, self.model.shear, self._block, *given]
         own = launcher(multiply_star_blocks, self.model.count, inputs, [self._product_slots])
@@ -247,8 +210,6 @@ class CrossingTerm(MixedTerm):
 
     def diagonal(self, blocks: MixedBlocks, launcher: Launcher) -> list[Any]:
         """The launch that adds the diagonal blocks."""
-        if self.model.count == 0:
-            return []
         inputs = [self.model.link, self.model.slides, self._block]
         outputs = [blocks.nodes, blocks.sliding, blocks.coupling_u, blocks.coupling_v]
         return [launcher(add_star_diagonal, self.model.count, inputs, outputs)]
@@ -257,7 +218,9 @@ class CrossingTerm(MixedTerm):
         self, state: MixedVector, direction: MixedVector, launcher: Launcher
     ) -> tuple[list[Any], wp.array[Any]]:
         """The launch that finds the part of a direction along which no segment loses half of its rest length."""
-        return sliding_limits(self.model, state, direction, self._limits, launcher), self._limits
+        model, half = self.model, state.scalar(0.5)
+        inputs = [model.link, model.slides, model.segment, half, state.sliding, direction.sliding]
+        return [launcher(find_step_limits, model.count, inputs, [self._limits])], self._limits
 
     def end_step(self, state: MixedVector, time: float, time_step: float) -> None:
         """Let the yarns yield."""

@@ -259,37 +259,27 @@ class StitchTerm(MixedTerm):
 
     def element_energies(self, state: MixedVector, launcher: Launcher) -> tuple[list[Any], wp.array[Any]]:
         """The launch that finds the energy of each stitch contact, and the array of the energies."""
-        if self.count == 0:
-            return [], self._energy
         inputs = [self._index, self._stitch, state.nodes]
         return [launcher(find_stitch_energies, self.count, inputs, [self._energy])], self._energy
 
     def forces(self, state: MixedVector, force: MixedVector, launcher: Launcher) -> list[Any]:
         """The forces of all elements, and their sums at the nodes."""
-        if self.count == 0:
-            return []
         own = launcher(find_stitch_forces, self.count, [self._index, self._stitch, state.nodes], [self._slots])
         return [own, *self._gather.launches(self._slots, force.nodes, launcher)]
 
     def linearize(self, state: MixedVector, launcher: Launcher) -> list[Any]:
         """The launch that keeps the positions."""
-        if self.count == 0:
-            return []
         inputs = [self._scalar(self.exact), state.nodes]
         return [launcher(keep_nodes, self.node_count, inputs, [self._nodes, self._share])]
 
     def products(self, direction: MixedVector, product: MixedVector, launcher: Launcher) -> list[Any]:
         """The products of all elements, and their sums at the nodes."""
-        if self.count == 0:
-            return []
         inputs = [self._index, self._stitch, self._nodes, self._share, direction.nodes]
         own = launcher(find_stitch_products, self.count, inputs, [self._slots])
         return [own, *self._gather.launches(self._slots, product.nodes, launcher)]
 
     def diagonal(self, blocks: MixedBlocks, launcher: Launcher) -> list[Any]:
         """The diagonal blocks of all elements, and their sums at the nodes."""
-        if self.count == 0:
-            return []
         inputs = [self._index, self._stitch, self._nodes, self._share]
         own = launcher(find_stitch_blocks, 4 * self.count, inputs, [self._blocks])
         return [own, *self._gather.launches(self._blocks, blocks.nodes, launcher)]

@@ -25,18 +25,17 @@ import warp as wp
 from numpy.typing import ArrayLike, NDArray
 
 from stitchmesh.errors import ParameterError
+from stitchmesh.mesh import FloatArray
 from stitchmesh.mixed.cloth.cloth import Cloth
-from stitchmesh.mixed.crossings.crossing_elements import CrossingElements, crossing_elements
+from stitchmesh.mixed.crossings.crossing_elements import crossing_elements
 from stitchmesh.mixed.crossings.crossing_material import FabricMaterials
 from stitchmesh.mixed.crossings.crossing_term import CrossingTerm
 from stitchmesh.mixed.crossings.friction.sliding_friction import SlidingFriction
 from stitchmesh.mixed.crossings.stitch_term import StitchTerm, stitch_elements
-from stitchmesh.mixed.crossings.yarn_gravity import YarnGravity
-from stitchmesh.mixed.crossings.yarn_mass import YarnMass
-from stitchmesh.mixed.dynamics.mass_matrix import BlendedMasses, MassMatrix, NodeMasses, blend_masses
+from stitchmesh.mixed.crossings.yarn_mass import YarnGravity, YarnMass
+from stitchmesh.mixed.dynamics.mass_matrix import BlendedMasses, MassMatrix, NodeMasses, Weight, blend_masses
 from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
 from stitchmesh.mixed.dynamics.spline_part import spline_masses, spline_term
-from stitchmesh.mixed.dynamics.weight import Weight
 from stitchmesh.mixed.enrichment.balanced_weights import StretchedCloth, StretchWeights, balanced_weights
 from stitchmesh.mixed.enrichment.embedding import FreeUnknowns, embed
 from stitchmesh.mixed.enrichment.projection import make_consistent
@@ -44,27 +43,17 @@ from stitchmesh.mixed.enrichment.region import TRIANGLES, Region
 from stitchmesh.mixed.layout.crossing_yarns import WARP, WEFT, CrossingYarns
 from stitchmesh.mixed.layout.spline_yarns import LaidYarns, SplineYarns
 from stitchmesh.mixed.mixed_vector import MixedVector
-from stitchmesh.mixed.splines.spline_material import SplineMaterial
+from stitchmesh.mixed.splines.spline_pieces import SplineMaterial
 from stitchmesh.mixed.term import EARTH, FULL, MixedTerm
-from stitchmesh.mixed.triangles.cloth_material import ClothMaterial, checked_weights, materials_of_panels
+from stitchmesh.mixed.triangles.cloth_material import ClothMaterial, checked_weights
 from stitchmesh.mixed.triangles.membrane import Membrane
 from stitchmesh.mixed.triangles.seam_rod import SeamMaterial, SeamRod, rest_lengths
 from stitchmesh.mixed.triangles.shell_bending import ShellBending
 
 
-def triangle_masses(cloth: Cloth, materials: ClothMaterial | Sequence[ClothMaterial]) -> NDArray[np.float64]:
-    """Mass of each triangle: area at rest times density [g], shape (T,).
-
-    Args:
-        cloth: T triangles in panels.
-        materials: one material for all panels, or one for each panel.
-
-    Raises:
-        ParameterError: the number of materials differs from the number of panels.
-    """
-    chosen = materials_of_panels(materials, len(cloth.panel_names))
-    density = np.array([one.density for one in chosen])[cloth.panel if len(chosen) > 1 else 0]
-    masses: NDArray[np.float64] = cloth.rest_area * density
+def triangle_masses(cloth: Cloth, material: ClothMaterial) -> NDArray[np.float64]:
+    """Mass of each triangle: area at rest times density [g], shape (T,)."""
+    masses: NDArray[np.float64] = cloth.rest_area * material.density
     return masses
 
 
@@ -84,20 +73,33 @@ def rod_masses(cloth: Cloth, material: SeamMaterial, weight: ArrayLike | None = 
     return lumped.astype(np.float64)
 
 
-@dataclass(frozen=True)
-class ClothModel:
-    """Materials and loads of a cloth."""
+@dataclass(frozen=True, eq=False, kw_only=True)
+class MixedFabric:
+    """A cloth with yarns laid out on it, and the materials of both."""
 
-    triangles: ClothMaterial | Sequence[ClothMaterial]
-    """Material of all panels, or one for each panel."""
-    yarns: FabricMaterials | SplineMaterial
-    """Materials of the families of crossing yarns, or of B-spline yarns."""
-    seams: SeamMaterial | None = None
-    """Material of the rods along seams outside the yarns; no rods by default."""
-    acceleration: tuple[float, float, float] = EARTH
-    """Acceleration by gravity [cm/s^2]."""
-    friction: bool = True
-    """Whether crossing yarns rub where they cross."""
+    cloth: Cloth
+    """The triangles."""
+    yarns: LaidYarns
+    """The yarns, everywhere on the cloth."""
+    cloth_material: ClothMaterial
+    """Material of the triangles."""
+    yarn_materials: FabricMaterials | SplineMaterial
+    """Materials of the yarns; their kind belongs to the model of the yarns."""
+    seam_material: SeamMaterial | None = None
+    """Material of the rods along seams where triangles are simulated; None for none."""
+
+    def __post_init__(self) -> None:
+        if isinstance(self.yarns, SplineYarns) != isinstance(self.yarn_materials, SplineMaterial):
+            found = f"{type(self.yarns).__name__} with {type(self.yarn_materials).__name__}"
+            raise ParameterError(f"fabric: got {found}; expected yarns and a material of the same model")
+
+    @property
+    def yarn_radius(self) -> FloatArray:
+        """Radius of each yarn [cm], shape (Y,)."""
+        if isinstance(self.yarns, SplineYarns):
+            return self.yarns.curves.radius
+        assert isinstance(self.yarn_materials, FabricMaterials)
+        return np.array([material.radius for material in self.yarn_materials.by_family])[self.yarns.yarn_family]
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,98 +131,96 @@ class ClothSystem:
 
 
 def cloth_system(
-    cloth: Cloth,
-    yarns: LaidYarns,
+    fabric: MixedFabric,
     region: Region,
-    model: ClothModel,
     *,
     fixed_vertices: ArrayLike = (),
     fixed_nodes: ArrayLike = (),
-    vertices: NDArray[np.float64] | None = None,
+    vertices: FloatArray | None = None,
+    acceleration: tuple[float, float, float] = EARTH,
     scalar: Any = wp.float64,
     device: wp.Device,
 ) -> ClothSystem:
-    """Assemble the system of a cloth.
+    """Assemble the system of a fabric.
 
     Args:
-        cloth: the triangles.
-        yarns: yarns laid out on them.
+        fabric: triangles, yarns laid out on them, and their materials.
         region: the region of interest, made from the triangles and the nodes of the layout.
-        model: materials and loads.
         fixed_vertices: numbers of vertices with a prescribed motion.
         fixed_nodes: layout numbers of nodes with a prescribed motion.
         vertices: positions at the beginning [cm], shape (V, 3); by default the positions of the cloth.
+        acceleration: acceleration by gravity [cm/s^2].
         scalar: Warp's floating-point type.
         device: where the kernels run.
 
     Raises:
-        ParameterError: materials, masses or numbers do not fit the cloth.
+        ParameterError: masses or numbers do not fit the cloth.
     """
+    cloth, yarns = fabric.cloth, fabric.yarns
     stretch = _stretch_weights(cloth, yarns, region)
-    part = _yarn_part(cloth, yarns, region, model, stretch, scalar, device)
+    part = _yarn_part(fabric, region, stretch, acceleration, scalar, device)
     free = FreeUnknowns.of(region, fixed_vertices=fixed_vertices, fixed_nodes=fixed_nodes)
     free = replace(free, sliding=free.sliding & part.slides)
-    masses = cloth_masses(cloth, yarns, region, model)
+    masses = fabric_masses(fabric, region)
     start = cloth.vertices if vertices is None else vertices
     placed = yarns.world(cloth, start)[region.nodes]
     positions = MixedVector.from_numpy(start, placed, yarns.rest_sliding[region.nodes], scalar, device)
-    terms = [*part.terms, *_triangle_terms(cloth, region, model, scalar, device, stretch)]
+    terms = [*part.terms, *_triangle_terms(fabric, region, stretch, scalar, device)]
     embedding = embed(region)
     system = MixedSystem(embedding, free, masses, terms, node_masses=part.node_masses, scalar=scalar, device=device)
     of_yarns = np.zeros_like(masses.yarns) if part.weighs else masses.yarns
     weighing = MassMatrix(BlendedMasses(masses.vertices, of_yarns), scalar, device)
-    system.add(Weight(weighing, model.acceleration))
+    system.add(Weight(weighing, acceleration))
     make_consistent(embedding, free, positions)
     return ClothSystem(cloth, yarns, region, masses, system, positions)
 
 
 def _yarn_part(
-    cloth: Cloth,
-    yarns: LaidYarns,
+    fabric: MixedFabric,
     region: Region,
-    model: ClothModel,
     stretch: StretchWeights | None,
+    acceleration: tuple[float, float, float],
     scalar: Any,
     device: wp.Device,
 ) -> YarnPart:
-    """Energies, sliding and inertia of the yarns.
-
-    Raises:
-        ParameterError: the material belongs to the other yarn model.
-    """
+    """Energies, sliding and inertia of the yarns."""
+    yarns, material = fabric.yarns, fabric.yarn_materials
     if isinstance(yarns, SplineYarns):
-        if not isinstance(model.yarns, SplineMaterial):
-            raise ParameterError("cloth: got B-spline yarns with the material of crossings; expected a SplineMaterial")
-        term = spline_term(cloth, yarns, model.yarns, region, scalar, device)
+        assert isinstance(material, SplineMaterial)
+        term = spline_term(fabric.cloth, yarns, material, region, scalar, device)
         still = np.zeros((len(region.nodes), 2), dtype=bool)
         return YarnPart([] if term is None else [term], still, None, weighs=False)
-    if isinstance(model.yarns, SplineMaterial):
-        raise ParameterError("cloth: got crossing yarns with the material of B-splines; expected FabricMaterials")
+    assert isinstance(material, FabricMaterials)
     nodes, alpha = region.nodes, region.node_alpha[region.nodes]
-    elements = crossing_elements(yarns, model.yarns, nodes=nodes, alpha=alpha, full=alpha >= FULL)
+    elements = crossing_elements(yarns, material, nodes=nodes, alpha=alpha, full=alpha >= FULL)
     if stretch is not None:
         elements = replace(elements, stretch=elements.stretch * _segment_shares(yarns, region, stretch)[nodes])
-    terms = _crossing_terms(yarns, elements, model, model.yarns, alpha, scalar, device)
+    terms: list[MixedTerm] = []
+    if elements.count:
+        elastic = CrossingTerm(elements, scalar, device)
+        terms = [elastic, YarnGravity(elements, scalar, device, acceleration)]
+        if yarns.kind == "knit":
+            stitches = stitch_elements(yarns, elements, material.weft, alpha=alpha, full=alpha >= FULL)
+            terms += [StitchTerm(stitches, elements.count, scalar, device)] if len(stitches.nodes) else []
+        terms.append(SlidingFriction(elements, elastic))
     return YarnPart(terms, elements.slides, YarnMass(elements, scalar, device), weighs=True)
 
 
-def cloth_masses(cloth: Cloth, yarns: LaidYarns, region: Region, model: ClothModel) -> BlendedMasses:
-    """Masses of a cloth: from its yarns in the enriched region, and from its density elsewhere.
-
-    Raises:
-        ParameterError: the number of materials differs from the number of panels.
-    """
-    of_triangles = triangle_masses(cloth, model.triangles)
-    if isinstance(yarns, SplineYarns) and isinstance(model.yarns, SplineMaterial):
-        blended = spline_masses(yarns.curves, model.yarns.density, region, of_triangles)
+def fabric_masses(fabric: MixedFabric, region: Region) -> BlendedMasses:
+    """Masses of a fabric: from its yarns in the enriched region, and from the density of the cloth elsewhere."""
+    cloth, yarns, material = fabric.cloth, fabric.yarns, fabric.yarn_materials
+    of_triangles = triangle_masses(cloth, fabric.cloth_material)
+    if isinstance(yarns, SplineYarns):
+        assert isinstance(material, SplineMaterial)
+        blended = spline_masses(yarns.curves, material.density, region, of_triangles)
     else:
-        assert isinstance(yarns, CrossingYarns) and isinstance(model.yarns, FabricMaterials)
-        blended = _crossing_masses(yarns, model.yarns, region, of_triangles)
-    if model.seams is None:
+        assert isinstance(material, FabricMaterials)
+        blended = _crossing_masses(yarns, material, region, of_triangles)
+    if fabric.seam_material is None:
         return blended
     # in the hybrid region the mass of the triangles comes from the yarns, and includes their rods
     outside = (region.triangle_kind[cloth.seam_sides // 3] == TRIANGLES).mean(axis=1)
-    of_rods = rod_masses(cloth, model.seams, outside)
+    of_rods = rod_masses(cloth, fabric.seam_material, outside)
     return BlendedMasses(blended.vertices + of_rods, blended.yarns)
 
 
@@ -283,37 +283,15 @@ def _edge_weights(cloth: Cloth, region: Region) -> NDArray[np.float64]:
 
 
 def _triangle_terms(
-    cloth: Cloth, region: Region, model: ClothModel, scalar: Any, device: wp.Device, stretch: StretchWeights | None
+    fabric: MixedFabric, region: Region, stretch: StretchWeights | None, scalar: Any, device: wp.Device
 ) -> list[MixedTerm]:
     """The energies of the triangles and of the rods along seams."""
+    cloth, material = fabric.cloth, fabric.cloth_material
     weight = 1.0 - region.triangle_alpha
     shares = None if stretch is None else stretch.triangles / np.where(weight > 0.0, weight, 1.0)[:, None]
-    terms: list[MixedTerm] = [
-        Membrane(cloth, model.triangles, scalar, device, weight, shares),
-        ShellBending(cloth, model.triangles, scalar, device, weight),
-    ]
-    if model.seams is not None and len(cloth.seam_edges):
-        terms.append(SeamRod(cloth, model.seams, scalar, device, _edge_weights(cloth, region)))
-    return terms
-
-
-def _crossing_terms(
-    yarns: CrossingYarns,
-    elements: CrossingElements,
-    model: ClothModel,
-    materials: FabricMaterials,
-    alpha: NDArray[np.float64],
-    scalar: Any,
-    device: wp.Device,
-) -> list[MixedTerm]:
-    """The energies of the yarns."""
-    if elements.count == 0:
-        return []
-    elastic = CrossingTerm(elements, scalar, device)
-    terms: list[MixedTerm] = [elastic, YarnGravity(elements, scalar, device, model.acceleration)]
-    if yarns.kind == "knit":
-        stitches = stitch_elements(yarns, elements, materials.weft, alpha=alpha, full=alpha >= FULL)
-        terms.append(StitchTerm(stitches, elements.count, scalar, device))
-    if model.friction:
-        terms.append(SlidingFriction(elements, elastic))
+    terms: list[MixedTerm] = [Membrane(cloth, material, scalar, device, weight, shares)]
+    if len(cloth.hinges):
+        terms.append(ShellBending(cloth, material, scalar, device, weight))
+    if fabric.seam_material is not None and len(cloth.seam_edges):
+        terms.append(SeamRod(cloth, fabric.seam_material, scalar, device, _edge_weights(cloth, region)))
     return terms

@@ -26,8 +26,7 @@ from stitchmesh.mixed.dynamics.mass_matrix import BlendedMasses, blend_masses
 from stitchmesh.mixed.enrichment.region import TRIANGLES, Region
 from stitchmesh.mixed.layout.spline_yarns import SplineYarns
 from stitchmesh.mixed.splines.carried_points import CarriedSplinePoints, Carrier
-from stitchmesh.mixed.splines.spline_material import SplineMaterial
-from stitchmesh.mixed.splines.spline_pieces import spline_pieces
+from stitchmesh.mixed.splines.spline_pieces import SplineMaterial, spline_pieces
 from stitchmesh.mixed.splines.spline_term import SplineTerm
 from stitchmesh.mixed.term import FULL, element_weight
 from stitchmesh.yarn import YarnSet

@@ -78,15 +78,12 @@ class CrossingYarns:
     """Whether each stitch contact is at the left foot of its new loop, seen from outside, shape (C,). The neighbours
     outside of the contact lie to the left of the line from P to Q at a left foot, and to the right of it at a right
     foot. The positions do not tell this, because P and Q may lie in different panels."""
-    wrapping: IntArray = field(default_factory=lambda: np.zeros((0, 3), dtype=np.int64))
-    """Wrapping elements of a knit, shape (W, 3): a node of a stitch contact, and its neighbours along its u yarn and
-    along its v yarn outside of the contact. The angle between these two neighbours is the angle of wrapping."""
 
     def __post_init__(self) -> None:
         for name in ("position", "barycentric", "rest_sliding", "rest_turn", "rest_shear"):
             object.__setattr__(self, name, frozen_array(getattr(self, name), np.float64))
         for name in ("panel", "triangle", "side", "yarn_start", "yarn_node", "yarn_coordinate", "yarn_family",
-                     "stitch_contacts", "wrapping"):  # fmt: skip
+                     "stitch_contacts"):  # fmt: skip
             object.__setattr__(self, name, frozen_array(getattr(self, name), np.int64))
         object.__setattr__(self, "stitch_left", frozen_array(self.stitch_left, np.bool_))
         if self.kind not in ("weave", "knit"):
@@ -162,8 +159,8 @@ class CrossingYarns:
         expected = {"panel": (nodes,), "position": (nodes, 2), "triangle": (nodes,), "barycentric": (nodes, 3),
                     "side": (nodes,), "rest_sliding": (nodes, 2), "rest_turn": (nodes, 2), "rest_shear": (nodes,),
                     "yarn_coordinate": (passages,), "yarn_family": (yarns,),
-                    "stitch_contacts": (len(self.stitch_contacts), 2), "stitch_left": (len(self.stitch_contacts),),
-                    "wrapping": (len(self.wrapping), 3)}  # fmt: skip
+                    "stitch_contacts": (len(self.stitch_contacts), 2),
+                    "stitch_left": (len(self.stitch_contacts),)}  # fmt: skip
         for name, shape in expected.items():
             found = getattr(self, name).shape
             if found != shape:
@@ -172,7 +169,7 @@ class CrossingYarns:
             raise ParameterError(f"crossing yarns: yarn_start: expected 0 to {passages}, the number of passages")
 
     def _check_passages(self) -> None:
-        for name in ("yarn_node", "stitch_contacts", "wrapping"):
+        for name in ("yarn_node", "stitch_contacts"):
             values = getattr(self, name)
             if values.size and (values.min() < 0 or values.max() >= self.node_count):
                 found = f"got nodes {values.min()} to {values.max()}"

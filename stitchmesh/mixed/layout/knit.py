@@ -47,8 +47,7 @@ from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.layout.crossing_yarns import WEFT, CrossingYarns
 from stitchmesh.mixed.layout.embedding import NO_TRIANGLE, embed_points
 from stitchmesh.mixed.layout.panel_yarns import ClippedLines, PanelYarns, clipped_lines, yarns_on_cloth
-from stitchmesh.mixed.layout.passages import LaidNodes, Passages
-from stitchmesh.mixed.layout.rods import Joints, joined_joints
+from stitchmesh.mixed.layout.passages import Joints, LaidNodes, Passages, joined
 
 P = (0.3047882717353637, -0.3428759934355383)
 """Distance of the node P from the middle of the loop, in wale spacings, and its height above the border between the new
@@ -101,7 +100,7 @@ def _panel_yarns(cloth: Cloth, panel: int, spacing: FloatArray, chart: NDArray[n
     courses = clipped_lines(cloth, panel, 0, float(spacing[1]))
     loops = _loops(courses, float(spacing[0]))
     nodes, linked = _nodes(cloth, panel, loops, spacing, chart)
-    joints = joined_joints(_joints(cloth, panel, courses, loops, linked, spacing))
+    joints = joined(_joints(cloth, panel, courses, loops, linked, spacing))
     family = np.full(len(courses.line), WEFT)
     return PanelYarns(nodes, _passages(loops, linked, nodes), family, joints, contacts_of_links(nodes.count))
 

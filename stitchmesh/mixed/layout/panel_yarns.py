@@ -5,6 +5,13 @@
 Wefts, warps and courses are parallel lines at equal distances, clipped at the border of a panel. Line k has the level
 (k + phase) d across its direction. A line crosses sides of the border; in order along the line, it enters the panel at
 the first, leaves it at the second, and so on in turn. This holds for panels with bays, and with holes too.
+
+*Rods* (Casafranca et al. 2020, section 6.1). A rod is a yarn that runs along a seam. Each yarn that reaches the seam
+from either panel has a node in common with the rod; the rod is the v yarn of the node. The rest length of the rod
+between two nodes is the mean of the lengths of both borders. Nodes of yarns from both panels may lie at nearly the same
+place; their distance would be a segment of nearly no length, whose stiffness has no bound. The nodes are therefore
+moved along the rod until all distances are at least a given distance, with the least sum of squares of the moves
+(isotonic regression).
 """
 
 from __future__ import annotations
@@ -17,9 +24,9 @@ import numpy as np
 
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.mixed.cloth.cloth import Cloth
-from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
-from stitchmesh.mixed.layout.passages import LaidNodes, Passages, assembled, joined
-from stitchmesh.mixed.layout.rods import Joints, joined_joints, with_rods
+from stitchmesh.mixed.layout.crossing_yarns import ROD, CrossingYarns
+from stitchmesh.mixed.layout.embedding import rest_positions
+from stitchmesh.mixed.layout.passages import Joints, LaidNodes, Passages, assembled, joined, taken
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,6 +84,95 @@ def clipped_lines(cloth: Cloth, panel: int, axis: int, distance: float, phase: f
     return ClippedLines(line[pairs[:, 0]], along[pairs], sides[side[pairs]], part[pairs])
 
 
+def with_rods(
+    cloth: Cloth, nodes: LaidNodes, passages: Passages, family: IntArray, joints: Joints, smallest: float
+) -> tuple[LaidNodes, Passages, IntArray]:
+    """Add the rods of all seams, with a node for each joint on a seam.
+
+    Args:
+        cloth: the cloth.
+        nodes: the nodes of the yarns.
+        passages: the passages of the yarns.
+        family: family of each yarn.
+        joints: where yarns reach borders; joints that lie on no seam are left out.
+        smallest: smallest distance of two nodes of a rod [cm].
+
+    Returns:
+        Nodes, passages and families; those of the rods follow the given ones.
+    """
+    edge_of_side = np.full(len(cloth.twin), -1)
+    edge_of_side[cloth.seam_sides] = np.arange(len(cloth.seam_edges))[:, None]
+    joints = taken(joints, edge_of_side[joints.border] >= 0)
+    if not len(joints.yarn):
+        return nodes, passages, family
+    edge = edge_of_side[joints.border]
+    backwards = (cloth.seam_sides[edge, 1] == joints.border).astype(np.int64)
+    seam = np.searchsorted(cloth.seam_start, edge, side="right") - 1
+    along = _along(cloth, edge, np.where(backwards == 1, 1.0 - joints.part, joints.part))
+    order = np.lexsort((along, seam))
+    joints, seam, backwards, along = taken(joints, order), seam[order], backwards[order], along[order]
+    along = _spread(cloth, seam, along, smallest)
+    made = _seam_nodes(cloth, along, seam, backwards)
+    node = nodes.count + np.arange(len(seam))
+    straight = np.stack([along, np.zeros(len(along))], axis=1)
+    rods = Passages(len(family) + seam, along, node, np.ones_like(node), straight)
+    ends = Passages(joints.yarn, joints.order, node, np.zeros_like(node), made.position)
+    return (
+        joined([nodes, made]),
+        joined([passages, ends, rods]),
+        np.concatenate([family, np.full(cloth.seam_count, ROD)]),
+    )
+
+
+def _edge_lengths(cloth: Cloth) -> FloatArray:
+    """Mean of the rest lengths of both sides of each seam edge [cm], shape (S,)."""
+    ends = cloth.side_rest[cloth.seam_sides]
+    lengths: FloatArray = np.linalg.norm(ends[:, :, 1] - ends[:, :, 0], axis=2).mean(axis=1)
+    return lengths
+
+
+def _along(cloth: Cloth, edge: IntArray, part: FloatArray) -> FloatArray:
+    """Length of the rod from the beginning of its seam to a place on an edge [cm]."""
+    length = _edge_lengths(cloth)
+    begin = np.concatenate([[0.0], np.cumsum(length)])
+    seam = np.searchsorted(cloth.seam_start, edge, side="right") - 1
+    return begin[edge] - begin[cloth.seam_start[seam]] + part * length[edge]
+
+
+def _spread(cloth: Cloth, seam: IntArray, along: FloatArray, smallest: float) -> FloatArray:
+    """Move places along each rod so that they are at least ``smallest`` apart; both arrays are sorted."""
+    from scipy.optimize import isotonic_regression
+
+    total = np.add.reduceat(_edge_lengths(cloth), cloth.seam_start[:-1])
+    result = np.empty_like(along)
+    for number in np.unique(seam).tolist():
+        own = np.flatnonzero(seam == number)
+        gap = min(smallest, 0.9 * float(total[number]) / len(own))  # all gaps take at most this part of the seam
+        steps = gap * np.arange(len(own))
+        free = total[number] - gap * (len(own) - 1)
+        result[own] = np.clip(isotonic_regression(along[own] - steps).x, 0.0, free) + steps
+    return result
+
+
+def _seam_nodes(cloth: Cloth, along: FloatArray, seam: IntArray, backwards: IntArray) -> LaidNodes:
+    """Nodes at places along seams, each in the panel at one side of the seam."""
+    length = _edge_lengths(cloth)
+    begin = np.concatenate([[0.0], np.cumsum(length)])
+    total = begin[cloth.seam_start[seam]] + along
+    edge = np.searchsorted(begin, total, side="right") - 1
+    edge = np.clip(edge, cloth.seam_start[seam], cloth.seam_start[seam + 1] - 1)
+    part = np.clip((total - begin[edge]) / length[edge], 0.0, 1.0)
+    part = np.where(backwards == 1, 1.0 - part, part)
+    side = cloth.seam_sides[edge, backwards]
+    triangle, corner = np.divmod(side, 3)
+    barycentric = np.zeros((len(side), 3))
+    barycentric[np.arange(len(side)), corner] = 1.0 - part
+    barycentric[np.arange(len(side)), (corner + 1) % 3] = part
+    position = rest_positions(cloth, triangle, barycentric)
+    direction = (cloth.side_rest[side, 1] - cloth.side_rest[side, 0]) * (1 - 2 * backwards)[:, None]
+    return LaidNodes(cloth.panel[triangle], position, triangle, barycentric, np.zeros_like(side), direction)
+
+
 @dataclass(frozen=True, eq=False)
 class PanelYarns:
     """The yarns of a panel; nodes and yarns are numbered from 0 in the panel."""
@@ -108,9 +204,9 @@ def yarns_on_cloth(
     first_node = np.concatenate([[0], np.cumsum([part.nodes.count for part in panels])])
     first_yarn = np.concatenate([[0], np.cumsum([len(part.family) for part in panels])])
     parts = [_numbered(part, *firsts) for part, *firsts in zip(panels, first_node, first_yarn, strict=False)]
-    passages, joints = joined([part.passages for part in parts]), joined_joints([part.joints for part in parts])
+    passages, joints = joined([part.passages for part in parts]), joined([part.joints for part in parts])
     has_nodes = np.bincount(passages.yarn, minlength=first_yarn[-1]) > 0
-    joints = joints.taken(has_nodes[joints.yarn])
+    joints = taken(joints, has_nodes[joints.yarn])
     family = np.concatenate([part.family for part in parts])
     laid = with_rods(cloth, joined([part.nodes for part in parts]), passages, family, joints, smallest)
     return assembled(kind, *laid, np.concatenate([part.contacts for part in parts]))

@@ -15,7 +15,7 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
 
-Joined = TypeVar("Joined", "LaidNodes", "Passages")
+Table = TypeVar("Table", "LaidNodes", "Passages", "Joints")
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,10 +35,6 @@ class LaidNodes:
         """Number of nodes."""
         return len(self.panel)
 
-    def taken(self, nodes: IntArray | NDArray[np.bool_]) -> LaidNodes:
-        """Return some of the nodes, in the given order."""
-        return LaidNodes(*(getattr(self, part.name)[nodes] for part in fields(self)))
-
 
 @dataclass(frozen=True, eq=False)
 class Passages:
@@ -56,13 +52,28 @@ class Passages:
     """Flat place of each passage in a frame of its yarn [cm], shape (M, 2); distances along a yarn are rest lengths.
     The frames of the two yarns of a node differ only by a shift."""
 
-    def taken(self, passages: IntArray | NDArray[np.bool_]) -> Passages:
-        """Return some of the passages, in the given order."""
-        return Passages(*(getattr(self, part.name)[passages] for part in fields(self)))
+
+@dataclass(frozen=True, eq=False)
+class Joints:
+    """Places where yarns reach the border of their panel."""
+
+    yarn: IntArray
+    """Yarn of each joint, shape (n,)."""
+    order: FloatArray
+    """Order of the passage along the yarn, shape (n,)."""
+    border: IntArray
+    """Side of the cloth that the yarn reaches, shape (n,)."""
+    part: FloatArray
+    """Place on this side, from 0 to 1, shape (n,)."""
 
 
-def joined(parts: Sequence[Joined]) -> Joined:
-    """Return nodes or passages of several parts one after the other; numbers stay as they are."""
+def taken(table: Table, rows: IntArray | NDArray[np.bool_]) -> Table:
+    """Return some of the nodes, passages or joints, in the given order."""
+    return type(table)(*(getattr(table, one.name)[rows] for one in fields(table)))
+
+
+def joined(parts: Sequence[Table]) -> Table:
+    """Return nodes, passages or joints of several parts one after the other; numbers stay as they are."""
     first = parts[0]
     return type(first)(*(np.concatenate([getattr(part, one.name) for part in parts]) for one in fields(first)))
 
@@ -90,10 +101,10 @@ def assembled(
     if not kept.any():
         raise ParameterError(f"{kind}: no yarn has two nodes on the cloth; take a denser fabric or larger panels")
     number = np.cumsum(kept) - 1
-    passages = passages.taken(kept[passages.node])
+    passages = taken(passages, kept[passages.node])
     passages = _in_order(replace(passages, node=number[passages.node]))
     used, start = np.unique(passages.yarn, return_index=True)
-    nodes = nodes.taken(kept)
+    nodes = taken(nodes, kept)
     length, turn, direction = _measures(passages)
     code = 2 * passages.node + passages.coordinate
     yarns = CrossingYarns(
@@ -116,28 +127,7 @@ def assembled(
     whole = kept[contacts].all(axis=1)
     is_left = np.arange(len(contacts)) % 2 == 0
     contacts = number[contacts[whole]]
-    return replace(
-        yarns,
-        stitch_contacts=contacts,
-        stitch_left=is_left[whole],
-        wrapping=wrapping_elements(yarns.neighbours, contacts),
-    )
-
-
-def wrapping_elements(neighbours: IntArray, contacts: IntArray) -> IntArray:
-    """Return each node of a stitch contact with its neighbours outside of the contact along u and v, shape (W, 3).
-
-    Args:
-        neighbours: as ``CrossingYarns.neighbours``, shape (N, 4).
-        contacts: the two nodes of each stitch contact, shape (C, 2).
-    """
-    node, other = np.concatenate([contacts, contacts[:, ::-1]]).T
-    outside = [
-        np.where(neighbours[node, leg] == other, neighbours[node, leg + 1], neighbours[node, leg]) for leg in (0, 2)
-    ]
-    elements = np.stack([node, *outside], axis=1)
-    elements = elements[(elements >= 0).all(axis=1)]
-    return elements[np.argsort(elements[:, 0], kind="stable")]
+    return replace(yarns, stitch_contacts=contacts, stitch_left=is_left[whole])
 
 
 def _kept_nodes(passages: Passages, count: int) -> NDArray[np.bool_]:
@@ -155,7 +145,7 @@ def _in_order(passages: Passages) -> Passages:
     step = np.diff(passages.yarn)
     if ((step > 0) | ((step == 0) & (np.diff(passages.order) > 0))).all():
         return passages
-    return passages.taken(np.lexsort((passages.order, passages.yarn)))
+    return taken(passages, np.lexsort((passages.order, passages.yarn)))
 
 
 def _measures(passages: Passages) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -23,8 +23,7 @@ from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.layout.crossing_yarns import WARP, WEFT, CrossingYarns
 from stitchmesh.mixed.layout.embedding import embed_points
 from stitchmesh.mixed.layout.panel_yarns import ClippedLines, PanelYarns, clipped_lines, yarns_on_cloth
-from stitchmesh.mixed.layout.passages import LaidNodes, Passages, joined
-from stitchmesh.mixed.layout.rods import Joints, joined_joints
+from stitchmesh.mixed.layout.passages import Joints, LaidNodes, Passages, joined
 
 MARGIN = 0.25
 """Smallest distance of a crossing from the border along its yarns, and of two nodes of a rod, in distances of yarns."""
@@ -58,7 +57,7 @@ def _panel_yarns(cloth: Cloth, panel: int, spacing: tuple[float, float], matrix:
         nodes,
         _passages(crossings, nodes.position, len(wefts.line)),
         np.repeat([WEFT, WARP], [len(wefts.line), len(warps.line)]),
-        joined_joints([_joints(wefts, 0), _joints(warps, len(wefts.line))]),
+        joined([_joints(wefts, 0), _joints(warps, len(wefts.line))]),
     )
 
 

@@ -16,8 +16,10 @@ In the hybrid region, the display shows alpha times the simulated place of a nod
 surface, so that nothing jumps where the full-yarn region (alpha = 1) or the triangles (alpha = 0) begin.
 
 A vertex whose triangles are all full-yarn triangles has no position of its own, because only yarns are simulated there.
-For display, for normals and for a run that goes on with another region, ``CoveredVertices`` places it so that the
-triangles follow the yarn nodes. The positions v of these vertices minimize
+For display and for normals, ``CoveredVertices`` places it so that the triangles follow the yarn nodes. A run that goes
+on with another region places it by ``placement.moved_state`` instead: velocities, which have no initial shape, move in
+the same way there, while a display must not depend on what the run did before. The positions v of these vertices
+minimize
 
     sum over the nodes in their triangles of |p_i - (B v)_i|^2 + e sum over their triangles of |D v - D r|^2
 

@@ -38,7 +38,6 @@ Border sides have no angle of their own; they get the angle with which the curva
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -47,7 +46,7 @@ from numpy.typing import NDArray
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import BORDER
 from stitchmesh.mixed.cloth.cloth import Cloth
-from stitchmesh.mixed.triangles.cloth_material import ClothMaterial, materials_of_panels
+from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
 from stitchmesh.mixed.triangles.curvature import SideFrames, SlopeShares, slope_shares
 
 Numbers = NDArray[np.float64]
@@ -146,7 +145,7 @@ class ErrorIndicator:
 def indicate_errors(
     cloth: Cloth,
     vertices: Numbers,
-    materials: ClothMaterial | Sequence[ClothMaterial],
+    material: ClothMaterial,
     *,
     shares: SlopeShares | None = None,
 ) -> ErrorIndicator:
@@ -155,21 +154,20 @@ def indicate_errors(
     Args:
         cloth: the cloth.
         vertices: positions of the vertices [cm], shape (V, 3).
-        materials: one material for all panels, or one for each panel.
+        material: material of the triangles.
         shares: ``shares_of(cloth)``, which is the same for all positions; computed if it is None.
 
     Raises:
-        ParameterError: positions are not finite or of the wrong shape, or the number of materials is wrong.
+        ParameterError: positions are not finite or of the wrong shape.
     """
     places = np.asarray(vertices, dtype=np.float64)
     if places.shape != cloth.vertices.shape or not np.isfinite(places).all():
         found = f"got positions of shape {places.shape}, or some that are not finite"
         raise ParameterError(f"error indicator: {found}; expected finite ones of shape {cloth.vertices.shape}")
     deformation = deformation_of(cloth, places, shares)
-    chosen = materials_of_panels(materials, len(cloth.panel_names))
-    which = cloth.panel if len(chosen) > 1 else np.zeros(len(cloth.panel), dtype=np.int64)
-    moduli = np.array([material.moduli() for material in chosen])[which]
-    rigidities = np.array([material.rigidities() for material in chosen])[which]
+    moduli, rigidities = (
+        np.repeat(each[None], len(cloth.triangles), axis=0) for each in (material.moduli(), material.rigidities())
+    )
     return ErrorIndicator(
         cloth.rest_area * _of_wrinkles(cloth, deformation, moduli, rigidities),
         cloth.rest_area * _of_curves(cloth, deformation, moduli, rigidities),

@@ -13,7 +13,7 @@ from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.io.units import DEFAULT_UNIT
 from stitchmesh.mesh import BOTTOM, TOP, StitchMesh
 from stitchmesh.mixed.cloth.cloth import Cloth
-from stitchmesh.mixed.cloth.panel_file import PanelTable, read_panels
+from stitchmesh.mixed.cloth.panel_file import read_panels
 from stitchmesh.mixed.cloth.panel_position import PanelPosition
 from stitchmesh.mixed.cloth.panels import Panel
 from stitchmesh.mixed.cloth.seams import PanelSeam, cloth_from_panels
@@ -37,7 +37,7 @@ class ClothSection:
     )  # fmt: skip
     position: PanelPosition = field(default_factory=PanelPosition)
     """Where the rectangle lies in space at the start: ``origin``, ``x_axis``, ``y_axis``, ``radius``."""
-    panels: tuple[PanelTable, ...] = setting((), "panels: name, outline, position, side_edges")
+    panels: tuple[Panel, ...] = setting((), "panels: name, outline, position, side_edges")
     seams: tuple[PanelSeam, ...] = setting(
         (), "seams between panels: first and second (panel, start, end), angle, edges"
     )
@@ -84,11 +84,11 @@ class ClothSection:
         """
         if self.file is not None:
             return self._from_file(self.file)
-        panels = [table.panel() for table in self.panels]
+        panels = self.panels
         if self.rectangle is not None:
             width, height = self.rectangle
-            outline = [[0.0, 0.0], [width, 0.0], [width, height], [0.0, height]]
-            panels = [Panel(name="panel", outline=outline, position=self.position)]
+            outline = ((0.0, 0.0), (width, 0.0), (width, height), (0.0, height))
+            panels = (Panel(name="panel", outline=outline, position=self.position),)
         return cloth_from_panels(panels, self.seams, edge_length=self.edge_length or 1.0)
 
     def _from_file(self, path: str) -> Cloth:

@@ -53,7 +53,7 @@ class ContactSection:
 
 
 @dataclass(frozen=True, kw_only=True)
-class SolverSection:
+class SceneSolverSection:
     """Precision, processor and tolerances.
 
     Raises:
@@ -151,7 +151,7 @@ class Scene:
     bodies: tuple[BodySection, ...] = ()
     """Bodies that the cloth cannot enter."""
     contact: ContactSection = field(default_factory=ContactSection)
-    solver: SolverSection = field(default_factory=SolverSection)
+    solver: SceneSolverSection = field(default_factory=SceneSolverSection)
     output: OutputSection = field(default_factory=OutputSection)
 
     def __post_init__(self) -> None:

@@ -18,25 +18,25 @@ from stitchmesh.compute.device import device_named
 from stitchmesh.compute.free_memory import host_memory
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
-from stitchmesh.mixed.assembly import LoadedBody, Loads, MixedFabric
+from stitchmesh.mixed.assembly import LoadedBody, Loads
 from stitchmesh.mixed.cloth.cloth import Cloth
-from stitchmesh.mixed.contact.attachments import Attachment
 from stitchmesh.mixed.contact.dressing import WornBody, dressed_vertices
+from stitchmesh.mixed.contact.motion import Attachment
 from stitchmesh.mixed.contact.self_collision import PRESSURE
 from stitchmesh.mixed.crossings.crossing_material import DEFAULT, CrossingMaterial, FabricMaterials
+from stitchmesh.mixed.dynamics.cloth_system import MixedFabric
 from stitchmesh.mixed.enrichment.region import Region, region_around
 from stitchmesh.mixed.layout.crossing_yarns import ROD
 from stitchmesh.mixed.layout.curves import vertex_normals
 from stitchmesh.mixed.layout.from_stitches import lay_stitches
-from stitchmesh.mixed.layout.spline_yarns import LaidYarns, SplineYarns
-from stitchmesh.mixed.layout.splines_on_stitches import lay_splines
+from stitchmesh.mixed.layout.spline_yarns import LaidYarns, SplineYarns, lay_splines
 from stitchmesh.mixed.memory import check_layout_memory
 from stitchmesh.mixed.scene.cloth_of_yarns import MATCHED, cell_of_scene, cloth_of_knit, cloth_of_weave, matched_cloth
 from stitchmesh.mixed.scene.motion_section import AttachmentSection
 from stitchmesh.mixed.scene.region_section import RegionSection
 from stitchmesh.mixed.scene.scene import Scene
 from stitchmesh.mixed.scene.yarns_section import STITCHES, YarnsSection
-from stitchmesh.mixed.splines.spline_material import SplineMaterial
+from stitchmesh.mixed.splines.spline_pieces import SplineMaterial
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
 from stitchmesh.mixed.triangles.material_file import material_of
 from stitchmesh.mixed.triangles.seam_rod import SeamMaterial

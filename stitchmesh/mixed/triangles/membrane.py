@@ -27,7 +27,6 @@ principal stresses in the second part and leaves the compressive ones out.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -41,7 +40,7 @@ from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.gather import GatherTable
 from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
 from stitchmesh.mixed.term import MixedTerm
-from stitchmesh.mixed.triangles.cloth_material import ClothMaterial, checked_weights, materials_of_panels
+from stitchmesh.mixed.triangles.cloth_material import ClothMaterial, checked_weights
 
 
 @wp.func
@@ -116,10 +115,9 @@ def find_triangle_energies(
     corner: wp.array[wp.vec3i],
     gradient: wp.array[Any],
     amount: wp.array[Any],
-    material: wp.array[wp.int32],
     curve_start: wp.array[wp.int32],
     curve_nodes: wp.array[Any],
-    coupling: wp.array[Any],
+    coupling: Any,
     share: wp.array[Any],
     # state in
     vertices: wp.array[Any],
@@ -130,24 +128,23 @@ def find_triangle_energies(
     t = wp.tid()
     a1, a2 = columns_of(corner[t], gradient[t], vertices)
     strain = green_strain(a1, a2)
-    first = material[t] * 4
-    course = curve_at(curve_nodes, curve_start[first], curve_start[first + 1], strain[0])
-    wale = curve_at(curve_nodes, curve_start[first + 1], curve_start[first + 2], strain[1])
-    shear = curve_at(curve_nodes, curve_start[first + 2], curve_start[first + 3], strain[2])
-    both = curve_at(curve_nodes, curve_start[first + 3], curve_start[first + 4], strain[0] + strain[1])
-    coupled = (both[0] + coupling[material[t]] * strain[0] * strain[1]) * wp.min(share[t])
+    course = curve_at(curve_nodes, curve_start[0], curve_start[1], strain[0])
+    wale = curve_at(curve_nodes, curve_start[1], curve_start[2], strain[1])
+    shear = curve_at(curve_nodes, curve_start[2], curve_start[3], strain[2])
+    both = curve_at(curve_nodes, curve_start[3], curve_start[4], strain[0] + strain[1])
+    coupled = (both[0] + coupling * strain[0] * strain[1]) * wp.min(share[t])
     energy[t] = (course[0] * share[t][0] + wale[0] * share[t][1] + shear[0] + coupled) * amount[t]
 
 
 @wp.func
 def stress_and_stiffness(
-    curve_start: Any, curve_nodes: Any, coupling: Any, first: int, share: Any, strain: Any
+    curve_start: Any, curve_nodes: Any, coupling: Any, share: Any, strain: Any
 ) -> tuple[Any, Any]:
     """The stress (S_11, S_22, S_12) and the stiffness (C_11, C_22, C_33, C_12) at a strain."""
-    course = curve_at(curve_nodes, curve_start[first], curve_start[first + 1], strain[0])
-    wale = curve_at(curve_nodes, curve_start[first + 1], curve_start[first + 2], strain[1])
-    shear = curve_at(curve_nodes, curve_start[first + 2], curve_start[first + 3], strain[2])
-    both = curve_at(curve_nodes, curve_start[first + 3], curve_start[first + 4], strain[0] + strain[1])
+    course = curve_at(curve_nodes, curve_start[0], curve_start[1], strain[0])
+    wale = curve_at(curve_nodes, curve_start[1], curve_start[2], strain[1])
+    shear = curve_at(curve_nodes, curve_start[2], curve_start[3], strain[2])
+    both = curve_at(curve_nodes, curve_start[3], curve_start[4], strain[0] + strain[1])
     coupled = wp.min(share)
     on_course, on_wale = both[1] + coupling * strain[1], both[1] + coupling * strain[0]
     stress = wp.vector(course[1] * share[0] + on_course * coupled, wale[1] * share[1] + on_wale * coupled, shear[1])
@@ -162,10 +159,9 @@ def find_triangle_forces(
     corner: wp.array[wp.vec3i],
     gradient: wp.array[Any],
     amount: wp.array[Any],
-    material: wp.array[wp.int32],
     curve_start: wp.array[wp.int32],
     curve_nodes: wp.array[Any],
-    coupling: wp.array[Any],
+    coupling: Any,
     share: wp.array[Any],
     # state in
     vertices: wp.array[Any],
@@ -177,8 +173,7 @@ def find_triangle_forces(
     g = gradient[t]
     a1, a2 = columns_of(corner[t], g, vertices)
     strain = green_strain(a1, a2)
-    m = material[t]
-    s, _stiffness = stress_and_stiffness(curve_start, curve_nodes, coupling[m], m * 4, share[t], strain)
+    s, _stiffness = stress_and_stiffness(curve_start, curve_nodes, coupling, share[t], strain)
     scale = -amount[t]
     p1, p2 = (a1 * s[0] + a2 * s[2]) * scale, (a1 * s[2] + a2 * s[1]) * scale
     second, third = p1 * g[0, 0] + p2 * g[0, 1], p1 * g[1, 0] + p2 * g[1, 1]
@@ -193,10 +188,9 @@ def find_triangle_stiffness(
     exact: float,
     corner: wp.array[wp.vec3i],
     gradient: wp.array[Any],
-    material: wp.array[wp.int32],
     curve_start: wp.array[wp.int32],
     curve_nodes: wp.array[Any],
-    coupling: wp.array[Any],
+    coupling: Any,
     share: wp.array[Any],
     # state in
     vertices: wp.array[Any],
@@ -209,8 +203,7 @@ def find_triangle_stiffness(
     t = wp.tid()
     a1, a2 = columns_of(corner[t], gradient[t], vertices)
     strain = green_strain(a1, a2)
-    m = material[t]
-    s, c = stress_and_stiffness(curve_start, curve_nodes, coupling[m], m * 4, share[t], strain)
+    s, c = stress_and_stiffness(curve_start, curve_nodes, coupling, share[t], strain)
     kept = tensile(s)
     column[0, t] = a1
     column[1, t] = a2
@@ -287,7 +280,7 @@ class Membrane(MixedTerm):
     def __init__(
         self,
         cloth: Cloth,
-        materials: ClothMaterial | Sequence[ClothMaterial],
+        material: ClothMaterial,
         scalar: Any,
         device: wp.Device,
         weight: ArrayLike | None = None,
@@ -297,17 +290,16 @@ class Membrane(MixedTerm):
 
         Args:
             cloth: T triangles in panels.
-            materials: one material for all panels, or one for each panel.
+            material: material of the triangles.
             scalar: Warp's floating-point type.
             device: where the kernels run.
             weight: blending weight 1 - alpha of each triangle, shape (T,); by default 1.
             shares: factors of the energies along course and wale, shape (T, 2); by default 1.
 
         Raises:
-            ParameterError: the number of materials differs from the number of panels, or a weight is not in [0, 1].
+            ParameterError: a weight is not in [0, 1].
         """
         self.device, self.scalar, count = device, scalar, len(cloth.triangles)
-        chosen = materials_of_panels(materials, len(cloth.panel_names))
         edges = cloth.rest[:, 1:] - cloth.rest[:, :1]
         three = vector(3, scalar)
         self._corner = self._integers(cloth.triangles, wp.vec3i)
@@ -316,13 +308,12 @@ class Membrane(MixedTerm):
         self._gradient = wp.array(gradient, dtype=matrix(2, scalar), device=device)
         amount = cloth.rest_area * checked_weights(weight, count)
         self._amount = wp.array(amount, dtype=scalar, device=device)
-        self._material = self._integers(cloth.panel if len(chosen) > 1 else np.zeros(count), wp.int32)
-        curves = [curve for one in chosen for curve in one.energies()]
+        curves = material.energies()
         starts = np.concatenate([[0], np.cumsum([len(curve.strain) for curve in curves])])
         self._curve_start = self._integers(starts, wp.int32)
         nodes = np.concatenate([curve.nodes for curve in curves])
         self._curve_nodes = wp.array(nodes, dtype=vector(4, scalar), device=device)
-        self._coupling = wp.array([one.coupling for one in chosen], dtype=scalar, device=device)
+        self._coupling = scalar(material.coupling)
         of_axes = np.ones((count, 2)) if shares is None else np.asarray(shares, dtype=np.float64)
         self._share = wp.array(of_axes, dtype=vector(2, scalar), device=device)
         self._gather = GatherTable.of(cloth.triangles, len(cloth.vertices), device)
@@ -338,7 +329,7 @@ class Membrane(MixedTerm):
 
     @property
     def _laws(self) -> list[Any]:
-        return [self._material, self._curve_start, self._curve_nodes, self._coupling, self._share]
+        return [self._curve_start, self._curve_nodes, self._coupling, self._share]
 
     def element_energies(self, state: MixedVector, launcher: Launcher) -> tuple[list[Any], wp.array[Any]]:
         """The launch that finds the energy of each triangle, and the array of the energies."""

@@ -342,37 +342,27 @@ class SeamRod(MixedTerm):
 
     def element_energies(self, state: MixedVector, launcher: Launcher) -> tuple[list[Any], wp.array[Any]]:
         """The launch that finds the energy of each rod element, and the array of the energies."""
-        if self._count == 0:
-            return [], self._energy
         inputs = [self._corner, self._constants, state.vertices]
         return [launcher(find_rod_energies, self._count, inputs, [self._energy])], self._energy
 
     def forces(self, state: MixedVector, force: MixedVector, launcher: Launcher) -> list[Any]:
         """The launches that add the forces of the rods."""
-        if self._count == 0:
-            return []
         found = launcher(find_rod_forces, self._count, [self._corner, self._constants, state.vertices], [self._slots])
         return [found, *self._gather.launches(self._slots, force.vertices, launcher)]
 
     def linearize(self, state: MixedVector, launcher: Launcher) -> list[Any]:
         """The launch that stores the edges."""
-        if self._count == 0:
-            return []
         inputs = [float(self.exact), self._corner, state.vertices]
         return [launcher(keep_legs, self._count, inputs, [self._legs, self._exact])]
 
     def products(self, direction: MixedVector, product: MixedVector, launcher: Launcher) -> list[Any]:
         """The launches that add the products of the Hessian."""
-        if self._count == 0:
-            return []
         inputs = [self._corner, self._constants, self._legs, self._exact, direction.vertices]
         found = launcher(find_rod_products, self._count, inputs, [self._slots])
         return [found, *self._gather.launches(self._slots, product.vertices, launcher)]
 
     def diagonal(self, blocks: MixedBlocks, launcher: Launcher) -> list[Any]:
         """The launches that add the diagonal blocks."""
-        if self._count == 0:
-            return []
         inputs = [self._constants, self._legs, self._exact]
         found = launcher(find_rod_blocks, 3 * self._count, inputs, [self._blocks])
         return [found, *self._gather.launches(self._blocks, blocks.vertices, launcher)]

@@ -32,7 +32,6 @@ ten-thousandth of their rest values, with which gradients and products stay fini
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -46,7 +45,7 @@ from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.gather import GatherTable
 from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
 from stitchmesh.mixed.term import MixedTerm
-from stitchmesh.mixed.triangles.cloth_material import ClothMaterial, checked_weights, materials_of_panels
+from stitchmesh.mixed.triangles.cloth_material import ClothMaterial, checked_weights
 from stitchmesh.mixed.triangles.curvature import hinge_angles_of, hinge_stiffness
 
 SMALLEST_PART = 1e-4
@@ -311,7 +310,7 @@ class ShellBending(MixedTerm):
     def __init__(
         self,
         cloth: Cloth,
-        materials: ClothMaterial | Sequence[ClothMaterial],
+        material: ClothMaterial,
         scalar: Any,
         device: wp.Device,
         weight: ArrayLike | None = None,
@@ -320,21 +319,20 @@ class ShellBending(MixedTerm):
 
         Args:
             cloth: T triangles in panels, with H hinges and their rest angles.
-            materials: one material for all panels, or one for each panel.
+            material: material of the triangles.
             scalar: Warp's floating-point type.
             device: where the kernels run.
             weight: blending weight 1 - alpha of each triangle, shape (T,); by default 1.
 
         Raises:
-            ParameterError: the number of materials differs from the number of panels, or a weight is not in [0, 1].
+            ParameterError: a weight is not in [0, 1].
         """
         self.device, self.scalar, hinges = device, scalar, cloth.hinges
         self._count, three = len(hinges), vector(3, scalar)
-        chosen = materials_of_panels(materials, len(cloth.panel_names))
-        of_panel = cloth.panel if len(chosen) > 1 else np.zeros_like(cloth.panel)
-        rigidities = np.array([one.rigidities() for one in chosen])[of_panel]
-        curled = hinge_angles_of(cloth, np.array([one.rest_curvature() for one in chosen])[of_panel])
-        weights = checked_weights(weight, len(cloth.triangles))
+        count = len(cloth.triangles)
+        rigidities = np.repeat(material.rigidities()[None], count, axis=0)
+        curled = hinge_angles_of(cloth, np.repeat(material.rest_curvature()[None], count, axis=0))
+        weights = checked_weights(weight, count)
         stiffness = hinge_stiffness(cloth, rigidities, weights)
         self._corner = wp.array(hinges.astype(np.int32), dtype=wp.vec4i, device=device)
         self._rest_angle = wp.array(cloth.hinge_angle + curled, dtype=scalar, device=device)
@@ -360,16 +358,12 @@ class ShellBending(MixedTerm):
 
     def element_energies(self, state: MixedVector, launcher: Launcher) -> tuple[list[Any], wp.array[Any]]:
         """The launch that finds the energy of each hinge, and the array of the energies."""
-        if self._count == 0:
-            return [], self._energy
         deflections = self._find_deflections(state, launcher)
         found = launcher(find_hinge_energies, self._count, [*self._rows, self._deflection], [self._energy])
         return [deflections, found], self._energy
 
     def forces(self, state: MixedVector, force: MixedVector, launcher: Launcher) -> list[Any]:
         """The launches that add the forces of the hinges."""
-        if self._count == 0:
-            return []
         deflections = self._find_deflections(state, launcher)
         inputs = [self._corner, self._least, *self._rows, state.vertices, self._deflection]
         found = launcher(find_hinge_forces, self._count, inputs, [self._slots])
@@ -377,8 +371,6 @@ class ShellBending(MixedTerm):
 
     def linearize(self, state: MixedVector, launcher: Launcher) -> list[Any]:
         """The launches that store the frames and the moments."""
-        if self._count == 0:
-            return []
         deflections = self._find_deflections(state, launcher)
         inputs = [float(self.exact), self._corner, self._least, *self._rows, state.vertices, self._deflection]
         outputs = [self._frame, self._gradient, self._moment]
@@ -386,8 +378,6 @@ class ShellBending(MixedTerm):
 
     def products(self, direction: MixedVector, product: MixedVector, launcher: Launcher) -> list[Any]:
         """The launches that add the products of the Hessian."""
-        if self._count == 0:
-            return []
         inputs = [self._corner, self._gradient, direction.vertices]
         turns = launcher(find_turns, self._count, inputs, [self._turn])
         inputs = [self._corner, self._least, *self._rows, self._frame, self._gradient, self._moment]
@@ -397,8 +387,6 @@ class ShellBending(MixedTerm):
 
     def diagonal(self, blocks: MixedBlocks, launcher: Launcher) -> list[Any]:
         """The launches that add the diagonal blocks of the first part of the Hessian, which is never negative."""
-        if self._count == 0:
-            return []
         if self._blocks is None:
             self._blocks = wp.zeros(4 * self._count, dtype=matrix(3, self.scalar), device=self.device)
         inputs = [self._corner, *self._rows, self._gradient]

@@ -13,9 +13,8 @@ from scipy.spatial import cKDTree
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.mixed.drape import Draped
 from stitchmesh.mixed.output.display import Display
-from stitchmesh.mixed.output.files import state_maps
+from stitchmesh.mixed.output.files import StateMaps, state_maps
 from stitchmesh.mixed.output.frames import DrapeFrame
-from stitchmesh.mixed.output.maps import StateMaps
 from stitchmesh.render.colour_scale import ColourScale
 from stitchmesh.yarn import YarnSet
 

@@ -11,9 +11,8 @@ import warp as wp
 
 from stitchmesh.mesh import FloatArray
 from stitchmesh.mixed.dynamics.backward_euler import Dynamics, DynamicsSettings
-from stitchmesh.mixed.dynamics.mass_matrix import BlendedMasses
+from stitchmesh.mixed.dynamics.mass_matrix import BlendedMasses, Weight
 from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
-from stitchmesh.mixed.dynamics.weight import Weight
 from stitchmesh.mixed.enrichment.embedding import FreeUnknowns, embed
 from stitchmesh.mixed.enrichment.region import region_around
 from stitchmesh.mixed.term import MixedTerm

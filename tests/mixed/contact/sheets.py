@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import warp as wp
@@ -15,6 +15,7 @@ from stitchmesh.compute.device import device_named
 from stitchmesh.compute.launch import launch
 from stitchmesh.compute.precision import scalar_named
 from stitchmesh.mesh import FloatArray, IntArray
+from stitchmesh.mixed.cloth.cloth import Cloth, signed_areas
 from stitchmesh.mixed.contact.contact_points import ContactPoints, SeamLinks, points_on_triangles
 from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
 from stitchmesh.mixed.term import MixedTerm
@@ -22,7 +23,7 @@ from stitchmesh.mixed.term import MixedTerm
 
 @dataclass(frozen=True)
 class Sheets:
-    """Flat rectangular panels of triangles."""
+    """Flat rectangular panels of triangles, with the arrays of a ``Cloth`` that contact reads."""
 
     vertices: FloatArray
     triangles: IntArray
@@ -31,15 +32,12 @@ class Sheets:
 
     def points(self, thickness: float, **options: Any) -> tuple[ContactPoints, SeamLinks]:
         """Contact points on the triangles."""
-        return points_on_triangles(
-            self.triangles, self.rest, self.panel, vertex_count=len(self.vertices), thickness=thickness, **options
-        )
+        return points_on_triangles(cast(Cloth, self), thickness=thickness, **options)
 
     def masses(self, density: float) -> FloatArray:
         """Lumped masses of the vertices [g]."""
-        one, other = self.rest[:, 1] - self.rest[:, 0], self.rest[:, 2] - self.rest[:, 0]
-        area = 0.5 * np.abs(one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0])
-        return np.bincount(self.triangles.ravel(), weights=np.repeat(density * area / 3.0, 3))
+        areas = np.abs(signed_areas(self.rest))
+        return np.bincount(self.triangles.ravel(), weights=np.repeat(density * areas / 3.0, 3))
 
 
 def sheet(count: int, size: float, *, height: float = 0.0, shift: float = 0.0) -> Sheets:

@@ -11,8 +11,7 @@ from scipy.spatial.transform import Rotation
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh.vertex_motion import VertexMotion
 from stitchmesh.mixed.cloth.cloth import Cloth
-from stitchmesh.mixed.contact.attachments import Attachment, PrescribedMotion, at_simulated_nodes
-from stitchmesh.mixed.contact.motion import RigidMotion
+from stitchmesh.mixed.contact.motion import Attachment, PrescribedMotion, RigidMotion, at_simulated_nodes
 from tests.mixed.contact.sheets import sheet
 
 QUARTER = Rotation.from_rotvec([0.0, 0.0, np.pi / 2]).as_matrix()

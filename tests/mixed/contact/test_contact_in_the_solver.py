@@ -11,20 +11,19 @@ import pytest
 import warp as wp
 
 from stitchmesh.errors import SolverError
-from stitchmesh.mixed.contact.attachments import Attachment, PrescribedMotion, at_simulated_nodes
 from stitchmesh.mixed.contact.body import SolidBody
 from stitchmesh.mixed.contact.body_distance import BodyContact
 from stitchmesh.mixed.contact.body_friction import BodyFriction
-from stitchmesh.mixed.contact.contact_points import ContactPoints, join_points, points_at_nodes, points_on_triangles
-from stitchmesh.mixed.contact.motion import RigidMotion
+from stitchmesh.mixed.contact.contact_points import ContactPoints, join_points, points_at_nodes
+from stitchmesh.mixed.contact.motion import Attachment, PrescribedMotion, RigidMotion, at_simulated_nodes
 from stitchmesh.mixed.contact.self_collision import SelfCollision
 from stitchmesh.mixed.dynamics.backward_euler import Dynamics, DynamicsSettings
 from stitchmesh.mixed.dynamics.equilibrium import EquilibriumSettings, find_equilibrium
-from stitchmesh.mixed.dynamics.weight import Weight
+from stitchmesh.mixed.dynamics.mass_matrix import Weight
 from stitchmesh.mixed.enrichment.region import Region, region_around
 from stitchmesh.mixed.mixed_vector import MixedVector
 from tests.mixed.contact.bodies import ball, box
-from tests.mixed.contact.sheets import cpu, forces_of
+from tests.mixed.contact.sheets import Sheets, cpu, forces_of
 from tests.mixed.dynamics.scene import Scene, spring_scene
 from tests.mixed.patch import square_patch
 
@@ -39,10 +38,10 @@ FLOOR = box((5.0, 5.0, 1.0), (0.5, 0.5, -1.04))
 def points_of(region: Region) -> ContactPoints:
     """Points on triangles of weight 1 - alpha and at simulated nodes of weight alpha."""
     rest = PATCH.vertices[PATCH.triangles][:, :, :2]
-    on_triangles, _links = points_on_triangles(
-        PATCH.triangles, rest, np.zeros(len(PATCH.triangles), dtype=int), vertex_count=len(PATCH.vertices),
-        node_count=len(region.nodes), weight=1.0 - region.triangle_alpha, thickness=THICKNESS, spacing=np.inf,
-    )  # fmt: skip
+    flat = Sheets(PATCH.vertices, PATCH.triangles, rest, np.zeros(len(PATCH.triangles), dtype=int))
+    on_triangles, _links = flat.points(
+        THICKNESS, node_count=len(region.nodes), weight=1.0 - region.triangle_alpha, spacing=np.inf
+    )
     nodes = region.nodes
     at_nodes = points_at_nodes(
         len(PATCH.vertices), panel=np.zeros(len(nodes), dtype=int), rest=PATCH.nodes[nodes, :2],

@@ -115,15 +115,6 @@ def test_single_precision_agrees():
     assert np.abs(found - expected).max() < 1e-3 * np.abs(expected).max()  # places of 6e-8 cm, slips of 1e-3 cm
 
 
-def test_no_points_have_no_friction():
-    lonely = sheet(1, 0.05)
-    points, links = lonely.points(THICKNESS, weight=0.0)
-    none = LayerFriction(SelfCollision(points, links, scalar=wp.float64, device=cpu()), 0.3)
-    state = state_of(lonely.vertices)
-    none.begin_step(state, 0.0, STEP)
-    assert none.energy(state) == 0.0 and not forces_of(none, state).any() and not products_of(none, state, state).any()
-
-
 def test_refuses():
     _cloth, collision, _friction = layers()
     with pytest.raises(ParameterError, match=r"^layer friction: got a coefficient of -1\.0; expected at least 0$"):

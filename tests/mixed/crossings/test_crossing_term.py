@@ -242,14 +242,6 @@ def test_single_precision_has_the_forces_of_double_precision():
     np.testing.assert_allclose(rounded, exact, rtol=0, atol=1e-5 * np.abs(exact).max())
 
 
-def test_no_nodes_launch_nothing():
-    none = crossing_elements(plain_weave(3, 3).yarns, FabricMaterials.of(YARN), nodes=[])
-    term = CrossingTerm(none, wp.float64, CPU)
-    state = vector_of(np.zeros((0, 3)), np.zeros((0, 2)))
-    assert term.energy(state) == 0.0 and term.step_limit(state, state) == 1.0
-    assert term.forces(state, state.like(), RUN) == term.linearize(state, RUN) == term.products(state, state, RUN) == []
-
-
 def test_elements_with_nodes_that_are_not_simulated_are_left_out():
     fabric = plain_weave(4, 4)
     chosen = np.array([0, 1, 4, 5, 6])

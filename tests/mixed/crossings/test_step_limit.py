@@ -4,26 +4,19 @@
 
 from __future__ import annotations
 
-from functools import partial
-
 import numpy as np
 import pytest
 import warp as wp
 
-from stitchmesh.compute.launch import launch
-from stitchmesh.errors import ParameterError
-from stitchmesh.mixed.crossings.crossing_term import CrossingModel, CrossingTerm, sliding_limits
+from stitchmesh.mixed.crossings.crossing_term import CrossingTerm
 from tests.mixed.crossings.small_fabrics import CPU, plain_weave, vector_of
 
 FABRIC = plain_weave(4, 3)
-MODEL = CrossingModel.of(FABRIC.elements(), wp.float64, CPU)
+TERM = CrossingTerm(FABRIC.elements(), wp.float64, CPU)
 
 
-def limit_of(sliding, change, model=MODEL, share=0.5):
-    state, direction = vector_of(FABRIC.position, sliding), vector_of(0 * FABRIC.position, change)
-    limits = wp.zeros(model.count, dtype=wp.float64, device=CPU)
-    sliding_limits(model, state, direction, limits, partial(launch, device=CPU), share=share)
-    return float(limits.numpy().min())
+def limit_of(sliding, change, term=TERM):
+    return term.step_limit(vector_of(FABRIC.position, sliding), vector_of(0 * FABRIC.position, change))
 
 
 def shortest_part(sliding, change, step):
@@ -37,14 +30,11 @@ def shortest_part(sliding, change, step):
     return min(parts)
 
 
-def test_the_segment_that_loses_most_keeps_its_share():
+def test_the_segment_that_loses_most_keeps_half_of_its_rest_length():
     change = np.random.default_rng(0).normal(size=FABRIC.sliding.shape)
-    step = limit_of(FABRIC.sliding, change, share=0.9)
+    step = limit_of(FABRIC.sliding, change)
     assert 0 < step < 1
-    assert shortest_part(FABRIC.sliding, change, step) == pytest.approx(0.1, rel=1e-12)
-    term = CrossingTerm(FABRIC.elements(), wp.float64, CPU)
-    state, direction = vector_of(FABRIC.position, FABRIC.sliding), vector_of(0 * FABRIC.position, change)
-    assert term.step_limit(state, direction) == limit_of(FABRIC.sliding, change, share=0.5)
+    assert shortest_part(FABRIC.sliding, change, step) == pytest.approx(0.5, rel=1e-12)
 
 
 def test_short_steps_and_common_sliding_are_not_limited():
@@ -53,8 +43,8 @@ def test_short_steps_and_common_sliding_are_not_limited():
 
 
 def test_fixed_coordinates_do_not_limit():
-    model = CrossingModel.of(FABRIC.elements(slides=np.zeros(12)), wp.float64, CPU)
-    assert limit_of(FABRIC.sliding, np.random.default_rng(0).normal(size=FABRIC.sliding.shape), model) == 1.0
+    fixed = CrossingTerm(FABRIC.elements(slides=np.zeros(12)), wp.float64, CPU)
+    assert limit_of(FABRIC.sliding, np.random.default_rng(0).normal(size=FABRIC.sliding.shape), fixed) == 1.0
 
 
 def test_repeated_steps_never_merge_nodes():
@@ -65,9 +55,3 @@ def test_repeated_steps_never_merge_nodes():
         sliding += limit_of(sliding, change) * change
     # from half to half down to the merging distance, then by half of it at most
     assert np.isfinite(sliding).all() and sliding[5, 0] > sliding[4, 0] - 200 * 0.02
-
-
-def test_a_share_out_of_range_is_refused():
-    for share in (0.0, 1.0, np.nan):
-        with pytest.raises(ParameterError, match="step limit: got a share of"):
-            limit_of(FABRIC.sliding, FABRIC.sliding, share=share)

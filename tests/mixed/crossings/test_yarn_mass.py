@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 import warp as wp
 
-from stitchmesh.mixed.crossings.yarn_gravity import YarnGravity
-from stitchmesh.mixed.crossings.yarn_mass import SLIDING_INERTIA, YarnMass
+from stitchmesh.mixed.crossings.yarn_mass import SLIDING_INERTIA, YarnGravity, YarnMass
 from tests.mixed.crossings.small_fabrics import (
     CPU,
     RUN,

@@ -17,7 +17,7 @@ from stitchmesh.mixed.cloth.panels import Panel
 from stitchmesh.mixed.cloth.seams import PanelBorder, PanelSeam, cloth_from_panels
 from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial, FabricMaterials
 from stitchmesh.mixed.dynamics.backward_euler import Dynamics, DynamicsSettings
-from stitchmesh.mixed.dynamics.cloth_system import ClothModel, ClothSystem, cloth_masses, cloth_system
+from stitchmesh.mixed.dynamics.cloth_system import ClothSystem, MixedFabric, cloth_system, fabric_masses
 from stitchmesh.mixed.dynamics.equilibrium import EquilibriumSettings, find_equilibrium
 from stitchmesh.mixed.enrichment.region import Region, region_around
 from stitchmesh.mixed.layout.knit import lay_knit
@@ -36,6 +36,7 @@ YARN = replace(CrossingMaterial.named(), radius=0.04)
 SHEET = ClothMaterial.isotropic(
     "sheet", YARN.stretch_stiffness * ENDS, 0.1, YARN.bending_stiffness * ENDS, 2 * YARN.density * ENDS
 )
+FABRIC = MixedFabric(cloth=CLOTH, yarns=YARNS, cloth_material=SHEET, yarn_materials=FabricMaterials.of(YARN))
 LAYOUT: Any = (CLOTH.triangles, len(CLOTH.vertices), YARNS.triangle, YARNS.barycentric)
 MIDDLE = np.flatnonzero(np.abs(CLOTH.vertices[CLOTH.triangles].mean(axis=1)[:, :2] - SIDE / 2).max(axis=1) < 0.5)
 REGIONS = {
@@ -51,14 +52,17 @@ TIGHT = DynamicsSettings(time_step=2e-4, velocity_tolerance=1e-7, solve_toleranc
 def built(
     region: Region, *, nodes: Sequence[int] = (), vertices: Sequence[int] = (), scalar: Any = wp.float64
 ) -> ClothSystem:
-    model = ClothModel(SHEET, FabricMaterials.of(YARN), acceleration=FALLING)
     return cloth_system(
-        CLOTH, YARNS, region, model, fixed_nodes=nodes, fixed_vertices=vertices, scalar=scalar, device=CPU
+        FABRIC, region, fixed_nodes=nodes, fixed_vertices=vertices, acceleration=FALLING, scalar=scalar, device=CPU
     )
 
 
 def corner_nodes() -> list[int]:
     return [int(np.argmin(np.abs(YARNS.position - corner).sum(axis=1))) for corner in ([0, 0], [SIDE, SIDE])]
+
+
+def test_terms_without_elements_are_not_made():
+    assert [term.name for term in built(REGIONS["none"]).system.terms] == ["membrane", "bending", "weight"]
 
 
 def test_enriched_everywhere_equals_the_full_yarn_run():
@@ -110,13 +114,17 @@ def test_a_rod_along_a_seam_goes_on_from_the_triangles_to_the_yarns():
     yarns = lay_weave(cloth, np.eye(2, dtype=int), ends=ENDS, picks=ENDS)
     middle = cloth.vertices[cloth.triangles].mean(axis=1)
     light = replace(YARN, density=1e-12)
-    model = ClothModel(
-        replace(SHEET, density=1e-12), FabricMaterials(light, light, YARN), SeamMaterial(1.0, 1.0, YARN.density)
+    fabric = MixedFabric(
+        cloth=cloth,
+        yarns=yarns,
+        cloth_material=replace(SHEET, density=1e-12),
+        yarn_materials=FabricMaterials(light, light, YARN),
+        seam_material=SeamMaterial(1.0, 1.0, YARN.density),
     )
     weights = []
     for chosen in (np.zeros(0), np.flatnonzero(middle[:, 1] < SIDE / 2), np.arange(len(middle))):
         region = region_around(cloth.triangles, len(cloth.vertices), yarns.triangle, yarns.barycentric, chosen)
-        weights.append(cloth_masses(cloth, yarns, region, model).total)
+        weights.append(fabric_masses(fabric, region).total)
     assert weights[0] == pytest.approx(YARN.density * SIDE, rel=1e-6)
     assert weights[2] == pytest.approx(YARN.density * (SIDE - 0.75 / ENDS), rel=1e-6)
     assert weights[2] < weights[1] < weights[0]
@@ -125,10 +133,8 @@ def test_a_rod_along_a_seam_goes_on_from_the_triangles_to_the_yarns():
 def test_a_turned_cloth_has_no_forces():
     c, s = np.cos(0.8), np.sin(0.8)
     turn = np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]])
-    turned = cloth_system(
-        CLOTH, YARNS, REGIONS["middle"], ClothModel(SHEET, FabricMaterials.of(YARN), acceleration=(0, 0, 0)),
-        vertices=CLOTH.vertices @ turn.T + [1, 2, 3], device=CPU,
-    )  # fmt: skip
+    vertices = CLOTH.vertices @ turn.T + [1, 2, 3]
+    turned = cloth_system(FABRIC, REGIONS["middle"], acceleration=(0.0, 0.0, 0.0), vertices=vertices, device=CPU)
     report = find_equilibrium(turned.system, turned.positions, EquilibriumSettings(force_tolerance=1e-5))
     # Rounding of the stretch of yarns: 1e4 dyn times 1e-15 over the length of a segment, and more for angles.
     assert (report.converged, report.iterations) == (True, 0)
@@ -136,8 +142,7 @@ def test_a_turned_cloth_has_no_forces():
 
 def test_inner_forces_have_no_sum_and_no_moment_and_do_the_work_of_the_energy():
     """Momentum and angular momentum of a free cloth are kept, whatever its shape."""
-    model = ClothModel(SHEET, FabricMaterials.of(YARN), acceleration=(0.0, 0.0, 0.0))
-    scene = cloth_system(CLOTH, YARNS, REGIONS["middle"], model, device=CPU)
+    scene = cloth_system(FABRIC, REGIONS["middle"], acceleration=(0.0, 0.0, 0.0), device=CPU)
     random, system, state = np.random.default_rng(21), scene.system, scene.positions
     moved, motion, force = state.like(), state.like(), state.like()
     for vector, size in ((moved, 0.02), (motion, 1e-6)):
@@ -191,7 +196,7 @@ def test_a_run_with_friction_that_is_stopped_and_resumed_has_the_same_bits():
 def test_the_blocks_of_the_metric_are_those_of_the_products(kind):
     yarns = YARNS if kind == "weave" else lay_knit(CLOTH, np.ones((1, 1)), wale_spacing=0.25, course_spacing=0.2)
     region = region_around(CLOTH.triangles, len(CLOTH.vertices), yarns.triangle, yarns.barycentric, MIDDLE)
-    scene = cloth_system(CLOTH, yarns, region, ClothModel(SHEET, FabricMaterials.of(YARN)), device=CPU)
+    scene = cloth_system(replace(FABRIC, yarns=yarns), region, device=CPU)
     system, state = scene.system, scene.positions
     bent = np.random.default_rng(15).normal(scale=0.01, size=len(state.values)) * system.moves.numpy()
     state.values.assign(state.values.numpy() + bent)

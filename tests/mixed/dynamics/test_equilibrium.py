@@ -9,7 +9,7 @@ import pytest
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.dynamics.equilibrium import EquilibriumSettings, find_equilibrium
-from stitchmesh.mixed.dynamics.weight import Weight
+from stitchmesh.mixed.dynamics.mass_matrix import Weight
 from stitchmesh.mixed.enrichment.region import region_around
 from tests.mixed.dynamics.scene import spring_scene
 from tests.mixed.patch import square_patch

@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -101,13 +100,6 @@ KNIT = ClothMaterial("knit", 1000.0, 3000.0, 400.0, 0.4, 5.0, 2.0, 0.02)
 def test_the_mass_of_a_cloth_is_that_of_its_area():
     mass = triangle_masses(rectangle("irregular", 6, 5, 3.0, 2.0), KNIT)
     assert mass.sum() == pytest.approx(0.02 * 6.0) and mass.min() > 0.0
-
-
-def test_each_panel_has_its_own_density():
-    cloth = rectangle("diagonals", 2, 1)
-    cloth = replace(cloth, panel=np.array([0, 0, 1, 1]), panel_names=("left", "right"))
-    mass = triangle_masses(cloth, [KNIT, replace(KNIT, density=0.05)])
-    np.testing.assert_allclose(mass, [0.005, 0.005, 0.0125, 0.0125])
 
 
 def test_a_rod_has_half_of_the_mass_of_each_edge_at_its_ends():

@@ -11,7 +11,7 @@ from scipy.linalg import eigh, null_space
 from stitchmesh.mixed.cloth.panels import Panel
 from stitchmesh.mixed.cloth.seams import cloth_from_panels
 from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial, FabricMaterials
-from stitchmesh.mixed.dynamics.cloth_system import ClothModel, ClothSystem, cloth_system
+from stitchmesh.mixed.dynamics.cloth_system import ClothSystem, MixedFabric, cloth_system
 from stitchmesh.mixed.enrichment.region import region_around
 from stitchmesh.mixed.layout.weave import lay_weave
 from stitchmesh.mixed.scene.cloth_of_yarns import cloth_of_weave
@@ -63,7 +63,8 @@ def test_the_load_under_which_a_mixed_strip_buckles():
     middle = CLOTH.vertices[CLOTH.triangles].mean(axis=1)[:, 0]
     chosen = np.flatnonzero(np.abs(middle - LENGTH / 2) < 1.0)
     region = region_around(CLOTH.triangles, len(CLOTH.vertices), WEAVE.triangle, WEAVE.barycentric, chosen)
-    scene = cloth_system(CLOTH, WEAVE, region, ClothModel(MATERIAL, YARN, acceleration=(0.0, 0.0, 0.0)), device=CPU)
+    fabric = MixedFabric(cloth=CLOTH, yarns=WEAVE, cloth_material=MATERIAL, yarn_materials=YARN)
+    scene = cloth_system(fabric, region, acceleration=(0.0, 0.0, 0.0), device=CPU)
     x = CLOTH.vertices[:, 0]
     motions = motions_of(scene, (x < 1e-9) | (x > LENGTH - 1e-9))
     bending = heights(scene, 0.0, motions)

@@ -14,7 +14,7 @@ from stitchmesh.mixed.cloth.panels import Panel
 from stitchmesh.mixed.cloth.seams import cloth_from_panels
 from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial, FabricMaterials
 from stitchmesh.mixed.dynamics import cloth_system as assembled
-from stitchmesh.mixed.dynamics.cloth_system import ClothModel, cloth_system
+from stitchmesh.mixed.dynamics.cloth_system import MixedFabric, cloth_system
 from stitchmesh.mixed.dynamics.equilibrium import EquilibriumSettings, find_equilibrium
 from stitchmesh.mixed.enrichment.balanced_weights import MOST_CHANGE, ROUNDING, StretchedCloth, balanced_weights
 from stitchmesh.mixed.enrichment.region import HYBRID, YARNS, Region, region_around
@@ -31,6 +31,7 @@ FROM_MIDDLE = np.abs(CLOTH.vertices[:, :2] - SIDE / 2).max(axis=1)
 MIDDLE = np.flatnonzero(np.abs(CLOTH.vertices[CLOTH.triangles].mean(axis=1)[:, :2] - SIDE / 2).max(axis=1) < 0.5)
 YARN = FabricMaterials.of(CrossingMaterial.named())
 MATERIAL = cloth_of_weave(YARN, DENSITY, DENSITY)
+FABRIC = MixedFabric(cloth=CLOTH, yarns=LAYOUT, cloth_material=MATERIAL, yarn_materials=YARN)
 STRAIN = 1e-3
 """Small, so that the laws of triangles and yarns, which differ by the square of the strain, do not."""
 INNER = np.flatnonzero(FROM_MIDDLE < SIDE / 2 - 1e-9)
@@ -49,8 +50,8 @@ def unbalanced(region: Region, axis: int) -> tuple[float, float]:
     of the inner vertices of the hybrid region."""
     stretch = np.eye(3)
     stretch[axis, axis] += STRAIN
-    model = ClothModel(MATERIAL, YARN, acceleration=(0.0, 0.0, 0.0))
-    made = cloth_system(CLOTH, LAYOUT, region, model, vertices=CLOTH.vertices @ stretch.T, device=CPU)
+    vertices = CLOTH.vertices @ stretch.T
+    made = cloth_system(FABRIC, region, acceleration=(0.0, 0.0, 0.0), vertices=vertices, device=CPU)
     force = made.system.zeros()
     made.system.set_forces(made.positions, force)
     of_vertices, of_nodes, _ = force.numpy()
@@ -132,10 +133,10 @@ def test_yarns_alone_leave_no_weight_to_triangles():
 def moved_nodes(deformation: np.ndarray) -> np.ndarray:
     """Distances by which nodes of the full-yarn region leave a uniform deformation [spacings of yarns]."""
     region = REGIONS[2]
-    model = ClothModel(MATERIAL, YARN, acceleration=(0.0, 0.0, 0.0))
     border = np.flatnonzero(FROM_MIDDLE > SIDE / 2 - 1e-9)
+    vertices = CLOTH.vertices @ deformation.T
     scene = cloth_system(
-        CLOTH, LAYOUT, region, model, fixed_vertices=border, vertices=CLOTH.vertices @ deformation.T, device=CPU
+        FABRIC, region, fixed_vertices=border, acceleration=(0.0, 0.0, 0.0), vertices=vertices, device=CPU
     )
     start = scene.positions.numpy()[1].copy()
     # forces of yarns at this strain are 40 dyn

@@ -65,23 +65,14 @@ def test_the_outer_neighbours_lie_to_the_left_of_a_contact_at_a_left_foot():
     partner[yarns.stitch_contacts] = yarns.stitch_contacts[:, ::-1]
     number = np.empty(yarns.node_count, dtype=int)
     number[yarns.stitch_contacts] = np.arange(len(yarns.stitch_contacts))[:, None]
-    at_p = yarns.wrapping[yarns.position[yarns.wrapping[:, 0], 1] < yarns.position[partner[yarns.wrapping[:, 0]], 1]]
-    p, link, _ = yarns.position[at_p].transpose(1, 0, 2)
-    axis, leg = yarns.position[partner[at_p[:, 0]]] - p, link - p
+    before, after = yarns.neighbours[:, 0], yarns.neighbours[:, 1]
+    link = np.where(before == partner, after, before)
+    at_p = np.flatnonzero((link >= 0) & (yarns.position[:, 1] < yarns.position[partner, 1]))
+    p = yarns.position[at_p]
+    axis, leg = yarns.position[partner[at_p]] - p, yarns.position[link[at_p]] - p
     turn = axis[:, 0] * leg[:, 1] - axis[:, 1] * leg[:, 0]
-    np.testing.assert_array_equal(turn > 0, yarns.stitch_left[number[at_p[:, 0]]])
+    np.testing.assert_array_equal(turn > 0, yarns.stitch_left[number[at_p]])
     assert np.count_nonzero(yarns.stitch_left) * 2 == len(yarns.stitch_left)
-
-
-def test_wrapping_elements_name_the_neighbours_outside_of_the_contact():
-    _, yarns = stocking()
-    partner = np.full(yarns.node_count, -1)
-    partner[yarns.stitch_contacts] = yarns.stitch_contacts[:, ::-1]
-    node, along_u, along_v = yarns.wrapping.T
-    assert (along_u != partner[node]).all() and (along_v != partner[node]).all()
-    for leg, outside in ((0, along_u), (2, along_v)):
-        assert ((yarns.neighbours[node, leg] == outside) | (yarns.neighbours[node, leg + 1] == outside)).all()
-    assert len(node) == yarns.node_count - 2 * 2 * 7 + 2 * 7  # nodes at the ends of courses have one neighbour less
 
 
 @pytest.mark.parametrize("chart", [[[1, 0]], [[1], [0]], [[1, 1, 0], [0, 1, 1]]])

@@ -47,7 +47,6 @@ def test_a_flat_piece_has_the_yarns_of_a_chart_of_the_same_size():
         np.testing.assert_allclose(length[0], length[1], atol=1e-12)  # a sum of 50 steps
         turn = [one.rest_turn[one.yarn_node, one.yarn_coordinate] for one in (ours, theirs)]
         np.testing.assert_allclose(turn[0], turn[1], atol=1e-12)
-    assert len(yarns.wrapping) == len(chart.wrapping)
     np.testing.assert_array_equal(yarns.stitch_left, chart.stitch_left)
 
 

@@ -11,7 +11,7 @@ import pytest
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.cloth.from_stitches import cloth_from_stitches
-from stitchmesh.mixed.layout.splines_on_stitches import lay_splines
+from stitchmesh.mixed.layout.spline_yarns import lay_splines
 from stitchmesh.yarngen import generate_yarns
 from tests.mixed.cloth.test_cloth_from_stitches import garment
 from tests.mixed.splines.jersey import RADIUS, jersey

@@ -11,14 +11,14 @@ import numpy as np
 import pytest
 
 from stitchmesh.errors import StitchMeshError
-from stitchmesh.mixed.cloth.panel_file import PanelTable
 from stitchmesh.mixed.cloth.panel_position import PanelPosition
+from stitchmesh.mixed.cloth.panels import Panel
 from stitchmesh.mixed.cloth.seams import PanelBorder, PanelSeam
 from stitchmesh.mixed.scene import cloth_of_yarns
 from stitchmesh.mixed.scene.cloth_section import ClothSection
 from stitchmesh.mixed.scene.motion_section import AttachmentSection, BodySection, Keyframe
 from stitchmesh.mixed.scene.region_section import BoxSection, RegionSection
-from stitchmesh.mixed.scene.scene import ContactSection, OutputSection, Scene, SolverSection
+from stitchmesh.mixed.scene.scene import ContactSection, OutputSection, Scene, SceneSolverSection
 from stitchmesh.mixed.scene.scene_fabric import prepare
 from stitchmesh.mixed.scene.scene_file import example_scene, read_scene, write_scene
 from stitchmesh.mixed.scene.yarns_section import YarnsSection, knit_chart, weave_matrix
@@ -43,10 +43,10 @@ def scene_of(tmp_path: Path, text: str) -> Scene:
 
 def two_panels() -> ClothSection:
     square = ((0.0, 0.0), (3.0, 0.0), (3.0, 3.0), (0.0, 3.0))
-    right = PanelTable(name="right", outline=square, position=PanelPosition(origin=(3.0, 0.0, 0.0)))
+    right = Panel(name="right", outline=square, position=PanelPosition(origin=(3.0, 0.0, 0.0)))
     first, second = PanelBorder(panel="left", start=1, end=2), PanelBorder(panel="right", start=3, end=0)
     seam = PanelSeam(first=first, second=second, angle=10.0)
-    return ClothSection(panels=(PanelTable(name="left", outline=square), right), seams=(seam,), edge_length=1.0)
+    return ClothSection(panels=(Panel(name="left", outline=square), right), seams=(seam,), edge_length=1.0)
 
 
 def test_a_scene_is_read_as_it_was_written(tmp_path):
@@ -65,7 +65,7 @@ def test_a_scene_is_read_as_it_was_written(tmp_path):
         ),
         bodies=(BodySection(shape="box", size=(1.0, 2.0, 3.0), friction=0.1),),
         contact=ContactSection(self_collision=True, thickness=0.2, friction=0.3),
-        solver=SolverSection(precision="float32"),
+        solver=SceneSolverSection(precision="float32"),
         output=OutputSection(yarns=("usda", "h5"), colour="alpha", view=(30.0, 10.0)),
     )
     write_scene(tmp_path / "scene.toml", scene)

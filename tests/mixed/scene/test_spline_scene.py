@@ -24,7 +24,7 @@ from stitchmesh.mixed.scene import scene_fabric
 from stitchmesh.mixed.scene.cloth_section import ClothSection
 from stitchmesh.mixed.scene.motion_section import AttachmentSection, Keyframe
 from stitchmesh.mixed.scene.region_section import BoxSection, RegionSection
-from stitchmesh.mixed.scene.scene import OutputSection, Scene, SolverSection
+from stitchmesh.mixed.scene.scene import OutputSection, Scene, SceneSolverSection
 from stitchmesh.mixed.scene.scene_fabric import prepare, with_region
 from stitchmesh.mixed.scene.scene_file import read_scene, write_scene
 from stitchmesh.mixed.scene.yarns_section import YarnsSection
@@ -79,7 +79,7 @@ def patch(tmp_path, columns: int = 5, rows: int = 4, pull: float = 0.0) -> Scene
             ),
         ),
         gravity=(0.0, 0.0, 0.0),
-        solver=SolverSection(device="cpu", force_tolerance=20.0, most_iterations=200),
+        solver=SceneSolverSection(device="cpu", force_tolerance=20.0, most_iterations=200),
         output=OutputSection(picture=False),
     )
 

@@ -17,11 +17,10 @@ from stitchmesh.labeling import label
 from stitchmesh.mesh import BORDER
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.cloth.from_stitches import cloth_from_stitches
-from stitchmesh.mixed.dynamics.cloth_system import ClothModel, ClothSystem, cloth_system
+from stitchmesh.mixed.dynamics.cloth_system import ClothSystem, MixedFabric, cloth_system
 from stitchmesh.mixed.enrichment.region import Region, region_around
-from stitchmesh.mixed.layout.spline_yarns import SplineYarns
-from stitchmesh.mixed.layout.splines_on_stitches import lay_splines
-from stitchmesh.mixed.splines.spline_material import SplineMaterial
+from stitchmesh.mixed.layout.spline_yarns import SplineYarns, lay_splines
+from stitchmesh.mixed.splines.spline_pieces import SplineMaterial
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
 from stitchmesh.quality import quality_named
 from stitchmesh.tessellate import tessellate
@@ -81,7 +80,12 @@ def built(name: str, *, nodes: Sequence[int] = (), vertices: Sequence[int] = (),
           acceleration: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> ClothSystem:  # fmt: skip
     """The system of a region, without weight by default."""
     cloth, yarns, _pinned = jersey()
-    model = ClothModel(SHEET, YARN, acceleration=acceleration)
     return cloth_system(
-        cloth, yarns, region_of(name), model, fixed_nodes=nodes, fixed_vertices=vertices, scalar=scalar, device=CPU
+        MixedFabric(cloth=cloth, yarns=yarns, cloth_material=SHEET, yarn_materials=YARN),
+        region_of(name),
+        fixed_nodes=nodes,
+        fixed_vertices=vertices,
+        acceleration=acceleration,
+        scalar=scalar,
+        device=CPU,
     )

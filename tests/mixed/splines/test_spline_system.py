@@ -12,7 +12,7 @@ import pytest
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial, FabricMaterials
 from stitchmesh.mixed.dynamics.backward_euler import Dynamics, DynamicsSettings
-from stitchmesh.mixed.dynamics.cloth_system import ClothModel, cloth_system
+from stitchmesh.mixed.dynamics.cloth_system import MixedFabric, cloth_system
 from stitchmesh.mixed.dynamics.equilibrium import EquilibriumSettings, find_equilibrium
 from stitchmesh.mixed.enrichment.region import HYBRID
 from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
@@ -67,8 +67,9 @@ def test_no_yarns_equal_cloth_alone():
     with_splines = built("none", acceleration=(0.0, 0.0, -981.0))
     weave = lay_weave(cloth, np.eye(2, dtype=int), ends=8.0, picks=8.0)
     region = replace(region_of("none"), node_triangle=weave.triangle.copy(), node_weight=weave.barycentric.copy())
-    model = ClothModel(SHEET, FabricMaterials.of(CrossingMaterial.named()), acceleration=(0.0, 0.0, -981.0))
-    alone = cloth_system(cloth, weave, region, model, device=CPU)
+    materials = FabricMaterials.of(CrossingMaterial.named())
+    fabric = MixedFabric(cloth=cloth, yarns=weave, cloth_material=SHEET, yarn_materials=materials)
+    alone = cloth_system(fabric, region, acceleration=(0.0, 0.0, -981.0), device=CPU)
     assert isinstance(alone.yarns, CrossingYarns)
     forces = []
     for scene in (with_splines, alone):
@@ -111,7 +112,6 @@ def test_a_turned_cloth_is_of_the_form_of_the_hybrid_region_and_keeps_its_energy
 
 def test_a_material_of_the_other_model_is_refused():
     cloth, yarns, _pinned = jersey()
-    with pytest.raises(ParameterError, match="SplineMaterial"):
-        cloth_system(
-            cloth, yarns, region_of("none"), ClothModel(SHEET, FabricMaterials.of(CrossingMaterial.named())), device=CPU
-        )
+    materials = FabricMaterials.of(CrossingMaterial.named())
+    with pytest.raises(ParameterError, match="SplineYarns with FabricMaterials; expected"):
+        MixedFabric(cloth=cloth, yarns=yarns, cloth_material=SHEET, yarn_materials=materials)

@@ -13,8 +13,7 @@ import warp as wp
 from stitchmesh.compute.launch import launch
 from stitchmesh.errors import SolverError
 from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
-from stitchmesh.mixed.splines.spline_material import SplineMaterial
-from stitchmesh.mixed.splines.spline_pieces import spline_pieces
+from stitchmesh.mixed.splines.spline_pieces import SplineMaterial, spline_pieces
 from stitchmesh.mixed.splines.spline_term import SplineTerm
 from stitchmesh.yarn import YarnSet
 from tests.mixed.splines.jersey import CPU, RADIUS, built, jersey

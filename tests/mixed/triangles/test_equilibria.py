@@ -12,8 +12,7 @@ import warp as wp
 from scipy.linalg import eigh
 
 from stitchmesh.mixed.cloth.cloth import Cloth
-from stitchmesh.mixed.dynamics.mass_matrix import BlendedMasses, MassMatrix
-from stitchmesh.mixed.dynamics.weight import Weight
+from stitchmesh.mixed.dynamics.mass_matrix import BlendedMasses, MassMatrix, Weight
 from stitchmesh.mixed.term import MixedTerm
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
 from stitchmesh.mixed.triangles.membrane import Membrane

@@ -165,18 +165,6 @@ def test_a_rigid_motion_costs_nothing():
     assert np.abs(forces_of(term, vertices)).max() < 3000.0 * 1e-13
 
 
-def test_each_panel_has_its_own_material():
-    cloth = rectangle("diagonals", 2, 1)
-    cloth = replace(cloth, panel=np.array([0, 0, 1, 1]), panel_names=("left", "right"))
-    vertices = moved(cloth)
-    left = energy_of(membrane(cloth, KNIT, weight=[1, 1, 0, 0]), vertices)
-    right = energy_of(membrane(cloth, STIFFENING, weight=[0, 0, 1, 1]), vertices)
-    both = energy_of(Membrane(cloth, [KNIT, STIFFENING], wp.float64, CPU), vertices)
-    assert both == pytest.approx(left + right, rel=1e-12)
-    with pytest.raises(ParameterError, match="materials: got 3; expected one for all panels or one for each of 2"):
-        Membrane(cloth, [KNIT] * 3, wp.float64, CPU)
-
-
 def test_single_precision_agrees_with_double_precision():
     cloth = rectangle("irregular", 6, 6)
     vertices = moved(cloth) @ rotation() + [5.0, 2.0, 1.0]

@@ -160,13 +160,6 @@ def test_folded_back_and_collapsed_rods_stay_finite(last):
         assert np.isfinite(product_of(term, vertices, direction, part)).all()
 
 
-def test_a_cloth_without_seams_has_no_rods():
-    cloth = rectangle("diagonals", 2, 2)
-    term = rod(cloth)
-    assert energy_of(term, cloth.vertices) == 0.0 and not forces_of(term, cloth.vertices).any()
-    assert not hessian_of(term, cloth.vertices).any()
-
-
 @pytest.mark.parametrize(
     ("numbers", "message"),
     [

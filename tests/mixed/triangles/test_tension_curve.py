@@ -9,7 +9,7 @@ import pytest
 from scipy.interpolate import CubicHermiteSpline
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.mixed.triangles.tension_curve import TensionCurve
+from stitchmesh.mixed.triangles.cloth_material import TensionCurve
 
 STEEP = TensionCurve.through(
     np.array([-0.3, -0.1, 0.0, 0.02, 0.2, 0.21]), np.array([-30.0, -29.0, 0.0, 500.0, 501.0, 900.0]), "table"

@@ -24,7 +24,7 @@ from stitchmesh.mixed.output.report import region_counts
 from stitchmesh.mixed.scene.cloth_section import STITCH_SUFFIXES, ClothSection
 from stitchmesh.mixed.scene.motion_section import AttachmentSection
 from stitchmesh.mixed.scene.region_section import BoxSection, RegionSection, marked_triangles
-from stitchmesh.mixed.scene.scene import Scene, SolverSection
+from stitchmesh.mixed.scene.scene import Scene, SceneSolverSection
 from stitchmesh.mixed.scene.scene_fabric import STITCHES, PreparedScene, check_simulated, prepare, with_loads
 from stitchmesh.mixed.scene.scene_file import read_scene
 from stitchmesh.mixed.scene.yarns_section import YarnsSection
@@ -60,7 +60,7 @@ def scene_of_file(path: Path) -> Scene:
     is_knit = suffix in STITCH_SUFFIXES
     yarns = stitch_yarns(section) if is_knit else YarnsSection(weave="plain")
     # A knit whose yarns may slide takes several times as long to come to rest.
-    solver = SolverSection(force_tolerance=0.1, friction_updates=0) if is_knit else SolverSection()
+    solver = SceneSolverSection(force_tolerance=0.1, friction_updates=0) if is_knit else SceneSolverSection()
     return Scene(cloth=section, yarns=yarns, attachments=(held_at_top(cloth),), solver=solver)
 
 

@@ -32,7 +32,7 @@ from stitchmesh.mixed.crossings.crossing_material import DEFAULT, CrossingMateri
 from stitchmesh.mixed.drape import Draped
 from stitchmesh.mixed.scene.cloth_of_yarns import MATCHED
 from stitchmesh.mixed.scene.cloth_section import ClothSection
-from stitchmesh.mixed.scene.scene import Scene, SolverSection
+from stitchmesh.mixed.scene.scene import Scene, SceneSolverSection
 from stitchmesh.mixed.scene.scene_fabric import STITCHES
 from stitchmesh.mixed.scene.yarns_section import YarnsSection
 from stitchmesh.mixed.triangles.material_file import material_names
@@ -82,9 +82,10 @@ SCENE_FIELDS = (
     setting_field(YarnsSection, "courses", "Courses per cm", DENSITY, at="yarns.courses", shown=is_knit),
     setting_field(YarnsSection, "divisions", "Loops per stitch", Number(1, 20, 1), at="yarns.divisions",
                   shown=has_loops),
-    setting_field(SolverSection, "precision", "Precision", same_words(("float64", "float32")), at="solver.precision"),
-    setting_field(SolverSection, "device", "Device", lambda scene: {"automatic": None, **same_words(device_names())},
-                  at="solver.device"),
+    setting_field(SceneSolverSection, "precision", "Precision", same_words(("float64", "float32")),
+                  at="solver.precision"),
+    setting_field(SceneSolverSection, "device", "Device",
+                  lambda scene: {"automatic": None, **same_words(device_names())}, at="solver.device"),
 )  # fmt: skip
 """The fields of a scene that the page shows."""
 

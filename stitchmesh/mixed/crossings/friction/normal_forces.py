@@ -191,8 +191,6 @@ class NormalForces:
 
     def launches(self, model: CrossingModel, turn: wp.array[Any], state: MixedVector, launcher: Launcher) -> list[Any]:
         """The launches that find ``pressing`` at a state; ``turn`` holds the rest angles of bending, shape (N, 2)."""
-        if model.count == 0:
-            return []
         constants = [model.link, model.segment, model.bend, self.height, self.axis]
         inputs = [*constants, turn, state.nodes, state.sliding, self.normal]
         return [

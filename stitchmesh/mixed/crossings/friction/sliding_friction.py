@@ -265,7 +265,7 @@ class SlidingFriction(MixedTerm):
         A search for an equilibrium calls this in each of its iterations. Limits then stay until ``end_step``: with
         other limits each time, the iterations would not settle.
         """
-        if self.count and (time_step > 0.0 or self._outdated):
+        if time_step > 0.0 or self._outdated:
             self._outdated = False
             self._limits_at(state).launch()
 
@@ -291,14 +291,10 @@ class SlidingFriction(MixedTerm):
 
     def element_energies(self, state: MixedVector, launcher: Launcher) -> tuple[list[Any], wp.array[Any]]:
         """The launch that finds the energy of the two springs of each crossing, and the array of the energies."""
-        if self.count == 0:
-            return [], self._energy
         return [launcher(find_friction_energies, self.count, self._inputs(state), [self._energy])], self._energy
 
     def forces(self, state: MixedVector, force: MixedVector, launcher: Launcher) -> list[Any]:
         """The launch that adds the friction."""
-        if self.count == 0:
-            return []
         return [launcher(add_friction_forces, self.count, self._inputs(state), [force.sliding])]
 
     def linearize(self, state: MixedVector, launcher: Launcher) -> list[Any]:
@@ -306,21 +302,15 @@ class SlidingFriction(MixedTerm):
         return self._slopes(state, self.damped, self._sticking, launcher)
 
     def _slopes(self, state: MixedVector, damped: float, result: wp.array[Any], launcher: Launcher) -> list[Any]:
-        if self.count == 0:
-            return []
         inputs = [self._scalar(damped), *self._inputs(state), self._before]
         return [launcher(find_sticking, self.count, inputs, [result])]
 
     def products(self, direction: MixedVector, product: MixedVector, launcher: Launcher) -> list[Any]:
         """The launch that adds the products."""
-        if self.count == 0:
-            return []
         return [launcher(add_friction_products, self.count, [self._sticking, direction.sliding], [product.sliding])]
 
     def diagonal(self, blocks: MixedBlocks, launcher: Launcher) -> list[Any]:
         """The launch that adds the Hessian, which is diagonal."""
-        if self.count == 0:
-            return []
         return [launcher(add_friction_blocks, self.count, [self._sticking], [blocks.sliding])]
 
     def arrays(self) -> dict[str, Any]:
