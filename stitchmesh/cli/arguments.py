@@ -13,11 +13,11 @@ from __future__ import annotations
 import io
 import re
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import redirect_stderr
 from functools import partial
 from types import NoneType, UnionType
-from typing import Any, Literal, Protocol, Union, cast, get_args, get_origin
+from typing import Annotated, Any, Literal, Protocol, Union, cast, get_args, get_origin
 
 import tyro
 from tyro.constructors import ConstructorRegistry, PrimitiveConstructorSpec, PrimitiveTypeInfo
@@ -41,11 +41,11 @@ class Command(Protocol):
         """Run the command; return its exit status where it is not 0."""
 
 
-def parse(commands: Sequence[type[Command]], words: Sequence[str], *, program: str, description: str) -> Command:
+def parse(commands: Mapping[str, type[Command]], words: Sequence[str], *, program: str, description: str) -> Command:
     """Return the command that the words of a command line describe.
 
     Args:
-        commands: frozen dataclasses, one for each command.
+        commands: frozen dataclasses, one for each command, by the names of the commands.
         words: the words after the name of the program.
         program: name of the program.
         description: description of the program in the help.
@@ -56,23 +56,18 @@ def parse(commands: Sequence[type[Command]], words: Sequence[str], *, program: s
         StitchMeshError: the constructor of a group of options does not accept a value.
     """
     messages = io.StringIO()
+    named = tuple(Annotated[command, tyro.conf.subcommand(name)] for name, command in commands.items())
     try:
         with redirect_stderr(messages):
             return tyro.cli(
-                cast(type[Command], Union[tuple(commands)]),  # noqa: UP007 (the union is made at run time)
+                cast(type[Command], Union[named]),  # noqa: UP007 (the union is made at run time)
                 prog=program, description=description, args=words, config=CONFIG, registry=_registry(),
             )  # fmt: skip
     except SystemExit as stop:
         if stop.code:
-            command = {_command_name(each) for each in commands} & set(words[:1])
-            called = " ".join([program, *command])
+            called = " ".join([program, *(name for name in words[:1] if name in commands)])
             say(f"{called}: {one_line(messages.getvalue())}; see {called} --help", file=sys.stderr)
         raise
-
-
-def _command_name(command: type) -> str:
-    """Return the name of a command: the name of its class in lower case with hyphens."""
-    return re.sub(r"(?<=[a-z])(?=[A-Z])", "-", command.__name__).lower()
 
 
 def one_line(box: str) -> str:
