@@ -56,18 +56,23 @@ def parse(commands: Mapping[str, type[Command]], words: Sequence[str], *, progra
         StitchMeshError: the constructor of a group of options does not accept a value.
     """
     messages = io.StringIO()
-    named = tuple(Annotated[command, tyro.conf.subcommand(name)] for name, command in commands.items())
+    called, kind, given = program, _any_of(commands), list(words)
+    if words and words[0] in commands:  # The rules of the other commands would take most of the time.
+        called, kind, given = f"{program} {words[0]}", commands[words[0]], given[1:]
+        description = kind.__doc__ or ""
     try:
         with redirect_stderr(messages):
-            return tyro.cli(
-                cast(type[Command], Union[named]),  # noqa: UP007 (the union is made at run time)
-                prog=program, description=description, args=words, config=CONFIG, registry=_registry(),
-            )  # fmt: skip
+            return tyro.cli(kind, prog=called, description=description, args=given, config=CONFIG, registry=_registry())
     except SystemExit as stop:
         if stop.code:
-            called = " ".join([program, *(name for name in words[:1] if name in commands)])
             say(f"{called}: {one_line(messages.getvalue())}; see {called} --help", file=sys.stderr)
         raise
+
+
+def _any_of(commands: Mapping[str, type[Command]]) -> type[Command]:
+    """Return the type of a value that is any of the commands, for the help of all of them."""
+    named = tuple(Annotated[command, tyro.conf.subcommand(name)] for name, command in commands.items())
+    return cast(type[Command], Union[named])  # noqa: UP007 (the union is made at run time)
 
 
 def one_line(box: str) -> str:
