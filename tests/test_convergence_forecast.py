@@ -10,9 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from stitchmesh.convergence_forecast import FEWEST, LEFT, POWER, ResidualCourse
 from stitchmesh.meshrelax.relax import TOLERANCE
-from stitchmesh.progress import StageClock
+from stitchmesh.progress import FEWEST, LEFT, POWER, ResidualCourse, StageClock
 from stitchmesh.quality import PRESETS
 
 COURSES = Path(__file__).parent / "courses"

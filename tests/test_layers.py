@@ -18,7 +18,7 @@ from tests.nightly import at_night
 
 PACKAGE = ROOT / "stitchmesh"
 LAYERS = [
-    {"convergence_forecast", "errors"},
+    {"errors"},
     {"child_interpreter", "compute", "lattice", "markup", "progress", "quality", "reporting", "run_control",
      "settings"},
     {"memory_need", "time_limit"},

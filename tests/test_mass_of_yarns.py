@@ -12,7 +12,7 @@ import pytest
 
 import stitchmesh as sm
 from stitchmesh.app.pages.yarns.settings import YarnSettings
-from stitchmesh.cli.commands.swatch import Swatch
+from stitchmesh.cli.commands.swatch import SwatchCommand
 from stitchmesh.cli.options import SwatchFabric
 from stitchmesh.errors import ParameterError, YarnError
 from stitchmesh.jobs.job import recipe_of
@@ -90,7 +90,7 @@ def test_what_a_yarn_states_arrives(way):
 
 def test_the_browser_designs_with_the_yarn_of_the_command():
     yarn = Yarn.named("aran")
-    dials = SwatchDials(**Swatch("stockinette", view=True, fabric=fabric_of("aran")).design_dials())
+    dials = SwatchDials(**SwatchCommand("stockinette", view=True, fabric=fabric_of("aran")).design_dials())
     options = SwatchDesign(read_pattern("stockinette"), dials).options()
     # the dial counts the mass of 100 m, so that one product and one quotient round
     assert options["mass_per_length"] == pytest.approx(yarn.mass_per_length, rel=1e-15)

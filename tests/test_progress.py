@@ -15,10 +15,10 @@ import pytest
 
 import stitchmesh
 from stitchmesh import progress
-from stitchmesh.convergence_forecast import ResidualCourse
 from stitchmesh.progress import (
     CREEP,
     Outlook,
+    ResidualCourse,
     StageClock,
     output_stream,
     part_with_work_after,

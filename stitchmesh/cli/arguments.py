@@ -13,11 +13,11 @@ from __future__ import annotations
 import io
 import re
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import redirect_stderr
 from functools import partial
 from types import NoneType, UnionType
-from typing import Any, Literal, Protocol, Union, cast, get_args, get_origin
+from typing import Annotated, Any, Literal, Protocol, Union, cast, get_args, get_origin
 
 import tyro
 from tyro.constructors import ConstructorRegistry, PrimitiveConstructorSpec, PrimitiveTypeInfo
@@ -41,11 +41,11 @@ class Command(Protocol):
         """Run the command; return its exit status where it is not 0."""
 
 
-def parse(commands: Sequence[type[Command]], words: Sequence[str], *, program: str, description: str) -> Command:
+def parse(commands: Mapping[str, type[Command]], words: Sequence[str], *, program: str, description: str) -> Command:
     """Return the command that the words of a command line describe.
 
     Args:
-        commands: frozen dataclasses, one for each command.
+        commands: frozen dataclasses, one for each command, by the names of the commands.
         words: the words after the name of the program.
         program: name of the program.
         description: description of the program in the help.
@@ -56,23 +56,23 @@ def parse(commands: Sequence[type[Command]], words: Sequence[str], *, program: s
         StitchMeshError: the constructor of a group of options does not accept a value.
     """
     messages = io.StringIO()
+    called, kind, given = program, _any_of(commands), list(words)
+    if words and words[0] in commands:  # The rules of the other commands would take most of the time.
+        called, kind, given = f"{program} {words[0]}", commands[words[0]], given[1:]
+        description = kind.__doc__ or ""
     try:
         with redirect_stderr(messages):
-            return tyro.cli(
-                cast(type[Command], Union[tuple(commands)]),  # noqa: UP007 (the union is made at run time)
-                prog=program, description=description, args=words, config=CONFIG, registry=_registry(),
-            )  # fmt: skip
+            return tyro.cli(kind, prog=called, description=description, args=given, config=CONFIG, registry=_registry())
     except SystemExit as stop:
         if stop.code:
-            command = {_command_name(each) for each in commands} & set(words[:1])
-            called = " ".join([program, *command])
             say(f"{called}: {one_line(messages.getvalue())}; see {called} --help", file=sys.stderr)
         raise
 
 
-def _command_name(command: type) -> str:
-    """Return the name of a command: the name of its class in lower case with hyphens."""
-    return re.sub(r"(?<=[a-z])(?=[A-Z])", "-", command.__name__).lower()
+def _any_of(commands: Mapping[str, type[Command]]) -> type[Command]:
+    """Return the type of a value that is any of the commands, for the help of all of them."""
+    named = tuple(Annotated[command, tyro.conf.subcommand(name)] for name, command in commands.items())
+    return cast(type[Command], Union[named])  # noqa: UP007 (the union is made at run time)
 
 
 def one_line(box: str) -> str:

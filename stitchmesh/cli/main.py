@@ -8,30 +8,31 @@ import io
 import logging
 import os
 import sys
+import tempfile
+import traceback
 from collections.abc import Sequence
 from contextlib import nullcontext, suppress
 
 from stitchmesh import __version__
 from stitchmesh.cli.arguments import BAD_INPUT, Command, parse
 from stitchmesh.cli.budget_options import mark_start
-from stitchmesh.cli.commands.application import App, View
-from stitchmesh.cli.commands.drape import Drape
-from stitchmesh.cli.commands.edit import Edit
-from stitchmesh.cli.commands.fabric_parts import Capture, Pattern, Select
-from stitchmesh.cli.commands.files import Check, Convert, Info
-from stitchmesh.cli.commands.follow import Follow
-from stitchmesh.cli.commands.instructions import Instructions
-from stitchmesh.cli.commands.jobs import Batch, Job, Run, Status
-from stitchmesh.cli.commands.knit import Knit
-from stitchmesh.cli.commands.label import Label
-from stitchmesh.cli.commands.library import Examples, Patterns
-from stitchmesh.cli.commands.outline import Outline
-from stitchmesh.cli.commands.relax import Relax, RelaxEdited
-from stitchmesh.cli.commands.render import Render
-from stitchmesh.cli.commands.stages import RelaxMesh, Tessellate, Yarns
-from stitchmesh.cli.commands.stretch import Stretch
-from stitchmesh.cli.commands.swatch import Swatch
-from stitchmesh.cli.fault import FAULT, fault_of
+from stitchmesh.cli.commands.application import AppCommand, ViewCommand
+from stitchmesh.cli.commands.drape import DrapeCommand
+from stitchmesh.cli.commands.edit import EditCommand
+from stitchmesh.cli.commands.fabric_parts import CaptureCommand, PatternCommand, SelectCommand
+from stitchmesh.cli.commands.files import CheckCommand, ConvertCommand, InfoCommand
+from stitchmesh.cli.commands.follow import FollowCommand
+from stitchmesh.cli.commands.instructions import InstructionsCommand
+from stitchmesh.cli.commands.jobs import BatchCommand, JobCommand, RunCommand, StatusCommand
+from stitchmesh.cli.commands.knit import KnitCommand
+from stitchmesh.cli.commands.label import LabelCommand
+from stitchmesh.cli.commands.library import ExamplesCommand, PatternsCommand
+from stitchmesh.cli.commands.outline import OutlineCommand
+from stitchmesh.cli.commands.relax import RelaxCommand, RelaxEditedCommand
+from stitchmesh.cli.commands.render import RenderCommand
+from stitchmesh.cli.commands.stages import RelaxMeshCommand, TessellateCommand, YarnsCommand
+from stitchmesh.cli.commands.stretch import StretchCommand
+from stitchmesh.cli.commands.swatch import SwatchCommand
 from stitchmesh.cli.say import say
 from stitchmesh.cli.stop_signal import INTERRUPTED, interrupt_noted
 from stitchmesh.compute.threads import set_threads
@@ -39,6 +40,8 @@ from stitchmesh.errors import ParameterError, StitchMeshError, is_interrupt
 from stitchmesh.io.disk_refusal import FULL, refusal
 from stitchmesh.io.outputs import guarded_outputs
 
+FAULT = 70
+"""Exit status after a fault of the program, ``EX_SOFTWARE`` of ``sysexits.h``."""
 INTERRUPTION = "interrupted; files that have been written are complete"
 """Line after an interrupt."""
 VERBOSE = "--verbose"
@@ -47,12 +50,42 @@ DESCRIPTION = (
     "From a polygon mesh to knitted, relaxed yarns. `stitchmesh --version` prints the version, and a command with "
     f"`{VERBOSE}` also says details, such as the error of a conversion."
 )
-COMMANDS = (
-    Knit, Label, Tessellate, Pattern, Capture, Edit, RelaxMesh, Yarns, Relax, RelaxEdited, Outline, Swatch, Stretch,
-    Drape, Follow, Run, Job, Status, Batch,
-    Info, Select, Check, Patterns, Examples, Instructions, Convert, Render, View, App,
-)  # fmt: skip
-"""The commands, in the order in which the help lists them."""
+COMMANDS: dict[str, type[Command]] = {
+    "knit": KnitCommand,
+    "label": LabelCommand,
+    "tessellate": TessellateCommand,
+    "pattern": PatternCommand,
+    "capture": CaptureCommand,
+    "edit": EditCommand,
+    "relax-mesh": RelaxMeshCommand,
+    "yarns": YarnsCommand,
+    "relax": RelaxCommand,
+    "relax-edited": RelaxEditedCommand,
+    "outline": OutlineCommand,
+    "swatch": SwatchCommand,
+    "stretch": StretchCommand,
+    "drape": DrapeCommand,
+    "follow": FollowCommand,
+    "run": RunCommand,
+    "job": JobCommand,
+    "status": StatusCommand,
+    "batch": BatchCommand,
+    "info": InfoCommand,
+    "select": SelectCommand,
+    "check": CheckCommand,
+    "patterns": PatternsCommand,
+    "examples": ExamplesCommand,
+    "instructions": InstructionsCommand,
+    "convert": ConvertCommand,
+    "render": RenderCommand,
+    "view": ViewCommand,
+    "app": AppCommand,
+}
+"""The commands by their names, in the order in which the help lists them."""
+
+
+class ProgramFault(StitchMeshError):
+    """The program itself is at fault, not its input."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -110,9 +143,24 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _fault(error: Exception) -> int:
     """Say that the program is at fault, and return the exit status."""
-    fault = fault_of(error)
+    fault = _fault_of(error)
     _say(f"{type(fault).__name__}: {fault}")
     return FAULT
+
+
+def _fault_of(error: Exception) -> ProgramFault:
+    """Return the line about an exception; its traceback is written to a new file, which only the user can read."""
+    found = f"{type(error).__name__}: {error}"
+    lines = [f"stitchmesh {__version__}\n", *traceback.format_exception(error)]
+    try:
+        number, path = tempfile.mkstemp(prefix="stitchmesh-fault-", suffix=".txt")
+        with os.fdopen(number, "w", encoding="utf-8", errors="backslashreplace") as file:
+            file.writelines(lines)
+    except OSError as refused:
+        told = f"its traceback cannot be written ({refused.strerror}); set TMPDIR to a folder that you may write"
+    else:
+        told = f"{path} holds the traceback; please report it, with the command"
+    return ProgramFault(f"this is a fault of the program, not of its input ({found}); {told}")
 
 
 def _say(line: str) -> None:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from stitchmesh.budget.budget import POINT_OF_PICTURE, START_OF_RENDERER
 from stitchmesh.cli.say import say
-from stitchmesh.errors import DisplayError, FileError
+from stitchmesh.errors import DisplayError, FileError, LabelError
 from stitchmesh.io.disk_refusal import refusal
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.io.outputs import plan_outputs
@@ -22,6 +22,9 @@ from stitchmesh.quality import Quality, quality_named
 
 if TYPE_CHECKING:
     from stitchmesh.yarn import YarnSet
+
+REMEDY = "knit it with --auto"
+"""What helps a mesh of any kind that cannot be labeled: rows are found on it without labels."""
 
 
 @contextmanager
@@ -83,3 +86,33 @@ def draw_if_possible(draw: Callable[[], None]) -> bool:
 def picture_seconds(yarns: YarnSet) -> float:
     """Estimate the time to draw a picture of yarns [s], for the progress of the work before the picture."""
     return START_OF_RENDERER + POINT_OF_PICTURE * len(yarns.points)
+
+
+@contextmanager
+def faults_drawn(folder: Path, remedy: str = REMEDY) -> Iterator[None]:
+    """Draw the faces at fault if a mesh cannot be labeled in this block, and name the picture in the error.
+
+    Args:
+        folder: folder of the picture.
+        remedy: what to do instead of labeling the mesh, for the error.
+
+    Raises:
+        LabelError: the error of the block with the remedy, and with the name of the picture if this machine can draw
+            pictures.
+    """
+    try:
+        yield
+    except LabelError as error:
+        from stitchmesh.labeling import PartialLabeling
+
+        if not isinstance(error.labeling, PartialLabeling):
+            raise
+        from stitchmesh.render.labeling_picture import render_labeling
+
+        picture = folder / "labeling-faults.png"
+        message = f"{remedy}, which finds rows where a mesh has none; or change the mesh: {error}"
+        try:
+            render_labeling(error.labeling, picture)
+        except DisplayError:
+            raise LabelError(message, labeling=error.labeling) from error
+        raise LabelError(f"{message}; {picture} shows the faces", labeling=error.labeling) from error

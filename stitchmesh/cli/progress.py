@@ -1,20 +1,31 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Progress reports on standard error: two lines with a bar on a terminal, and a line every few seconds in a file."""
+"""Progress reports on standard error: two lines with a bar on a terminal, and a line every few seconds in a file.
+
+A job reports the same bar if standard error is a terminal, and lines of JSON if standard output is not a terminal.
+"""
 
 from __future__ import annotations
 
+import json
+import sys
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from dataclasses import asdict
+from functools import partial
+from typing import TYPE_CHECKING
 
 from rich.console import Console, RenderableType
 from rich.progress import BarColumn, Progress, TextColumn
 from rich.text import Text
 
-from stitchmesh.cli.say import printable
+from stitchmesh.cli.say import printable, say
 from stitchmesh.progress import STAGE_TEXTS, StageClock
 from stitchmesh.progress import Progress as Report
+
+if TYPE_CHECKING:
+    from stitchmesh.jobs.job_status import JobStatus, Listener
 
 LINE_SECONDS = 3.0
 """Shortest time between two lines in a file [s]."""
@@ -96,3 +107,39 @@ class _Bar:
         if self._stage:
             line = f"{STAGE_TEXTS.get(self._stage, self._stage)}: {time.monotonic() - self._start:.1f} s"
             self._display.console.print(printable(line), highlight=False, markup=False)
+
+
+@contextmanager
+def show_reports() -> Iterator[Listener]:
+    """Provide the listener of a job."""
+    with ExitStack() as stack:
+        listeners: list[Listener] = []
+        if sys.stderr.isatty():
+            bar = stack.enter_context(show_progress())
+            listeners.append(lambda status: bar(status.stage, status.done, status.note) if status.stage else None)
+        if not sys.stdout.isatty():
+            listeners.append(_JsonLines())
+        yield partial(_call_all, listeners)
+
+
+def _call_all(listeners: Sequence[Listener], status: JobStatus) -> None:
+    for listener in listeners:
+        listener(status)
+
+
+class _JsonLines:
+    """A line of JSON when a stage begins or ends, when the job ends, and every few seconds."""
+
+    def __init__(self) -> None:
+        self._event: tuple[object, ...] = ()
+        self._printed = 0.0
+
+    def __call__(self, status: JobStatus) -> None:
+        """Print a report, unless one of the same stage was printed just now."""
+        event, now = (status.state, status.stage, len(status.stages)), time.monotonic()
+        if event == self._event and now - self._printed < LINE_SECONDS:
+            return
+        self._event, self._printed = event, now
+        entry = asdict(status)
+        entry["stages"] = [stage["name"] for stage in entry["stages"]]
+        say(json.dumps(entry), flush=True)

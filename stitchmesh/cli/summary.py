@@ -24,6 +24,7 @@ from stitchmesh.yarn.stitch_size import fabric_gauge
 from stitchmesh.yarn.yarn_presets import Gauge, Yarn, yarn_for_gauge
 
 if TYPE_CHECKING:
+    from stitchmesh.periodic.explore import Exploration
     from stitchmesh.periodic.swatch import Swatch
 
 AsJson = Annotated[bool, arg(help="print the report as JSON instead of a summary", help_behavior_hint="")]
@@ -143,6 +144,27 @@ def _physics(report: Mapping[str, Any]) -> str:
     weights = report["planes_pressure"] / (report["areal_density"] * -STANDARD[1])
     lies = f"between planes {report['planes_distance']:.2g} cm apart that press with {weights:.2g} of its weight"
     return f"{path}, {lies}."
+
+
+def exploration_summary(found: Exploration, folder: Path, *, drawn: bool) -> list[str]:
+    """Return the table of the states as lines of text, and the files to open."""
+    head = "state  starts  erg/stitch    wales x courses [cm]  thickness [cm]  shape     posture   lean"
+    lines = [head] if found.rests else []
+    for number, row in enumerate(found.table(), 1):
+        size = f"{row['wale_spacing']:10.3f} x {row['course_spacing']:.3f}"
+        own = "  (the state of a swatch)" if row["usual"] else ""
+        lines.append(
+            f"{number:5d}  {row['count']:6d}  {row['energy_per_stitch']:10.2f}  {size:>24}  {row['thickness']:14.2f}  "
+            f"{row['shape']:8}  {row['posture']:8}  {row['lean']:+.2f}{own}"
+        )
+    states = "1 state" if len(found.rests) == 1 else f"{len(found.rests)} states"
+    resting = f"Found {states} of rest from {found.starts} starts"
+    missing = f"; {found.not_at_rest} did not come to rest (raise --max-iterations)" if found.not_at_rest else ""
+    picture = f"Open {folder / 'rests.png'}" if drawn else "No picture was drawn"
+    if lines:
+        width, height = (100.0 * part for part in found.spread)
+        lines.append(f"The starts differ by {width:.2g} % in width and {height:.2g} % in height.")
+    return [*lines, f"{resting}{missing}.", f"{picture}; {folder / 'rests.json'} holds all numbers."]
 
 
 def relax_summary(yarns: YarnSet, report: Mapping[str, Any]) -> list[str]:

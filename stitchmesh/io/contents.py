@@ -9,9 +9,10 @@ they could wait for ever at a pipe, read a device without end, or find another f
 from __future__ import annotations
 
 import errno
+import logging
 import os
 import stat
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from os import PathLike, fspath
 from pathlib import Path
 
@@ -22,6 +23,8 @@ from stitchmesh.io.outputs import note_input
 from stitchmesh.io.path_kind import FilePath
 from stitchmesh.lattice import LARGEST_LENGTH
 from stitchmesh.mesh import FloatArray
+
+logger = logging.getLogger(__name__)
 
 READING = os.O_RDONLY | getattr(os, "O_BINARY", 0) | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOCTTY", 0)
 """Flags to open a file that may be anything: at once, and without making it the terminal of this process."""
@@ -151,3 +154,20 @@ def check_points(place: str, points: FloatArray) -> None:
 def is_coordinate(value: float) -> bool:
     """Return whether a number is finite and at most ``LARGEST_LENGTH``."""
     return abs(value) <= LARGEST_LENGTH
+
+
+def say_left_out(path: FilePath, counts: Mapping[str, int], what: str) -> None:
+    """Log a warning about what was left out of a file, if anything was.
+
+    Args:
+        path: the file.
+        counts: number of the things that were left out, by their name in the file.
+        what: word for the things, in the plural, such as ``lines``.
+    """
+    if not counts:
+        return
+    listed_names = 8  # A line lists no more.
+    names = [f"{name[:20]} ({count})" for name, count in list(counts.items())[:listed_names]]
+    more = f" and {len(counts) - listed_names} more" if len(counts) > listed_names else ""
+    listed = ", ".join(names) + more
+    logger.warning("%s: left out %s, which the surface does not need: %s", fspath(path), what, listed)

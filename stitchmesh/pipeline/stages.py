@@ -9,11 +9,13 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, replace
 from functools import partial
 from typing import Any
+
+import numpy as np
 
 from stitchmesh.budget.plan import Plan, make_plan
 from stitchmesh.budget.tables import BudgetScene
@@ -32,7 +34,6 @@ from stitchmesh.patterns import LaidPattern
 from stitchmesh.patterns.placement.left_out import left_out_lines
 from stitchmesh.pipeline.garment import Garment, Made, whole_mesh
 from stitchmesh.pipeline.options import KnitOptions
-from stitchmesh.pipeline.refused_yarns import with_place_and_remedy
 from stitchmesh.pipeline.yarn_relaxation import relax_with_options
 from stitchmesh.progress import Progress, no_progress
 from stitchmesh.quality import Quality
@@ -285,7 +286,51 @@ def _refused(garment: Garment, fabric: StitchMesh) -> Iterator[None]:
     except YarnError as error:
         panel = None if error.face is None else panel_of_face(error.face, fabric, garment.report.get("shape", {}))
         radius = checked_radius(fabric, garment.options.yarn_radius)
-        raise with_place_and_remedy(error, fabric, panel, partial(_generated, garment, fabric), radius) from error
+        raise _with_place_and_remedy(error, fabric, panel, partial(_generated, garment, fabric), radius) from error
+
+
+def _with_place_and_remedy(
+    error: YarnError, fabric: StitchMesh, panel: int | None, made: Callable[[float], YarnSet], radius: float
+) -> YarnError:
+    """Return an error about the yarns of a stitch with its place, and with a remedy for those who knit a garment.
+
+    Numbers of stitches say nothing to a user who gave a mesh. A thinner yarn is proposed only after a trial.
+
+    Args:
+        error: the error; it is returned as it is if it names no stitch.
+        fabric: the stitches.
+        panel: the panel of the stitch, if it has one.
+        made: function that generates and checks the yarns of a radius [cm].
+        radius: the radius that failed [cm].
+    """
+    if error.face is None:
+        return error
+    corners = fabric.face_vertex[fabric.sides_of(np.array([error.face]))]
+    place = ", ".join(f"{value:.1f}" for value in fabric.vertices[corners].mean(axis=0))
+    named = "" if panel is None else f"panel {panel}: "
+    thinner = _thinner(made, radius)
+    if thinner is not None:
+        remedy = f"a yarn radius of {thinner:g} cm works (--yarn-radius {thinner:g})"
+    elif panel is not None:
+        remedy = "choose another direction of this panel (--panel-direction), or leave its seams to be sewn (--sew)"
+    else:
+        remedy = (
+            "thinner yarns fail there too: two parts of the mesh touch there or fold sharply; move them apart by a "
+            "stitch, make the mesh smoother there, or choose another stitch width"
+        )
+    return YarnError(f"{named}near ({place}) cm: {error.found}", face=error.face, remedy=remedy)
+
+
+def _thinner(made: Callable[[float], YarnSet], radius: float) -> float | None:
+    """Return the largest tried radius whose yarns can be made, rounded as in the message; None if there is none."""
+    for part in (0.8, 0.6, 0.45):  # A still thinner yarn would not look knitted.
+        thinner = float(f"{part * radius:.2g}")
+        try:
+            made(thinner)
+        except StitchMeshError:
+            continue
+        return thinner
+    return None
 
 
 def relax_yarns_stage(garment: Garment, run: Run[YarnSet]) -> Made[Relaxation]:

@@ -13,8 +13,7 @@ import pytest
 from stitchmesh.app.event_queue import EventQueue
 from stitchmesh.app.pages.page_run import BYTES_PER_SECOND, LiveRun, WatchedWork, status_of
 from stitchmesh.app.task import TaskRunner
-from stitchmesh.convergence_forecast import ResidualCourse
-from stitchmesh.progress import Progress
+from stitchmesh.progress import Progress, ResidualCourse
 from stitchmesh.run_control import RunControl, RunStopped, Snapshot
 
 SAFETY = 60.0  # Time after which a test that blocks fails [s]; a test that passes waits for a much shorter time.

@@ -61,11 +61,6 @@ boxes = [{ low = [-1, 2.85, -1], high = [7, 7, 1] }]
 PINCHED = "v 0 0 0\nv 5 5 0\nv 5 0 0\nv 0 5 0\nv 2 2 5\nf 1 2 5\nf 3 4 5\nf 1 3 5\n"
 
 
-def name_of(command: type) -> str:
-    """Return the name of a command on the command line."""
-    return "".join(f"-{letter.lower()}" if letter.isupper() else letter for letter in command.__name__).lstrip("-")
-
-
 def write_inputs(folder: Path) -> Path:
     """Write an input of each kind into a folder."""
     mesh = tube(8, 3, radius=20.0, height=12.0)

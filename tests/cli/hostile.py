@@ -31,7 +31,7 @@ import stitchmesh
 from stitchmesh.app import run as app_run
 from stitchmesh.cli import progress as cli_progress
 from stitchmesh.cli.main import COMMANDS, main
-from tests.cli.every_command import WORDS, name_of
+from tests.cli.every_command import WORDS
 from tests.gallery import ROOT
 
 NUMBERS = ("0", "-1", "nan", "inf", "1e9", "1000000000", "1e-300", "1e300", "1e400", "1" + "0" * 400)
@@ -99,7 +99,7 @@ def cases(name: str, values: Sequence[str], *, texts: Sequence[str] = ()) -> Ite
         values: numbers, which are also put into the places of numbers in texts.
         texts: texts, for options that take any.
     """
-    own = list(options_of(command_named(name)))
+    own = list(options_of(COMMANDS[name]))
     for base in WORDS[name]:
         for option in own:
             beside = quick_words(own, option.name)
@@ -112,7 +112,7 @@ def cases(name: str, values: Sequence[str], *, texts: Sequence[str] = ()) -> Ite
 
 def without_hostile_words(name: str) -> Iterator[list[str]]:
     """Yield the words with which a command does its work, quickly."""
-    quick = quick_words(list(options_of(command_named(name))), "")
+    quick = quick_words(list(options_of(COMMANDS[name])), "")
     yield from ([name, *base, *quick] for base in WORDS[name])
 
 
@@ -130,11 +130,6 @@ def hostile_paths(path: str) -> Iterator[str]:
     yield from ("x" * 300 + suffix, "x/" * 2500 + f"x{suffix}", f"circle{suffix}", f"/proc/x{suffix}")
     yield from (f"a\0b{suffix}", f"a\nb{suffix}", f"\udcff{suffix}", f"\ud800{suffix}", "", ".", "/dev/full")
     yield from ("yarns.h5", "tube.obj")  # of mode 0
-
-
-def command_named(name: str) -> type:
-    """Return the class of a command."""
-    return next(command for command in COMMANDS if name_of(command) == name)
 
 
 def quick_words(own: Sequence[Option], without: str) -> list[str]:

@@ -24,7 +24,6 @@ from stitchmesh.yarn.stitch_size import StitchMeasures, stitch_size
 from stitchmesh.yarn.yarn_presets import Yarn
 from stitchmesh.yarngen import YarnFinish
 from tests.cli.calls import refused
-from tests.cli.every_command import name_of
 from tests.gallery import ROOT
 
 REQUIRED: dict[str, list[str]] = {
@@ -42,7 +41,6 @@ POSITIONAL = (
     "action", "source", "folder", "sweep", "body",
 )  # fmt: skip
 """Fields of the commands that are words without a flag in one of them."""
-NAMES = [name_of(command) for command in COMMANDS]
 
 
 def words_of(name: str) -> list[str]:
@@ -53,7 +51,7 @@ def parsed(words: list[str]) -> Any:
     return parse(COMMANDS, words, program="stitchmesh", description="")
 
 
-@pytest.mark.parametrize(("name", "command"), list(zip(NAMES, COMMANDS, strict=True)))
+@pytest.mark.parametrize(("name", "command"), COMMANDS.items())
 def test_with_the_required_words_all_other_options_have_their_defaults(name, command):
     made = parsed(words_of(name))
     assert type(made) is command
@@ -164,7 +162,7 @@ def test_an_error_message_does_not_depend_on_the_width_of_the_terminal(capsys, m
     assert "--friction: got 'slippery'; expected one number, or two with a comma between them; see" in said
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", COMMANDS)
 def test_help_fits_the_terminal_and_shows_every_option(capsys, monkeypatch, name):
     monkeypatch.setenv("COLUMNS", "80")
     with pytest.raises(SystemExit) as stop:
@@ -172,8 +170,7 @@ def test_help_fits_the_terminal_and_shows_every_option(capsys, monkeypatch, name
     text = capsys.readouterr().out
     assert stop.value.code == 0
     assert max(len(line) for line in text.splitlines() if not line.startswith("usage")) <= 80
-    command = COMMANDS[NAMES.index(name)]
-    for option in options_of(command):
+    for option in options_of(COMMANDS[name]):
         assert f"--{option}" in text or option in POSITIONAL
     assert "None" not in text and "False" not in text and "``" not in text
 
@@ -193,7 +190,7 @@ def options_of(group: Any) -> list[str]:
 
 
 def test_commands_are_frozen():
-    assert not [command for command in COMMANDS if not command.__dataclass_params__.frozen]
+    assert not [command for command in COMMANDS.values() if not command.__dataclass_params__.frozen]
 
 
 BOX = """\

@@ -20,7 +20,7 @@ import numpy as np
 import pytest
 
 from stitchmesh.cli import main as cli
-from stitchmesh.cli.commands.library import Patterns
+from stitchmesh.cli.commands.library import PatternsCommand
 from stitchmesh.io import read_stitches, read_yarns, write_mesh, write_yarns
 from stitchmesh.io.own_files import RECORD
 from stitchmesh.mesh import extent
@@ -366,7 +366,7 @@ def test_an_interrupt_that_other_code_drops_shows_in_the_status(capsys, monkeypa
         with suppress(KeyboardInterrupt):
             signal.raise_signal(signal.SIGINT)
 
-    monkeypatch.setattr(Patterns, "run", dropping)
+    monkeypatch.setattr(PatternsCommand, "run", dropping)
     assert cli.main(["patterns"]) == 130
     assert "interrupted" in capsys.readouterr().err
 

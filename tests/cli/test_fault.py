@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from stitchmesh.cli.commands.library import Patterns
+from stitchmesh.cli.commands.library import PatternsCommand
 from stitchmesh.cli.main import main
 
 
@@ -19,7 +19,7 @@ def test_a_fault_of_the_program_has_its_own_status_and_a_file_with_the_traceback
     def run(_command):
         raise error
 
-    monkeypatch.setattr(Patterns, "run", run)
+    monkeypatch.setattr(PatternsCommand, "run", run)
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     assert main(["patterns"]) == 70
     said = capsys.readouterr().err
@@ -34,6 +34,6 @@ def test_memory_that_is_short_and_an_interrupt_cost_one_line(monkeypatch, capsys
     def run(_command):
         raise error
 
-    monkeypatch.setattr(Patterns, "run", run)
+    monkeypatch.setattr(PatternsCommand, "run", run)
     assert main(["patterns"]) == status
     assert capsys.readouterr().err.count("\n") == 1

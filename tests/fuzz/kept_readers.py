@@ -126,10 +126,10 @@ def _task() -> Any:
     from stitchmesh.jobs.job import Job
     from stitchmesh.jobs.sections import SwatchTable
     from stitchmesh.jobs.sweep.sweep import Kept
-    from stitchmesh.jobs.sweep.task import SweptJob, Task
+    from stitchmesh.jobs.sweep.task import SweptJob, SweepTask
 
     jobs = tuple(SweptJob(key, Job(swatch=SwatchTable(pattern="seed"))) for key in ("a", "b"))
-    return Task(jobs, Kept())
+    return SweepTask(jobs, Kept())
 
 
 ROWS: dict[str, dict[str, Any]] = {

@@ -117,19 +117,15 @@ def measured_clicks(page: EditPage) -> list[float]:
     return served
 
 
-def app_edit_latency(*, stitch_width: float = 0.78, size: tuple[int, int] = (1000, 700)) -> Rows:
-    """Yield the table.
-
-    Args:
-        size: width and height of the window
-    """
-    fabric = Garment("dress", stitch_width).divided()
+def app_edit_latency() -> Rows:
+    """Yield the table."""
+    fabric = Garment("dress", width=0.78).divided()
     with tempfile.TemporaryDirectory() as folder, started_browser() as browser:
         write_stitches(path := Path(folder) / "dress.h5", fabric)
         project = Project.create(Path(folder) / "project")
         project.import_mesh(path.name, path.read_bytes())
         project.close()
-        with rig_on(browser, Path(folder) / "project", "Edit", tuple(size)) as rig:
+        with rig_on(browser, Path(folder) / "project", "Edit", (1000, 700)) as rig:
             yield from table(rig, fabric)
 
 

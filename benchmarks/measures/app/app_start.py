@@ -35,10 +35,10 @@ DRAWN = """() => {
 """Whether the mesh is drawn: the scene has more triangles than its background, and is not faded any more."""
 
 
-def app_start(mesh: Path, /, *, runs: int = 5) -> Rows:
+def app_start(mesh: Path, /) -> Rows:
     """Start the application several times, and print the medians."""
     with started_browser() as browser:
-        times = [one_start(browser, mesh) for _ in range(runs)]
+        times = [one_start(browser, mesh) for _ in range(5)]
     listening, drawn, processor = (median(column) for column in zip(*times, strict=True))
     yield f"{mesh.stem}: address after {listening:.2f} s, first picture after {drawn:.2f} s"
     yield f"processor time until the address: {processor:.2f} s"

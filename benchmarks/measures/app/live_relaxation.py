@@ -48,6 +48,8 @@ from tests.app.null_front import NullFront
 
 GARMENTS = (("hat", 1.0, 300), ("sweater", 1.2, 60))
 """Mesh, stitch width [cm] and iterations."""
+ROUNDS = 5
+"""Rounds in which the runs alternate."""
 PAGE = "page, no server"
 Times = tuple[float, float]
 """Time of the solver and time of the processor of one run [s]."""
@@ -132,7 +134,7 @@ def browser_on(address: str) -> Iterator[None]:
         yield
 
 
-def measure_yarns(mesh: str, stitch_width: float, iterations: int, rounds: int, browser: bool) -> Rows:
+def measure_yarns(mesh: str, stitch_width: float, iterations: int, browser: bool) -> Rows:
     """Yield how much each kind of watching slows the relaxation of yarns."""
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
@@ -166,7 +168,7 @@ def measure_yarns(mesh: str, stitch_width: float, iterations: int, rounds: int, 
             stack.enter_context(browser_on(server.address))
         times: dict[str, list[Times]] = {name: [] for name in ("unwatched", *runs)}
         plain()
-        for _ in range(rounds):
+        for _ in range(ROUNDS):
             times["unwatched"].append(plain())
             for name, run in runs.items():
                 times[name].append(run())
@@ -177,7 +179,7 @@ def measure_yarns(mesh: str, stitch_width: float, iterations: int, rounds: int, 
                 yield f"{name}: {watched.frames} frames, {each:.0f} ms of the thread of the events for each"
 
 
-def measure_mesh(mesh: str, stitch_width: float, rounds: int) -> Rows:
+def measure_mesh(mesh: str, stitch_width: float) -> Rows:
     """Yield how much watching slows mesh relaxation."""
     garment = Garment(mesh, stitch_width)
     surface, fabric = garment.mesh(), garment.divided()
@@ -189,7 +191,7 @@ def measure_mesh(mesh: str, stitch_width: float, rounds: int) -> Rows:
 
     relax()
     times: dict[str, list[Times]] = {"unwatched": [], "RunControl": []}
-    for _ in range(rounds):
+    for _ in range(ROUNDS):
         times["unwatched"].append(relax())
         times["RunControl"].append(relax(RunControl(lambda snapshot: None)))
     yield from show_times(f"{mesh}, {fabric.face_count:,} stitches, mesh relaxation", times)
@@ -206,7 +208,7 @@ def show_times(title: str, times: dict[str, list[Times]]) -> Rows:
         yield name, f"{wall:.2f}", f"{slower[0]:+.1f}", f"{processor:.2f}", f"{slower[1]:+.1f}"
 
 
-def live_relaxation(*, rounds: int = 5, browser: bool = False) -> Rows:
+def live_relaxation(*, browser: bool = False) -> Rows:
     """Measure all garments.
 
     Args:
@@ -214,7 +216,7 @@ def live_relaxation(*, rounds: int = 5, browser: bool = False) -> Rows:
     """
     yield f"{platform.machine()}, {threading.active_count()} thread, unwatched runs first in each round"
     for mesh, stitch_width, iterations in GARMENTS:
-        yield from measure_yarns(mesh, stitch_width, iterations, rounds, browser)
+        yield from measure_yarns(mesh, stitch_width, iterations, browser)
     if not browser:
         for mesh, stitch_width, _ in GARMENTS:
-            yield from measure_mesh(mesh, 0.5 * stitch_width, rounds)
+            yield from measure_mesh(mesh, 0.5 * stitch_width)

@@ -11,13 +11,13 @@ from __future__ import annotations
 
 import platform
 import time
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import stitchmesh as sm
 from benchmarks.table import Rows
 from stitchmesh.compute.device import device_named
-from stitchmesh.quality import quality_named
+from stitchmesh.quality import PRESETS
 
 PATTERNS = ("stockinette", "rib2x2", "honeycomb")
 FRAME_ITERATIONS = (1, 5, 20, 100)
@@ -63,9 +63,9 @@ def watched(session: sm.SwatchSession, number: int) -> tuple[object, ...]:
     return *speed, f"{last.size[0]:.3f}", f"{last.report['energy']:.1f}{at_rest}"
 
 
-def measure(pattern: str, quality: str, device: str | None, show: bool) -> Rows:
+def measure(pattern: str, device: str | None, show: bool) -> Rows:
     """Make the changes of a pattern, and print their times."""
-    with sm.SwatchSession(pattern, quality=quality, device=device, relax_cell=True) as session:
+    with sm.SwatchSession(pattern, quality="draft", device=device, relax_cell=True) as session:
         session.wait_until_rest(LONGEST)
         points, width = len(session.frame.yarns.points), session.frame.size[0]
         for name, change in changes_of(pattern, width).items():
@@ -76,9 +76,9 @@ def measure(pattern: str, quality: str, device: str | None, show: bool) -> Rows:
                 yield pattern, points, name, *cells
 
 
-def frame_times(pattern: str, quality: str, device: str | None) -> tuple[object, ...]:
+def frame_times(pattern: str, device: str | None) -> tuple[object, ...]:
     """Return a line of the table: milliseconds per frame for each number of iterations per frame."""
-    times, endless = [], replace(quality_named(quality), tolerance=NEVER)
+    times, endless = [], replace(PRESETS["draft"], tolerance=NEVER)
     with sm.SwatchSession(
         pattern, quality=endless, device=device, relax_cell=True, relaxation="frictionless", stopped=True
     ) as session:
@@ -93,24 +93,14 @@ def frame_times(pattern: str, quality: str, device: str | None) -> tuple[object,
     return pattern, points, *(f"{each:.2f}" for each in times)
 
 
-@dataclass(frozen=True)
-class Options:
-    """What is measured."""
-
-    quality: str = "draft"
-    device: str | None = None
-    patterns: tuple[str, ...] = PATTERNS
-
-
-def swatch_session(given: Options) -> Rows:
+def swatch_session(*, device: str | None = None) -> Rows:
     """Time the changes of each pattern."""
-    device = device_named(given.device)
-    yield f"{device.name or platform.machine()}; {given.quality}; Python {platform.python_version()}"
+    yield f"{device_named(device).name or platform.machine()}; draft; Python {platform.python_version()}"
     yield "pattern", "points", "change", "first ms", "frames/s", "iterations", "rest s", "width cm", "energy erg"
-    for pattern in given.patterns:
-        yield from measure(pattern, given.quality, given.device, show=False)
-        yield from measure(pattern, given.quality, given.device, show=True)
+    for pattern in PATTERNS:
+        yield from measure(pattern, device, show=False)
+        yield from measure(pattern, device, show=True)
     yield ""
     yield "ms per frame of", "points", *(f"{count} it." for count in FRAME_ITERATIONS)
-    for pattern in given.patterns:
-        yield frame_times(pattern, given.quality, given.device)
+    for pattern in PATTERNS:
+        yield frame_times(pattern, device)

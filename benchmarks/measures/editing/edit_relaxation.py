@@ -20,7 +20,7 @@ from benchmarks.table import Rows
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.mesh.change import Marks, apply_change
 from stitchmesh.mesh.stitch import Stitch
-from stitchmesh.quality import Quality, quality_named
+from stitchmesh.quality import PRESETS, Quality
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen.regenerate import regenerate_yarns
 from stitchmesh.yarnrelax import Relaxation
@@ -35,25 +35,17 @@ class Options:
 
     garment: str = "hat"
     stitch_width: float = 1.2
-    quality: str = "standard"
-    tolerance: float | None = None
-    rest_length_factor: float = 1.0
     device: str | None = None
 
 
 def edit_relaxation(arguments: Options) -> Rows:
     """Yield a table of the three relaxations for a few edits."""
-    quality = quality_named(arguments.quality)
-    if arguments.tolerance is not None:
-        quality = replace(quality, tolerance=arguments.tolerance)
+    quality = PRESETS["standard"]
     fabric = Garment(arguments.garment, arguments.stitch_width).evened(arguments.device)
-    yarns = sm.apply_rest_lengths(
-        sm.generate_yarns(fabric, quality=quality), sm.RestLengths(factor=arguments.rest_length_factor)
-    )
+    yarns = sm.generate_yarns(fabric, quality=quality)
     before = relaxed(yarns, fabric, quality, arguments.device)
     size = f"{fabric.face_count} stitches, {len(yarns.points)} control points"
-    accuracy = f"{arguments.quality}, tolerance {quality.tolerance:g}"
-    yield f"{arguments.garment}: {size}, {accuracy}: {before.report['iterations']} iterations"
+    yield f"{arguments.garment}: {size}, standard: {before.report['iterations']} iterations"
     yield "edit", "anew", "again", "part", "apart, points", "apart, curves", "nudged apart, points", "curves"
     for name, stitch, place in (("k to p", Stitch.PURL, 0.35), ("k to slip", Stitch.SLIP_BACK, 0.6)):
         edited = with_stitch(fabric, stitch, place)

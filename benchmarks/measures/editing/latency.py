@@ -124,23 +124,16 @@ EDITS: list[tuple[list[EditAt], EditAt]] = [
 """Edits that prepare the mesh, and the edit that is measured."""
 
 
-def edits(
-    *, mesh: str = "assets/meshes/dress.obj", stitch_width: float = 0.45, processor_time: bool = False
-) -> Rows:
-    """Time the edits of one garment, and their undo.
-
-    Args:
-        processor_time: leave out the time of other programs
-    """
-    clock = time.process_time if processor_time else time.perf_counter
-    fabric = Garment(mesh, stitch_width).divided()
+def edits(*, stitch_width: float = 0.45) -> Rows:
+    """Time the edits of the dress, and their undo."""
+    fabric = Garment("dress", stitch_width).divided()
     inner = (fabric.twin[fabric.left_wale] != BORDER) & (fabric.twin[fabric.right_wale] != BORDER)
     places = np.flatnonzero((fabric.stitch == Stitch.KNIT) & inner)
     places = np.random.default_rng(0).permutation(places)[: 10 * PLACES]
-    yield f"{mesh}: {fabric.face_count} faces; {MACHINE}"
+    yield f"dress: {fabric.face_count} faces; {MACHINE}"
     yield "edit", "median", "slowest", "undo", "faces", "runs"
     for first, then in EDITS:
-        runs = list(runs_of(fabric, first, then, places, clock))
+        runs = list(runs_of(fabric, first, then, places))
         name = name_of(fabric, first, then, int(places[0]))
         if not runs:
             yield name, "possible nowhere"
@@ -150,7 +143,7 @@ def edits(
 
 
 def runs_of(
-    fabric: StitchMesh, first: list[EditAt], then: EditAt, places: np.ndarray, clock: Callable[[], float]
+    fabric: StitchMesh, first: list[EditAt], then: EditAt, places: np.ndarray
 ) -> Iterator[tuple[float, float, int]]:
     """Yield the times of an edit and of its undo [ms], and the number of faces that it adds, where it is possible."""
     done = 0
@@ -161,13 +154,13 @@ def runs_of(
                 prepared = apply_edit(prepared, earlier(prepared, face)).fabric
             edit = then(prepared, face)
             fresh = forgetful(prepared)
-            start = clock()
+            start = time.perf_counter()
             edited = apply_edit(fresh, edit)
         except StitchMeshError:
             continue
-        between = clock()
+        between = time.perf_counter()
         apply_changes(edited.fabric, edited.inverse)
-        end = clock()
+        end = time.perf_counter()
         faces = sum(len(change.added_faces) for change in edited.changes if isinstance(change, Patch))
         yield 1e3 * (between - start), 1e3 * (end - between), faces
         done += 1
@@ -202,10 +195,10 @@ PATTERNS_ON = (
 )
 
 
-def selections(*, mesh: str = "assets/meshes/sweater.obj", stitch_width: float = 0.8, runs: int = 5) -> Rows:
-    """Time the selections on one garment, and edits and patterns on selections."""
-    fabric = Garment(mesh, stitch_width).divided()
-    yield f"{mesh}: {fabric.face_count} faces; {MACHINE}"
+def selections(*, stitch_width: float = 0.8) -> Rows:
+    """Time the selections on the sweater, and edits and patterns on selections."""
+    runs, fabric = 5, Garment("sweater", stitch_width).divided()
+    yield f"sweater: {fabric.face_count} faces; {MACHINE}"
     yield "selection", "median", "slowest", "faces"
     yield "borders", *times_of(borders, fabric, runs), fabric.face_count
     for text in SELECTIONS:
@@ -233,15 +226,15 @@ LAID_ON = 600
 """Number of stitches on which a captured repeat is laid."""
 
 
-def captures(*, faces: tuple[int, ...] = (20_000, 65_000), runs: int = 9) -> Rows:
-    """Time the capture of a whole piece and of one repeat, which is laid elsewhere and taken back.
+LARGE, RUNS = (20_000, 65_000), 9
+"""Approximate numbers of faces of pieces, and runs of each action on them."""
 
-    Args:
-        faces: numbers of faces, approximately
-    """
-    yield f"{MACHINE}, medians of {runs} runs"
+
+def captures() -> Rows:
+    """Time the capture of a whole piece and of one repeat, which is laid elsewhere and taken back."""
+    yield f"{MACHINE}, medians of {RUNS} runs"
     yield "pattern", "piece", "faces", "whole", "part", "lay", "undo"
-    for size in faces:
+    for size in LARGE:
         for name in CAPTURED:
             for shape in ("flat", "tube"):
                 pattern = read_pattern(name)
@@ -258,18 +251,17 @@ def captures(*, faces: tuple[int, ...] = (20_000, 65_000), runs: int = 9) -> Row
                     (lambda fresh, edit=edit: apply_edit(fresh, edit), fabric),  # type: ignore[misc]
                     (lambda fresh, edited=edited: apply_changes(fresh, edited.inverse), edited.fabric),  # type: ignore[misc]
                 ]
-                yield name, shape, fabric.face_count, *(times_of(*work, runs)[0] for work in works)
+                yield name, shape, fabric.face_count, *(times_of(*work, RUNS)[0] for work in works)
 
 
-def patterns(*, garment: str = "dress", stitch_width: float = 0.45) -> Rows:
-    """Time to read each pattern of the library and to lay it on a whole garment.
+def patterns(*, stitch_width: float = 0.45) -> Rows:
+    """Time to read each pattern of the library and to lay it on the dress.
 
     Args:
-        garment: name of a mesh of assets/meshes
         stitch_width: [cm]
     """
-    fabric = Garment(garment, stitch_width).divided()
-    yield f"{garment}, {fabric.face_count} faces"
+    fabric = Garment("dress", stitch_width).divided()
+    yield f"dress, {fabric.face_count} faces"
     yield "pattern", "size", "faces", "read [ms]", "lay [s]", "laid"
     for name in pattern_names():
         text = (ROOT / "assets" / "patterns" / f"{name}.knit").read_text()
@@ -283,21 +275,21 @@ def patterns(*, garment: str = "dress", stitch_width: float = 0.45) -> Rows:
         yield name, size, kind, f"{1e3 * (parsed - begin):.2f}", f"{applied - parsed:.3f}", laid.faces_laid
 
 
-def labeling(*, faces: tuple[int, ...] = (20000, 65000), runs: int = 9) -> Rows:
+def labeling() -> Rows:
     """Time the steps of labeling, and the whole labeling."""
-    yield f"{MACHINE}; median and longest of {runs}"
-    for size in faces:
+    yield f"{MACHINE}; median and longest of {RUNS}"
+    for size in LARGE:
         meshes = meshes_of_quads(size)
         for name, mesh in meshes.items():
             yield f"{name}, {mesh.face_count} faces"
             yield "step", "median ms", "longest ms"
             for step, run in steps_of(mesh).items():
-                yield step, *median_and_largest(milliseconds(lambda _, run=run: run(), runs))
+                yield step, *median_and_largest(milliseconds(lambda _, run=run: run(), RUNS))
         fabric = tessellate(label(meshes["tube"]), stitch_width=1.0, stitch_height=1.0)
         edited = apply_edit(fabric, flip := Edit("flip_row", {"face": fabric.face_count // 2}))
-        again = milliseconds(lambda _: apply_edit(fabric, flip), runs)  # noqa: B023
+        again = milliseconds(lambda _: apply_edit(fabric, flip), RUNS)  # noqa: B023
         yield "flip a row of stitches", *median_and_largest(again)
-        undone = milliseconds(lambda _: apply_changes(edited.fabric, edited.inverse), runs)  # noqa: B023
+        undone = milliseconds(lambda _: apply_changes(edited.fabric, edited.inverse), RUNS)  # noqa: B023
         yield "undo it", *median_and_largest(undone)
 
 

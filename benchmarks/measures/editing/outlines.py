@@ -45,8 +45,6 @@ class Options:
 
     faces: tuple[int, ...] = ()
     """numbers of stitches of the fabrics that are timed"""
-    repeats: int = 1
-    """runs of each fabric; the fastest counts"""
     out: Path = Path("out/outlines.png")
 
 
@@ -59,7 +57,7 @@ def outlines(arguments: Options) -> Rows:
     for faces in arguments.faces:
         for name in LARGE:
             for form in ("flat", "tube"):
-                yield from times_of(name, form, faces, arguments.repeats)
+                yield from times_of(name, form, faces)
 
 
 def draw_sheet(path: Path) -> Rows:
@@ -81,19 +79,15 @@ def draw_sheet(path: Path) -> Rows:
     FigureCanvasAgg(figure).print_png(str(path))
 
 
-def times_of(name: str, form: str, faces: int, runs: int) -> Rows:
-    """Yield the fastest time of some runs, with the making of the stitch mesh."""
+def times_of(name: str, form: str, faces: int) -> Rows:
+    """Yield the time of a run, with the making of the stitch mesh."""
     pattern = sm.read_pattern(name)
     side = int(np.ceil(np.sqrt(faces * (1.3 if form == "flat" else 1.0))))
     size = repeats(pattern, faces // side, side)
-    best, spent, shape = np.inf, np.inf, None
-    for _ in range(runs):
-        start, begun = time.perf_counter(), time.process_time()
-        shape = sm.natural_outline(pattern, "tube" if form == "tube" else "flat", **size, run=QUIET)
-        best, spent = min(best, time.perf_counter() - start), min(spent, time.process_time() - begun)
-    assert shape is not None
+    began, processor = time.perf_counter(), time.process_time()
+    shape = sm.natural_outline(pattern, "tube" if form == "tube" else "flat", **size, run=QUIET)
+    times = f"{time.perf_counter() - began:.1f}", f"{time.process_time() - processor:.1f}"
     report = shape.report
-    times = f"{best:.1f}", f"{spent:.1f}"
     yield name, form, f"{shape.fabric.face_count:,}", *times, report.iterations, f"{report.residual:.0e}"
 
 

@@ -7,13 +7,9 @@ A stitch of a cable that does not cross counts as left out.
 
 from __future__ import annotations
 
-from functools import partial
-from pathlib import Path
-
 from benchmarks.scenes.garments import Garment
 from benchmarks.table import Rows
 from stitchmesh.mesh.cable_groups import cable_groups
-from stitchmesh.meshrelax import relax_mesh
 from stitchmesh.patterns import LaidPattern, Pattern, lay_pattern, parse_pattern, pattern_names, read_pattern
 from stitchmesh.patterns.placement.columns import is_elastic
 
@@ -25,13 +21,9 @@ round 4: k2 yo sk2p yo k3
 round 6: k8"""
 
 
-def pattern_coverage(*, stitch_width: float = 0.8, picture: str | None = None) -> Rows:
-    """Yield the table, or draw the picture."""
-    if picture:
-        draw(Path(picture))
-        yield picture
-        return
-    fabrics = {name: Garment(name, stitch_width).divided() for name in GARMENTS}
+def pattern_coverage() -> Rows:
+    """Yield the table."""
+    fabrics = {name: Garment(name, width=0.8).divided() for name in GARMENTS}
     yield "pattern", "repeat", *GARMENTS
     patterns = [read_pattern(name) for name in pattern_names()]
     for pattern in [parse_pattern(LACE), *(pattern for pattern in patterns if not is_elastic(pattern))]:
@@ -45,17 +37,3 @@ def covered(laid: LaidPattern, pattern: Pattern) -> str:
     share = f"{laid.faces_laid / (laid.faces_laid + left_out):.0%}"
     crosses = any(loop.shift for row in pattern.rows for loop in row.loops)
     return f"{share}, {len(cable_groups(laid.fabric))} cables" if crosses else share
-
-
-def draw(path: Path) -> None:
-    """Draw a lace on the hat and cables on the dress, coloured by stitch type."""
-    from benchmarks.sheet import drawn, joined
-    from stitchmesh.render.fabric_pictures import render_stitches
-    from stitchmesh.render.options import PictureOptions
-
-    pictures = []
-    for name, width, pattern in (("hat", 1.0, parse_pattern(LACE)), ("dress", 1.2, read_pattern("rope-cable"))):
-        garment = Garment(name, width)
-        even = relax_mesh(lay_pattern(garment.divided(), pattern).fabric, surface=garment.mesh())
-        pictures.append(drawn(partial(render_stitches, even, options=PictureOptions(size=(1000, 900)))))
-    joined(pictures, 2).save(path, quality=80)

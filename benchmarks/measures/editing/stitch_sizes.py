@@ -27,7 +27,7 @@ FLAT_STITCHES = [Stitch.KNIT, Stitch.PURL, Stitch.SLIP_BACK, Stitch.SLIP_FRONT]
 PURE = ("stockinette", "garter", "rib1x1", "rib2x2", "rib3x3", "seed")
 """Patterns that are one of the four fabrics."""
 LARGEST = 150
-"""Most stitches of a repeat by default; larger ones relax for minutes on a CPU."""
+"""Most stitches of a repeat; larger ones relax for minutes on a CPU."""
 
 
 @dataclass(frozen=True)
@@ -45,18 +45,9 @@ class Measured:
     """Whether it has yarn-overs, increases or decreases."""
 
 
-@dataclass(frozen=True)
-class Options:
-    """What is measured."""
-
-    largest: int = LARGEST
-    """most stitches of a repeat"""
-    quality: str = "draft"
-
-
-def stitch_sizes(arguments: Options) -> Rows:
+def stitch_sizes() -> Rows:
     """Relax the swatches and fit the factors."""
-    measured = [each for name in sm.pattern_names() if (each := measure(name, arguments)) is not None]
+    measured = [each for name in sm.pattern_names() if (each := measure(name)) is not None]
     plain = next(each.size for each in measured if each.name == "stockinette")
     flat, lace = ([each for each in measured if each.is_lace == kind] for kind in (False, True))
     shares = np.array([each.shares for each in flat])
@@ -92,13 +83,13 @@ def fit(title: str, measured: list[Measured], found: FloatArray, fitted: FloatAr
     yield f"root mean square of the logarithm of the ratio: width {width:.3f}, height {height:.3f}"
 
 
-def measure(name: str, arguments: Options) -> Measured | None:
+def measure(name: str) -> Measured | None:
     """Relax a pattern, or return None if it is large or has cables, whose crossings draw in by themselves."""
     pattern = sm.read_pattern(name)
     fabric = sm.torus_mesh(pattern, stitch_width=1.0, stitch_height=1.0)
-    if fabric.face_count > arguments.largest or fabric.cable_shift.any():
+    if fabric.face_count > LARGEST or fabric.cable_shift.any():
         return None
-    report = sm.swatch(pattern, relax_cell=True, quality=arguments.quality, progress=False).report
+    report = sm.swatch(pattern, relax_cell=True, quality="draft", progress=False).report
     size = np.array([report["wale_spacing"], report["course_spacing"]])
     note(f"{name}: {size.round(3).tolist()} cm")
     measures = sm.natural_outline(pattern, "lattice", run=QUIET).measures()

@@ -3,8 +3,7 @@
 """Memory that jobs estimate before they start, compared with the largest resident memory of their process.
 
 Each job runs in a process of its own, as ``stitchmesh run`` does. The estimate is that of its ``report.json``. On a GPU
-it is compared with the largest use of Warp's pool of memory. With ``--stages`` the largest memory of each stage is
-printed too; Linux can reset it between stages.
+it is compared with the largest use of Warp's pool of memory.
 """
 
 from __future__ import annotations
@@ -16,13 +15,11 @@ from pathlib import Path
 
 import warp as wp
 
-from benchmarks.measures.garments.garments import StageMemory
 from benchmarks.own_process import results_of
 from benchmarks.places import MESHES
 from benchmarks.table import Rows
 from stitchmesh.compute.device import device_named
 from stitchmesh.jobs.job_file import job_of_table
-from stitchmesh.jobs.job_status import JobStatus
 from stitchmesh.jobs.run_job import run_job
 
 
@@ -50,39 +47,28 @@ SCENES = {
 rest; the others are limited to a few iterations."""
 
 
-def measured(case: tuple[str, str, bool]) -> Rows:
+def measured(case: tuple[str, str]) -> Rows:
     """Run a job, and yield its row: the largest memory of the process, or of the pool of a GPU, beside the estimate."""
-    name, device_name, stages = case
+    name, device_name = case
     job = job_of_table(dict(SCENES[name]) | {"device": device_name}, str(MESHES / "job.toml"))
-    memory = StageMemory()
-
-    def listen(status: JobStatus) -> None:
-        if stages:
-            memory(status.stage, status.done, status.note)
-
     with tempfile.TemporaryDirectory() as folder:
-        run_job(job, folder, listener=listen)
+        run_job(job, folder)
         report = json.loads((Path(folder) / "report.json").read_text())
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024.0
-    if stages:  # The reset between stages resets the largest memory of the process too.
-        memory.close()
-        peak = max(memory.peak.values()) * 2**20
     device = device_named(job.device)
     if device.is_cuda:
         peak = float(wp.get_mempool_used_mem_high(device))
     truth, guess = peak / 1e9, report["memory"]["estimate_gb"]
     points = report.get("yarngen", report).get("control_points", "")
     yield name, points, f"{guess:.3f}", f"{truth:.3f}", f"{guess / truth:.2f}"
-    for stage, most in memory.peak.items():
-        yield stage, f"{most:.0f} MB"
 
 
-def job_memory(job: tuple[str, ...] = tuple(SCENES), /, *, device: str = "cpu", stages: bool = False) -> Rows:
+def job_memory(job: tuple[str, ...] = tuple(SCENES), /, *, device: str = "cpu") -> Rows:
     """Measure the jobs named on the command line.
 
     Args:
         device: Warp's name of the device that relaxes the yarns
     """
     yield "job", "control points", "estimate GB", "largest GB", "estimate / largest"
-    for _case, rows, why in results_of(measured, [(name, device, stages) for name in job]):
+    for _case, rows, why in results_of(measured, [(name, device) for name in job]):
         yield from rows or [why]

@@ -117,12 +117,9 @@ def drop_of_strip(kind: Kind, modulus: float, columns: int = 12) -> float:
     return -float(state.numpy()[0][x > 1.0 - 1e-9, 2].mean())
 
 
-def cloth_bending(*, counts: tuple[int, ...] = (8, 16, 32)) -> Rows:
-    """Yield both tables.
-
-    Args:
-        counts: cells along a side of the plate
-    """
+def cloth_bending() -> Rows:
+    """Yield both tables."""
+    counts = (8, 16, 32)  # cells along a side of the plate
     yield "mesh", "model", "cylinder", *(f"plate of {count}" for count in counts)
     for kind in KINDS:
         for model in MODELS:

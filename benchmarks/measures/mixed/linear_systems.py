@@ -36,6 +36,7 @@ from stitchmesh.mixed.scene.scene_file import read_scene
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
 
 Vector = NDArray[np.float64]
+CPU = device_named("cpu")
 SIDE = 5.0
 """Side of the square [cm]."""
 COURSES = 1.35
@@ -85,15 +86,15 @@ class Hanging:
         unit = "yarns" if self.kind == "weave" else "wales"
         return f"{self.kind}, {self.density:g} {unit}/cm, edge {self.edge:g} cm"
 
-    def case(self, device: str | None) -> Case:
+    def case(self) -> Case:
         """Swing the cloth, and find the system of the next step with its solution."""
-        scene = self._system(device)
+        scene = self._system()
         run = Dynamics(scene.system, scene.positions, DynamicsSettings(time_step=1e-3))
         while run.time < SWING:
             run.step()
         return solved(scene, run.positions, run.velocities, run.time, self.step)
 
-    def _system(self, device: str | None) -> ClothSystem:
+    def _system(self) -> ClothSystem:
         outline = np.array([[0.0, 0.0], [SIDE, 0.0], [SIDE, SIDE], [0.0, SIDE]])
         cloth = cloth_from_panels([Panel(name="square", outline=outline)], [], edge_length=self.edge)
         number = self.density
@@ -119,7 +120,7 @@ class Hanging:
             region,
             fixed_vertices=corners,
             acceleration=(0.0, 0.0, -981.0),
-            device=device_named(device),
+            device=CPU,
         )
 
 
@@ -130,7 +131,7 @@ class ShakenLoops:
     step: float
     name: str = "B-splines"
 
-    def case(self, device: str | None) -> Case:
+    def case(self) -> Case:
         """The system of its first step, with its solution."""
         prepared = prepare(read_scene(MIXED_SCENES / "loops.toml"))
         fabric = prepared.fabric
@@ -139,11 +140,11 @@ class ShakenLoops:
             prepared.region,
             fixed_vertices=prepared.held[0].vertices,
             acceleration=(0.0, 0.0, 0.0),
-            device=device_named(device),
+            device=CPU,
         )
         v, p, s = scene.positions.numpy()
         shake = SHAKE * float(fabric.yarn_radius.mean()) * np.random.default_rng(0).normal(size=p.shape)
-        positions = MixedVector.from_numpy(v, p + shake, s, wp.float64, device_named(device))
+        positions = MixedVector.from_numpy(v, p + shake, s, wp.float64, CPU)
         scene.system.make_motion(positions)
         return solved(scene, positions, positions.like(), 0.0, self.step)
 

@@ -14,15 +14,15 @@ chooses. Triangles are matched to the yarns.
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from tyro.conf import Positional
 
 from benchmarks.measures.mixed.node_errors import all_nodes, position_error, spectrum_error, wrinkle_spectrum
-from benchmarks.measures.mixed.region_plot import draw
 from benchmarks.scenes.loadings import LOADINGS, Loading
 from benchmarks.table import Rows
 from stitchmesh.compute.device import alone, device_named
@@ -126,7 +126,7 @@ def mixed(options: Options) -> Rows:
             rows.append(row)
             yield cells_of(row)
     if options.plot:
-        draw([asdict(row) for row in rows], options.plot)
+        draw(rows, options.plot)
 
 
 def _loading(name: str, options: Options) -> Loading:
@@ -217,3 +217,67 @@ def cells_of(row: Row) -> tuple[object, ...]:
         f"{row.products:,}", f"{row.near:.3f}", f"{row.everywhere:.3f}", f"{100.0 * row.energy:+.1f} %",
         f"{100.0 * row.spectrum:.1f} %", "" if row.converged else "not converged",
     )  # fmt: skip
+
+
+MEASURES = (
+    ("near", "rms distance in the measured part [spacings]", 1.0),
+    ("spectrum", "difference of the spectrum of wrinkles [%]", 100.0),
+    ("energy", "difference of the stored energy [%]", 100.0),
+    ("products", "products (line: yarns everywhere)", 1.0),
+)
+"""Columns of the picture: field of a row, name and factor."""
+STYLES = {HAND: ("s", "tab:orange"), AUTOMATIC: ("o", "tab:blue"), ADAPTING: ("^", "tab:green")}
+"""Marker and colour of each kind of region."""
+WIDTHS = {1: "-", 2: "--", 3: ":"}
+"""Line of each hybrid width in rings."""
+
+
+def draw(rows: Sequence[Row], path: str) -> None:
+    """Draw one row of panels for each loading: each measure over the number of simulated nodes."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    loadings = list(dict.fromkeys(row.loading for row in rows))
+    shape = len(loadings), len(MEASURES)
+    figure, panels = plt.subplots(*shape, figsize=(3.6 * shape[1], 2.9 * shape[0] + 0.5), squeeze=False)
+    for line, loading in zip(panels, loadings, strict=True):
+        own = [row for row in rows if row.loading == loading]
+        for panel, measure in zip(line, MEASURES, strict=True):
+            _draw_panel(panel, own, *measure)
+        line[0].set_ylabel(loading, weight="bold", fontsize=11)
+    for panel in panels[-1]:
+        panel.set_xlabel("simulated yarn nodes [%]")
+    handles, labels = panels[0][0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="lower center", ncols=len(labels), frameon=False, fontsize=9)
+    figure.tight_layout(rect=(0, 0.5 / (2.9 * shape[0] + 0.5), 1, 1))
+    figure.savefig(path, dpi=110)
+    plt.close(figure)
+
+
+def _draw_panel(panel: Any, rows: list[Row], entry: str, name: str, factor: float) -> None:
+    """Draw one measure of a loading, with the run of triangles at the left and the full run at the right."""
+    full = next(row for row in rows if row.region == ALL)
+    triangles = next(row for row in rows if row.region == NONE)
+    for kind, (marker, colour) in STYLES.items():
+        for rings in sorted({row.rings for row in rows if row.region == kind}):
+            chosen = [row for row in rows if row.region == kind and row.rings == rings]
+            chosen.sort(key=lambda row: row.nodes)
+            panel.plot(
+                [100.0 * row.nodes / full.nodes for row in chosen],
+                [factor * abs(getattr(row, entry)) for row in chosen],
+                marker=marker, color=colour, linestyle=WIDTHS.get(rings, "-."), markersize=5,
+                markerfacecolor=colour if rings == 1 else "none",
+                label=f"{kind}, {rings} ring{'s' if rings > 1 else ''}",
+            )  # fmt: skip
+    if entry == "products":
+        panel.axhline(getattr(full, entry), color="black", linewidth=1, label=ALL)
+    else:
+        panel.axhline(factor * abs(getattr(triangles, entry)), color="tab:gray", linewidth=1, label=NONE)
+        again = [factor * abs(getattr(row, entry)) for row in rows if row.region == AGAIN]
+        if again:
+            panel.axhline(max(again), color="black", linestyle=":", linewidth=1, label="yarns everywhere, shaken")
+        panel.set_yscale("log")
+    panel.set_title(name, fontsize=9)
+    panel.set_xlim(0.0, 105.0)

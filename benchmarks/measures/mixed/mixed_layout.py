@@ -47,14 +47,14 @@ def laid(cloth: Cloth, kind: str, nodes: int) -> CrossingYarns:
     return lay_knit(cloth, [[1]], wale_spacing=1.3 * course, course_spacing=course)
 
 
-def mixed_layout(*, nodes: int = 1000000) -> Rows:
+def mixed_layout() -> Rows:
     """Yield the table."""
     yield f"{platform.processor() or platform.machine()}, one thread; seconds of the processor"
     yield "cloth", "triangles", "yarns", "nodes", "layout [s]", "triangles of nodes alone [s]", "curves [s]"
     for name, cloth in cloths().items():
         for kind in ("weave", "knit"):
             start = time.process_time()
-            yarns = laid(cloth, kind, nodes)
+            yarns = laid(cloth, kind, nodes=1_000_000)
             middle = time.process_time()
             embed_points(cloth, yarns.panel, yarns.position)
             found = time.process_time()

@@ -10,7 +10,7 @@
   [cm/s] or the largest force that is not balanced [dyn], memory (the largest of the process, and on a GPU that of
   Warp's pool), and root mean square distances from the run with yarns everywhere, in spacings of yarns or wales: in the
   region of interest, its full-yarn nodes, and of all nodes. With ``-o`` the folders of the runs are kept, for
-  ``stitchmesh view`` or pictures (``--picture``).
+  ``stitchmesh view``.
 - ``starts``: yarns that begin on the layout, and on the result of the triangles: products of the linear solves, those
   of the triangles in brackets, and energies at the end. With ``--held`` nothing that is attached is released.
 - ``models``: crossings of ``gong-1`` against B-splines on the patch of ``loops.toml``. The time is that of all cores
@@ -36,7 +36,6 @@ from benchmarks.own_process import results_of
 from benchmarks.places import MIXED_SCENES
 from benchmarks.table import Rows, note
 from stitchmesh.mixed.drape import drape
-from stitchmesh.mixed.draped_folder import read_draped
 from stitchmesh.mixed.enrichment.region import YARNS
 from stitchmesh.mixed.scene.region_section import RegionSection
 from stitchmesh.mixed.scene.scene import Scene
@@ -65,8 +64,6 @@ class Options:
     device: str = "cpu"
     output: OptionalOutput = None
     """folder that keeps the runs"""
-    picture: bool = False
-    """draw the runs side by side"""
 
 
 @dataclass(frozen=True)
@@ -104,11 +101,6 @@ def regions(given: Options) -> Rows:
                 else:
                     yield f"{name}, {run.kind}: {why}"
             yield from _table(name, folder, found)
-            if given.picture:
-                from stitchmesh.render.draped.picture import render_draped
-
-                drawn = [(run.kind, read_draped(run.folder)) for run in runs]
-                render_draped(drawn, folder / "preview.png", size=(700, 700))
 
 
 def drape_run(run: SceneRun) -> Iterator[dict[str, Any]]:

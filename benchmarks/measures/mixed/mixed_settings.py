@@ -74,34 +74,26 @@ STIFF: list[Hanging | ShakenLoops] = [
 """Cloths on which metrics are compared."""
 
 
-def preconditioner(*, device: str = "cpu", most: int = 3000) -> Rows:
-    """Count iterations with no preconditioner, the mass diagonal, and P.
-
-    Args:
-        most: iterations at which a solve ends
-    """
+def preconditioner() -> Rows:
+    """Count iterations with no preconditioner, the mass diagonal, and P."""
     yield "cloth", "step s", "vertices", "nodes", "mass ratio", *PRECONDITIONERS
     for cloth in SWINGING:
-        case = cloth.case(device)
+        case = cloth.case()
         masses = case.scene.masses
         ratio = f"{masses.vertices.max() / masses.nodes.min():.1e}"
-        yield cloth.name, f"{cloth.step:g}", *case.sizes[:2], ratio, *counts(case, PRECONDITIONERS, most)
+        yield cloth.name, f"{cloth.step:g}", *case.sizes[:2], ratio, *counts(case, PRECONDITIONERS, 3000)
 
 
-def blocks(*, device: str = "cpu", most: int = 8000) -> Rows:
-    """Count iterations with blocks in the hybrid region, and with the mean of their diagonal.
-
-    Args:
-        most: iterations at which a solve ends
-    """
+def blocks() -> Rows:
+    """Count iterations with blocks in the hybrid region, and with the mean of their diagonal."""
     yield "yarns", "step s", "nodes", "hybrid", "vertices of Sigma", *METRICS
     for cloth in STIFF:
-        case = cloth.case(device)
-        yield cloth.name, f"{cloth.step:g}", *case.sizes[1:], *counts(case, METRICS, most)
+        case = cloth.case()
+        yield cloth.name, f"{cloth.step:g}", *case.sizes[1:], *counts(case, METRICS, 8000)
 
 
 def counts(case: Case, variants: Variants, most: int) -> Iterator[str]:
-    """Iterations with each variant."""
+    """Iterations with each variant, of a solve that ends after ``most``."""
     for variant in variants.values():
         count = iterations(case, variant(case), most)
         yield f"over {most}" if count == most else str(count)
@@ -175,12 +167,8 @@ SEEDS = (0, 1)
 """Starts of each loading."""
 
 
-def weights(loading: tuple[str, ...] = tuple(LOADINGS), /, *, rings: tuple[int, ...] = (1, 2)) -> Rows:
-    """Compare the weights on cloth that wrinkles or is sheared.
-
-    Args:
-        rings: hybrid widths
-    """
+def weights(loading: tuple[str, ...] = tuple(LOADINGS), /) -> Rows:
+    """Compare the weights on cloth that wrinkles or is sheared."""
     products = (f"products, {weight}" for weight in WEIGHTS)
     yield "loading", "region", "rings", "nodes", *WEIGHTS, *products
     for name in loading:
@@ -188,7 +176,7 @@ def weights(loading: tuple[str, ...] = tuple(LOADINGS), /, *, rings: tuple[int, 
         starts = [made.shaken(seed) for seed in SEEDS]
         everything = np.arange(len(made.prepared.fabric.cloth.triangles))
         full = [run_scene(with_region(start, everything)) for start in starts]
-        for width in rings:
+        for width in (1, 2):
             for size in made.sizes:
                 chosen = [with_region(with_rings(start, width), made.by_hand(size)) for start in starts]
                 yield name, f"{size:.3g} cm", width, len(chosen[0].region.nodes), *compared(made, chosen, full)

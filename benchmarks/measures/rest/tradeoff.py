@@ -92,13 +92,11 @@ def runs(scene: Scene, given: Options) -> Iterator[tuple[str, Any, Quality]]:
         for name in ("draft", "standard"):
             yield "preset", name, PRESETS[name]
     standard = PRESETS["standard"]
-    tolerance = given.sweep_tolerance or standard.tolerance
     for knob in given.knob:
         if knob == "preset" or (knob == "control_points_per_stitch" and not scene.generated):
             continue
         for value in SWEEPS[knob]:
-            quality = standard if knob == "tolerance" else replace(standard, tolerance=tolerance)
-            yield knob, value, replace(quality, **{knob: value}, max_iterations=given.max_iterations)
+            yield knob, value, replace(standard, **{knob: value}, max_iterations=given.max_iterations)
 
 
 def measure_scene(scene: Scene, given: Options) -> Rows:
@@ -191,8 +189,6 @@ class Options:
     """stitch width of the skirt [cm]"""
     max_iterations: int = PRESETS["standard"].max_iterations
     """of varied runs"""
-    sweep_tolerance: float | None = None
-    """tolerance of all varied runs except those of the tolerance"""
     reference_tolerance: float = PRESETS["reference"].tolerance
     reference_iterations: int = PRESETS["reference"].max_iterations
 

@@ -12,7 +12,6 @@ and down, over the energy of bending for each of the four contacts of a stitch o
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -32,19 +31,11 @@ CONTACTS = 4
 """Contacts of a stitch of stockinette."""
 
 
-@dataclass(frozen=True)
-class Options:
-    """What is measured."""
-
-    samples: tuple[int, ...] = (2, 3, 5, 9, 12, 18)
-    angles: tuple[float, ...] = (90.0, 45.0, 15.0)
-
-
-def corrugation(given: Options) -> Rows:
+def corrugation() -> Rows:
     """Yield the table."""
     bent = bending_of_a_contact()
     yield "angle", "samples a segment", "imitated friction", "energy up and down, over bending"
-    for angle, samples in itertools.product(given.angles, given.samples):
+    for angle, samples in itertools.product((90.0, 45.0, 15.0), (2, 3, 5, 9, 12, 18)):
         friction, change = held(angle, samples)
         yield f"{angle:g}", samples, f"{friction:.2g}", f"{change / bent:.2g}"
 

@@ -79,10 +79,6 @@ class Options:
     garment: Positional[Path]
     """yarn file, for example glove.bcc"""
     device: str = "cpu"
-    copies: int = 21
-    """copies of the garment in the second scene"""
-    rows: int = 10000
-    """open yarns of 120 control points in the third scene"""
     runs: int = 3
 
 
@@ -91,6 +87,5 @@ def linking(given: Options) -> Rows:
     garment = sm.read_yarns(given.garment)
     yield HEAD
     yield from measure(given.garment.name, garment, given.device, given.runs)
-    many = copies(garment, given.copies)
-    yield from measure(f"{given.copies} times {given.garment.name}", many, given.device, given.runs)
-    yield from measure(f"{given.rows} open rows", open_rows(given.rows, 10), given.device, given.runs)
+    yield from measure(f"21 times {given.garment.name}", copies(garment, 21), given.device, given.runs)
+    yield from measure("10000 open rows", open_rows(10_000, stitches=10), given.device, given.runs)

@@ -4,7 +4,7 @@
 
 Each case asks for its end state at once: a free cell of stockinette with loops of 4.17 cm, generated with yarn of
 0.125 cm and relaxed in the default material, gets another stiffness or radius. Each case runs in a process with one
-thread, and is a line of the file when it has ended; cases that the file holds are not run again. After ``--seconds`` a
+thread, and is a line of the file when it has ended; cases that the file holds are not run again. After ``SECONDS`` a
 relaxation is stopped and says how far it is from rest. A process that takes ``GRACE`` times as long is ended.
 
 A case is FAILED where a number is not finite, the linking of the yarns has changed, or an error is no StitchMesh error
@@ -18,7 +18,7 @@ import time
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from tyro.conf import Positional
@@ -41,6 +41,8 @@ RADIUS = 0.125
 """Radius of the yarn with which the cell is generated [cm]."""
 PRESSED = 0.5
 """Distance of axes over the radius below which the table names it: the yarns are one inside the other."""
+SECONDS = 60.0
+"""Limit of each relaxation [s]."""
 GRACE = 3
 """Limit of a process over that of a relaxation: the processes also generate the cell and load kernels."""
 
@@ -56,19 +58,18 @@ class Case:
     """Power of ten of the factor."""
 
 
-def cases(presets: list[str]) -> list[Case]:
+def cases() -> list[Case]:
     """Return all cases, the fast presets first."""
     powers = [(field, power) for field in STIFFNESSES for power in STIFFNESS_POWERS]
     powers += [("radius", power) for power in RADIUS_POWERS]
-    return [Case(preset, field, power) for preset in presets for field, power in powers]
+    return [Case(preset, field, power) for preset in PRESETS for field, power in powers]
 
 
-def outcome(limited: tuple[Case, float]) -> Iterator[dict[str, Any]]:
+def outcome(case: Case) -> Iterator[dict[str, Any]]:
     """Relax a case within a time in this process, and yield its entry of the file."""
-    case, seconds = limited
     began = time.perf_counter()
     try:
-        report, points = relaxed(case, seconds)
+        report, points = relaxed(case)
         kind = "at rest" if report["converged"] else "not at rest"
         if not np.isfinite([report["residual"], report["energy"], *points.ravel()]).all():
             kind = "FAILED"
@@ -81,7 +82,7 @@ def outcome(limited: tuple[Case, float]) -> Iterator[dict[str, Any]]:
     yield {**asdict(case), **found, "process_seconds": round(time.perf_counter() - began, 2)}
 
 
-def relaxed(case: Case, seconds: float) -> tuple[dict[str, Any], Any]:
+def relaxed(case: Case) -> tuple[dict[str, Any], Any]:
     """Relax the cell of a case, and return its report and its points; ``relax_yarns`` checks the linking."""
     logging.getLogger("stitchmesh").setLevel(logging.ERROR)
     cell = prepare_swatch("stockinette", material=None, quality=case.preset, device="cpu", relax_cell=True,
@@ -92,7 +93,7 @@ def relaxed(case: Case, seconds: float) -> tuple[dict[str, Any], Any]:
         terms = planes(cell.options, cell.flat, yarns.radius)
     else:
         material = replace(material, **{case.field: factor * getattr(material, case.field)})
-    with limited_to(TimeLimit(seconds)):
+    with limited_to(TimeLimit(SECONDS)):
         made = relax_yarns(yarns, material=material, quality=cell.quality, device="cpu", cell=cell.cell, terms=terms,
                            run=QUIET)  # fmt: skip
     report = {name: value for name, value in made.report.items() if name not in ("energies", "device", "solver")}
@@ -100,12 +101,11 @@ def relaxed(case: Case, seconds: float) -> tuple[dict[str, Any], Any]:
     return report | {"periods": sizes}, made.yarns.points
 
 
-def run_all(path: Path, wanted: list[Case], processes: int, seconds: float) -> None:
+def run_all(path: Path, wanted: list[Case], processes: int) -> None:
     """Run the cases that the file does not hold, and add a line for each."""
     held = {(entry["preset"], entry["field"], entry["power"]) for entry in read(path)}
     missing = [case for case in wanted if (case.preset, case.field, case.power) not in held]
-    limited = [(case, seconds) for case in missing]
-    for (case, _limit), entries, why in results_of(outcome, limited, processes=processes, limit=GRACE * seconds):
+    for case, entries, why in results_of(outcome, missing, processes=processes, limit=GRACE * SECONDS):
         entry = entries[0] if entries else {**asdict(case), "kind": "over time" if "after" in why else "FAILED"}
         append(path, [entry])
         note(f"{entry['preset']} {entry['field']} {entry['power']} {text_of(entry)}")
@@ -142,20 +142,11 @@ class Options:
 
     file: Positional[Path] = Path("map.jsonl")
     processes: int = 1
-    presets: tuple[Literal["draft", "standard", "reference"], ...] = ("draft", "standard", "reference")
-    fields: tuple[str, ...] = (*STIFFNESSES, "radius")
-    """only these"""
-    seconds: float = 60.0
-    """limit of each relaxation"""
-    table: bool = False
-    """print the table of the file"""
 
 
 def stability_map(given: Options) -> Rows:
     """Run the map or print its table, and return 1 if a case failed."""
-    if not given.table:
-        wanted = [case for case in cases(given.presets) if case.field in given.fields]
-        run_all(given.file, wanted, given.processes, given.seconds)
+    run_all(given.file, cases(), given.processes)
     found = read(given.file)
     yield from tables(found)
     return int(any(entry["kind"] == "FAILED" for entry in found))

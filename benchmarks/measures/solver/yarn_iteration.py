@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import warp as wp
@@ -103,7 +103,6 @@ class Options:
     device: str | None = None
     points: tuple[int, ...] = (3000, 60000)
     quality: str = "standard"
-    solver: str = "quasistatic"
     settle: int = 100
     """iterations before the measurement"""
 
@@ -111,5 +110,5 @@ class Options:
 def yarn_iteration(arguments: Options) -> Rows:
     """Measure the sizes given on the command line."""
     for points in arguments.points:
-        quality = replace(quality_named(arguments.quality), solver=arguments.solver)
+        quality = quality_named(arguments.quality)
         yield from measure(points, quality, device_named(arguments.device), arguments.settle)

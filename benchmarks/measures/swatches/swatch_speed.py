@@ -143,16 +143,16 @@ def iteration(*, device: str | None = None) -> Rows:
         yield name, fixed.points, *numbers, *theirs
 
 
-def held_corpus(quality: str, most: int) -> dict[str, Any]:
+def held_corpus(quality: str) -> dict[str, Any]:
     """The patterns of Leaf et al. with their periods held, as arguments of ``relax_cells``."""
-    cells = [cell_of(name, quality) for name in list(LEAF)[:most]]
+    cells = [cell_of(name, quality) for name in LEAF]
     return {"cells": cells, "materials": [MATERIAL] * len(cells)}
 
 
-def free_library(quality: str, most: int) -> dict[str, Any]:
+def free_library(quality: str) -> dict[str, Any]:
     """The patterns of the library, free between the planes of a swatch, as arguments of ``relax_cells``."""
     cells, between, options = [], [], SwatchOptions(relax_cell=True)
-    for name in sm.pattern_names()[:most]:
+    for name in sm.pattern_names():
         source = resolve_pattern(name)
         try:
             fabric, drawn = draw_swatch(source, options, PRESETS[quality])
@@ -164,17 +164,13 @@ def free_library(quality: str, most: int) -> dict[str, Any]:
     return {"cells": cells, "free": [FREE] * len(cells), "planes": between}
 
 
-def batches(*, device: str | None = None, most_cells: int = 1000) -> Rows:
-    """Relax the patterns of Leaf et al. and those of the library in one batch each, the second time timed.
-
-    Args:
-        most_cells: cells of a batch
-    """
+def batches(*, device: str | None = None) -> Rows:
+    """Relax the patterns of Leaf et al. and those of the library in one batch each, the second time timed."""
     yield machine(device_named(device))
     yield "batch", "quality", "cells", "points", "s", "at rest", "iterations of the slowest", "largest change left %"
     for label, make in (("37 of L, periods held", held_corpus), ("library, free between planes", free_library)):
         for quality in ("draft", "standard"):
-            chosen = make(quality, most_cells)
+            chosen = make(quality)
             for _ in range(2):
                 batch = relax_cells(**chosen, quality=quality, device=device, progress=False)
             left = [cell.report["remaining_change"]["spacing"] for cell in batch.cells
@@ -186,16 +182,15 @@ def batches(*, device: str | None = None, most_cells: int = 1000) -> Rows:
             )  # fmt: skip
 
 
-def variants_of_grid(count: int) -> list[tuple[YarnSet, YarnMaterial]]:
-    """Variants of the generated stockinette cell, evenly chosen from the grid.
+def variants_of_grid() -> list[tuple[YarnSet, YarnMaterial]]:
+    """Variants of the generated stockinette cell, one for each point of the grid.
 
     By the similarity of L's eq 4, a yarn of gamma times the radius represents a fabric that is gamma times as tight.
     """
     yarns = cell_of("stockinette", QUALITY)
-    grid = list(itertools.product(GAMMAS.tolist(), RADII.tolist(), BENDING.tolist()))
     return [
         (replace(yarns, radius=yarns.radius * gamma * factor), replace(MATERIAL, k_bend=k_bend).scaled(gamma))
-        for gamma, factor, k_bend in (grid[number] for number in evenly(len(grid), count))
+        for gamma, factor, k_bend in itertools.product(GAMMAS.tolist(), RADII.tolist(), BENDING.tolist())
     ]
 
 
@@ -210,10 +205,10 @@ def mean_seconds(
     return (time.perf_counter() - began) / len(chosen)
 
 
-def variants(*, device: str | None = None, count: int = 1000) -> Rows:
+def variants(*, device: str | None = None) -> Rows:
     """Relax a grid of variants in one batch, and some of them one after another."""
     yield machine(device_named(device))
-    every = variants_of_grid(count)
+    every = variants_of_grid()
     cells, materials = zip(*every, strict=True)
     for _ in range(2):
         batch = relax_cells(cells, materials=materials, free=[FREE] * len(cells), quality=QUALITY, device=device)
@@ -271,17 +266,13 @@ def sides(points: int, most: int) -> list[int]:
     return [*(2**k for k in range(last.bit_length()) if 2**k < last), last]
 
 
-def sizes(*, device: str | None = None, most: int = 5_000_000) -> Rows:
-    """L's fig. 13: time per iteration against the size of a plain weave.
-
-    Args:
-        most: control points of the largest one
-    """
+def sizes(*, device: str | None = None) -> Rows:
+    """L's fig. 13: time per iteration against the size of a plain weave."""
     where = device_named(device)
     yield machine(where)
     yarns = cell_of("plain", QUALITY)
     yield "tiles", "points", "ms", "us per point", "in a run ms", "us per point"
-    for side in sides(len(yarns.points), most):
+    for side in sides(len(yarns.points), most=5_000_000):
         found = timing(tile_yarns(yarns, side, side, periodic=True), where)
         times = (
             f"{value:.4f}"

@@ -35,7 +35,6 @@ def swatches(
     *,
     device: str = "cpu",
     jobs: int = 100,
-    quality: str = "draft",
     workers: tuple[int, ...] = (1,),
     per_task: tuple[int, ...] = (64,),
     no_call: bool = False,
@@ -51,7 +50,7 @@ def swatches(
     yield "workers", "swatches a task", "jobs", "failed", "s", "s until the first task", "swatches a second"
     if not no_call:
         for count in (WARM, jobs):  # The first call compiles the kernels.
-            made, seconds = together([requested(variant, quality) for variant in variants(count)], device)
+            made, seconds = together([requested(variant, "draft") for variant in variants(count)], device)
         failed = sum(not isinstance(one, sm.Swatch) for one in made)
         yield "one call", len(made), f"{len(made):,}", failed, f"{seconds:.1f}", "", f"{len(made) / seconds:.2f}"
     rows = tuple(
@@ -61,7 +60,7 @@ def swatches(
     )  # fmt: skip
     for count, size in itertools.product(workers, per_task):
         sweep = sm.Sweep(
-            job={"device": device, "quality": quality}, rows=rows, swatches_per_task=size, kept=NO_PICTURE
+            job={"device": device, "quality": "draft"}, rows=rows, swatches_per_task=size, kept=NO_PICTURE
         )
         first: list[float] = []
         began = time.perf_counter()

@@ -10,13 +10,13 @@ from typing import Annotated
 
 from tyro.conf import Positional, arg
 
-from stitchmesh.cli.serving import Serving
+from stitchmesh.cli.options import Serving
 from stitchmesh.cli.words import help_entry
 from stitchmesh.io.units import DEFAULT_UNIT
 
 
 @dataclass(frozen=True)
-class App:
+class AppCommand:
     """Open the application in the browser: from a mesh to yarns by the mouse."""
 
     file: Annotated[Positional[str | None], help_entry("FILE", "the last project")] = None
@@ -35,7 +35,7 @@ class App:
 
 
 @dataclass(frozen=True)
-class View:
+class ViewCommand:
     """Look at a file, or follow a running job, in the browser."""
 
     file: Annotated[Positional[str], help_entry("FILE")]

@@ -11,10 +11,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from tyro.conf import Positional, arg
 
-from stitchmesh.cli.options import Device, Overwrite, Threads
+from stitchmesh.cli.options import Device, Overwrite, Serving, Threads
 from stitchmesh.cli.output_folder import draw_if_possible, output_folder
 from stitchmesh.cli.say import say
-from stitchmesh.cli.serving import Serving
 from stitchmesh.cli.summary import AsJson, files_to_open, print_result
 from stitchmesh.cli.words import Flag, help_entry
 from stitchmesh.errors import FileError, ParameterError
@@ -31,7 +30,7 @@ NOT_CONVERGED = 1
 
 
 @dataclass(frozen=True)
-class Drape:
+class DrapeCommand:
     """Simulate a cloth with yarns where they are needed, and triangles elsewhere."""
 
     scene: Annotated[Positional[str], help_entry("SCENE")]

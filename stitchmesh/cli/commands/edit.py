@@ -11,19 +11,18 @@ from typing import TYPE_CHECKING, Annotated
 
 from tyro.conf import Positional, arg
 
-from stitchmesh.cli.options import READ_STITCHES, WRITTEN_STITCHES, OnSelection, Overwrite
+from stitchmesh.cli.options import READ_STITCHES, WRITTEN_STITCHES, OnSelection, Overwrite, Serving
 from stitchmesh.cli.say import say
-from stitchmesh.cli.serving import Serving
 from stitchmesh.cli.words import help_entry
 from stitchmesh.errors import ParameterError
 
 if TYPE_CHECKING:
-    from stitchmesh.editing.edit import Edit as OneEdit
+    from stitchmesh.editing.edit import Edit
     from stitchmesh.mesh import StitchMesh
 
 
 @dataclass(frozen=True)
-class Edit:
+class EditCommand:
     """Apply edits to a stitch mesh; without edits, open it in the browser."""
 
     fabric: Annotated[Positional[str], help_entry("FABRIC", help=READ_STITCHES)]
@@ -49,7 +48,7 @@ class Edit:
         from stitchmesh.io import read_stitches, write_stitches
         from stitchmesh.io.outputs import plan_outputs
 
-        if self == replace(Edit(self.fabric), serving=self.serving):
+        if self == replace(EditCommand(self.fabric), serving=self.serving):
             self._open_in_browser()
             return
         if self.output is None or (self.apply is None) == (self.replay is None):
@@ -79,13 +78,13 @@ class Edit:
             raise ParameterError("edit: a log holds whole edits; leave --on, --log and NAME=VALUE out")
         return replay_edits(before, self.replay)
 
-    def _edit(self) -> OneEdit:
+    def _edit(self) -> Edit:
         """Return the edit that the options describe.
 
         Raises:
             ParameterError: an argument does not have the form NAME=VALUE, or is given twice.
         """
-        from stitchmesh.editing.edit import Edit as OneEdit
+        from stitchmesh.editing.edit import Edit
         from stitchmesh.editing.on_selection import ON
 
         values: dict[str, object] = {} if self.on is None else {ON: self.on}
@@ -94,7 +93,7 @@ class Edit:
             if not equals or name in values:
                 raise ParameterError(f"edit: got {word!r}; expected NAME=VALUE, each name once")
             values[name] = _value(text)
-        return OneEdit(self.apply or "", values)
+        return Edit(self.apply or "", values)
 
 
 def _value(text: str) -> object:

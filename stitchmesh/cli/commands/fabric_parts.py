@@ -33,7 +33,7 @@ PICTURE_SUFFIX = ".png"
 
 
 @dataclass(frozen=True)
-class Select:
+class SelectCommand:
     """Show parts of a stitch mesh by name, as counts, a picture or a list."""
 
     fabric: Annotated[Positional[str], help_entry("FABRIC", help=READ_STITCHES)]
@@ -89,7 +89,7 @@ def _names(fabric: StitchMesh) -> list[str]:
 
 
 @dataclass(frozen=True)
-class Pattern:
+class PatternCommand:
     """Apply a knitting pattern to a stitch mesh."""
 
     fabric: Annotated[Positional[str], help_entry("FABRIC", help=READ_STITCHES)]
@@ -133,7 +133,7 @@ class Pattern:
 
 
 @dataclass(frozen=True)
-class Capture:
+class CaptureCommand:
     """Take a part of a stitch mesh as a pattern."""
 
     fabric: Annotated[Positional[str], help_entry("FABRIC", help=READ_STITCHES)]

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Follow:
+class FollowCommand:
     """Simulate yarns in time that follow a moving body."""
 
     yarns: Annotated[Positional[str], help_entry("YARNS", help=f"{READ_YARNS}, at the first frame of the body")]

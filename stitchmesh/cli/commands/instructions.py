@@ -17,7 +17,7 @@ from stitchmesh.errors import ParameterError
 
 
 @dataclass(frozen=True)
-class Instructions:
+class InstructionsCommand:
     """Write a pattern to knit a stitch mesh by hand, in words or as a PDF."""
 
     fabric: Annotated[Positional[str], help_entry("FABRIC", help=READ_STITCHES)]

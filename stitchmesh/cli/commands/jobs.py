@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Run:
+class RunCommand:
     """Run a job file; finished stages are kept, and stopped ones continue."""
 
     job: Annotated[Positional[str], help_entry("JOB")]
@@ -48,7 +48,7 @@ class Run:
             The exit status if a signal stopped the job or the time ended a relaxation, otherwise None.
         """
         load = load_of_machine()  # before the heavy imports
-        from stitchmesh.cli.job_progress import show_reports
+        from stitchmesh.cli.progress import show_reports
         from stitchmesh.jobs.job_file import read_job
         from stitchmesh.jobs.job_status import JobStopped
         from stitchmesh.jobs.run_job import run_job
@@ -86,7 +86,7 @@ def _job_lines(made: FinishedJob) -> list[str]:
 
 
 @dataclass(frozen=True)
-class Job:
+class JobCommand:
     """Write a new job file with all keys, or clean the folder of a job."""
 
     action: Annotated[Positional[Literal["init", "clean"]], help_entry("init|clean")]
@@ -143,7 +143,7 @@ SWEEP = "sweep"
 
 
 @dataclass(frozen=True)
-class Status:
+class StatusCommand:
     """Print how far a job or a sweep is that runs in another process."""
 
     folder: Annotated[Positional[str], help_entry("DIR")]
@@ -181,7 +181,7 @@ REPORT = "report"
 
 
 @dataclass(frozen=True)
-class Batch:
+class BatchCommand:
     """Run the jobs of a sweep on all cores, GPUs or a cluster, or make its page."""
 
     sweep: Annotated[Positional[str], help_entry("SWEEP|report")]
@@ -210,7 +210,7 @@ class Batch:
             return None
         if self.folder is not None:
             raise ParameterError(f"batch: got the folder {self.folder!r} beside a sweep; give it as -o {self.folder}")
-        from stitchmesh.cli.job_progress import show_reports
+        from stitchmesh.cli.progress import show_reports
         from stitchmesh.jobs.job_status import JobStopped
         from stitchmesh.jobs.sweep.run_sweep import run_sweep
         from stitchmesh.jobs.sweep.sweep import read_sweep

@@ -19,7 +19,6 @@ from stitchmesh.cli.budget_options import (
     exit_status,
     time_after,
 )
-from stitchmesh.cli.labeling_faults import REMEDY, faults_drawn
 from stitchmesh.cli.options import (
     Centre,
     Device,
@@ -34,7 +33,9 @@ from stitchmesh.cli.options import (
     YarnColours,
 )
 from stitchmesh.cli.output_folder import (
+    REMEDY,
     draw_if_possible,
+    faults_drawn,
     output_folder,
     picture_seconds,
     plot_history,
@@ -68,7 +69,7 @@ PICTURES = ("preview.png", SHAPING_PICTURE)
 
 
 @dataclass(frozen=True)
-class Knit:
+class KnitCommand:
     """Make relaxed yarns, a picture and a report from a polygon mesh or a recipe."""
 
     mesh: Annotated[Positional[str], help_entry("MESH|RECIPE")]
@@ -147,10 +148,12 @@ class Knit:
         """
         from stitchmesh.recipe.recipe_file import read_recipe
 
-        free = Knit(self.mesh, self.output, quality=self.quality, device=self.device, threads=self.threads,
-                    budget=self.budget, no_picture=self.no_picture, json=self.json, kept=self.kept,
-                    overwrite=self.overwrite)  # fmt: skip
-        others = [part.name for part in fields(Knit) if getattr(self, part.name) != getattr(free, part.name)]
+        free = KnitCommand(
+            self.mesh, self.output, quality=self.quality, device=self.device, threads=self.threads,
+            budget=self.budget, no_picture=self.no_picture, json=self.json, kept=self.kept,
+            overwrite=self.overwrite,
+        )  # fmt: skip
+        others = [part.name for part in fields(self) if getattr(self, part.name) != getattr(free, part.name)]
         for name in (*changed_settings(self.garment), *(name.replace("_", "-") for name in others)):
             raise ParameterError(f"{name}: is part of a recipe; write it into {self.mesh}")
         recipe = read_recipe(self.mesh)

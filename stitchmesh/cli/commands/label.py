@@ -70,7 +70,7 @@ class FoundPanels:
 
 
 @dataclass(frozen=True)
-class Label:
+class LabelCommand:
     """Find the knitting rows of a polygon mesh, all at once or step by step."""
 
     mesh: Annotated[Positional[str], help_entry("MESH")]
@@ -93,7 +93,7 @@ class Label:
 
     def run(self) -> None:
         """Take the steps, and write the labeled or partly labeled mesh and the picture."""
-        from stitchmesh.cli.labeling_faults import faults_drawn
+        from stitchmesh.cli.output_folder import faults_drawn
         from stitchmesh.io import write_stitches
         from stitchmesh.io.contents import suffix_of
         from stitchmesh.io.stitches import TWO_WAY

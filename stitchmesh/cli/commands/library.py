@@ -14,7 +14,7 @@ from stitchmesh.cli.words import help_entry
 
 
 @dataclass(frozen=True)
-class Patterns:
+class PatternsCommand:
     """List the patterns and weaves of the library."""
 
     def run(self) -> None:
@@ -35,7 +35,7 @@ class Patterns:
 
 
 @dataclass(frozen=True)
-class Examples:
+class ExamplesCommand:
     """List the garments that come with the program, or write all examples."""
 
     output: Annotated[str | None, help_entry("DIR", "only a list", short="-o")] = None

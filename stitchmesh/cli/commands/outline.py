@@ -26,7 +26,7 @@ STITCHES = ".h5"
 
 
 @dataclass(frozen=True)
-class Outline:
+class OutlineCommand:
     """Show the natural outline of a pattern within seconds, without yarns."""
 
     pattern: Annotated[Positional[str], help_entry("PATTERN")]

@@ -55,7 +55,7 @@ logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
-class Relax:
+class RelaxCommand:
     """Relax yarns by their physical forces."""
 
     yarns: Annotated[Positional[str], help_entry("YARNS", help=READ_YARNS)]
@@ -121,7 +121,7 @@ class Relax:
 
 
 @dataclass(frozen=True)
-class RelaxEdited:
+class RelaxEditedCommand:
     """Relax yarns after an edit, starting from the relaxed yarns before it."""
 
     yarns: Annotated[Positional[str], help_entry("YARNS")]

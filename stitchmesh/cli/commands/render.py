@@ -17,7 +17,7 @@ from stitchmesh.mesh.upright import Y
 
 
 @dataclass(frozen=True)
-class Render:
+class RenderCommand:
     """Draw a picture of yarns, of stitches, of rows or of a mesh."""
 
     file: Annotated[Positional[str], help_entry("FILE")]

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Tessellate:
+class TessellateCommand:
     """Divide a labeled mesh into stitches."""
 
     labeled: Annotated[Positional[str], help_entry("LABELED")]
@@ -68,7 +68,7 @@ class Tessellate:
 
 
 @dataclass(frozen=True)
-class RelaxMesh:
+class RelaxMeshCommand:
     """Relax the stitches of a stitch mesh on the surface of the garment."""
 
     fabric: Annotated[Positional[str], help_entry("FABRIC", help=READ_STITCHES)]
@@ -106,7 +106,7 @@ class RelaxMesh:
 
 
 @dataclass(frozen=True)
-class Yarns:
+class YarnsCommand:
     """Generate yarn curves from a stitch mesh."""
 
     fabric: Annotated[Positional[str], help_entry("FABRIC", help=READ_STITCHES)]

@@ -31,7 +31,7 @@ TABLE, PLOT = "stretch.csv", "stretch.png"
 
 
 @dataclass(frozen=True)
-class Stretch:
+class StretchCommand:
     """Stretch a swatch in one direction, and measure tension against strain."""
 
     pattern: Annotated[Positional[str], help_entry("PATTERN")]

@@ -26,6 +26,7 @@ from stitchmesh.cli.options import (
     DrawnRadius,
     MaxIterations,
     Overwrite,
+    Serving,
     SwatchFabric,
     Threads,
     YarnColours,
@@ -36,9 +37,8 @@ from stitchmesh.cli.output_folder import (
     plot_history,
 )
 from stitchmesh.cli.say import say
-from stitchmesh.cli.serving import Serving
 from stitchmesh.cli.setting_flags import flag_of
-from stitchmesh.cli.summary import AsJson, files_to_open, print_result, swatch_summary
+from stitchmesh.cli.summary import AsJson, exploration_summary, files_to_open, print_result, swatch_summary
 from stitchmesh.cli.words import Flag, Period, help_entry
 from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.jobs.sections import SwatchTable
@@ -51,7 +51,7 @@ from stitchmesh.yarn.rest_length import parse_rest_lengths
 if TYPE_CHECKING:
     from stitchmesh.budget.budget import Budget
     from stitchmesh.patterns import Pattern
-    from stitchmesh.periodic.swatch import Swatch as RelaxedSwatch
+    from stitchmesh.periodic.swatch import Swatch
     from stitchmesh.periodic.weave.weave import Weave
     from stitchmesh.progress import Progress
     from stitchmesh.yarn import YarnSet
@@ -67,7 +67,7 @@ RESTS = ("rests.json", "rests.png")
 
 
 @dataclass(frozen=True)
-class Swatch:
+class SwatchCommand:
     """Relax one repeat of a pattern or weave, or design it in the browser."""
 
     pattern: Annotated[Positional[str], help_entry("PATTERN")]
@@ -117,7 +117,7 @@ class Swatch:
         """
         if self.view:
             own = SwatchFabric(gamma=self.fabric.gamma)
-            effective = Swatch(self.pattern, fabric=own, threads=self.threads, view=True, serving=self.serving)
+            effective = SwatchCommand(self.pattern, fabric=own, threads=self.threads, view=True, serving=self.serving)
             self._refuse_others(effective, "--view", "the browser has dials and stitches of its own")
             self._open_in_browser()
             return None
@@ -163,7 +163,7 @@ class Swatch:
         print_result(report, [*lines, files_to_open(folder, drawn)], as_json=self.json)
         return exit_status(report)
 
-    def _write_sheet(self, folder: Path, source: Pattern | Weave, made: RelaxedSwatch, drawn: bool) -> None:
+    def _write_sheet(self, folder: Path, source: Pattern | Weave, made: Swatch, drawn: bool) -> None:
         """Write the pattern to take home."""
         from stitchmesh.io.contents import read_bytes
         from stitchmesh.render.pattern_sheet import swatch_sheet, write_pattern_sheet
@@ -176,12 +176,13 @@ class Swatch:
 
     def _explore(self, source: Pattern | Weave, options: SwatchOptions) -> None:
         """Search for states of rest, and write and print them."""
-        from stitchmesh.cli.exploration import exploration_lines, exploration_report, write_exploration
         from stitchmesh.cli.progress import show_progress
+        from stitchmesh.io.atomic import write_json
+        from stitchmesh.io.yarns import write_yarns
         from stitchmesh.periodic.explore import explore
 
         assert self.output is not None and self.explore is not None
-        effective = replace(self, tile=Swatch.tile, texture=None, release=replace(self.release, shaken=0))
+        effective = replace(self, tile=SwatchCommand.tile, texture=None, release=replace(self.release, shaken=0))
         self._refuse_others(effective, "--explore", "it writes and draws each state")
         if self.budget.budget() is not None:
             raise ParameterError("explore: got --within or --error beside it; each start runs to rest; leave one out")
@@ -193,12 +194,19 @@ class Swatch:
                 quality=quality, device=self.device, progress=progress, **vars(options),
             )  # fmt: skip
             head = {"pattern": self.pattern, "name": source.name, "quality": self._name, "version": __version__}
-            report = head | exploration_report(found)
-            kept = head | {"options": asdict(options)} | report
-            drawn = write_exploration(folder, found, kept, draw=not self.no_picture)
-        print_result(report, exploration_lines(found, folder, drawn=drawn), as_json=self.json)
+            counts = {"starts": found.starts, "not_at_rest": found.not_at_rest, "spread": found.spread}
+            report = head | counts | {"rests": found.table()}
+            for number, rest in enumerate(found.rests, 1):
+                write_yarns(folder / f"rest-{number}.h5", rest.swatch.yarns)
+            write_json(folder / "rests.json", head | {"options": asdict(options)} | report)
+            drawn = False
+            if found.rests and not self.no_picture:
+                from stitchmesh.render.thumbnails.rest_sheet import draw_rests
 
-    def _refuse_others(self, effective: Swatch, beside: str, reason: str) -> None:
+                drawn = draw_if_possible(lambda: draw_rests(found, folder / "rests.png"))
+        print_result(report, exploration_summary(found, folder, drawn=drawn), as_json=self.json)
+
+    def _refuse_others(self, effective: SwatchCommand, beside: str, reason: str) -> None:
         """Refuse an option that has no effect beside another one.
 
         Args:
@@ -209,7 +217,7 @@ class Swatch:
         Raises:
             ParameterError: another option is given.
         """
-        others = [part.name for part in fields(Swatch) if getattr(self, part.name) != getattr(effective, part.name)]
+        others = [part.name for part in fields(self) if getattr(self, part.name) != getattr(effective, part.name)]
         if "release" in others:
             kept = vars(effective.release)
             others = [name for name, value in vars(self.release).items() if value != kept[name]]
@@ -287,7 +295,7 @@ class Swatch:
 
     def _relaxed(
         self, source: Pattern | Weave, options: SwatchOptions, budget: Budget | None, progress: Progress
-    ) -> RelaxedSwatch:
+    ) -> Swatch:
         """Relax the repeat, and report the progress."""
         from stitchmesh.periodic.swatch import swatch
         from stitchmesh.progress import with_work_after
@@ -299,7 +307,7 @@ class Swatch:
             progress=progress if self.no_picture else with_work_after(progress, START_OF_RENDERER), **vars(options),
         )  # fmt: skip
 
-    def _report(self, source: Pattern | Weave, options: SwatchOptions, made: RelaxedSwatch) -> dict[str, Any]:
+    def _report(self, source: Pattern | Weave, options: SwatchOptions, made: Swatch) -> dict[str, Any]:
         """Return the report: the pattern, the options, the version, and the figures of the swatch."""
         yarn = {"material": self.material.name, "stiffness": self.material.values()}
         name = chosen_setting(made.report) or self._name
@@ -336,7 +344,7 @@ def check_texture(numbers: tuple[int, ...] | None) -> tuple[int, int | None] | N
 
 
 def _write(
-    folder: Path, made: RelaxedSwatch, report: dict[str, Any], tiles: tuple[int, int],
+    folder: Path, made: Swatch, report: dict[str, Any], tiles: tuple[int, int],
     pixels: tuple[int, int | None] | None,
 ) -> None:  # fmt: skip
     from stitchmesh.io.atomic import write_json

@@ -22,9 +22,8 @@ from numpy.typing import NDArray
 from stitchmesh.errors import FileError
 from stitchmesh.io.atomic import atomic_path
 from stitchmesh.io.checkpoint_file import CheckpointFile
-from stitchmesh.io.contents import FilePath, check_points, read_bytes
+from stitchmesh.io.contents import FilePath, check_points, read_bytes, say_left_out
 from stitchmesh.io.guarded_child import answer_of_child, answer_parent
-from stitchmesh.io.left_out import say_left_out
 from stitchmesh.io.mesh_formats.cells import RINGS, check_cells_left_out, used_points
 from stitchmesh.mesh import FloatArray
 

@@ -32,9 +32,8 @@ from numpy.typing import NDArray
 from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.io.atomic import write_bytes
 from stitchmesh.io.checked import check_value, parse_json
-from stitchmesh.io.contents import FilePath, check_expansion, check_points, read_bytes
+from stitchmesh.io.contents import FilePath, check_expansion, check_points, read_bytes, say_left_out
 from stitchmesh.io.float32 import to_float32
-from stitchmesh.io.left_out import say_left_out
 from stitchmesh.io.mesh_formats.by_meshio import weld
 from stitchmesh.io.mesh_formats.cells import strip_triangles
 from stitchmesh.io.yarn_formats.gltf import holds_tubes, tubes_error

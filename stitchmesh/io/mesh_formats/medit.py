@@ -14,8 +14,7 @@ from os import fspath
 import numpy as np
 
 from stitchmesh.errors import FileError
-from stitchmesh.io.contents import FilePath, check_points, read_lines
-from stitchmesh.io.left_out import say_left_out
+from stitchmesh.io.contents import FilePath, check_points, read_lines, say_left_out
 from stitchmesh.mesh import FloatArray
 
 CORNERS = {"Triangles": 3, "Quadrilaterals": 4}

@@ -16,8 +16,7 @@ from os import fspath
 
 from stitchmesh.errors import FileError
 from stitchmesh.io.atomic import write_text
-from stitchmesh.io.contents import FilePath, read_lines
-from stitchmesh.io.left_out import say_left_out
+from stitchmesh.io.contents import FilePath, read_lines, say_left_out
 from stitchmesh.io.obj_elements import element_lines, vertex_index, vertex_position
 from stitchmesh.mesh import FloatArray
 

@@ -21,8 +21,7 @@ import numpy as np
 
 from stitchmesh.errors import FileError
 from stitchmesh.io.atomic import write_bytes
-from stitchmesh.io.contents import FilePath, check_points, read_bytes
-from stitchmesh.io.left_out import say_left_out
+from stitchmesh.io.contents import FilePath, check_points, read_bytes, say_left_out
 from stitchmesh.io.mesh_formats.cells import strip_triangles
 from stitchmesh.mesh import FloatArray
 

@@ -17,10 +17,9 @@ from numpy.typing import ArrayLike
 
 from stitchmesh.errors import FileError
 from stitchmesh.io.checkpoint_file import CheckpointFile
-from stitchmesh.io.contents import FilePath, check_points
+from stitchmesh.io.contents import FilePath, check_points, say_left_out
 from stitchmesh.io.float32 import to_float32
 from stitchmesh.io.guarded_child import answer_of_child, answer_parent
-from stitchmesh.io.left_out import say_left_out
 from stitchmesh.io.usd_stage import LIBRARIES, export_stage, new_stage, read_stage, to_centimetres
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.mesh.vertex_motion import MovingMesh

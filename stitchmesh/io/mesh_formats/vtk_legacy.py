@@ -18,9 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.errors import FileError
-from stitchmesh.io.contents import FilePath, check_points, read_bytes
+from stitchmesh.io.contents import FilePath, check_points, read_bytes, say_left_out
 from stitchmesh.io.float32 import from_float32
-from stitchmesh.io.left_out import say_left_out
 from stitchmesh.io.mesh_formats.by_meshio import read_meshio_polygons
 from stitchmesh.io.mesh_formats.cells import strip_triangles
 from stitchmesh.mesh import FloatArray

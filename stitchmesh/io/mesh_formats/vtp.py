@@ -12,8 +12,7 @@ from os import fspath
 import numpy as np
 
 from stitchmesh.errors import FileError
-from stitchmesh.io.contents import FilePath, check_points
-from stitchmesh.io.left_out import say_left_out
+from stitchmesh.io.contents import FilePath, check_points, say_left_out
 from stitchmesh.io.mesh_formats.cells import RINGS, check_cells_left_out, strip_triangles, used_points
 from stitchmesh.io.vtk_xml import Cells, read_vtk_points
 from stitchmesh.io.yarn_formats.vtp import write_poly_data

@@ -57,6 +57,20 @@ class OwnComment:
     """The words after the first one."""
 
 
+@dataclass(frozen=True, eq=False)
+class SurfaceRecords:
+    """The faces and joins of a file, and where they stand in it."""
+
+    mesh: FaceMesh
+    """The faces, without hints, checkpoints and texture."""
+    comments: Sequence[OwnComment]
+    """The comments about a stitch mesh."""
+    type_line: Sequence[int]
+    """Line number of each type of face, counted from 1."""
+    join_line: Sequence[int]
+    """Line number of each join, counted from 1."""
+
+
 @dataclass
 class _Reading:
     """What has been read so far; numbers are counted from 0."""
@@ -64,7 +78,11 @@ class _Reading:
     path: str
     surface_only: bool
     """Whether records that do not describe faces and their joins are left out unread."""
+    line: int = 0
+    """Number of the line that is read, counted from 1."""
     comments: list[OwnComment] = field(default_factory=list)
+    type_line: list[int] = field(default_factory=list)
+    join_line: list[int] = field(default_factory=list)
     types: list[FaceType] = field(default_factory=list)
     vertices: list[list[float]] = field(default_factory=list)
     face_vertex: list[int] = field(default_factory=list)
@@ -109,20 +127,21 @@ def read_face_mesh(path: FilePath) -> FaceMesh:
     return _face_mesh(_records(path, surface_only=False))
 
 
-def read_surface(path: FilePath) -> tuple[FaceMesh, list[OwnComment]]:
+def read_surface(path: FilePath) -> SurfaceRecords:
     """Read the faces and joins of a file, and its comments about a stitch mesh; other records are left out unread.
 
     Raises:
         FileError: as for ``read_face_mesh``.
     """
     reading = _records(path, surface_only=True)
-    return _face_mesh(reading), reading.comments
+    return SurfaceRecords(_face_mesh(reading), reading.comments, reading.type_line, reading.join_line)
 
 
 def _records(path: FilePath, *, surface_only: bool) -> _Reading:
     reading = _Reading(fspath(path), surface_only)
     for number, line in enumerate(read_lines(path), start=1):
         words = line.partition("#")[0].split()
+        reading.line = number
         if line.startswith(COMMENT_WORD):
             place = number, len(reading.vertices) - 1, reading.face_count - 1
             reading.comments.append(OwnComment(*place, tuple(line.split()[1:])))
@@ -189,6 +208,7 @@ def _read_type(reading: _Reading, words: Sequence[str]) -> None:
     if len(words) < 4:
         raise ValueError("expected L, a name and at least three labels such as -l1 or +y1")
     reading.types.append(FaceType(words[0], tuple(words[1:])))
+    reading.type_line.append(reading.line)
 
 
 def _read_vertex(reading: _Reading, words: Sequence[str]) -> None:
@@ -248,6 +268,7 @@ def _read_join(reading: _Reading, words: Sequence[str]) -> None:
             raise ValueError(f"side {side + 1} of face {face + 1} is joined twice; an edge has two sides")
         reading.joined.add(end)
     reading.joins.append((first, second))
+    reading.join_line.append(reading.line)
     reading.reverses.append(bool(places[0][2]) != bool(places[1][2]))
 
 

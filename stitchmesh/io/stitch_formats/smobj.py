@@ -31,7 +31,6 @@ from os import fspath
 import numpy as np
 
 from stitchmesh.errors import FileError, StitchMeshError
-from stitchmesh.faces.face_mesh import FaceMesh
 from stitchmesh.faces.face_type import (
     EMPTY_ABOVE,
     EMPTY_BELOW,
@@ -47,7 +46,7 @@ from stitchmesh.faces.face_type import (
 )
 from stitchmesh.io.atomic import write_text
 from stitchmesh.io.contents import FilePath
-from stitchmesh.io.stitch_formats.face_meshes import COMMENT_WORD, OwnComment, read_surface
+from stitchmesh.io.stitch_formats.face_meshes import COMMENT_WORD, OwnComment, SurfaceRecords, read_surface
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import BORDER, PER_SIDE, FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.connectivity import find_fans, next_sides
@@ -124,12 +123,12 @@ def read_smobj(path: FilePath) -> StitchMesh:
             out, no face is a stitch, or the stitches form no stitch mesh.
     """
     name = fspath(path)
-    mesh, comments = read_surface(path)
-    kinds = _stitches_of_types(mesh, name)
+    read = read_surface(path)
+    mesh, kinds = read.mesh, _stitches_of_types(read, name)
     try:
-        stitches = _joined_stitches(mesh, kinds)
+        stitches = _joined_stitches(read, kinds)
         if len(stitches.faces) == mesh.face_count:  # The comments are about all faces.
-            for comment in comments:
+            for comment in read.comments:
                 _read_comment(stitches, comment)
         found = mesh.face_count, len(mesh.joins)
         if stitches.counts is not None and stitches.counts != found:
@@ -140,18 +139,20 @@ def read_smobj(path: FilePath) -> StitchMesh:
         raise FileError(f"{name}: {error}") from error
 
 
-def _stitches_of_types(mesh: FaceMesh, name: str) -> list[Stitch | None]:
+def _stitches_of_types(read: SurfaceRecords, name: str) -> list[Stitch | None]:
     """Return the stitch of each type of face, and log which faces are no stitches.
 
     Raises:
         FileError: a face is no stitch and cannot be left out, or no face is a stitch.
     """
-    used = [mesh.types[k] for k in mesh.face_type.tolist()]
-    for kind in dict.fromkeys(used):
+    mesh = read.mesh
+    for number in dict.fromkeys(mesh.face_type.tolist()):
+        kind = mesh.types[number]
         if kind.name in STITCHES_OF_NAMES and not is_framed(kind):
-            found = f"{kind.name}: got sides {' '.join(kind.labels)[:60]}"
+            found = f"line {read.type_line[number]}: {kind.name}: got sides {' '.join(kind.labels)[:60]}"
             expected = "loops in (-l), yarn (y), loops out (+l), yarn, counter-clockwise from the lower left"
             raise FileError(f"{name}: {found}; expected {expected}")
+    used = [mesh.types[k] for k in mesh.face_type.tolist()]
     foreign = [kind for kind in used if stitch_of(kind) is None]
     needed = [kind for kind in foreign if not _may_be_left_out(kind)]
     if needed or len(foreign) == len(used):
@@ -173,16 +174,17 @@ def _counted(kinds: Iterable[FaceType]) -> str:
     return ", ".join(f"{count} {name}" for name, count in Counter(kind.name for kind in kinds).most_common(8))
 
 
-def _joined_stitches(mesh: FaceMesh, stitches: Sequence[Stitch | None]) -> JoinedStitches:
+def _joined_stitches(read: SurfaceRecords, stitches: Sequence[Stitch | None]) -> JoinedStitches:
     """Return the faces that are stitches, with their joins.
 
     Args:
-        mesh: the faces.
+        read: the faces and their joins.
         stitches: the stitch of each type of face.
 
     Raises:
         ValueError: two stitches are joined without reversal.
     """
+    mesh = read.mesh
     found = JoinedStitches(vertices=[(x, y, z) for x, y, z in mesh.vertices.tolist()])
     number: dict[int, int] = {}
     corners = np.split(mesh.face_vertex, mesh.face_start[1:-1])
@@ -195,12 +197,12 @@ def _joined_stitches(mesh: FaceMesh, stitches: Sequence[Stitch | None]) -> Joine
             found.faces.append(corners[face].tolist())
     faces = np.searchsorted(mesh.face_start, mesh.joins, side="right") - 1
     places = mesh.joins - mesh.face_start[faces]
-    for (face, other), (side, across), reverses in zip(
-        faces.tolist(), places.tolist(), mesh.reverses.tolist(), strict=True
+    for (face, other), (side, across), reverses, line in zip(
+        faces.tolist(), places.tolist(), mesh.reverses.tolist(), read.join_line, strict=True
     ):
         if face in number and other in number:
             if not reverses:
-                what = f"faces {face + 1} and {other + 1} are joined without reversal"
+                what = f"line {line}: faces {face + 1} and {other + 1} are joined without reversal"
                 raise ValueError(f"{what}; the stitches of a stitch mesh face the same way")
             found.connections[number[face], side] = number[other], across
             found.connections[number[other], across] = number[face], side

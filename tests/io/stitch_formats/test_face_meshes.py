@@ -106,12 +106,6 @@ def test_a_file_without_stitches_is_a_face_mesh_but_no_stitch_mesh(tmp_path):
         read_stitches(path)
 
 
-def test_stitches_that_are_joined_without_reversal_are_refused(tmp_path):
-    text = flat_file(KNIT, ["000", "111", "222"]).replace("e 1/3 4/-1", "e 1/3 4/1")
-    with pytest.raises(FileError, match="faces 1 and 4 are joined without reversal"):
-        read_stitches(written(tmp_path, text))
-
-
 def test_unused_foreign_types_do_not_make_a_file_foreign(tmp_path):
     assert is_foreign(FaceType("drop", ("-l1", "+y0", "+l0", "-y0")))
     assert not holds_foreign_faces(written(tmp_path, flat_file(KNIT, ["00", "11"])))

@@ -157,8 +157,8 @@ def test_connections_join_the_faces_of_other_programs(tmp_path):
     ("old", "new", "message"),
     [
         ("T 3\n", "T 1\n", "line 25: got 'T 1'; the face has 5 corners and its type knit- has 4 sides"),
-        ("-lX -lX +yX +lX -yX", "-lX +yX -lX +lX -yX", r"decrease-left\+: got sides -lX \+yX -lX .*expected loops in"),
-        ("e 1/2 2/-4", "e 1/2 2/4", "faces 1 and 2 are joined without reversal"),
+        ("-lX -lX +yX +lX -yX", "-lX +yX -lX +lX -yX", r"line 3: decrease-left\+: got sides -lX \+yX -lX .*expected"),
+        ("e 1/2 2/-4", "e 1/2 2/4", "line 27: faces 1 and 2 are joined without reversal"),
         ("e 1/-3 3/1", "e 1/-4 3/1", "wale to one face and course to face 2"),
         ("U 1 1.0", "Q 1 1.0", "line 30: got 'Q 1 1.0'; expected a record of an .smobj file"),
         ("U 1 1.0", "#stitchmesh row 3", "line 30: got #stitchmesh 'row 3'; expected counts"),
