@@ -19,6 +19,7 @@ from functools import cache
 from pathlib import Path
 
 from tests.gallery import ROOT
+from tests.source_files import statements_within, tree_of
 
 PACKAGE = ROOT / "stitchmesh"
 Definition = tuple[str, str]
@@ -56,11 +57,6 @@ def sources() -> dict[str, list[Path]]:
     return dict(found)
 
 
-@cache
-def tree_of(path: Path) -> ast.Module:
-    return ast.parse(path.read_text())
-
-
 def statements(body: Sequence[ast.stmt]) -> Iterator[ast.stmt]:
     """Statements at the level of a module, also those under a condition."""
     for statement in body:
@@ -96,8 +92,8 @@ class Module:
         for path in paths:
             tree = tree_of(path)
             package = name if path.stem == "__init__" else name.rpartition(".")[0]
-            for node in ast.walk(tree):
-                self._note_import(node, package)
+            for statement in statements_within(tree.body):
+                self._note_import(statement, package)
             for statement in statements(tree.body):
                 self._note_definition(statement)
 
@@ -222,7 +218,8 @@ def trees() -> list[tuple[str, ast.Module]]:
 @cache
 def classes() -> list[tuple[str, ast.ClassDef]]:
     """All classes, each with the name of its module."""
-    return [(name, node) for name, tree in trees() for node in ast.walk(tree) if isinstance(node, ast.ClassDef)]
+    found = [(name, statement) for name, tree in trees() for statement in statements_within(tree.body)]
+    return [(name, statement) for name, statement in found if isinstance(statement, ast.ClassDef)]
 
 
 def names_after_dots(node: ast.AST) -> Counter[str]:

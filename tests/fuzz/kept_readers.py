@@ -126,7 +126,7 @@ def _task() -> Any:
     from stitchmesh.jobs.job import Job
     from stitchmesh.jobs.sections import SwatchTable
     from stitchmesh.jobs.sweep.sweep import Kept
-    from stitchmesh.jobs.sweep.task import SweptJob, SweepTask
+    from stitchmesh.jobs.sweep.task import SweepTask, SweptJob
 
     jobs = tuple(SweptJob(key, Job(swatch=SwatchTable(pattern="seed"))) for key in ("a", "b"))
     return SweepTask(jobs, Kept())
