@@ -15,6 +15,7 @@ import pytest
 
 from tests.gallery import ROOT
 from tests.nightly import at_night
+from tests.source_files import statements_within, tree_of
 
 PACKAGE = ROOT / "stitchmesh"
 LAYERS = [
@@ -86,7 +87,7 @@ def declares_by_warp(path: Path) -> bool:
 @cache
 def imported(path: Path) -> list[str]:
     names = []
-    for node in ast.walk(ast.parse(path.read_text())):
+    for node in statements_within(tree_of(path).body):
         if isinstance(node, ast.Import):
             names += [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom) and node.module:

@@ -19,6 +19,7 @@ from functools import cache
 from pathlib import Path
 
 from tests.gallery import ROOT
+from tests.source_files import statements_within, tree_of
 
 PACKAGE = ROOT / "stitchmesh"
 Definition = tuple[str, str]
@@ -61,11 +62,6 @@ def sources() -> dict[str, list[Path]]:
     return dict(found)
 
 
-@cache
-def tree_of(path: Path) -> ast.Module:
-    return ast.parse(path.read_text())
-
-
 def statements(body: Sequence[ast.stmt]) -> Iterator[ast.stmt]:
     """Statements at the level of a module, also those under a condition."""
     for statement in body:
@@ -101,8 +97,8 @@ class Module:
         for path in paths:
             tree = tree_of(path)
             package = name if path.stem == "__init__" else name.rpartition(".")[0]
-            for node in ast.walk(tree):
-                self._note_import(node, package)
+            for statement in statements_within(tree.body):
+                self._note_import(statement, package)
             for statement in statements(tree.body):
                 self._note_definition(statement)
 
@@ -227,7 +223,12 @@ def trees() -> list[tuple[str, ast.Module]]:
 @cache
 def classes() -> list[tuple[str, ast.ClassDef]]:
     """All classes, each with the name of its module."""
-    return [(name, node) for name, tree in trees() for node in ast.walk(tree) if isinstance(node, ast.ClassDef)]
+    return [
+        (name, node)
+        for name, tree in trees()
+        for node in statements_within(tree.body)
+        if isinstance(node, ast.ClassDef)
+    ]
 
 
 def names_after_dots(node: ast.AST) -> Counter[str]:

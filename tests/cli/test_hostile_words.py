@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.cli.every_command import WORDS, write_inputs
+from tests.cli.every_command import WORDS
 from tests.cli.hostile import (
     NUMBERS,
     TEXTS,
@@ -41,11 +41,6 @@ def runner() -> Iterator[Runner]:
     started = Runner()
     yield started
     started.close()
-
-
-@pytest.fixture(scope="module")
-def inputs(tmp_path_factory) -> Path:
-    return write_inputs(tmp_path_factory.mktemp("inputs"))
 
 
 def run_in_copy(runner: Runner, inputs: Path, folder: Path, words: list[str], **limits) -> tuple[Ended, list[str]]:

@@ -21,7 +21,7 @@ from stitchmesh.cli.main import COMMANDS
 from stitchmesh.io.folder_lock import NAME as LOCK
 from stitchmesh.io.own_files import RECORD
 from stitchmesh.io.part_folder import PARTS
-from tests.cli.every_command import WORDS, write_inputs
+from tests.cli.every_command import WORDS
 from tests.cli.hostile import options_of, quick_words
 from tests.nightly import at_night, mostly_at_night
 
@@ -36,11 +36,6 @@ NAMES = sorted(WORDS.keys() - SERVERS)
 FEW = ("convert", "run")
 """Commands that every run of the tests tries: one writes a file, and its child reads USD; the other writes a folder in
 which stages are removed again."""
-
-
-@pytest.fixture(scope="module")
-def inputs(tmp_path_factory) -> Path:
-    return write_inputs(tmp_path_factory.mktemp("inputs"))
 
 
 @pytest.fixture
