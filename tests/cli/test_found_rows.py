@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stitchmesh.app.project.source import Source, read_source
+from stitchmesh.app.project.source import read_source, source_of
 from stitchmesh.cli import main as cli
 from stitchmesh.errors import YarnError
 from stitchmesh.io import read_mesh, read_stitches, write_mesh
@@ -229,7 +229,7 @@ def test_panels_are_found_divided_and_relaxed_on_the_mesh_through_files(cone_obj
     panels = read_stitches(rows)
     assert (panels.stitch == Stitch.PANEL).all() and (tmp_path / "rows.png").stat().st_size > 1000
     assert f"{panels.row.max() + 1} rows of {panels.face_count} faces" in said
-    start = read_source(Source(name="rows.h5", content=Path(rows).read_bytes(), unit="cm"))
+    start = read_source(source_of("rows.h5", Path(rows).read_bytes()))
     assert start.fabric is None and start.labeling is not None and start.labeling.labeled.all()
     assert cli.main(["tessellate", rows, "--stitch-width", "0.5", "-o", stitches]) == 0
     assert cli.main(["relax-mesh", stitches, "--surface", str(cone_obj), "-o", even]) == 0

@@ -42,7 +42,7 @@ ELSEWHERE = {
     "compute/device.py", "compute/free_memory.py", "compute/threads.py", "jobs/sweep/report_page.py",
     "mixed/scene/scene_file.py", "render/plots/plot_file.py", "yarngen/templates/table.py",
     # What this process writes.
-    "app/entrance.py", "app/pages/swatch/exports.py", "app/project/exports.py", "io/atomic.py",
+    "app/guard.py", "app/pages/swatch/exports.py", "app/pages/downloads.py", "io/atomic.py",
     "io/checkpoint_file.py", "io/own_files.py", "jobs/sweep/result_table.py", "render/thumbnails/rest_sheet.py",
     # Contents that have been read, and copies or stages that a child process reads.
     "patterns/charts/other_images.py", "render/pattern_sheet.py",
