@@ -33,6 +33,7 @@ from stitchmesh.app.project.project import Project
 from stitchmesh.app.scene.viser_scene import view_of
 from stitchmesh.app.server import OpenServer, open_server
 from stitchmesh.app.viser_front import ViserFront
+from stitchmesh.mesh import FloatArray
 
 NAMES = ("chromium", "chromium-browser", "google-chrome")
 """Names of the programs that can be the browser."""
@@ -286,10 +287,16 @@ class Rig(BrowserWindow):
         self._heard = message["fence"]
 
     def on_page(self, point: Sequence[float]) -> tuple[float, float]:
-        """Return the place in the page at which a point of the scene is drawn [cm]."""
-        share = view_of(self.client).on_screen(np.asarray([point], dtype=np.float64))[0]
-        assert np.isfinite(share).all() and (share >= 0.0).all() and (share <= 1.0).all(), f"{point} is not in view"
-        return self.place(share)
+        """Return the place in the page at which a point of the scene is drawn [cm].
+
+        The page sends the first place of its camera some time after it has drawn the scene.
+        """
+
+        def share() -> FloatArray:
+            return view_of(self.client).on_screen(np.asarray([point], dtype=np.float64))[0]
+
+        self.wait_for(lambda: bool(((share() >= 0.0) & (share() <= 1.0)).all()), f"{point} is in view")
+        return self.place(share())
 
     def click_at(self, point: Sequence[float], modifier: str | None = None) -> None:
         """Click where a point of the scene is drawn; ``modifier`` is ``Shift`` or ``Control``."""
