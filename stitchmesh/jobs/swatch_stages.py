@@ -128,7 +128,7 @@ def _relaxed(
 RELAXATIONS = "relaxations"
 """Folder of the folders of the relaxations."""
 NO_INPUTS = ("run", "device")
-"""Arguments of relaxations that decide no bit; each checkpoint holds the kind of the device."""
+"""Arguments of relaxations that do not change a result; each checkpoint holds the kind of the device."""
 
 
 @dataclass(frozen=True)

@@ -87,7 +87,7 @@ def _options(options: dict[str, Any]) -> PictureOptions:
 
 
 def _with_selection(options: PictureOptions, fabric: StitchMesh | None) -> PictureOptions:
-    """Return the options with the faces of a selection, if the text of the close-up is a selection of a fabric."""
+    """Return the options; where the close-up is the text of a selection, the faces of the selection take its place."""
     text = options.close_up
     if fabric is None or not isinstance(text, str) or text.split(" ")[0].lower() in KINDS:
         return options

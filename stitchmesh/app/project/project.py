@@ -225,7 +225,7 @@ class Project:
 
     @property
     def last_changes(self) -> tuple[Change, ...]:
-        """The changes by which the last edit, undo or redo made the present fabric, in order."""
+        """The changes of the last edit, undo or redo, which made the present fabric, in their order."""
         return self._values.last_changes
 
     @property

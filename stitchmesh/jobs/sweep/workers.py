@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from distributed.security import Security
 
 TLS = "tls://"
-"""Begin of the address of a scheduler that needs a certificate."""
+"""How the address of a scheduler begins that needs a certificate."""
 LOOPBACK = "127.0.0.1"
 GPU = "GPU"
 """Resource of a worker that has a GPU."""

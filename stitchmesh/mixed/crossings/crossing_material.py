@@ -144,7 +144,7 @@ def _check(name: str, value: Any) -> None:
 
 
 def _of_name(materials: Mapping[str, CrossingMaterial], name: str, place: str) -> CrossingMaterial:
-    """The material with a name; without one, an error that names the nearest material."""
+    """The material of this name; if there is none, the error names the material with the nearest name."""
     if name in materials:
         return materials[name]
     near = difflib.get_close_matches(name, materials, n=1, cutoff=0.0)

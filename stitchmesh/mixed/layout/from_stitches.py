@@ -139,7 +139,7 @@ def _nodes(cloth: Cloth, fabric: StitchMesh, corners: IntArray, divided: Divided
 
 
 def _place_in_parent(divided: DividedStitches, side: IntArray, along: FloatArray, height: FloatArray) -> FloatArray:
-    """Places in the undivided faces of points in the divided faces.
+    """Where points of the divided faces lie in the undivided faces.
 
     Args:
         divided: the divided stitches.

@@ -108,7 +108,7 @@ def place_carried(
     # state out
     points: wp.array[Any],
 ) -> None:
-    """The carried control points of the yarn model; without an origin and offsets also directions."""
+    """Place the control points that triangles carry; with a zero origin and without offsets, carry directions."""
     k = wp.tid()
     corner, b = corners[k], weight[k]
     place = vertices[corner[0]] * b[0] + vertices[corner[1]] * b[1] + vertices[corner[2]] * b[2] - origin

@@ -268,7 +268,7 @@ class SegmentSums:
         self.point_strains = wp.zeros((segments if relaxes else 0, 4), dtype=wp.mat33d, device=device)
         """Sums between the points of each segment and the strains of its cell, shape (S, 4, 3, 3)."""
         self.strain_strains = wp.zeros(segments if relaxes else 0, dtype=wp.mat33d, device=device)
-        """Part of each segment in the sums between two strains of its cell, shape (S, 3, 3)."""
+        """What each segment adds to the sums between two strains of its cell, shape (S, 3, 3)."""
         self.blocks = wp.zeros((0, 4), dtype=FourBlocks, device=device)
         """Sums between the points of each pair of segments that touch, with the opposite sign, shape (M, 4, 4, 6)."""
 
