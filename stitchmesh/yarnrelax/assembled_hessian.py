@@ -159,7 +159,7 @@ class HessianAssembly:
                 state.points, state.samples, self._leg_hessian, pairs, samples, pattern, launcher
             )  # fmt: skip
             found += entry_launches(
-                model, state, self._exact, self._leg_hessian, self._touching, pattern, self._sums, entries, launcher
+                state, self._exact, self._leg_hessian, self._touching, pattern, self._sums, entries, launcher
             )  # fmt: skip
             return [ZeroArray(entries), *found, *block_launches(pattern, blocks, entries, launcher)]
 

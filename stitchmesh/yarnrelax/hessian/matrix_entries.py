@@ -21,7 +21,6 @@ from stitchmesh.yarnrelax.energies.pair_stiffness import Block64, block_as_matri
 from stitchmesh.yarnrelax.hessian.matrix_pattern import MatrixPattern
 from stitchmesh.yarnrelax.hessian.segment_sums import SegmentSums
 from stitchmesh.yarnrelax.hessian.touching_segments import TouchingSegments, place_in_list
-from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.lattice_images import cell_of
 from stitchmesh.yarnrelax.model.state import State
 
@@ -187,10 +186,11 @@ def put_strain_strains(
 
 
 def entry_launches(
-    model: Model, state: State, exact: wp.array[Any], leg_hessian: wp.array[Any], touching: TouchingSegments,
+    state: State, exact: wp.array[Any], leg_hessian: wp.array[Any], touching: TouchingSegments,
     pattern: MatrixPattern, sums: SegmentSums, entries: wp.array[Any], launcher: Launcher,
 ) -> list[Any]:  # fmt: skip
     """Return the launches that write the entries of segments, pairs, samples and strains."""
+    model = sums.model
     places = [pattern.start, pattern.height]
     lists = [touching.kept_count, touching.kept, pattern.pair_base]
     found = [leg_hessian, sums.own_blocks, sums.blocks]
