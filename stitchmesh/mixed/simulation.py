@@ -45,7 +45,7 @@ from stitchmesh.mixed.region_change import (
 )
 from stitchmesh.mixed.scene.scene_fabric import PreparedScene
 from stitchmesh.mixed.splines.spline_term import SplineTerm
-from stitchmesh.mixed.term import MixedTerm
+from stitchmesh.mixed.term import MixedTerm, check_arrays, resume_terms, term_arrays
 
 
 @dataclass(frozen=True)
@@ -140,7 +140,11 @@ class Simulation(ABC):
 
     @abstractmethod
     def resume(self, arrays: Mapping[str, NDArray[Any]]) -> None:
-        """Restore the contents of ``arrays``."""
+        """Restore the contents of ``arrays``.
+
+        Raises:
+            ParameterError: an array is missing or has another shape.
+        """
 
     @property
     def done(self) -> bool:
@@ -222,6 +226,7 @@ class DynamicSimulation(Simulation):
 
     def resume(self, arrays: Mapping[str, NDArray[Any]]) -> None:
         """Restore the contents of ``arrays``."""
+        check_arrays({"built": np.zeros(1)}, arrays)
         self.memory = NodeMemory.of(arrays)
         self._renew(float(arrays["built"][0]), arrays)
 
@@ -316,12 +321,11 @@ class StaticSimulation(Simulation):
         found = {"positions": self._positions.values.numpy(), "clock": clock}
         if self._search is not None:
             found["search"] = self._search.numbers()
-        for number, term in enumerate(self._system.terms):
-            found |= {f"term {number} {name}": array.numpy() for name, array in term.arrays().items()}
-        return found | self.memory.arrays()
+        return found | term_arrays(self._system.terms) | self.memory.arrays()
 
     def resume(self, arrays: Mapping[str, NDArray[Any]]) -> None:
         """Restore the contents of ``arrays``."""
+        check_arrays({"clock": np.zeros(3), "positions": self._positions.values.numpy()}, arrays)
         self.memory = NodeMemory.of(arrays)
         self._done, self._moved = int(arrays["clock"][0]), float(arrays["clock"][2])
         self._renew(float(arrays["clock"][1]), arrays)
@@ -351,10 +355,7 @@ class StaticSimulation(Simulation):
         self._system, self._motion = self.system_at(time)
         self._built = time
         self._positions.values.assign(arrays["positions"])
-        for number, term in enumerate(self._system.terms):
-            prefix = f"term {number} "
-            own = {name[len(prefix) :]: array for name, array in arrays.items() if name.startswith(prefix)}
-            term.resume(own)
+        resume_terms(self._system.terms, arrays)
 
     def _motion_of(
         self, vertices: FloatArray, nodes: FloatArray, sliding: FloatArray, *, free: Parts | None = None

@@ -19,7 +19,7 @@ up its forces.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Any, Literal
 
@@ -31,6 +31,7 @@ from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.launch import launch
 from stitchmesh.compute.reduction import minimum, ordered_sum
+from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
 
 EARTH = (0.0, -981.0, 0.0)
@@ -165,6 +166,40 @@ class MixedTerm(ABC):
         """Take over ``carried_arrays`` of another region before the first step; other lasting values are made anew."""
         for name, array in self.carried_arrays().items():
             array.assign(np.asarray(arrays[name]))
+
+
+def term_arrays(terms: Sequence[MixedTerm]) -> dict[str, NDArray[Any]]:
+    """Return all arrays of terms that last from step to step, by the number of the term and the name."""
+    return {
+        f"term {number} {name}": array.numpy()
+        for number, term in enumerate(terms)
+        for name, array in term.arrays().items()
+    }
+
+
+def resume_terms(terms: Sequence[MixedTerm], arrays: Mapping[str, NDArray[Any]]) -> None:
+    """Restore the contents of ``term_arrays``, which ``arrays`` holds among others.
+
+    Raises:
+        ParameterError: an array is missing or has another shape.
+    """
+    check_arrays(term_arrays(terms), arrays)
+    for number, term in enumerate(terms):
+        term.resume({name: arrays[f"term {number} {name}"] for name in term.arrays()})
+
+
+def check_arrays(expected: Mapping[str, NDArray[Any]], arrays: Mapping[str, NDArray[Any]]) -> None:
+    """Check that ``arrays`` holds all expected arrays in their shapes.
+
+    Raises:
+        ParameterError: an array is missing or has another shape.
+    """
+    for name, array in expected.items():
+        if name not in arrays or arrays[name].shape != array.shape:
+            found = "is missing" if name not in arrays else f"has the shape {arrays[name].shape}"
+            raise ParameterError(
+                f"resume: array {name!r} of the checkpoint {found}; expected the shape {array.shape}; begin without it"
+            )
 
 
 @kernel

@@ -40,6 +40,7 @@ from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
 from stitchmesh.mixed.dynamics.newton import NewtonState, Quadratic, SystemNewton
 from stitchmesh.mixed.dynamics.vector_sums import ReadSums, set_sum
 from stitchmesh.mixed.mixed_vector import MixedVector, Parts
+from stitchmesh.mixed.term import check_arrays, resume_terms, term_arrays
 
 
 @kernel
@@ -303,10 +304,7 @@ class Dynamics:
         """All arrays that the rest of the run depends on, by name, for stopping and resuming."""
         result = {"positions": self.positions.values.numpy(), "velocities": self.velocities.values.numpy()}
         result["clock"] = np.array([self.time, self.time_step, self.calm_steps], dtype=np.float64)
-        for number, term in enumerate(self.system.terms):
-            for name, array in term.arrays().items():
-                result[f"term {number} {name}"] = array.numpy()
-        return result
+        return result | term_arrays(self.system.terms)
 
     def resume(self, arrays: Mapping[str, NDArray[Any]]) -> None:
         """Restore the contents of ``arrays``.
@@ -314,18 +312,12 @@ class Dynamics:
         Raises:
             ParameterError: an array is missing or has another shape.
         """
-        expected = self.arrays()
-        for name, array in expected.items():
-            if name not in arrays or arrays[name].shape != array.shape:
-                found = "is missing" if name not in arrays else f"has the shape {arrays[name].shape}"
-                raise ParameterError(f"resume: array {name!r} {found}; expected the shape {array.shape}")
+        check_arrays(self.arrays(), arrays)
         self.positions.values.assign(arrays["positions"])
         self.velocities.values.assign(arrays["velocities"])
         self.time, self.time_step = (float(value) for value in arrays["clock"][:2])
         self.calm_steps = int(arrays["clock"][2])
-        for number, term in enumerate(self.system.terms):
-            prefix = f"term {number} "
-            term.resume({name[len(prefix) :]: arrays[name] for name in expected if name.startswith(prefix)})
+        resume_terms(self.system.terms, arrays)
 
     def _attempt(self, products: int, halvings: int) -> StepReport:
         """Solve a step of the current length, and accept it if it converges."""

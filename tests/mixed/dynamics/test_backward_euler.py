@@ -129,10 +129,10 @@ def test_damping_does_not_multiply_the_negative_curvature_of_pressed_yarns():
 def test_a_checkpoint_of_another_scene_is_refused():
     run = moving(spring_scene(PATCH, SQUARE))
     arrays = run.arrays()
-    with pytest.raises(ParameterError, match=r"resume: array 'positions' has the shape \(3,\)"):
+    with pytest.raises(ParameterError, match=r"resume: array 'positions' of the checkpoint has the shape \(3,\)"):
         run.resume({**arrays, "positions": np.zeros(3)})
     del arrays["clock"]
-    with pytest.raises(ParameterError, match="resume: array 'clock' is missing"):
+    with pytest.raises(ParameterError, match="resume: array 'clock' of the checkpoint is missing"):
         run.resume(arrays)
 
 
