@@ -174,6 +174,8 @@ from .shaping.panels.shape_panels import ShapedPanels as ShapedPanels
 from .shaping.panels.shape_panels import knit_panels as knit_panels
 from .shaping.panels.shape_panels import shape_panels as shape_panels
 from .shaping.report import ShapingReport as ShapingReport
+from .simulation.dead_load import Gravity as Gravity
+from .simulation.wind import Wind as Wind
 from .tessellate import tessellate as tessellate
 from .time_limit import TimeLimit as TimeLimit
 from .time_limit import limited_to as limited_to
@@ -204,7 +206,6 @@ from .yarnrelax import yarn_forces as yarn_forces
 from .yarnrelax.constraints.pins import Pins as Pins
 from .yarnrelax.energies.body import Body as Body
 from .yarnrelax.energies.confinement import Confinement as Confinement
-from .yarnrelax.energies.gravity import Gravity as Gravity
 from .yarnrelax.energies.point_load import PointLoad as PointLoad
 from .yarnrelax.energies.twist import Twist as Twist
 from .yarnrelax.evaluate import body_distance as body_distance

@@ -28,7 +28,7 @@ LAYERS = [
     {"faces", "hand_knitting"},
     {"machine_knitting"},
     {"io"},
-    {"run", "selection"},
+    {"run", "selection", "simulation"},
     {"patterns"},
     {"labeling", "tessellate", "editing", "meshrelax", "yarngen", "yarnrelax"},
     {"budget", "edits", "shaping"},
@@ -45,7 +45,7 @@ LAYERS = [
 """Folders and files of the package from the bottom up; members of one layer do not import one another."""
 LEVEL = {name: level for level, names in enumerate(LAYERS) for name in names}
 HEAVY = {
-    "warp": {"compute", "meshrelax", "mixed", "yarnrelax"},
+    "warp": {"compute", "meshrelax", "mixed", "simulation", "yarnrelax"},
     "pyvista": {"render", "io"},
     "vtkmodules": {"render", "io"},
     "vtk": {"render"},

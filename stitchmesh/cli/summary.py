@@ -139,9 +139,9 @@ def _physics(report: Mapping[str, Any]) -> str:
         path = f"Let go off the needles ({report['relaxation']}) with a friction of {report['friction']:g}"
     if report["planes_pressure"] is None:
         return f"{path}."
-    from stitchmesh.yarnrelax.energies.gravity import STANDARD
+    from stitchmesh.simulation.dead_load import EARTH
 
-    weights = report["planes_pressure"] / (report["areal_density"] * -STANDARD[1])
+    weights = report["planes_pressure"] / (report["areal_density"] * -EARTH[1])
     lies = f"between planes {report['planes_distance']:.2g} cm apart that press with {weights:.2g} of its weight"
     return f"{path}, {lies}."
 

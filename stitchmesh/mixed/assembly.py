@@ -33,7 +33,8 @@ from stitchmesh.mixed.dynamics.cloth_system import MixedFabric, cloth_system
 from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
 from stitchmesh.mixed.enrichment.region import Region
 from stitchmesh.mixed.layout.spline_yarns import SplineYarns
-from stitchmesh.mixed.term import EARTH, MixedTerm
+from stitchmesh.mixed.term import MixedTerm
+from stitchmesh.simulation.dead_load import EARTH
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

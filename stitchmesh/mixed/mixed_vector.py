@@ -94,6 +94,11 @@ class MixedVector:
         )
 
     @property
+    def parts(self) -> tuple[wp.array[Any], wp.array[Any]]:
+        """The parts that are points in space: vertices and nodes."""
+        return self.vertices, self.nodes
+
+    @property
     def vertex_count(self) -> int:
         """Number V of triangle vertices."""
         return len(self.vertices)

@@ -59,7 +59,7 @@ from stitchmesh.settings import check_settings
 from stitchmesh.time_limit import limited_to
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial
-from stitchmesh.yarnrelax.energies.term import TermChoice
+from stitchmesh.yarnrelax.energies.term import YarnChoice
 from stitchmesh.yarnrelax.friction.friction import Friction
 from stitchmesh.yarnrelax.linking.certificate import refuse_pull_through
 
@@ -298,7 +298,7 @@ def refine_for_tension(quality: Quality) -> Quality:
     )  # fmt: skip
 
 
-def planes_of(free: Swatch, prepared: PreparedSwatch) -> list[TermChoice]:
+def planes_of(free: Swatch, prepared: PreparedSwatch) -> list[YarnChoice]:
     """Return the planes between which a free swatch lies, at its final size."""
     gamma = prepared.options.gamma
     flat = replace(prepared.flat, stitch_length=prepared.flat.stitch_length / gamma)

@@ -40,7 +40,7 @@ from stitchmesh.yarnrelax.model.material import (
 
 if TYPE_CHECKING:
     from stitchmesh.tessellate.edge_file import EdgeSettings
-    from stitchmesh.yarnrelax.energies.term import TermChoice
+    from stitchmesh.yarnrelax.energies.term import YarnChoice
 
 FACTORS = (
     "for a stitch type (k=1.1), a row (row:3=0.9), a yarn (yarn:12=1.2), or the floats or held loops of slip stitches "
@@ -255,7 +255,7 @@ class PhysicsSection:
         example=(0, 0, 1),
     )  # fmt: skip
 
-    def terms(self, up: Direction = Y) -> list[TermChoice]:
+    def terms(self, up: Direction = Y) -> list[YarnChoice]:
         """Return the energies whose keys are given; the modules of the other energies are not imported.
 
         Args:
@@ -268,9 +268,9 @@ class PhysicsSection:
         """
         if self.body is None and self.body_unit != DEFAULT_UNIT:
             raise ParameterError(f"body unit: got {self.body_unit!r} without a body; give the body, or leave it out")
-        terms: list[TermChoice] = []
+        terms: list[YarnChoice] = []
         if self.gravity is not None:
-            from stitchmesh.yarnrelax.energies.gravity import Gravity
+            from stitchmesh.simulation.dead_load import Gravity
 
             terms.append(Gravity(self.gravity))
         if self.friction is not None:

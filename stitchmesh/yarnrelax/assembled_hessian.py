@@ -72,8 +72,7 @@ class HessianAssembly:
 
         Args:
             simulation: the yarns, with candidate lists for their current state. A term is left out if it is no constant
-                force and gives no blocks of points, pairs or samples (``Term.point_blocks``, ``Term.pair_stiffness``,
-                ``Term.sample_stiffness``).
+                force and gives no blocks of points, pairs or samples (``YarnTerm``).
         """
         model, strain = simulation.model, simulation.strain
         self._simulation = simulation
@@ -150,7 +149,7 @@ class HessianAssembly:
         if len(self._values) != len(pattern.rows):
             self._values = wp.empty(len(pattern.rows), dtype=wp.float64, device=model.device)
         entries = self._values
-        blocks = [own for term in simulation.terms if (own := term.point_blocks(state)) is not None]
+        blocks = [own for term in simulation.yarn_terms if (own := term.point_blocks(state)) is not None]
 
         def launches() -> list[Any]:
             """Return the launches that sum all entries."""
@@ -173,8 +172,8 @@ class HessianAssembly:
         if self._pairs_in_contact.entries.shape != simulation.candidates.lists.shape:
             self._pairs_in_contact = TouchingPairs(model, simulation.candidates)
         given = [self._pairs_in_contact.pair_stiffness(self._exact, state.samples, launcher)]
-        given += [own for term in simulation.terms if (own := term.pair_stiffness(state, launcher)) is not None]
-        alone = [term.sample_stiffness(state, self._exact, launcher) for term in simulation.terms]
+        given += [own for term in simulation.yarn_terms if (own := term.pair_stiffness(state, launcher)) is not None]
+        alone = [term.sample_stiffness(state, self._exact, launcher) for term in simulation.yarn_terms]
         return given, [own for own in alone if own is not None]
 
     def _find(self, forces_are_found: bool) -> MatrixPattern:

@@ -30,7 +30,7 @@ from stitchmesh.yarnrelax.collision.step_limit import shortened, smallest_distan
 from stitchmesh.yarnrelax.constraints.pins import held_coordinates, hold, pinned_points
 from stitchmesh.yarnrelax.energies.body import DEPTH
 from stitchmesh.yarnrelax.energies.body_surface import anchor_at, anchor_place, single
-from stitchmesh.yarnrelax.energies.term import Constraint, Coupling, TermChoice
+from stitchmesh.yarnrelax.energies.term import Constraint, Coupling, YarnChoice
 from stitchmesh.yarnrelax.loop_state import carried_arrays, resume_from_arrays
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.material import YarnMaterial
@@ -115,7 +115,7 @@ class FollowInputs:
     material: YarnMaterial
     """The material, with the drag as its global damping."""
     quality: Quality
-    terms: tuple[TermChoice, ...]
+    terms: tuple[YarnChoice, ...]
     device: wp.Device
 
 

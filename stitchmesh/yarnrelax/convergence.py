@@ -64,7 +64,7 @@ from stitchmesh.compute.reduction import Sums
 from stitchmesh.yarnrelax.assessment import ABOVE_NOISE, Assessments
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
 from stitchmesh.yarnrelax.energies import by_term, evaluation
-from stitchmesh.yarnrelax.energies.term import Constraint, Term
+from stitchmesh.yarnrelax.energies.term import Constraint, OnYarns
 from stitchmesh.yarnrelax.model.cells import CONTACT
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.spline import place_contact_samples
@@ -231,7 +231,7 @@ class Assessor:
         model: Model,
         state: State,
         candidates: Candidates,
-        terms: Sequence[Term],
+        terms: Sequence[OnYarns],
         constraints: Sequence[Constraint],
         point_stiffness: wp.array[Any],
         *,
@@ -259,7 +259,7 @@ class Assessor:
         found = self.sums.totals()
         counts = np.diff(self.model.point_start)
         left, whole, in_contacts = (np.sqrt(found.pop(name) / counts) for name in ("net", "effort", "contact noise"))
-        found |= {term.name: term.cell_energies(self.state, self.candidates) for term in self.terms}
+        found |= {term.name: by_term.cell_energies(self.model, self.state, term) for term in self.terms}
         in_cell = np.zeros(self.model.cell_count)
         if self.strain is not None:
             in_cell = STRAINS_COUNT * self.strain.residuals()

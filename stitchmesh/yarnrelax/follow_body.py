@@ -27,7 +27,7 @@ from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.run import SHOWN, Run
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.body_follower import BodyFollower, FollowInputs, FollowState
-from stitchmesh.yarnrelax.energies.term import TermChoice
+from stitchmesh.yarnrelax.energies.term import YarnChoice
 from stitchmesh.yarnrelax.fingerprint import fingerprint, refuse_other_inputs, yarn_fingerprint
 from stitchmesh.yarnrelax.linking.certificate import refuse_pull_through
 from stitchmesh.yarnrelax.model.material import YarnMaterial
@@ -69,7 +69,7 @@ def follow_body(
     material: YarnMaterial | None = None,
     quality: str | Quality = DEFAULT_QUALITY,
     device: str | None = None,
-    terms: Sequence[TermChoice] = (),
+    terms: Sequence[YarnChoice] = (),
     drag: float = DRAG,
     run: Run[YarnSet] = SHOWN,
 ) -> Iterator[YarnFrame]:

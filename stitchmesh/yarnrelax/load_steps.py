@@ -33,7 +33,7 @@ from stitchmesh.time_limit import OutOfTime
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.assessment import RemainingChange
 from stitchmesh.yarnrelax.checkpoint import CheckpointState, EndedStep, read_state
-from stitchmesh.yarnrelax.energies.term import TermChoice, refuse_in_free_cells
+from stitchmesh.yarnrelax.energies.term import YarnChoice, refuse_in_free_cells
 from stitchmesh.yarnrelax.fingerprint import checksum
 from stitchmesh.yarnrelax.friction.friction import Friction, FrictionTerm
 from stitchmesh.yarnrelax.linking.certificate import refuse_pull_through
@@ -103,7 +103,7 @@ def relax_through_steps(
     yarns: YarnSet,
     steps: Sequence[LoadStep],
     *,
-    terms: Sequence[TermChoice],
+    terms: Sequence[YarnChoice],
     material: YarnMaterial,
     quality: Quality,
     cell: RelaxCell,
@@ -149,7 +149,7 @@ def relax_through_steps(
     return results
 
 
-def friction_and_others(terms: Sequence[TermChoice]) -> tuple[Friction, list[TermChoice]]:
+def friction_and_others(terms: Sequence[YarnChoice]) -> tuple[Friction, list[YarnChoice]]:
     """Return the term of friction, and the other terms.
 
     Raises:
@@ -184,8 +184,7 @@ class LoadedCells:
         term = simulation.terms[0]
         assert simulation.strain is not None and isinstance(term, FrictionTerm)
         simulation.strain.set_loads(loads)
-        if term.weaken(friction):
-            simulation.discard_launches()
+        term.weaken(friction)
         if stretch != (1.0, 1.0):
             self._draw(simulation.strain, stretch)
 

@@ -80,7 +80,6 @@ def resume_from_arrays(simulation: YarnSimulation, arrays: Mapping[str, NDArray[
             array.assign(arrays[name])
     for number, term in enumerate(simulation.terms):
         term.resume(_part_of(arrays, f"{term.name} {number}."))
-    simulation.discard_launches()
 
 
 def _check_arrays(expected: Mapping[str, wp.array[Any]], arrays: Mapping[str, NDArray[Any]]) -> None:

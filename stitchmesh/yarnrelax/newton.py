@@ -20,7 +20,7 @@ They move by the part of a random vector y that lies in these directions, sum ov
 through itself cause negative directions without any other effect.
 
 The factors of a step serve for the next ones too, as long as they hold (``newton_moves``): with the forces at its end
-they give a step that costs no factorization. If a term lags (``Term.lags``), a state of rest is renewed and judged
+they give a step that costs no factorization. If a term lags (``YarnTerm.lags``), a state of rest is renewed and judged
 again. The factors of a whole exact step then say well enough whether its end is such a state, because the factors at
 its end would differ by a part as small as the step.
 """
@@ -91,7 +91,7 @@ class Newton:
         """Whether the present step of each cell is exact and tiny, and its work is less than rounding, shape (C,)."""
         self._assembly = HessianAssembly(simulation)
         self._spacing: dict[int, SpacingChange] = {}
-        self.judges_twice = any(term.lags for term in simulation.terms)
+        self.judges_twice = any(term.lags for term in simulation.yarn_terms)
         """Whether states of rest are renewed and judged again."""
         self.moves = NewtonMoves(simulation)
         """The present move of each cell along its step."""
@@ -324,7 +324,7 @@ class Newton:
 
     def _couplings(self) -> list[Coupling]:
         """Return the couplings of many coordinates of the only piece."""
-        found = [term.coupling(self.simulation.state) for term in self.simulation.terms]
+        found = [term.coupling(self.simulation.state) for term in self.simulation.yarn_terms]
         return [own for own in found if own is not None] + [each.coupling() for each in self.simulation.constraints]
 
     def _owners(self, cells: NDArray[np.bool_]) -> Owners:
@@ -344,8 +344,8 @@ def newton_of(simulation: YarnSimulation) -> Newton | None:
     ends, and at rest such a piece has unravelled. It also cannot end it for a large piece in which friction moves the
     state of rest, or for a piece that is too large to be factored.
     """
-    model, terms = simulation.model, simulation.terms
-    if not simulation.is_quasistatic or not all(term.gives_hessian for term in terms):
+    model, terms = simulation.model, simulation.yarn_terms
+    if not simulation.is_quasistatic or not all(term.gives_hessian for term in simulation.terms):
         return None
     held = bool(model.yarns.closed.all()) or any(term.keeps_stitches for term in terms)
     largest = LARGEST_ON_GPU if factors_on(model.device) else LARGEST_ON_HOST

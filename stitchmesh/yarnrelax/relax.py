@@ -18,7 +18,7 @@ from stitchmesh.run_control import RunStopped
 from stitchmesh.time_limit import OutOfTime, done_twice, without_limit
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.checkpoint import read_state
-from stitchmesh.yarnrelax.energies.term import Choice, TermChoice
+from stitchmesh.yarnrelax.energies.term import Choice, YarnChoice
 from stitchmesh.yarnrelax.linking.certificate import doubled_linking, refuse_changed_linking
 from stitchmesh.yarnrelax.load_position import AT_ONCE
 from stitchmesh.yarnrelax.loading import Loading, LoadPath
@@ -106,7 +106,7 @@ def relax_yarns(
 @alone()
 def relax_partly(
     yarns: YarnSet, *, material: YarnMaterial, quality: Quality, iterations: int, device: str | None = None,
-    cell: RelaxCell | None = None, terms: Sequence[TermChoice] = (),
+    cell: RelaxCell | None = None, terms: Sequence[YarnChoice] = (),
 ) -> YarnSet:  # fmt: skip
     """Relax yarns for some iterations only, for changes in small steps; the arguments are as in ``relax_yarns``.
 

@@ -22,7 +22,7 @@ from stitchmesh.yarnrelax.energies.shape import KeepShape
 from stitchmesh.yarnrelax.energies.term import (
     Choice,
     ConstraintChoice,
-    TermChoice,
+    YarnChoice,
     refuse_in_free_cells,
     terms_and_constraints,
 )
@@ -43,7 +43,7 @@ class RelaxationInputs:
     material: YarnMaterial
     quality: Quality
     device: wp.Device
-    terms: Sequence[TermChoice] = ()
+    terms: Sequence[YarnChoice] = ()
     constraints: Sequence[ConstraintChoice] = ()
     points: FloatArray | None = None
     """Control points to start from [cm], shape (N, 3); None for the points of the yarns."""

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Renewal of terms that lag: friction keeps its normal forces while yarns come to rest (``Term.lags``).
+"""Renewal of terms that lag: friction keeps its normal forces while yarns come to rest (``YarnTerm.lags``).
 
 A state of rest is renewed; it is at rest only if it still is so after the renewal.
 """
@@ -23,7 +23,7 @@ def renew_at_rest(loop: RelaxationLoop, cells: NDArray[np.bool_] | None = None) 
     simulation, resting = loop.simulation, loop.at_rest & ~loop.failed
     if cells is not None:
         resting &= cells
-    if not resting.any() or not any(term.lags for term in simulation.terms):
+    if not resting.any() or not any(term.lags for term in simulation.yarn_terms):
         return np.zeros_like(resting)
     loop.search_contacts()
     renewed = renew_lagging(simulation, resting)
@@ -42,9 +42,8 @@ def renew_lagging(simulation: YarnSimulation, cells: NDArray[np.bool_]) -> NDArr
     Samples and candidate lists must be up to date.
     """
     renewed = np.zeros_like(cells)
-    for term in simulation.terms:
+    for term in simulation.yarn_terms:
         if term.lags and (moved := cells & term.has_moved(simulation.state)).any():
             renewed |= moved
-            if term.renew(simulation.state, simulation.candidates, moved):
-                simulation.discard_launches()
+            term.renew(simulation.state, simulation.candidates, moved)
     return renewed

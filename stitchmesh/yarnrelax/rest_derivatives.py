@@ -38,7 +38,7 @@ from stitchmesh.errors import SolverError
 from stitchmesh.mesh import FloatArray
 from stitchmesh.yarnrelax.assembled_hessian import HessianAssembly
 from stitchmesh.yarnrelax.collision.step_limit import STRAIN_UNIT
-from stitchmesh.yarnrelax.energies.term import INPUTS, InputPowers
+from stitchmesh.yarnrelax.energies.term import INPUTS, InputPowers, YarnTerm, no_derivatives
 from stitchmesh.yarnrelax.hessian.cell_matrices import Owners
 from stitchmesh.yarnrelax.hessian.factored_matrix import factored
 from stitchmesh.yarnrelax.hessian.matrices_on_host import MatricesOnHost
@@ -89,7 +89,11 @@ class ForcesByInput:
         launches = simulation.balance_launches()
         launches += strain.force_launches(simulation.state, simulation.candidates, model.prepare)
         self._launches, self._state = CapturedLaunches(launches, model.device), simulation.state
-        self._powers = _powers_of_model(model) + [own for term in simulation.terms for own in term.input_powers()]
+        self._powers = _powers_of_model(model)
+        for term in simulation.terms:
+            if not isinstance(term, YarnTerm):
+                raise no_derivatives(term)
+            self._powers += term.input_powers()
         self._kept = [own.constants.numpy().copy() for own in self._powers]
 
     def at(self, name: str, factor: float) -> FloatArray:

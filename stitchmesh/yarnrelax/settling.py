@@ -144,7 +144,7 @@ def settling_of(
     Iterations of ``Dynamics`` do not measure time, and terms that lag move the state of rest. Newton's method judges
     small pieces; in double precision it also judges large pieces if the tolerances ask for a residual below ``EXACT``.
     """
-    model, lags = simulation.model, any(term.lags for term in simulation.terms)
+    model, lags = simulation.model, any(term.lags for term in simulation.yarn_terms)
     loose = min(tolerance, largest_change / SLIDE) > EXACT or model.scalar is wp.float32
     judges = newton is None or (newton.is_late and loose)
     settles = judges and not model.on_lattice and simulation.is_quasistatic and not lags

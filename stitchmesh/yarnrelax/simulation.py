@@ -3,8 +3,7 @@
 """Yarns on a device: the arrays of a relaxation and its captured launches.
 
 ``YarnSimulation`` decides nothing. ``RelaxationLoop`` decides when there are new candidate lists, and whether a state
-is accepted. Captured launches refer to arrays. Code that replaces such an array must call
-``YarnSimulation.discard_launches``; the launches are then captured again at their next use.
+is accepted.
 """
 
 from __future__ import annotations
@@ -24,6 +23,7 @@ from stitchmesh.errors import OverloadError
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import FloatArray
 from stitchmesh.quality import Quality
+from stitchmesh.simulation.captures import Captures
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.assessment import Assessments
 from stitchmesh.yarnrelax.collision.captured_search import ContactSearch
@@ -32,7 +32,7 @@ from stitchmesh.yarnrelax.collision.step_limit import smallest_distances
 from stitchmesh.yarnrelax.convergence import Assessor, precision_of, rounding_force
 from stitchmesh.yarnrelax.energies.by_term import largest_force
 from stitchmesh.yarnrelax.energies.evaluation import force_launches
-from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice
+from stitchmesh.yarnrelax.energies.term import ConstraintChoice, YarnChoice, YarnTerm
 from stitchmesh.yarnrelax.model.material import YarnMaterial
 from stitchmesh.yarnrelax.model.spline import place_contact_samples
 from stitchmesh.yarnrelax.model.state import make_state
@@ -70,7 +70,7 @@ class YarnSimulation:
         material: YarnMaterial,
         quality: Quality,
         device: wp.Device,
-        terms: Sequence[TermChoice] = (),
+        terms: Sequence[YarnChoice] = (),
         constraints: Sequence[ConstraintChoice] = (),
         points: FloatArray | None = None,
         cell: RelaxCell | None = None,
@@ -84,7 +84,7 @@ class YarnSimulation:
         given: Sequence[tuple[YarnSet, YarnMaterial]],
         quality: Quality,
         device: wp.Device,
-        terms: Sequence[TermChoice] = (),
+        terms: Sequence[YarnChoice] = (),
         constraints: Sequence[ConstraintChoice] = (),
         points: FloatArray | None = None,
         cells: Sequence[RelaxCell] | None = None,
@@ -106,7 +106,9 @@ class YarnSimulation:
             device=device,
         )
         self.terms = [term.on(model) for term in terms]
-        further = sum((term.stiffness() for term in self.terms), start=np.zeros(model.point_count))
+        self.yarn_terms = [term for term in self.terms if isinstance(term, YarnTerm)]
+        """The terms that have a Hessian or that lag; the force of the others is constant."""
+        further = sum((term.stiffness() for term in self.yarn_terms), start=np.zeros(model.point_count))
         stiffness = further + stiffness_row_sums(model)
         strains = 0 if cells is None else model.cell_count
         self.solver = solver_named(quality.solver)(model, further, strains, alone=not (terms or constraints))
@@ -125,11 +127,11 @@ class YarnSimulation:
         self.strain = None if cells is None else CellStrain(model, cells)
         self.good_periods = wp.clone(model.constants.images.periods) if model.on_lattice else None
         """Periods of the last accepted state on a lattice, shape (2 C, 3)."""
-        self.search = ContactSearch(model, self.state, self.candidates, reallocated=self.discard_launches)
-        self.discard_launches()
+        self.search = ContactSearch(model, self.state, self.candidates)
+        self._captures = Captures(self._generations)
         self.too_close = self.search_contacts()
         """A message for each cell whose yarns are too close at the start; it names the place."""
-        for term in self.terms:
+        for term in self.yarn_terms:
             term.renew(self.state, self.candidates)
 
     @property
@@ -148,31 +150,26 @@ class YarnSimulation:
         """Work of the rounding forces over a radius at every control point of each cell [erg], shape (C,)."""
         return self.rounding * np.diff(self.model.point_start)
 
-    def discard_launches(self) -> None:
-        """Forget all captured launches, because an array to which they refer was replaced."""
-        self._iterations: CapturedLaunches | None = None
-        self._assessor: Assessor | None = None
-        self._captured: dict[str, tuple[object, CapturedLaunches]] = {}
+    def _generations(self) -> tuple[int, ...]:
+        """The generations of the arrays that captured launches name."""
+        return (self.search.generation, *(term.generation for term in self.terms))
 
     def captured(self, name: str, launches: Callable[[], list[Any]], of: object = None) -> CapturedLaunches:
         """Return the launches captured under a name; capture them again if ``of`` is another object than before."""
-        own = self._captured.get(name)
-        if own is None or own[0] is not of:
-            own = self._captured[name] = of, CapturedLaunches(launches(), self.model.device)
-        return own[1]
+        return self._captures.get(name, lambda: CapturedLaunches(launches(), self.model.device), (of,))
 
     @property
     def iterations(self) -> CapturedLaunches:
         """The captured launches of ``graph_iterations`` iterations."""
-        if self._iterations is None:
-            model, launcher = self.model, self.model.prepare
-            if (fused := self.solver.fused_launch(self.inputs, self.point_stiffness, launcher)) is not None:
-                self.graph_iterations = int(ASSESSMENT_INTERVAL)
-                self._iterations = CapturedLaunches([fused], model.device)
-            else:
-                times = self.graph_iterations = GRAPH_ITERATIONS["cuda" if model.device.is_cuda else "cpu"]
-                self._iterations = CapturedLaunches(self.iteration_launches(), model.device, times=times)
-        return self._iterations
+        return self._captures.get("iterations", self._capture_iterations)
+
+    def _capture_iterations(self) -> CapturedLaunches:
+        model, launcher = self.model, self.model.prepare
+        if (fused := self.solver.fused_launch(self.inputs, self.point_stiffness, launcher)) is not None:
+            self.graph_iterations = int(ASSESSMENT_INTERVAL)
+            return CapturedLaunches([fused], model.device)
+        times = self.graph_iterations = GRAPH_ITERATIONS["cuda" if model.device.is_cuda else "cpu"]
+        return CapturedLaunches(self.iteration_launches(), model.device, times=times)
 
     def iteration_launches(self) -> list[Any]:
         """Return the prepared launches of one iteration, in their order: forces, constraints, solver."""
@@ -215,12 +212,13 @@ class YarnSimulation:
     @property
     def assessor(self) -> Assessor:
         """The captured launches of an assessment."""
-        if self._assessor is None:
-            self._assessor = Assessor(
+        return self._captures.get(
+            "assessment",
+            lambda: Assessor(
                 self.model, self.state, self.candidates, self.terms, self.constraints, self.point_stiffness,
                 rounding=self.rounding, strain=self.strain,
-            )  # fmt: skip
-        return self._assessor
+            ),
+        )  # fmt: skip
 
     def assess_cells(self, cells: NDArray[np.bool_] | None = None) -> Assessments:
         """Return residual and energies of each cell; only those of ``cells``, if given, are of the current state."""

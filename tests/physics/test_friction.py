@@ -22,7 +22,7 @@ from stitchmesh.yarnrelax import YarnMaterial
 from stitchmesh.yarnrelax.collision.captured_search import ContactSearch
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates, make_candidates
 from stitchmesh.yarnrelax.energies import evaluation
-from stitchmesh.yarnrelax.energies.term import Term
+from stitchmesh.yarnrelax.energies.term import OnYarns
 from stitchmesh.yarnrelax.friction.friction import Friction
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.spline import place_contact_samples
@@ -45,7 +45,7 @@ class FrictionScene:
     model: Model
     state: State
     candidates: Candidates
-    friction: Term
+    friction: OnYarns
 
     @classmethod
     def of(
@@ -75,12 +75,12 @@ class FrictionScene:
 
     def energy(self, points: np.ndarray) -> float:
         self.set_points(points)
-        return self.friction.energy(self.state, self.candidates)
+        return self.friction.energy(self.state)
 
     def sample_forces(self, points: np.ndarray) -> np.ndarray:
         self.set_points(points)
         self.state.sample_force.zero_()
-        self.friction.forces(self.state, self.candidates, self.model.launch)
+        self.friction.forces(self.state, self.state.forces, self.model.launch)
         return self.state.sample_force.numpy().astype(np.float64)[:, :3]
 
     def friction_forces(self, points: np.ndarray) -> np.ndarray:

@@ -13,16 +13,16 @@ from numpy.typing import NDArray
 
 from stitchmesh.compute.device import device_named
 from stitchmesh.quality import Quality
+from stitchmesh.simulation.dead_load import EARTH, Gravity
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial
 from stitchmesh.yarnrelax.constraints.pins import Pins
-from stitchmesh.yarnrelax.energies.gravity import STANDARD, Gravity
-from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice
+from stitchmesh.yarnrelax.energies.term import ConstraintChoice, YarnChoice
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.dynamics import YarnDynamics
 from tests.yarnrelax.loops import iterate
 
-FALL = -STANDARD[1]
+FALL = -EARTH[1]
 MOTION = Quality("float64", 3, 3, 12, 0.2, 1e-4, 20_000, "dynamics")
 
 
@@ -33,7 +33,7 @@ def undamped(**values: float) -> YarnMaterial:
 def started(
     yarns: YarnSet,
     material: YarnMaterial,
-    terms: list[TermChoice] | None = None,
+    terms: list[YarnChoice] | None = None,
     constraints: list[ConstraintChoice] | None = None,
 ) -> tuple[YarnSimulation, YarnDynamics]:
     simulation = YarnSimulation.start(yarns, material, MOTION, device_named("cpu"), terms or [], constraints or [])

@@ -14,15 +14,15 @@ import pytest
 from scipy.optimize import brentq
 
 from stitchmesh.quality import Quality
+from stitchmesh.simulation.dead_load import EARTH, Gravity
 from stitchmesh.yarn import YarnSet, basis, segment_lengths
 from stitchmesh.yarnrelax import Relaxation, YarnMaterial, relax_yarns
 from stitchmesh.yarnrelax.constraints.pins import Pins
-from stitchmesh.yarnrelax.energies.gravity import STANDARD, Gravity
 from stitchmesh.yarnrelax.energies.point_load import PointLoad
-from stitchmesh.yarnrelax.energies.term import TermChoice
+from stitchmesh.yarnrelax.energies.term import YarnChoice
 from tests.yarnrelax.hessian.scenes import assembled_hessian, started
 
-FALL = -STANDARD[1]
+FALL = -EARTH[1]
 HALF = 16
 """Segments of a cantilever. The spline spreads the force of a pin over two segments: relative error 1.5 / HALF^2."""
 EXACT = Quality("float64", 3, 4, 12, 0.2, 1e-4, 20_000)
@@ -40,7 +40,7 @@ def straight_yarn(segments: int, spacing: float = 1.0) -> YarnSet:
     return YarnSet.from_curves([points], closed=[False], radius=0.3, rest_lengths=[np.ones(segments)])
 
 
-def at_rest(yarns: YarnSet, matter: YarnMaterial, terms: list[TermChoice]) -> Relaxation:
+def at_rest(yarns: YarnSet, matter: YarnMaterial, terms: list[YarnChoice]) -> Relaxation:
     result = relax_yarns(yarns, material=matter, quality=EXACT, device="cpu", terms=terms)
     assert result.report["converged"]
     return result

@@ -14,7 +14,7 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates, make_candidates
 from stitchmesh.yarnrelax.energies import evaluation
-from stitchmesh.yarnrelax.energies.term import Term, TermChoice
+from stitchmesh.yarnrelax.energies.term import OnYarns, YarnChoice
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.spline import place_contact_samples
 from stitchmesh.yarnrelax.model.state import State, make_state
@@ -36,12 +36,12 @@ class OneTerm:
     """A term of some yarns on the processor; lengths in cm, forces in dyn."""
 
     model: Model
-    term: Term
+    term: OnYarns
     state: State
     candidates: Candidates
 
     @classmethod
-    def of(cls, model: Model, choice: TermChoice) -> OneTerm:
+    def of(cls, model: Model, choice: YarnChoice) -> OneTerm:
         """The term of the yarns where they are."""
         return cls(model, choice.on(model), make_state(model, external=True), make_candidates(model, 0.1))
 
@@ -54,7 +54,7 @@ class OneTerm:
     def energy(self, points: np.ndarray | None = None) -> float:
         """Energy [erg]."""
         self.place(points)
-        return self.term.energy(self.state, self.candidates)
+        return self.term.energy(self.state)
 
     def forces(self, points: np.ndarray | None = None) -> np.ndarray:
         """Forces on the control points [dyn], shape (N, 3)."""
@@ -62,7 +62,7 @@ class OneTerm:
         model, state = self.model, self.state
         for forces in (state.external_force, state.leg_force, state.sample_force):
             forces.zero_()
-        self.term.forces(state, self.candidates, model.launch)
+        self.term.forces(state, state.forces, model.launch)
         evaluation.gather_launch(model, state, model.empty(model.point_count), model.launch)
         return state.force.numpy().astype(np.float64) / model.unit
 

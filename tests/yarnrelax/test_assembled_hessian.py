@@ -17,7 +17,7 @@ from stitchmesh.yarnrelax.assembled_hessian import HessianAssembly
 from stitchmesh.yarnrelax.collision.broad_phase import allocate_lists
 from stitchmesh.yarnrelax.collision.step_limit import STRAIN_UNIT
 from stitchmesh.yarnrelax.energies.confinement import Confinement
-from stitchmesh.yarnrelax.energies.term import TermChoice
+from stitchmesh.yarnrelax.energies.term import YarnChoice
 from stitchmesh.yarnrelax.friction.friction import Friction
 from stitchmesh.yarnrelax.hessian import matrix_pattern, touching_segments
 from stitchmesh.yarnrelax.renewal import renew_lagging
@@ -43,7 +43,7 @@ def thicker(yarns: YarnSet) -> YarnSet:
     return shaken(yarns.with_radius(1.1 * yarns.radius), 1.0)
 
 
-Moving = tuple[YarnSet, YarnMaterial, list[TermChoice], RelaxCell | None]
+Moving = tuple[YarnSet, YarnMaterial, list[YarnChoice], RelaxCell | None]
 FRICTION: dict[str, Moving] = {
     "open piece": (thicker(flat_patch(2, 2)), KALDOR, [Friction(0.3)], None),
     "periods that stay": (thicker(periodic_patch(1, 1)), KALDOR, [Friction((0.5, 0.2))], None),
@@ -55,7 +55,7 @@ MOVING: dict[str, Moving] = {
 } | {f"{name} with friction": scene for name, scene in FRICTION.items()}
 
 
-def slid(yarns: YarnSet, material: YarnMaterial, terms: list[TermChoice], cell: RelaxCell | None) -> YarnSimulation:
+def slid(yarns: YarnSet, material: YarnMaterial, terms: list[YarnChoice], cell: RelaxCell | None) -> YarnSimulation:
     """Yarns that have moved since their friction was renewed, so that some pairs stick and others slide."""
     simulation = started(yarns, material, terms, cell=cell)
     moved = np.random.default_rng(11).normal(scale=0.04, size=yarns.points.shape)
@@ -182,7 +182,7 @@ def test_longer_candidate_lists_and_new_contacts_of_friction_are_taken_over() ->
     assembly.matrix()
     capacity = simulation.candidates.lists.shape[1] + 8
     simulation.candidates.lists = allocate_lists(simulation.model, simulation.model.sample_count, capacity)
-    simulation.discard_launches()
+    simulation.search.generation += 1
     simulation.search_contacts()
     renew_lagging(simulation, np.ones(1, dtype=bool))
     kept, anew = assembly.matrix(), assembled_hessian(simulation)

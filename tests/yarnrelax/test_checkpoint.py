@@ -19,12 +19,12 @@ from stitchmesh.mesh import Mesh
 from stitchmesh.periodic.relaxation.continuation import stretch_cell
 from stitchmesh.quality import PRESETS, Quality
 from stitchmesh.run import Checkpoints, Run
+from stitchmesh.simulation.dead_load import Gravity
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import Relaxation, RelaxCell, observer, relax_yarns
 from stitchmesh.yarnrelax.assessment import Assessments
 from stitchmesh.yarnrelax.constraints.pins import Pins
 from stitchmesh.yarnrelax.energies.body import Body
-from stitchmesh.yarnrelax.energies.gravity import Gravity
 from stitchmesh.yarnrelax.energies.twist import Twist
 from stitchmesh.yarnrelax.friction.friction import Friction
 from stitchmesh.yarnrelax.model.material import YarnMaterial

@@ -18,12 +18,12 @@ from stitchmesh.mesh import Mesh
 from stitchmesh.mesh.vertex_motion import MovingMesh
 from stitchmesh.quality import PRESETS
 from stitchmesh.run import CHECKPOINT, QUIET, Checkpoints, Run
+from stitchmesh.simulation.dead_load import Gravity
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial
 from stitchmesh.yarnrelax.body_follower import BodyFollower, FollowInputs
 from stitchmesh.yarnrelax.constraints.pins import Pins
 from stitchmesh.yarnrelax.energies.body import Body
-from stitchmesh.yarnrelax.energies.gravity import Gravity
 from stitchmesh.yarnrelax.follow_body import follow_body
 from stitchmesh.yarnrelax.motion.moving_body import MovingBody
 from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop

@@ -14,7 +14,7 @@ from stitchmesh.compute.device import device_named
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
 from stitchmesh.yarnrelax.assessment import Assessments
-from stitchmesh.yarnrelax.energies.term import TermChoice
+from stitchmesh.yarnrelax.energies.term import YarnChoice
 from stitchmesh.yarnrelax.friction.friction import Friction
 from stitchmesh.yarnrelax.newton import Newton
 from stitchmesh.yarnrelax.newton_interval import TRIES
@@ -29,7 +29,7 @@ FINE = replace(PRESETS["draft"], precision="float64", tolerance=1e-6, largest_ch
 CELLS = [(periodic_patch(1, 1), KALDOR), (woven_cell(), KALDOR)]
 
 
-def near_rest(terms: list[TermChoice]) -> RelaxationLoop:
+def near_rest(terms: list[YarnChoice]) -> RelaxationLoop:
     """Two cells that Newton's method is about to end."""
     simulation = YarnSimulation(CELLS, FINE, device_named("cpu"), terms, cells=[FREE, FREE])
     loop = RelaxationLoop(simulation, FINE.tolerance, FINE.largest_change)

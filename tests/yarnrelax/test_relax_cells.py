@@ -108,7 +108,7 @@ def test_separate_launches_take_the_same_steps_as_the_fused_launch() -> None:
         assert isinstance(simulation.solver, LBFGS) and simulation.solver.fused is not None
         if not in_one_launch:
             simulation.solver.fused = None
-            simulation.discard_launches()
+            simulation.search.generation += 1
         simulation.state.budget.fill_(1e6)  # with small budgets, cells would wait for each other
         iterate(simulation, 20)
         ends.append((simulation.state.points.numpy(), simulation.model.constants.images.periods.numpy()))
@@ -124,7 +124,7 @@ def test_a_cell_in_many_blocks_takes_the_same_steps_as_in_one_block(monkeypatch:
         simulation = YarnSimulation.start(CELLS[2], LEAF, EXACT, device_named("cpu"), cell=FREE)
         assert isinstance(simulation.solver, LBFGS)
         simulation.solver.fused = None
-        simulation.discard_launches()
+        simulation.search.generation += 1
         iterate(simulation, 10)
         ends.append(simulation.state.points.numpy()[:-1])
     # rounding of float64 sums in different orders, amplified by ten steps

@@ -14,6 +14,7 @@ from stitchmesh.compute.device import device_named
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarnrelax import RelaxCell
 from stitchmesh.yarnrelax.collision.captured_search import ContactSearch
+from stitchmesh.yarnrelax.energies.by_term import cell_energies
 from stitchmesh.yarnrelax.friction.friction import Friction, FrictionTerm
 from stitchmesh.yarnrelax.model import image_table
 from stitchmesh.yarnrelax.model.image_table import joined_table, renew_images
@@ -49,7 +50,7 @@ def slip(simulation: YarnSimulation, seed: int) -> None:
 
 
 def energies(simulation: YarnSimulation, term: FrictionTerm) -> np.ndarray:
-    return term.cell_energies(simulation.state, simulation.candidates)
+    return cell_energies(simulation.model, simulation.state, term)
 
 
 def make_another_table(simulation: YarnSimulation) -> None:
@@ -58,10 +59,9 @@ def make_another_table(simulation: YarnSimulation) -> None:
     renew_images(simulation.model, simulation.state.points, anyway=True)
     assert not np.array_equal(simulation.model.constants.images.image.numpy()[: len(before)], before)
     simulation.candidates.near.invalidate()
-    simulation.search = ContactSearch(
-        simulation.model, simulation.state, simulation.candidates, reallocated=simulation.discard_launches
-    )
-    simulation.discard_launches()
+    generation = simulation.search.generation
+    simulation.search = ContactSearch(simulation.model, simulation.state, simulation.candidates)
+    simulation.search.generation = generation + 1
     simulation.search_contacts()
 
 

@@ -13,10 +13,10 @@ from stitchmesh.compute.device import device_named
 from stitchmesh.errors import ParameterError, SolverError
 from stitchmesh.lattice import Lattice
 from stitchmesh.quality import PRESETS
+from stitchmesh.simulation.dead_load import Gravity
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
 from stitchmesh.yarnrelax.energies.confinement import Confinement
-from stitchmesh.yarnrelax.energies.gravity import Gravity
 from stitchmesh.yarnrelax.energies.term import INPUTS
 from stitchmesh.yarnrelax.relaxation_inputs import RelaxationInputs
 from stitchmesh.yarnrelax.rest_derivatives import ForcesByInput, polished, rest_derivatives

@@ -14,10 +14,10 @@ import pytest
 import stitchmesh as sm
 from stitchmesh.mesh import FloatArray, Mesh
 from stitchmesh.quality import PRESETS
+from stitchmesh.simulation.dead_load import Gravity
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, linking_certificate, relax_yarns
 from stitchmesh.yarnrelax.energies.body import Body
-from stitchmesh.yarnrelax.energies.gravity import Gravity
 from stitchmesh.yarnrelax.energies.twist import Twist
 from stitchmesh.yarnrelax.friction.friction import Friction
 from stitchmesh.yarnrelax.together.relax_cells import relax_cells

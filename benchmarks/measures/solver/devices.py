@@ -37,10 +37,10 @@ from stitchmesh.mixed.scene.scene_fabric import PreparedScene, drawn_splines, pr
 from stitchmesh.mixed.scene.scene_file import read_scene
 from stitchmesh.mixed.simulation import begin_simulation
 from stitchmesh.quality import quality_named
+from stitchmesh.simulation.dead_load import Gravity
 from stitchmesh.yarnrelax.energies import by_term
 from stitchmesh.yarnrelax.energies.body import Body
-from stitchmesh.yarnrelax.energies.gravity import Gravity
-from stitchmesh.yarnrelax.energies.term import TermChoice
+from stitchmesh.yarnrelax.energies.term import YarnChoice
 from stitchmesh.yarnrelax.energies.twist import Twist
 from stitchmesh.yarnrelax.friction.friction import Friction
 from stitchmesh.yarnrelax.model.spline import place_contact_samples
@@ -69,7 +69,7 @@ def yarns(*, device: str, save: Path | None = None, compare: Path | None = None)
     yield f"relaxed control points: {np.sqrt((apart**2).mean()):.2g} radii apart (rms), {apart.max():.2g} at most"
 
 
-def term_forces(yarns: sm.YarnSet, choice: TermChoice, device: str) -> np.ndarray:
+def term_forces(yarns: sm.YarnSet, choice: YarnChoice, device: str) -> np.ndarray:
     """Return the force of one optional term on slightly perturbed yarns, in float64 and the units of the solver."""
     material = sm.YarnMaterial.named("stitchmesh").of_radius(yarns.radius[0])
     scene = YarnSimulation.start(yarns, material, quality_named("reference"), device_named(device), [choice])

@@ -106,7 +106,7 @@ def advance(loop: RelaxationLoop, rounds: int) -> None:
 def forbid_motion(simulation: YarnSimulation) -> None:
     """Prepare a simulation for repeated iterations of the same work, which move no control point."""
     simulation.step_fraction = 0.0
-    simulation.discard_launches()
+    simulation.search.generation += 1  # the launches are captured again
     simulation.state.budget.fill_(ENDLESS)
     simulation.solver.begin(np.full(simulation.model.cell_count, ENDLESS))
 

@@ -83,7 +83,7 @@ class FollowCommand:
         from stitchmesh.io import read_yarns
         from stitchmesh.io.mesh_sequences import read_moving_mesh
         from stitchmesh.run import Checkpoints, Run
-        from stitchmesh.yarnrelax.energies.gravity import Gravity
+        from stitchmesh.simulation.dead_load import Gravity
         from stitchmesh.yarnrelax.follow_body import follow_body
         from stitchmesh.yarnrelax.follow_files import ANIMATION, REPORT, FollowFiles
         from stitchmesh.yarnrelax.motion.moving_body import MovingBody

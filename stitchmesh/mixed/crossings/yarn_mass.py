@@ -46,7 +46,8 @@ from stitchmesh.mixed.crossings.crossing_elements import CrossingElements
 from stitchmesh.mixed.crossings.energies.crossing_energies import guarded_inverse
 from stitchmesh.mixed.crossings.star.star import coordinate_of, leg_vector
 from stitchmesh.mixed.mixed_vector import MixedVector
-from stitchmesh.mixed.term import EARTH, MixedTerm
+from stitchmesh.mixed.term import MixedTerm
+from stitchmesh.simulation.dead_load import EARTH
 
 SLIDING_INERTIA = 1e-3
 """Share of the mass of the yarn beside a node that resists sliding by itself."""

@@ -44,11 +44,12 @@ from stitchmesh.mixed.layout.crossing_yarns import WARP, WEFT, CrossingYarns
 from stitchmesh.mixed.layout.spline_yarns import LaidYarns, SplineYarns
 from stitchmesh.mixed.mixed_vector import MixedVector
 from stitchmesh.mixed.splines.spline_pieces import SplineMaterial
-from stitchmesh.mixed.term import EARTH, FULL, MixedTerm
+from stitchmesh.mixed.term import FULL, MixedTerm
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial, checked_weights
 from stitchmesh.mixed.triangles.membrane import Membrane
 from stitchmesh.mixed.triangles.seam_rod import SeamMaterial, SeamRod, rest_lengths
 from stitchmesh.mixed.triangles.shell_bending import ShellBending
+from stitchmesh.simulation.dead_load import EARTH
 
 
 def triangle_masses(cloth: Cloth, material: ClothMaterial) -> NDArray[np.float64]:

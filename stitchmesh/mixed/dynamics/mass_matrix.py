@@ -48,7 +48,8 @@ from stitchmesh.compute.thread_block import THREADS, Slots, sum_over_block
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.enrichment.region import HYBRID, TRIANGLES, Region, numbers_below
 from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
-from stitchmesh.mixed.term import EARTH, FULL, MixedTerm
+from stitchmesh.mixed.term import FULL, MixedTerm
+from stitchmesh.simulation.dead_load import EARTH
 
 Numbers = NDArray[np.float64]
 

@@ -240,16 +240,15 @@ class SplineTerm(MixedTerm):
         self._energy = self.model.empty(ends[-1])
         self._energies = [self._energy[a:b] for a, b in pairwise(ends)]
         """Stretch, length and bending of segments, and contact of samples: parts of ``_energy``."""
-        self._generation = 0
-        self._hessian: Hessian | None = None
+        self._hessian: tuple[int, Hessian] | None = None
         self._candidates = make_candidates(self.model, WIDEST_MARGIN)
-        self._search = ContactSearch(self.model, self.state, self._candidates, reallocated=self._reallocated)
+        self._search = ContactSearch(self.model, self.state, self._candidates)
         self._list_contacts()
 
     @property
     def generation(self) -> int:
         """Number of times that the candidate lists have grown."""
-        return self._generation
+        return self._search.generation
 
     def element_energies(self, state: MixedVector, launcher: Launcher) -> tuple[list[Any], wp.array[Any]]:
         """The launches that find the weighted energy of each element, and the array of the energies.
@@ -308,9 +307,9 @@ class SplineTerm(MixedTerm):
     @property
     def _whole_hessian(self) -> Hessian:
         """The matrices of the Hessian, with room for all listed pairs."""
-        if self._hessian is None:
-            self._hessian = Hessian(self.model, self.state, self._candidates)
-        return self._hessian
+        if self._hessian is None or self._hessian[0] != self.generation:
+            self._hessian = self.generation, Hessian(self.model, self.state, self._candidates)
+        return self._hessian[1]
 
     def _place(self, state: MixedVector, launcher: Launcher) -> list[Any]:
         """The launches that set control points to the positions of their nodes, or where triangles carry them."""
@@ -358,11 +357,6 @@ class SplineTerm(MixedTerm):
         too_close = self._search.too_close()
         if too_close:
             raise SolverError(f"spline yarns: {too_close[0]}")
-
-    def _reallocated(self) -> None:
-        """Forget the arrays that have the size of the lists, and tell the solver that its launches are stale."""
-        self._hessian = None
-        self._generation += 1
 
 
 def _weighted_model(pieces: SplinePieces, material: SplineMaterial, scalar: Any, device: wp.Device) -> Model:

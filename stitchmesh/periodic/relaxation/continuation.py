@@ -21,7 +21,7 @@ from stitchmesh.mesh import FloatArray
 from stitchmesh.quality import Quality
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial
-from stitchmesh.yarnrelax.energies.term import TermChoice
+from stitchmesh.yarnrelax.energies.term import YarnChoice
 from stitchmesh.yarnrelax.relax import relax_partly
 from stitchmesh.yarnrelax.solvers.cell_strain import RelaxCell
 
@@ -68,7 +68,7 @@ def change_radius(
 
 def change_rest_length(
     yarns: YarnSet, rest_length: FloatArray, material: YarnMaterial, quality: Quality, device: str | None = None,
-    cell: RelaxCell | None = None, terms: Sequence[TermChoice] = (),
+    cell: RelaxCell | None = None, terms: Sequence[YarnChoice] = (),
 ) -> YarnSet:  # fmt: skip
     """Change the rest lengths of yarns in steps.
 
@@ -145,7 +145,7 @@ def _steps(factor: float, largest: float) -> list[float]:
 
 def _relax_between_steps(
     yarns: YarnSet, material: YarnMaterial, quality: Quality, device: str | None, reason: str,
-    cell: RelaxCell | None = None, terms: Sequence[TermChoice] = (),
+    cell: RelaxCell | None = None, terms: Sequence[YarnChoice] = (),
 ) -> YarnSet:  # fmt: skip
     """Relax yarns for the iterations between two steps.
 

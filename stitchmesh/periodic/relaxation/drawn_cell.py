@@ -32,7 +32,7 @@ from stitchmesh.run import Run
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
 from stitchmesh.yarnrelax.cell_stress import cell_stress
-from stitchmesh.yarnrelax.energies.term import TermChoice
+from stitchmesh.yarnrelax.energies.term import YarnChoice
 from stitchmesh.yarnrelax.friction.friction import Friction
 from stitchmesh.yarnrelax.load_steps import LoadStep, relax_through_steps
 from stitchmesh.yarnrelax.relaxation_result import Relaxation
@@ -82,7 +82,7 @@ class DrawnCell:
     """Material of the yarns."""
     quality: Quality
     """Resolution of each state."""
-    terms: Sequence[TermChoice]
+    terms: Sequence[YarnChoice]
     """The planes between which the cell lies; empty if it lies on nothing."""
     device: str | None
     """Device of the kernels."""

@@ -39,7 +39,7 @@ from stitchmesh.quality import Quality
 from stitchmesh.run import QUIET, SHOWN, Run
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, relax_yarns
-from stitchmesh.yarnrelax.energies.term import TermChoice
+from stitchmesh.yarnrelax.energies.term import YarnChoice
 from stitchmesh.yarnrelax.friction.friction import Friction
 from stitchmesh.yarnrelax.load_steps import LoadStep, StepAtRest, relax_through_steps
 from stitchmesh.yarnrelax.relaxation_result import Relaxation
@@ -130,7 +130,7 @@ def let_go(
     material: YarnMaterial,
     quality: Quality,
     device: str | None = None,
-    terms: Sequence[TermChoice] = (),
+    terms: Sequence[YarnChoice] = (),
     run: Run[YarnSet] = SHOWN,
 ) -> Relaxation:
     """Draw yarns to their size on the needles, let them go with friction, and relax them to a state.
@@ -176,7 +176,7 @@ def let_go(
 
 def on_needles(
     yarns: YarnSet, needles: tuple[float, float], release: Release, material: YarnMaterial, quality: Quality,
-    device: str | None, terms: Sequence[TermChoice],
+    device: str | None, terms: Sequence[YarnChoice],
 ) -> StepAtRest:  # fmt: skip
     """Draw yarns to their size on the needles without friction, and let them come to rest there with friction.
 
@@ -202,7 +202,7 @@ def on_needles(
 
 def _release(
     start: StepAtRest, release: Release, material: YarnMaterial, quality: Quality, device: str | None,
-    terms: Sequence[TermChoice], run: Run[YarnSet],
+    terms: Sequence[YarnChoice], run: Run[YarnSet],
 ) -> list[StepAtRest]:  # fmt: skip
     """Let yarns go from the needles to the state."""
     course, wale = (max(force, 0.0) for force in start.border_forces)  # no force on a border where the fabric pushes

@@ -41,7 +41,7 @@ from stitchmesh.quality import PRESETS, Quality, quality_named
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.rest_length import apply_rest_lengths
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
-from stitchmesh.yarnrelax.energies.term import TermChoice
+from stitchmesh.yarnrelax.energies.term import YarnChoice
 from stitchmesh.yarnrelax.relaxation_inputs import RelaxationInputs
 
 SIZES = (0.1, 10.0)
@@ -82,8 +82,8 @@ class PreparedSwatch:
     """The free changes of the periods and their loads; None for constant periods."""
     flat: FlatFabric
     """The fabric as it lies flat."""
-    terms: Sequence[TermChoice]
-    """The planes between which the repeat lies; empty if it lies on nothing."""
+    terms: Sequence[YarnChoice]
+    """The planes between which the repeat lies, if it lies on something, and what else acts on it."""
     release: Release | None
     """How the knit is let go off the needles; None without friction."""
     has_states: bool
@@ -117,6 +117,7 @@ def prepare_swatch(
     quality: str | Quality,
     device: str | None,
     smallest: bool = True,
+    terms: Sequence[YarnChoice] = (),
     **options: Any,
 ) -> PreparedSwatch:
     """Generate a repeat, and change its radii, lengths and size to those of the options; arguments as for ``swatch``.
@@ -124,6 +125,8 @@ def prepare_swatch(
     ``smallest`` says whether a free repeat comes to rest in its smallest cell.
     """
     chosen = SwatchOptions(**options)
+    if terms and chosen.gamma != 1.0:
+        raise ParameterError(f"swatch, terms: got gamma {chosen.gamma:g}, which changes their size; expected gamma 1")
     quality = quality_named(quality)
     if material is not None:
         check_kind("swatch, material", material, YarnMaterial)
@@ -148,18 +151,19 @@ def prepare_swatch(
     straight = even_lengths(first, generated.lengths, generated.segment_start)
     natural = first if fabric is not None else replace(first, rest_length=straight)
     period = period_to_reach(first, chosen)
-    terms = planes(chosen, flat, natural.radius * thicker)
+    between = planes(chosen, flat, natural.radius * thicker)
+    acting = [*between, *terms]
     alone = (chosen.columns, chosen.rows) == (1, 1)
-    lies_alike = smallest and alone and bool(terms) and fabric is not None and release is None
+    lies_alike = smallest and alone and bool(between) and fabric is not None and release is None
     own = smallest_cell(generated, first, wanted, chosen, lies_alike=lies_alike)
     path = tuple(with_contacts(step, chosen, fabric, own, cell if release is None else None) for step in steps)
     cell = None if cell is None else own.cell_of(cell)
     yarns = change_radius(own.part_of(natural), thicker, similar, path[0], device)
     lengths = own.part_of(replace(first, rest_length=wanted)).rest_length
-    yarns = change_rest_length(yarns, lengths, similar, path[0], device, cell, terms)
+    yarns = change_rest_length(yarns, lengths, similar, path[0], device, cell, acting)
     yarns = change_period(yarns, own.period_of(period), similar, path[0], device)
     return PreparedSwatch(
-        source, chosen, material, path, device, fabric, own, repeat, own.part_of(first), yarns, cell, flat, terms,
+        source, chosen, material, path, device, fabric, own, repeat, own.part_of(first), yarns, cell, flat, acting,
         release, has_states=lies_alike and is_small(fabric, own),
     )  # fmt: skip
 
@@ -293,7 +297,7 @@ class CellAtRest:
     """Resolution of the relaxation."""
     cell: RelaxCell | None
     """The free changes of the periods and their loads; None for constant periods."""
-    terms: Sequence[TermChoice]
+    terms: Sequence[YarnChoice]
     """The planes between which the cell lies; empty if it lies on nothing."""
     device: str | None
     """Device of the kernels."""

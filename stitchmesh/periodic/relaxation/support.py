@@ -36,7 +36,7 @@ from stitchmesh.periodic.relaxation.continuation import size_of
 from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
-from stitchmesh.yarnrelax.energies.term import TermChoice
+from stitchmesh.yarnrelax.energies.term import YarnChoice
 
 CLEARANCE = 0.018
 """Distance of the planes beyond the flat thickness, over the length of yarn in a stitch: 0.3 diameters in a compact
@@ -46,7 +46,7 @@ TEARING_STRAIN = 0.3
 """Strain at which a yarn tears; wool breaks at 25 to 35 % (dry) and spun cotton at 5 to 10 %."""
 
 
-def planes(options: SwatchOptions, flat: FlatFabric, radius: FloatArray) -> list[TermChoice]:
+def planes(options: SwatchOptions, flat: FlatFabric, radius: FloatArray) -> list[YarnChoice]:
     """Return the term of the planes; no term for a swatch of fixed size, an unsupported one, or a given ``RelaxCell``.
 
     Args:
@@ -64,23 +64,22 @@ def planes(options: SwatchOptions, flat: FlatFabric, radius: FloatArray) -> list
     return [Confinement(half_thickness=distance / 2.0)]
 
 
-def planes_report(terms: Sequence[TermChoice], yarns: YarnSet, material: YarnMaterial, gamma: float) -> dict[str, Any]:
+def planes_report(terms: Sequence[YarnChoice], yarns: YarnSet, material: YarnMaterial, gamma: float) -> dict[str, Any]:
     """Return the action of the planes on a fabric at rest: ``planes_distance`` [cm] and ``planes_pressure`` [dyn/cm^2].
 
     Both are None for a fabric that lies on nothing.
 
     Args:
-        terms: the planes between which the fabric lies; empty if it lies on nothing.
+        terms: what acts on the fabric, with the planes between which it lies, if it lies on something.
         yarns: the fabric at rest, at gamma times its size.
         material: material of the yarns at that size.
         gamma: the ratio of these lengths to the lengths in the fabric.
     """
-    if not terms:
-        return {"planes_distance": None, "planes_pressure": None}
     from stitchmesh.yarnrelax.energies.confinement import Confinement, plane_pressure
 
-    (planes,) = terms
-    assert isinstance(planes, Confinement)
+    planes = next((term for term in terms if isinstance(term, Confinement)), None)
+    if planes is None:
+        return {"planes_distance": None, "planes_pressure": None}
     distance, pressure = 2.0 * planes.half_thickness / gamma, gamma**3 * plane_pressure(planes, yarns, material)
     return {"planes_distance": distance, "planes_pressure": pressure}
 

@@ -42,7 +42,7 @@ from stitchmesh.periodic.session.settings import SwatchSettings
 from stitchmesh.periodic.swatch import scale_yarns
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
-from stitchmesh.yarnrelax.energies.term import TermChoice
+from stitchmesh.yarnrelax.energies.term import YarnChoice
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,7 +98,7 @@ class Target:
     """Material of the yarn, scaled by gamma."""
     cell: RelaxCell | None
     """The free changes of the periods; None for constant periods."""
-    terms: tuple[TermChoice, ...]
+    terms: tuple[YarnChoice, ...]
     """The planes between which the cell lies; empty if it lies on nothing."""
     release: Release | None
     """How the knit is let go off the needles, once it has come near to rest without friction; None without friction."""

@@ -11,7 +11,6 @@ makes new lists and tables, and repeats the launches.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -19,10 +18,11 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
-from stitchmesh.compute.captured import CapturedLaunches, CopyArray
+from stitchmesh.compute.captured import CapturedLaunches, CopyArray, Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.reduction import maximum
 from stitchmesh.compute.thread_block import MOST_THREADS, THREADS, largest_over_block, smallest_over_block
+from stitchmesh.simulation.captures import Captures
 from stitchmesh.yarnrelax.collision.broad_phase import (
     SPARE_REACH,
     allocate_lists,
@@ -165,18 +165,17 @@ class SearchResults:
 class ContactSearch:
     """A repeatable search that makes candidate lists and budgets for a state."""
 
-    def __init__(
-        self, model: Model, state: State, candidates: Candidates, reallocated: Callable[[], None] = lambda: None
-    ) -> None:
+    def __init__(self, model: Model, state: State, candidates: Candidates) -> None:
         """Allocate the arrays that a search needs in addition to the lists.
 
         Args:
             model: constants of the yarns.
             state: the state whose contacts the search finds.
             candidates: the lists to fill.
-            reallocated: called when an array that kernels read is replaced, so that prepared launches are discarded.
         """
-        self.model, self.state, self.candidates, self.reallocated = model, state, candidates, reallocated
+        self.model, self.state, self.candidates = model, state, candidates
+        self.generation = 0
+        """A number that changes when the candidate lists or the table of images are replaced."""
         self.drift = model.empty(model.segment_count)
         self.clearance = model.empty(model.sample_count)
         parts = 1 if model.device.is_cuda else max(model.largest_cell // SAMPLES_PER_PART, 1)
@@ -184,9 +183,9 @@ class ContactSearch:
         self.least = self.parts[:, 0] if parts == 1 else wp.zeros(model.cell_count, wp.float64, device=model.device)
         self.collected = wp.zeros((BLOCKS + 5 * model.cell_count, 4), dtype=wp.float64, device=model.device)
         self.results: SearchResults | None = None
-        self._launches: dict[bool, CapturedLaunches] = {}
         self._margin = candidates.margin
         self._longest = 0.0
+        self._captures = Captures(self._generations)
         self._table: SearchResults | None = None
         self._searched: SearchResults | None = None
         self._last_loss = 0.0
@@ -204,9 +203,7 @@ class ContactSearch:
             SolverError: yarns lie so dense that the lists would have more than ``MOST_ENTRIES``; the message names the
                 place.
         """
-        if self._margin != self.candidates.margin:
-            self._margin = self.candidates.margin
-            self._launches.clear()
+        self._margin = self.candidates.margin
         complete = False
         while not complete:
             margin, near = self._margin, self.candidates.near
@@ -238,9 +235,9 @@ class ContactSearch:
     def _search(self, *, broad: bool) -> SearchResults:
         """Launch a search, with the broad phase or with the last near lists."""
         near = self.candidates.near
-        if broad not in self._launches:
-            self._launches[broad] = CapturedLaunches(self._prepared(broad=broad), self.model.device)
-        self._launches[broad].launch()
+        if broad and self._longest == 0.0:
+            self._longest = self._longest_extent() * ROOM_TO_GROW
+        self._captures.get(broad, lambda: CapturedLaunches(self._prepared(broad=broad), self.model.device)).launch()
         found = self.results = self._read()
         if broad:
             near.reach = near.complete_within = self._margin + SPARE_REACH
@@ -251,27 +248,23 @@ class ContactSearch:
             self._last_loss = before - near.complete_within
         return found
 
+    def _generations(self) -> tuple[float, ...]:
+        """What the captured launches of a search depend on: arrays, the margin and the largest extent."""
+        return self.generation, self.candidates.near.lists.shape[1], self._margin, self._longest
+
     def _prepared(self, *, broad: bool) -> list[Any]:
         """Return the launches of a search, from the samples to the budgets."""
         model, state, candidates, launcher = self.model, self.state, self.candidates, self.model.prepare
         near = candidates.near
-        sample = place_contact_samples(model, state, launcher)
-        bound = launcher(
-            bound_segments, model.segment_count, [model.constants, state.samples], [near.centre, near.extent]
-        )
         listed = [near.centre, near.extent, near.listed_centre, near.listed_extent]
         launches = [
-            sample,
+            place_contact_samples(model, state, launcher),
             CopyArray(state.points, state.listed_points),
             *self._place_launches(),
-            bound,
+            self._bound_launch(launcher),
             launcher(measure_drift, model.segment_count, listed, [self.drift]),
         ]
         if broad:
-            if self._longest == 0.0:
-                sample.launch()
-                bound.launch()
-                self._longest = maximum(near.extent) * ROOM_TO_GROW
             reach = self._margin + SPARE_REACH
             launches += grid_launches(model, near, reach, self._longest)
             launches += near_launches(model, near, reach, self._longest)
@@ -289,6 +282,18 @@ class ContactSearch:
             *strain_budget_launches(model, state, candidates, self.least),
             launcher(collect_results, BLOCKS, collected, [self.collected], tile=THREADS),
         ]
+
+    def _bound_launch(self, launcher: Launcher) -> Any:
+        """Return the launch that finds the ball around each segment."""
+        model, near = self.model, self.candidates.near
+        inputs = [model.constants, self.state.samples]
+        return launcher(bound_segments, model.segment_count, inputs, [near.centre, near.extent])
+
+    def _longest_extent(self) -> float:
+        """Return the largest extent of a segment in the current state [units]."""
+        place_contact_samples(self.model, self.state, self.model.launch)
+        self._bound_launch(self.model.launch)
+        return maximum(self.candidates.near.extent)
 
     def _place_launches(self) -> list[Any]:
         """Return the launches that store the place of a search, if the state does not keep it."""
@@ -326,14 +331,12 @@ class ContactSearch:
         elif found.listed > candidates.lists.shape[1]:
             needed = checked_length(model, candidates.count, found.listed)
             candidates.lists = allocate_lists(model, model.sample_count, needed)
-            self._launches.clear()
-            self.reallocated()
+            self.generation += 1
             return False
         elif found.longest > self._longest:
             self._longest = found.longest * ROOM_TO_GROW
         else:
             return True
-        self._launches.clear()
         near.invalidate()
         return False
 
@@ -356,9 +359,8 @@ class ContactSearch:
             return True
         renew_images(self.model, self.state.points, anyway=True)
         self._table = None
-        self._launches.clear()
         self.candidates.near.invalidate()
-        self.reallocated()
+        self.generation += 1
         return False
 
     def _outgrown(self, found: SearchResults) -> NDArray[np.bool_]:

@@ -34,7 +34,7 @@ from numpy.typing import NDArray
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.precision import vector
-from stitchmesh.compute.reduction import minimum, ordered_sum
+from stitchmesh.compute.reduction import minimum
 from stitchmesh.compute.vector_loads import load_vector, store_vector
 from stitchmesh.errors import LARGEST_NUMBER, ParameterError, SolverError, check_positive
 from stitchmesh.mesh import BORDER, Mesh
@@ -50,9 +50,9 @@ from stitchmesh.yarnrelax.energies.body_penalty import (
 from stitchmesh.yarnrelax.energies.body_surface import from_triangle, gap_to, put_surface
 from stitchmesh.yarnrelax.energies.mesh_features import enclosed_volume
 from stitchmesh.yarnrelax.energies.pair_stiffness import SampleStiffness
-from stitchmesh.yarnrelax.energies.term import Term, TermChoice
+from stitchmesh.yarnrelax.energies.term import YarnChoice, YarnTerm
 from stitchmesh.yarnrelax.model.constants import Model
-from stitchmesh.yarnrelax.model.state import State
+from stitchmesh.yarnrelax.model.state import State, YarnForces
 
 DEPTH = wp.constant(4.0)
 """Largest depth below the surface, in reaches, at which a sample is found."""
@@ -187,7 +187,7 @@ def body_stiffness(
 
 
 @dataclass(frozen=True, eq=False)
-class Body(TermChoice):
+class Body(YarnChoice):
     """A surface that yarns cannot enter; its faces are oriented outwards, and it may be open (a floor).
 
     Raises:
@@ -217,7 +217,7 @@ class Body(TermChoice):
         """Whether the surface has no border."""
         return not (self.mesh.twin == BORDER).any()
 
-    def on(self, model: Model) -> Term:
+    def on(self, model: Model) -> YarnTerm:
         """Return the body on a model's device.
 
         Raises:
@@ -238,7 +238,7 @@ class Body(TermChoice):
             raise ParameterError("body: got a material of k_contact 0, from which its stiffness comes; raise it")
 
 
-class _Collision(Term):
+class _Collision(YarnTerm):
     """A body on a device."""
 
     name = "body"
@@ -254,12 +254,13 @@ class _Collision(Term):
         self.measured = model.empty(model.sample_count, 4)
         self.measured.fill_(NOWHERE)
         self.found_stiffness = wp.zeros(model.sample_count, dtype=vector(6, model.scalar), device=model.device)
+        self._energy = model.empty(model.sample_count)
         self.list_count = model.integers(np.zeros(model.sample_count))
         self.listed = allocate_triangle_lists(model)
 
-    def forces(self, state: State, candidates: Candidates, launcher: Launcher) -> list[Any]:
-        """Add the push on each sample to ``state.sample_force``."""
-        outputs = [self.measured, self.list_count, self.listed, state.sample_force]
+    def forces(self, state: State, force: YarnForces, launcher: Launcher) -> list[Any]:
+        """Add the push on each sample to the samples."""
+        outputs = [self.measured, self.list_count, self.listed, force.samples]
         return [launcher(body_forces, self.model.sample_count, [*self.inputs, state.samples], outputs)]
 
     def sample_stiffness(self, state: State, exact: wp.array[Any], launcher: Launcher) -> SampleStiffness:
@@ -268,30 +269,24 @@ class _Collision(Term):
         launch = launcher(body_stiffness, self.model.sample_count, inputs, [self.found_stiffness])
         return SampleStiffness(self.found_stiffness, [launch])
 
-    def energy(self, state: State, candidates: Candidates) -> float:
-        """Energy of all samples [erg]."""
-        energy = self.model.empty(self.model.sample_count)
-        self.model.launch(body_energies, self.model.sample_count, [*self.inputs, state.samples], [energy])
-        return ordered_sum(energy)
+    def element_energies(self, state: State, launcher: Launcher) -> tuple[list[Any], wp.array[Any]]:
+        """Return the launch that finds the energy of each sample, and the array of the energies."""
+        inputs = [*self.inputs, state.samples]
+        return [launcher(body_energies, len(self._energy), inputs, [self._energy])], self._energy
 
-    def stiffness(self) -> NDArray[np.float64]:
-        """Zero, because ``forces`` adds the stiffness itself."""
-        return np.zeros(self.model.point_count)
-
-    def renew(self, state: State, candidates: Candidates, cells: NDArray[np.bool_] | None = None) -> bool:
-        """Check that no sample is too deep in a closed body to be found; no array is replaced.
+    def renew(self, state: State, candidates: Candidates, cells: NDArray[np.bool_] | None = None) -> None:
+        """Check that no sample is too deep in a closed body to be found.
 
         Raises:
             SolverError: a sample is too deep; the message names the yarn and the stitch face.
         """
         if not self.closed:
-            return False
+            return
         gap = self.model.empty(self.model.sample_count)
         inputs = [self.surface.constants, self.thickness, self.model.number(1e30), state.samples]
         self.model.launch(body_gaps, self.model.sample_count, inputs, [gap])
         if minimum(gap) < -DEPTH:
             raise SolverError(self._too_deep(gap.numpy()))
-        return False
 
     def _too_deep(self, gap: NDArray[Any]) -> str:
         model = self.model

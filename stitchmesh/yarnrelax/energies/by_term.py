@@ -9,16 +9,17 @@ from typing import Any
 
 import numpy as np
 import warp as wp
+from numpy.typing import NDArray
 
 from stitchmesh.compute.captured import Launcher, ZeroArray
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.compute.reduction import Sums
+from stitchmesh.compute.reduction import Sums, sums_over
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
 from stitchmesh.yarnrelax.collision.step_limit import yarn_place
 from stitchmesh.yarnrelax.energies.contact import contact_energy
 from stitchmesh.yarnrelax.energies.evaluation import contact_launch, gather_launch, segment_launch
 from stitchmesh.yarnrelax.energies.segment_forces import bend_energy, length_energy, natural_ends, stretch_energy
-from stitchmesh.yarnrelax.energies.term import Term
+from stitchmesh.yarnrelax.energies.term import OnYarns
 from stitchmesh.yarnrelax.model.cells import CONTACT
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.lattice_images import sample_number
@@ -92,7 +93,7 @@ def contact_energies(
 
 
 def each_term(
-    model: Model, state: State, candidates: Candidates, terms: Sequence[Term], point_stiffness: wp.array[Any]
+    model: Model, state: State, candidates: Candidates, terms: Sequence[OnYarns], point_stiffness: wp.array[Any]
 ) -> Iterator[str]:
     """Leave the force of each term in ``state.force``, one after another; the samples must be placed."""
     launches = term_launches(model, state, candidates, terms, point_stiffness)
@@ -106,7 +107,7 @@ def largest_force(
     model: Model,
     state: State,
     candidates: Candidates,
-    terms: Sequence[Term],
+    terms: Sequence[OnYarns],
     point_stiffness: wp.array[Any],
     cell: int,
 ) -> str:
@@ -125,7 +126,7 @@ def term_launches(
     model: Model,
     state: State,
     candidates: Candidates,
-    terms: Sequence[Term],
+    terms: Sequence[OnYarns],
     point_stiffness: wp.array[Any],
 ) -> dict[str, list[Any]]:
     """Return, for each term, the prepared launches that leave its force in ``state.force``; samples must be placed."""
@@ -142,17 +143,29 @@ def term_launches(
         result["contact"] = _cleared([*of_segments, state.external_force])
         result["contact"] += [contact_launch(model, state, candidates, launcher), gather]
     for number, term in enumerate(terms):
-        own = [*_cleared([*of_segments, *of_pairs]), *term.forces(state, candidates, launcher), gather]
+        own = [*_cleared([*of_segments, *of_pairs]), *term.forces(state, state.forces, launcher), gather]
         result[term.name if term.name not in result else f"{term.name} {number}"] = own
     return result
 
 
-def energies(model: Model, state: State, candidates: Candidates, terms: Sequence[Term]) -> dict[str, float]:
+def energies(model: Model, state: State, candidates: Candidates, terms: Sequence[OnYarns]) -> dict[str, float]:
     """Return the energy of each term [erg]; the samples must be placed."""
     sums = Sums(BASE_TERMS, model.largest_cell, model.cell_count, model.device)
     energy_launches(model, state, candidates, sums, model.launch)
     found = {name: float(parts.sum()) for name, parts in sums.read().items()}
-    return found | {term.name: term.energy(state, candidates) for term in terms}
+    return found | {term.name: term.energy(state) for term in terms}
+
+
+def cell_energies(model: Model, state: State, term: OnYarns) -> NDArray[np.float64]:
+    """Return the energy of a term in each cell [erg], shape (C,); the samples must be placed.
+
+    A term that several cells may have has an energy at each control point or at each contact sample.
+    """
+    if model.cell_count == 1:
+        return np.array([term.energy(state)])
+    _launches, energies = term.element_energies(state, model.launch)
+    start = model.cell_points if len(energies) == model.point_count else model.cell_samples
+    return sums_over(energies, start, model.largest_cell)
 
 
 def energy_launches(model: Model, state: State, candidates: Candidates, sums: Sums, launcher: Launcher) -> list[Any]:

@@ -34,17 +34,15 @@ from scipy.optimize import brentq
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.compute.reduction import ordered_sum, sums_over
 from stitchmesh.errors import ParameterError, check_positive
 from stitchmesh.lattice import lattice_frame
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
-from stitchmesh.yarnrelax.energies.term import InputPowers, Term, TermChoice
+from stitchmesh.yarnrelax.energies.term import InputPowers, YarnChoice, YarnTerm
 from stitchmesh.yarnrelax.model.cells import PeriodicCell
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.lattice_images import cell_of
 from stitchmesh.yarnrelax.model.material import YarnMaterial, carried_lengths
-from stitchmesh.yarnrelax.model.state import State
+from stitchmesh.yarnrelax.model.state import State, YarnForces
 
 STIFFNESS = 0.1
 """Stiffness of the planes over k_bend / r^4."""
@@ -161,7 +159,7 @@ def confinement_blocks(
 
 
 @dataclass(frozen=True)
-class Confinement(TermChoice):
+class Confinement(YarnChoice):
     """Two planes beside a periodic fabric, parallel to its lattice; the middle plane is the middle of the given yarns.
 
     Raises:
@@ -180,7 +178,7 @@ class Confinement(TermChoice):
             raise ParameterError(f"{found}; expected a number of at least 0")
         check_positive("confinement: stiffness", self.stiffness)
 
-    def on(self, model: Model) -> Term:
+    def on(self, model: Model) -> YarnTerm:
         """Return the planes beside a model's yarns.
 
         Raises:
@@ -192,7 +190,7 @@ class Confinement(TermChoice):
 
 
 @dataclass(frozen=True)
-class CellConfinements(TermChoice):
+class CellConfinements(YarnChoice):
     """The planes beside each of several cells."""
 
     choices: tuple[Confinement | None, ...]
@@ -201,7 +199,7 @@ class CellConfinements(TermChoice):
     """Height of each middle plane along the normal of the lattice [cm]; None for the middle of the given yarns."""
     in_free_cells = True
 
-    def on(self, model: Model) -> Term:
+    def on(self, model: Model) -> YarnTerm:
         """Return the planes beside the cells of a model."""
         return _Planes(model, self.choices, self.heights)
 
@@ -237,7 +235,7 @@ def plane_pressure(planes: Confinement, yarns: YarnSet, material: YarnMaterial) 
     return push(middle, 1.0) / yarns.lattice.area
 
 
-class _Planes(Term):
+class _Planes(YarnTerm):
     """Confinement on a device."""
 
     name = "confinement"
@@ -261,25 +259,23 @@ class _Planes(Term):
         self.planes.normal = model.upload(lattice_frame(periods)[:, 2], 3)
         self.planes.middle, self.planes.half = model.upload(np.array(middle)), model.upload(np.array(half))
         self.own_stiffness = model.upload(self.host_stiffness)
+        self._energy = model.empty(model.point_count)
         self._blocks = wp.zeros(model.point_count, dtype=wp.mat33d, device=model.device)
 
-    def forces(self, state: State, candidates: Candidates, launcher: Launcher) -> list[Any]:
-        """Return the launch that adds the push of the planes to ``state.external_force``."""
+    def forces(self, state: State, force: YarnForces, launcher: Launcher) -> list[Any]:
+        """Return the launch that adds the push of the planes to the forces on control points."""
         inputs = [*self._constants, state.points]
-        return [launcher(confinement_forces, self.model.point_count, inputs, [state.external_force])]
+        return [launcher(confinement_forces, self.model.point_count, inputs, [force.points])]
 
     def point_blocks(self, state: State) -> wp.array[Any]:
         """Return the stiffness of the planes at the control points beyond them, matrices (N,)."""
         self.model.launch(confinement_blocks, len(self._blocks), [*self._constants, state.points], [self._blocks])
         return self._blocks
 
-    def energy(self, state: State, candidates: Candidates) -> float:
-        """Energy of the planes of all cells [erg]."""
-        return ordered_sum(self._point_energies(state))
-
-    def cell_energies(self, state: State, candidates: Candidates) -> NDArray[np.float64]:
-        """Energy of the planes of each cell [erg], shape (C,)."""
-        return sums_over(self._point_energies(state), self.model.cell_points, self.model.largest_cell)
+    def element_energies(self, state: State, launcher: Launcher) -> tuple[list[Any], wp.array[Any]]:
+        """Return the launch that finds the energy of each control point, and the array of the energies."""
+        inputs = [*self._constants, state.points]
+        return [launcher(confinement_energies, len(self._energy), inputs, [self._energy])], self._energy
 
     def stiffness(self) -> NDArray[np.float64]:
         """The second derivative at a control point beyond a plane, shape (N,)."""
@@ -295,9 +291,3 @@ class _Planes(Term):
     @property
     def _constants(self) -> list[Any]:
         return [self.model.constants, self.planes, self.own_stiffness]
-
-    def _point_energies(self, state: State) -> wp.array[Any]:
-        energy = self.model.empty(self.model.point_count)
-        inputs = [*self._constants, state.points]
-        self.model.launch(confinement_energies, self.model.point_count, inputs, [energy])
-        return energy

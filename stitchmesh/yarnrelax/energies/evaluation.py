@@ -19,7 +19,7 @@ from stitchmesh.compute.vector_loads import load_vector
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
 from stitchmesh.yarnrelax.energies.contact import contact_forces
 from stitchmesh.yarnrelax.energies.segment_forces import samples_and_segment_forces
-from stitchmesh.yarnrelax.energies.term import Term
+from stitchmesh.yarnrelax.energies.term import OnYarns
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.lattice_images import cell_of, rests
 from stitchmesh.yarnrelax.model.spline import weight_row
@@ -102,7 +102,7 @@ def force_launches(
     model: Model,
     state: State,
     candidates: Candidates,
-    terms: Sequence[Term],
+    terms: Sequence[OnYarns],
     point_stiffness: wp.array[Any],
     launcher: Launcher,
 ) -> list[Any]:
@@ -111,7 +111,7 @@ def force_launches(
     launches.append(contact_launch(model, state, candidates, launcher))
     if terms:
         launches.append(launcher(clear_vectors, model.point_count, [], [state.external_force]))
-        launches += [launch for term in terms for launch in term.forces(state, candidates, launcher)]
+        launches += [launch for term in terms for launch in term.forces(state, state.forces, launcher)]
     return [*launches, gather_launch(model, state, point_stiffness, launcher)]
 
 

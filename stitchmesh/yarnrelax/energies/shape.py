@@ -41,13 +41,11 @@ from scipy.sparse import bsr_array, csr_array, kron
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.precision import vector
-from stitchmesh.compute.reduction import ordered_sum
 from stitchmesh.mesh import StitchMesh
-from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
 from stitchmesh.yarnrelax.energies.shape_patches import Loops, WeightedRows, choose_patches, loops_of, owners
-from stitchmesh.yarnrelax.energies.term import Coupling, Term, TermChoice
+from stitchmesh.yarnrelax.energies.term import Coupling, YarnChoice, YarnTerm
 from stitchmesh.yarnrelax.model.constants import Model
-from stitchmesh.yarnrelax.model.state import State
+from stitchmesh.yarnrelax.model.state import State, YarnForces
 
 TANGENTIAL = 0.25
 """Restoring force along the fabric at a displacement of one radius, over F."""
@@ -145,7 +143,7 @@ def add_shape_forces(
 
 
 @dataclass(frozen=True, eq=False)
-class KeepShape(TermChoice):
+class KeepShape(YarnChoice):
     """A garment keeps its shape (Y section 6.3, eqs 6 and 7)."""
 
     fabric: StitchMesh
@@ -161,7 +159,7 @@ class KeepShape(TermChoice):
 
 
 @dataclass(frozen=True, eq=False)
-class Shape(Term):
+class Shape(YarnTerm):
     """Loops, patches and their reference positions on the device; lengths in units."""
 
     name = "shape"
@@ -200,19 +198,18 @@ class Shape(Term):
     patch_energy: wp.array[Any]
     """Energy of each patch [erg], shape (K,)."""
 
-    def forces(self, state: State, candidates: Candidates, launcher: Launcher) -> list[Any]:
+    def forces(self, state: State, force: YarnForces, launcher: Launcher) -> list[Any]:
         """Add the patches' forces."""
         owned = [self.loop_start, self.loop_points, self.owner_start, self.owner_patches, self.owner_weight]
         launches = self._pull(state, launcher)
         launches.append(
-            launcher(add_shape_forces, len(self.loop_start) - 1, [*owned, self.pull], [state.external_force])
+            launcher(add_shape_forces, len(self.loop_start) - 1, [*owned, self.pull], [force.points])
         )
         return launches
 
-    def energy(self, state: State, candidates: Candidates) -> float:
-        """Energy of the patches [erg]."""
-        self._pull(state, self.model.launch)
-        return ordered_sum(self.patch_energy)
+    def element_energies(self, state: State, launcher: Launcher) -> tuple[list[Any], wp.array[Any]]:
+        """Return the launches that find the energy of each patch, and the array of the energies."""
+        return self._pull(state, launcher), self.patch_energy
 
     def coupling(self, state: State) -> Coupling:
         """Return the coupling of the patches, whose rows sum the weighted coordinates of their control points."""

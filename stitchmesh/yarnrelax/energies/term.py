@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Terms and constraints: what a relaxation may have beyond stretch, bending and contact, only on request.
 
-A caller chooses a term by a value (``Gravity(...)``, ``Friction(...)``) that does not depend on a device. ``on``
-creates the term on the device of a model. A term that is not chosen launches nothing, allocates nothing and compiles
-nothing.
+A caller chooses a term by a value (``Gravity(...)``, ``Friction(...)``). ``on`` creates the term on the device of a
+model. Newton's method factors the assembled Hessian of the yarns, so a term with a Hessian is a ``YarnTerm``, which
+gives its entries. A load whose force is constant acts on yarns as on anything else (``simulation.dead_load``).
 """
 
 from __future__ import annotations
@@ -21,10 +21,11 @@ from scipy.sparse import csr_array
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.errors import ParameterError, described
+from stitchmesh.simulation.term import Term, TermChoice
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
 from stitchmesh.yarnrelax.energies.pair_stiffness import PairStiffness, SampleStiffness
 from stitchmesh.yarnrelax.model.constants import Model
-from stitchmesh.yarnrelax.model.state import State
+from stitchmesh.yarnrelax.model.state import State, YarnForces
 
 INPUTS = ("loop_length", "radius", "planes", "k_len", "k_length", "k_bend", "k_contact")
 """All rest lengths together, all radii, the distance between the planes of a confinement, and stiffnesses."""
@@ -57,38 +58,27 @@ class Coupling:
     """C, shape (m, m); None for a constraint."""
 
 
-class Term(ABC):
-    """A further energy on the device of a model; lengths in ``model.unit``, energies in erg."""
+OnYarns = Term[State, YarnForces]
+"""A term that acts on yarns."""
+YarnChoice = TermChoice[Model]
+"""A term on yarns that a caller requests."""
 
-    name: str
-    """Name of the term in reports."""
-    gives_hessian: bool = False
-    """Whether the methods below give the Hessian of the term, either exactly or nearly, as one that is never
-    negative."""
+
+class YarnTerm(OnYarns):
+    """A term that gives the entries of the assembled Hessian, or that lags; lengths in ``model.unit``.
+
+    The fourth component of ``YarnForces.samples`` is the row sum of stiffness. A term that acts in relaxing cells also
+    adds to ``YarnForces.virial`` if that is not empty.
+    """
+
     keeps_stitches: bool = False
     """Whether the term keeps each stitch of a piece, and with it the ends of open yarns, near its place."""
     lags: bool = False
     """Whether the term is renewed each time the yarns have come to rest, until the renewal changes nothing."""
 
-    @abstractmethod
-    def forces(self, state: State, candidates: Candidates, launcher: Launcher) -> list[Any]:
-        """Add the force of the term to ``state.sample_force``, ``state.external_force`` or ``state.leg_force``.
-
-        The fourth component of ``state.sample_force`` is the row sum of stiffness. A term that acts in relaxing cells
-        also adds to ``state.sample_virial`` if that is not empty.
-        """
-
-    @abstractmethod
-    def energy(self, state: State, candidates: Candidates) -> float:
-        """Energy [erg] for the current points and samples."""
-
-    def cell_energies(self, state: State, candidates: Candidates) -> NDArray[np.float64]:
-        """Energy of each cell [erg], shape (C,); a term that several cells may have overrides this."""
-        return np.array([self.energy(state, candidates)])
-
-    @abstractmethod
-    def stiffness(self) -> NDArray[np.float64]:
+    def stiffness(self) -> NDArray[np.float64] | float:
         """Row sums of stiffness at the control points [erg / unit^2], shape (N,), without what ``forces`` adds."""
+        return 0.0
 
     def point_blocks(self, state: State) -> wp.array[Any] | None:
         """Second derivatives by the coordinates of each control point [erg / unit^2], matrices (N,); None for zero.
@@ -128,7 +118,7 @@ class Term(ABC):
         Raises:
             ParameterError: the dependence is not known.
         """
-        raise ParameterError(f"derivatives at rest: got the term {self.name}, which has none; leave it out")
+        raise no_derivatives(self)
 
     def has_moved(self, state: State) -> NDArray[np.bool_]:
         """Whether the yarns of each cell have moved since a term that ``lags`` was renewed, shape (C,).
@@ -137,35 +127,13 @@ class Term(ABC):
         """
         raise NotImplementedError(self.name)
 
-    def renew(self, state: State, candidates: Candidates, cells: NDArray[np.bool_] | None = None) -> bool:
-        """Renew a lagging term in some cells, shape (C,), or in all; return whether launched arrays were replaced."""
-        return False
-
-    def arrays(self) -> dict[str, wp.array[Any]]:
-        """Return the arrays, by name, that persist between iterations and that the first ``renew`` does not compute."""
-        return {}
-
-    def resume(self, arrays: Mapping[str, NDArray[Any]]) -> None:
-        """Restore the contents of ``arrays``."""
-        for name, array in self.arrays().items():
-            array.assign(arrays[name])
+    def renew(self, state: State, candidates: Candidates, cells: NDArray[np.bool_] | None = None) -> None:
+        """Renew a lagging term in some cells, shape (C,), or in all."""
 
 
-class TermChoice(ABC):
-    """A term that a caller requests."""
-
-    in_free_cells: bool = False
-    """Whether the term acts on the strains of a relaxing cell, or has no force along the periods."""
-    reads_mass: bool = False
-    """Whether the term depends on the mass of the yarns; a checkpoint then belongs to this mass only."""
-
-    @abstractmethod
-    def on(self, model: Model) -> Term:
-        """Return the term on a model's device.
-
-        Raises:
-            ParameterError: the choice does not fit the yarns.
-        """
+def no_derivatives(term: OnYarns) -> ParameterError:
+    """Return the error of a term whose dependence on the inputs of a relaxation is not known."""
+    return ParameterError(f"derivatives at rest: got the term {term.name}, which has none; leave it out")
 
 
 class Constraint(ABC):
@@ -196,11 +164,11 @@ class ConstraintChoice(ABC):
         """
 
 
-Choice = TermChoice | ConstraintChoice
+Choice = YarnChoice | ConstraintChoice
 """A term or a constraint, which acts on yarns beyond stretch, bending and contact."""
 
 
-def terms_and_constraints(choices: Sequence[Choice]) -> tuple[list[TermChoice], list[ConstraintChoice]]:
+def terms_and_constraints(choices: Sequence[Choice]) -> tuple[list[YarnChoice], list[ConstraintChoice]]:
     """Return the terms and the constraints among choices, each in their order.
 
     Raises:
@@ -209,13 +177,13 @@ def terms_and_constraints(choices: Sequence[Choice]) -> tuple[list[TermChoice], 
     terms = [choice for choice in choices if isinstance(choice, TermChoice)]
     constraints = [choice for choice in choices if isinstance(choice, ConstraintChoice)]
     for choice in choices:
-        if not isinstance(choice, Choice):
+        if not isinstance(choice, TermChoice | ConstraintChoice):
             expected = "expected energies, such as Gravity(), and constraints, such as Pins(points=[0])"
             raise ParameterError(f"terms: got {described(choice)}; {expected}")
     return terms, constraints
 
 
-def refuse_in_free_cells(terms: Sequence[TermChoice], constraints: Sequence[ConstraintChoice]) -> None:
+def refuse_in_free_cells(terms: Sequence[YarnChoice], constraints: Sequence[ConstraintChoice]) -> None:
     """Refuse choices that do not act on the strains of a relaxing cell.
 
     Raises:

@@ -54,14 +54,12 @@ from numpy.typing import NDArray
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.compute.reduction import ordered_sum
 from stitchmesh.errors import ParameterError, first_few
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
-from stitchmesh.yarnrelax.energies.term import Term, TermChoice
+from stitchmesh.yarnrelax.energies.term import YarnChoice, YarnTerm
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.spline import segment_corners
-from stitchmesh.yarnrelax.model.state import State
+from stitchmesh.yarnrelax.model.state import State, YarnForces
 
 CHORD_SHARES = np.array([1.0, 3.0, 3.0, 1.0]) / 6.0
 """Largest part of each control point of a segment in the displacement of the segment's chord."""
@@ -286,7 +284,7 @@ def twist_energies(
 
 
 @dataclass(frozen=True, eq=False)
-class Twist(TermChoice):
+class Twist(YarnChoice):
     """The resistance of the yarns to twist, and the twist of the given yarns.
 
     Raises:
@@ -304,7 +302,7 @@ class Twist(TermChoice):
         if not np.isfinite(self.imposed).all():
             raise ParameterError("twist: an imposed angle is not finite; expected radians from end to end")
 
-    def on(self, model: Model) -> Term:
+    def on(self, model: Model) -> YarnTerm:
         """Return the twist of a model's yarns.
 
         Raises:
@@ -317,7 +315,7 @@ class Twist(TermChoice):
         return _Twist(model, self.k_twist / model.unit, np.broadcast_to(angles, count))
 
 
-class _Twist(Term):
+class _Twist(YarnTerm):
     """Twist on a device."""
 
     name = "twist"
@@ -328,24 +326,24 @@ class _Twist(Term):
         self.length = np.add.reduceat(model.rest_length, model.yarns.segment_start[:-1])
         self.softness = self._doubles(self.length / k_twist)
         self.holonomy = self._doubles(np.zeros(len(imposed)))
+        self._energy = self._doubles(np.zeros(len(imposed)))
         points = model.upload(model.to_device(model.yarns.points), 3)
         self._follow(points, model.launch)
         self.untwisted = self._doubles(imposed + self.holonomy.numpy())
 
-    def forces(self, state: State, candidates: Candidates, launcher: Launcher) -> list[Any]:
-        """Add the force of twist to ``state.leg_force``."""
+    def forces(self, state: State, force: YarnForces, launcher: Launcher) -> list[Any]:
+        """Add the force of twist to the legs."""
         path = self.path
         inputs = [self.model.constants, path.before, path.after, self.untwisted, self.softness, self.holonomy,
                   path.chord]  # fmt: skip
         launches = self._follow(state.points, launcher)
-        return [*launches, launcher(add_twist_forces, self.model.segment_count, inputs, [state.leg_force])]
+        return [*launches, launcher(add_twist_forces, self.model.segment_count, inputs, [force.legs])]
 
-    def energy(self, state: State, candidates: Candidates) -> float:
-        """Energy of all yarns [erg]."""
-        self._follow(state.points, self.model.launch)
-        energy = self._doubles(np.zeros(len(self.imposed)))
-        self.model.launch(twist_energies, len(energy), [self.untwisted, self.softness, self.holonomy], [energy])
-        return ordered_sum(energy)
+    def element_energies(self, state: State, launcher: Launcher) -> tuple[list[Any], wp.array[Any]]:
+        """Return the launches that find the energy of each yarn, and the array of the energies."""
+        inputs = [self.untwisted, self.softness, self.holonomy]
+        of_yarns = launcher(twist_energies, len(self._energy), inputs, [self._energy])
+        return [*self._follow(state.points, launcher), of_yarns], self._energy
 
     def stiffness(self) -> NDArray[np.float64]:
         """Row sums for yarns that bend to loops of two radii or larger [erg / unit^2], shape (N,)."""

@@ -41,12 +41,11 @@ from numpy.typing import NDArray
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.precision import vector
-from stitchmesh.compute.reduction import ordered_sum, sums_over
 from stitchmesh.errors import ParameterError, check_positive
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
 from stitchmesh.yarnrelax.energies.cell_virial import add_friction_virial
 from stitchmesh.yarnrelax.energies.pair_stiffness import PairStiffness
-from stitchmesh.yarnrelax.energies.term import Term, TermChoice
+from stitchmesh.yarnrelax.energies.term import YarnChoice, YarnTerm
 from stitchmesh.yarnrelax.friction.friction_contacts import (
     Contacts,
     empty_lists,
@@ -67,7 +66,7 @@ from stitchmesh.yarnrelax.friction.friction_law import (
 )
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.lattice_images import sample_number
-from stitchmesh.yarnrelax.model.state import State
+from stitchmesh.yarnrelax.model.state import State, YarnForces
 
 
 @wp.func
@@ -175,7 +174,7 @@ def friction_energies(
 
 
 @dataclass(frozen=True)
-class Friction(TermChoice):
+class Friction(YarnChoice):
     """Dry friction where yarns touch.
 
     Raises:
@@ -200,12 +199,12 @@ class Friction(TermChoice):
         """Coefficients along the yarn and across it."""
         return self.mu if isinstance(self.mu, tuple) else (self.mu, self.mu)
 
-    def on(self, model: Model) -> Term:
+    def on(self, model: Model) -> YarnTerm:
         """Return the friction between a model's yarns; normal forces are zero before the first ``renew``."""
         return FrictionTerm(model, self)
 
 
-class FrictionTerm(Term):
+class FrictionTerm(YarnTerm):
     """Friction on a device."""
 
     name = "friction"
@@ -219,22 +218,20 @@ class FrictionTerm(Term):
         self.model, self.friction = model, friction
         self.law = vector(4, model.scalar)(largest, along, across, friction.slip_length)
         self.contacts = first_contacts(model)
+        self._energy = model.empty(model.sample_count)
+        self._generation = 0
         self._stiffness = empty_lists(model, self.contacts, 6)
 
-    def weaken(self, share: float) -> bool:
-        """Set the coefficients to a share of the chosen ones.
-
-        Returns:
-            Whether this changes the coefficients, so that captured launches are stale.
-        """
+    def weaken(self, share: float) -> None:
+        """Set the coefficients to a share of the chosen ones."""
         before, self.law = self.law, vector(4, self.model.scalar)(
             max(self.friction.coefficients) * share, self.law[1], self.law[2], self.law[3]
         )
-        return bool(self.law != before)
+        self._generation += bool(self.law != before)
 
-    def forces(self, state: State, candidates: Candidates, launcher: Launcher) -> list[Any]:
-        """Return the launch that adds the friction to ``state.sample_force``, and its virial if a cell relaxes."""
-        outputs = [state.sample_force, state.sample_block, state.sample_virial]
+    def forces(self, state: State, force: YarnForces, launcher: Launcher) -> list[Any]:
+        """Return the launch that adds the friction to the samples, and its virial if a cell relaxes."""
+        outputs = [force.samples, force.blocks, force.virial]
         return [launcher(friction_forces(state.cell_relaxes), self.model.sample_count, self._inputs(state), outputs)]
 
     def pair_stiffness(self, state: State, launcher: Launcher) -> PairStiffness:
@@ -249,38 +246,28 @@ class FrictionTerm(Term):
         launch = launcher(friction_stiffness, self.model.sample_count, inputs, [self._stiffness])
         return PairStiffness(inputs[0], kept.count, kept.entry, self._stiffness, [launch])
 
-    def energy(self, state: State, candidates: Candidates) -> float:
-        """Energy of all pairs [erg]; zero without slip."""
-        return ordered_sum(self._sample_energies(state))
+    def element_energies(self, state: State, launcher: Launcher) -> tuple[list[Any], wp.array[Any]]:
+        """Return the launch that halves the energy of each pair at both of its samples, and the array of the energies.
 
-    def cell_energies(self, state: State, candidates: Candidates) -> NDArray[np.float64]:
-        """Energy of the pairs of each cell [erg], shape (C,)."""
-        return sums_over(self._sample_energies(state), self.model.cell_samples, self.model.largest_cell)
-
-    def _sample_energies(self, state: State) -> wp.array[Any]:
-        energy = self.model.empty(self.model.sample_count)
-        self.model.launch(friction_energies, self.model.sample_count, self._inputs(state), [energy])
-        return energy
-
-    def stiffness(self) -> NDArray[np.float64]:
-        """Zero, because ``forces`` adds the stiffness itself."""
-        return np.zeros(self.model.point_count)
+        The energy is zero without slip.
+        """
+        return [launcher(friction_energies, len(self._energy), self._inputs(state), [self._energy])], self._energy
 
     def has_moved(self, state: State) -> NDArray[np.bool_]:
         """Whether the yarns of each cell have moved since their normal forces were found, shape (C,)."""
         return has_moved(self.model, state, self.contacts)
 
-    def renew(self, state: State, candidates: Candidates, cells: NDArray[np.bool_] | None = None) -> bool:
-        """Find the normal forces for the current samples, and move the anchors.
-
-        Returns:
-            Whether arrays were replaced, because they had no room for the pairs.
-        """
+    def renew(self, state: State, candidates: Candidates, cells: NDArray[np.bool_] | None = None) -> None:
+        """Find the normal forces for the current samples, and move the anchors."""
         found = renewed_contacts(self.model, self.law, state, candidates, self.contacts, cells)
-        if found.put_into(self.contacts):
-            return False
-        self.contacts = found
-        return True
+        if not found.put_into(self.contacts):
+            self.contacts = found
+            self._generation += 1
+
+    @property
+    def generation(self) -> int:
+        """A number that changes when the arrays had no room for the pairs, or the law has changed."""
+        return self._generation
 
     def arrays(self) -> dict[str, wp.array[Any]]:
         """The contacts of the load step."""
@@ -293,6 +280,7 @@ class FrictionTerm(Term):
         self.contacts = Contacts(
             **{name: wp.array(arrays[name], dtype=kind, device=device) for name, kind in kinds.items()}
         )
+        self._generation += 1
 
     def _inputs(self, state: State) -> list[Any]:
         kept = self.contacts

@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from stitchmesh.compute.launch import launch, prepare
 from stitchmesh.compute.precision import vector
 from stitchmesh.yarnrelax.model.cells import CellTables
+from stitchmesh.yarnrelax.model.material import carried_lengths, point_masses
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,6 +113,19 @@ class Model(CellTables):
     ) -> wp.Launch:
         """Prepare a launch that will be repeated, with the arguments of ``launch``."""
         return prepare(kernel, count, inputs, outputs, self.device, tile=tile)
+
+    def masses(self) -> list[NDArray[np.float64]]:
+        """Mass of each control point [g], shape (N,), as a list of one array (``simulation.term.Carrier``).
+
+        Raises:
+            ParameterError: a yarn has no mass.
+        """
+        return [point_masses(self)]
+
+    def areas(self) -> list[NDArray[np.float64]]:
+        """Diameter times length of the yarn that each control point carries [cm^2], as a list of one array."""
+        carried = carried_lengths(self.rest_length, self.yarns.segment_points, self.point_count)
+        return [2.0 * self.radius[self.yarns.point_yarn] * carried * self.unit**2]
 
     def number(self, value: float) -> Any:
         """Return a scalar for a kernel argument."""

@@ -18,6 +18,32 @@ from stitchmesh.yarnrelax.model.constants import Model
 
 
 @dataclass(frozen=True, eq=False)
+class YarnForces:
+    """Where terms add their forces [erg / unit]: the arrays of a state, one for each kind of place."""
+
+    points: wp.array[Any]
+    """Force on each control point, shape (N, 3)."""
+    samples: wp.array[Any]
+    """Force on each contact sample, and the row sum of its stiffness [erg / unit^2], shape (P, 4)."""
+    blocks: wp.array[Any]
+    """Stiffness at each sample, shape (P, 6), or empty."""
+    virial: wp.array[Any]
+    """Part of each sample in the virial of its cell and in its stiffness, shape (P, 9), or empty."""
+    legs: wp.array[Any]
+    """Force on the end of each of a segment's three legs, shape (3, S, 3)."""
+
+    @property
+    def parts(self) -> tuple[wp.array[Any]]:
+        """The forces on control points."""
+        return (self.points,)
+
+    @property
+    def device(self) -> wp.Device:
+        """Where the arrays lie."""
+        return self.points.device
+
+
+@dataclass(frozen=True, eq=False)
 class State:
     """Arrays that the kernels of an iteration read and write."""
 
@@ -51,6 +77,23 @@ class State:
     preconditioner: wp.array[Any]
     """Inverse block of stiffness of each entry (``preconditioner``) [unit^2 / erg], shape (E, 6); empty if no solver
     reads it."""
+
+    @cached_property
+    def forces(self) -> YarnForces:
+        """The arrays to which terms add their forces."""
+        return YarnForces(
+            self.external_force, self.sample_force, self.sample_block, self.sample_virial, self.leg_force
+        )
+
+    @property
+    def parts(self) -> tuple[wp.array[Any]]:
+        """The control points."""
+        return (self.points,)
+
+    @property
+    def device(self) -> wp.Device:
+        """Where the arrays lie."""
+        return self.points.device
 
     @cached_property
     def arrays(self) -> Any:

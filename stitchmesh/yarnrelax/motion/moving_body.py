@@ -28,7 +28,6 @@ from stitchmesh.compute.precision import vector
 from stitchmesh.compute.vector_loads import load_vector, store_vector
 from stitchmesh.errors import ParameterError, check_positive
 from stitchmesh.mesh.vertex_motion import MovingMesh
-from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
 from stitchmesh.yarnrelax.constraints.pins import Pins
 from stitchmesh.yarnrelax.energies.body import (
     DEPTH,
@@ -41,10 +40,10 @@ from stitchmesh.yarnrelax.energies.body import (
 )
 from stitchmesh.yarnrelax.energies.body_penalty import push_listed, push_of
 from stitchmesh.yarnrelax.energies.body_surface import NO_ANCHOR, anchor_at, anchor_place, gap_to, single
-from stitchmesh.yarnrelax.energies.term import Term, TermChoice
+from stitchmesh.yarnrelax.energies.term import YarnChoice, YarnTerm
 from stitchmesh.yarnrelax.friction.friction_law import LARGEST_COEFFICIENT, slip_slope, within
 from stitchmesh.yarnrelax.model.constants import Model
-from stitchmesh.yarnrelax.model.state import State
+from stitchmesh.yarnrelax.model.state import State, YarnForces
 from stitchmesh.yarnrelax.motion.follow_defaults import BODY_FRICTION
 from stitchmesh.yarnrelax.motion.moving_surface import MovingSurface
 
@@ -141,7 +140,7 @@ def moving_body_forces(
 
 
 @dataclass(frozen=True, eq=False)
-class MovingBody(TermChoice):
+class MovingBody(YarnChoice):
     """A body that moves and has friction with yarns, for the solver ``dynamics`` (``follow_body``).
 
     Raises:
@@ -178,7 +177,7 @@ class MovingBody(TermChoice):
         return MovingBodyTerm(model, self)
 
 
-class MovingBodyTerm(Term):
+class MovingBodyTerm(YarnTerm):
     """A moving body on a device."""
 
     name = "moving body"
@@ -196,6 +195,7 @@ class MovingBodyTerm(Term):
         self.measured, self.measured_travel = model.empty(count, 4), model.empty(count)
         self.list_count = model.integers(np.zeros(count))
         self.listed = allocate_triangle_lists(model)
+        self._no_energy = model.empty(1)
         self.face = wp.full(count, NO_ANCHOR, dtype=wp.int32, device=model.device)
         self.anchor = model.empty(count, 3)
         self.forget_distances()
@@ -204,21 +204,17 @@ class MovingBodyTerm(Term):
         """Measure all distances again in the next forces; a resumed run begins in the same way."""
         self.measured.fill_(NOWHERE)
 
-    def forces(self, state: State, candidates: Candidates, launcher: Launcher) -> list[Any]:
-        """Place the surface, and add push and friction on each sample to ``state.sample_force``."""
+    def forces(self, state: State, force: YarnForces, launcher: Launcher) -> list[Any]:
+        """Place the surface, and add push and friction on each sample."""
         kept = [self.measured, self.measured_travel, self.list_count, self.listed, self.face, self.anchor]
-        outputs = [*kept, state.sample_force]
+        outputs = [*kept, force.samples]
         inputs = [*self.inputs, state.samples]
         placed = self.surface.launches(launcher)
         return [*placed, launcher(moving_body_forces, self.model.sample_count, inputs, outputs)]
 
-    def energy(self, state: State, candidates: Candidates) -> float:
-        """Zero, because the body does work and friction loses energy."""
-        return 0.0
-
-    def stiffness(self) -> NDArray[np.float64]:
-        """Zero, because ``forces`` adds the stiffness itself."""
-        return np.zeros(self.model.point_count)
+    def element_energies(self, state: State, launcher: Launcher) -> tuple[list[Any], wp.array[Any]]:
+        """Return no launch and a zero, because the body does work and friction loses energy."""
+        return [], self._no_energy
 
     def arrays(self) -> dict[str, wp.array[Any]]:
         """Return the anchors."""

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
-from stitchmesh.yarnrelax.energies.term import Constraint, Term
+from stitchmesh.yarnrelax.energies.term import Constraint, OnYarns
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.state import State
 from stitchmesh.yarnrelax.solvers.cell_strain import CellStrain
@@ -40,7 +40,7 @@ class SolverInputs:
     """Largest move of a control point in one iteration, in mean yarn radii."""
     strain: CellStrain | None = None
     """The strains of relaxing cells."""
-    terms: Sequence[Term] = ()
+    terms: Sequence[OnYarns] = ()
     """Further energies."""
 
 

@@ -23,7 +23,7 @@ from stitchmesh.io.history import HistoryEntry
 from stitchmesh.run import SHOWN
 from stitchmesh.time_limit import OutOfTime
 from stitchmesh.yarnrelax.energies.confinement import CellConfinements, Confinement
-from stitchmesh.yarnrelax.energies.term import TermChoice
+from stitchmesh.yarnrelax.energies.term import YarnChoice
 from stitchmesh.yarnrelax.linking.certificate import pull_throughs_together
 from stitchmesh.yarnrelax.load_steps import LoadedCells, LoadStep, StepAtRest, friction_and_others
 from stitchmesh.yarnrelax.simulation import YarnSimulation
@@ -75,7 +75,7 @@ class _Path:
         first = each[0]
         others = [friction_and_others(given["terms"])[1] for given in each]
         planes = tuple(term for own in others for term in own if isinstance(term, Confinement))
-        terms: list[TermChoice] = [friction_and_others(first["terms"])[0]]
+        terms: list[YarnChoice] = [friction_and_others(first["terms"])[0]]
         terms += [CellConfinements(planes, (None,) * len(planes))] if planes else []
         simulation = YarnSimulation(
             [(given["yarns"], given["material"]) for given in each], first["quality"],

@@ -19,12 +19,12 @@ from stitchmesh.io import read_mesh
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import Mesh
 from stitchmesh.quality import Quality, quality_named
+from stitchmesh.simulation.dead_load import EARTH, Gravity
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial, relax_yarns
 from stitchmesh.yarnrelax.assembled_hessian import HessianAssembly
 from stitchmesh.yarnrelax.energies.body import DEPTH, Body
 from stitchmesh.yarnrelax.energies.body_surface import gap_to, put_surface
-from stitchmesh.yarnrelax.energies.gravity import STANDARD, Gravity
 from stitchmesh.yarnrelax.energies.mesh_features import mesh_features
 from tests.gallery import shared
 from tests.yarnrelax.hessian import scenes as hessian_scenes
@@ -230,7 +230,7 @@ def test_a_loaded_yarn_relaxes_to_rest_in_a_valley() -> None:
     exerted a force, there would be no equilibrium.
     """
     radius, weight = 0.25, 5e4
-    matter = replace(MATTER, mass_per_length=weight / -STANDARD[1])
+    matter = replace(MATTER, mass_per_length=weight / -EARTH[1])
     yarns = straight(12, 0.0)
     yarns = replace(yarns, points=yarns.points + np.array([0.0, 0.5, 0.2]))
     quality = Quality("float64", 3, 3, 12, 0.2, 1e-5, 5000)

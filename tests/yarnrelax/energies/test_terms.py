@@ -13,10 +13,10 @@ import pytest
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import Mesh
+from stitchmesh.simulation.dead_load import Gravity
 from stitchmesh.yarnrelax import relax_yarns
 from stitchmesh.yarnrelax.constraints.pins import Pins
 from stitchmesh.yarnrelax.energies.body import Body
-from stitchmesh.yarnrelax.energies.gravity import Gravity
 from stitchmesh.yarnrelax.energies.term import terms_and_constraints
 from tests.gallery import ROOT
 from tests.yarnrelax.stockinette import flat_patch

@@ -16,7 +16,7 @@ from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
 from stitchmesh.yarnrelax.assembled_hessian import HessianAssembly
-from stitchmesh.yarnrelax.energies.term import TermChoice
+from stitchmesh.yarnrelax.energies.term import YarnChoice
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from tests.yarnrelax.solvers.test_cell_strain import sheared
 from tests.yarnrelax.stockinette import flat_patch, periodic_patch, shaken, tube, woven_cell
@@ -54,7 +54,7 @@ SCENES: dict[str, Scene] = {
 
 
 def started(
-    yarns: YarnSet, material: YarnMaterial, terms: Sequence[TermChoice] = (), cell: RelaxCell | None = None
+    yarns: YarnSet, material: YarnMaterial, terms: Sequence[YarnChoice] = (), cell: RelaxCell | None = None
 ) -> YarnSimulation:
     """A simulation in double precision before its first iteration."""
     return YarnSimulation.start(yarns, material, DOUBLE, device_named("cpu"), terms, cell=cell)

@@ -14,10 +14,10 @@ from stitchmesh.compute.device import device_named
 from stitchmesh.errors import ParameterError
 from stitchmesh.lattice import Lattice
 from stitchmesh.quality import PRESETS
+from stitchmesh.simulation.dead_load import Gravity
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial, relax_yarns, yarn_energies
 from stitchmesh.yarnrelax.cell_stress import cell_stress, cell_stresses
-from stitchmesh.yarnrelax.energies.gravity import Gravity
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.cell_strain import RelaxCell
 from tests.yarnrelax.stockinette import flat_patch, periodic_patch, woven_cell

@@ -27,12 +27,12 @@ from stitchmesh.recipe.sections import (
 )
 from stitchmesh.run import Checkpoints
 from stitchmesh.settings import declared_in
+from stitchmesh.simulation.dead_load import EARTH
 from stitchmesh.yarn.rest_length import RestLengths
 from stitchmesh.yarn.stitch_size import stitch_size
 from stitchmesh.yarn.yarn_presets import Yarn
 from stitchmesh.yarngen.finish import YarnFinish
 from stitchmesh.yarnrelax.constraints.pins import Pins
-from stitchmesh.yarnrelax.energies.gravity import STANDARD
 from stitchmesh.yarnrelax.model.material import NAMED
 
 if TYPE_CHECKING:
@@ -108,7 +108,7 @@ class YarnSettings:
         Raises:
             StitchMeshError: a name or a number is not valid, or the body cannot be read.
         """
-        x, y, z = STANDARD
+        x, y, z = EARTH
         physics = PhysicsSection(
             gravity=(self.gravity * x, self.gravity * y, self.gravity * z) if self.gravity else None,
             friction=self.friction or None,

@@ -140,8 +140,8 @@ def test_settings_reach_the_library(generated: Headless):
     generated.controls.set("Friction", 0.3)
     generated.controls.set("Gravity", 1.0)
     generated.controls.set("Keep the shape", False)
+    from stitchmesh.simulation.dead_load import Gravity
     from stitchmesh.yarn.rest_length import RestLengths
-    from stitchmesh.yarnrelax.energies.gravity import Gravity
     from stitchmesh.yarnrelax.friction.friction import Friction
 
     settings = generated.app.page.settings
