@@ -25,11 +25,11 @@ from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.errors import SolverError
 from stitchmesh.quality import Quality
+from stitchmesh.simulation.bodies.body_surface import anchor_at, anchor_place, single
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.collision.step_limit import shortened, smallest_distances, yarn_place
 from stitchmesh.yarnrelax.constraints.pins import held_coordinates, hold, pinned_points
 from stitchmesh.yarnrelax.energies.body import DEPTH
-from stitchmesh.yarnrelax.energies.body_surface import anchor_at, anchor_place, single
 from stitchmesh.yarnrelax.energies.term import Constraint, Coupling, YarnChoice
 from stitchmesh.yarnrelax.loop_state import carried_arrays, resume_from_arrays
 from stitchmesh.yarnrelax.model.constants import Model

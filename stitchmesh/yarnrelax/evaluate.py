@@ -21,11 +21,12 @@ from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.precision import scalar_named
 from stitchmesh.errors import check_kind
 from stitchmesh.mesh import FloatArray, Mesh
+from stitchmesh.simulation.bodies.body_surface import gap_to
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.collision.captured_search import ContactSearch
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates, make_candidates
 from stitchmesh.yarnrelax.energies import by_term, evaluation
-from stitchmesh.yarnrelax.energies.body_surface import gap_to, put_surface
+from stitchmesh.yarnrelax.energies.body import put_surface
 from stitchmesh.yarnrelax.energies.contact import contact_force_scale
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.lattice_images import sample_number

@@ -24,8 +24,8 @@ from stitchmesh.io.atomic import write_json
 from stitchmesh.io.checkpoint_file import CheckpointFile, checked_header, read_checkpoint, write_checkpoint
 from stitchmesh.io.yarn_formats.animated_usd import UsdFrame, write_animated_usd
 from stitchmesh.mesh.vertex_motion import MovingMesh
+from stitchmesh.simulation.bodies.mesh_features import feature_topology
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax.energies.mesh_features import feature_topology
 from stitchmesh.yarnrelax.follow_body import YarnFrame
 
 ANIMATION, REPORT = "animation.usdc", "report.json"

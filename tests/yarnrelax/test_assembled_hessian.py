@@ -11,10 +11,10 @@ import pytest
 from scipy.sparse import csc_array
 
 from stitchmesh.compute.device import device_named
+from stitchmesh.simulation.pair_lists import allocate_lists
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
 from stitchmesh.yarnrelax.assembled_hessian import HessianAssembly
-from stitchmesh.yarnrelax.collision.broad_phase import allocate_lists
 from stitchmesh.yarnrelax.collision.step_limit import STRAIN_UNIT
 from stitchmesh.yarnrelax.energies.confinement import Confinement
 from stitchmesh.yarnrelax.energies.term import YarnChoice
@@ -180,8 +180,8 @@ def test_longer_candidate_lists_and_new_contacts_of_friction_are_taken_over() ->
     simulation = slid(*FRICTION["free cell"])
     assembly = HessianAssembly(simulation)
     assembly.matrix()
-    capacity = simulation.candidates.lists.shape[1] + 8
-    simulation.candidates.lists = allocate_lists(simulation.model, simulation.model.sample_count, capacity)
+    model, capacity = simulation.model, simulation.candidates.lists.shape[1] + 8
+    simulation.candidates.lists = allocate_lists(model.sample_count, capacity, model.device)
     simulation.search.generation += 1
     simulation.search_contacts()
     renew_lagging(simulation, np.ones(1, dtype=bool))

@@ -19,8 +19,8 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import BORDER, Mesh
 from stitchmesh.mesh.vertex_motion import VertexMotion
 from stitchmesh.mixed.contact.motion import RigidMotion
-from stitchmesh.yarnrelax.energies.body_surface import surface_of
-from stitchmesh.yarnrelax.energies.mesh_features import enclosed_volume, feature_topology, features_at
+from stitchmesh.simulation.bodies.body_surface import surface_of
+from stitchmesh.simulation.bodies.mesh_features import enclosed_volume, feature_topology, features_at
 
 
 @wp.func

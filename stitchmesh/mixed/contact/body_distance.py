@@ -6,7 +6,7 @@ Each contact point keeps a distance R from the body, its radius plus the thickne
 
     E = P / 2 sum over points of  R a e        [erg],    a the area of the point times its weight of blending
 
-with e the penalty of ``stitchmesh.yarnrelax.energies.body_penalty``. With x the distance over R, the penalty over a
+with e the penalty of ``stitchmesh.simulation.bodies.body_penalty``. With x the distance over R, the penalty over a
 flat body is e = 1/x^2 + x^2 - 2, and the pressure is
 
     p = P (1/x^3 - x)        [dyn / cm^2],
@@ -45,14 +45,14 @@ from stitchmesh.mixed.contact.point_map import PointMap
 from stitchmesh.mixed.contact.self_collision import PRESSURE
 from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
 from stitchmesh.mixed.term import MixedTerm, keep_share
-from stitchmesh.yarnrelax.energies.body_penalty import (
+from stitchmesh.simulation.bodies.body_penalty import (
     body_block,
     outside_block,
     push_of,
     push_outside,
     without_negative,
 )
-from stitchmesh.yarnrelax.energies.body_surface import gap_to
+from stitchmesh.simulation.bodies.body_surface import gap_to
 
 DEPTH, DEPTH_SHARE = 1.0, 0.25
 """Default of the depth in which points are found [cm], and its bound as a share of the smallest side of the box around

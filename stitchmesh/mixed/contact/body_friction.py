@@ -2,20 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Dry friction of a cloth with a body: Coulomb's law with anchors on the surface, implicit and symmetric.
 
-Each contact point that touches the body has an anchor, a point that moves with a triangle of the surface. Within a step
-the energy of the point is
-
-    E = mu N phi(s),    s = |u_t|,    phi(s) = s^2 / e - s^3 / (3 e^2)  for s < e, else s - e / 3        [erg]
-
-This is the mollifier of Li et al. 2020 (Incremental Potential Contact) less its constant. u_t is the displacement from
-the anchor in the plane across the contact normal n, and e is the slip length. The normal force N and the normal n are
-taken from the end of the step before, so the force is a gradient. The Hessian
-
-    H = mu N (phi' / s (1 - n n^T) - c u_t u_t^T)
-
-is never negative (``stitchmesh.yarnrelax.friction.friction_law``). After a step the anchor of a point with s > e is
-dragged along until s = e. Li et al. measure slip from the beginning of the step instead, so a cloth at rest creeps at a
-speed below a threshold. With lasting anchors it rests under loads up to mu N, within e of the place where it stopped.
+The law, the energy and the Hessian stand in ``simulation.friction_law``. Each contact point that touches the body has
+an anchor, a point that moves with a triangle of the surface. The normal force N and the normal n are taken from the end
+of the step before. After a step the anchor of a point with s > e is dragged along until s = e. Li et al. 2020 measure
+slip from the beginning of the step instead, so a cloth at rest creeps at a speed below a threshold. With lasting
+anchors it rests under loads up to mu N, within e of the place where it stopped.
 Pure anchored springs would need a projection of the force in each Newton iteration, which would make the matrix
 unsymmetric.
 """
@@ -39,8 +30,8 @@ from stitchmesh.mixed.contact.body import to_body
 from stitchmesh.mixed.contact.body_distance import BodyContact, block_products
 from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
 from stitchmesh.mixed.term import MixedTerm
-from stitchmesh.yarnrelax.energies.body_surface import NO_ANCHOR, anchor_at, anchor_place, single
-from stitchmesh.yarnrelax.friction.friction_law import slip_curvature, slip_energy, slip_slope, within
+from stitchmesh.simulation.bodies.body_surface import NO_ANCHOR, anchor_at, anchor_place, single
+from stitchmesh.simulation.friction_law import slip_block, slip_energy, slip_force, within
 
 SLIP_LENGTH = 0.005
 """Default of e [cm]: the distance from its rest at which the friction of a point reaches its full size."""
@@ -48,7 +39,7 @@ SLIP_LENGTH = 0.005
 
 @wp.func
 def slip_of(surface: Any, here: Any, face: int, local: Any, normal: Any) -> Any:
-    """u_t, in the frame of the body; zero without an anchor."""
+    """u, in the frame of the body; zero without an anchor."""
     slip = here - here
     if face >= 0:
         slip = within(here - anchor_place(surface, face, local), normal)
@@ -74,7 +65,7 @@ def friction_forces(
     """Force of friction on each point [dyn]; the law is mu and the slip length."""
     i = wp.tid()
     slip = slip_of(surface, to_body(frame[0], origin[0], place[i]), face[i], local[i], normal[i])
-    force[i] = frame[0] * slip * (-law[0] * load[i] * slip_slope(wp.length(slip), law[1]))
+    force[i] = frame[0] * slip_force(slip, law[0] * load[i], law[1])
 
 
 @kernel
@@ -118,10 +109,7 @@ def friction_blocks(
     """H of each point by its place [dyn / cm]."""
     i = wp.tid()
     slip = slip_of(surface, to_body(frame[0], origin[0], place[i]), face[i], local[i], normal[i])
-    size, measure = law[0] * load[i], wp.length(slip)
-    across = wp.identity(n=3, dtype=type(size)) - wp.outer(normal[i], normal[i])
-    own = across * slip_slope(measure, law[1]) - wp.outer(slip, slip) * slip_curvature(measure, law[1])
-    block[i] = frame[0] * own * wp.transpose(frame[0]) * size
+    block[i] = frame[0] * slip_block(slip, normal[i], law[1]) * wp.transpose(frame[0]) * (law[0] * load[i])
 
 
 @kernel

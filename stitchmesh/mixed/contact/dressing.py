@@ -35,7 +35,7 @@ from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.cloth.starting_shape import RestEdges
 from stitchmesh.mixed.contact.body import PlacedBody, SolidBody, to_body
 from stitchmesh.mixed.contact.contact_points import ContactPoints, points_on_triangles
-from stitchmesh.yarnrelax.energies.body_surface import gap_to
+from stitchmesh.simulation.bodies.body_surface import gap_to
 
 OUTWARD_ROUNDS = 100
 """Largest number of moves."""

@@ -11,10 +11,10 @@ With the displacements d of the points since the beginning of the step, the ener
 
     E = 1/2 sum over i of  mu N_i phi(|t_i|)        [erg],    t_i = (1 - n_i n_i^T) (d_i - sum over j of w_ij d_j)
 
-with phi as in ``body_friction``. Each of two layers that slide on one another has half of the energy, so the friction
-is mu times their normal force. Friction of single pairs would instead add the sizes of forces whose vector sum is
-smaller. The force on a point is -g_i + sum over j of w_ji g_j with g_i = mu N_i / 2 phi' / |t_i| t_i, so all forces add
-up to zero. The Hessian is never negative.
+with phi as in ``simulation.friction_law``. Each of two layers that slide on one another has half of the energy, so the
+friction is mu times their normal force. Friction of single pairs would instead add the sizes of forces whose vector sum
+is smaller. The force on a point is -g_i + sum over j of w_ji g_j with g_i = mu N_i / 2 phi' / |t_i| t_i, so all forces
+add up to zero. The Hessian is never negative.
 
 Slip is measured from the beginning of the step, so layers that rest on one another creep, more slowly than
 ``SLIP_SPEED``. A static equilibrium has no friction between layers.
@@ -38,7 +38,7 @@ from stitchmesh.mixed.contact.pair_penalty import distance_of, pair_size, pair_s
 from stitchmesh.mixed.contact.self_collision import SelfCollision
 from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
 from stitchmesh.mixed.term import MixedTerm
-from stitchmesh.yarnrelax.friction.friction_law import slip_curvature, slip_energy, slip_slope, within
+from stitchmesh.simulation.friction_law import slip_block, slip_energy, slip_force, within
 
 SLIP_SPEED = 1.0
 """Relative speed of layers at which friction reaches its full size [cm/s]."""
@@ -132,7 +132,7 @@ def slip_pulls(
 ) -> None:
     """-g_i [dyn]."""
     i = wp.tid()
-    pull[i] = slip[i] * (-law[0][0] * load[i] * slip_slope(wp.length(slip[i]), law[0][1]))
+    pull[i] = slip_force(slip[i], law[0][0] * load[i], law[0][1])
 
 
 @kernel
@@ -148,10 +148,7 @@ def slip_blocks(
 ) -> None:
     """Second derivative of the energy of each point by t_i [dyn / cm]."""
     i = wp.tid()
-    size, measure = law[0][0] * load[i], wp.length(slip[i])
-    across = wp.identity(n=3, dtype=type(size)) - wp.outer(normal[i], normal[i])
-    own = across * slip_slope(measure, law[0][1]) - wp.outer(slip[i], slip[i]) * slip_curvature(measure, law[0][1])
-    block[i] = own * size
+    block[i] = slip_block(slip[i], normal[i], law[0][1]) * (law[0][0] * load[i])
 
 
 @kernel

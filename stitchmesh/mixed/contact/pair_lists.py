@@ -39,12 +39,11 @@ from stitchmesh.errors import SolverError
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.mixed.contact.contact_points import ContactPoints, SeamLinks
 from stitchmesh.mixed.contact.point_map import PointMap
+from stitchmesh.simulation.pair_lists import FIRST_CAPACITY, allocate_lists, insert_sorted
 
 ARC = 2.0
 """Largest distance of neighbours over their distance of contact. A fold of cloth as sharp as its thickness allows has
 layers one thickness apart, joined by an arc of pi / 2 thicknesses; the rest is a reserve for compressed cloth."""
-FIRST_CAPACITY = 16
-"""Capacity of a list before its first growth."""
 LONGEST_SWEEP = 16.0
 """Longest displacement for which lists are made, over the distance within which points at rest are listed."""
 GRID = 128
@@ -145,13 +144,8 @@ def list_pairs(
         reach = radius[i] + radius[j]
         if i != j and apart < reach * margin:
             if not rest_neighbours(panel, rest, seam_start, seam_point, i, j, reach * type(reach)(ARC_LENGTH)):
-                slot = found
+                insert_sorted(lists, i, found, j)
                 found += 1
-                if slot < lists.shape[1]:
-                    while slot > 0 and lists[i, wp.max(slot - 1, 0)] > j:
-                        lists[i, slot] = lists[i, slot - 1]
-                        slot -= 1
-                    lists[i, slot] = j
     count[i] = found
 
 
@@ -236,7 +230,7 @@ class PairLists:
         integers = [np.asarray(a, dtype=np.int32) for a in (points.points.panel, seams.start, seams.point)]
         self.panel, self.seam_start, self.seam_point = (wp.array(a, dtype=wp.int32, device=device) for a in integers)
         self.count = wp.zeros(len(points), dtype=wp.int32, device=device)
-        self.lists = _allocate(len(points), FIRST_CAPACITY, device)
+        self.lists = allocate_lists(len(points), FIRST_CAPACITY, device)
         self.generation = 0
         self.listed, self.sweep = points.vectors(), points.vectors()
         self._grid = wp.HashGrid(GRID, GRID, GRID, device=device, dtype=points.scalar)
@@ -286,7 +280,8 @@ class PairLists:
         self._list(radius)
         longest = int(self.count.numpy().max())
         if longest > self.lists.shape[1]:
-            self.lists = _allocate(len(self.points), self._checked(longest), self.points.device)
+            self._check_room(longest)
+            self.lists = allocate_lists(len(self.points), longest, self.points.device)
             self.generation += 1
             self._list(radius)
         self._made = True
@@ -303,20 +298,12 @@ class PairLists:
         self._run(relative_sizes, [vectors], self._numbers[:1])
         return maximum(self._numbers[0])
 
-    def _checked(self, longest: int) -> int:
-        """The capacity for a list of the given length, if there is enough memory."""
+    def _check_room(self, longest: int) -> None:
+        """Check that there is enough memory for lists of the given length."""
         if longest * len(self.points) > MOST_ENTRIES:
             worst = int(self.count.numpy().argmax())
             found = f"contact point {worst} has {longest} others near it, of {len(self.points)}"
             raise SolverError(f"self-collision: {found}; expected at most {MOST_ENTRIES} pairs; take a larger spacing")
-        return int(np.ceil(longest * 1.25 / 8)) * 8
 
     def _run(self, kernel: wp.Kernel, inputs: list[Any], outputs: list[Any]) -> None:
         launch(kernel, len(self.points), inputs, outputs, self.points.device)
-
-
-def _allocate(count: int, capacity: int, device: wp.Device) -> wp.array[Any]:
-    """Lists; on a GPU the lists of neighbouring points are interleaved."""
-    if device.is_cuda:
-        return wp.zeros((capacity, count), dtype=wp.int32, device=device).transpose()
-    return wp.zeros((count, capacity), dtype=wp.int32, device=device)

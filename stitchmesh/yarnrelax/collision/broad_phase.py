@@ -20,6 +20,7 @@ from stitchmesh.compute.captured import CopyArray
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.launch import BLOCK
 from stitchmesh.errors import SolverError
+from stitchmesh.simulation.pair_lists import FIRST_CAPACITY, allocate_lists, insert_sorted
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.lattice_images import (
     apart_from_cell,
@@ -30,8 +31,6 @@ from stitchmesh.yarnrelax.model.lattice_images import (
     turns_to,
 )
 
-FIRST_CAPACITY = 16
-"""First capacity of a list."""
 SPARE_REACH = 1.0
 """The near lists reach farther than the margin by this, in mean radii, so that they last for several searches."""
 NOTHING_LISTED = -1.0
@@ -122,13 +121,8 @@ def list_segments(
             same_cell = cell_of(model.images, j) == cell
             if same_cell and wp.dot(apart, apart) < limit * limit and may_collide(model, i, j, image):
                 entry = image * centre.shape[0] + j
-                place = found
+                insert_sorted(near, i, found, entry)
                 found += 1
-                if place < near.shape[1]:
-                    while place > 0 and near[i, wp.max(place - 1, 0)] > entry:
-                        near[i, place] = near[i, place - 1]
-                        place -= 1
-                    near[i, place] = entry
     near_count[i] = found
 
 
@@ -227,7 +221,7 @@ def make_near_segments(model: Model) -> NearSegments:
     grid.reserve(count)  # a capture must not allocate
     return NearSegments(
         wp.zeros(count, dtype=wp.int32, device=model.device),
-        allocate_lists(model, count, FIRST_CAPACITY),
+        allocate_lists(count, FIRST_CAPACITY, model.device),
         model.empty(count, 3),
         model.empty(count),
         model.empty(count, 3),
@@ -288,11 +282,3 @@ def checked_length(model: Model, count: wp.array[Any], needed: int) -> int:
         expected = f"expected at most {MOST_ENTRIES} pairs"
         raise SolverError(f"{where}: {found}; {expected}; give the yarns a smaller radius")
     return needed
-
-
-def allocate_lists(model: Model, count: int, needed: int) -> wp.array[Any]:
-    """Allocate ``count`` lists with a capacity of a quarter more than needed."""
-    capacity = int(np.ceil(needed * 1.25 / 8)) * 8 if needed > FIRST_CAPACITY else needed
-    if model.device.is_cuda:
-        return wp.zeros((capacity, count), dtype=wp.int32, device=model.device).transpose()
-    return wp.zeros((count, capacity), dtype=wp.int32, device=model.device)

@@ -23,9 +23,9 @@ from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.reduction import maximum
 from stitchmesh.compute.thread_block import MOST_THREADS, THREADS, largest_over_block, smallest_over_block
 from stitchmesh.simulation.captures import Captures
+from stitchmesh.simulation.pair_lists import allocate_lists
 from stitchmesh.yarnrelax.collision.broad_phase import (
     SPARE_REACH,
-    allocate_lists,
     bound_segments,
     checked_length,
     grid_launches,
@@ -327,10 +327,12 @@ class ContactSearch:
         """Return whether the lists had enough capacity and no segment is too long; otherwise enlarge the arrays."""
         model, candidates, near = self.model, self.candidates, self.candidates.near
         if found.near > near.lists.shape[1]:
-            near.lists = allocate_lists(model, model.segment_count, checked_length(model, near.count, found.near))
+            near.lists = allocate_lists(
+                model.segment_count, checked_length(model, near.count, found.near), model.device
+            )
         elif found.listed > candidates.lists.shape[1]:
             needed = checked_length(model, candidates.count, found.listed)
-            candidates.lists = allocate_lists(model, model.sample_count, needed)
+            candidates.lists = allocate_lists(model.sample_count, needed, model.device)
             self.generation += 1
             return False
         elif found.longest > self._longest:

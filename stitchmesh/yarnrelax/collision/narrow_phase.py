@@ -25,10 +25,9 @@ import warp as wp
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.vector_loads import load_vector
+from stitchmesh.simulation.pair_lists import FIRST_CAPACITY, allocate_lists
 from stitchmesh.yarnrelax.collision.broad_phase import (
-    FIRST_CAPACITY,
     NearSegments,
-    allocate_lists,
     make_near_segments,
 )
 from stitchmesh.yarnrelax.model.constants import Model
@@ -104,7 +103,7 @@ class Candidates:
 def make_candidates(model: Model, margin: float) -> Candidates:
     """Return empty lists for the samples of a model."""
     count = wp.zeros(model.sample_count, dtype=wp.int32, device=model.device)
-    lists = allocate_lists(model, model.sample_count, FIRST_CAPACITY)
+    lists = allocate_lists(model.sample_count, FIRST_CAPACITY, model.device)
     return Candidates(margin, count, lists, make_near_segments(model))
 
 

@@ -24,7 +24,7 @@ the penalty would be about a thousand. A sample that starts there in a closed bo
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -38,17 +38,18 @@ from stitchmesh.compute.reduction import minimum
 from stitchmesh.compute.vector_loads import load_vector, store_vector
 from stitchmesh.errors import LARGEST_NUMBER, ParameterError, SolverError, check_positive
 from stitchmesh.mesh import BORDER, Mesh
-from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
-from stitchmesh.yarnrelax.collision.step_limit import yarn_place
-from stitchmesh.yarnrelax.energies.body_penalty import (
+from stitchmesh.simulation.bodies.body_penalty import (
     body_block,
     near_triangles,
     push_listed,
     push_of,
     without_negative,
 )
-from stitchmesh.yarnrelax.energies.body_surface import from_triangle, gap_to, put_surface
-from stitchmesh.yarnrelax.energies.mesh_features import enclosed_volume
+from stitchmesh.simulation.bodies.body_surface import BodySurface, from_triangle, gap_to, surface_of
+from stitchmesh.simulation.bodies.mesh_features import enclosed_volume, mesh_features
+from stitchmesh.simulation.pair_lists import allocate_lists
+from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
+from stitchmesh.yarnrelax.collision.step_limit import yarn_place
 from stitchmesh.yarnrelax.energies.pair_stiffness import SampleStiffness
 from stitchmesh.yarnrelax.energies.term import YarnChoice, YarnTerm
 from stitchmesh.yarnrelax.model.constants import Model
@@ -256,7 +257,7 @@ class _Collision(YarnTerm):
         self.found_stiffness = wp.zeros(model.sample_count, dtype=vector(6, model.scalar), device=model.device)
         self._energy = model.empty(model.sample_count)
         self.list_count = model.integers(np.zeros(model.sample_count))
-        self.listed = allocate_triangle_lists(model)
+        self.listed = allocate_lists(model.sample_count, LIST, model.device)
 
     def forces(self, state: State, force: YarnForces, launcher: Launcher) -> list[Any]:
         """Add the push on each sample to the samples."""
@@ -299,8 +300,8 @@ class _Collision(YarnTerm):
         return f"{found}; give the fabric of the yarns, with which they are moved out first, or move the body"
 
 
-def allocate_triangle_lists(model: Model) -> wp.array[Any]:
-    """Allocate the list of each sample; on a GPU the lists of neighbouring samples are interleaved."""
-    if model.device.is_cuda:
-        return wp.zeros((LIST, model.sample_count), dtype=wp.int32, device=model.device).transpose()
-    return wp.zeros((model.sample_count, LIST), dtype=wp.int32, device=model.device)
+def put_surface(model: Model, mesh: Mesh) -> BodySurface:
+    """Send a mesh to the device of a model."""
+    features = mesh_features(mesh)
+    corners = model.to_device(features.corners.reshape(-1, 3)).reshape(-1, 3, 3)
+    return surface_of(replace(features, corners=corners), model.scalar, model.device)

@@ -42,6 +42,7 @@ from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.precision import vector
 from stitchmesh.errors import ParameterError, check_positive
+from stitchmesh.simulation.friction_law import LARGEST_COEFFICIENT, slip_energy, slip_slope
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
 from stitchmesh.yarnrelax.energies.cell_virial import add_friction_virial
 from stitchmesh.yarnrelax.energies.pair_stiffness import PairStiffness
@@ -55,12 +56,9 @@ from stitchmesh.yarnrelax.friction.friction_contacts import (
     renewed_contacts,
 )
 from stitchmesh.yarnrelax.friction.friction_law import (
-    LARGEST_COEFFICIENT,
     resistance_block,
     resisted_slip,
-    slip_energy,
     slip_measure,
-    slip_slope,
     slip_stiffness_block,
     vector_from,
 )

@@ -30,8 +30,9 @@ from numpy.typing import NDArray
 
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.reduction import maximum
+from stitchmesh.simulation.friction_law import within
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
-from stitchmesh.yarnrelax.friction.friction_law import press_of_pair, resisted_slip, slip_measure, vector_from, within
+from stitchmesh.yarnrelax.friction.friction_law import press_of_pair, resisted_slip, slip_measure, vector_from
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.image_table import joined_table
 from stitchmesh.yarnrelax.model.lattice_images import entry_shift, images_struct, images_with, sample_number

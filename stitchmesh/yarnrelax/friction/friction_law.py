@@ -19,13 +19,10 @@ from typing import Any
 
 import warp as wp
 
+from stitchmesh.simulation.friction_law import slip_curvature, slip_slope, within
 from stitchmesh.yarnrelax.energies.contact import contact_force_scale, outer_product
 from stitchmesh.yarnrelax.model.lattice_images import sample_number
 from stitchmesh.yarnrelax.model.spline import from_entry
-
-LARGEST_COEFFICIENT = 2.0
-"""No yarn has a larger coefficient on yarn, skin or cloth; the largest of dry and wet fibres in Morton and Hearle is
-0.9, of swollen wool."""
 
 # Two yarns cross where the difference of their unit tangents is longer than sqrt(0.1), an angle of 18 degrees; below
 # that their contact is long, and only the direction that they share counts as along.
@@ -69,12 +66,6 @@ def press_of_pair(model: Any, samples: wp.array[Any], tangent: wp.array[Any], p:
 
 
 @wp.func
-def within(slip: Any, normal: Any) -> Any:
-    """Part of a vector in the plane across a unit normal."""
-    return slip - normal * wp.dot(slip, normal)
-
-
-@wp.func
 def resisted_slip(slip: Any, normal: Any, first: Any, second: Any, law: Any) -> Any:
     """A u: the part of a slip that the contact resists, weighted by direction."""
     resisted = within(slip, normal) * law[2]
@@ -89,31 +80,6 @@ def resisted_slip(slip: Any, normal: Any, first: Any, second: Any, law: Any) -> 
 def slip_measure(slip: Any, resisted: Any) -> Any:
     """Slip of a pair in the measure of the law, s."""
     return wp.sqrt(wp.max(wp.dot(slip, resisted), type(slip[0])(0.0)))
-
-
-@wp.func
-def slip_energy(measure: Any, slip_length: Any) -> Any:
-    """phi(s)."""
-    if measure < slip_length:
-        part = measure / slip_length
-        return measure * part * (type(part)(1.0) - part / type(part)(3.0))
-    return measure - slip_length / type(measure)(3.0)
-
-
-@wp.func
-def slip_slope(measure: Any, slip_length: Any) -> Any:
-    """phi'(s) / s."""
-    if measure < slip_length:
-        return (type(measure)(2.0) - measure / slip_length) / slip_length
-    return type(measure)(1.0) / measure
-
-
-@wp.func
-def slip_curvature(measure: Any, slip_length: Any) -> Any:
-    """c, the part of phi' / s by which friction is softer along the slip, over s^2; zero without slip."""
-    if measure < slip_length:
-        return measure / (slip_length * slip_length * wp.max(measure * measure, type(measure)(1.0e-30)))
-    return type(measure)(1.0) / (measure * measure * measure)
 
 
 @wp.func

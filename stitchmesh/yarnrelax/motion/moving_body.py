@@ -28,20 +28,21 @@ from stitchmesh.compute.precision import vector
 from stitchmesh.compute.vector_loads import load_vector, store_vector
 from stitchmesh.errors import ParameterError, check_positive
 from stitchmesh.mesh.vertex_motion import MovingMesh
+from stitchmesh.simulation.bodies.body_penalty import push_listed, push_of
+from stitchmesh.simulation.bodies.body_surface import NO_ANCHOR, anchor_at, anchor_place, gap_to, single
+from stitchmesh.simulation.friction_law import LARGEST_COEFFICIENT, slip_slope, within
+from stitchmesh.simulation.pair_lists import allocate_lists
 from stitchmesh.yarnrelax.constraints.pins import Pins
 from stitchmesh.yarnrelax.energies.body import (
     DEPTH,
+    LIST,
     MARGIN,
     NOWHERE,
     Body,
-    allocate_triangle_lists,
     body_gaps,
     list_triangles,
 )
-from stitchmesh.yarnrelax.energies.body_penalty import push_listed, push_of
-from stitchmesh.yarnrelax.energies.body_surface import NO_ANCHOR, anchor_at, anchor_place, gap_to, single
 from stitchmesh.yarnrelax.energies.term import YarnChoice, YarnTerm
-from stitchmesh.yarnrelax.friction.friction_law import LARGEST_COEFFICIENT, slip_slope, within
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.state import State, YarnForces
 from stitchmesh.yarnrelax.motion.follow_defaults import BODY_FRICTION
@@ -194,7 +195,7 @@ class MovingBodyTerm(YarnTerm):
         count = model.sample_count
         self.measured, self.measured_travel = model.empty(count, 4), model.empty(count)
         self.list_count = model.integers(np.zeros(count))
-        self.listed = allocate_triangle_lists(model)
+        self.listed = allocate_lists(count, LIST, model.device)
         self._no_energy = model.empty(1)
         self.face = wp.full(count, NO_ANCHOR, dtype=wp.int32, device=model.device)
         self.anchor = model.empty(count, 3)

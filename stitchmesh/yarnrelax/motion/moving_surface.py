@@ -22,8 +22,8 @@ from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.mesh import IntArray
 from stitchmesh.mesh.vertex_motion import MovingMesh
-from stitchmesh.yarnrelax.energies.body_surface import single, surface_of
-from stitchmesh.yarnrelax.energies.mesh_features import FeatureTopology, feature_topology, features_at
+from stitchmesh.simulation.bodies.body_surface import single, surface_of
+from stitchmesh.simulation.bodies.mesh_features import FeatureTopology, feature_topology, features_at
 from stitchmesh.yarnrelax.model.constants import Model
 
 

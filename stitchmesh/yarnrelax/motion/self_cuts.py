@@ -18,7 +18,7 @@ from stitchmesh.compute.launch import launch
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import FloatArray
 from stitchmesh.mesh.vertex_motion import MovingMesh
-from stitchmesh.yarnrelax.energies.mesh_features import feature_topology
+from stitchmesh.simulation.bodies.mesh_features import feature_topology
 
 
 @wp.func

@@ -13,7 +13,7 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.mesh.vertex_motion import VertexMotion
 from stitchmesh.mixed.scene.motion_section import AttachmentSection, BodySection, Keyframe
 from stitchmesh.mixed.scene.simple_bodies import LARGEST_BEND, Arm
-from stitchmesh.yarnrelax.energies.mesh_features import enclosed_volume
+from stitchmesh.simulation.bodies.mesh_features import enclosed_volume
 
 ARM = Arm(3.0, 20.0, 15.0)
 BEND = (Keyframe(time=0.0), Keyframe(time=2.0, bend=90.0, displacement=(1.0, 0.0, 0.0)))

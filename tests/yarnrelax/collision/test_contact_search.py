@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from scipy.spatial.distance import cdist
 
+from stitchmesh.simulation.pair_lists import FIRST_CAPACITY
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax.collision.broad_phase import FIRST_CAPACITY
 from stitchmesh.yarnrelax.collision.captured_search import ContactSearch
 from stitchmesh.yarnrelax.collision.narrow_phase import (
     NARROWEST_MARGIN,

@@ -19,13 +19,13 @@ from stitchmesh.io import read_mesh
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import Mesh
 from stitchmesh.quality import Quality, quality_named
+from stitchmesh.simulation.bodies.body_surface import gap_to
+from stitchmesh.simulation.bodies.mesh_features import mesh_features
 from stitchmesh.simulation.dead_load import EARTH, Gravity
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial, relax_yarns
 from stitchmesh.yarnrelax.assembled_hessian import HessianAssembly
-from stitchmesh.yarnrelax.energies.body import DEPTH, Body
-from stitchmesh.yarnrelax.energies.body_surface import gap_to, put_surface
-from stitchmesh.yarnrelax.energies.mesh_features import mesh_features
+from stitchmesh.yarnrelax.energies.body import DEPTH, Body, put_surface
 from tests.gallery import shared
 from tests.yarnrelax.hessian import scenes as hessian_scenes
 from tests.yarnrelax.hessian.scenes import assembled_hessian

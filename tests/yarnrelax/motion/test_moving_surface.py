@@ -13,7 +13,7 @@ from stitchmesh.compute.device import device_named
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import Mesh
 from stitchmesh.mesh.vertex_motion import MovingMesh
-from stitchmesh.yarnrelax.energies.mesh_features import mesh_features
+from stitchmesh.simulation.bodies.mesh_features import mesh_features
 from stitchmesh.yarnrelax.motion.moving_surface import MovingSurface
 from stitchmesh.yarnrelax.motion.self_cuts import refuse_self_cuts
 from tests.yarnrelax.energies.test_body import BOX, box, ring, sphere

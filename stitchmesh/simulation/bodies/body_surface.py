@@ -11,16 +11,14 @@ sign comes from the outward direction of the feature (``mesh_features``). Everyt
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import warp as wp
 
 from stitchmesh.compute.precision import vector
-from stitchmesh.mesh import Mesh
-from stitchmesh.yarnrelax.energies.mesh_features import MeshFeatures, mesh_features
-from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.simulation.bodies.mesh_features import MeshFeatures
 
 NO_ANCHOR = wp.constant(-1)
 """Number of the triangle for a point without an anchor, which does not touch the body."""
@@ -115,7 +113,7 @@ def single(place: Any) -> wp.vec3:
 
 @dataclass(frozen=True, eq=False)
 class BodySurface:
-    """A surface on the device, in units from the model's origin."""
+    """A surface on the device, in the coordinates of a simulation."""
 
     tree: wp.Mesh
     """The tree for searches; kernels receive its identifier."""
@@ -134,13 +132,6 @@ def _constants_type(scalar: Any) -> Any:
         "shares": vectors,  # of each triangle's edges and of its corners, shape (2 T, 3)
     }
     return wp.struct(type(f"BodySurface_{scalar.__name__}", (), {"__annotations__": annotations}))
-
-
-def put_surface(model: Model, mesh: Mesh) -> BodySurface:
-    """Send a mesh to the device of a model."""
-    features = mesh_features(mesh)
-    corners = model.to_device(features.corners.reshape(-1, 3)).reshape(-1, 3, 3)
-    return surface_of(replace(features, corners=corners), model.scalar, model.device)
 
 
 def surface_of(features: MeshFeatures, scalar: Any, device: wp.Device) -> BodySurface:

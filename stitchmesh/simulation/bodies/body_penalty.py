@@ -32,7 +32,7 @@ from typing import Any
 
 import warp as wp
 
-from stitchmesh.yarnrelax.energies.body_surface import (
+from stitchmesh.simulation.bodies.body_surface import (
     feature_of,
     from_edge,
     from_feature,
