@@ -26,9 +26,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.mesh import FloatArray
-from stitchmesh.mixed.assembly import Loads, contact_points, loaded_system
+from stitchmesh.mixed.assembly import Loads, MixedFabric, contact_points, loaded_system
 from stitchmesh.mixed.contact.motion import Attachment, PrescribedMotion
-from stitchmesh.mixed.dynamics.cloth_system import MixedFabric
 from stitchmesh.mixed.dynamics.equilibrium import EquilibriumSettings, find_equilibrium
 from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
 from stitchmesh.mixed.dynamics.vector_sums import choose, set_sum
@@ -81,7 +80,6 @@ def settle_changed(
     fabric: MixedFabric,
     change: RegionChange,
     loads: Loads,
-    vertices: FloatArray,
     old_terms: Sequence[MixedTerm],
     positions: MixedVector,
     time_step: float,
@@ -97,7 +95,6 @@ def settle_changed(
         fabric: cloth, yarns and materials.
         change: both regions.
         loads: gravity, attachments, bodies and contact.
-        vertices: positions of the vertices at the start of the run [cm], shape (V, 3).
         old_terms: the terms of the old region, with their memory.
         positions: positions in the new region [cm]; changed.
         time_step: length of the step [s].
@@ -111,7 +108,7 @@ def settle_changed(
         return
     stays = Attachment(corners, nodes)
     held = replace(loads, held=[stays], gravity=(0.0, 0.0, 0.0))
-    system = loaded_system(fabric, change.new, held, vertices, scalar=positions.scalar, device=positions.device)
+    system = loaded_system(fabric, change.new, held, scalar=positions.scalar, device=positions.device)
     carry_terms(old_terms, system.terms, change)
     # three iterations bring new nodes near to their equilibrium
     settings = EquilibriumSettings(most_iterations=3, first_time_step=time_step, longest_time_step=time_step)

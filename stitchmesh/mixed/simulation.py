@@ -166,12 +166,9 @@ class Simulation(ABC):
 
     def system_at(self, time: float) -> tuple[MixedSystem, PrescribedMotion]:
         """Return the system with the attachments at a time, and their motion."""
-        prepared, (vertices, _nodes) = self.prepared, self.start
-        loads = prepared.loads(time)
-        system = loaded_system(
-            prepared.fabric, prepared.region, loads, vertices, scalar=self.scalar, device=self.device
-        )
-        return system, PrescribedMotion(held_in_state(self.prepared.region, loads.held), *self.start)
+        prepared, loads = self.prepared, self.prepared.loads(time)
+        system = loaded_system(prepared.fabric, prepared.region, loads, scalar=self.scalar, device=self.device)
+        return system, PrescribedMotion(held_in_state(prepared.region, loads.held), *self.start)
 
 
 class DynamicSimulation(Simulation):
@@ -210,8 +207,9 @@ class DynamicSimulation(Simulation):
         new.velocities.assign(moved_velocities(fabric, change, old.velocities))
         new.time, new.time_step, new.calm_steps = old.time, old.time_step, old.calm_steps
         place_held(new.system, self._motion, new.positions, new.time)
-        loads, start = self.prepared.loads(self.time), self.prepared.vertices
-        settle_changed(fabric, change, loads, start, old.system.terms, new.positions, new.time_step)
+        settle_changed(
+            fabric, change, self.prepared.loads(self.time), old.system.terms, new.positions, new.time_step
+        )
         before, after = [(each.system, each.positions, each.velocities) for each in (old, new)]
         keep_momentum(before, after)
         carry_terms(old.system.terms, new.system.terms, change)

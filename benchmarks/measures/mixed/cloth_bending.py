@@ -22,8 +22,8 @@ from scipy.sparse.linalg import spsolve
 from benchmarks.scenes.cloths import Kind, rectangle
 from benchmarks.table import Rows
 from stitchmesh.compute.device import device_named
+from stitchmesh.mixed.assembly import triangle_masses
 from stitchmesh.mixed.cloth.cloth import Cloth
-from stitchmesh.mixed.dynamics.cloth_system import triangle_masses
 from stitchmesh.mixed.dynamics.equilibrium import EquilibriumSettings, find_equilibrium
 from stitchmesh.mixed.dynamics.mass_matrix import Weight, blend_masses
 from stitchmesh.mixed.dynamics.mixed_system import MixedSystem

@@ -18,13 +18,12 @@ from stitchmesh.compute.device import device_named
 from stitchmesh.compute.free_memory import host_memory
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
-from stitchmesh.mixed.assembly import LoadedBody, Loads
+from stitchmesh.mixed.assembly import LoadedBody, Loads, MixedFabric
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.contact.dressing import WornBody, dressed_vertices
 from stitchmesh.mixed.contact.motion import Attachment
 from stitchmesh.mixed.contact.self_collision import PRESSURE
 from stitchmesh.mixed.crossings.crossing_material import DEFAULT, CrossingMaterial, FabricMaterials
-from stitchmesh.mixed.dynamics.cloth_system import MixedFabric
 from stitchmesh.mixed.enrichment.region import Region, region_around
 from stitchmesh.mixed.layout.crossing_yarns import ROD
 from stitchmesh.mixed.layout.curves import vertex_normals
