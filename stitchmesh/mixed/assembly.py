@@ -50,9 +50,8 @@ from stitchmesh.mixed.dynamics.mass_matrix import BlendedMasses, MassMatrix, Nod
 from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
 from stitchmesh.mixed.dynamics.spline_part import spline_masses, spline_term
 from stitchmesh.mixed.enrichment.balanced_weights import StretchedCloth, StretchWeights, balanced_weights
-from stitchmesh.mixed.enrichment.embedding import FreeUnknowns, embed
 from stitchmesh.mixed.enrichment.projection import make_consistent
-from stitchmesh.mixed.enrichment.region import TRIANGLES, Region
+from stitchmesh.mixed.enrichment.region import TRIANGLES, FreeUnknowns, Region, embed
 from stitchmesh.mixed.layout.crossing_yarns import WARP, WEFT, CrossingYarns
 from stitchmesh.mixed.layout.spline_yarns import LaidYarns, SplineYarns
 from stitchmesh.mixed.mixed_vector import MixedVector

@@ -45,7 +45,8 @@ def cloth_scene(
     scalar: Any = wp.float64,
 ) -> ClothScene:
     """A fabric of which some vertices and nodes are held, with its vertices at given places [cm]."""
-    held = [Attachment(np.array(vertices, dtype=np.int64), np.array(nodes, dtype=np.int64))]
-    loads = Loads(gravity=gravity, held=held if len(nodes) or len(vertices) else ())
+    any_held = len(nodes) or len(vertices)
+    held = [Attachment(np.array(vertices, dtype=np.int64), np.array(nodes, dtype=np.int64))] if any_held else []
+    loads = Loads(gravity=gravity, held=held)
     system = loaded_system(fabric, region, loads, scalar=scalar, device=device_named("cpu"))
     return ClothScene(fabric, region, system, start_positions(fabric, region, system, places))

@@ -27,8 +27,7 @@ from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.dynamics.equilibrium import EquilibriumSettings, find_equilibrium
 from stitchmesh.mixed.dynamics.mass_matrix import Weight, blend_masses
 from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
-from stitchmesh.mixed.enrichment.embedding import FreeUnknowns, embed
-from stitchmesh.mixed.enrichment.region import region_around
+from stitchmesh.mixed.enrichment.region import FreeUnknowns, embed, region_around
 from stitchmesh.mixed.mixed_vector import MixedVector
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
 from stitchmesh.mixed.triangles.curvature import SideFrames, hinge_stiffness

@@ -33,9 +33,8 @@ from stitchmesh.mixed.enrichment.region import Region, region_around
 from stitchmesh.mixed.layout.knit import lay_knit
 from stitchmesh.mixed.layout.weave import lay_weave
 from stitchmesh.mixed.mixed_vector import MixedVector
-from stitchmesh.mixed.scene.cloth_of_yarns import cloth_of_knit
-from stitchmesh.mixed.scene.scene_fabric import prepare
-from stitchmesh.mixed.scene.scene_file import read_scene
+from stitchmesh.mixed.scene.scene import read_scene
+from stitchmesh.mixed.scene.scene_fabric import cloth_of_knit, prepare
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
 
 Vector = NDArray[np.float64]

@@ -26,8 +26,8 @@ from stitchmesh.mixed.dynamics.equilibrium import EquilibriumReport, Equilibrium
 from stitchmesh.mixed.enrichment.region import YARNS, Region, region_around
 from stitchmesh.mixed.layout.spline_yarns import SplineYarns
 from stitchmesh.mixed.mixed_vector import MixedVector, Parts
+from stitchmesh.mixed.scene.scene import read_scene
 from stitchmesh.mixed.scene.scene_fabric import PreparedScene, prepare
-from stitchmesh.mixed.scene.scene_file import read_scene
 
 SCENE = MIXED_SCENES / "loops.toml"
 STRAIN = 0.04

@@ -40,12 +40,9 @@ from stitchmesh.mixed.dynamics.equilibrium import EquilibriumSettings, find_equi
 from stitchmesh.mixed.enrichment.region import HYBRID, YARNS, Region, region_around
 from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
 from stitchmesh.mixed.mixed_vector import MixedVector
-from stitchmesh.mixed.scene.cloth_of_yarns import cloth_of_knit, cloth_of_weave
-from stitchmesh.mixed.scene.cloth_section import ClothSection
 from stitchmesh.mixed.scene.region_section import RegionSection
-from stitchmesh.mixed.scene.scene import ContactSection, Scene
-from stitchmesh.mixed.scene.scene_fabric import PreparedScene, prepare
-from stitchmesh.mixed.scene.yarns_section import YarnsSection
+from stitchmesh.mixed.scene.scene import ClothSection, ContactSection, Scene, YarnsSection
+from stitchmesh.mixed.scene.scene_fabric import PreparedScene, cloth_of_knit, cloth_of_weave, prepare
 
 Numbers = NDArray[np.float64]
 TOLERANCE = 1e-2

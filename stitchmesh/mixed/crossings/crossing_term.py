@@ -31,14 +31,15 @@ from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.launch import launch
 from stitchmesh.compute.precision import vector
 from stitchmesh.mixed.crossings.crossing_elements import CrossingElements
-from stitchmesh.mixed.crossings.energies.angle import angle_of, place_of
-from stitchmesh.mixed.crossings.star.star import coordinate_of, leg_of
-from stitchmesh.mixed.crossings.star.star_kernels import (
+from stitchmesh.mixed.crossings.energies.crossing_energies import angle_of, place_of
+from stitchmesh.mixed.crossings.star.star import (
     add_star_diagonal,
     add_star_slots,
+    coordinate_of,
     find_star_blocks,
     find_star_energies,
     find_star_forces,
+    leg_of,
     multiply_star_blocks,
 )
 from stitchmesh.mixed.crossings.star.star_memory import BLOCK_NUMBERS, LEG_NUMBERS, numbers_of

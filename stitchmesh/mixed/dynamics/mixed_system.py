@@ -30,8 +30,8 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.dynamics.conjugate_gradients import ConjugateGradients
 from stitchmesh.mixed.dynamics.mass_matrix import BlendedMasses, MassMatrix, NodeMasses
 from stitchmesh.mixed.dynamics.vector_sums import ReadSums, choose
-from stitchmesh.mixed.enrichment.embedding import Embedding, FreeUnknowns
 from stitchmesh.mixed.enrichment.preconditioner import Preconditioner
+from stitchmesh.mixed.enrichment.region import Embedding, FreeUnknowns
 from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
 from stitchmesh.mixed.term import MixedTerm
 

@@ -36,10 +36,10 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from stitchmesh.mesh import FloatArray, IntArray
-from stitchmesh.mixed.cloth.cloth import Cloth
-from stitchmesh.mixed.enrichment.embedding import basis_of
-from stitchmesh.mixed.enrichment.region import YARNS, Region
-from stitchmesh.mixed.layout.curves import unit_vectors, vertex_normals, yarn_curves
+from stitchmesh.mesh.arrays import unit_vectors
+from stitchmesh.mixed.cloth.cloth import Cloth, vertex_normals
+from stitchmesh.mixed.enrichment.region import YARNS, Region, basis_of
+from stitchmesh.mixed.layout.curves import yarn_curves
 from stitchmesh.mixed.layout.spline_yarns import LaidYarns, SplineYarns
 from stitchmesh.mixed.output.frames import DrapeFrame
 from stitchmesh.mixed.output.loop_subdivision import Subdivision, loop_subdivision

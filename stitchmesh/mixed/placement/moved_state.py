@@ -26,8 +26,7 @@ from scipy.sparse import csr_array, diags_array
 from scipy.sparse.linalg import spsolve
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.mixed.enrichment.embedding import embed
-from stitchmesh.mixed.enrichment.region import YARNS, Region
+from stitchmesh.mixed.enrichment.region import YARNS, Region, embed
 
 Numbers = NDArray[np.float64]
 SPRING = 1e-6

@@ -13,8 +13,7 @@ from stitchmesh.mesh import FloatArray
 from stitchmesh.mixed.dynamics.backward_euler import Dynamics, DynamicsSettings
 from stitchmesh.mixed.dynamics.mass_matrix import BlendedMasses, Weight
 from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
-from stitchmesh.mixed.enrichment.embedding import FreeUnknowns, embed
-from stitchmesh.mixed.enrichment.region import region_around
+from stitchmesh.mixed.enrichment.region import FreeUnknowns, embed, region_around
 from stitchmesh.mixed.term import MixedTerm
 from tests.mixed.contact.sheets import Sheets, cpu, state_of
 from tests.mixed.springs import Springs

@@ -13,8 +13,7 @@ import pytest
 import warp as wp
 
 from stitchmesh.mixed.assembly import MixedFabric, fabric_masses
-from stitchmesh.mixed.cloth.panel_position import PanelPosition
-from stitchmesh.mixed.cloth.panels import Panel
+from stitchmesh.mixed.cloth.panels import Panel, PanelPosition
 from stitchmesh.mixed.cloth.seams import PanelBorder, PanelSeam, cloth_from_panels
 from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial, FabricMaterials
 from stitchmesh.mixed.dynamics.backward_euler import Dynamics, DynamicsSettings

@@ -14,7 +14,7 @@ from stitchmesh.mixed.cloth.seams import cloth_from_panels
 from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial, FabricMaterials
 from stitchmesh.mixed.enrichment.region import region_around
 from stitchmesh.mixed.layout.weave import lay_weave
-from stitchmesh.mixed.scene.cloth_of_yarns import cloth_of_weave
+from stitchmesh.mixed.scene.scene_fabric import cloth_of_weave
 from tests.mixed.cloth_scene import ClothScene, cloth_scene
 from tests.mixed.dynamics.scene import CPU, set_hessian_product
 

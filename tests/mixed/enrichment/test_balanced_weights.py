@@ -19,7 +19,7 @@ from stitchmesh.mixed.dynamics.equilibrium import EquilibriumSettings, find_equi
 from stitchmesh.mixed.enrichment.balanced_weights import MOST_CHANGE, ROUNDING, StretchedCloth, balanced_weights
 from stitchmesh.mixed.enrichment.region import HYBRID, YARNS, Region, region_around
 from stitchmesh.mixed.layout.weave import lay_weave
-from stitchmesh.mixed.scene.cloth_of_yarns import cloth_of_weave
+from stitchmesh.mixed.scene.scene_fabric import cloth_of_weave
 from tests.mixed.cloth_scene import cloth_scene
 from tests.mixed.patch import enriched_everywhere
 

@@ -21,13 +21,18 @@ from stitchmesh.mixed.enrichment.region import TRIANGLES
 from stitchmesh.mixed.layout.spline_yarns import SplineYarns
 from stitchmesh.mixed.output.files import MAPS, read_maps
 from stitchmesh.mixed.scene import scene_fabric
-from stitchmesh.mixed.scene.cloth_section import ClothSection
 from stitchmesh.mixed.scene.motion_section import AttachmentSection, Keyframe
 from stitchmesh.mixed.scene.region_section import BoxSection, RegionSection
-from stitchmesh.mixed.scene.scene import OutputSection, Scene, SceneSolverSection
+from stitchmesh.mixed.scene.scene import (
+    ClothSection,
+    OutputSection,
+    Scene,
+    SceneSolverSection,
+    YarnsSection,
+    read_scene,
+    write_scene,
+)
 from stitchmesh.mixed.scene.scene_fabric import prepare, with_region
-from stitchmesh.mixed.scene.scene_file import read_scene, write_scene
-from stitchmesh.mixed.scene.yarns_section import YarnsSection
 from stitchmesh.mixed.simulation import StaticSimulation
 from stitchmesh.tessellate import tessellate
 from stitchmesh.yarn import YarnSet
