@@ -32,7 +32,7 @@ from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.enrichment.region import TRIANGLES, YARNS, Region
 from stitchmesh.mixed.placement.chosen_region import NodeBudget, choose_triangles, simulated_nodes
 from stitchmesh.mixed.placement.error_indicator import indicate_errors
-from stitchmesh.mixed.placement.moved_state import place_hidden_vertices
+from stitchmesh.mixed.region_change import place_hidden_vertices
 from stitchmesh.mixed.scene.scene_fabric import PreparedScene, check_simulated, with_region
 from stitchmesh.mixed.simulation import Simulation
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial

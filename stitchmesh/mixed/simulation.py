@@ -34,13 +34,17 @@ from stitchmesh.mixed.enrichment.projection import make_consistent
 from stitchmesh.mixed.enrichment.region import Region
 from stitchmesh.mixed.mixed_vector import MixedVector, Parts
 from stitchmesh.mixed.output.report import RunTotals
-from stitchmesh.mixed.placement.carried_terms import SLIDING, NodeMemory, RegionChange, carry_terms, remember
 from stitchmesh.mixed.region_change import (
+    SLIDING,
+    NodeMemory,
+    RegionChange,
+    carry_terms,
     keep_momentum,
     moved_positions,
     moved_velocities,
     place_held,
     region_change,
+    remember,
     settle_changed,
 )
 from stitchmesh.mixed.scene.scene_fabric import PreparedScene

@@ -17,7 +17,7 @@ surface, so that nothing jumps where the full-yarn region (alpha = 1) or the tri
 
 A vertex whose triangles are all full-yarn triangles has no position of its own, because only yarns are simulated there.
 For display and for normals, ``CoveredVertices`` places it so that the triangles follow the yarn nodes. A run that goes
-on with another region places it by ``placement.moved_state`` instead: velocities, which have no initial shape, move in
+on with another region places it by ``region_change`` instead: velocities, which have no initial shape, move in
 the same way there, while a display must not depend on what the run did before. The positions v of these vertices
 minimize
 
