@@ -38,7 +38,7 @@ from stitchmesh.mixed.contact.contact_points import (
     points_on_triangles,
 )
 from stitchmesh.mixed.contact.layer_friction import LayerFriction
-from stitchmesh.mixed.contact.motion import Attachment, RigidMotion, at_simulated_nodes
+from stitchmesh.mixed.contact.motion import Attachment, RigidMotion
 from stitchmesh.mixed.contact.self_collision import PRESSURE, SelfCollision
 from stitchmesh.mixed.crossings.crossing_elements import crossing_elements
 from stitchmesh.mixed.crossings.crossing_material import FabricMaterials
@@ -191,11 +191,6 @@ def start_positions(
     positions = MixedVector.from_numpy(corners, nodes, sliding, system.scalar, system.device)
     make_consistent(system.embedding, system.free, positions)
     return positions
-
-
-def held_in_state(region: Region, held: Sequence[Attachment]) -> list[Attachment]:
-    """Return attachments with the numbers that simulated nodes have in a state."""
-    return at_simulated_nodes(held, region.node_number)
 
 
 def _yarn_part(

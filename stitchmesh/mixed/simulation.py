@@ -23,8 +23,8 @@ from numpy.typing import NDArray
 
 from stitchmesh.errors import SolverError
 from stitchmesh.mesh import FloatArray
-from stitchmesh.mixed.assembly import held_in_state, loaded_system
-from stitchmesh.mixed.contact.motion import PrescribedMotion
+from stitchmesh.mixed.assembly import loaded_system, start_positions
+from stitchmesh.mixed.contact.motion import PrescribedMotion, at_simulated_nodes
 from stitchmesh.mixed.crossings.crossing_material import FabricMaterials
 from stitchmesh.mixed.dynamics.backward_euler import Dynamics, DynamicsSettings
 from stitchmesh.mixed.dynamics.equilibrium import AfterIteration, EquilibriumSearch, EquilibriumSettings, unwatched
@@ -155,11 +155,6 @@ class Simulation(ABC):
         """Whether the run has reached its end."""
         return self.time >= self.prepared.scene.duration * (1.0 - 1e-12)
 
-    def begin(self) -> MixedVector:
-        """Return the positions at the start, on the device."""
-        vertices, nodes = self.start
-        return MixedVector.from_numpy(vertices, nodes, self.prepared.sliding, self.scalar, self.device)
-
     def take_region(self, region: Region, terms: Sequence[MixedTerm]) -> RegionChange:
         """Take a region for all that is made from now on; return the change from the present region with its terms."""
         old = self.prepared.region
@@ -172,7 +167,8 @@ class Simulation(ABC):
         """Return the system with the attachments at a time, and their motion."""
         prepared, loads = self.prepared, self.prepared.loads(time)
         system = loaded_system(prepared.fabric, prepared.region, loads, scalar=self.scalar, device=self.device)
-        return system, PrescribedMotion(held_in_state(prepared.region, loads.held), *self.start)
+        held = at_simulated_nodes(loads.held, prepared.region.node_number)
+        return system, PrescribedMotion(held, *self.start)
 
 
 class DynamicSimulation(Simulation):
@@ -182,7 +178,7 @@ class DynamicSimulation(Simulation):
         """Begin at rest."""
         super().__init__(prepared, scalar, device)
         self.tolerance = prepared.scene.solver.velocity_tolerance
-        self._dynamics = self._dynamics_at(0.0, self.begin())
+        self._dynamics = self._dynamics_at(0.0, self._at_start())
 
     @property
     def time(self) -> float:
@@ -234,8 +230,12 @@ class DynamicSimulation(Simulation):
 
     def _renew(self, time: float, arrays: Mapping[str, NDArray[Any]]) -> None:
         """Make the system with the attachments at a time, in the state of ``arrays``."""
-        self._dynamics = self._dynamics_at(time, self.begin())
+        self._dynamics = self._dynamics_at(time, self._at_start())
         self._dynamics.resume(arrays)
+
+    def _at_start(self) -> MixedVector:
+        vertices, nodes = self.start
+        return MixedVector.from_numpy(vertices, nodes, self.prepared.sliding, self.scalar, self.device)
 
     def _dynamics_at(self, time: float, positions: MixedVector) -> Dynamics:
         scene, materials = self.prepared.scene, self.prepared.fabric.yarn_materials
@@ -271,9 +271,8 @@ class StaticSimulation(Simulation):
         self._done = scene.load_steps - 1 if on_triangles else 0
         self._built = self._moved = scene.duration if on_triangles else 0.0
         self._search: EquilibriumSearch | None = None
-        self._positions = self.begin()
         self._system, self._motion = self.system_at(self._built)
-        make_consistent(self._system.embedding, self._system.free, self._positions)
+        self._positions = start_positions(prepared.fabric, prepared.region, self._system, prepared.vertices)
         if prepared.triangle_equilibrium is not None:
             self._place_on(prepared.triangle_equilibrium)
 
