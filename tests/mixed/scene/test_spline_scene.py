@@ -20,7 +20,7 @@ from stitchmesh.mixed.drape import drape
 from stitchmesh.mixed.enrichment.region import TRIANGLES
 from stitchmesh.mixed.layout.spline_yarns import SplineYarns
 from stitchmesh.mixed.output.files import MAPS, read_maps
-from stitchmesh.mixed.scene import scene_fabric
+from stitchmesh.mixed.scene import scene_splines
 from stitchmesh.mixed.scene.motion_section import AttachmentSection, Keyframe
 from stitchmesh.mixed.scene.region_section import BoxSection, RegionSection
 from stitchmesh.mixed.scene.scene import (
@@ -58,7 +58,7 @@ def yarns_relaxed_once() -> Iterator[None]:
         return known[start]
 
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(scene_fabric, "relax_yarns", relax_once)
+        patched.setattr(scene_splines, "relax_yarns", relax_once)
         yield
 
 
