@@ -247,7 +247,9 @@ def iterations(case: Case, precondition: Precondition, most: int) -> int:
 
     def multiply(values: Vector) -> Vector:
         direction.values.assign(values)
-        system.set_hessian_product(direction, product)
+        product.values.zero_()
+        for term in system.terms:
+            term.products(direction, product, system.launch)
         system.set_mass_product(direction, mass)
         return product.values.numpy() + case.of_mass * mass.values.numpy()
 
