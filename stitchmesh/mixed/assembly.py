@@ -40,9 +40,8 @@ from stitchmesh.mixed.contact.contact_points import (
 from stitchmesh.mixed.contact.layer_friction import LayerFriction
 from stitchmesh.mixed.contact.motion import Attachment, RigidMotion
 from stitchmesh.mixed.contact.self_collision import PRESSURE, SelfCollision
-from stitchmesh.mixed.crossings.crossing_elements import crossing_elements
 from stitchmesh.mixed.crossings.crossing_material import FabricMaterials
-from stitchmesh.mixed.crossings.crossing_term import CrossingTerm
+from stitchmesh.mixed.crossings.crossing_term import CrossingTerm, crossing_elements
 from stitchmesh.mixed.crossings.friction.sliding_friction import SlidingFriction
 from stitchmesh.mixed.crossings.stitch_term import StitchTerm, stitch_elements
 from stitchmesh.mixed.crossings.yarn_mass import YarnGravity, YarnMass

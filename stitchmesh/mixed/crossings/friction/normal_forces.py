@@ -41,8 +41,7 @@ from numpy.typing import NDArray
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.precision import vector
-from stitchmesh.mixed.crossings.crossing_elements import CrossingElements, Integers
-from stitchmesh.mixed.crossings.crossing_term import CrossingModel
+from stitchmesh.mixed.crossings.crossing_term import CrossingElements, CrossingModel, Integers
 from stitchmesh.mixed.crossings.energies.crossing_energies import (
     angle_gradient,
     bending_slopes,
