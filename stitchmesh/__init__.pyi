@@ -86,8 +86,8 @@ from .mixed.matching.yarn_cell import YarnCell as YarnCell
 from .mixed.matching.yarn_cell import knit_cell as knit_cell
 from .mixed.matching.yarn_cell import weave_cell as weave_cell
 from .mixed.scene.scene import Scene as Scene
-from .mixed.scene.scene_file import read_scene as read_scene
-from .mixed.scene.scene_file import write_scene as write_scene
+from .mixed.scene.scene import read_scene as read_scene
+from .mixed.scene.scene import write_scene as write_scene
 from .patterns import LaidPattern as LaidPattern
 from .patterns import LeftOut as LeftOut
 from .patterns import Pattern as Pattern

@@ -20,13 +20,10 @@ from numpy.typing import NDArray
 
 from benchmarks.places import MIXED_SCENES
 from stitchmesh.mixed.cloth.panels import Panel
-from stitchmesh.mixed.scene.cloth_section import ClothSection
 from stitchmesh.mixed.scene.motion_section import AttachmentSection, Keyframe
 from stitchmesh.mixed.scene.region_section import BoxSection
-from stitchmesh.mixed.scene.scene import Scene, SceneSolverSection
+from stitchmesh.mixed.scene.scene import ClothSection, Scene, SceneSolverSection, YarnsSection, read_scene
 from stitchmesh.mixed.scene.scene_fabric import PreparedScene, prepare
-from stitchmesh.mixed.scene.scene_file import read_scene
-from stitchmesh.mixed.scene.yarns_section import YarnsSection
 
 Numbers = NDArray[np.float64]
 PULL = (-0.04, 0.02, 0.1)

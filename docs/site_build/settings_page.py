@@ -13,10 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from stitchmesh.jobs.sections import SwatchTable
-from stitchmesh.mixed.scene.cloth_section import ClothSection
 from stitchmesh.mixed.scene.motion_section import AttachmentSection, BodySection
-from stitchmesh.mixed.scene.scene import Scene
-from stitchmesh.mixed.scene.yarns_section import YarnsSection
+from stitchmesh.mixed.scene.scene import ClothSection, Scene, YarnsSection
 from stitchmesh.recipe.sections import GarmentSettings
 from stitchmesh.settings import declared_setting, settings_of
 

@@ -1,12 +1,14 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Writes the walks of ``docs/architecture.md``: the files that a reader opens to follow a computation.
+"""Writes the walks of the pages: the files that a reader opens to follow a computation.
 
     python docs/site_build/walks.py
 
 A walk is run: each call of a function of the package is noted, and each kernel that is launched, with the functions
 that the kernel calls. Functions that run while a module is imported do not count. Each walk runs on the CPU in a
 process of its own, because a value that was kept from an earlier run would hide the calls that made it.
+
+Most walks are on ``docs/architecture.md``. A walk may end before its computation does, and may have parts.
 """
 
 from __future__ import annotations
@@ -18,7 +20,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, field
 from functools import cache
 from pathlib import Path
 from types import CodeType, FrameType
@@ -26,6 +28,7 @@ from typing import Any
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / "docs" / "architecture.md"
+"""The page of most walks."""
 PACKAGE = ROOT / "stitchmesh"
 FAST: dict[str, Any] = {"quality": "draft", "device": "cpu"}
 
@@ -70,6 +73,12 @@ class Walk:
     """The computation."""
     within: str | None = None
     """Qualified name of the function whose first call is followed; None for all of the computation."""
+    until: str | None = None
+    """Qualified name of the function at whose first return the walk ends; None for the end of the computation."""
+    parts: dict[str, str] = field(default_factory=dict)
+    """For each part of the walk, the qualified name of the function with whose first call the part begins."""
+    page: Path = PAGE
+    """The page on which the walk is written."""
 
 
 WALKS = {
@@ -77,26 +86,50 @@ WALKS = {
     "one iteration": Walk(relax_yarns, within="RelaxationLoop.advance"),
     "a pattern to a swatch": Walk(make_a_swatch),
     "a scene to drape": Walk(drape_a_scene),
+    "a scene to its first force": Walk(
+        drape_a_scene,
+        until="SystemNewton.set_downhill_force",
+        parts={
+            "Reading the scene": "drape",
+            "Making cloth, yarns and region": "prepare",
+            "Making the system": "begin_simulation",
+            "The first force": "EquilibriumSearch.run",
+        },
+        page=ROOT / "docs" / "mixed-solver.md",
+    ),
 }
 
 Functions = dict[str, dict[str, int]]
 """For each file, in the order in which they first run, the lines of each function that runs."""
 
 
+@dataclass(frozen=True)
+class Walked:
+    """What a walk has found."""
+
+    functions: Functions
+    """The functions that run."""
+    begins: dict[str, int]
+    """For each part, the number of files that have run before it begins."""
+
+
 class Footsteps:
     """The functions that run, and those of the kernels that are launched."""
 
-    def __init__(self, within: str | None) -> None:
-        """Note all functions, or those that run during the first call of the function ``within``."""
+    def __init__(self, walk: Walk) -> None:
+        """Note all functions of a walk."""
         self.functions: Functions = {}
-        self._within = within
+        self.begins: dict[str, int] = {}
+        self._walk, self._within = walk, walk.within
+        self._part_of = {function: part for part, function in walk.parts.items()}
+        self._last: FrameType | None = None
         self._inside: FrameType | None = None
         self._noted: set[CodeType] = set()
 
     def note(self, frame: FrameType, event: str, _argument: object) -> None:
         """Note a call; the function of a profile."""
         code = frame.f_code
-        if event == "return" and frame is self._inside:
+        if event == "return" and frame in (self._inside, self._last):
             sys.setprofile(None)
         if event != "call":
             return
@@ -104,6 +137,11 @@ class Footsteps:
             if code.co_qualname != self._within:
                 return
             self._inside = frame
+        if code.co_qualname == self._walk.until and self._last is None:
+            self._last = frame
+        part = self._part_of.get(code.co_qualname) if _is_function(code) else None
+        if part is not None:
+            self.begins.setdefault(part, len(self.functions))
         if code.co_name == "launch":
             self._note_kernels(frame)
         if code not in self._noted and _is_function(code) and not _is_importing(frame):
@@ -153,7 +191,7 @@ def _is_importing(frame: FrameType) -> bool:
 
 
 @cache
-def walked(name: str) -> Functions:
+def walked(name: str) -> Walked:
     """Run a walk in a process of its own.
 
     Args:
@@ -161,54 +199,67 @@ def walked(name: str) -> Functions:
     """
     command = [sys.executable, __file__, name]
     done = subprocess.run(command, check=True, cwd=ROOT, stdout=subprocess.PIPE, text=True)
-    functions: Functions = json.loads(done.stdout.splitlines()[-1])
-    return functions
+    return Walked(**json.loads(done.stdout.splitlines()[-1]))
 
 
-def walk_text(functions: Functions) -> str:
-    """The number of files and lines of a walk, and a table of its files."""
+def walk_text(found: Walked) -> str:
+    """The number of files and lines of a walk, and a table of its files, or one for each of its parts."""
+    functions = found.functions
     lines = sum(len((PACKAGE / file).read_text(encoding="utf-8").splitlines()) for file in functions)
     run = sum(sum(of_file.values()) for of_file in functions.values())
+    summary = f"{len(functions)} files with {lines:,} lines; the functions that run have {run:,} lines."
+    files, starts = list(functions), [*found.begins.values(), len(functions)]
+    if not found.begins:
+        return f"{summary}\n\n{_table(files)}"
+    text = summary
+    for part, start, end in zip(found.begins, starts[:-1], starts[1:], strict=True):
+        text += f"\n\n{part}: {end - start} files.\n\n{_table(files[start:end])}"
+    return text
+
+
+def _table(files: list[str]) -> str:
+    """A table of files by their folders."""
     of_folder: dict[str, list[str]] = {}
-    for file in functions:
+    for file in files:
         folder, _, name = file.partition("/")
         of_folder.setdefault(folder if name else "", []).append(name or folder)
     rows = [
         f"| {f'`{folder}`' if folder else ''} | {', '.join(f'`{name}`' for name in names)} |"
         for folder, names in of_folder.items()
     ]
-    summary = f"{len(functions)} files with {lines:,} lines; the functions that run have {run:,} lines."
-    return "\n".join([summary, "", "| folder | files, in the order in which they first run |", "|---|---|", *rows])
+    return "\n".join(["| folder | files, in the order in which they first run |", "|---|---|", *rows])
 
 
-def page_with_walks(page: str, walks: dict[str, Functions]) -> str:
+def page_with_walks(page: str, walks: dict[str, Walked]) -> str:
     """The text of the page with walks written anew between their two comments.
 
     Raises:
         ValueError: the page has no such comments.
     """
-    for name, functions in walks.items():
+    for name, found in walks.items():
         begin, end = f"<!-- walk: {name} -->\n", "<!-- end of walk -->"
-        text = f"{begin}\n{walk_text(functions)}\n\n{end}"
+        text = f"{begin}\n{walk_text(found)}\n\n{end}"
         pattern = re.escape(begin) + ".*?" + re.escape(end)
         page, count = re.subn(pattern, lambda _, text=text: text, page, flags=re.DOTALL)
         if count != 1:
-            raise ValueError(f"{PAGE.name}: got {count} walks named {name!r}; expected 1")
+            raise ValueError(f"page of walks: got {count} walks named {name!r}; expected 1")
     return page
 
 
 def walk_here(name: str) -> None:
     """Run a walk in this process, and print its functions as JSON."""
     walk = WALKS[name]
-    footsteps = Footsteps(walk.within)
+    footsteps = Footsteps(walk)
     sys.setprofile(footsteps.note)
     walk.run()
     sys.setprofile(None)
-    print(json.dumps(footsteps.functions))
+    print(json.dumps(asdict(Walked(footsteps.functions, footsteps.begins))))
 
 
 if __name__ == "__main__":
     if len(sys.argv) > 1:
         walk_here(sys.argv[1])
     else:
-        PAGE.write_text(page_with_walks(PAGE.read_text(), {name: walked(name) for name in WALKS}))
+        for page in {walk.page for walk in WALKS.values()}:
+            of_page = {name: walked(name) for name, walk in WALKS.items() if walk.page == page}
+            page.write_text(page_with_walks(page.read_text(), of_page))

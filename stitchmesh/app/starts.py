@@ -18,7 +18,7 @@ from stitchmesh.app.project.project_folder import TABLE_NAME
 from stitchmesh.errors import FileError, StitchMeshError
 from stitchmesh.io.path_kind import is_folder
 from stitchmesh.mixed.drape import SCENE_FILE
-from stitchmesh.mixed.scene.scene_file import write_scene
+from stitchmesh.mixed.scene.scene import write_scene
 from stitchmesh.periodic.resolve_pattern import resolve_pattern
 from stitchmesh.periodic.swatch_design import SwatchDesign
 

@@ -32,7 +32,7 @@ from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.enrichment.region import TRIANGLES, YARNS, Region
 from stitchmesh.mixed.placement.chosen_region import NodeBudget, choose_triangles, simulated_nodes
 from stitchmesh.mixed.placement.error_indicator import indicate_errors
-from stitchmesh.mixed.placement.moved_state import place_hidden_vertices
+from stitchmesh.mixed.region_change import place_hidden_vertices
 from stitchmesh.mixed.scene.scene_fabric import PreparedScene, check_simulated, with_region
 from stitchmesh.mixed.simulation import Simulation
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
@@ -188,7 +188,8 @@ class AdaptiveRegion:
 
 def _energy(simulation: Simulation) -> float:
     """Kinetic and elastic energy [erg]."""
-    return sum(value for name, value in simulation.energies().items() if not name.startswith("weight"))
+    loads = {term.name for term in simulation.system.terms if term.is_load}
+    return sum(value for name, value in simulation.energies().items() if name not in loads)
 
 
 def resumed_region(prepared: PreparedScene, arrays: Mapping[str, NDArray[Any]]) -> PreparedScene:

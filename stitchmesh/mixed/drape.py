@@ -10,9 +10,9 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -40,13 +40,13 @@ from stitchmesh.mixed.output.frames import DrapeFrame, Frames
 from stitchmesh.mixed.output.report import RunTotals, mixed_report, peak_memory, region_counts, work_of
 from stitchmesh.mixed.placement.chosen_region import NodeBudget
 from stitchmesh.mixed.run_checkpoint import RunCheckpoint, read_run, run_inputs, write_run
-from stitchmesh.mixed.scene.scene import Scene
+from stitchmesh.mixed.scene.scene import Scene, read_scene, write_scene
 from stitchmesh.mixed.scene.scene_fabric import PreparedScene, prepare
-from stitchmesh.mixed.scene.scene_file import read_scene, write_scene
 from stitchmesh.mixed.simulation import Simulation, SimulationStep, begin_simulation
 from stitchmesh.progress import Progress, shown_stages
 from stitchmesh.run import CHECKPOINT, SHOWN, Run
 from stitchmesh.run_control import RunControl, RunStopped, Snapshot
+from stitchmesh.simulation.term import Carrier, TermChoice
 from stitchmesh.time_limit import check_time
 from stitchmesh.yarn import YarnSet
 
@@ -131,7 +131,7 @@ def output_names(scene: Scene) -> list[str]:
 
 def drape(
     scene: Scene | FilePath, folder: str | PathLike[str] | None = None, *, cloth: Cloth | None = None,
-    yarns: LaidYarns | None = None, run: Run[Draped] = SHOWN,
+    yarns: LaidYarns | None = None, terms: Sequence[TermChoice[Carrier]] = (), run: Run[Draped] = SHOWN,
 ) -> Draped:  # fmt: skip
     """Run a scene of mixed yarns and triangles.
 
@@ -140,6 +140,7 @@ def drape(
         folder: output folder, for checkpoints and frames; without it, frames are kept in memory.
         cloth: a cloth that replaces the cloth of the scene.
         yarns: yarns laid out on this cloth, which replace the yarns of the scene.
+        terms: further loads, such as ``Wind``.
         run: progress; checkpoints in the output folder; the checkpoint to resume from; and a control, whose snapshots
             are results. The iterations between checkpoints are steps in time, or iterations of a static run. A run that
             is stopped also writes a checkpoint. If the checkpoint to resume from does not exist yet, the run begins at
@@ -152,33 +153,31 @@ def drape(
     """
     given = scene if isinstance(scene, Scene) else read_scene(scene)
     target = _checked_folder(folder, run)
-    with shown_stages(run.progress) as report:
-        return _drape(given, target, cloth, yarns, run, report)
+    with shown_stages(run.progress) as progress:
+        prepared = prepare(given, cloth=cloth, yarns=yarns, terms=terms, folder=target, progress=progress)
+        device = device_named(given.solver.device)
+        with alone():
+            state = None if run.resume is None else _state_to_resume(Path(run.resume), prepared, device)
+            start = _start(prepared, device, progress, run.control) if state is None else _resumed(prepared, state)
+            _check_memory(start, device)
+            draping = _Draping(start, target, device, run, progress)
+            if state is not None:
+                draping.resume(state)
+            if target is not None:
+                write_scene(target / SCENE_FILE, prepared.scene)
+            if start.stopped is None:
+                draping.go()
+            else:
+                draping.end_with(start.stopped)
+        return draping.result()
 
 
-def _drape(
-    given: Scene, target: Path | None, cloth: Cloth | None, yarns: LaidYarns | None, run: Run[Draped],
-    progress: Progress,
-) -> Draped:  # fmt: skip
-    """Run a scene, with the arguments and errors of ``drape``."""
-    prepared = prepare(given, cloth=cloth, yarns=yarns, folder=target, progress=progress)
-    device = device_named(given.solver.device)
-    contact = bool(given.bodies) or given.contact.self_collision
-    with alone():
-        state = None if run.resume is None else _state_to_resume(Path(run.resume), prepared, device)
-        start = _start(prepared, device, progress, run.control) if state is None else _resumed(prepared, state)
-        may_grow_to = start.budget.nodes if given.region.changes_every is not None else 0
-        check_scene_memory(start.prepared.region, available_memory(device), contact=contact, may_grow_to=may_grow_to)
-        draping = _Draping(start, target, device, run, progress)
-        if state is not None:
-            draping.resume(state)
-        if target is not None:
-            write_scene(target / SCENE_FILE, prepared.scene)
-        if start.stopped is None:
-            draping.go()
-        else:
-            draping.end_with(start.stopped)
-    return draping.result()
+def _check_memory(start: _Start, device: wp.Device) -> None:
+    """Check that the scene fits into the memory, with the nodes that its region may have later."""
+    scene, region = start.prepared.scene, start.prepared.region
+    contact = bool(scene.bodies) or scene.contact.self_collision
+    may_grow_to = start.most_nodes if scene.region.changes_every is not None else 0
+    check_scene_memory(region, available_memory(device), contact=contact, may_grow_to=may_grow_to)
 
 
 def _state_to_resume(path: Path, prepared: PreparedScene, device: wp.Device) -> RunCheckpoint | None:
@@ -210,8 +209,8 @@ class _Start:
     """The values with which a run begins."""
 
     prepared: PreparedScene
-    budget: NodeBudget
-    """Nodes that the region may have while the run goes on, for automatic regions."""
+    most_nodes: int = 0
+    """Nodes that an automatic region may have while the run goes on."""
     triangles: RunTotals | None = None
     """Work of the run with triangles alone, if there was one."""
     stopped: Simulation | None = None
@@ -226,18 +225,19 @@ def _start(
     grows = section.grows_from_nothing
     by_errors = section.yarns == "automatic" and not (grows and section.seconds is None)
     if not (by_errors or section.starts_on_triangles):
-        return _Start(prepared, NodeBudget(nodes=section.nodes or 0))
+        return _Start(prepared, section.nodes or 0)
     scalar = scalar_named(prepared.scene.solver.precision)
     watch = unwatched if control is None else partial(_watch_triangles, control)
     run = run_triangles(prepared, scalar, device, progress=progress, after_step=watch)
-    budget = NodeBudget(nodes=0)
     if run.stopped:
-        return _Start(run.end.prepared, budget, run.totals, run.end)
+        return _Start(run.end.prepared, triangles=run.totals, stopped=run.end)
+    most_nodes = 0
     if section.yarns == "automatic":
         budget = node_budget(prepared, run.error, scalar, device)
         prepared = prepared if grows else place_yarns(prepared, run.error, budget)
+        most_nodes = budget.nodes
     starts = run.vertices if section.starts_on_triangles else None
-    return _Start(replace(prepared, triangle_equilibrium=starts), budget, run.totals)
+    return _Start(replace(prepared, triangle_equilibrium=starts), most_nodes, run.totals)
 
 
 def _watch_triangles(control: RunControl[Draped], simulation: Simulation, iterations: int, error: float) -> None:
@@ -263,8 +263,8 @@ def frame_of(simulation: Simulation) -> DrapeFrame:
 def _resumed(prepared: PreparedScene, state: RunCheckpoint) -> _Start:
     """The values with which a resumed run begins; the checkpoint holds the positions, and an automatic region too."""
     if prepared.scene.region.yarns != "automatic":
-        return _Start(prepared, NodeBudget(nodes=0))
-    return _Start(resumed_region(prepared, state.arrays), resumed_budget(state.arrays))
+        return _Start(prepared)
+    return _Start(resumed_region(prepared, state.arrays), resumed_budget(state.arrays).nodes)
 
 
 class _Draping:
@@ -275,12 +275,13 @@ class _Draping:
     ) -> None:
         self.folder, self.device = folder, device
         self.run, self.progress = run, progress
-        scene, fabric = start.prepared.scene, start.prepared.fabric
+        self.start = start
+        scene = start.prepared.scene
         self.simulation: Simulation = begin_simulation(start.prepared, scalar_named(scene.solver.precision), device)
-        self.region = AdaptiveRegion(start.prepared, start.budget)
-        self.displays = Displays(fabric.cloth, fabric.yarns, start.prepared.region, scene.output.subdivisions)
-        self.frames, self.totals, self.triangles = Frames(folder), RunTotals(), start.triangles
-        self.inputs = run_inputs(start.prepared, device)
+        self.region: AdaptiveRegion | None = None
+        if scene.region.yarns == "automatic":
+            self.region = AdaptiveRegion(start.prepared, NodeBudget(nodes=start.most_nodes))
+        self.frames, self.totals = Frames(folder), RunTotals()
         self.stopped = False
 
     @property
@@ -288,10 +289,21 @@ class _Draping:
         """The scene with its present region."""
         return self.simulation.prepared
 
+    @cached_property
+    def displays(self) -> Displays:
+        """The maps from states to their display, which are made when a result is asked for."""
+        fabric, output = self.start.prepared.fabric, self.start.prepared.scene.output
+        return Displays(fabric.cloth, fabric.yarns, self.start.prepared.region, output.subdivisions)
+
+    @cached_property
+    def inputs(self) -> dict[str, str]:
+        """Everything that decides the run, for its checkpoints."""
+        return run_inputs(self.start.prepared, self.device)
+
     def resume(self, state: RunCheckpoint) -> None:
         """Continue from a checkpoint."""
         self.simulation.resume(state.arrays)
-        if self.prepared.scene.region.yarns == "automatic":
+        if self.region is not None:
             self.region.resume(state.arrays)
         self.totals = state.totals
         self.frames.count = state.frames
@@ -330,7 +342,7 @@ class _Draping:
             self.totals.seconds += time.perf_counter() - began
         made.add_to(self.totals)
         after = self._frame()
-        changed = self.region.look(self.simulation)
+        changed = self.region is not None and self.region.look(self.simulation)
         # A static run finds its equilibrium again after a change of the region, and shows the new one.
         for moment in () if changed and self.prepared.scene.mode == "static" else self._frames_due(made):
             self.frames.add(before.between(after, moment))
@@ -387,7 +399,7 @@ class _Draping:
     def _write_checkpoint(self) -> None:
         if self.folder is not None:
             arrays = self.simulation.arrays()
-            if self.prepared.scene.region.yarns == "automatic":
+            if self.region is not None:
                 arrays |= self.region.arrays(self.simulation)
             state = RunCheckpoint(self.totals, len(self.frames), arrays)
             write_run(self.folder / CHECKPOINT, self.inputs, state)
@@ -407,9 +419,9 @@ class _Draping:
             energies=energies,
             memory_bytes=peak_memory(),
         )
-        if scene.region.changes_every is not None:
+        if self.region is not None and self.region.every is not None:
             mixed |= {"region_changes": self.region.changes, "largest_energy_jump": self.region.energy_jump}
-        if self.triangles is not None:
-            mixed["triangle_run"] = work_of(self.triangles)
+        if self.start.triangles is not None:
+            mixed["triangle_run"] = work_of(self.start.triangles)
         device, precision = self.device.alias, scene.solver.precision
         return {"stitchmesh": __version__, "device": device, "precision": precision, "mixed": mixed}

@@ -16,8 +16,8 @@ from stitchmesh.mixed.drape import REPORT, SCENE_FILE, Draped
 from stitchmesh.mixed.output.display import Displays
 from stitchmesh.mixed.output.frames import DrapeFrame, Frames
 from stitchmesh.mixed.scene.region_section import RegionSection
+from stitchmesh.mixed.scene.scene import read_scene
 from stitchmesh.mixed.scene.scene_fabric import prepare
-from stitchmesh.mixed.scene.scene_file import read_scene
 
 
 def read_draped(folder: str | PathLike[str]) -> Draped:

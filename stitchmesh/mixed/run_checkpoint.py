@@ -49,6 +49,8 @@ class _Header(TypedDict):
 def run_inputs(prepared: PreparedScene, device: wp.Device) -> dict[str, str]:
     """Return everything that decides a run, by name, as short strings."""
     found = {"stitchmesh": __version__, "device": "cuda" if device.is_cuda else "cpu"}
+    for number, term in enumerate(prepared.terms):
+        found |= {f"term {number}": type(term).__name__} | fingerprint(f"term {number}", term)
     found["cloth.seam_rods"] = str(prepared.fabric.seam_material)
     found |= fingerprint("scene", prepared.scene, without=("output", "cloth", "yarns", "region"))
     # An automatic region is part of the checkpoint: it may depend on a clock, and change while the run goes on.

@@ -23,8 +23,8 @@ from numpy.typing import NDArray
 
 from stitchmesh.errors import SolverError
 from stitchmesh.mesh import FloatArray
-from stitchmesh.mixed.assembly import held_in_state, loaded_system
-from stitchmesh.mixed.contact.motion import PrescribedMotion
+from stitchmesh.mixed.assembly import loaded_system, start_positions
+from stitchmesh.mixed.contact.motion import PrescribedMotion, at_simulated_nodes
 from stitchmesh.mixed.crossings.crossing_material import FabricMaterials
 from stitchmesh.mixed.dynamics.backward_euler import Dynamics, DynamicsSettings
 from stitchmesh.mixed.dynamics.equilibrium import AfterIteration, EquilibriumSearch, EquilibriumSettings, unwatched
@@ -34,13 +34,17 @@ from stitchmesh.mixed.enrichment.projection import make_consistent
 from stitchmesh.mixed.enrichment.region import Region
 from stitchmesh.mixed.mixed_vector import MixedVector, Parts
 from stitchmesh.mixed.output.report import RunTotals
-from stitchmesh.mixed.placement.carried_terms import SLIDING, NodeMemory, RegionChange, carry_terms, remember
 from stitchmesh.mixed.region_change import (
+    SLIDING,
+    NodeMemory,
+    RegionChange,
+    carry_terms,
     keep_momentum,
     moved_positions,
     moved_velocities,
     place_held,
     region_change,
+    remember,
     settle_changed,
 )
 from stitchmesh.mixed.scene.scene_fabric import PreparedScene
@@ -101,6 +105,11 @@ class Simulation(ABC):
 
     @property
     @abstractmethod
+    def system(self) -> MixedSystem:
+        """The system, with the attachments of the present time."""
+
+    @property
+    @abstractmethod
     def positions(self) -> Parts:
         """Vertices, simulated nodes and Eulerian coordinates [cm]."""
 
@@ -151,11 +160,6 @@ class Simulation(ABC):
         """Whether the run has reached its end."""
         return self.time >= self.prepared.scene.duration * (1.0 - 1e-12)
 
-    def begin(self) -> MixedVector:
-        """Return the positions at the start, on the device."""
-        vertices, nodes = self.start
-        return MixedVector.from_numpy(vertices, nodes, self.prepared.sliding, self.scalar, self.device)
-
     def take_region(self, region: Region, terms: Sequence[MixedTerm]) -> RegionChange:
         """Take a region for all that is made from now on; return the change from the present region with its terms."""
         old = self.prepared.region
@@ -166,12 +170,10 @@ class Simulation(ABC):
 
     def system_at(self, time: float) -> tuple[MixedSystem, PrescribedMotion]:
         """Return the system with the attachments at a time, and their motion."""
-        prepared, (vertices, _nodes) = self.prepared, self.start
-        loads = prepared.loads(time)
-        system = loaded_system(
-            prepared.fabric, prepared.region, loads, vertices, scalar=self.scalar, device=self.device
-        )
-        return system, PrescribedMotion(held_in_state(self.prepared.region, loads.held), *self.start)
+        prepared, loads = self.prepared, self.prepared.loads(time)
+        system = loaded_system(prepared.fabric, prepared.region, loads, scalar=self.scalar, device=self.device)
+        held = at_simulated_nodes(loads.held, prepared.region.node_number)
+        return system, PrescribedMotion(held, *self.start)
 
 
 class DynamicSimulation(Simulation):
@@ -181,12 +183,17 @@ class DynamicSimulation(Simulation):
         """Begin at rest."""
         super().__init__(prepared, scalar, device)
         self.tolerance = prepared.scene.solver.velocity_tolerance
-        self._dynamics = self._dynamics_at(0.0, self.begin())
+        self._dynamics = self._dynamics_at(0.0, self._at_start())
 
     @property
     def time(self) -> float:
         """Present time [s]."""
         return self._dynamics.time
+
+    @property
+    def system(self) -> MixedSystem:
+        """The system, with the attachments of the present time."""
+        return self._dynamics.system
 
     @property
     def positions(self) -> Parts:
@@ -210,8 +217,9 @@ class DynamicSimulation(Simulation):
         new.velocities.assign(moved_velocities(fabric, change, old.velocities))
         new.time, new.time_step, new.calm_steps = old.time, old.time_step, old.calm_steps
         place_held(new.system, self._motion, new.positions, new.time)
-        loads, start = self.prepared.loads(self.time), self.prepared.vertices
-        settle_changed(fabric, change, loads, start, old.system.terms, new.positions, new.time_step)
+        settle_changed(
+            fabric, change, self.prepared.loads(self.time), old.system.terms, new.positions, new.time_step
+        )
         before, after = [(each.system, each.positions, each.velocities) for each in (old, new)]
         keep_momentum(before, after)
         carry_terms(old.system.terms, new.system.terms, change)
@@ -232,8 +240,12 @@ class DynamicSimulation(Simulation):
 
     def _renew(self, time: float, arrays: Mapping[str, NDArray[Any]]) -> None:
         """Make the system with the attachments at a time, in the state of ``arrays``."""
-        self._dynamics = self._dynamics_at(time, self.begin())
+        self._dynamics = self._dynamics_at(time, self._at_start())
         self._dynamics.resume(arrays)
+
+    def _at_start(self) -> MixedVector:
+        vertices, nodes = self.start
+        return MixedVector.from_numpy(vertices, nodes, self.prepared.sliding, self.scalar, self.device)
 
     def _dynamics_at(self, time: float, positions: MixedVector) -> Dynamics:
         scene, materials = self.prepared.scene, self.prepared.fabric.yarn_materials
@@ -269,9 +281,8 @@ class StaticSimulation(Simulation):
         self._done = scene.load_steps - 1 if on_triangles else 0
         self._built = self._moved = scene.duration if on_triangles else 0.0
         self._search: EquilibriumSearch | None = None
-        self._positions = self.begin()
         self._system, self._motion = self.system_at(self._built)
-        make_consistent(self._system.embedding, self._system.free, self._positions)
+        self._positions = start_positions(prepared.fabric, prepared.region, self._system, prepared.vertices)
         if prepared.triangle_equilibrium is not None:
             self._place_on(prepared.triangle_equilibrium)
 
@@ -285,6 +296,11 @@ class StaticSimulation(Simulation):
     def done(self) -> bool:
         """Whether the last equilibrium is found."""
         return self._done >= self.prepared.scene.load_steps
+
+    @property
+    def system(self) -> MixedSystem:
+        """The system, with the attachments of the present time."""
+        return self._system
 
     @property
     def positions(self) -> Parts:

@@ -65,6 +65,7 @@ class DeadLoad(Term[Coordinates, Coordinates]):
     """A dead load on a device."""
 
     gives_hessian = True
+    is_load = True
 
     def __init__(self, name: str, carrier: Carrier, load: ArrayLike, amounts: Sequence[NDArray[np.float64]]) -> None:
         """Send a load to the device of a carrier.

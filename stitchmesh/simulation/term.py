@@ -60,6 +60,8 @@ class Term(ABC, Generic[StateT_contra, ForceT_contra]):
     damped: float = 0.0
     """Share of damping by stiffness in the products, in [0, 1), with the never-negative Hessian at the beginning of the
     step. A term whose Hessian changes little within a step uses the present Hessian. ``linearize`` reads it."""
+    is_load: bool = False
+    """Whether the term is a load from outside, so that its energy is not stored in the fabric."""
     acts_on: Literal["all", "vertices", "nodes"] = "all"
     """Where the forces, products and blocks of the term act: on vertices of cloth alone, on yarn nodes alone, or on
     all. Launches of terms of the first two kinds may run side by side. Apart from state and direction, only the last

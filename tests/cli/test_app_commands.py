@@ -11,7 +11,7 @@ import pytest
 from stitchmesh.app.pages.swatch.state import read_state
 from stitchmesh.cli.main import main
 from stitchmesh.io.stitches import write_stitches
-from stitchmesh.mixed.scene.scene_file import read_scene, write_scene
+from stitchmesh.mixed.scene.scene import read_scene, write_scene
 from tests.app.project.projects import mesh_bytes
 from tests.cli.calls import refused, refused_without_files
 from tests.editing.fabrics import flat

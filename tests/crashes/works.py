@@ -24,7 +24,7 @@ from stitchmesh.io.any_file import read_any
 from stitchmesh.io.checkpoint_file import read_checkpoint
 from stitchmesh.io.history import read_history
 from stitchmesh.jobs.sweep.result_table import read_table
-from stitchmesh.mixed.scene.scene_file import write_scene
+from stitchmesh.mixed.scene.scene import write_scene
 from tests.app.project.projects import HISTORY, REPORT, YARNS, relaxed_project
 from tests.gallery import tube
 from tests.mixed.small_scene import SWINGING

@@ -18,18 +18,14 @@ import numpy as np
 from benchmarks.table import Rows
 from stitchmesh.compute.device import alone, device_named
 from stitchmesh.compute.precision import scalar_named
-from stitchmesh.mixed.cloth.panel_position import PanelPosition
-from stitchmesh.mixed.cloth.panels import Panel
+from stitchmesh.mixed.cloth.panels import Panel, PanelPosition
 from stitchmesh.mixed.cloth.seams import PanelBorder, PanelSeam
-from stitchmesh.mixed.enrichment.embedding import embed
-from stitchmesh.mixed.enrichment.region import region_around
+from stitchmesh.mixed.enrichment.region import embed, region_around
 from stitchmesh.mixed.memory import check_scene_memory
-from stitchmesh.mixed.scene.cloth_section import ClothSection
 from stitchmesh.mixed.scene.motion_section import AttachmentSection, BodySection, Keyframe
 from stitchmesh.mixed.scene.region_section import BoxSection, RegionSection
-from stitchmesh.mixed.scene.scene import Scene, SceneSolverSection
+from stitchmesh.mixed.scene.scene import ClothSection, Scene, SceneSolverSection, YarnsSection
 from stitchmesh.mixed.scene.scene_fabric import PreparedScene, prepare
-from stitchmesh.mixed.scene.yarns_section import YarnsSection
 from stitchmesh.mixed.simulation import Simulation, begin_simulation
 from tests.extremes.outcome import FAILED, VALID, Outcome, ended, table
 

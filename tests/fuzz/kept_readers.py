@@ -187,7 +187,7 @@ def _read_scene_history(folder: Path) -> object:
 
 @cache
 def _scene() -> Any:
-    from stitchmesh.mixed.scene.scene_file import read_scene
+    from stitchmesh.mixed.scene.scene import read_scene
 
     return read_scene(ROOT / SCENE)
 

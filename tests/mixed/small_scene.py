@@ -5,11 +5,9 @@
 from __future__ import annotations
 
 from stitchmesh.mixed.drape import Draped
-from stitchmesh.mixed.scene.cloth_section import ClothSection
 from stitchmesh.mixed.scene.motion_section import AttachmentSection
 from stitchmesh.mixed.scene.region_section import BoxSection, RegionSection
-from stitchmesh.mixed.scene.scene import OutputSection, Scene, SceneSolverSection
-from stitchmesh.mixed.scene.yarns_section import YarnsSection
+from stitchmesh.mixed.scene.scene import ClothSection, OutputSection, Scene, SceneSolverSection, YarnsSection
 from stitchmesh.run_control import RunControl, Snapshot
 
 MIDDLE = BoxSection(low=(1.0, 1.0, -1.0), high=(2.0, 2.0, 1.0))

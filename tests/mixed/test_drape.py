@@ -23,13 +23,17 @@ from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial
 from stitchmesh.mixed.drape import Draped, drape
 from stitchmesh.mixed.memory import check_scene_memory, estimate_memory
 from stitchmesh.mixed.output.files import read_maps
-from stitchmesh.mixed.scene.cloth_section import ClothSection
 from stitchmesh.mixed.scene.motion_section import AttachmentSection, BodySection, Keyframe
 from stitchmesh.mixed.scene.region_section import BoxSection, RegionSection
-from stitchmesh.mixed.scene.scene import OutputSection, Scene, SceneSolverSection
+from stitchmesh.mixed.scene.scene import (
+    ClothSection,
+    OutputSection,
+    Scene,
+    SceneSolverSection,
+    YarnsSection,
+    write_scene,
+)
 from stitchmesh.mixed.scene.scene_fabric import prepare
-from stitchmesh.mixed.scene.scene_file import write_scene
-from stitchmesh.mixed.scene.yarns_section import YarnsSection
 from stitchmesh.run import CHECKPOINT, Checkpoints, Run
 from stitchmesh.run_control import RunControl
 from stitchmesh.tessellate import tessellate

@@ -13,9 +13,8 @@ import pytest
 from stitchmesh.errors import FileError
 from stitchmesh.mixed.drape import REPORT, Draped, drape
 from stitchmesh.mixed.draped_folder import read_draped
-from stitchmesh.mixed.scene.cloth_section import ClothSection
 from stitchmesh.mixed.scene.region_section import RegionSection
-from stitchmesh.mixed.scene.scene_file import write_scene
+from stitchmesh.mixed.scene.scene import ClothSection, write_scene
 from stitchmesh.run import Run
 from stitchmesh.run_control import RunControl, Snapshot
 from tests.mixed.small_scene import SWINGING

@@ -16,7 +16,7 @@ from stitchmesh.mixed.contact.body_distance import BodyContact
 from stitchmesh.mixed.drape import Draped, drape
 from stitchmesh.mixed.mixed_vector import MixedVector
 from stitchmesh.mixed.scene.region_section import BoxSection
-from stitchmesh.mixed.scene.scene_file import read_scene
+from stitchmesh.mixed.scene.scene import read_scene
 from tests.gallery import ROOT
 from tests.nightly import at_night
 

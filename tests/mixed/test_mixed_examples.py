@@ -11,8 +11,8 @@ import pytest
 
 from stitchmesh.mixed.drape import drape
 from stitchmesh.mixed.scene.motion_section import Keyframe
+from stitchmesh.mixed.scene.scene import read_scene
 from stitchmesh.mixed.scene.scene_fabric import prepare
-from stitchmesh.mixed.scene.scene_file import read_scene
 from tests.gallery import ROOT
 from tests.nightly import mostly_at_night
 

@@ -11,12 +11,10 @@ import pytest
 from PIL import Image
 
 from stitchmesh.mixed.drape import Draped, drape
-from stitchmesh.mixed.scene.cloth_section import ClothSection
 from stitchmesh.mixed.scene.motion_section import AttachmentSection, BodySection, Keyframe
 from stitchmesh.mixed.scene.region_section import BoxSection, RegionSection
-from stitchmesh.mixed.scene.scene import Scene, SceneSolverSection
+from stitchmesh.mixed.scene.scene import ClothSection, Scene, SceneSolverSection, YarnsSection
 from stitchmesh.mixed.scene.simple_bodies import ball
-from stitchmesh.mixed.scene.yarns_section import YarnsSection
 from stitchmesh.render.camera import camera_around
 from stitchmesh.render.draped.picture import (
     ALPHA_SCALE,

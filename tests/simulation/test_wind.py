@@ -5,21 +5,27 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import pytest
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.lattice import lattice_frame
+from stitchmesh.mixed.assembly import fabric_masses
+from stitchmesh.mixed.drape import drape
+from stitchmesh.mixed.scene.scene_fabric import prepare
 from stitchmesh.periodic.swatch import swatch
 from stitchmesh.quality import PRESETS
+from stitchmesh.run import Run
+from stitchmesh.simulation.dead_load import EARTH
 from stitchmesh.simulation.wind import AIR, DRAG, Wind
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial, relax_yarns
 from stitchmesh.yarnrelax.constraints.pins import Pins
 from stitchmesh.yarnrelax.energies.confinement import STIFFNESS, Confinement
 from stitchmesh.yarnrelax.model.material import carried_lengths
+from tests.mixed.small_scene import SWINGING
 from tests.yarnrelax.one_term import OneTerm, on_device
 
 RADIUS = 0.1
@@ -68,6 +74,22 @@ def test_a_swatch_between_planes_leans_on_the_one_in_the_lee() -> None:
     caught = PRESSURE * normal[2] * 2.0 * (yarns.radius[yarns.point_yarn] * carried).sum()
     # the forces that are left are below the tolerance of the residual, of the forces between yarns
     assert (stiffness * carried * beyond).sum() == pytest.approx(caught, rel=0.02)
+
+
+@pytest.mark.parametrize("yarns", ["none", "chosen"])
+def test_on_a_hanging_cloth_a_wind_is_a_gravity(yarns: Literal["none", "chosen"]) -> None:
+    """Vertices and nodes have areas in proportion to their masses; only the weight of yarn that slides differs."""
+    scene = replace(SWINGING, mode="static", gravity=EARTH, region=replace(SWINGING.region, yarns=yarns))
+    prepared = prepare(scene)
+    mass = fabric_masses(prepared.fabric, prepared.region).total
+    across = PRESSURE * float(prepared.fabric.cloth.rest_area.sum()) / mass
+    blown = drape(scene, terms=[Wind((0.0, 0.0, SPEED))], run=Run(progress=False))
+    tilted = drape(replace(scene, gravity=(0.0, -981.0, across)), run=Run(progress=False))
+    assert blown.report["mixed"]["converged"] and "wind" in blown.report["mixed"]["energies"]
+    expected = tilted.end.vertices[:, 2]
+    assert expected.max() > 0.5
+    # the tolerance of the forces; with yarns, those that slide in the wind also change their height
+    np.testing.assert_allclose(blown.end.vertices[:, 2], expected, atol=(1e-4 if yarns == "none" else 1e-2) * 3.0)
 
 
 @pytest.mark.parametrize("numbers", [(0.0, 300.0), (0.0, np.nan, 0.0), (0.0, 0.0, 2e4), 300.0])

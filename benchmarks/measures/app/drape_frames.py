@@ -21,9 +21,8 @@ from stitchmesh.app.pages.view.draped_view import DrapedSketch, DrapedView
 from stitchmesh.mixed.drape import Draped
 from stitchmesh.mixed.output.display import Displays
 from stitchmesh.mixed.output.frames import DrapeFrame, Frames
-from stitchmesh.mixed.scene.scene import Scene
+from stitchmesh.mixed.scene.scene import Scene, read_scene
 from stitchmesh.mixed.scene.scene_fabric import prepare
-from stitchmesh.mixed.scene.scene_file import read_scene
 from tests.app.null_front import NullScene
 
 PICTURES = 5

@@ -22,18 +22,18 @@ from scipy.sparse.linalg import spsolve
 from benchmarks.scenes.cloths import Kind, rectangle
 from benchmarks.table import Rows
 from stitchmesh.compute.device import device_named
+from stitchmesh.mixed.assembly import triangle_masses
 from stitchmesh.mixed.cloth.cloth import Cloth
-from stitchmesh.mixed.dynamics.cloth_system import triangle_masses
 from stitchmesh.mixed.dynamics.equilibrium import EquilibriumSettings, find_equilibrium
-from stitchmesh.mixed.dynamics.mass_matrix import Weight, blend_masses
+from stitchmesh.mixed.dynamics.mass_matrix import FabricPoints, blend_masses
 from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
-from stitchmesh.mixed.enrichment.embedding import FreeUnknowns, embed
-from stitchmesh.mixed.enrichment.region import region_around
+from stitchmesh.mixed.enrichment.region import FreeUnknowns, embed, region_around
 from stitchmesh.mixed.mixed_vector import MixedVector
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
 from stitchmesh.mixed.triangles.curvature import SideFrames, hinge_stiffness
 from stitchmesh.mixed.triangles.membrane import Membrane
 from stitchmesh.mixed.triangles.shell_bending import ShellBending
+from stitchmesh.simulation.dead_load import Gravity
 
 FloatArray = NDArray[np.float64]
 KINDS: tuple[Kind, ...] = ("diagonals", "alternating", "irregular")
@@ -106,10 +106,11 @@ def drop_of_strip(kind: Kind, modulus: float, columns: int = 12) -> float:
     none = np.zeros((0, 2), dtype=int)
     masses = blend_masses(region, none, np.zeros(0), none, triangle_masses(cloth, material))
     device = device_named("cpu")
-    terms = [kind_of(cloth, material, wp.float64, device) for kind_of in (Membrane, ShellBending)]
+    points = FabricPoints(masses, float(cloth.rest_area.sum()), wp.float64, device)
+    elastic = [kind_of(cloth, material, wp.float64, device) for kind_of in (Membrane, ShellBending)]
+    terms = [*elastic, Gravity((0.0, 0.0, -981.0)).on(points)]
     free = FreeUnknowns.of(region, fixed_vertices=held)
     system = MixedSystem(embed(region), free, masses, terms, scalar=wp.float64, device=device)
-    system.add(Weight(system.mass, (0.0, 0.0, -981.0)))
     start = np.column_stack([x, cloth.vertices[:, 1], np.where(np.isin(np.arange(len(x)), held), 0.0, -0.1 * x**2)])
     state = MixedVector.from_numpy(start, [], [], wp.float64, device)
     report = find_equilibrium(system, state, EquilibriumSettings(force_tolerance=1e-6))

@@ -20,19 +20,21 @@ from scipy.sparse.linalg import splu
 
 from benchmarks.places import MIXED_SCENES
 from stitchmesh.compute.device import device_named
+from stitchmesh.mixed.assembly import Loads, MixedFabric, fabric_masses, loaded_system, start_positions
 from stitchmesh.mixed.cloth.panels import Panel
 from stitchmesh.mixed.cloth.seams import cloth_from_panels
+from stitchmesh.mixed.contact.motion import Attachment
 from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial, FabricMaterials
 from stitchmesh.mixed.dynamics.backward_euler import Dynamics, DynamicsSettings
-from stitchmesh.mixed.dynamics.cloth_system import ClothSystem, MixedFabric, cloth_system
+from stitchmesh.mixed.dynamics.mass_matrix import BlendedMasses
+from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
 from stitchmesh.mixed.enrichment import preconditioner
-from stitchmesh.mixed.enrichment.region import region_around
+from stitchmesh.mixed.enrichment.region import Region, region_around
 from stitchmesh.mixed.layout.knit import lay_knit
 from stitchmesh.mixed.layout.weave import lay_weave
 from stitchmesh.mixed.mixed_vector import MixedVector
-from stitchmesh.mixed.scene.cloth_of_yarns import cloth_of_knit
-from stitchmesh.mixed.scene.scene_fabric import prepare
-from stitchmesh.mixed.scene.scene_file import read_scene
+from stitchmesh.mixed.scene.scene import read_scene
+from stitchmesh.mixed.scene.scene_fabric import cloth_of_knit, prepare
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
 
 Vector = NDArray[np.float64]
@@ -53,18 +55,25 @@ ENOUGH = 1e-4
 class Case:
     """The linear system of a step in time, with its solution."""
 
-    scene: ClothSystem
+    fabric: MixedFabric
+    region: Region
+    system: MixedSystem
     positions: MixedVector
     force: Vector
     reference: Vector
     of_mass: float
 
     @property
+    def masses(self) -> BlendedMasses:
+        """Masses of vertices and nodes."""
+        return fabric_masses(self.fabric, self.region)
+
+    @property
     def sizes(self) -> tuple[int, int, int, int]:
         """Unknown vertices, nodes, hybrid nodes, and vertices of Sigma."""
-        embedding = self.scene.system.embedding
-        unknown = int(self.scene.region.unknown_vertices.sum())
-        return unknown, len(self.scene.region.nodes), len(embedding.nodes), embedding.independent.shape[1]
+        embedding = self.system.embedding
+        unknown = int(self.region.unknown_vertices.sum())
+        return unknown, len(self.region.nodes), len(embedding.nodes), embedding.independent.shape[1]
 
 
 @dataclass(frozen=True)
@@ -88,13 +97,15 @@ class Hanging:
 
     def case(self) -> Case:
         """Swing the cloth, and find the system of the next step with its solution."""
-        scene = self._system()
-        run = Dynamics(scene.system, scene.positions, DynamicsSettings(time_step=1e-3))
+        fabric, region, loads = self._loaded_cloth()
+        system = loaded_system(fabric, region, loads, device=CPU)
+        run = Dynamics(system, start_positions(fabric, region, system), DynamicsSettings(time_step=1e-3))
         while run.time < SWING:
             run.step()
-        return solved(scene, run.positions, run.velocities, run.time, self.step)
+        start = run.positions, run.velocities
+        return solved(fabric, region, system, start, run.time, self.step)
 
-    def _system(self) -> ClothSystem:
+    def _loaded_cloth(self) -> tuple[MixedFabric, Region, Loads]:
         outline = np.array([[0.0, 0.0], [SIDE, 0.0], [SIDE, SIDE], [0.0, SIDE]])
         cloth = cloth_from_panels([Panel(name="square", outline=outline)], [], edge_length=self.edge)
         number = self.density
@@ -115,13 +126,7 @@ class Hanging:
         corners = [
             int(np.argmin(np.abs(cloth.vertices[:, :2] - place).sum(axis=1))) for place in ([0, SIDE], [SIDE, SIDE])
         ]
-        return cloth_system(
-            fabric,
-            region,
-            fixed_vertices=corners,
-            acceleration=(0.0, 0.0, -981.0),
-            device=CPU,
-        )
+        return fabric, region, Loads(gravity=(0.0, 0.0, -981.0), held=[Attachment(np.array(corners))])
 
 
 @dataclass(frozen=True)
@@ -134,24 +139,23 @@ class ShakenLoops:
     def case(self) -> Case:
         """The system of its first step, with its solution."""
         prepared = prepare(read_scene(MIXED_SCENES / "loops.toml"))
-        fabric = prepared.fabric
-        scene = cloth_system(
-            fabric,
-            prepared.region,
-            fixed_vertices=prepared.held[0].vertices,
-            acceleration=(0.0, 0.0, 0.0),
-            device=CPU,
-        )
-        v, p, s = scene.positions.numpy()
+        fabric, region = prepared.fabric, prepared.region
+        loads = Loads(gravity=(0.0, 0.0, 0.0), held=[Attachment(prepared.held[0].vertices)])
+        system = loaded_system(fabric, region, loads, device=CPU)
+        v, p, s = start_positions(fabric, region, system).numpy()
         shake = SHAKE * float(fabric.yarn_radius.mean()) * np.random.default_rng(0).normal(size=p.shape)
         positions = MixedVector.from_numpy(v, p + shake, s, wp.float64, CPU)
-        scene.system.make_motion(positions)
-        return solved(scene, positions, positions.like(), 0.0, self.step)
+        system.make_motion(positions)
+        return solved(fabric, region, system, (positions, positions.like()), 0.0, self.step)
 
 
-def solved(scene: ClothSystem, positions: MixedVector, velocities: MixedVector, time: float, step: float) -> Case:
+def solved(
+    fabric: MixedFabric, region: Region, system: MixedSystem, start: tuple[MixedVector, MixedVector], time: float,
+    step: float,
+) -> Case:  # fmt: skip
     """The linear system of a step in time with its solution."""
-    system, force, inertia = scene.system, positions.like(), positions.like()
+    positions, velocities = start
+    force, inertia = positions.like(), positions.like()
     system.update_masses(positions)
     for term in system.terms:
         term.begin_step(positions, time, step)
@@ -162,7 +166,7 @@ def solved(scene: ClothSystem, positions: MixedVector, velocities: MixedVector, 
     system.linearize(positions, 0.0)
     system.solver.solve(force, tolerance=1e-10, most_iterations=50_000)
     right, reference = force.values.numpy().copy(), system.solver.solution.values.numpy().copy()
-    return Case(scene, positions, right, reference, 1.0 / step**2)
+    return Case(fabric, region, system, positions, right, reference, 1.0 / step**2)
 
 
 Precondition = Callable[[Vector], Vector]
@@ -170,11 +174,11 @@ Precondition = Callable[[Vector], Vector]
 
 def generalized(case: Case, *, by_mass: bool) -> Precondition:
     """The filter of the generalized coordinates q = (v, x), and a division by the diagonal of their masses."""
-    system, embedding = case.scene.system, case.scene.system.embedding
+    system, embedding = case.system, case.system.embedding
     moves = system.moves.numpy().astype(bool)
     basis, own = embedding.basis, embedding.independent
     gram = splu((own.T @ own).tocsc())
-    masses = case.scene.masses
+    masses = case.masses
     of_vertices = masses.vertices + basis.power(2).T @ masses.nodes[embedding.nodes]
     sliding = system.mass.nodes.sliding_mass.numpy().ravel()
     scale = np.concatenate([np.repeat(of_vertices, 3), np.repeat(masses.nodes, 3), sliding])
@@ -205,14 +209,14 @@ def views(values: Vector, shape: MixedVector) -> tuple[Vector, Vector, Vector]:
 
 def by_projection(case: Case, *, stiffness: bool) -> Precondition:
     """P as the solver has it, with the masses alone or with the diagonal of the stiffness in blocks."""
-    system = case.scene.system
+    system = case.system
     system.set_factors(case.of_mass, 1.0, case.positions, stiffness_in_metric=stiffness)
     return applied(case, system.preconditioner)
 
 
 def by_one_number(case: Case) -> Precondition:
     """P with the mean of the diagonal of each block in the hybrid region."""
-    system, masses = case.scene.system, case.scene.masses
+    system, masses = case.system, case.masses
     by_projection(case, stiffness=True)  # finds the blocks
     with patch.object(preconditioner, "MOST_BLOCK_ROWS", 0):
         own = preconditioner.Preconditioner(
@@ -225,7 +229,7 @@ def by_one_number(case: Case) -> Precondition:
 
 def applied(case: Case, chosen: preconditioner.Preconditioner) -> Precondition:
     """A preconditioner of the solver as a function of flat vectors."""
-    system = case.scene.system
+    system = case.system
     force, motion = system.zeros(), system.zeros()
 
     def precondition(values: Vector) -> Vector:
@@ -238,12 +242,14 @@ def applied(case: Case, chosen: preconditioner.Preconditioner) -> Precondition:
 
 def iterations(case: Case, precondition: Precondition, most: int) -> int:
     """Conjugate-gradient iterations to the error ``ENOUGH``; ``most`` where it is not reached."""
-    system = case.scene.system
+    system = case.system
     direction, product, mass = system.zeros(), system.zeros(), system.zeros()
 
     def multiply(values: Vector) -> Vector:
         direction.values.assign(values)
-        system.set_hessian_product(direction, product)
+        product.values.zero_()
+        for term in system.terms:
+            term.products(direction, product, system.launch)
         system.set_mass_product(direction, mass)
         return product.values.numpy() + case.of_mass * mass.values.numpy()
 

@@ -38,9 +38,8 @@ from benchmarks.table import Rows, note
 from stitchmesh.mixed.drape import drape
 from stitchmesh.mixed.enrichment.region import YARNS
 from stitchmesh.mixed.scene.region_section import RegionSection
-from stitchmesh.mixed.scene.scene import Scene
+from stitchmesh.mixed.scene.scene import Scene, read_scene
 from stitchmesh.mixed.scene.scene_fabric import prepare
-from stitchmesh.mixed.scene.scene_file import read_scene
 from stitchmesh.run import QUIET, Run
 from stitchmesh.time_limit import TimeLimit, limited_to
 

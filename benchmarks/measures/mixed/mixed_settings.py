@@ -40,9 +40,10 @@ from benchmarks.measures.mixed.node_errors import position_error
 from benchmarks.scenes.loadings import LOADINGS, Loading
 from benchmarks.table import Rows
 from stitchmesh.compute.device import device_named
+from stitchmesh.mixed.assembly import Loads, MixedFabric, loaded_system, start_positions
 from stitchmesh.mixed.cloth.panels import Panel
 from stitchmesh.mixed.cloth.seams import cloth_from_panels
-from stitchmesh.mixed.dynamics.cloth_system import MixedFabric, cloth_system
+from stitchmesh.mixed.contact.motion import Attachment
 from stitchmesh.mixed.dynamics.equilibrium import EquilibriumSettings, find_equilibrium
 from stitchmesh.mixed.enrichment.region import YARNS, region_around
 from stitchmesh.mixed.layout.weave import lay_weave
@@ -101,7 +102,7 @@ def counts(case: Case, variants: Variants, most: int) -> Iterator[str]:
 
 def of_alpha() -> AbstractContextManager[Any]:
     """Make systems whose energies of stretch have the weights alpha and 1 - alpha."""
-    return patched("stitchmesh.mixed.dynamics.cloth_system._stretch_weights", return_value=None)
+    return patched("stitchmesh.mixed.assembly._stretch_weights", return_value=None)
 
 
 WEIGHTS: dict[str, Callable[[], AbstractContextManager[Any]]] = {"alpha": of_alpha, "balanced": nullcontext}
@@ -144,17 +145,12 @@ def displacements(density: float, rings: int, deformation: Numbers) -> Numbers:
         cloth=cloth, yarns=yarns, cloth_material=matched(density, material), yarn_materials=material
     )
     border = np.abs(cloth.vertices[:, :2] - SIDE / 2).max(axis=1) > SIDE / 2 - 1e-9
-    made = cloth_system(
-        fabric,
-        region,
-        fixed_vertices=np.flatnonzero(border),
-        vertices=cloth.vertices @ deformation.T,
-        acceleration=(0.0, 0.0, 0.0),
-        device=device_named("cpu"),
-    )
-    start = made.positions.numpy()[1].copy()
-    find_equilibrium(made.system, made.positions, EquilibriumSettings(force_tolerance=TOLERANCE))
-    return (made.positions.numpy()[1] - start)[region.node_kind[region.nodes] == YARNS]
+    loads = Loads(gravity=(0.0, 0.0, 0.0), held=[Attachment(np.flatnonzero(border))])
+    system = loaded_system(fabric, region, loads, device=device_named("cpu"))
+    positions = start_positions(fabric, region, system, cloth.vertices @ deformation.T)
+    start = positions.numpy()[1].copy()
+    find_equilibrium(system, positions, EquilibriumSettings(force_tolerance=TOLERANCE))
+    return (positions.numpy()[1] - start)[region.node_kind[region.nodes] == YARNS]
 
 
 @cache

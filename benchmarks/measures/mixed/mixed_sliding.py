@@ -14,12 +14,10 @@ from benchmarks.table import Rows
 from stitchmesh.compute.device import alone, device_named
 from stitchmesh.compute.precision import scalar_named
 from stitchmesh.mixed.layout.crossing_yarns import WARP
-from stitchmesh.mixed.scene.cloth_section import ClothSection
 from stitchmesh.mixed.scene.motion_section import AttachmentSection
 from stitchmesh.mixed.scene.region_section import BoxSection, RegionSection
-from stitchmesh.mixed.scene.scene import Scene, SceneSolverSection
+from stitchmesh.mixed.scene.scene import ClothSection, Scene, SceneSolverSection, YarnsSection
 from stitchmesh.mixed.scene.scene_fabric import PreparedScene, prepare
-from stitchmesh.mixed.scene.yarns_section import YarnsSection
 from stitchmesh.mixed.simulation import Simulation, begin_simulation
 
 YARNS = 15

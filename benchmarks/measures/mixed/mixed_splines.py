@@ -20,13 +20,14 @@ from numpy.typing import NDArray
 from benchmarks.places import MIXED_SCENES
 from benchmarks.table import Rows
 from stitchmesh.compute.device import device_named
-from stitchmesh.mixed.dynamics.cloth_system import cloth_system
+from stitchmesh.mixed.assembly import Loads, loaded_system, start_positions
+from stitchmesh.mixed.contact.motion import Attachment
 from stitchmesh.mixed.dynamics.equilibrium import EquilibriumReport, EquilibriumSettings, find_equilibrium
 from stitchmesh.mixed.enrichment.region import YARNS, Region, region_around
 from stitchmesh.mixed.layout.spline_yarns import SplineYarns
 from stitchmesh.mixed.mixed_vector import MixedVector, Parts
+from stitchmesh.mixed.scene.scene import read_scene
 from stitchmesh.mixed.scene.scene_fabric import PreparedScene, prepare
-from stitchmesh.mixed.scene.scene_file import read_scene
 
 SCENE = MIXED_SCENES / "loops.toml"
 STRAIN = 0.04
@@ -64,14 +65,12 @@ class Patch:
         """The equilibrium of the patch after a deformation as a whole."""
         fabric, device = self.prepared.fabric, device_named(self.prepared.scene.solver.device)
         vertices, nodes = self.border
-        still = (0.0, 0.0, 0.0)
-        scene = cloth_system(
-            fabric, self.region, fixed_vertices=vertices, fixed_nodes=nodes, acceleration=still, device=device
-        )
-        v, p, s = scene.positions.numpy() if start is None else start
+        loads = Loads(gravity=(0.0, 0.0, 0.0), held=[Attachment(vertices, nodes)])
+        system = loaded_system(fabric, self.region, loads, device=device)
+        v, p, s = start_positions(fabric, self.region, system).numpy() if start is None else start
         positions = MixedVector.from_numpy(v @ gradient.T, p @ gradient.T, s, wp.float64, device)
         settings = EquilibriumSettings(force_tolerance=3.0, most_iterations=250)
-        report = find_equilibrium(scene.system, positions, settings)
+        report = find_equilibrium(system, positions, settings)
         return positions.numpy(), report
 
     def middles(self, parts: Parts, stitches: NDArray[np.int64]) -> Numbers:

@@ -31,22 +31,18 @@ from tyro.conf import Positional
 from benchmarks.table import Rows, note
 from stitchmesh.compute.device import alone, device_named
 from stitchmesh.compute.precision import scalar_named
-from stitchmesh.mixed.assembly import Loads, loaded_system
+from stitchmesh.mixed.assembly import Loads, MixedFabric, loaded_system
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.contact.motion import Attachment
 from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial, FabricMaterials
 from stitchmesh.mixed.dynamics.backward_euler import Dynamics, DynamicsSettings
-from stitchmesh.mixed.dynamics.cloth_system import MixedFabric
 from stitchmesh.mixed.dynamics.equilibrium import EquilibriumSettings, find_equilibrium
 from stitchmesh.mixed.enrichment.region import HYBRID, YARNS, Region, region_around
 from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
 from stitchmesh.mixed.mixed_vector import MixedVector
-from stitchmesh.mixed.scene.cloth_of_yarns import cloth_of_knit, cloth_of_weave
-from stitchmesh.mixed.scene.cloth_section import ClothSection
 from stitchmesh.mixed.scene.region_section import RegionSection
-from stitchmesh.mixed.scene.scene import ContactSection, Scene
-from stitchmesh.mixed.scene.scene_fabric import PreparedScene, prepare
-from stitchmesh.mixed.scene.yarns_section import YarnsSection
+from stitchmesh.mixed.scene.scene import ClothSection, ContactSection, Scene, YarnsSection
+from stitchmesh.mixed.scene.scene_fabric import PreparedScene, cloth_of_knit, cloth_of_weave, prepare
 
 Numbers = NDArray[np.float64]
 TOLERANCE = 1e-2
@@ -181,9 +177,7 @@ def _relaxed(prepared: PreparedScene, device: wp.Device) -> Numbers:
     start = MixedVector.from_numpy(prepared.vertices, prepared.nodes, prepared.sliding, wp.float64, device)
     free = Loads(gravity=(0.0, 0.0, 0.0))
     with alone():
-        system = loaded_system(
-            prepared.fabric, prepared.region, free, prepared.vertices, scalar=wp.float64, device=device
-        )
+        system = loaded_system(prepared.fabric, prepared.region, free, device=device)
         settings = EquilibriumSettings(force_tolerance=1.0, most_iterations=RELAXING)
         find_equilibrium(system, start, settings)
     return start.numpy()[0]
@@ -277,9 +271,7 @@ def _run(name: str, prepared: PreparedScene, region: Region, options: Options) -
 
 def _dynamics(prepared: PreparedScene, time_step: float, scalar: type, device: wp.Device) -> Dynamics:
     """The motion from rest of a garment that is held at the shoulders."""
-    system = loaded_system(
-        prepared.fabric, prepared.region, _loads(prepared), prepared.vertices, scalar=scalar, device=device
-    )
+    system = loaded_system(prepared.fabric, prepared.region, _loads(prepared), scalar=scalar, device=device)
     materials = prepared.fabric.yarn_materials
     assert isinstance(materials, FabricMaterials)
     material = materials.weft

@@ -38,9 +38,8 @@ from stitchmesh.mixed.contact.body_distance import BodyContact
 from stitchmesh.mixed.contact.body_friction import BodyFriction
 from stitchmesh.mixed.contact.contact_points import points_at_nodes
 from stitchmesh.mixed.contact.self_collision import SelfCollision
-from stitchmesh.mixed.crossings.crossing_elements import crossing_elements
 from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial, FabricMaterials
-from stitchmesh.mixed.crossings.crossing_term import CrossingTerm
+from stitchmesh.mixed.crossings.crossing_term import CrossingTerm, crossing_elements
 from stitchmesh.mixed.crossings.friction.sliding_friction import SlidingFriction
 from stitchmesh.mixed.crossings.yarn_mass import YarnGravity
 from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns

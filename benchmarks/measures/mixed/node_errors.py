@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from stitchmesh.mixed.enrichment.region import Region
 from stitchmesh.mixed.layout.crossing_yarns import WEFT, CrossingYarns
-from stitchmesh.mixed.placement.moved_state import place_hidden_vertices
+from stitchmesh.mixed.region_change import place_hidden_vertices
 
 Numbers = NDArray[np.float64]
 

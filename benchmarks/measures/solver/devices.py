@@ -32,9 +32,9 @@ from stitchmesh.mixed.layout.spline_yarns import SplineYarns, lay_splines
 from stitchmesh.mixed.placement.chosen_region import NodeBudget
 from stitchmesh.mixed.scene.motion_section import Keyframe
 from stitchmesh.mixed.scene.region_section import RegionSection
-from stitchmesh.mixed.scene.scene import Scene
-from stitchmesh.mixed.scene.scene_fabric import PreparedScene, drawn_splines, prepare
-from stitchmesh.mixed.scene.scene_file import read_scene
+from stitchmesh.mixed.scene.scene import Scene, read_scene
+from stitchmesh.mixed.scene.scene_fabric import PreparedScene, prepare
+from stitchmesh.mixed.scene.scene_splines import drawn_splines
 from stitchmesh.mixed.simulation import begin_simulation
 from stitchmesh.quality import quality_named
 from stitchmesh.simulation.dead_load import Gravity

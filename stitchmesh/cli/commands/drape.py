@@ -103,7 +103,7 @@ class DrapeCommand:
 
     def _scene(self) -> Scene:
         """Return the scene with the changes of the options."""
-        from stitchmesh.mixed.scene.scene_file import read_scene
+        from stitchmesh.mixed.scene.scene import read_scene
 
         scene = read_scene(self.scene)
         if self.region is not None:
@@ -148,7 +148,7 @@ def _write_example(path: Path) -> None:
     """Write the example scene, unless the file is there already."""
     from stitchmesh.io.atomic import write_text
     from stitchmesh.io.path_kind import is_there
-    from stitchmesh.mixed.scene.scene_file import example_scene
+    from stitchmesh.mixed.scene.scene import example_scene
 
     if path.suffix.lower() != ".toml":
         raise FileError(f"{path}: got the suffix {path.suffix!r}; expected .toml")

@@ -29,6 +29,7 @@ from scipy.sparse.csgraph import connected_components
 
 from stitchmesh.errors import MeshError, ParameterError, first_few
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, extent, frozen_array
+from stitchmesh.mesh.arrays import unit_vectors
 from stitchmesh.mesh.connectivity import check_fans, find_twins
 
 SMALLEST_AREA = 1e-9
@@ -265,3 +266,11 @@ def border_sides(cloth: Cloth) -> tuple[IntArray, ...]:
     graph = csr_array((np.ones(len(joined[0])), joined), shape=(len(sides), len(sides)))
     count, part = connected_components(graph, directed=False)
     return tuple(sides[part == number] for number in range(count))
+
+
+def vertex_normals(triangles: IntArray, vertices: FloatArray) -> FloatArray:
+    """Return the sums of the area vectors of the triangles at each vertex, of unit length, shape (V, 3)."""
+    corners = vertices[triangles]
+    areas = np.repeat(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), 3, axis=0)
+    sums = [np.bincount(triangles.ravel(), areas[:, axis], len(vertices)) for axis in range(3)]
+    return unit_vectors(np.stack(sums, axis=1).astype(np.float64))

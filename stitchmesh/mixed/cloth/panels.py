@@ -1,12 +1,13 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Triangles of a flat panel from its outline.
+"""A flat panel: its outline, its place in space, and its triangles.
 
-Each side of the outline is divided evenly, so that two sides with the same number of edges can be sewn together. The
-inside is filled with points of a grid of equilateral triangles that keep a distance from the border. The panel consists
-of the Delaunay triangles of all points that lie inside the outline. A few times, the grid points move to the mean of
-their neighbours and the triangles are found again. Far from the border, where the grid stays as it is, triangles are
-equilateral: the bending of a cloth then has no preferred direction, unlike on a grid of squares with diagonals.
+*Triangles.* Each side of the outline is divided evenly, so that two sides with the same number of edges can be sewn
+together. The inside is filled with points of a grid of equilateral triangles that keep a distance from the border. The
+panel consists of the Delaunay triangles of all points that lie inside the outline. A few times, the grid points move to
+the mean of their neighbours and the triangles are found again. Far from the border, where the grid stays as it is,
+triangles are equilateral: the bending of a cloth then has no preferred direction, unlike on a grid of squares with
+diagonals.
 
 Libraries that divide polygons into triangles of a wanted size (Triangle, Gmsh) have no free licence that suits this
 project; those with one (earcut) make triangles without points inside. SciPy's Delaunay triangulation and the recovery
@@ -18,6 +19,19 @@ A Delaunay triangulation of points on a border and inside it nearly always has a
 missing where the outline is narrower than its edges are long. If an edge crosses the wanted edge, and its two triangles
 form a convex quadrilateral, it is replaced by the other diagonal. An edge whose quadrilateral is not convex waits until
 its neighbours are flipped.
+
+*Place.* At the start a panel lies in a plane, or is wrapped round a cylinder.
+
+A point (x, y) of a panel in a plane lies at
+
+    origin + x X + y Y
+
+with unit axes X and Y. A cylinder of radius R has an axis in direction Y and touches that plane from behind, along the
+line x = 0. On this cylinder the point lies at
+
+    origin + R sin(x / R) X + y Y + R (cos(x / R) - 1) X x Y
+
+Both maps keep lengths, and the front of the panel is the side of X x Y, which is the outside of the cylinder.
 """
 
 from __future__ import annotations
@@ -29,11 +43,66 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from stitchmesh.errors import ParameterError, first_few
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.mixed.cloth.outline import checked_outline, distance_to_sides, edge_pairs, inside
-from stitchmesh.mixed.cloth.panel_position import PanelPosition
+
+Triple = tuple[float, float, float]
+
+@dataclass(frozen=True, kw_only=True)
+class PanelPosition:
+    """Where a panel lies in space.
+
+    Raises:
+        ParameterError: a number is not finite, an axis is zero, the axes are not at right angles, or the radius is not
+            positive.
+    """
+
+    origin: Triple = (0.0, 0.0, 0.0)
+    """Where the point (0, 0) of the panel lies [cm]."""
+    x_axis: Triple = (1.0, 0.0, 0.0)
+    """Direction of x; its length does not count."""
+    y_axis: Triple = (0.0, 1.0, 0.0)
+    """Direction of y; its length does not count."""
+    radius: float | None = None
+    """Radius of the cylinder round which the panel is wrapped [cm]; None for a panel in a plane."""
+
+    def __post_init__(self) -> None:
+        for name in ("origin", "x_axis", "y_axis"):
+            value = getattr(self, name)
+            if len(value) != 3 or not all(math.isfinite(number) for number in value):
+                raise ParameterError(f"position: {name}: got {value}; expected three finite numbers")
+        for name in ("x_axis", "y_axis"):
+            if not any(getattr(self, name)):
+                raise ParameterError(f"position: {name}: got a zero vector; expected a direction")
+        cosine = float(_unit(self.x_axis) @ _unit(self.y_axis))
+        if abs(cosine) > 1e-6:  # a user writes the axes with a few digits
+            angle = math.degrees(math.acos(max(-1.0, min(1.0, cosine))))
+            raise ParameterError(f"position: x_axis and y_axis: got an angle of {angle:.4g} degrees; expected 90")
+        if self.radius is not None and not (math.isfinite(self.radius) and self.radius > 0.0):
+            raise ParameterError(f"position: radius: got {self.radius}; expected a positive number of cm")
+
+    def place(self, points: ArrayLike) -> FloatArray:
+        """Return where points of the panel lie in space [cm], shape (n, 2) to (n, 3)."""
+        x, y = np.asarray(points, dtype=np.float64).T
+        along, up = _unit(self.x_axis), _unit(self.y_axis)
+        back = np.zeros_like(x)
+        if self.radius is not None:
+            angle = x / self.radius
+            x, back = self.radius * np.sin(angle), self.radius * (np.cos(angle) - 1.0)
+        placed: FloatArray = (
+            np.array(self.origin) + x[:, None] * along + y[:, None] * up + back[:, None] * np.cross(along, up)
+        )
+        return placed
+
+
+def _unit(axis: Triple) -> FloatArray:
+    direction = np.array(axis, dtype=np.float64)
+    direction = direction / np.abs(direction).max()
+    return direction / np.linalg.norm(direction)
+
 
 Edge = tuple[int, int]
 SMALLEST_EDGE = 1e-4

@@ -30,8 +30,8 @@ from numpy.typing import ArrayLike, NDArray
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.precision import matrix, vector
-from stitchmesh.mixed.crossings.crossing_elements import CrossingElements
 from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial
+from stitchmesh.mixed.crossings.crossing_term import CrossingElements
 from stitchmesh.mixed.crossings.energies.stitch_energies import (
     stitch_length_energy,
     stitch_length_force,

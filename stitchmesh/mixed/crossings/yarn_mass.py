@@ -42,7 +42,7 @@ from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.precision import vector
 from stitchmesh.errors import ParameterError
-from stitchmesh.mixed.crossings.crossing_elements import CrossingElements
+from stitchmesh.mixed.crossings.crossing_term import CrossingElements
 from stitchmesh.mixed.crossings.energies.crossing_energies import guarded_inverse
 from stitchmesh.mixed.crossings.star.star import coordinate_of, leg_vector
 from stitchmesh.mixed.mixed_vector import MixedVector
@@ -256,8 +256,9 @@ def add_yarn_weights(
 class YarnGravity(MixedTerm):
     """The weight of crossing yarns on a device; the energy is relative to the origin."""
 
-    name = "weight of crossing yarns"
+    name = "gravity of crossing yarns"
     acts_on = "nodes"
+    is_load = True
 
     def __init__(
         self,

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The mass matrix and the weight on a device, with the Eulerian coordinates of crossing yarns (Cirio et al. 2014).
+"""The mass matrix on a device, with the Eulerian coordinates of crossing yarns (Cirio et al. 2014).
 
 A material point of a yarn moves with x' - w u' where the yarn slides with the velocity u', with w = dx/du. Let m_u and
 m_v be the masses of the two yarns that are lumped in a node. The energy
@@ -22,12 +22,9 @@ for each vertex.
 product with it reads no neighbours. The consistent matrix of a segment (Cirio et al. 2014) differs from it by terms of
 the order of the square of the spacing of crossings over the length of a wave.
 
-*Weight.* It is a dead load on vertices and nodes, from the same lumped masses as the inertia:
-
-    E = - sum over vertices m_i g . v_i - sum over nodes m_j g . p_j        [erg]
-
-Masses are already blended, so a system in free fall has the acceleration g everywhere. The Eulerian
-coordinates have no weight here: the yarn model adds the weight of yarn that slides up or down.
+*Loads.* Gravity acts on vertices and nodes by the same lumped masses as the inertia, so a system in free fall has the
+acceleration g everywhere. The Eulerian coordinates have no weight here: the yarn model adds the weight of yarn that
+slides up or down.
 """
 
 from __future__ import annotations
@@ -48,8 +45,7 @@ from stitchmesh.compute.thread_block import THREADS, Slots, sum_over_block
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.enrichment.region import HYBRID, TRIANGLES, Region, numbers_below
 from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
-from stitchmesh.mixed.term import FULL, MixedTerm
-from stitchmesh.simulation.dead_load import EARTH
+from stitchmesh.mixed.term import FULL
 
 Numbers = NDArray[np.float64]
 
@@ -80,6 +76,30 @@ class BlendedMasses:
     def total(self) -> float:
         """Mass of the whole system [g]."""
         return float(self.vertices.sum() + self.yarns.sum())
+
+
+@dataclass(frozen=True, eq=False)
+class FabricPoints:
+    """The vertices and nodes of a fabric, on which dead loads act (``simulation.term.Carrier``)."""
+
+    lumped: BlendedMasses
+    """Their masses."""
+    area: float
+    """Area of the whole fabric [cm^2], of which each point has the part of its mass in the whole mass."""
+    scalar: Any
+    """Warp's floating-point type."""
+    device: wp.Device
+    """Where the loads lie."""
+    unit: float = 1.0
+    """Unit of length of the coordinates [cm]."""
+
+    def masses(self) -> list[Numbers]:
+        """Masses of the vertices, shape (V,), and of the nodes, shape (n,) [g]."""
+        return [self.lumped.vertices, self.lumped.nodes]
+
+    def areas(self) -> list[Numbers]:
+        """Areas of the vertices and of the nodes [cm^2], in the shapes of ``masses``."""
+        return [mass * (self.area / self.lumped.total) for mass in self.masses()]
 
 
 def blend_masses(
@@ -269,6 +289,8 @@ class MassMatrix:
             device: where the masses lie.
             nodes: blocks of the nodes; by default only their masses, without inertia of the Eulerian coordinates.
         """
+        self.lumped = masses
+        """The masses on the host."""
         self.total = masses.total
         self.vertices = wp.array(masses.vertices, dtype=scalar, device=device)
         self.nodes: NodeMasses = nodes or ConstantNodeMasses(masses.nodes, scalar, device)
@@ -305,79 +327,3 @@ class MassMatrix:
 
     def _constants(self, factors: wp.array[Any]) -> list[Any]:
         return [self.vertices, self.nodes.mass, *self.nodes.coupling, self.nodes.sliding_mass, factors]
-
-
-@kernel
-def add_weights(
-    # model
-    vertex_mass: wp.array[Any],
-    node_mass: wp.array[Any],
-    acceleration: Any,
-    # state in and out
-    vertices: wp.array[Any],
-    nodes: wp.array[Any],
-) -> None:
-    """Add the weight of each vertex and node [dyn]."""
-    i = wp.tid()
-    if i < vertices.shape[0]:
-        vertices[i] = vertices[i] + acceleration * vertex_mass[i]
-    else:
-        j = i - vertices.shape[0]
-        nodes[j] = nodes[j] + acceleration * node_mass[j]
-
-
-@kernel
-def weight_energies(
-    # model
-    vertex_mass: wp.array[Any],
-    node_mass: wp.array[Any],
-    acceleration: Any,
-    # state in
-    vertices: wp.array[Any],
-    nodes: wp.array[Any],
-    # state out
-    energy: wp.array[Any],
-) -> None:
-    """Potential energy [erg] of each vertex and node."""
-    i = wp.tid()
-    if i < vertices.shape[0]:
-        energy[i] = -vertex_mass[i] * wp.dot(acceleration, vertices[i])
-    else:
-        j = i - vertices.shape[0]
-        energy[i] = -node_mass[j] * wp.dot(acceleration, nodes[j])
-
-
-class Weight(MixedTerm):
-    """The weight of all masses."""
-
-    name = "weight"
-
-    def __init__(self, mass: MassMatrix, acceleration: ArrayLike = EARTH) -> None:
-        """Weight for an acceleration [cm/s^2], shape (3,); the y axis points up.
-
-        Raises:
-            ParameterError: the acceleration is not three finite numbers.
-        """
-        given = np.asarray(acceleration, dtype=np.float64)
-        if given.shape != (3,) or not np.isfinite(given).all():
-            raise ParameterError(f"weight: got the acceleration {acceleration!r}; expected three finite numbers")
-        scalar = mass.vertices.dtype
-        self._constants = [mass.vertices, mass.nodes.mass, vector(3, scalar)(*given.tolist())]
-        self._energy = wp.zeros(len(mass.vertices) + len(mass.nodes.mass), dtype=scalar, device=mass.vertices.device)
-
-    def element_energies(self, state: MixedVector, launcher: Launcher) -> tuple[list[Any], wp.array[Any]]:
-        """The launch that finds the energy of each vertex and node, and the array of the energies."""
-        inputs = [*self._constants, state.vertices, state.nodes]
-        return [launcher(weight_energies, len(self._energy), inputs, [self._energy])], self._energy
-
-    def forces(self, state: MixedVector, force: MixedVector, launcher: Launcher) -> list[Any]:
-        """The launch that adds the weights."""
-        return [launcher(add_weights, len(self._energy), self._constants, [force.vertices, force.nodes])]
-
-    def linearize(self, state: MixedVector, launcher: Launcher) -> list[Any]:
-        """No launch: the force is constant."""
-        return []
-
-    def products(self, direction: MixedVector, product: MixedVector, launcher: Launcher) -> list[Any]:
-        """No launch: the Hessian is zero."""
-        return []

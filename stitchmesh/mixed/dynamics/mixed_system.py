@@ -30,8 +30,8 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.dynamics.conjugate_gradients import ConjugateGradients
 from stitchmesh.mixed.dynamics.mass_matrix import BlendedMasses, MassMatrix, NodeMasses
 from stitchmesh.mixed.dynamics.vector_sums import ReadSums, choose
-from stitchmesh.mixed.enrichment.embedding import Embedding, FreeUnknowns
 from stitchmesh.mixed.enrichment.preconditioner import Preconditioner
+from stitchmesh.mixed.enrichment.region import Embedding, FreeUnknowns
 from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
 from stitchmesh.mixed.term import MixedTerm
 
@@ -129,18 +129,15 @@ class MixedSystem:
         self.embedding, self.free, self.terms = embedding, free, list(terms)
         self.scalar, self.device = scalar, device
         self.mass = MassMatrix(masses, scalar, device, node_masses)
-        of_all = masses.vertices, masses.nodes
-        self._preconditioners = {
-            stiff: Preconditioner(embedding, free, of_all, scalar, device, by_masses=not stiff)
-            for stiff in (False, True)
-        }
+        self._masses = masses.vertices, masses.nodes
+        self._preconditioners: dict[bool, Preconditioner] = {}
         self._stiff = False
         self.launch: Launcher = partial(launch, device=device)
         self._factors, self._factors_now = wp.zeros(1, dtype=vector(2, scalar), device=device), (0.0, 0.0)
         self._unit = wp.array([[1.0, 0.0]], dtype=vector(2, scalar), device=device)
         self._blocks = MixedBlocks.zeros(*counts, scalar, device)
         self.moves = wp.array(_moves(free), dtype=wp.int32, device=device)
-        self._by_mass = Preconditioner(embedding, free, of_all, scalar, device, by_masses=True)
+        self._by_mass = self._new_preconditioner(by_masses=True)
         self._impulse, self._motion = self.zeros(), self.zeros()
         self._solvers: dict[bool, ConjugateGradients] = {}
         self._captured: tuple[int, ...] = ()
@@ -322,8 +319,15 @@ class MixedSystem:
 
     @property
     def preconditioner(self) -> Preconditioner:
-        """The preconditioner for the metric that ``set_factors`` set last."""
+        """The preconditioner for the metric that ``set_factors`` set last; each kind of metric has one."""
+        if self._stiff not in self._preconditioners:
+            self._preconditioners[self._stiff] = self._new_preconditioner(by_masses=not self._stiff)
         return self._preconditioners[self._stiff]
+
+    def _new_preconditioner(self, *, by_masses: bool) -> Preconditioner:
+        return Preconditioner(
+            self.embedding, self.free, self._masses, self.scalar, self.device, by_masses=by_masses
+        )
 
     @property
     def solver(self) -> ConjugateGradients:

@@ -33,8 +33,7 @@ from scipy.sparse import block_array, csr_array, diags_array, hstack
 from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import splu
 
-from stitchmesh.mixed.enrichment.embedding import basis_of
-from stitchmesh.mixed.enrichment.region import HYBRID, TRIANGLES, Integers, Numbers, Region
+from stitchmesh.mixed.enrichment.region import HYBRID, TRIANGLES, Integers, Numbers, Region, basis_of
 from stitchmesh.mixed.term import FULL
 
 OF_PASSAGES = 3.0

@@ -42,8 +42,7 @@ from stitchmesh.compute.launch import launch
 from stitchmesh.compute.partial_sums import WIDTH
 from stitchmesh.compute.thread_block import Slots, sum_over_block
 from stitchmesh.errors import ParameterError
-from stitchmesh.mixed.enrichment.embedding import Embedding, FreeUnknowns
-from stitchmesh.mixed.enrichment.region import Numbers
+from stitchmesh.mixed.enrichment.region import Embedding, FreeUnknowns, Numbers
 from stitchmesh.mixed.enrichment.sigma_on_device import BLOCK, SigmaOnDevice
 from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
 

@@ -18,7 +18,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import FloatArray, IntArray
-from stitchmesh.mixed.cloth.cloth import Cloth
+from stitchmesh.mesh.arrays import unit_vectors
+from stitchmesh.mixed.cloth.cloth import Cloth, vertex_normals
 from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
 from stitchmesh.yarn import UNKNOWN_FACE, YarnSet
 
@@ -59,21 +60,6 @@ def normals_at(cloth: Cloth, triangle: IntArray, barycentric: FloatArray, vertic
     at_vertices = vertex_normals(cloth.triangles, vertices)
     normals: FloatArray = np.einsum("nk,nkd->nd", barycentric, at_vertices[cloth.triangles[triangle]])
     return unit_vectors(normals)
-
-
-def vertex_normals(triangles: IntArray, vertices: FloatArray) -> FloatArray:
-    """Return the sums of the area vectors of the triangles at each vertex, of unit length, shape (V, 3)."""
-    corners = vertices[triangles]
-    areas = np.repeat(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), 3, axis=0)
-    sums = [np.bincount(triangles.ravel(), areas[:, axis], len(vertices)) for axis in range(3)]
-    return unit_vectors(np.stack(sums, axis=1).astype(np.float64))
-
-
-def unit_vectors(vectors: FloatArray) -> FloatArray:
-    """Unit vectors; zero where there is no length."""
-    length = np.linalg.norm(vectors, axis=1, keepdims=True)
-    units: FloatArray = vectors / np.where(length > 0.0, length, 1.0)
-    return units
 
 
 def _curve_points(

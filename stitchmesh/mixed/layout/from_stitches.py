@@ -27,10 +27,9 @@ from stitchmesh.mesh.courses import Course, course_of_faces, courses_below, find
 from stitchmesh.mesh.stitch import VOCABULARY, Stitch
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.cloth.from_stitches import stitch_triangles, triangle_start
-from stitchmesh.mixed.layout.crossing_yarns import WEFT, CrossingYarns
+from stitchmesh.mixed.layout.crossing_yarns import WEFT, CrossingYarns, LaidNodes, Passages, assembled
 from stitchmesh.mixed.layout.embedding import embed_among
 from stitchmesh.mixed.layout.knit import NODES, P, Q, contacts_of_links
-from stitchmesh.mixed.layout.passages import LaidNodes, Passages, assembled
 from stitchmesh.mixed.layout.stitch_division import DividedStitches, divide_stitches, places_from_left
 
 DRAWN = {Stitch.BIND_OFF: "k", Stitch.DRAW_THROUGH: "k"}

@@ -44,10 +44,9 @@ from numpy.typing import ArrayLike, NDArray
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.mixed.cloth.cloth import Cloth
-from stitchmesh.mixed.layout.crossing_yarns import WEFT, CrossingYarns
+from stitchmesh.mixed.layout.crossing_yarns import WEFT, CrossingYarns, Joints, LaidNodes, Passages, joined
 from stitchmesh.mixed.layout.embedding import NO_TRIANGLE, embed_points
 from stitchmesh.mixed.layout.panel_yarns import ClippedLines, PanelYarns, clipped_lines, yarns_on_cloth
-from stitchmesh.mixed.layout.passages import Joints, LaidNodes, Passages, joined
 
 P = (0.3047882717353637, -0.3428759934355383)
 """Distance of the node P from the middle of the loop, in wale spacings, and its height above the border between the new

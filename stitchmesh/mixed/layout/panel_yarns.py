@@ -24,9 +24,17 @@ import numpy as np
 
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.mixed.cloth.cloth import Cloth
-from stitchmesh.mixed.layout.crossing_yarns import ROD, CrossingYarns
+from stitchmesh.mixed.layout.crossing_yarns import (
+    ROD,
+    CrossingYarns,
+    Joints,
+    LaidNodes,
+    Passages,
+    assembled,
+    joined,
+    taken,
+)
 from stitchmesh.mixed.layout.embedding import rest_positions
-from stitchmesh.mixed.layout.passages import Joints, LaidNodes, Passages, assembled, joined, taken
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,7 @@ and a height h along the interpolated normal n of the cloth,
 
 so that B holds only the barycentric coordinates, as for nodes within the triangles. Outside the enriched region this
 formula places the yarn. In the hybrid region the height does not belong to B: there it belongs to F x, which turns with
-the yarn (``enrichment.embedding``). If B contained the normals, the motions p = B v + F x would not be linear in v. If
+the yarn (``enrichment.region``). If B contained the normals, the motions p = B v + F x would not be linear in v. If
 E (v, p) kept the heights as constants, a cloth that turns would be strained.
 
 ``LaidYarns`` are yarns of either model, laid out on a cloth: with nodes at crossings, or with control points of

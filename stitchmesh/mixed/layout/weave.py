@@ -20,10 +20,9 @@ from numpy.typing import ArrayLike, NDArray
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.mixed.cloth.cloth import Cloth
-from stitchmesh.mixed.layout.crossing_yarns import WARP, WEFT, CrossingYarns
+from stitchmesh.mixed.layout.crossing_yarns import WARP, WEFT, CrossingYarns, Joints, LaidNodes, Passages, joined
 from stitchmesh.mixed.layout.embedding import embed_points
 from stitchmesh.mixed.layout.panel_yarns import ClippedLines, PanelYarns, clipped_lines, yarns_on_cloth
-from stitchmesh.mixed.layout.passages import Joints, LaidNodes, Passages, joined
 
 MARGIN = 0.25
 """Smallest distance of a crossing from the border along its yarns, and of two nodes of a rod, in distances of yarns."""

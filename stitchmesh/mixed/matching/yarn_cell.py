@@ -18,8 +18,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.cloth.cloth import Cloth
-from stitchmesh.mixed.crossings.crossing_elements import CrossingElements, crossing_elements
 from stitchmesh.mixed.crossings.crossing_material import FabricMaterials
+from stitchmesh.mixed.crossings.crossing_term import CrossingElements, crossing_elements
 from stitchmesh.mixed.crossings.stitch_term import StitchElements, stitch_elements
 from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
 from stitchmesh.mixed.layout.knit import checked_spacing, lay_knit

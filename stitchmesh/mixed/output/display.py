@@ -17,7 +17,7 @@ surface, so that nothing jumps where the full-yarn region (alpha = 1) or the tri
 
 A vertex whose triangles are all full-yarn triangles has no position of its own, because only yarns are simulated there.
 For display and for normals, ``CoveredVertices`` places it so that the triangles follow the yarn nodes. A run that goes
-on with another region places it by ``placement.moved_state`` instead: velocities, which have no initial shape, move in
+on with another region places it by ``region_change`` instead: velocities, which have no initial shape, move in
 the same way there, while a display must not depend on what the run did before. The positions v of these vertices
 minimize
 
@@ -36,10 +36,10 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from stitchmesh.mesh import FloatArray, IntArray
-from stitchmesh.mixed.cloth.cloth import Cloth
-from stitchmesh.mixed.enrichment.embedding import basis_of
-from stitchmesh.mixed.enrichment.region import YARNS, Region
-from stitchmesh.mixed.layout.curves import unit_vectors, vertex_normals, yarn_curves
+from stitchmesh.mesh.arrays import unit_vectors
+from stitchmesh.mixed.cloth.cloth import Cloth, vertex_normals
+from stitchmesh.mixed.enrichment.region import YARNS, Region, basis_of
+from stitchmesh.mixed.layout.curves import yarn_curves
 from stitchmesh.mixed.layout.spline_yarns import LaidYarns, SplineYarns
 from stitchmesh.mixed.output.frames import DrapeFrame
 from stitchmesh.mixed.output.loop_subdivision import Subdivision, loop_subdivision

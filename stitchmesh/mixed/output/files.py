@@ -29,9 +29,9 @@ import numpy as np
 from stitchmesh.io.hdf5 import read_dataclass, write_dataclass
 from stitchmesh.io.yarn_formats.animated_usd import UsdFrame, write_animated_usd
 from stitchmesh.mesh import FloatArray, IntArray, Mesh
+from stitchmesh.mixed.assembly import MixedFabric
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.crossings.crossing_material import FabricMaterials
-from stitchmesh.mixed.dynamics.cloth_system import MixedFabric
 from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
 from stitchmesh.mixed.layout.spline_yarns import SplineYarns
 from stitchmesh.mixed.output.display import Display, Displays, Shown

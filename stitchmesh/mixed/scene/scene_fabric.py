@@ -2,13 +2,21 @@
 # SPDX-License-Identifier: Apache-2.0
 """Makes the parts of a simulation from a scene: the fabric, its region, its loads and all positions at the start.
 
-The B-spline yarns of a scene are generated from the stitches of its cloth, relaxed, and laid out on the cloth. The
-relaxation keeps the borders and the shape of the stitch mesh, so the yarns lie where their stitches are. It gives all
-yarns the shape of loops at rest, also where triangles are simulated and yarns are only shown.
+A scene that names no material of its cloth gets one that follows from its yarns. With e warps and p wefts per cm, and
+for each family of yarns the stiffnesses of stretch k_s and of bending k_b, the shear stiffness k_x of a quadrant, and
+the linear density rho (Cirio et al. 2014), this is for a weave:
+
+    stretch p k_s, e k_s    [dyn/cm],     bending p k_b, e k_b    [dyn cm],     density p rho + e rho    [g/cm^2],
+    shear 4 k_x L e p       [dyn/cm],     because each crossing has four quadrants, and L is the mean of their legs.
+
+Crossings turn freely about the normal, so only the shear of quadrants resists twist; the twist rigidity is set to a
+tenth of the geometric mean of both rigidities. Sliding, crimp and contact of yarns are left out: a material that is
+fitted to the yarns (``matched_cloth``) agrees better. ``scene_splines`` makes the B-spline yarns of scenes.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -17,76 +25,27 @@ import numpy as np
 from stitchmesh.compute.device import device_named
 from stitchmesh.compute.free_memory import host_memory
 from stitchmesh.errors import ParameterError
-from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
-from stitchmesh.mixed.assembly import LoadedBody, Loads
-from stitchmesh.mixed.cloth.cloth import Cloth
+from stitchmesh.mesh import FloatArray, IntArray
+from stitchmesh.mixed.assembly import LoadedBody, Loads, MixedFabric
+from stitchmesh.mixed.cloth.cloth import Cloth, vertex_normals
 from stitchmesh.mixed.contact.dressing import WornBody, dressed_vertices
 from stitchmesh.mixed.contact.motion import Attachment
 from stitchmesh.mixed.contact.self_collision import PRESSURE
 from stitchmesh.mixed.crossings.crossing_material import DEFAULT, CrossingMaterial, FabricMaterials
-from stitchmesh.mixed.dynamics.cloth_system import MixedFabric
 from stitchmesh.mixed.enrichment.region import Region, region_around
 from stitchmesh.mixed.layout.crossing_yarns import ROD
-from stitchmesh.mixed.layout.curves import vertex_normals
 from stitchmesh.mixed.layout.from_stitches import lay_stitches
-from stitchmesh.mixed.layout.spline_yarns import LaidYarns, SplineYarns, lay_splines
+from stitchmesh.mixed.layout.spline_yarns import LaidYarns, SplineYarns
 from stitchmesh.mixed.memory import check_layout_memory
-from stitchmesh.mixed.scene.cloth_of_yarns import MATCHED, cell_of_scene, cloth_of_knit, cloth_of_weave, matched_cloth
 from stitchmesh.mixed.scene.motion_section import AttachmentSection
 from stitchmesh.mixed.scene.region_section import RegionSection
-from stitchmesh.mixed.scene.scene import Scene
-from stitchmesh.mixed.scene.yarns_section import STITCHES, YarnsSection
+from stitchmesh.mixed.scene.scene import MATCHED, STITCHES, Scene, YarnsSection
 from stitchmesh.mixed.splines.spline_pieces import SplineMaterial
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
-from stitchmesh.mixed.triangles.material_file import material_of
+from stitchmesh.mixed.triangles.material_file import material_of, named_material
 from stitchmesh.mixed.triangles.seam_rod import SeamMaterial
 from stitchmesh.progress import Progress, no_progress
-from stitchmesh.quality import quality_named
-from stitchmesh.run import QUIET
-from stitchmesh.yarn import YarnSet
-from stitchmesh.yarn.rest_length import RestLengths, apply_rest_lengths
-from stitchmesh.yarngen import generate_yarns
-from stitchmesh.yarnrelax import relax_yarns
-from stitchmesh.yarnrelax.model.material import DEFAULT_MATERIAL
-
-QUALITY = replace(quality_named("draft"), contact_samples=SplineMaterial.contact_samples)
-"""Quality of the yarns: 12 control points for each stitch. The loops of a swatch are then 1 % larger than at quality
-``reference``."""
-
-
-def lay_scene_splines(section: YarnsSection, fabric: StitchMesh, cloth: Cloth, device: str | None) -> SplineYarns:
-    """Return the B-spline yarns of a scene.
-
-    Args:
-        section: the yarns of the scene.
-        fabric: the stitch mesh of the cloth of the scene.
-        cloth: the cloth of the stitch mesh.
-        device: name of the device that relaxes the yarns; by default a GPU if there is one.
-
-    Raises:
-        ParameterError: a radius or a loop length does not fit the stitches.
-        YarnError: a stitch has no yarn.
-        SolverError: the yarns are too close to one another.
-    """
-    curves = drawn_splines(section, fabric)
-    material = spline_material(section, float(curves.radius.mean())).yarn
-    relaxed = relax_yarns(curves, material=material, quality=QUALITY, keep_shape=fabric, device=device, run=QUIET)
-    return lay_splines(cloth, fabric, relaxed.yarns)
-
-
-def drawn_splines(section: YarnsSection, fabric: StitchMesh) -> YarnSet:
-    """Return the B-spline yarns as generated, with rest lengths; arguments and errors as in ``lay_scene_splines``."""
-    drawn = generate_yarns(fabric, yarn_radius=section.radius, quality=QUALITY)
-    return apply_rest_lengths(drawn, RestLengths(loop_length=section.loop_length), fabric=fabric)
-
-
-def spline_material(section: YarnsSection, radius: float) -> SplineMaterial:
-    """Return the material of the B-spline yarns of a scene, for their radius [cm].
-
-    Raises:
-        ParameterError: there is no material of that name.
-    """
-    return SplineMaterial.named(section.material or DEFAULT_MATERIAL, radius=radius)
+from stitchmesh.simulation.term import Carrier, TermChoice
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -101,6 +60,8 @@ class PreparedScene:
     held: tuple[Attachment, ...]
     """The attachments of the scene; nodes have their layout numbers."""
     bodies: tuple[LoadedBody, ...]
+    terms: tuple[TermChoice[Carrier], ...] = ()
+    """Further loads, such as ``Wind``."""
     triangle_equilibrium: FloatArray | None = None
     """Vertices at an equilibrium of the triangles alone, where the yarns of a static run begin [cm], shape (V, 3)."""
 
@@ -132,6 +93,7 @@ class PreparedScene:
             thickness=contact.thickness or 4.0 * radius,
             pressure=contact.pressure or PRESSURE,
             friction=contact.friction,
+            terms=self.terms,
         )
 
     @property
@@ -142,7 +104,7 @@ class PreparedScene:
 
 def prepare(
     scene: Scene, *, cloth: Cloth | None = None, yarns: LaidYarns | None = None,
-    folder: Path | None = None, progress: Progress = no_progress,
+    terms: Sequence[TermChoice[Carrier]] = (), folder: Path | None = None, progress: Progress = no_progress,
 ) -> PreparedScene:  # fmt: skip
     """Make the parts of the simulation of a scene.
 
@@ -150,6 +112,7 @@ def prepare(
         scene: the scene.
         cloth: a cloth that replaces the cloth of the scene.
         yarns: yarns laid out on this cloth, which replace the yarns of the scene.
+        terms: further loads.
         folder: where a material that is matched to the yarns is kept and found again.
         progress: called with the completed part of the matching and a line of text.
 
@@ -173,7 +136,9 @@ def prepare(
         seam_material=_seam_material(laid, materials) if scene.cloth.seam_rods else None,
     )
     start = _disturbed(surface, scene.disturbance)
-    prepared = PreparedScene(scene=scene, fabric=fabric, region=region, vertices=start, held=held, bodies=bodies)
+    prepared = PreparedScene(
+        scene=scene, fabric=fabric, region=region, vertices=start, held=held, bodies=bodies, terms=tuple(terms)
+    )
     return replace(prepared, vertices=_outside(prepared)) if scene.contact.start_outside else prepared
 
 
@@ -227,6 +192,8 @@ def _layout(scene: Scene, cloth: Cloth) -> LaidYarns:
     per_stitch = 16.0 if scene.yarns.model == "splines" else 4.0 * scene.yarns.divisions**2
     check_layout_memory(per_stitch * fabric.face_count, free)
     if scene.yarns.model == "splines":
+        from stitchmesh.mixed.scene.scene_splines import lay_scene_splines
+
         return lay_scene_splines(scene.yarns, fabric, cloth, scene.solver.device)
     width, height = scene.cloth.stitch_size(fabric)
     return lay_stitches(cloth, fabric, stitch_width=width, course_height=height, divisions=scene.yarns.divisions)
@@ -235,6 +202,8 @@ def _layout(scene: Scene, cloth: Cloth) -> LaidYarns:
 def _materials(section: YarnsSection, yarns: LaidYarns) -> FabricMaterials | SplineMaterial:
     """The material of the yarns; its kind belongs to their model."""
     if isinstance(yarns, SplineYarns):
+        from stitchmesh.mixed.scene.scene_splines import spline_material
+
         return spline_material(section, float(yarns.curves.radius.mean()))
     return yarn_materials(section)
 
@@ -261,6 +230,41 @@ def _yarn_material(section: YarnsSection, name: str | None) -> CrossingMaterial:
     return chosen_radius.finer(section.density)
 
 
+def cloth_of_weave(materials: FabricMaterials, ends: float, picks: float) -> ClothMaterial:
+    """Return the material of a weave.
+
+    Args:
+        materials: materials of the yarns of the weave.
+        ends: warps for each cm.
+        picks: wefts for each cm.
+    """
+    weft, warp = materials.weft, materials.warp
+    shear = 0.5 * (weft.shear + warp.shear) * weft.radius * warp.radius
+    leg = 0.5 * (1.0 / ends + 1.0 / picks)
+    bending = picks * weft.bending_stiffness, ends * warp.bending_stiffness
+    return ClothMaterial(
+        name="weave of straight yarns",
+        stretch_course=picks * weft.stretch_stiffness,
+        stretch_wale=ends * warp.stretch_stiffness,
+        shear=4.0 * shear * leg * ends * picks,
+        poisson=0.0,
+        bending_course=bending[0],
+        bending_wale=bending[1],
+        density=picks * weft.density + ends * warp.density,
+        twist=0.1 * (bending[0] * bending[1]) ** 0.5,
+    )
+
+
+def cloth_of_knit(material: CrossingMaterial, length: float) -> ClothMaterial:
+    """Return a measured knit with the mass of the given yarn.
+
+    Args:
+        material: material of the yarn.
+        length: length of yarn on each cm^2 of cloth [cm].
+    """
+    return replace(named_material("interlock"), density=material.density * length)
+
+
 def _cloth_material(
     scene: Scene, cloth: Cloth, yarns: LaidYarns, materials: FabricMaterials | SplineMaterial, folder: Path | None,
     progress: Progress,
@@ -274,6 +278,8 @@ def _cloth_material(
             )
         return material_of(scene.cloth.material)
     if scene.cloth.material == MATCHED:
+        from stitchmesh.mixed.scene.matched_cloth import cell_of_scene, matched_cloth
+
         stitch = None
         if scene.yarns.knit == STITCHES:
             width, height = scene.cloth.stitch_size(scene.cloth.stitches())

@@ -38,7 +38,7 @@ from stitchmesh.labeling.steps import LabelStep
 from stitchmesh.mesh import Mesh
 from stitchmesh.meshrelax import relax_mesh
 from stitchmesh.mixed.drape import drape
-from stitchmesh.mixed.scene.scene_file import write_scene
+from stitchmesh.mixed.scene.scene import write_scene
 from stitchmesh.patterns import apply_pattern
 from stitchmesh.periodic.swatch_design import SwatchDesign
 from stitchmesh.selection import select

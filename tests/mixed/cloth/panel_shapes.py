@@ -7,8 +7,7 @@ from __future__ import annotations
 import numpy as np
 
 from stitchmesh.mixed.cloth.cloth import Cloth
-from stitchmesh.mixed.cloth.panel_position import PanelPosition
-from stitchmesh.mixed.cloth.panels import Panel
+from stitchmesh.mixed.cloth.panels import Panel, PanelPosition
 from stitchmesh.mixed.cloth.seams import PanelBorder, PanelSeam, cloth_from_panels
 
 ANGLES = np.linspace(0.0, 2.0 * np.pi, 40, endpoint=False)

@@ -11,8 +11,7 @@ import pytest
 
 from stitchmesh.errors import ParameterError, StitchMeshError
 from stitchmesh.mesh import BORDER
-from stitchmesh.mixed.cloth.panel_position import PanelPosition
-from stitchmesh.mixed.cloth.panels import Panel
+from stitchmesh.mixed.cloth.panels import Panel, PanelPosition
 from stitchmesh.mixed.cloth.seams import PanelBorder, PanelSeam, cloth_from_panels
 from tests.mixed.cloth.panel_shapes import OUTLINES, edge_stretch, rectangle, side_by_side, tube
 

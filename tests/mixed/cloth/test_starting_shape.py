@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from stitchmesh.mixed.cloth.panel_position import PanelPosition
+from stitchmesh.mixed.cloth.panels import PanelPosition
 from stitchmesh.mixed.cloth.seams import PanelBorder, PanelSeam, cloth_from_panels
 from stitchmesh.mixed.cloth.starting_shape import evened_vertices
 from tests.mixed.cloth.panel_shapes import edge_stretch, rectangle, side_by_side

@@ -11,11 +11,11 @@ import warp as wp
 
 from stitchmesh.mesh import FloatArray
 from stitchmesh.mixed.dynamics.backward_euler import Dynamics, DynamicsSettings
-from stitchmesh.mixed.dynamics.mass_matrix import BlendedMasses, Weight
+from stitchmesh.mixed.dynamics.mass_matrix import BlendedMasses, FabricPoints
 from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
-from stitchmesh.mixed.enrichment.embedding import FreeUnknowns, embed
-from stitchmesh.mixed.enrichment.region import region_around
+from stitchmesh.mixed.enrichment.region import FreeUnknowns, embed, region_around
 from stitchmesh.mixed.term import MixedTerm
+from stitchmesh.simulation.dead_load import Gravity
 from tests.mixed.contact.sheets import Sheets, cpu, state_of
 from tests.mixed.springs import Springs
 
@@ -50,7 +50,7 @@ class MovingCloth:
         self._system = MixedSystem(
             embed(region), free, masses, [*terms, springs], scalar=wp.float64, device=cpu()
         )
-        self._system.add(Weight(self._system.mass, gravity))
+        self._system.add(Gravity(gravity).on(FabricPoints(masses, 1.0, wp.float64, cpu())))
         self.vertices, self.velocity = cloth.vertices, np.zeros_like(cloth.vertices)
         self._run: Dynamics | None = None
 

@@ -19,9 +19,10 @@ from stitchmesh.mixed.contact.motion import Attachment, PrescribedMotion, RigidM
 from stitchmesh.mixed.contact.self_collision import SelfCollision
 from stitchmesh.mixed.dynamics.backward_euler import Dynamics, DynamicsSettings
 from stitchmesh.mixed.dynamics.equilibrium import EquilibriumSettings, find_equilibrium
-from stitchmesh.mixed.dynamics.mass_matrix import Weight
+from stitchmesh.mixed.dynamics.mass_matrix import FabricPoints
 from stitchmesh.mixed.enrichment.region import Region, region_around
 from stitchmesh.mixed.mixed_vector import MixedVector
+from stitchmesh.simulation.dead_load import Gravity
 from tests.mixed.contact.bodies import ball, box
 from tests.mixed.contact.sheets import Sheets, cpu, forces_of
 from tests.mixed.dynamics.scene import Scene, spring_scene
@@ -55,7 +56,8 @@ def on_floor(region: Region, mu: float = 0.4, **options: Any) -> tuple[Scene, Bo
     scene = spring_scene(PATCH, region, stiffness=2e3, **options)
     contact = BodyContact(points_of(region), SolidBody(FLOOR), scalar=wp.float64, device=cpu())
     friction = BodyFriction(contact, mu)
-    for term in (contact, friction, Weight(scene.system.mass, GRAVITY)):
+    points = FabricPoints(scene.system.mass.lumped, 1.0, wp.float64, cpu())
+    for term in (contact, friction, Gravity(GRAVITY).on(points)):
         scene.system.add(term)
     return scene, contact, friction
 

@@ -10,8 +10,7 @@ import warp as wp
 from scipy.spatial.transform import Rotation
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.mixed.cloth.panel_position import PanelPosition
-from stitchmesh.mixed.cloth.panels import Panel
+from stitchmesh.mixed.cloth.panels import Panel, PanelPosition
 from stitchmesh.mixed.cloth.seams import PanelBorder, PanelSeam, cloth_from_panels
 from stitchmesh.mixed.contact import dressing
 from stitchmesh.mixed.contact.body import SolidBody

@@ -12,8 +12,8 @@ import warp as wp
 
 from stitchmesh.compute.device import device_named
 from stitchmesh.compute.launch import launch
-from stitchmesh.mixed.crossings.crossing_elements import CrossingElements, crossing_elements
 from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial, FabricMaterials
+from stitchmesh.mixed.crossings.crossing_term import CrossingElements, crossing_elements
 from stitchmesh.mixed.layout.crossing_yarns import WARP, WEFT, CrossingYarns
 from stitchmesh.mixed.mixed_vector import MixedVector
 from stitchmesh.mixed.term import MixedTerm

@@ -9,9 +9,8 @@ import pytest
 import warp as wp
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.mixed.crossings.crossing_elements import crossing_elements
 from stitchmesh.mixed.crossings.crossing_material import FabricMaterials
-from stitchmesh.mixed.crossings.crossing_term import CrossingTerm
+from stitchmesh.mixed.crossings.crossing_term import CrossingTerm, crossing_elements
 from stitchmesh.mixed.mixed_vector import MixedBlocks
 from tests.mixed.crossings.small_fabrics import (
     CPU,

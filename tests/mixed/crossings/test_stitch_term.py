@@ -11,9 +11,8 @@ import pytest
 import warp as wp
 
 from stitchmesh.mixed.cloth.seams import cloth_from_panels
-from stitchmesh.mixed.crossings.crossing_elements import crossing_elements
 from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial, FabricMaterials
-from stitchmesh.mixed.crossings.crossing_term import CrossingTerm
+from stitchmesh.mixed.crossings.crossing_term import CrossingTerm, crossing_elements
 from stitchmesh.mixed.crossings.friction.normal_forces import contact_axes
 from stitchmesh.mixed.crossings.stitch_term import StitchTerm, stitch_elements
 from stitchmesh.mixed.layout.knit import lay_knit

@@ -14,8 +14,7 @@ import warp as wp
 from stitchmesh.compute.device import device_named
 from stitchmesh.mixed.dynamics.mass_matrix import BlendedMasses, ConstantNodeMasses, blend_masses
 from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
-from stitchmesh.mixed.enrichment.embedding import Embedding, FreeUnknowns, embed
-from stitchmesh.mixed.enrichment.region import Region
+from stitchmesh.mixed.enrichment.region import Embedding, FreeUnknowns, Region, embed
 from stitchmesh.mixed.mixed_vector import MixedVector
 from tests.mixed.patch import Patch
 from tests.mixed.springs import Springs

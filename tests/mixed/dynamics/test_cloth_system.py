@@ -12,12 +12,11 @@ import numpy as np
 import pytest
 import warp as wp
 
-from stitchmesh.mixed.cloth.panel_position import PanelPosition
-from stitchmesh.mixed.cloth.panels import Panel
+from stitchmesh.mixed.assembly import MixedFabric, fabric_masses
+from stitchmesh.mixed.cloth.panels import Panel, PanelPosition
 from stitchmesh.mixed.cloth.seams import PanelBorder, PanelSeam, cloth_from_panels
 from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial, FabricMaterials
 from stitchmesh.mixed.dynamics.backward_euler import Dynamics, DynamicsSettings
-from stitchmesh.mixed.dynamics.cloth_system import ClothSystem, MixedFabric, cloth_system, fabric_masses
 from stitchmesh.mixed.dynamics.equilibrium import EquilibriumSettings, find_equilibrium
 from stitchmesh.mixed.enrichment.region import Region, region_around
 from stitchmesh.mixed.layout.knit import lay_knit
@@ -25,6 +24,7 @@ from stitchmesh.mixed.layout.weave import lay_weave
 from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
 from stitchmesh.mixed.triangles.seam_rod import SeamMaterial
+from tests.mixed.cloth_scene import ClothScene, cloth_scene
 from tests.mixed.dynamics.scene import CPU, set_hessian_product
 from tests.mixed.patch import enriched_everywhere
 
@@ -51,10 +51,8 @@ TIGHT = DynamicsSettings(time_step=2e-4, velocity_tolerance=1e-7, solve_toleranc
 
 def built(
     region: Region, *, nodes: Sequence[int] = (), vertices: Sequence[int] = (), scalar: Any = wp.float64
-) -> ClothSystem:
-    return cloth_system(
-        FABRIC, region, fixed_nodes=nodes, fixed_vertices=vertices, acceleration=FALLING, scalar=scalar, device=CPU
-    )
+) -> ClothScene:
+    return cloth_scene(FABRIC, region, nodes=nodes, vertices=vertices, gravity=FALLING, scalar=scalar)
 
 
 def corner_nodes() -> list[int]:
@@ -62,7 +60,7 @@ def corner_nodes() -> list[int]:
 
 
 def test_terms_without_elements_are_not_made():
-    assert [term.name for term in built(REGIONS["none"]).system.terms] == ["membrane", "bending", "weight"]
+    assert [term.name for term in built(REGIONS["none"]).system.terms] == ["membrane", "bending", "gravity"]
 
 
 def test_enriched_everywhere_equals_the_full_yarn_run():
@@ -134,7 +132,7 @@ def test_a_turned_cloth_has_no_forces():
     c, s = np.cos(0.8), np.sin(0.8)
     turn = np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]])
     vertices = CLOTH.vertices @ turn.T + [1, 2, 3]
-    turned = cloth_system(FABRIC, REGIONS["middle"], acceleration=(0.0, 0.0, 0.0), vertices=vertices, device=CPU)
+    turned = cloth_scene(FABRIC, REGIONS["middle"], gravity=(0.0, 0.0, 0.0), places=vertices)
     report = find_equilibrium(turned.system, turned.positions, EquilibriumSettings(force_tolerance=1e-5))
     # Rounding of the stretch of yarns: 1e4 dyn times 1e-15 over the length of a segment, and more for angles.
     assert (report.converged, report.iterations) == (True, 0)
@@ -142,7 +140,7 @@ def test_a_turned_cloth_has_no_forces():
 
 def test_inner_forces_have_no_sum_and_no_moment_and_do_the_work_of_the_energy():
     """Momentum and angular momentum of a free cloth are kept, whatever its shape."""
-    scene = cloth_system(FABRIC, REGIONS["middle"], acceleration=(0.0, 0.0, 0.0), device=CPU)
+    scene = cloth_scene(FABRIC, REGIONS["middle"], gravity=(0.0, 0.0, 0.0))
     random, system, state = np.random.default_rng(21), scene.system, scene.positions
     moved, motion, force = state.like(), state.like(), state.like()
     for vector, size in ((moved, 0.02), (motion, 1e-6)):
@@ -196,7 +194,7 @@ def test_a_run_with_friction_that_is_stopped_and_resumed_has_the_same_bits():
 def test_the_blocks_of_the_metric_are_those_of_the_products(kind):
     yarns = YARNS if kind == "weave" else lay_knit(CLOTH, np.ones((1, 1)), wale_spacing=0.25, course_spacing=0.2)
     region = region_around(CLOTH.triangles, len(CLOTH.vertices), yarns.triangle, yarns.barycentric, MIDDLE)
-    scene = cloth_system(replace(FABRIC, yarns=yarns), region, device=CPU)
+    scene = cloth_scene(replace(FABRIC, yarns=yarns), region)
     system, state = scene.system, scene.positions
     bent = np.random.default_rng(15).normal(scale=0.01, size=len(state.values)) * system.moves.numpy()
     state.values.assign(state.values.numpy() + bent)

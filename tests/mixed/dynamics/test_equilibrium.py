@@ -9,8 +9,9 @@ import pytest
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.dynamics.equilibrium import EquilibriumSettings, find_equilibrium
-from stitchmesh.mixed.dynamics.mass_matrix import Weight
+from stitchmesh.mixed.dynamics.mass_matrix import FabricPoints
 from stitchmesh.mixed.enrichment.region import region_around
+from stitchmesh.simulation.dead_load import Gravity
 from tests.mixed.dynamics.scene import spring_scene
 from tests.mixed.patch import square_patch
 
@@ -24,7 +25,8 @@ def test_a_hanging_patch_of_springs_without_rest_length_has_the_parabola_of_the_
     region = region_around(*PATCH.layout, [])
     top = np.flatnonzero(PATCH.vertices[:, 1] > 0.999)
     scene = spring_scene(PATCH, region, rest=0.0, fixed_vertices=top)
-    scene.system.add(Weight(scene.system.mass))
+    system = scene.system
+    system.add(Gravity().on(FabricPoints(system.mass.lumped, 1.0, system.scalar, system.device)))
     state = scene.at_rest()
     report = find_equilibrium(scene.system, state, TIGHT)
     assert report.converged

@@ -13,7 +13,7 @@ import warp as wp
 from stitchmesh.compute.device import device_named
 from stitchmesh.compute.launch import launch
 from stitchmesh.errors import ParameterError
-from stitchmesh.mixed.dynamics.cloth_system import rod_masses, triangle_masses
+from stitchmesh.mixed.assembly import rod_masses, triangle_masses
 from stitchmesh.mixed.dynamics.mass_matrix import BlendedMasses, MassMatrix, blend_masses
 from stitchmesh.mixed.enrichment.region import HYBRID, YARNS, region_around
 from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector

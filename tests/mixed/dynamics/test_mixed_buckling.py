@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh, null_space
 
+from stitchmesh.mixed.assembly import MixedFabric
 from stitchmesh.mixed.cloth.panels import Panel
 from stitchmesh.mixed.cloth.seams import cloth_from_panels
 from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial, FabricMaterials
-from stitchmesh.mixed.dynamics.cloth_system import ClothSystem, MixedFabric, cloth_system
 from stitchmesh.mixed.enrichment.region import region_around
 from stitchmesh.mixed.layout.weave import lay_weave
-from stitchmesh.mixed.scene.cloth_of_yarns import cloth_of_weave
+from stitchmesh.mixed.scene.scene_fabric import cloth_of_weave
+from tests.mixed.cloth_scene import ClothScene, cloth_scene
 from tests.mixed.dynamics.scene import CPU, set_hessian_product
 
 LENGTH, WIDTH, DENSITY = 6.0, 1.0, 4.0
@@ -27,7 +28,7 @@ STRAIN = np.pi**2 * MATERIAL.bending_course / (MATERIAL.stretch_course * LENGTH*
 """Euler: pi^2 B / L^2 = Y e."""
 
 
-def heights(scene: ClothSystem, strain: float, motions: np.ndarray) -> np.ndarray:
+def heights(scene: ClothScene, strain: float, motions: np.ndarray) -> np.ndarray:
     """The Hessian for motions of the heights of vertices and nodes, where the strip is pressed by a strain."""
     state, vertices = scene.positions.like(), len(CLOTH.vertices)
     v, p, s = (part.copy() for part in scene.positions.numpy())
@@ -47,7 +48,7 @@ def heights(scene: ClothSystem, strain: float, motions: np.ndarray) -> np.ndarra
     return motions.T @ np.stack(columns, axis=1)
 
 
-def motions_of(scene: ClothSystem, pinned: np.ndarray) -> np.ndarray:
+def motions_of(scene: ClothScene, pinned: np.ndarray) -> np.ndarray:
     """All motions p = B v + F x of heights with pinned vertices."""
     embedding, region = scene.system.embedding, scene.region
     own = embedding.independent.T.toarray()
@@ -64,7 +65,7 @@ def test_the_load_under_which_a_mixed_strip_buckles():
     chosen = np.flatnonzero(np.abs(middle - LENGTH / 2) < 1.0)
     region = region_around(CLOTH.triangles, len(CLOTH.vertices), WEAVE.triangle, WEAVE.barycentric, chosen)
     fabric = MixedFabric(cloth=CLOTH, yarns=WEAVE, cloth_material=MATERIAL, yarn_materials=YARN)
-    scene = cloth_system(fabric, region, acceleration=(0.0, 0.0, 0.0), device=CPU)
+    scene = cloth_scene(fabric, region, gravity=(0.0, 0.0, 0.0))
     x = CLOTH.vertices[:, 0]
     motions = motions_of(scene, (x < 1e-9) | (x > LENGTH - 1e-9))
     bending = heights(scene, 0.0, motions)

@@ -10,17 +10,17 @@ from unittest.mock import patch
 import numpy as np
 import pytest
 
+from stitchmesh.mixed import assembly
+from stitchmesh.mixed.assembly import MixedFabric
 from stitchmesh.mixed.cloth.panels import Panel
 from stitchmesh.mixed.cloth.seams import cloth_from_panels
 from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial, FabricMaterials
-from stitchmesh.mixed.dynamics import cloth_system as assembled
-from stitchmesh.mixed.dynamics.cloth_system import MixedFabric, cloth_system
 from stitchmesh.mixed.dynamics.equilibrium import EquilibriumSettings, find_equilibrium
 from stitchmesh.mixed.enrichment.balanced_weights import MOST_CHANGE, ROUNDING, StretchedCloth, balanced_weights
 from stitchmesh.mixed.enrichment.region import HYBRID, YARNS, Region, region_around
 from stitchmesh.mixed.layout.weave import lay_weave
-from stitchmesh.mixed.scene.cloth_of_yarns import cloth_of_weave
-from tests.mixed.dynamics.scene import CPU
+from stitchmesh.mixed.scene.scene_fabric import cloth_of_weave
+from tests.mixed.cloth_scene import cloth_scene
 from tests.mixed.patch import enriched_everywhere
 
 SIDE, DENSITY = 4.8, 6.0
@@ -41,8 +41,8 @@ REGIONS = {rings: region_around(*PARTS, MIDDLE, rings=rings) for rings in (1, 2)
 
 def stretched_cloth() -> StretchedCloth:
     """What the assembly of a system gives to ``balanced_weights``."""
-    with patch.object(assembled, "balanced_weights", side_effect=lambda region, cloth: cloth):
-        return assembled._stretch_weights(CLOTH, LAYOUT, REGIONS[1])
+    with patch.object(assembly, "balanced_weights", side_effect=lambda region, cloth: cloth):
+        return assembly._stretch_weights(CLOTH, LAYOUT, REGIONS[1])
 
 
 def unbalanced(region: Region, axis: int) -> tuple[float, float]:
@@ -51,7 +51,7 @@ def unbalanced(region: Region, axis: int) -> tuple[float, float]:
     stretch = np.eye(3)
     stretch[axis, axis] += STRAIN
     vertices = CLOTH.vertices @ stretch.T
-    made = cloth_system(FABRIC, region, acceleration=(0.0, 0.0, 0.0), vertices=vertices, device=CPU)
+    made = cloth_scene(FABRIC, region, gravity=(0.0, 0.0, 0.0), places=vertices)
     force = made.system.zeros()
     made.system.set_forces(made.positions, force)
     of_vertices, of_nodes, _ = force.numpy()
@@ -66,7 +66,7 @@ def unbalanced(region: Region, axis: int) -> tuple[float, float]:
 
 @pytest.mark.parametrize(("rings", "axis"), [(1, 0), (2, 1)])
 def test_uniform_tension_balances_at_the_nodes_and_at_the_vertices(rings, axis):
-    with patch.object(assembled, "_stretch_weights", return_value=None):
+    with patch.object(assembly, "_stretch_weights", return_value=None):
         before = unbalanced(REGIONS[rings], axis)
     after = unbalanced(REGIONS[rings], axis)
     # Differences from alpha cost a tenth of what the balance at a node does; the rest is theirs.
@@ -135,9 +135,7 @@ def moved_nodes(deformation: np.ndarray) -> np.ndarray:
     region = REGIONS[2]
     border = np.flatnonzero(FROM_MIDDLE > SIDE / 2 - 1e-9)
     vertices = CLOTH.vertices @ deformation.T
-    scene = cloth_system(
-        FABRIC, region, fixed_vertices=border, acceleration=(0.0, 0.0, 0.0), vertices=vertices, device=CPU
-    )
+    scene = cloth_scene(FABRIC, region, vertices=border, gravity=(0.0, 0.0, 0.0), places=vertices)
     start = scene.positions.numpy()[1].copy()
     # forces of yarns at this strain are 40 dyn
     assert find_equilibrium(scene.system, scene.positions, EquilibriumSettings(force_tolerance=1e-3)).converged

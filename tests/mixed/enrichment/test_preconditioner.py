@@ -13,10 +13,8 @@ import warp as wp
 from stitchmesh.compute.device import device_named
 from stitchmesh.compute.launch import launch
 from stitchmesh.mixed.enrichment import preconditioner as preconditioner_file
-from stitchmesh.mixed.enrichment.embedding import Embedding, FreeUnknowns, embed
-from stitchmesh.mixed.enrichment.inverse_metric import SHARE
-from stitchmesh.mixed.enrichment.preconditioner import Preconditioner
-from stitchmesh.mixed.enrichment.region import Region, region_around
+from stitchmesh.mixed.enrichment.preconditioner import SHARE, Preconditioner
+from stitchmesh.mixed.enrichment.region import Embedding, FreeUnknowns, Region, embed, region_around
 from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
 from tests.mixed.patch import enriched_everywhere, square_patch
 

@@ -17,9 +17,8 @@ import warp as wp
 from stitchmesh.compute.captured import CapturedLaunches
 from stitchmesh.compute.device import device_named
 from stitchmesh.compute.launch import launch, prepare
-from stitchmesh.mixed.enrichment.embedding import Embedding, basis_of, embed, independent_columns
 from stitchmesh.mixed.enrichment.projection import Projection
-from stitchmesh.mixed.enrichment.region import region_around
+from stitchmesh.mixed.enrichment.region import Embedding, basis_of, embed, independent_columns, region_around
 from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
 from tests.mixed.patch import enriched_everywhere, square_patch
 

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.mixed.enrichment.embedding import FreeUnknowns
-from stitchmesh.mixed.enrichment.region import HYBRID, TRIANGLES, YARNS, region_around
+from stitchmesh.mixed.enrichment.region import HYBRID, TRIANGLES, YARNS, FreeUnknowns, region_around
 from tests.mixed.patch import enriched_everywhere, square_patch
 
 PATCH = square_patch(8, 3)

@@ -11,17 +11,25 @@ import numpy as np
 import pytest
 
 from stitchmesh.errors import StitchMeshError
-from stitchmesh.mixed.cloth.panel_position import PanelPosition
-from stitchmesh.mixed.cloth.panels import Panel
+from stitchmesh.mixed.cloth.panels import Panel, PanelPosition
 from stitchmesh.mixed.cloth.seams import PanelBorder, PanelSeam
-from stitchmesh.mixed.scene import cloth_of_yarns
-from stitchmesh.mixed.scene.cloth_section import ClothSection
+from stitchmesh.mixed.scene import matched_cloth
 from stitchmesh.mixed.scene.motion_section import AttachmentSection, BodySection, Keyframe
 from stitchmesh.mixed.scene.region_section import BoxSection, RegionSection
-from stitchmesh.mixed.scene.scene import ContactSection, OutputSection, Scene, SceneSolverSection
+from stitchmesh.mixed.scene.scene import (
+    ClothSection,
+    ContactSection,
+    OutputSection,
+    Scene,
+    SceneSolverSection,
+    YarnsSection,
+    example_scene,
+    knit_chart,
+    read_scene,
+    weave_matrix,
+    write_scene,
+)
 from stitchmesh.mixed.scene.scene_fabric import prepare
-from stitchmesh.mixed.scene.scene_file import example_scene, read_scene, write_scene
-from stitchmesh.mixed.scene.yarns_section import YarnsSection, knit_chart, weave_matrix
 from stitchmesh.periodic.weave.library import read_weave
 
 BASE = """
@@ -165,7 +173,7 @@ def test_a_cloth_is_matched_once_and_kept(tmp_path, monkeypatch):
     """The plain weave of straight yarns is matched exactly; the file is used again for the same yarns alone."""
     stages: list[str] = []
     scene = scene_of(tmp_path, BASE.replace("[yarns]", 'material = "matched"\n[yarns]'))
-    monkeypatch.setattr(cloth_of_yarns, "_known", {})
+    monkeypatch.setattr(matched_cloth, "_known", {})
 
     def prepared(given):
         stages.clear()
@@ -175,7 +183,7 @@ def test_a_cloth_is_matched_once_and_kept(tmp_path, monkeypatch):
     assert set(stages) == {"match"}
     stiffness = 4.0 * fabric.yarn_materials.weft.stretch_stiffness
     assert fabric.cloth_material.stretch_course == pytest.approx(stiffness, rel=0.2)  # of the linear law up to 20 %
-    cloth_of_yarns._known.clear()
+    matched_cloth._known.clear()
     again = prepared(scene)
     assert not stages
     assert again.cloth_material == fabric.cloth_material

@@ -20,14 +20,19 @@ from stitchmesh.mixed.drape import drape
 from stitchmesh.mixed.enrichment.region import TRIANGLES
 from stitchmesh.mixed.layout.spline_yarns import SplineYarns
 from stitchmesh.mixed.output.files import MAPS, read_maps
-from stitchmesh.mixed.scene import scene_fabric
-from stitchmesh.mixed.scene.cloth_section import ClothSection
+from stitchmesh.mixed.scene import scene_splines
 from stitchmesh.mixed.scene.motion_section import AttachmentSection, Keyframe
 from stitchmesh.mixed.scene.region_section import BoxSection, RegionSection
-from stitchmesh.mixed.scene.scene import OutputSection, Scene, SceneSolverSection
+from stitchmesh.mixed.scene.scene import (
+    ClothSection,
+    OutputSection,
+    Scene,
+    SceneSolverSection,
+    YarnsSection,
+    read_scene,
+    write_scene,
+)
 from stitchmesh.mixed.scene.scene_fabric import prepare, with_region
-from stitchmesh.mixed.scene.scene_file import read_scene, write_scene
-from stitchmesh.mixed.scene.yarns_section import YarnsSection
 from stitchmesh.mixed.simulation import StaticSimulation
 from stitchmesh.tessellate import tessellate
 from stitchmesh.yarn import YarnSet
@@ -53,7 +58,7 @@ def yarns_relaxed_once() -> Iterator[None]:
         return known[start]
 
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(scene_fabric, "relax_yarns", relax_once)
+        patched.setattr(scene_splines, "relax_yarns", relax_once)
         yield
 
 

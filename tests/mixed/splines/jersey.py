@@ -15,9 +15,9 @@ import warp as wp
 from stitchmesh.compute.device import device_named
 from stitchmesh.labeling import label
 from stitchmesh.mesh import BORDER
+from stitchmesh.mixed.assembly import MixedFabric
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.cloth.from_stitches import cloth_from_stitches
-from stitchmesh.mixed.dynamics.cloth_system import ClothSystem, MixedFabric, cloth_system
 from stitchmesh.mixed.enrichment.region import Region, region_around
 from stitchmesh.mixed.layout.spline_yarns import SplineYarns, lay_splines
 from stitchmesh.mixed.splines.spline_pieces import SplineMaterial
@@ -29,6 +29,7 @@ from stitchmesh.yarngen import generate_yarns
 from stitchmesh.yarnrelax import relax_yarns
 from stitchmesh.yarnrelax.constraints.pins import Pins
 from tests.gallery import grid
+from tests.mixed.cloth_scene import ClothScene, cloth_scene
 from tests.mixed.patch import enriched_everywhere
 
 CPU = device_named("cpu")
@@ -77,15 +78,8 @@ def region_of(name: str) -> Region:
 
 
 def built(name: str, *, nodes: Sequence[int] = (), vertices: Sequence[int] = (), scalar: Any = wp.float64,
-          acceleration: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> ClothSystem:  # fmt: skip
+          gravity: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> ClothScene:  # fmt: skip
     """The system of a region, without weight by default."""
     cloth, yarns, _pinned = jersey()
-    return cloth_system(
-        MixedFabric(cloth=cloth, yarns=yarns, cloth_material=SHEET, yarn_materials=YARN),
-        region_of(name),
-        fixed_nodes=nodes,
-        fixed_vertices=vertices,
-        acceleration=acceleration,
-        scalar=scalar,
-        device=CPU,
-    )
+    fabric = MixedFabric(cloth=cloth, yarns=yarns, cloth_material=SHEET, yarn_materials=YARN)
+    return cloth_scene(fabric, region_of(name), nodes=nodes, vertices=vertices, gravity=gravity, scalar=scalar)

@@ -10,14 +10,15 @@ import numpy as np
 import pytest
 
 from stitchmesh.errors import ParameterError
+from stitchmesh.mixed.assembly import MixedFabric
 from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial, FabricMaterials
 from stitchmesh.mixed.dynamics.backward_euler import Dynamics, DynamicsSettings
-from stitchmesh.mixed.dynamics.cloth_system import MixedFabric, cloth_system
 from stitchmesh.mixed.dynamics.equilibrium import EquilibriumSettings, find_equilibrium
 from stitchmesh.mixed.enrichment.region import HYBRID
 from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
 from stitchmesh.mixed.layout.weave import lay_weave
 from stitchmesh.mixed.mixed_vector import MixedVector
+from tests.mixed.cloth_scene import cloth_scene
 from tests.mixed.splines.jersey import CPU, RADIUS, SHEET, YARN, built, jersey, region_of
 from tests.mixed.triangles.derivatives import rotation
 
@@ -48,9 +49,9 @@ def test_enriched_everywhere_equals_the_full_yarn_run():
     settings = DynamicsSettings(time_step=1e-4, velocity_tolerance=1e-6, solve_tolerance=1e-5)
     runs = []
     for name in ("everywhere", "all"):
-        scene = built(name, nodes=pinned, acceleration=(0.0, 0.0, -981.0))
+        scene = built(name, nodes=pinned, gravity=(0.0, 0.0, -981.0))
         start = MixedVector.from_numpy(
-            scene.cloth.vertices, scene.yarns.curves.points, np.zeros((scene.yarns.node_count, 2)),
+            scene.fabric.cloth.vertices, scene.fabric.yarns.curves.points, np.zeros((scene.fabric.yarns.node_count, 2)),
             scene.system.scalar, CPU,
         )  # fmt: skip
         runs.append(Dynamics(scene.system, start, settings))
@@ -59,18 +60,18 @@ def test_enriched_everywhere_equals_the_full_yarn_run():
             run.step()
         first, second = (run.positions.numpy()[1] for run in runs)
         np.testing.assert_allclose(first, second, atol=1e-8 * step)  # 1e-8 a step, the tolerance of the solver
-    assert np.abs(first - scene.yarns.curves.points).max() > 1e-5  # the yarns fall
+    assert np.abs(first - scene.fabric.yarns.curves.points).max() > 1e-5  # the yarns fall
 
 
 def test_no_yarns_equal_cloth_alone():
     cloth, _yarns, _pinned = jersey()
-    with_splines = built("none", acceleration=(0.0, 0.0, -981.0))
+    with_splines = built("none", gravity=(0.0, 0.0, -981.0))
     weave = lay_weave(cloth, np.eye(2, dtype=int), ends=8.0, picks=8.0)
     region = replace(region_of("none"), node_triangle=weave.triangle.copy(), node_weight=weave.barycentric.copy())
     materials = FabricMaterials.of(CrossingMaterial.named())
     fabric = MixedFabric(cloth=cloth, yarns=weave, cloth_material=SHEET, yarn_materials=materials)
-    alone = cloth_system(fabric, region, acceleration=(0.0, 0.0, -981.0), device=CPU)
-    assert isinstance(alone.yarns, CrossingYarns)
+    alone = cloth_scene(fabric, region, gravity=(0.0, 0.0, -981.0))
+    assert isinstance(alone.fabric.yarns, CrossingYarns)
     forces = []
     for scene in (with_splines, alone):
         bent = scene.positions.numpy()[0] * [1.1, 0.9, 1.0] + 0.1 * np.sin(3.0 * cloth.vertices[:, :1]) * [0, 0, 1]
@@ -98,7 +99,7 @@ def test_a_turned_cloth_is_of_the_form_of_the_hybrid_region_and_keeps_its_energy
     embedding = scene.system.embedding
     assert len(embedding.nodes) == (scene.region.node_kind == HYBRID).sum() > 50
     v, p, s = scene.positions.numpy()
-    offset = p - scene.yarns.curves.points[scene.region.nodes]
+    offset = p - scene.fabric.yarns.curves.points[scene.region.nodes]
     assert np.abs(offset).max() < RADIUS  # mainly the vertices have moved to the middle of the yarns
     energies, turn = [], rotation()
     for axes in (np.eye(3), turn):
@@ -106,7 +107,7 @@ def test_a_turned_cloth_is_of_the_form_of_the_hybrid_region_and_keeps_its_energy
         np.testing.assert_allclose(embedding.constraint(*state.numpy()[:2]), 0.0, atol=1e-12)  # rounding of 1 cm
         for term in scene.system.terms:
             term.begin_step(state, 0.0, 0.0)
-        energies.append([term.energy(state) for term in scene.system.terms if term.name != "weight"])
+        energies.append([term.energy(state) for term in scene.system.terms if term.name != "gravity"])
     np.testing.assert_allclose(energies[1], energies[0], atol=1e-9)
 
 

@@ -12,11 +12,12 @@ import warp as wp
 from scipy.linalg import eigh
 
 from stitchmesh.mixed.cloth.cloth import Cloth
-from stitchmesh.mixed.dynamics.mass_matrix import BlendedMasses, MassMatrix, Weight
+from stitchmesh.mixed.dynamics.mass_matrix import BlendedMasses, FabricPoints
 from stitchmesh.mixed.term import MixedTerm
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
 from stitchmesh.mixed.triangles.membrane import Membrane
 from stitchmesh.mixed.triangles.shell_bending import ShellBending
+from stitchmesh.simulation.dead_load import Gravity
 from tests.mixed.triangles.derivatives import CPU, energy_of, forces_of, hessian_of
 from tests.mixed.triangles.flat_cloths import FloatArray, rectangle
 
@@ -64,7 +65,7 @@ def _lowered(terms: Sequence[MixedTerm], vertices: FloatArray, move: FloatArray)
 def terms_of(cloth: Cloth, material: ClothMaterial, density: float, *, bends: bool) -> list:
     """Membrane and weight of a cloth of that mass per area, and its bending."""
     lumped = np.bincount(cloth.triangles.ravel(), np.repeat(cloth.rest_area * density / 3.0, 3))
-    weight = Weight(MassMatrix(BlendedMasses(lumped, np.zeros((0, 2))), wp.float64, CPU), GRAVITY)
+    weight = Gravity(GRAVITY).on(FabricPoints(BlendedMasses(lumped, np.zeros((0, 2))), 1.0, wp.float64, CPU))
     terms = [Membrane(cloth, material, wp.float64, CPU), weight]
     return [*terms, ShellBending(cloth, material, wp.float64, CPU)] if bends else terms
 

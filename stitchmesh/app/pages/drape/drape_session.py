@@ -23,8 +23,7 @@ from stitchmesh.io.checked import check_value, read_json
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.drape import SCENE_FILE
 from stitchmesh.mixed.scene.region_section import RegionSection
-from stitchmesh.mixed.scene.scene import Scene
-from stitchmesh.mixed.scene.scene_file import read_scene, scene_text, write_scene
+from stitchmesh.mixed.scene.scene import Scene, read_scene, scene_text, write_scene
 from stitchmesh.progress import Progress
 
 if TYPE_CHECKING:

@@ -21,8 +21,7 @@ from stitchmesh.io.stitches import write_stitches
 from stitchmesh.markup import Markup
 from stitchmesh.mixed.drape import REPORT, SCENE_FILE, Draped, output_names
 from stitchmesh.mixed.output.files import ANIMATION, MAPS, SURFACE, YARNS
-from stitchmesh.mixed.scene.scene import YARN_FORMATS
-from stitchmesh.mixed.scene.scene_file import example_scene, scene_text, write_scene
+from stitchmesh.mixed.scene.scene import YARN_FORMATS, example_scene, scene_text, write_scene
 
 EXAMPLE, STITCHES = "example.toml", "stitches.h5"
 """Names of files of the page in the project: the example, and the stitches of the garment."""

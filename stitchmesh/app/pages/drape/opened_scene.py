@@ -21,13 +21,17 @@ from stitchmesh.mixed.crossings.crossing_material import DEFAULT, CrossingMateri
 from stitchmesh.mixed.enrichment.region import Region
 from stitchmesh.mixed.memory import estimate_memory
 from stitchmesh.mixed.output.report import region_counts
-from stitchmesh.mixed.scene.cloth_section import STITCH_SUFFIXES, ClothSection
 from stitchmesh.mixed.scene.motion_section import AttachmentSection
 from stitchmesh.mixed.scene.region_section import BoxSection, RegionSection, marked_triangles
-from stitchmesh.mixed.scene.scene import Scene, SceneSolverSection
+from stitchmesh.mixed.scene.scene import (
+    STITCH_SUFFIXES,
+    ClothSection,
+    Scene,
+    SceneSolverSection,
+    YarnsSection,
+    read_scene,
+)
 from stitchmesh.mixed.scene.scene_fabric import STITCHES, PreparedScene, check_simulated, prepare, with_loads
-from stitchmesh.mixed.scene.scene_file import read_scene
-from stitchmesh.mixed.scene.yarns_section import YarnsSection
 from stitchmesh.progress import Progress, no_progress
 
 SUFFIXES = (".toml", ".obj", *STITCH_SUFFIXES)

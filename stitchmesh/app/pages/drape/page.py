@@ -30,11 +30,8 @@ from stitchmesh.io.toml_file import read_table
 from stitchmesh.markup import Markup
 from stitchmesh.mixed.crossings.crossing_material import DEFAULT, CrossingMaterial
 from stitchmesh.mixed.drape import Draped
-from stitchmesh.mixed.scene.cloth_of_yarns import MATCHED
-from stitchmesh.mixed.scene.cloth_section import ClothSection
-from stitchmesh.mixed.scene.scene import Scene, SceneSolverSection
+from stitchmesh.mixed.scene.scene import MATCHED, ClothSection, Scene, SceneSolverSection, YarnsSection
 from stitchmesh.mixed.scene.scene_fabric import STITCHES
-from stitchmesh.mixed.scene.yarns_section import YarnsSection
 from stitchmesh.mixed.triangles.material_file import material_names
 from stitchmesh.reporting.figures import duration
 from stitchmesh.run_control import Snapshot

@@ -21,8 +21,7 @@ from stitchmesh.mixed.drape import SCENE_FILE, Draped, drape
 from stitchmesh.mixed.draped_folder import read_draped
 from stitchmesh.mixed.enrichment.region import YARNS
 from stitchmesh.mixed.scene.region_section import RegionSection
-from stitchmesh.mixed.scene.scene import Scene
-from stitchmesh.mixed.scene.scene_file import read_scene, scene_text
+from stitchmesh.mixed.scene.scene import Scene, read_scene, scene_text
 from stitchmesh.progress import Progress
 from stitchmesh.run import CHECKPOINT, Checkpoints, Run
 from stitchmesh.run_control import RunControl

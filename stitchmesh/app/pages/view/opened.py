@@ -35,7 +35,7 @@ from stitchmesh.mixed.drape import SCENE_FILE, Draped
 from stitchmesh.mixed.draped_folder import read_again, read_draped
 from stitchmesh.mixed.output.frames import FOLDER as FRAMES
 from stitchmesh.mixed.output.frames import Frames
-from stitchmesh.mixed.scene.scene_file import read_scene
+from stitchmesh.mixed.scene.scene import read_scene
 from stitchmesh.run import CHECKPOINT
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen.face_yarns.generate import face_yarns

@@ -47,7 +47,7 @@ from typing import Any
 
 import warp as wp
 
-from stitchmesh.mixed.crossings.energies.angle import unit_of
+from stitchmesh.mixed.crossings.energies.crossing_energies import unit_of
 
 FLAT = wp.constant(1.0e-6)
 """Sine of the angle between the axis and a leg below which they count as parallel."""

@@ -41,10 +41,13 @@ from numpy.typing import NDArray
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.precision import vector
-from stitchmesh.mixed.crossings.crossing_elements import CrossingElements, Integers
-from stitchmesh.mixed.crossings.crossing_term import CrossingModel
-from stitchmesh.mixed.crossings.energies.angle import angle_gradient, unit_of
-from stitchmesh.mixed.crossings.energies.crossing_energies import bending_slopes, stretch_slopes
+from stitchmesh.mixed.crossings.crossing_term import CrossingElements, CrossingModel, Integers
+from stitchmesh.mixed.crossings.energies.crossing_energies import (
+    angle_gradient,
+    bending_slopes,
+    stretch_slopes,
+    unit_of,
+)
 from stitchmesh.mixed.crossings.star.star import coordinate_of, leg_vector
 from stitchmesh.mixed.mixed_vector import MixedVector
 

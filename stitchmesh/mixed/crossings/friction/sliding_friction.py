@@ -46,8 +46,7 @@ from stitchmesh.compute.captured import CapturedLaunches, Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.launch import launch, prepare
 from stitchmesh.compute.precision import vector
-from stitchmesh.mixed.crossings.crossing_elements import CrossingElements
-from stitchmesh.mixed.crossings.crossing_term import CrossingTerm
+from stitchmesh.mixed.crossings.crossing_term import CrossingElements, CrossingTerm
 from stitchmesh.mixed.crossings.friction.normal_forces import NormalForces
 from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
 from stitchmesh.mixed.term import MixedTerm

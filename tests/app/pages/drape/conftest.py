@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from stitchmesh.mixed.scene.scene_file import write_scene
+from stitchmesh.mixed.scene.scene import write_scene
 from tests.app.pages.drape.on_page import open_file
 from tests.app.pages.headless import Headless, headless
 from tests.mixed.small_scene import SWINGING

@@ -11,8 +11,7 @@ from stitchmesh.app.pages.drape.paint_tool import covered_triangles
 from stitchmesh.mesh import BORDER
 from stitchmesh.mesh.picking import PickedPlace
 from stitchmesh.mixed.cloth.cloth import Cloth, border_sides
-from stitchmesh.mixed.cloth.panel_position import PanelPosition
-from stitchmesh.mixed.cloth.panels import Panel
+from stitchmesh.mixed.cloth.panels import Panel, PanelPosition
 from stitchmesh.mixed.cloth.seams import cloth_from_panels
 
 SQUARE = [[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]]

@@ -20,9 +20,8 @@ from stitchmesh.mixed.memory import estimate_memory
 from stitchmesh.mixed.output.report import region_counts
 from stitchmesh.mixed.placement.chosen_region import triangles_of_faces
 from stitchmesh.mixed.scene.region_section import RegionSection
-from stitchmesh.mixed.scene.scene import Scene
+from stitchmesh.mixed.scene.scene import Scene, read_scene, write_scene
 from stitchmesh.mixed.scene.scene_fabric import prepare
-from stitchmesh.mixed.scene.scene_file import read_scene, write_scene
 from stitchmesh.selection import select
 from stitchmesh.tessellate import tessellate
 from tests.app.pages.drape.on_page import EYE, open_file, opened, page_of, paint, region, words

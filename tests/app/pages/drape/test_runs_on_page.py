@@ -19,8 +19,8 @@ from stitchmesh.compute.device import alone
 from stitchmesh.editing.undo_history import UndoHistory
 from stitchmesh.mixed.drape import drape
 from stitchmesh.mixed.scene.region_section import RegionSection
+from stitchmesh.mixed.scene.scene import read_scene, write_scene
 from stitchmesh.mixed.scene.scene_fabric import prepare
-from stitchmesh.mixed.scene.scene_file import read_scene, write_scene
 from tests.app.pages.drape.on_page import open_file, opened, page_of, region, run, run_to_a_pause, words
 from tests.app.pages.headless import SAFETY, call, press, wait_for_task
 from tests.mixed.small_scene import SWINGING

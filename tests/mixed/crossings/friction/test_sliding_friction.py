@@ -12,9 +12,8 @@ import numpy as np
 import pytest
 import warp as wp
 
-from stitchmesh.mixed.crossings.crossing_elements import CrossingElements
 from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial
-from stitchmesh.mixed.crossings.crossing_term import CrossingTerm
+from stitchmesh.mixed.crossings.crossing_term import CrossingElements, CrossingTerm
 from stitchmesh.mixed.crossings.friction.normal_forces import contact_axes
 from stitchmesh.mixed.crossings.friction.sliding_friction import SLIP_SHARE, SlidingFriction
 from stitchmesh.mixed.term import MixedTerm

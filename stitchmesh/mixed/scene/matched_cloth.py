@@ -1,20 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A material of cloth for scenes that name none: it follows from a weave of straight yarns.
+"""The material of triangles that is matched to the yarns of a scene (``matching``).
 
-With e warps and p wefts per cm, and for each family of yarns the stiffnesses of stretch k_s and of bending k_b, the
-shear stiffness k_x of a quadrant, and the linear density rho (Cirio et al. 2014):
-
-    stretch p k_s, e k_s    [dyn/cm],     bending p k_b, e k_b    [dyn cm],     density p rho + e rho    [g/cm^2],
-    shear 4 k_x L e p       [dyn/cm],     because each crossing has four quadrants, and L is the mean of their legs.
-
-Crossings turn freely about the normal, so only the shear of quadrants resists twist; the twist rigidity is set to a
-tenth of the geometric mean of both rigidities. Sliding, crimp and contact of yarns are left out: a material that is
-fitted to the yarns (``matching``) agrees better.
-
-``matched_cloth`` returns the material of triangles that is matched to the yarns of a scene (``matching``). A file
-beside the output keeps the material and a checksum of the repeat of the fabric, so that a scene with other yarns is
-matched again. Stitches of a stitch mesh count as plain knit.
+A file beside the output keeps the material and a checksum of the repeat of the fabric, so that a scene with other yarns
+is matched again. Stitches of a stitch mesh count as plain knit.
 """
 
 from __future__ import annotations
@@ -27,58 +16,21 @@ from numpy.typing import ArrayLike
 
 from stitchmesh.errors import FileError
 from stitchmesh.io.path_kind import is_there
-from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial, FabricMaterials
+from stitchmesh.mixed.crossings.crossing_material import FabricMaterials
 from stitchmesh.mixed.matching.cloth_match import ClothMatch, match_cloth, write_match
 from stitchmesh.mixed.matching.yarn_cell import YarnCell, knit_cell, weave_cell
-from stitchmesh.mixed.scene.yarns_section import YarnsSection, knit_chart, weave_matrix
+from stitchmesh.mixed.scene.scene import YarnsSection, knit_chart, weave_matrix
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
-from stitchmesh.mixed.triangles.material_file import named_material, read_material
+from stitchmesh.mixed.triangles.material_file import read_material
 from stitchmesh.progress import Progress
 from stitchmesh.yarnrelax.fingerprint import fingerprint
 
-MATCHED = "matched"
-"""Name of the cloth material that is matched to the yarns of the scene."""
 NAME = "matched-cloth.toml"
 """Name of the file in the output folder."""
 CHECKSUM = "checksum"
 """Word that precedes the checksum in the source of the material."""
 _known: dict[str, ClothMatch] = {}
 """Matches of this process, by the checksums of their cells."""
-
-
-def cloth_of_weave(materials: FabricMaterials, ends: float, picks: float) -> ClothMaterial:
-    """Return the material of a weave.
-
-    Args:
-        materials: materials of the yarns of the weave.
-        ends: warps for each cm.
-        picks: wefts for each cm.
-    """
-    weft, warp = materials.weft, materials.warp
-    shear = 0.5 * (weft.shear + warp.shear) * weft.radius * warp.radius
-    leg = 0.5 * (1.0 / ends + 1.0 / picks)
-    bending = picks * weft.bending_stiffness, ends * warp.bending_stiffness
-    return ClothMaterial(
-        name="weave of straight yarns",
-        stretch_course=picks * weft.stretch_stiffness,
-        stretch_wale=ends * warp.stretch_stiffness,
-        shear=4.0 * shear * leg * ends * picks,
-        poisson=0.0,
-        bending_course=bending[0],
-        bending_wale=bending[1],
-        density=picks * weft.density + ends * warp.density,
-        twist=0.1 * (bending[0] * bending[1]) ** 0.5,
-    )
-
-
-def cloth_of_knit(material: CrossingMaterial, length: float) -> ClothMaterial:
-    """Return a measured knit with the mass of the given yarn.
-
-    Args:
-        material: material of the yarn.
-        length: length of yarn on each cm^2 of cloth [cm].
-    """
-    return replace(named_material("interlock"), density=material.density * length)
 
 
 def matched_cloth(cell: YarnCell, folder: Path | None, progress: Progress) -> ClothMaterial:

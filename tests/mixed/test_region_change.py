@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.mixed.enrichment.embedding import embed
-from stitchmesh.mixed.enrichment.region import YARNS
-from stitchmesh.mixed.placement.moved_state import MovedState, move_state, moved_values, place_hidden_vertices
+from stitchmesh.mixed.enrichment.region import YARNS, embed
+from stitchmesh.mixed.region_change import MovedState, move_state, moved_values, place_hidden_vertices
 from tests.mixed.placement.sheets import sheet
 
 SHEET = sheet(8, 3)
