@@ -34,23 +34,17 @@ from stitchmesh.mixed.enrichment.preconditioner import Preconditioner
 from stitchmesh.mixed.enrichment.region import Embedding, FreeUnknowns
 from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
 from stitchmesh.mixed.term import MixedTerm
-
-MOST = 64
-"""Largest number of sequences that are kept; the oldest capture is forgotten first."""
+from stitchmesh.simulation.captures import Captures
+from stitchmesh.simulation.term import Term
 
 
 class RepeatedLaunches:
-    """Captured sequences of launches of one system."""
+    """Captured sequences of launches of one system, with the sums that they find."""
 
-    def __init__(self, device: wp.Device) -> None:
-        """Begin without any."""
-        self._device = device
+    def __init__(self, device: wp.Device, captures: Captures) -> None:
+        """Begin without any; ``captures`` keeps them until they are stale."""
+        self._device, self._captures = device, captures
         self._run: Launcher = partial(prepare, device=device)
-        self._captured: dict[Hashable, tuple[CapturedLaunches | None, ReadSums, tuple[MixedVector, ...]]] = {}
-
-    def clear(self) -> None:
-        """Forget all sequences, because an array that they name has been replaced."""
-        self._captured.clear()
 
     def run(
         self, name: Hashable, vectors: tuple[MixedVector, ...], make: Callable[[Launcher, ReadSums], list[Any]]
@@ -67,11 +61,7 @@ class RepeatedLaunches:
             the sums, to be read.
         """
         key = (name, *(id(vector) for vector in vectors))
-        if key not in self._captured:
-            self._captured[key] = self._capture(vectors, make)
-            while len(self._captured) > MOST:
-                del self._captured[next(iter(self._captured))]
-        captured, sums, _vectors = self._captured[key]
+        captured, sums = self._captures.get(key, lambda: self._capture(make), vectors)
         if captured is not None:
             captured.launch()
         return sums
@@ -83,12 +73,12 @@ class RepeatedLaunches:
         return self.run(name, vectors, make).read()
 
     def _capture(
-        self, vectors: tuple[MixedVector, ...], make: Callable[[Launcher, ReadSums], list[Any]]
-    ) -> tuple[CapturedLaunches | None, ReadSums, tuple[MixedVector, ...]]:
+        self, make: Callable[[Launcher, ReadSums], list[Any]]
+    ) -> tuple[CapturedLaunches | None, ReadSums]:  # fmt: skip
         sums = ReadSums(self._device)
         launches = make(self._run, sums)
         launches += sums.launches(self._run)
-        return CapturedLaunches(launches, self._device) if launches else None, sums, vectors
+        return CapturedLaunches(launches, self._device) if launches else None, sums
 
 
 class MixedSystem:
@@ -139,9 +129,9 @@ class MixedSystem:
         self.moves = wp.array(_moves(free), dtype=wp.int32, device=device)
         self._by_mass = self._new_preconditioner(by_masses=True)
         self._impulse, self._motion = self.zeros(), self.zeros()
-        self._solvers: dict[bool, ConjugateGradients] = {}
-        self._captured: tuple[int, ...] = ()
-        self._repeated = RepeatedLaunches(device)
+        self._captures = Captures(lambda: tuple(term.generation for term in self.terms))
+        self.repeated = RepeatedLaunches(device, self._captures)
+        """Launches that are captured once, and again when they are stale."""
         self._set_projection(masses)
 
     def _set_projection(self, masses: BlendedMasses) -> None:
@@ -174,13 +164,12 @@ class MixedSystem:
 
     def least_limit(self, limits: Iterable[float], state: MixedVector, direction: MixedVector) -> float:
         """The smallest of the limits of elements and of the limits that terms compute on the host, at most 1."""
-        by_themselves = (term for term in self.terms if type(term).step_limit is not MixedTerm.step_limit)
+        by_themselves = (term for term in self.terms if type(term).step_limit is not Term.step_limit)
         return min([1.0, *map(float, limits), *(term.step_limit(state, direction) for term in by_themselves)])
 
     def add(self, term: MixedTerm) -> None:
         """Add a term, for example the weight of ``mass``."""
-        self.terms.append(term)
-        self._forget_launches()
+        self.terms.append(term)  # one more generation, so that all launches are captured again
 
     def zeros(self) -> MixedVector:
         """A vector of zeros."""
@@ -332,24 +321,9 @@ class MixedSystem:
     @property
     def solver(self) -> ConjugateGradients:
         """The solver for the matrix of the last ``set_factors`` and ``linearize``; each kind of metric has one."""
-        self._check_generations()
-        if self._stiff not in self._solvers:
-            solver = ConjugateGradients(self.zeros(), self._products, self.preconditioner)
-            self._solvers[self._stiff] = solver
-        return self._solvers[self._stiff]
-
-    @property
-    def repeated(self) -> RepeatedLaunches:
-        """Launches that are captured once, and forgotten when they are stale."""
-        self._check_generations()
-        return self._repeated
-
-    def _check_generations(self) -> None:
-        """Forget all captures if an array of a term has been replaced since."""
-        generations = tuple(term.generation for term in self.terms)
-        if generations != self._captured:
-            self._forget_launches()
-            self._captured = generations
+        return self._captures.get(
+            ("solver", self._stiff), lambda: ConjugateGradients(self.zeros(), self._products, self.preconditioner)
+        )
 
     def _beside(self, launches_of: Callable[[MixedTerm], list[Any]]) -> list[Any]:
         """The launches of all terms. Terms that act on nodes alone run beside terms that act on vertices alone."""
@@ -359,10 +333,6 @@ class MixedSystem:
         nodes, vertices = _overlapped(kinds["nodes"]), _overlapped(kinds["vertices"])
         beside = [Branches(nodes, vertices)] if nodes and vertices else [*nodes, *vertices]
         return [*beside, *chain.from_iterable(kinds["all"])]
-
-    def _forget_launches(self) -> None:
-        self._solvers.clear()
-        self._repeated.clear()
 
     def _products(
         self, direction: MixedVector, product: MixedVector, parts: wp.array[Any], launcher: Launcher
