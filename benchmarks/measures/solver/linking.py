@@ -18,9 +18,9 @@ from tyro.conf import Positional
 import stitchmesh as sm
 from benchmarks.table import Rows
 from stitchmesh.compute.device import device_named
-from stitchmesh.yarnrelax.linking.certificate import doubled_linking
-from stitchmesh.yarnrelax.linking.crossings import edge_crossings
-from stitchmesh.yarnrelax.linking.projection import project_yarns
+from stitchmesh.linking.certificate import doubled_linking
+from stitchmesh.linking.crossings import edge_crossings
+from stitchmesh.linking.projection import project_yarns
 
 
 def copies(yarns: sm.YarnSet, count: int) -> sm.YarnSet:
@@ -56,7 +56,7 @@ def measure(name: str, yarns: sm.YarnSet, device: str, runs: int) -> Rows:
         linking = doubled_linking(yarns, device=device)
         whole, used = time.perf_counter() - clock, time.process_time() - processor
         clock = time.perf_counter()
-        projection = project_yarns(yarns, device_named(device))
+        projection = project_yarns([yarns], device_named(device))
         projected = time.perf_counter()
         crossings = len(edge_crossings(projection))
         best = min(best, (whole, used, projected - clock, time.perf_counter() - projected))

@@ -22,14 +22,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from stitchmesh.errors import YarnError
+from stitchmesh.linking.polygon_linking import Polygons
+from stitchmesh.linking.yarn_polylines import SAMPLES_PER_POINT, sampled_points
 from stitchmesh.mesh import BORDER, LEFT, RIGHT, FloatArray
 from stitchmesh.mesh.arrays import unit_vectors
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen.bridges import SLOTS
 from stitchmesh.yarngen.loop_check.loops import Arc, Arcs
-from stitchmesh.yarngen.loop_check.polygon_linking import Polygons
 from stitchmesh.yarngen.loop_check.threadings import SlippedLegs, is_drawn_through, spanned_sides
-from stitchmesh.yarngen.loop_check.yarn_polylines import SAMPLES_PER_POINT, sampled_points
 
 IN_FRONT = 2.0
 """Distance in front of other loops at which a link is closed [radii]."""

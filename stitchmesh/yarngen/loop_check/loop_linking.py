@@ -24,6 +24,8 @@ from scipy.sparse import coo_array, csr_array
 from scipy.spatial import cKDTree
 
 from stitchmesh.errors import YarnError, check_kind
+from stitchmesh.linking.polygon_linking import Polygons, linking_numbers
+from stitchmesh.linking.pulled_through import check_pulled_through
 from stitchmesh.mesh import IntArray, StitchMesh
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen.bridges import SLOTS
@@ -32,8 +34,6 @@ from stitchmesh.yarngen.generate import yarns_along_routes
 from stitchmesh.yarngen.loop_check.closure import as_polygons, close_arcs
 from stitchmesh.yarngen.loop_check.loops import Arc, Arcs, find_arcs
 from stitchmesh.yarngen.loop_check.pieces import generation_radius, yarn_pieces
-from stitchmesh.yarngen.loop_check.polygon_linking import Polygons, linking_numbers
-from stitchmesh.yarngen.loop_check.pulled_through import check_pulled_through
 from stitchmesh.yarngen.loop_check.threadings import expected_threadings, is_drawn_through, slipped_legs
 from stitchmesh.yarngen.loop_check.unrolled_loops import unroll_loops
 

@@ -20,13 +20,13 @@ from itertools import pairwise
 
 import numpy as np
 
+from stitchmesh.linking.yarn_polylines import SAMPLES_PER_POINT
 from stitchmesh.mesh import BOTTOM, StitchMesh
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen.bridges import SLOTS
 from stitchmesh.yarngen.finish import DEFAULT_FINISH, YarnFinish
 from stitchmesh.yarngen.loop_check.pieces import YarnPieces, yarn_pieces
-from stitchmesh.yarngen.loop_check.yarn_polylines import SAMPLES_PER_POINT
 
 DRAWN_THROUGH = (Stitch.BIND_OFF, Stitch.DRAW_THROUGH)
 """Stitches whose yarn is drawn through loops and makes no loops."""

@@ -12,6 +12,8 @@ import pytest
 
 from stitchmesh.errors import YarnError
 from stitchmesh.labeling import label
+from stitchmesh.linking.polygon_linking import Polygons, linking_numbers
+from stitchmesh.linking.yarn_polylines import SAMPLES_PER_POINT
 from stitchmesh.mesh import FloatArray, StitchMesh
 from stitchmesh.mesh.stitch import CODES, Stitch
 from stitchmesh.tessellate import tessellate
@@ -20,9 +22,7 @@ from stitchmesh.yarngen import embedding, generate_yarns
 from stitchmesh.yarngen.finish import YarnFinish
 from stitchmesh.yarngen.loop_check.loop_linking import LoopLinking, check_loops, expected_linking, loop_linking
 from stitchmesh.yarngen.loop_check.loops import Arc, Arcs, find_arcs
-from stitchmesh.yarngen.loop_check.polygon_linking import Polygons, linking_numbers
 from stitchmesh.yarngen.loop_check.threadings import slipped_legs
-from stitchmesh.yarngen.loop_check.yarn_polylines import SAMPLES_PER_POINT
 from stitchmesh.yarngen.templates.template import Template, TemplatePart
 from stitchmesh.yarnrelax import relax_yarns
 from tests.gallery import FLAT_AND_ROUND

@@ -29,11 +29,11 @@ from scipy.sparse.csgraph import min_weight_full_bipartite_matching
 
 from stitchmesh.errors import YarnError
 from stitchmesh.lattice import Lattice
+from stitchmesh.linking.crossings_along_path import SampledPath, YarnCrossing
+from stitchmesh.linking.deformation_path import DeformationPath
+from stitchmesh.linking.yarn_polylines import SAMPLES_PER_POINT, EdgeEnds, YarnPolylines
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarngen.loop_check.crossings_along_path import SampledPath, YarnCrossing
-from stitchmesh.yarngen.loop_check.deformation_path import DeformationPath
-from stitchmesh.yarngen.loop_check.yarn_polylines import SAMPLES_PER_POINT, EdgeEnds, YarnPolylines
 
 BOUND_OFFSET = 1e-6
 """Added to bounds that are round numbers, because lengths of regular yarns can be round numbers and must not lie

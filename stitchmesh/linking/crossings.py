@@ -37,8 +37,8 @@ from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.launch import launch
 from stitchmesh.compute.slots import next_slot
 from stitchmesh.errors import ParameterError
+from stitchmesh.linking.projection import EDGE, Grid, ProjectedPolylines
 from stitchmesh.mesh import IntArray
-from stitchmesh.yarnrelax.linking.projection import EDGE, Grid, ProjectedPolylines
 
 APART = wp.constant(wp.float64(4 * EDGE))
 """If the heights of two edges differ by more than this [units], one lies above the other whatever their slopes."""

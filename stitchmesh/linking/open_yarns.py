@@ -23,9 +23,9 @@ from numpy.typing import NDArray
 
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.launch import launch
+from stitchmesh.linking.crossings import Crossings, collected, is_left, note
+from stitchmesh.linking.projection import ProjectedPolylines
 from stitchmesh.mesh import FloatArray, IntArray
-from stitchmesh.yarnrelax.linking.crossings import Crossings, collected, is_left, note
-from stitchmesh.yarnrelax.linking.projection import ProjectedPolylines
 
 SURE = wp.constant(wp.float64(2.0**61))
 """A larger cross product has the sign of its float64 estimate, and a smaller one fits 64 bits."""

@@ -12,15 +12,15 @@ import pytest
 
 from stitchmesh.errors import SolverError
 from stitchmesh.lattice import Lattice
-from stitchmesh.yarn import YarnSet, basis
-from stitchmesh.yarnrelax import linking_certificate
-from stitchmesh.yarnrelax.linking import projection
-from stitchmesh.yarnrelax.linking.certificate import (
+from stitchmesh.linking import projection
+from stitchmesh.linking.certificate import (
     changed_pairs,
     doubled_linking,
+    linking_certificate,
     linkings_together,
     refuse_pull_through,
 )
+from stitchmesh.yarn import YarnSet, basis
 from tests.meshrelax.fabrics import rotation
 from tests.shaking import shaken
 from tests.yarnrelax.stockinette import FORMULA_RADIUS, periodic_patch, tube, woven_cell

@@ -41,11 +41,11 @@ from scipy.sparse import coo_array, csr_array
 from stitchmesh.compute.device import alone, device_named
 from stitchmesh.compute.shared_work import shared
 from stitchmesh.errors import SolverError, check_kind
+from stitchmesh.linking.crossings import decoded, edge_crossings
+from stitchmesh.linking.open_yarns import open_yarn_crossings
+from stitchmesh.linking.projection import FINE, SAMPLES, project_yarns
 from stitchmesh.mesh import IntArray
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax.linking.crossings import decoded, edge_crossings
-from stitchmesh.yarnrelax.linking.open_yarns import open_yarn_crossings
-from stitchmesh.yarnrelax.linking.projection import FINE, SAMPLES, project_yarns
 
 
 @dataclass(frozen=True, eq=False)

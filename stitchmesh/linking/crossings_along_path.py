@@ -18,17 +18,17 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from stitchmesh.lattice import Lattice
-from stitchmesh.mesh import FloatArray, IntArray
-from stitchmesh.yarn import YarnSet
-from stitchmesh.yarngen.loop_check.deformation_path import (
+from stitchmesh.linking.deformation_path import (
     DISPLACEMENT,
     FEWEST_UNITS,
     DeformationPath,
     WholeUnits,
     displacements,
 )
-from stitchmesh.yarngen.loop_check.moving_edges import EdgePairs, NotInGeneralPosition, edge_crossings
-from stitchmesh.yarngen.loop_check.yarn_polylines import EdgeEnds, YarnPolylines, sampled_points
+from stitchmesh.linking.moving_edges import EdgePairs, NotInGeneralPosition, edge_crossings
+from stitchmesh.linking.yarn_polylines import EdgeEnds, YarnPolylines, sampled_points
+from stitchmesh.mesh import FloatArray, IntArray
+from stitchmesh.yarn import YarnSet
 
 MOMENTS = 24
 """Number of equal intervals of time on a path. In each interval, edges move on straight lines."""

@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 
 from stitchmesh.lattice import Lattice
+from stitchmesh.linking import crossings_along_path
+from stitchmesh.linking.crossings_along_path import SampledPath
+from stitchmesh.linking.deformation_path import DeformationPath
+from stitchmesh.linking.polygon_linking import Polygons, linking_numbers
+from stitchmesh.linking.pulled_through import _meets_fan, pulled_through, uncancelled
+from stitchmesh.linking.yarn_polylines import YarnPolylines, sampled_points
 from stitchmesh.mesh import FloatArray
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarngen.loop_check import crossings_along_path
-from stitchmesh.yarngen.loop_check.crossings_along_path import SampledPath
-from stitchmesh.yarngen.loop_check.deformation_path import DeformationPath
-from stitchmesh.yarngen.loop_check.polygon_linking import Polygons, linking_numbers
-from stitchmesh.yarngen.loop_check.pulled_through import _meets_fan, pulled_through, uncancelled
-from stitchmesh.yarngen.loop_check.yarn_polylines import YarnPolylines, sampled_points
 from tests.meshrelax.fabrics import rotation
 from tests.shaking import shaken, shaken_many
 
