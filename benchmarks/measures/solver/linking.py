@@ -29,7 +29,10 @@ def copies(yarns: sm.YarnSet, count: int) -> sm.YarnSet:
     across = int(np.ceil(np.sqrt(count)))
     places = [size * [k % across, k // across, 0] for k in range(count)]
     starts = [yarns.start[1:] + k * len(yarns.points) for k in range(count)]
-    names = ("closed", "radius", "rest_length", "row", "face", "colour", "natural_curvature")
+    names = (
+        "closed", "radius", "rest_length", "row", "face", "colour", "natural_curvature", "drawn_radius",
+        "mass_per_length",
+    )  # fmt: skip
     tiled = {name: np.tile(getattr(yarns, name), count) for name in names}
     return replace(
         yarns,
