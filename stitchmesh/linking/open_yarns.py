@@ -23,12 +23,10 @@ from numpy.typing import NDArray
 
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.launch import launch
-from stitchmesh.linking.crossings import Crossings, collected, is_left, note
+from stitchmesh.linking.crossings import Crossings, collected, note
+from stitchmesh.linking.predicate import cross_product, is_left
 from stitchmesh.linking.projection import ProjectedPolylines
 from stitchmesh.mesh import FloatArray, IntArray
-
-SURE = wp.constant(wp.float64(2.0**61))
-"""A larger cross product has the sign of its float64 estimate, and a smaller one fits 64 bits."""
 
 
 @wp.struct
@@ -47,18 +45,6 @@ class EndLines:
     """Yarn of the line, shape (L,)."""
     outwards: wp.array[wp.int32]
     """1 if the yarn leaves along the line, -1 if it returns, shape (L,)."""
-
-
-@wp.func
-def cross_product(p: wp.vec3d, q: wp.vec3d) -> wp.float64:
-    """Cross product of integer vectors of any length in the projection, with an exact sign."""
-    estimate = p[0] * q[1] - p[1] * q[0]
-    if wp.abs(estimate) > SURE:
-        return estimate
-    # the exact value fits 64 bits, so overflows of the two products cancel
-    first = wp.uint64(wp.int64(p[0])) * wp.uint64(wp.int64(q[1]))
-    second = wp.uint64(wp.int64(p[1])) * wp.uint64(wp.int64(q[0]))
-    return wp.float64(wp.int64(first - second))
 
 
 @wp.func

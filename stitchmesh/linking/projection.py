@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Yarns as polylines with integer coordinates in a projection.
+"""Yarns and polygons as polylines with whole coordinates in a projection.
 
 A point p has the coordinates (x, y, h): its place in the projection and its height towards the eye,
 
@@ -14,7 +14,8 @@ Each segment becomes ``SAMPLES`` edges, or more if it is longer than the others.
 unit is some millionths of the longest edge, and a period is a whole number of units. Every question about these
 polylines can therefore be answered without rounding. Several sets of yarns are projected together, each in its own
 units and cells, and no cell holds edges of two sets. The polylines lie a few hundredths of a yarn radius from the
-curves; nearly all of this distance is the sag of the chords.
+curves; nearly all of this distance is the sag of the chords. The sides of polygons become edges in the same manner,
+each side one edge, or more if it is longer than the others.
 """
 
 from __future__ import annotations
@@ -29,6 +30,8 @@ from numpy.typing import NDArray
 
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.launch import launch
+from stitchmesh.lattice import Lattice
+from stitchmesh.linking.predicate import EDGE
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.yarn import YarnSet
 
@@ -40,8 +43,6 @@ difference of two legs between control points. If these differences are at most 
 smallest clearance of a relaxation, a thousandth of a radius."""
 LONG = 2.0
 """A segment longer than this, over the mean length, is divided into more edges, so that one grid suits all edges."""
-EDGE = 2**19
-"""Longest edge along each axis [units]; the volume of two edges and their distance then fit 63 bits."""
 SPAN = 2.0**48
 """Largest coordinate [units], so that the error of a sample before rounding is below half a unit."""
 CELLS = 2.0**30
@@ -208,7 +209,7 @@ class _Seen:
     @classmethod
     def of(cls, yarns: YarnSet) -> _Seen:
         """Project the control points of yarns."""
-        view = np.linalg.inv(_axes(yarns))
+        view = np.linalg.inv(_axes(yarns.lattice))
         seen = yarns.points @ view
         origin = seen.min(axis=0)
         middle = (yarns.points.min(axis=0) + yarns.points.max(axis=0)) / 2 @ view - origin
@@ -263,6 +264,42 @@ def project_yarns(sets: Sequence[YarnSet], device: wp.Device, edges: int = SAMPL
     return projection
 
 
+def project_polygons(points: FloatArray, polygons: Sequence[Sequence[int]], device: wp.Device) -> ProjectedPolylines:
+    """Return the projection of closed polygons, which count as yarns without a lattice.
+
+    Args:
+        points: positions [cm], shape (n, 3).
+        polygons: for each polygon the points through which it passes, in order; the last one is joined to the first.
+        device: where the polylines are.
+    """
+    first = _starts([len(polygon) + 1 for polygon in polygons])
+    corners = np.concatenate([[*polygon, polygon[0]] for polygon in polygons])
+    places = (points @ np.linalg.inv(_axes(None)))[corners]
+    places -= places.min(axis=0)
+    is_side = np.ones(len(corners), dtype=bool)
+    is_side[first[1:] - 1] = False  # the corner that closes a polygon is a vertex without an edge
+    sides = np.diff(places, axis=0, append=places[:1])
+    pieces, longest = _cut(np.abs(sides[is_side]).max(axis=1), None, 1)
+    grid, scale = _fit(longest, places.max(axis=0), None)
+    vertex_count = np.ones(len(corners), dtype=np.int64)
+    vertex_count[is_side] = pieces
+    corner = np.repeat(np.arange(len(corners)), vertex_count)
+    along = (np.arange(len(corner)) - _starts(vertex_count)[corner]) / vertex_count[corner]
+    vertices = np.rint((places[corner] + along[:, None] * sides[corner]) * scale)
+    yarn_edge = _starts(np.add.reduceat(vertex_count, first[:-1]) - 1)
+    return ProjectedPolylines(
+        vertices=wp.array(vertices, dtype=wp.vec3d, device=device),
+        edge_yarn=wp.array(np.repeat(np.arange(len(polygons)), np.diff(yarn_edge)), dtype=wp.int32, device=device),
+        yarn_edge=yarn_edge,
+        step=wp.zeros(len(polygons), dtype=wp.vec2i, device=device),
+        yarn_set=wp.zeros(len(polygons), dtype=wp.int32, device=device),
+        grids=wp.array([grid], dtype=Grid, device=device),
+        cell_count=int(grid.columns) * int(grid.rows),
+        middle=np.zeros(3),
+        reach=np.zeros(2, dtype=np.int64),
+    )
+
+
 def _starts(counts: Sequence[int] | IntArray) -> IntArray:
     return np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
 
@@ -291,14 +328,14 @@ def _steps(yarns: YarnSet, periods: FloatArray | None) -> tuple[IntArray, FloatA
     return step, shift
 
 
-def _axes(yarns: YarnSet) -> FloatArray:
+def _axes(lattice: Lattice | None) -> FloatArray:
     """Return, as rows, the two axes of the projection and the direction towards the eye."""
     towards = DIRECTION / np.linalg.norm(DIRECTION)
-    if yarns.lattice is None:
+    if lattice is None:
         right = np.cross([0.0, 1.0, 0.0], towards)
         right /= np.linalg.norm(right)
         return np.stack([right, np.cross(towards, right), towards])
-    first, second = yarns.lattice.periods / np.linalg.norm(yarns.lattice.periods, axis=1, keepdims=True)
+    first, second = lattice.periods / np.linalg.norm(lattice.periods, axis=1, keepdims=True)
     normal = np.cross(first, second)
     normal /= np.linalg.norm(normal)
     return np.stack([first, second, towards @ np.stack([first, np.cross(normal, first), normal])])

@@ -22,7 +22,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from stitchmesh.errors import YarnError
-from stitchmesh.linking.polygon_linking import Polygons
 from stitchmesh.linking.yarn_polylines import SAMPLES_PER_POINT, sampled_points
 from stitchmesh.mesh import BORDER, LEFT, RIGHT, FloatArray
 from stitchmesh.mesh.arrays import unit_vectors
@@ -82,17 +81,6 @@ class TestCurves:
         front = unit_vectors(np.cross(across, up))
         rise = np.array([corner.rise for corner in self.corners]).reshape(-1, 1)
         return np.concatenate([points, base + (base - inner) / 2 + lift * front + rise * up])
-
-
-def as_polygons(points: FloatArray, curves: list[list[int]]) -> Polygons:
-    """Closed curves as polygons.
-
-    Args:
-        points: positions [cm], shape (n, 3).
-        curves: numbers of the points of each curve.
-    """
-    start = np.concatenate([[0], np.cumsum([len(curve) for curve in curves])])
-    return Polygons(points, start, np.array([corner for curve in curves for corner in curve], dtype=np.int64))
 
 
 def close_arcs(arcs: Arcs, yarns: YarnSet, slipped: SlippedLegs) -> TestCurves:
