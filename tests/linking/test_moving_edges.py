@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from stitchmesh.linking import moving_edges
-from stitchmesh.linking.deformation_path import DISPLACEMENT, WholeUnits, displacements
+from stitchmesh.linking.general_position import DISPLACEMENT, WholeUnits, displacements
 from stitchmesh.linking.moving_edges import EdgeCrossings, EdgePairs, NotInGeneralPosition, edge_crossings
 from stitchmesh.mesh import FloatArray, IntArray
 from tests.nightly import at_night, mostly_at_night

@@ -12,10 +12,12 @@ import pytest
 
 from stitchmesh.lattice import Lattice
 from stitchmesh.linking import crossings_along_path
+from stitchmesh.linking.cancelling_crossings import uncancelled
 from stitchmesh.linking.crossings_along_path import SampledPath
 from stitchmesh.linking.deformation_path import DeformationPath
 from stitchmesh.linking.polygon_linking import linking_numbers
-from stitchmesh.linking.pulled_through import _meets_fan, pulled_through, uncancelled
+from stitchmesh.linking.pulled_through import pulled_through
+from stitchmesh.linking.rings import meets_fan
 from stitchmesh.linking.yarn_polylines import YarnPolylines, sampled_points
 from stitchmesh.mesh import FloatArray
 from stitchmesh.yarn import YarnSet
@@ -237,5 +239,5 @@ def test_no_edge_slips_between_the_triangles_of_a_fan() -> None:
         on_spoke = 0.5 * corners[0] + 0.5 * apex
         for place, inside in ((on_spoke, True), (corners[6] * 0.5, True), (corners[0] * 1.1, False)):
             first, second = shaken_many(line(place - UPWARDS, place + UPWARDS, 2)).transpose(1, 0, 2)
-            met = [_meets_fan(apex, corners, first[k : k + 1], second[k : k + 1]) for k in range(len(first))]
+            met = [meets_fan(apex, corners, first[k : k + 1], second[k : k + 1]) for k in range(len(first))]
             assert all(met) if inside else not any(met)
