@@ -139,10 +139,10 @@ def _are_apart(corners: FloatArray) -> NDArray[np.bool_]:
 def _coefficients(pairs: EdgePairs) -> tuple[NDArray[Any], NDArray[Any]]:
     """Bernstein coefficients of 3 f and of 12 times the four quartics, shapes (n, 4) and (n, 4, 5)."""
     u, v, w = list(pairs.u), list(pairs.v), list(pairs.w)
-    normal = _product(_cross, u, v)
+    normal = _product(np.cross, u, v)
     cubic = _product(_dot, normal, w)
     square = _product(_dot, normal, normal)
-    first, second = (_product(_dot, _product(_cross, w, other), normal) for other in (v, u))
+    first, second = (_product(_dot, _product(np.cross, w, other), normal) for other in (v, u))
     quartics = [part for one in (first, second) for part in (one, [a - b for a, b in zip(square, one, strict=True)])]
     return (
         np.stack([c * k for c, k in zip(cubic, (3, 1, 1, 3), strict=True)], axis=-1),
@@ -158,12 +158,6 @@ def _product(times: Callable[..., NDArray[Any]], a: list[NDArray[Any]], b: list[
         for j, two in enumerate(b):
             terms[i + j] = terms[i + j] + times(one, two)
     return terms
-
-
-def _cross(a: NDArray[Any], b: NDArray[Any]) -> NDArray[Any]:
-    """Cross products of vectors, by operations that also exist for whole numbers of any size."""
-    (x, y, z), (p, q, r) = np.moveaxis(a, -1, 0), np.moveaxis(b, -1, 0)
-    return np.stack([y * r - z * q, z * p - x * r, x * q - y * p], axis=-1)
 
 
 def _dot(a: NDArray[Any], b: NDArray[Any]) -> NDArray[Any]:

@@ -243,7 +243,7 @@ class _Closer:
         return self.crossing_point[side * SLOTS + 1], self.crossing_point[side * SLOTS]
 
     def _top_sides(self, face: int) -> list[int]:
-            return list(range(int(self.whole.right_wale[face]) + 1, int(self.whole.left_wale[face])))
+        return list(range(int(self.whole.right_wale[face]) + 1, int(self.whole.left_wale[face])))
 
     def _corner(self, corner: ClosurePoint) -> int:
         """Add a closure point and return its number."""
