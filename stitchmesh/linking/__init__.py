@@ -1,12 +1,20 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How yarns are linked, decided in whole numbers.
+"""How yarns are linked, and whether yarn passed through yarn, decided in whole numbers.
 
-Linking numbers: yarns and polygons become polylines with whole coordinates (``projection``). Two edges cross, and with
-which sign, by one rule (``predicate``), which all pairs of near edges follow (``crossings``). The sums of the signs are
-the certificate of yarns (``certificate``, for open yarns with ``open_yarns``) and the linking numbers of the test
-curves of the loop check (``polygon_linking``).
+Linking numbers:
 
-Yarn through yarn: ``pulled_through`` deforms yarns into their later positions (``deformation_path``), finds where yarn
-passes through yarn on the way (``crossings_along_path``, ``moving_edges``), and removes what cancels.
+- ``projection`` makes polylines with whole coordinates of yarns (``yarn_samples``) and of polygons.
+- ``predicate`` decides whether two edges cross, and with which sign; degenerate positions count as displaced.
+- ``crossings`` applies it to all pairs of near edges.
+- ``certificate`` sums the signs for all pairs of yarns and images (``pairs_of_images``), and compares the sums before
+  and after a relaxation. ``open_yarns`` closes open yarns artificially.
+- ``polygon_linking`` sums the signs for closed polygons, which are the test curves of the loop check.
+
+Yarn through yarn:
+
+- ``pulled_through`` decides which crossings of yarn through yarn remain on every deformation path.
+- ``deformation_path`` moves yarns (``yarn_polylines``) into their later positions.
+- ``crossings_along_path`` finds all crossings on the way, by ``moving_edges`` in ``general_position``.
+- ``cancelling_crossings`` removes those that ``rings`` without yarn in them undo.
 """

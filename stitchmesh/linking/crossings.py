@@ -78,6 +78,12 @@ def collected(projection: ProjectedPolylines, launch: Callable[[Any], None]) -> 
         room = found
 
 
+def encoded(projection: ProjectedPolylines, yarns: IntArray, sign: IntArray) -> IntArray:
+    """Return the codes of crossings without a lattice, from their yarns i < j, shape (n, 2), and their signs."""
+    code: IntArray = 2 * (yarns[:, 0] * (len(projection.yarn_edge) - 1) + yarns[:, 1]) + (sign > 0)
+    return code
+
+
 def decoded(projection: ProjectedPolylines, code: IntArray) -> tuple[IntArray, IntArray, IntArray]:
     """Return for each code the two yarns, the image of the second relative to the first, and the sign."""
     code, positive = np.divmod(code, 2)

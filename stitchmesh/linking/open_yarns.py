@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.launch import launch
-from stitchmesh.linking.crossings import Crossings, collected, note
+from stitchmesh.linking.crossings import Crossings, collected, encoded, note
 from stitchmesh.linking.predicate import cross_product, is_left
 from stitchmesh.linking.projection import ProjectedPolylines
 from stitchmesh.mesh import FloatArray, IntArray
@@ -135,10 +135,8 @@ class OpenEnds:
         return outwards
 
 
-def open_yarn_crossings(
-    projection: ProjectedPolylines, closed: NDArray[np.bool_]
-) -> tuple[IntArray, IntArray, IntArray]:
-    """Return codes of the crossings of lines with yarns, and the yarns and the sign if an arc passes above a line."""
+def open_yarn_crossings(projection: ProjectedPolylines, closed: NDArray[np.bool_]) -> IntArray:
+    """Return the codes of the crossings of lines with yarns, and of arcs with the lines that they pass above."""
     ends = _ends(projection, np.flatnonzero(~closed))
     lines = EndLines()
     device = projection.vertices.device
@@ -154,7 +152,7 @@ def open_yarn_crossings(
         inputs = [wp.vec3d(*projection.middle), projection.vertices, projection.edge_yarn, lines]
         launch(find_line_crossings, projection.edge_yarn.shape[0], inputs, [crossings], device)
 
-    return (collected(projection, find), *_arc_crossings(ends))
+    return np.concatenate([collected(projection, find), encoded(projection, *_arc_crossings(ends))])
 
 
 def _ends(projection: ProjectedPolylines, yarn: IntArray) -> OpenEnds:
