@@ -247,9 +247,10 @@ def _put_curves(seen: Sequence[_Seen], device: wp.Device) -> Any:
     yarns = [own.yarns for own in seen]
     curves = Curves()
     curves.points = wp.array(np.concatenate([own.points for own in seen]), dtype=wp.vec3d, device=device)
-    for name in ("start", "segment_start"):
-        starts = _starts(np.concatenate([np.diff(getattr(own, name)) for own in yarns]))
-        setattr(curves, name, wp.array(starts, dtype=wp.int32, device=device))
+    start = _starts(np.concatenate([np.diff(own.start) for own in yarns]))
+    segment_start = _starts(np.concatenate([np.diff(own.segment_start) for own in yarns]))
+    curves.start = wp.array(start, dtype=wp.int32, device=device)
+    curves.segment_start = wp.array(segment_start, dtype=wp.int32, device=device)
     curves.shift = wp.array(np.concatenate([own.shift for own in seen]), dtype=wp.vec3d, device=device)
     return curves
 
