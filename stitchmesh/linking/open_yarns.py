@@ -172,7 +172,7 @@ def _angle(direction: FloatArray) -> FloatArray:
 
 
 def _order_around(ends: OpenEnds) -> list[int]:
-    """Return the exact order of the ends by angle; at equal angles a later yarn's line counts as moved by (e, e^2)."""
+    """Return the exact order of the ends by angle; at equal angles a later line counts as moved (``is_left``)."""
     direction = ends.direction
     x, y = direction[:, 0], direction[:, 1]
     aside = np.where(y != 0.0, -np.sign(y), np.sign(x)) * ends.yarn
