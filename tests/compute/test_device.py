@@ -18,6 +18,7 @@ from stitchmesh.compute import device
 from stitchmesh.compute.device import alone, others_may_launch
 from stitchmesh.errors import MeshError
 from stitchmesh.linking.certificate import doubled_linking, linking_certificate, refuse_pull_through
+from stitchmesh.linking.polygon_linking import linking_numbers
 from stitchmesh.meshrelax import relax_mesh
 from stitchmesh.patterns import read_pattern
 from stitchmesh.periodic.repeat.torus import torus_mesh
@@ -60,6 +61,7 @@ CALLS: dict[str, Callable[[], Any]] = {
     "doubled_linking": partial(doubled_linking, PLAIN, **CPU),
     "linking_certificate": partial(linking_certificate, PLAIN, **CPU),
     "relax_mesh": refused_mesh,
+    "linking_numbers": partial(linking_numbers, np.eye(3), [range(3)]),
 }
 
 
