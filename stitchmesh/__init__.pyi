@@ -55,6 +55,7 @@ from .labeling.steps import read_label_steps as read_label_steps
 from .labeling.steps import replay_label_steps as replay_label_steps
 from .labeling.steps import write_label_steps as write_label_steps
 from .lattice import Lattice as Lattice
+from .linking.certificate import linking_certificate as linking_certificate
 from .mesh import Mesh as Mesh
 from .mesh import StitchMesh as StitchMesh
 from .mesh.orientation import is_inside_out as is_inside_out
@@ -199,7 +200,6 @@ from .yarngen.templates.own_checks import read_own_stitches as read_own_stitches
 from .yarnrelax import Relaxation as Relaxation
 from .yarnrelax import RelaxCell as RelaxCell
 from .yarnrelax import YarnMaterial as YarnMaterial
-from .yarnrelax import linking_certificate as linking_certificate
 from .yarnrelax import relax_yarns as relax_yarns
 from .yarnrelax import yarn_energies as yarn_energies
 from .yarnrelax import yarn_forces as yarn_forces

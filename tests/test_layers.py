@@ -25,7 +25,7 @@ LAYERS = [
     {"memory_need", "time_limit"},
     {"mesh"},
     {"yarn"},
-    {"faces", "hand_knitting"},
+    {"faces", "hand_knitting", "linking"},
     {"machine_knitting"},
     {"io"},
     {"run", "selection", "simulation"},
@@ -45,7 +45,7 @@ LAYERS = [
 """Folders and files of the package from the bottom up; members of one layer do not import one another."""
 LEVEL = {name: level for level, names in enumerate(LAYERS) for name in names}
 HEAVY = {
-    "warp": {"compute", "meshrelax", "mixed", "simulation", "yarnrelax"},
+    "warp": {"compute", "linking", "meshrelax", "mixed", "simulation", "yarnrelax"},
     "pyvista": {"render", "io"},
     "vtkmodules": {"render", "io"},
     "vtk": {"render"},

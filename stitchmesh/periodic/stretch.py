@@ -36,6 +36,7 @@ from stitchmesh.budget.plan import limit_of
 from stitchmesh.errors import ParameterError, SolverError
 from stitchmesh.io.atomic import write_text
 from stitchmesh.io.contents import FilePath
+from stitchmesh.linking.certificate import refuse_pull_through
 from stitchmesh.memory_need import BASE_MEMORY, BYTES_PER_KEPT_POINT, check_memory
 from stitchmesh.mesh import FloatArray
 from stitchmesh.patterns import Pattern
@@ -61,7 +62,6 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial
 from stitchmesh.yarnrelax.energies.term import YarnChoice
 from stitchmesh.yarnrelax.friction.friction import Friction
-from stitchmesh.yarnrelax.linking.certificate import refuse_pull_through
 
 TOLERANCE = 1e-3
 """Largest residual of each state; the small resistance of ribs needs this value."""

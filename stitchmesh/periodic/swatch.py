@@ -34,6 +34,7 @@ from stitchmesh.compute.work_together import done_together
 from stitchmesh.errors import ParameterError, SolverError, StitchMeshError
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.lattice import Lattice
+from stitchmesh.linking.certificate import refuse_pull_through
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.patterns import Pattern
 from stitchmesh.periodic.fabric_shape import FlatFabric
@@ -57,7 +58,6 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
 from stitchmesh.yarnrelax.convergence import rest_text
 from stitchmesh.yarnrelax.energies.term import YarnChoice
-from stitchmesh.yarnrelax.linking.certificate import refuse_pull_through
 from stitchmesh.yarnrelax.relaxation_result import Relaxation
 from stitchmesh.yarnrelax.together.relax_together import ways_together
 

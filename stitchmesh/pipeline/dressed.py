@@ -23,6 +23,7 @@ import numpy as np
 
 from stitchmesh.compute.device import device_named
 from stitchmesh.errors import ParameterError
+from stitchmesh.linking.certificate import refuse_pull_through
 from stitchmesh.mesh import FloatArray, StitchMesh
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.cloth.from_stitches import stitch_triangles
@@ -32,7 +33,6 @@ from stitchmesh.mixed.layout.spline_yarns import lay_splines
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.energies.body import Body
 from stitchmesh.yarnrelax.evaluate import body_distance
-from stitchmesh.yarnrelax.linking.certificate import refuse_pull_through
 
 MOST_HEIGHTS = 0.95
 """The heights above the stitches of this part of the control points count; the other points are tails and floats."""

@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 from .evaluate import yarn_energies as yarn_energies
 from .evaluate import yarn_forces as yarn_forces
-from .linking.certificate import linking_certificate as linking_certificate
 from .model.material import REFERENCE_RADIUS as REFERENCE_RADIUS
 from .model.material import YarnMaterial as YarnMaterial
 from .relax import relax_yarns as relax_yarns

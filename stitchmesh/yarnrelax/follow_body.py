@@ -22,6 +22,7 @@ from stitchmesh.io.checkpoint_file import (
     write_checkpoint,
 )
 from stitchmesh.io.contents import FilePath
+from stitchmesh.linking.certificate import refuse_pull_through
 from stitchmesh.progress import shown_stages
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.run import SHOWN, Run
@@ -29,7 +30,6 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.body_follower import BodyFollower, FollowInputs, FollowState
 from stitchmesh.yarnrelax.energies.term import YarnChoice
 from stitchmesh.yarnrelax.fingerprint import fingerprint, refuse_other_inputs, yarn_fingerprint
-from stitchmesh.yarnrelax.linking.certificate import refuse_pull_through
 from stitchmesh.yarnrelax.model.material import YarnMaterial
 from stitchmesh.yarnrelax.motion.follow_defaults import DRAG, MOST_DRAG
 from stitchmesh.yarnrelax.motion.moving_body import MovingBody

@@ -27,6 +27,7 @@ from stitchmesh.compute.shared_work import shared
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.lattice import Lattice
+from stitchmesh.linking.certificate import refuse_pull_through
 from stitchmesh.quality import Quality
 from stitchmesh.run import SHOWN, Run
 from stitchmesh.time_limit import OutOfTime
@@ -36,7 +37,6 @@ from stitchmesh.yarnrelax.checkpoint import CheckpointState, EndedStep, read_sta
 from stitchmesh.yarnrelax.energies.term import YarnChoice, refuse_in_free_cells
 from stitchmesh.yarnrelax.fingerprint import checksum
 from stitchmesh.yarnrelax.friction.friction import Friction, FrictionTerm
-from stitchmesh.yarnrelax.linking.certificate import refuse_pull_through
 from stitchmesh.yarnrelax.load_position import AT_ONCE
 from stitchmesh.yarnrelax.model.material import YarnMaterial
 from stitchmesh.yarnrelax.model.spline import place_contact_samples

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from stitchmesh.compute.device import alone, device_named
 from stitchmesh.compute.shared_work import shared
 from stitchmesh.errors import check_kind
+from stitchmesh.linking.certificate import doubled_linking, refuse_changed_linking
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.quality import DEFAULT_QUALITY, Quality
 from stitchmesh.run import SHOWN, Run
@@ -19,7 +20,6 @@ from stitchmesh.time_limit import OutOfTime, done_twice, without_limit
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.checkpoint import read_state
 from stitchmesh.yarnrelax.energies.term import Choice, YarnChoice
-from stitchmesh.yarnrelax.linking.certificate import doubled_linking, refuse_changed_linking
 from stitchmesh.yarnrelax.load_position import AT_ONCE
 from stitchmesh.yarnrelax.loading import Loading, LoadPath
 from stitchmesh.yarnrelax.model.material import YarnMaterial

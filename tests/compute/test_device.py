@@ -17,6 +17,8 @@ import pytest
 from stitchmesh.compute import device
 from stitchmesh.compute.device import alone, others_may_launch
 from stitchmesh.errors import MeshError
+from stitchmesh.linking.certificate import doubled_linking, linking_certificate, refuse_pull_through
+from stitchmesh.linking.polygon_linking import linking_numbers
 from stitchmesh.meshrelax import relax_mesh
 from stitchmesh.patterns import read_pattern
 from stitchmesh.periodic.repeat.torus import torus_mesh
@@ -24,9 +26,8 @@ from stitchmesh.periodic.weave.library import read_weave
 from stitchmesh.periodic.weave.yarns import weave_yarns
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, linking_certificate, relax_yarns, yarn_energies, yarn_forces
+from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, relax_yarns, yarn_energies, yarn_forces
 from stitchmesh.yarnrelax.cell_stress import cell_stress
-from stitchmesh.yarnrelax.linking.certificate import doubled_linking, refuse_pull_through
 from stitchmesh.yarnrelax.relax import relax_partly
 from stitchmesh.yarnrelax.together.relax_cells import relax_cells
 from tests.nightly import mostly_at_night
@@ -60,6 +61,7 @@ CALLS: dict[str, Callable[[], Any]] = {
     "doubled_linking": partial(doubled_linking, PLAIN, **CPU),
     "linking_certificate": partial(linking_certificate, PLAIN, **CPU),
     "relax_mesh": refused_mesh,
+    "linking_numbers": partial(linking_numbers, np.eye(3), [range(3)]),
 }
 
 

@@ -18,12 +18,12 @@ from numpy.typing import NDArray
 
 from benchmarks.scenes.stockinette import stockinette_tube
 from benchmarks.table import Rows
+from stitchmesh.linking.certificate import changed_pairs, doubled_linking
 from stitchmesh.quality import Quality, quality_named
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial, relax_yarns
 from stitchmesh.yarnrelax.constraints.pins import Pins
 from stitchmesh.yarnrelax.energies.term import ConstraintChoice
-from stitchmesh.yarnrelax.linking.certificate import changed_pairs, doubled_linking
 from stitchmesh.yarnrelax.model.material import REFERENCE_RADIUS
 from tests.extremes.outcome import AT_REST, FAILED, NOT_AT_REST, Outcome, ended, table
 

@@ -12,6 +12,7 @@ import pytest
 
 from stitchmesh.editing.spiral import make_spiral
 from stitchmesh.labeling import label
+from stitchmesh.linking.certificate import linking_certificate
 from stitchmesh.mesh import BORDER, FloatArray, StitchMesh
 from stitchmesh.mesh.courses import find_courses
 from stitchmesh.mesh.stitch import Stitch
@@ -24,7 +25,6 @@ from stitchmesh.yarngen.bridges import SLOTS
 from stitchmesh.yarngen.clearance import smallest_distance
 from stitchmesh.yarngen.floats_and_tails import LANE_SHARES
 from stitchmesh.yarngen.generate import YarnRoutes, trace_yarn_routes
-from stitchmesh.yarnrelax.linking.certificate import linking_certificate
 from tests.gallery import grid, tube
 
 pytestmark = pytest.mark.decides

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Imports inside the relaxer run in one direction: from the order of operations down to the linking of yarns."""
+"""Imports inside the relaxer run in one direction: from the order of operations down to the model of yarns."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tests.gallery import ROOT
 
 PACKAGE = ROOT / "stitchmesh" / "yarnrelax"
 LAYERS = [
-    "linking", "model", "collision", "energies", "friction", "hessian",
+    "model", "collision", "energies", "friction", "hessian",
     "constraints", "motion", "solvers", "", "together",
 ]  # fmt: skip
 """Folders from the lowest to the highest, with the root of the package as ``""``; each imports only those before it."""

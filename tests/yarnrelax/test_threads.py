@@ -12,11 +12,12 @@ import numpy as np
 import pytest
 
 import stitchmesh as sm
+from stitchmesh.linking.certificate import linking_certificate
 from stitchmesh.mesh import FloatArray, Mesh
 from stitchmesh.quality import PRESETS
 from stitchmesh.simulation.dead_load import Gravity
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, linking_certificate, relax_yarns
+from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, relax_yarns
 from stitchmesh.yarnrelax.energies.body import Body
 from stitchmesh.yarnrelax.energies.twist import Twist
 from stitchmesh.yarnrelax.friction.friction import Friction

@@ -30,6 +30,7 @@ from benchmarks.scenes.garments import FORMULAS, Garment
 from benchmarks.table import Rows
 from benchmarks.timing import relaxed
 from stitchmesh.compute.device import device_named
+from stitchmesh.linking.certificate import doubled_linking
 from stitchmesh.quality import PRESETS, Quality
 from stitchmesh.run import QUIET
 from stitchmesh.yarn import YarnSet
@@ -37,7 +38,6 @@ from stitchmesh.yarnrelax import YarnMaterial
 from stitchmesh.yarnrelax.assembled_hessian import HessianAssembly
 from stitchmesh.yarnrelax.constraints.borders import KeepBorders
 from stitchmesh.yarnrelax.energies.shape import KeepShape
-from stitchmesh.yarnrelax.linking.certificate import doubled_linking
 from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.spacing_change import SpacingChange

@@ -18,9 +18,9 @@ from tyro.conf import Positional
 import stitchmesh as sm
 from benchmarks.table import Rows
 from stitchmesh.compute.device import device_named
-from stitchmesh.yarnrelax.linking.certificate import doubled_linking
-from stitchmesh.yarnrelax.linking.crossings import edge_crossings
-from stitchmesh.yarnrelax.linking.projection import project_yarns
+from stitchmesh.linking.certificate import doubled_linking
+from stitchmesh.linking.crossings import edge_crossings
+from stitchmesh.linking.projection import project_yarns
 
 
 def copies(yarns: sm.YarnSet, count: int) -> sm.YarnSet:
@@ -29,7 +29,10 @@ def copies(yarns: sm.YarnSet, count: int) -> sm.YarnSet:
     across = int(np.ceil(np.sqrt(count)))
     places = [size * [k % across, k // across, 0] for k in range(count)]
     starts = [yarns.start[1:] + k * len(yarns.points) for k in range(count)]
-    names = ("closed", "radius", "rest_length", "row", "face", "colour", "natural_curvature")
+    names = (
+        "closed", "radius", "rest_length", "row", "face", "colour", "natural_curvature", "drawn_radius",
+        "mass_per_length",
+    )  # fmt: skip
     tiled = {name: np.tile(getattr(yarns, name), count) for name in names}
     return replace(
         yarns,
@@ -56,7 +59,7 @@ def measure(name: str, yarns: sm.YarnSet, device: str, runs: int) -> Rows:
         linking = doubled_linking(yarns, device=device)
         whole, used = time.perf_counter() - clock, time.process_time() - processor
         clock = time.perf_counter()
-        projection = project_yarns(yarns, device_named(device))
+        projection = project_yarns([yarns], device_named(device))
         projected = time.perf_counter()
         crossings = len(edge_crossings(projection))
         best = min(best, (whole, used, projected - clock, time.perf_counter() - projected))

@@ -39,11 +39,11 @@ from numpy.typing import NDArray
 from stitchmesh.compute.shared_work import compute_each
 from stitchmesh.errors import SolverError, StitchMeshError
 from stitchmesh.lattice import Lattice, lattice_frame
+from stitchmesh.linking.certificate import refuse_pull_through
 from stitchmesh.mesh import FloatArray
 from stitchmesh.periodic.relaxation.prepared_swatch import PreparedSwatch
 from stitchmesh.time_limit import seconds_left
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax.linking.certificate import refuse_pull_through
 from stitchmesh.yarnrelax.relax import relax_partly
 from stitchmesh.yarnrelax.relaxation_result import Relaxation, continued
 

@@ -24,6 +24,7 @@ from typing import Any
 
 from stitchmesh.compute.device import device_named
 from stitchmesh.errors import SolverError
+from stitchmesh.linking.certificate import refuse_pull_through
 from stitchmesh.periodic.relaxation.continuation import ITERATIONS
 from stitchmesh.periodic.sampling.even_sampling import sample_evenly
 from stitchmesh.periodic.sampling.sampling import with_contacts
@@ -42,7 +43,6 @@ from stitchmesh.periodic.swatch import Swatch, scale_yarns, swatch
 from stitchmesh.quality import Quality
 from stitchmesh.time_limit import Interrupted, given_up_when
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax.linking.certificate import refuse_pull_through
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.stepwise_loop import INTERVAL, StepwiseLoop
 

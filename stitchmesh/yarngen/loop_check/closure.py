@@ -22,17 +22,24 @@ from dataclasses import dataclass
 import numpy as np
 
 from stitchmesh.errors import YarnError
+from stitchmesh.linking.yarn_polylines import SAMPLES_PER_POINT, sampled_points
 from stitchmesh.mesh import BORDER, LEFT, RIGHT, FloatArray
 from stitchmesh.mesh.arrays import unit_vectors
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen.bridges import SLOTS
-from stitchmesh.yarngen.loop_check.loops import Arc, Arcs
-from stitchmesh.yarngen.loop_check.polygon_linking import Polygons
+from stitchmesh.yarngen.loop_check.loops import Arc, Arcs, cut_after
+from stitchmesh.yarngen.loop_check.pieces import points_before
 from stitchmesh.yarngen.loop_check.threadings import SlippedLegs, is_drawn_through, spanned_sides
-from stitchmesh.yarngen.loop_check.yarn_polylines import SAMPLES_PER_POINT, sampled_points
 
 IN_FRONT = 2.0
 """Distance in front of other loops at which a link is closed [radii]."""
+BEHIND = 8.0
+"""Distance behind a leg of a slipped loop at which the leg is closed [radii]; it is one stitch width."""
+BEYOND = 3.0
+"""Distance beyond a link that is drawn through loops at which the link is closed, over the height of a row."""
+LINKS_BESIDE = 2
+"""Number of links on either side by which a link that is drawn through loops is extended, because the yarn can slide
+through the loops."""
 
 Frame = tuple[int, int, int, int, int, int]
 """Sampled points: the left and the right crossing of a top side, two points below it and two points above it. The first
@@ -67,8 +74,6 @@ class TestCurves:
     """One curve for each leg of a slipped loop."""
     corners: list[ClosurePoint]
     """The closure points."""
-    point_count: int
-    """Number of sampled points."""
 
     def positions(self, yarns: YarnSet) -> FloatArray:
         """Positions of the sampled points and of the closure points [cm], shape (n, 3)."""
@@ -82,17 +87,6 @@ class TestCurves:
         front = unit_vectors(np.cross(across, up))
         rise = np.array([corner.rise for corner in self.corners]).reshape(-1, 1)
         return np.concatenate([points, base + (base - inner) / 2 + lift * front + rise * up])
-
-
-def as_polygons(points: FloatArray, curves: list[list[int]]) -> Polygons:
-    """Closed curves as polygons.
-
-    Args:
-        points: positions [cm], shape (n, 3).
-        curves: numbers of the points of each curve.
-    """
-    start = np.concatenate([[0], np.cumsum([len(curve) for curve in curves])])
-    return Polygons(points, start, np.array([corner for curve in curves for corner in curve], dtype=np.int64))
 
 
 def close_arcs(arcs: Arcs, yarns: YarnSet, slipped: SlippedLegs) -> TestCurves:
@@ -110,7 +104,7 @@ def close_arcs(arcs: Arcs, yarns: YarnSet, slipped: SlippedLegs) -> TestCurves:
     loops = [closer.points_of(loop)[:: -1 if loop.ends[0] % SLOTS == 0 else 1] for loop in arcs.loops]
     links = [closer.link(link) for link in arcs.links]
     legs = [closer.leg(piece) for piece in slipped.piece.tolist()]
-    return TestCurves(loops, links, legs, closer.corners, len(yarns.points) * SAMPLES_PER_POINT)
+    return TestCurves(loops, links, legs, closer.corners)
 
 
 class _Closer:
@@ -122,6 +116,7 @@ class _Closer:
         self.role = self.whole.side_role.tolist()
         self.corners: list[ClosurePoint] = []
         self.point_count = len(yarns.points) * SAMPLES_PER_POINT
+        self.before = points_before(self.pieces, yarns)
         self.crossing_point = self._crossing_points()
         # arcs by the sampled point of a cut, and -1 if they start there or 1 if they end there
         self.arc_at_cut = {(arc.first, -1): arc for arc in (*arcs.loops, *arcs.links)}
@@ -147,11 +142,9 @@ class _Closer:
         link alone.
         """
         row = [link]
-        # Number of links on either side by which a link that is drawn through loops is extended, because the yarn
-        # can slide through the loops.
-        beside_link = 2 if self.arcs.chain_threadings(link) is None else 0
+        links_beside = LINKS_BESIDE if self.arcs.chain_threadings(link) is None else 0
         for direction in (-1, 1):
-            for _ in range(beside_link):
+            for _ in range(links_beside):
                 beside = self.arc_at_cut.get((row[0].first, 1) if direction < 0 else (row[-1].last, -1))
                 if beside is None or not is_drawn_through(self.arcs, beside):
                     break
@@ -161,8 +154,7 @@ class _Closer:
         back = [(arc.last, self._side_below(arc, -1)) for arc in row[::-1]]
         back.append((row[0].first, self._side_below(row[0], 0)))
         points = [point for arc in row for point in self.points_of(arc)]
-        # Distance beyond a link that is drawn through loops at which the link is closed, over the height of a row.
-        return [*points, *(self._corner(ClosurePoint(end, end, self._frame(side), rise=3.0)) for end, side in back)]
+        return [*points, *(self._corner(ClosurePoint(end, end, self._frame(side), rise=BEYOND)) for end, side in back)]
 
     def _side_below(self, link: Arc, place: int) -> int:
         """The top side of the first (0) or the last (-1) loop through which a link is drawn."""
@@ -172,17 +164,14 @@ class _Closer:
 
     def leg(self, piece: int) -> list[int]:
         """The closed curve of a leg of a slipped loop, directed downwards."""
-        yarn, (first, after) = int(self.pieces.yarn[piece]), self.pieces.points[piece].tolist()
-        before = first - 1 if first > self.start[yarn] else self.start[yarn + 1] - 1
-        points = self._points(
-            yarn, before * SAMPLES_PER_POINT + SAMPLES_PER_POINT // 2, (after - first) * SAMPLES_PER_POINT + 1
-        )
+        first, after = self.pieces.points[piece].tolist()
+        count = (after - first) * SAMPLES_PER_POINT + 1
+        points = self._points(int(self.pieces.yarn[piece]), cut_after(self.before[piece]), count)
         start, end = (int(crossing) // SLOTS for crossing in self.pieces.ends[piece])
         top = end if self.role[start] == 0 else start
         downwards = points if top == start else points[::-1]
         frame = self._frame(top)
-        # Distance behind a leg at which the leg is closed [radii]; it is one stitch width.
-        behind = [self._corner(ClosurePoint(point, point, frame, -8.0)) for point in (downwards[-1], downwards[0])]
+        behind = [self._corner(ClosurePoint(point, point, frame, -BEHIND)) for point in (downwards[-1], downwards[0])]
         return [*downwards, *behind]
 
     def _needle_line(self, link: Arc, spanned: list[tuple[int, int, int]]) -> list[int]:
@@ -200,18 +189,16 @@ class _Closer:
         ]
         if all(link.on_needle):
             return in_front
-        crossing = link.ends[0] if link.on_needle[0] else link.ends[1]
-        if link.on_needle[0]:
-            side, near, far = (
-                spanned[-1] if spanned else self._side_crossings(crossing // SLOTS, self._leaves_right(link, 1))
-            )
+        starts_on_needle = link.on_needle[0]
+        if spanned:
+            outermost = spanned[-1 if starts_on_needle else 0]
         else:
-            side, far, near = (
-                spanned[0] if spanned else self._side_crossings(crossing // SLOTS, self._leaves_right(link, 0))
-            )
-        lift = IN_FRONT if spanned else 0.0
-        outer = self._corner(ClosurePoint(far, near, self._frame(side), lift))
-        return [outer, *in_front] if link.on_needle[0] else [*in_front, outer]
+            on_needle, beside_row = (0, 1) if starts_on_needle else (1, 0)
+            outermost = self._side_crossings(link.ends[on_needle] // SLOTS, self._leaves_right(link, beside_row))
+        side, first, second = outermost
+        near, far = (first, second) if starts_on_needle else (second, first)
+        outer = self._corner(ClosurePoint(far, near, self._frame(side), IN_FRONT if spanned else 0.0))
+        return [outer, *in_front] if starts_on_needle else [*in_front, outer]
 
     def _leaves_right(self, link: Arc, end: int) -> bool:
         """Whether a link runs to the right at the wale side through which it enters (0) or leaves (1)."""
@@ -255,7 +242,7 @@ class _Closer:
         return self.crossing_point[side * SLOTS + 1], self.crossing_point[side * SLOTS]
 
     def _top_sides(self, face: int) -> list[int]:
-            return list(range(int(self.whole.right_wale[face]) + 1, int(self.whole.left_wale[face])))
+        return list(range(int(self.whole.right_wale[face]) + 1, int(self.whole.left_wale[face])))
 
     def _corner(self, corner: ClosurePoint) -> int:
         """Add a closure point and return its number."""
@@ -284,9 +271,7 @@ class _Closer:
             found.update(zip(link.ends, (link.first, link.last), strict=True))
         for loop in self.arcs.loops:
             for piece in loop.pieces:
-                first, after = self.pieces.points[piece].tolist()
-                start = self.start[loop.yarn]
-                before = first - 1 if first > start else self.start[loop.yarn + 1] - 1
-                for crossing, point in zip(self.pieces.ends[piece].tolist(), (before, after - 1), strict=True):
-                    found.setdefault(crossing, point * SAMPLES_PER_POINT + SAMPLES_PER_POINT // 2)
+                points = self.before[piece], int(self.pieces.points[piece, 1]) - 1
+                for crossing, point in zip(self.pieces.ends[piece].tolist(), points, strict=True):
+                    found.setdefault(crossing, cut_after(point))
         return found

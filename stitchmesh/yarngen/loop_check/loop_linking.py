@@ -4,9 +4,8 @@
 
 Loops and links (``loops``) are closed to test curves (``closure``). The linking number of two closed curves is a whole
 number that changes only where yarn passes through yarn or through a closure. The linking numbers are compared with the
-threadings that the stitches define (``threadings``), for each pair whose bounding boxes overlap; other pairs are not
-linked. A link and the loop into which it runs meet at a cut and have no linking number. For yarn that is drawn through
-loops, only the defined threadings are checked.
+threadings that the stitches define (``threadings``). A link and the loop into which it runs meet at a cut and have no
+linking number. For yarn that is drawn through loops, only the defined threadings are checked.
 
 This check applies to yarns as generated. After relaxation, closures could intersect yarn that has moved. For yarns at
 other positions, the check is therefore whether the generated yarns can be deformed into them without crossings of yarn
@@ -20,27 +19,24 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array, csr_array
-from scipy.spatial import cKDTree
+from scipy.sparse import coo_array, csr_array, diags_array
 
 from stitchmesh.errors import YarnError, check_kind
-from stitchmesh.mesh import IntArray, StitchMesh
+from stitchmesh.linking.polygon_linking import linking_numbers
+from stitchmesh.linking.pulled_through import check_pulled_through
+from stitchmesh.mesh import StitchMesh
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen.bridges import SLOTS
 from stitchmesh.yarngen.finish import DEFAULT_FINISH, YarnFinish
 from stitchmesh.yarngen.generate import yarns_along_routes
-from stitchmesh.yarngen.loop_check.closure import as_polygons, close_arcs
+from stitchmesh.yarngen.loop_check.closure import close_arcs
 from stitchmesh.yarngen.loop_check.loops import Arc, Arcs, find_arcs
 from stitchmesh.yarngen.loop_check.pieces import generation_radius, yarn_pieces
-from stitchmesh.yarngen.loop_check.polygon_linking import Polygons, linking_numbers
-from stitchmesh.yarngen.loop_check.pulled_through import check_pulled_through
 from stitchmesh.yarngen.loop_check.threadings import expected_threadings, is_drawn_through, slipped_legs
 from stitchmesh.yarngen.loop_check.unrolled_loops import unroll_loops
 
 WRONG_TEMPLATE = "the template of a stitch is wrong"
 """The cause that a message gives if a fabric on a lattice fails, because all stitches of such a fabric have room."""
-WHOLE = 1e-6
-"""Largest difference between two linking numbers that count as equal."""
 ArcMask = NDArray[np.bool_] | None
 """Which arcs are checked; None for all arcs."""
 
@@ -74,26 +70,26 @@ def loop_linking(arcs: Arcs, yarns: YarnSet, *, links: ArcMask = None, loops: Ar
     """
     legs = slipped_legs(arcs)
     test_curves = close_arcs(arcs, yarns, legs)
-    points = test_curves.positions(yarns)
-    curves, is_checked = test_curves.links, np.array([len(curve) > 0 for curve in test_curves.links])
-    link_numbers = np.flatnonzero(is_checked if links is None else is_checked & links)
+    is_checked = np.array([len(curve) > 0 for curve in test_curves.links])
+    if links is not None:
+        is_checked &= links
+    link_numbers = np.flatnonzero(is_checked)
     loop_numbers = np.arange(len(arcs.loops)) if loops is None else np.flatnonzero(loops)
-    link_polygons = as_polygons(points, [curves[k] for k in link_numbers])
-    loop_polygons = as_polygons(points, [test_curves.loops[k] for k in loop_numbers])
-    pairs = _near(link_polygons, loop_polygons)
-    pairs = pairs[_are_checkable(arcs, link_numbers[pairs[:, 0]], loop_numbers[pairs[:, 1]])]
-    values = linking_numbers(loop_polygons, link_polygons, pairs[:, ::-1])
+    leg_numbers = np.flatnonzero(is_checked[legs.link])
+    curves = [test_curves.links[k] for k in link_numbers]
+    first_loop = len(curves)
+    curves += [test_curves.loops[k] for k in loop_numbers]
+    first_leg = len(curves)
+    curves += [test_curves.legs[k] for k in leg_numbers]
+    numbers = linking_numbers(test_curves.positions(yarns), curves)
+
+    found = numbers[:first_loop, first_loop:first_leg].tocoo()
     shape = len(arcs.links), len(arcs.loops)
-    threadings = coo_array((values, (link_numbers[pairs[:, 0]], loop_numbers[pairs[:, 1]])), shape=shape).tocsr()
-    if len(legs.link) == 0:
-        return LoopLinking(threadings, np.zeros(0))
-    checked_legs = np.flatnonzero(is_checked[legs.link])
-    leg_polygons = as_polygons(points, [test_curves.legs[k] for k in checked_legs])
-    link_of_leg = as_polygons(points, [curves[k] for k in legs.link[checked_legs]])
-    numbers = np.arange(len(checked_legs))
+    threadings = coo_array((found.data, (link_numbers[found.row], loop_numbers[found.col])), shape=shape).tocsr()
     turns = np.full(len(legs.link), np.nan)
-    turns[checked_legs] = linking_numbers(leg_polygons, link_of_leg, np.stack([numbers, numbers], axis=1))
-    return LoopLinking(threadings, turns)
+    passing = np.searchsorted(link_numbers, legs.link[leg_numbers])
+    turns[leg_numbers] = numbers[passing][:, first_leg:].diagonal()
+    return LoopLinking(_checkable(arcs, threadings), turns)
 
 
 def check_loops(fabric: StitchMesh, yarns: YarnSet, *, finish: YarnFinish = DEFAULT_FINISH) -> None:
@@ -137,19 +133,18 @@ def check_loops(fabric: StitchMesh, yarns: YarnSet, *, finish: YarnFinish = DEFA
 def _check_generated(arcs: Arcs, generated: YarnSet, links: ArcMask = None, loops: ArcMask = None) -> None:
     """Raise ``YarnError`` if the linking of generated yarns differs from the linking that the stitches define."""
     expected, found = expected_linking(arcs), loop_linking(arcs, generated, links=links, loops=loops)
-    wrong = np.stack((abs(found.threadings - expected.threadings) > WHOLE).nonzero(), axis=1)
+    wrong = np.stack((found.threadings != expected.threadings).nonzero(), axis=1)
     wrong = wrong if links is None else wrong[links[wrong[:, 0]]]
     if len(wrong):
         link, loop = (int(number) for number in wrong[0])
         raise YarnError(
-            f"{_link_name(arcs, link)}: passes {found.threadings[link, loop]:g} times through "
-            f"{_loop_name(arcs, loop)}, expected {expected.threadings[link, loop]:g} ({len(wrong)} such places)",
+            f"{_link_name(arcs, link)}: passes {found.threadings[link, loop]} times through "
+            f"{_loop_name(arcs, loop)}, expected {expected.threadings[link, loop]} ({len(wrong)} such places)",
             face=_face_of_link(arcs, link),
             remedy=WRONG_TEMPLATE,
         )
     legs = slipped_legs(arcs)
-    wrong = np.flatnonzero(np.abs(found.turns - expected.turns) > WHOLE)
-    wrong = wrong if links is None else wrong[links[legs.link[wrong]]]
+    wrong = np.flatnonzero(~np.isnan(found.turns) & (found.turns != expected.turns))
     if len(wrong):
         face = arcs.pieces.routes.face_below[arcs.pieces.face[legs.piece[wrong[0]]]]
         raise YarnError(
@@ -160,43 +155,26 @@ def _check_generated(arcs: Arcs, generated: YarnSet, links: ArcMask = None, loop
         )
 
 
-def _near(first: Polygons, second: Polygons) -> IntArray:
-    """Pairs of polygons whose bounding boxes overlap, shape (n, 2)."""
-    (low, high), (other_low, other_high) = first.bounds(), second.bounds()
-    reach, other_reach = (np.linalg.norm(b - a, axis=1) / 2 for a, b in ((low, high), (other_low, other_high)))
-    tree = cKDTree((other_low + other_high) / 2)
-    found = tree.query_ball_point((low + high) / 2, reach + other_reach.max(), return_sorted=True)
-    pairs = np.array([(i, j) for i, near in enumerate(found) for j in near], dtype=np.int64).reshape(-1, 2)
-    i, j = pairs.T
-    return pairs[((low[i] <= other_high[j]) & (other_low[j] <= high[i])).all(axis=1)]
+def _checkable(arcs: Arcs, threadings: csr_array) -> csr_array:
+    """The threadings that can be checked, shape (links, loops).
 
-
-def _are_checkable(arcs: Arcs, links: IntArray, loops: IntArray) -> NDArray[np.bool_]:
-    """Which pairs of a link and a loop can be checked, shape (n,).
-
-    These are all pairs with a defined threading, and other pairs unless the link runs into the loop or is drawn through
-    loops.
+    These are all that are defined, and others unless the link runs into the loop or is drawn through loops.
     """
-    drawn_through = np.array([is_drawn_through(arcs, link) for link in arcs.links])[links]
-    checkable: NDArray[np.bool_] = (abs(expected_threadings(arcs))[links, loops] > 0) | (
-        (_attached(arcs)[links, loops] == 0) & ~drawn_through
-    )
-    return checkable
+    defined = threadings * (expected_threadings(arcs) != 0)
+    others = threadings - defined
+    others = others - others * (_attached(arcs) != 0)
+    makes_loops = np.array([not is_drawn_through(arcs, link) for link in arcs.links], dtype=np.int64)
+    return (defined + diags_array(makes_loops, dtype=np.int64) @ others).tocsr()
 
 
 def _attached(arcs: Arcs) -> csr_array:
-    """Which links run into which loops, shape (links, loops)."""
+    """Which links run into which loops, shape (links, loops): not zero where they do."""
     pairs = [
         (number, arcs.loop_of_cut[point])
         for number, link in enumerate(arcs.links)
         for point in (link.first, link.last)
         if point in arcs.loop_of_cut
     ]
-    return _incidence(arcs, pairs)
-
-
-def _incidence(arcs: Arcs, pairs: list[tuple[int, int]]) -> csr_array:
-    """A sparse matrix with 1 at each pair of a link and a loop, shape (links, loops)."""
     rows, columns = np.array(pairs, dtype=np.int64).reshape(-1, 2).T
     shape = len(arcs.links), len(arcs.loops)
     return coo_array((np.ones(len(rows), dtype=np.int64), (rows, columns)), shape=shape).tocsr()

@@ -20,13 +20,13 @@ from itertools import pairwise
 
 import numpy as np
 
+from stitchmesh.linking.yarn_polylines import SAMPLES_PER_POINT
 from stitchmesh.mesh import BOTTOM, StitchMesh
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen.bridges import SLOTS
 from stitchmesh.yarngen.finish import DEFAULT_FINISH, YarnFinish
-from stitchmesh.yarngen.loop_check.pieces import YarnPieces, yarn_pieces
-from stitchmesh.yarngen.loop_check.yarn_polylines import SAMPLES_PER_POINT
+from stitchmesh.yarngen.loop_check.pieces import YarnPieces, points_before, yarn_pieces
 
 DRAWN_THROUGH = (Stitch.BIND_OFF, Stitch.DRAW_THROUGH)
 """Stitches whose yarn is drawn through loops and makes no loops."""
@@ -134,6 +134,11 @@ class Arcs:
         return found
 
 
+def cut_after(control_point: int) -> int:
+    """The sampled point at which a yarn is cut after a control point, half way to the next one."""
+    return control_point * SAMPLES_PER_POINT + SAMPLES_PER_POINT // 2
+
+
 def find_arcs(fabric: StitchMesh, yarns: YarnSet, finish: YarnFinish = DEFAULT_FINISH) -> Arcs:
     """Cut yarns into loops and links.
 
@@ -160,7 +165,8 @@ class _Cutter:
     def __init__(self, pieces: YarnPieces, yarns: YarnSet) -> None:
         whole = pieces.routes.whole
         role = whole.side_role[pieces.ends // SLOTS]
-        self.ends, self.points = pieces.ends.tolist(), pieces.points.tolist()
+        self.ends, self.last_point = pieces.ends.tolist(), (pieces.points[:, 1] - 1).tolist()
+        self.before = points_before(pieces, yarns)
         self.is_loop = (role == BOTTOM).any(axis=1).tolist()
         self.leaves_course = (role[:, 1] % 2 == 0).tolist()
         self.is_drawn_through = np.isin(whole.stitch[pieces.face], DRAWN_THROUGH).tolist()
@@ -202,14 +208,14 @@ class _Cutter:
         """
         own, before, after = order[begin:end], order[begin - 1], order[end % len(order)]
         is_loop = self.is_loop[own[0]]
-        first = self.points[before][1] - 1 if is_loop else self._point_before(yarn, own[0])
-        last = self._point_before(yarn, after) if is_loop else self.points[own[-1]][1] - 1
+        first = self.last_point[before] if is_loop else self.before[own[0]]
+        last = self.before[after] if is_loop else self.last_point[own[-1]]
         size = self.start[yarn + 1] - self.start[yarn]
         return Arc(
             yarn=yarn,
-            first=first * SAMPLES_PER_POINT + SAMPLES_PER_POINT // 2,
+            first=cut_after(first),
             count=(last - first) % size * SAMPLES_PER_POINT + 1,
-            last=last * SAMPLES_PER_POINT + SAMPLES_PER_POINT // 2,
+            last=cut_after(last),
             pieces=tuple(own),
             ends=(self.ends[own[0]][0], self.ends[own[-1]][1]),
             on_needle=(
@@ -220,18 +226,11 @@ class _Cutter:
 
     def _ring(self, yarn: int, order: list[int]) -> Arc:
         """The arc of a closed yarn without cuts."""
-        start, size = (
-            self.start[yarn] * SAMPLES_PER_POINT,
-            (self.start[yarn + 1] - self.start[yarn]) * SAMPLES_PER_POINT,
-        )
+        start = self.start[yarn] * SAMPLES_PER_POINT
+        size = self.start[yarn + 1] * SAMPLES_PER_POINT - start
         ends = self.ends[order[0]][0], self.ends[order[-1]][1]
         return Arc(yarn, start, size, start + size - 1, tuple(order), ends, (False, False))
 
     def _is_on_needle(self, yarn: int, before: int, is_outer: bool) -> bool:
         """Whether the yarn is cut on a course side after a piece."""
         return self.leaves_course[before] and (self.closed[yarn] or not is_outer)
-
-    def _point_before(self, yarn: int, piece: int) -> int:
-        """The control point before the first control point of a piece."""
-        first = self.points[piece][0]
-        return first - 1 if first > self.start[yarn] else self.start[yarn + 1] - 1

@@ -81,6 +81,13 @@ def generation_radius(fabric: StitchMesh, yarns: YarnSet) -> float:
     return min(float(yarns.radius[0]), LARGEST_RADIUS_OVER_WIDTH * mean_stitch_width(fabric))
 
 
+def points_before(pieces: YarnPieces, yarns: YarnSet) -> list[int]:
+    """The control point before the first control point of each piece; before the first of a yarn, its last one."""
+    first, begin, end = pieces.points[:, 0], yarns.start[pieces.yarn], yarns.start[pieces.yarn + 1]
+    before: list[int] = np.where(first > begin, first - 1, end - 1).tolist()
+    return before
+
+
 def _pieces(routes: YarnRoutes) -> YarnPieces:
     """The pieces of yarns along their routes."""
     crossings = end_crossings(routes.parts)

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from stitchmesh.errors import YarnError
 from stitchmesh.lattice import Lattice
+from stitchmesh.linking.yarn_polylines import SAMPLES_PER_POINT
 from stitchmesh.mesh import BORDER, IntArray, StitchMesh
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet
@@ -25,7 +26,6 @@ from stitchmesh.yarngen.finish import YarnFinish
 from stitchmesh.yarngen.generate import control_point_images, trace_yarn_routes, yarns_along_routes
 from stitchmesh.yarngen.loop_check.loops import Arc, Arcs, find_arcs
 from stitchmesh.yarngen.loop_check.threadings import expected_threadings, spanned_sides
-from stitchmesh.yarngen.loop_check.yarn_polylines import SAMPLES_PER_POINT
 
 MARGINS = (5, 10, 20, 40)
 """Numbers of stitches and rows around the cell. They are tried in this order, until all arcs of the middle cell are

@@ -25,13 +25,13 @@ from stitchmesh.compute.device import alone, device_named
 from stitchmesh.compute.shared_work import Call
 from stitchmesh.compute.work_together import Begun, Together
 from stitchmesh.errors import SolverError, StitchMeshError
+from stitchmesh.linking.certificate import pull_throughs_together, refuse_pull_through
 from stitchmesh.run import SHOWN
 from stitchmesh.time_limit import seconds_left
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.cell_stress import CellStress, cell_stress, cell_stresses
 from stitchmesh.yarnrelax.convergence import rest_text
 from stitchmesh.yarnrelax.energies.confinement import Confinement
-from stitchmesh.yarnrelax.linking.certificate import pull_throughs_together, refuse_pull_through
 from stitchmesh.yarnrelax.load_steps import StepAtRest, relax_through_steps
 from stitchmesh.yarnrelax.relax import relax_partly, relax_yarns
 from stitchmesh.yarnrelax.relaxation_result import Relaxation

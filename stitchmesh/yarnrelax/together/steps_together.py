@@ -20,11 +20,11 @@ from stitchmesh.compute.device import device_named
 from stitchmesh.compute.shared_work import Call
 from stitchmesh.errors import OverloadError, StitchMeshError
 from stitchmesh.io.history import HistoryEntry
+from stitchmesh.linking.certificate import pull_throughs_together
 from stitchmesh.run import SHOWN
 from stitchmesh.time_limit import OutOfTime
 from stitchmesh.yarnrelax.energies.confinement import CellConfinements, Confinement
 from stitchmesh.yarnrelax.energies.term import YarnChoice
-from stitchmesh.yarnrelax.linking.certificate import pull_throughs_together
 from stitchmesh.yarnrelax.load_steps import LoadedCells, LoadStep, StepAtRest, friction_and_others
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 

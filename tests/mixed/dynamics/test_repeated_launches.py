@@ -7,8 +7,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stitchmesh.mixed.dynamics.mixed_system import MOST, RepeatedLaunches
+from stitchmesh.mixed.dynamics.mixed_system import RepeatedLaunches
 from stitchmesh.mixed.enrichment.region import region_around
+from stitchmesh.simulation.captures import MOST, Captures
 from tests.mixed.dynamics.scene import CPU, Scene, spring_scene
 from tests.mixed.patch import square_patch
 
@@ -36,18 +37,19 @@ def test_energies_and_forces_are_those_of_the_terms_also_after_the_state_has_cha
 
 
 def test_a_sequence_is_made_once_for_the_same_vectors():
-    repeated, made = RepeatedLaunches(CPU), []
+    generation, made = [0], []
+    repeated = RepeatedLaunches(CPU, Captures(lambda: tuple(generation)))
     vector, other = scene().system.zeros(), scene().system.zeros()
     for given in (vector, other, vector, other):
         repeated.run("nothing", (given,), lambda _run, _sums: made.append(1) or [])
     assert len(made) == 2
-    repeated.clear()
+    generation[0] += 1
     repeated.run("nothing", (vector,), lambda _run, _sums: made.append(1) or [])
     assert len(made) == 3
 
 
 def test_the_sequence_captured_first_is_forgotten_first():
-    repeated, made = RepeatedLaunches(CPU), []
+    repeated, made = RepeatedLaunches(CPU, Captures(lambda: 0)), []
     for name in (*range(MOST + 1), MOST, 0):
         repeated.run(name, (), lambda _run, _sums: made.append(1) or [])
     assert len(made) == MOST + 2

@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from benchmarks.options import begun
 from benchmarks.table import Rows, note, show
 from stitchmesh.errors import SolverError, StitchMeshError
+from stitchmesh.linking.certificate import refuse_pull_through
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.patterns.pattern import Cell, Pattern, Row
 from stitchmesh.periodic.repeat.drawn_swatch import draw_swatch
@@ -32,7 +33,6 @@ from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.quality import Quality, quality_named
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
-from stitchmesh.yarnrelax.linking.certificate import refuse_pull_through
 from stitchmesh.yarnrelax.together.relax_cells import relax_cells
 
 LARGEST = 12

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from stitchmesh.linking.certificate import refuse_pull_through
 from stitchmesh.periodic.relaxation import lowest_rest as search
 from stitchmesh.periodic.relaxation.continuation import size_of
 from stitchmesh.periodic.relaxation.lowest_rest import (
@@ -30,7 +31,6 @@ from stitchmesh.run import QUIET
 from stitchmesh.time_limit import TimeLimit, limited_to
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import relax_yarns
-from stitchmesh.yarnrelax.linking.certificate import refuse_pull_through
 from stitchmesh.yarnrelax.relaxation_result import Relaxation
 from tests.nightly import at_night
 from tests.periodic.free_cells import FREE, drawn

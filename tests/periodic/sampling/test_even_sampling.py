@@ -11,10 +11,10 @@ import pytest
 from scipy.spatial import cKDTree
 
 from stitchmesh.errors import YarnError
+from stitchmesh.linking.certificate import refuse_pull_through
 from stitchmesh.periodic.sampling.even_sampling import sample_evenly
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax.linking.certificate import refuse_pull_through
 from tests.periodic.free_cells import drawn, yarn_lengths
 
 PATTERNS = ["linen-stitch", "rope-cable", "plain"]

@@ -13,13 +13,13 @@ import pytest
 
 import stitchmesh as sm
 from stitchmesh.errors import ParameterError, PatternError, SolverError
+from stitchmesh.linking.certificate import changed_pairs, doubled_linking
 from stitchmesh.periodic.relaxation.continuation import GROWTH, LENGTHENING, STRETCH
 from stitchmesh.periodic.session.frames import Frame
 from stitchmesh.periodic.session.incremental_relaxation import LiveSwatch
 from stitchmesh.periodic.session.settings import SwatchSettings
 from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.quality import Quality
-from stitchmesh.yarnrelax.linking.certificate import changed_pairs, doubled_linking
 from tests.nightly import at_night
 from tests.periodic.free_cells import FREE, free_swatch
 

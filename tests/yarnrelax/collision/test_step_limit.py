@@ -12,10 +12,11 @@ from scipy.spatial.distance import cdist
 
 from stitchmesh.compute.device import device_named
 from stitchmesh.errors import SolverError
+from stitchmesh.linking.certificate import linking_certificate
 from stitchmesh.quality import PRESETS, Quality, Solver
 from stitchmesh.run import Run
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax import YarnMaterial, linking_certificate, relax_yarns
+from stitchmesh.yarnrelax import YarnMaterial, relax_yarns
 from stitchmesh.yarnrelax.model.upload import neighbour_reach
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from tests.yarnrelax.stockinette import flat_patch, hopf_link

@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 
 from stitchmesh.compute.device import device_named
 from stitchmesh.errors import ParameterError
+from stitchmesh.linking.certificate import linking_certificate
 from stitchmesh.quality import PRESETS, Quality
 from stitchmesh.yarn import YarnSet, basis
-from stitchmesh.yarnrelax import YarnMaterial, linking_certificate
+from stitchmesh.yarnrelax import YarnMaterial
 from stitchmesh.yarnrelax.constraints.borders import KeepBorders
 from stitchmesh.yarnrelax.energies.shape import KeepShape
 from stitchmesh.yarnrelax.model.material import point_masses

@@ -5,19 +5,22 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
 
 from stitchmesh.lattice import Lattice
+from stitchmesh.linking import crossings_along_path
+from stitchmesh.linking.cancelling_crossings import uncancelled
+from stitchmesh.linking.crossings_along_path import SampledPath
+from stitchmesh.linking.deformation_path import DeformationPath
+from stitchmesh.linking.polygon_linking import linking_numbers
+from stitchmesh.linking.pulled_through import pulled_through
+from stitchmesh.linking.rings import meets_fan
+from stitchmesh.linking.yarn_polylines import YarnPolylines, sampled_points
 from stitchmesh.mesh import FloatArray
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarngen.loop_check import crossings_along_path
-from stitchmesh.yarngen.loop_check.crossings_along_path import SampledPath
-from stitchmesh.yarngen.loop_check.deformation_path import DeformationPath
-from stitchmesh.yarngen.loop_check.polygon_linking import Polygons, linking_numbers
-from stitchmesh.yarngen.loop_check.pulled_through import _meets_fan, pulled_through, uncancelled
-from stitchmesh.yarngen.loop_check.yarn_polylines import YarnPolylines, sampled_points
 from tests.meshrelax.fabrics import rotation
 from tests.shaking import shaken, shaken_many
 
@@ -50,10 +53,9 @@ def random_curves(seed: int) -> YarnSet:
     return yarns_of(*random.normal(size=(2, 12, 3)), closed=True)
 
 
-def linking(yarns: YarnSet) -> float:
-    points, start = sampled_points(yarns), YarnPolylines(yarns).start
-    curves = Polygons(points, start, np.arange(len(points)))
-    return float(linking_numbers(curves, curves, np.array([[0, 1]]))[0])
+def linking(yarns: YarnSet) -> int:
+    curves = [range(first, last) for first, last in pairwise(YarnPolylines(yarns).start)]
+    return int(linking_numbers(sampled_points(yarns), curves)[0, 1])
 
 
 def test_a_path_leads_from_its_begin_to_its_end() -> None:
@@ -237,5 +239,5 @@ def test_no_edge_slips_between_the_triangles_of_a_fan() -> None:
         on_spoke = 0.5 * corners[0] + 0.5 * apex
         for place, inside in ((on_spoke, True), (corners[6] * 0.5, True), (corners[0] * 1.1, False)):
             first, second = shaken_many(line(place - UPWARDS, place + UPWARDS, 2)).transpose(1, 0, 2)
-            met = [_meets_fan(apex, corners, first[k : k + 1], second[k : k + 1]) for k in range(len(first))]
+            met = [meets_fan(apex, corners, first[k : k + 1], second[k : k + 1]) for k in range(len(first))]
             assert all(met) if inside else not any(met)

@@ -14,17 +14,6 @@ end has at the time t the target vector
 averaged over the rotations w of its two ends. The points are placed so that the mean square deviation of all joints
 from their target vectors is smallest. This is a sparse linear system with the same matrix at all times (Alexa,
 Cohen-Or, Levin 2000). At the start and at the end there is no deviation, whatever w is.
-
-A tiny displacement brings all points into general position, so that no result depends on rounding. Generated fabric is
-symmetric: points lie on edges, several edges lie in one plane, and neighbours are at equal distances. Without a
-displacement, the last bit of a coordinate would select one of two results. Each point therefore counts as moved by a
-random displacement, which is the same at all times. The displacement is small compared with the yarn radius and large
-compared with rounding. For almost all displacements, edges that move on straight lines cross one pair at a time and
-never at a vertex (Sard's theorem). A change of the last bit of a coordinate then changes no result.
-
-Displaced coordinates are rounded to whole multiples of a power of two, each point once. The periods of a lattice are
-rounded in the same manner. Sums and differences of these numbers are exact, so a point has the same position for every
-edge that ends there.
 """
 
 from __future__ import annotations
@@ -40,16 +29,10 @@ from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 from stitchmesh.lattice import Lattice
+from stitchmesh.linking.general_position import DISPLACEMENT, displacements
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.yarn import YarnSet
 
-DISPLACEMENT = 1e-6
-"""Largest displacement of a point along an axis, over the mean yarn radius."""
-BITS = 46
-"""Number of bits of a coordinate. Sums with lattice shifts are some times larger and stay below the 53 bits of double
-precision."""
-FEWEST_UNITS = 2**10
-"""Lower bound of the largest displacement [units], for yarns that are very thin compared with their fabric."""
 COVARIANCE_BIAS = 1e-9 * np.array([[1.0, 0.01, -0.02], [-0.01, 1.1, 0.03], [0.02, -0.03, 1.2]])
 """Added to the covariance of a neighbourhood, over its norm, where points on a line do not determine the rotation.
 
@@ -59,39 +42,6 @@ turn.
 TIE_BREAK_ANGLE = 1e-6
 """Angle [rad]; a random number from one to two times this angle is added to the angle between neighbours. It determines
 the order of pairs that agree equally well, and is the same in every run."""
-
-
-def displacements(count: int, largest: float, seed: int = 0) -> FloatArray:
-    """Random displacements of points [cm], the same on every machine, shape (count, 3).
-
-    Args:
-        count: number of points.
-        largest: largest displacement along an axis [cm].
-        seed: seed of the random numbers.
-    """
-    return np.random.default_rng(seed).uniform(-largest, largest, (count, 3))
-
-
-@dataclass(frozen=True)
-class WholeUnits:
-    """Rounding of lengths to whole multiples of a unit, which is a power of two."""
-
-    unit: float
-    """The unit [cm]."""
-
-    @classmethod
-    def fitting(cls, extent: float) -> WholeUnits:
-        """The unit for which coordinates up to ``extent`` [cm] have ``BITS`` bits."""
-        return cls(2.0 ** (np.frexp(extent)[1] - BITS))
-
-    def rounded(self, values: FloatArray) -> FloatArray:
-        """Lengths [cm] rounded to whole multiples of the unit."""
-        whole: FloatArray = np.rint(values / self.unit) * self.unit
-        return whole
-
-    def rounded_lattice(self, lattice: Lattice | None) -> Lattice | None:
-        """A lattice with rounded periods; None for None."""
-        return None if lattice is None else Lattice(self.rounded(lattice.periods))
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,10 +7,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from stitchmesh.linking import moving_edges
+from stitchmesh.linking.general_position import DISPLACEMENT, WholeUnits, displacements
+from stitchmesh.linking.moving_edges import EdgeCrossings, EdgePairs, NotInGeneralPosition, edge_crossings
 from stitchmesh.mesh import FloatArray, IntArray
-from stitchmesh.yarngen.loop_check import moving_edges
-from stitchmesh.yarngen.loop_check.deformation_path import DISPLACEMENT, WholeUnits, displacements
-from stitchmesh.yarngen.loop_check.moving_edges import EdgeCrossings, EdgePairs, NotInGeneralPosition, edge_crossings
 from tests.nightly import at_night, mostly_at_night
 from tests.shaking import SHAKES, shaken_many
 

@@ -1,19 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Crossings of yarns in a projection, decided in integers.
-
-Edges ab and cd cross if c and d lie on different sides of the line ab, and a and b on different sides of the line cd. A
-crossing is positive if a turn to the left, by less than half a turn, takes the direction of the upper strand to the
-direction of the lower one. Its sign is the sign of the volume
-
-    -((b - a) x (d - c)) . (c - a)
-
-If yarns meet in a point, or a vertex lies above an edge or another vertex, the later yarn counts as displaced by
-(e, e^2, e^3) relative to the earlier one, with an infinitesimal e (Edelsbrunner and Muecke 1990). Every answer is
-therefore valid for two polylines in general position, each displaced as a whole. In particular, closed polylines cross
-an even number of times. Of two copies of one yarn, a rule that does not depend on where they meet says which is the
-later one. The rule cannot decide between a copy and the copy half a step farther. Only in this case, and only for
-coordinates that agree to the last unit, a crossing may be decided wrongly.
+"""Crossings of the polylines of a projection, as the rule of ``predicate`` decides them.
 
 Each edge is tested against the edges that start in its cell and in half of the neighbouring cells, which finds each
 pair once. Kernels write each crossing as one integer. With Y yarns, yarns i <= j, the image (a, b) of yarn j relative
@@ -37,11 +24,9 @@ from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.launch import launch
 from stitchmesh.compute.slots import next_slot
 from stitchmesh.errors import ParameterError
+from stitchmesh.linking.predicate import crossing_is_positive, edges_cross, later_copy
+from stitchmesh.linking.projection import Grid, ProjectedPolylines
 from stitchmesh.mesh import IntArray
-from stitchmesh.yarnrelax.linking.projection import EDGE, Grid, ProjectedPolylines
-
-APART = wp.constant(wp.float64(4 * EDGE))
-"""If the heights of two edges differ by more than this [units], one lies above the other whatever their slopes."""
 
 
 @wp.struct
@@ -91,6 +76,12 @@ def collected(projection: ProjectedPolylines, launch: Callable[[Any], None]) -> 
         if found <= room:
             return crossings.code[:found].numpy()
         room = found
+
+
+def encoded(projection: ProjectedPolylines, yarns: IntArray, sign: IntArray) -> IntArray:
+    """Return the codes of crossings without a lattice, from their yarns i < j, shape (n, 2), and their signs."""
+    code: IntArray = 2 * (yarns[:, 0] * (len(projection.yarn_edge) - 1) + yarns[:, 1]) + (sign > 0)
+    return code
 
 
 def decoded(projection: ProjectedPolylines, code: IntArray) -> tuple[IntArray, IntArray, IntArray]:
@@ -187,55 +178,6 @@ def order_edges(
 
 
 @wp.func
-def is_left(direction: wp.vec3d, product: wp.float64, later: wp.float64) -> bool:
-    """Whether a point lies left of a line, from its cross product; ``later`` is 1 if its yarn is later, else -1."""
-    if product != wp.float64(0.0):
-        return product > wp.float64(0.0)
-    if direction[1] != wp.float64(0.0):
-        return direction[1] * later < wp.float64(0.0)
-    return direction[0] * later > wp.float64(0.0)
-
-
-@wp.func
-def lies_left(tail: wp.vec3d, head: wp.vec3d, point: wp.vec3d, later: wp.float64) -> bool:
-    """Whether a point lies left of a near edge; float64 holds the products exactly."""
-    direction = head - tail
-    return is_left(direction, direction[0] * (point[1] - tail[1]) - direction[1] * (point[0] - tail[0]), later)
-
-
-@wp.func
-def crossing_is_positive(a: wp.vec3d, b: wp.vec3d, c: wp.vec3d, d: wp.vec3d, later: wp.float64) -> bool:
-    """Sign of the crossing of edges ab and cd."""
-    normal = wp.cross(b - a, d - c)
-    apart = c - a
-    # a height above the slopes of both edges does not change the sign
-    height = wp.clamp(apart[2], -APART, APART)
-    volume = wp.int64(normal[0]) * wp.int64(apart[0]) + wp.int64(normal[1]) * wp.int64(apart[1])
-    volume += wp.int64(normal[2]) * wp.int64(height)
-    if volume != wp.int64(0):
-        return volume < wp.int64(0)
-    for axis in range(3):
-        if normal[axis] != wp.float64(0.0):
-            return normal[axis] * later < wp.float64(0.0)
-    return False  # not reached: the edges of a crossing are not parallel
-
-
-@wp.func
-def later_copy(image: wp.vec2i, step: wp.vec2i) -> int:
-    """1 where the copy of a yarn in an image counts as later than the yarn, -1 as earlier, 0 where it is the yarn."""
-    turn = step[0] * image[1] - step[1] * image[0]
-    if turn != 0:
-        return wp.sign(turn)
-    length = step[0] * step[0] + step[1] * step[1]
-    if length == 0:
-        return wp.where(image[0] != 0, wp.sign(image[0]), wp.where(image[1] != 0, wp.sign(image[1]), 0))
-    along = (step[0] * image[0] + step[1] * image[1]) % length
-    if along < 0:
-        along += length
-    return wp.where(along == 0, 0, wp.where(2 * along < length, 1, -1))
-
-
-@wp.func
 def periods_on(place: wp.int64, cells: wp.int64) -> int:
     """Period of a cell in the first period or next to it."""
     return wp.where(place < wp.int64(0), -1, wp.where(place == cells, 1, 0))
@@ -261,11 +203,8 @@ def cross_pair(edges: Edges, grid: Grid, step: wp.array[wp.vec2i], i: int, j: in
     on = wp.vec3d(wp.float64(wrap[0]) * grid.period[0], wp.float64(wrap[1]) * grid.period[1], wp.float64(0.0))
     a, b, c, d = edges.tail[i], edges.head[i], edges.tail[j] + on, edges.head[j] + on
     later = wp.float64(order)
-    if lies_left(a, b, c, later) == lies_left(a, b, d, later):
-        return
-    if lies_left(c, d, a, -later) == lies_left(c, d, b, -later):
-        return
-    note(crossings, one, two, image, crossing_is_positive(a, b, c, d, later))
+    if edges_cross(a, b, c, d, later):
+        note(crossings, one, two, image, crossing_is_positive(a, b, c, d, later))
 
 
 @kernel

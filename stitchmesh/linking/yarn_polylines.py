@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import FloatArray, IntArray
@@ -136,6 +137,8 @@ class EdgeEnds:
     """First end of each edge [cm], shape (E, 3)."""
     second: FloatArray
     """Second end of each edge [cm], shape (E, 3)."""
+    lattice: Lattice | None
+    """The lattice at this time, if there is one."""
 
     @classmethod
     def of(cls, polylines: YarnPolylines, yarns: YarnSet) -> EdgeEnds:
@@ -155,4 +158,10 @@ class EdgeEnds:
         second = points[polylines.next_point[edges]]
         if lattice is not None:
             second = second + lattice.shift(polylines.next_image[edges])
-        return cls(points[edges], second)
+        return cls(points[edges], second, lattice)
+
+    def shift(self, image: ArrayLike) -> FloatArray:
+        """Displacements of lattice images [cm], shape (..., 3); zero without a lattice."""
+        if self.lattice is None:
+            return np.zeros((*np.shape(image)[:-1], 3))
+        return self.lattice.shift(image)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Yarns as polylines with integer coordinates in a projection.
+"""Yarns and polygons as polylines with whole coordinates in a projection.
 
 A point p has the coordinates (x, y, h): its place in the projection and its height towards the eye,
 
@@ -14,7 +14,8 @@ Each segment becomes ``SAMPLES`` edges, or more if it is longer than the others.
 unit is some millionths of the longest edge, and a period is a whole number of units. Every question about these
 polylines can therefore be answered without rounding. Several sets of yarns are projected together, each in its own
 units and cells, and no cell holds edges of two sets. The polylines lie a few hundredths of a yarn radius from the
-curves; nearly all of this distance is the sag of the chords.
+curves; nearly all of this distance is the sag of the chords. The sides of polygons become edges in the same manner,
+each side one edge, or more if it is longer than the others.
 """
 
 from __future__ import annotations
@@ -27,8 +28,10 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
-from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.launch import launch
+from stitchmesh.lattice import Lattice
+from stitchmesh.linking.predicate import EDGE
+from stitchmesh.linking.yarn_samples import Curves, end_yarns, measure_segments, sample_segments
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.yarn import YarnSet
 
@@ -40,113 +43,12 @@ difference of two legs between control points. If these differences are at most 
 smallest clearance of a relaxation, a thousandth of a radius."""
 LONG = 2.0
 """A segment longer than this, over the mean length, is divided into more edges, so that one grid suits all edges."""
-EDGE = 2**19
-"""Longest edge along each axis [units]; the volume of two edges and their distance then fit 63 bits."""
 SPAN = 2.0**48
 """Largest coordinate [units], so that the error of a sample before rounding is below half a unit."""
 CELLS = 2.0**30
 """Largest number of cells along an axis, so that cell numbers fit 63 bits."""
 DIRECTION = np.array([0.2911, 0.1727, 0.9410])
 """Direction of the projection in world axes; on a lattice in the axes of the fabric: courses, across them, normal."""
-
-
-@wp.struct
-class Curves:
-    """B-spline yarns in the coordinates of a projection."""
-
-    points: wp.array[wp.vec3d]
-    """Control points [cm], shape (N,)."""
-    start: wp.array[wp.int32]
-    """Where each yarn's control points start, shape (Y + 1,)."""
-    segment_start: wp.array[wp.int32]
-    """Where each yarn's segments start, shape (Y + 1,)."""
-    shift: wp.array[wp.vec3d]
-    """Displacement from each yarn's first control point to the one after its last [cm]; zero without a lattice."""
-    scale: wp.array[wp.vec3d]
-    """Units per cm along each axis in the projection of each yarn, shape (Y,)."""
-
-
-@wp.func
-def corner(curves: Curves, yarn: int, place: int) -> wp.vec3d:
-    """Control point at a place along a yarn; places continue beyond the seam of a closed yarn."""
-    count = curves.start[yarn + 1] - curves.start[yarn]
-    turns = place / count
-    return curves.points[curves.start[yarn] + place - turns * count] + curves.shift[yarn] * wp.float64(turns)
-
-
-@wp.func
-def whole_point(curves: Curves, yarn: int, place: int, s: wp.float64) -> wp.vec3d:
-    """Point at parameter s of the segment at a place along a yarn, rounded to whole units."""
-    one, three, four, t = wp.float64(1.0), wp.float64(3.0), wp.float64(4.0), wp.float64(1.0) - s
-    point = t * t * t * corner(curves, yarn, place)
-    point += (three * s * s * (s - wp.float64(2.0)) + four) * corner(curves, yarn, place + 1)
-    point += (three * s * (one + s * t) + one) * corner(curves, yarn, place + 2)
-    point += s * s * s * corner(curves, yarn, place + 3)
-    point = wp.cw_mul(point, curves.scale[yarn]) / wp.float64(6.0)
-    return wp.vec3d(wp.rint(point[0]), wp.rint(point[1]), wp.rint(point[2]))
-
-
-@kernel
-def measure_segments(
-    # state in
-    curves: Curves,
-    # state out
-    size: wp.array[wp.float64],
-) -> None:
-    """Largest step between a segment's control points along an axis [cm], which bounds its derivative."""
-    s = wp.tid()
-    yarn = wp.lower_bound(curves.segment_start, s + 1) - 1
-    place = s - curves.segment_start[yarn]
-    largest = wp.float64(0.0)
-    for k in range(3):
-        leg = corner(curves, yarn, place + k + 1) - corner(curves, yarn, place + k)
-        largest = wp.max(largest, wp.max(wp.abs(leg)))
-    size[s] = largest
-
-
-@kernel
-def sample_segments(
-    # model
-    segment_edge: wp.array[wp.int32],
-    # state in
-    curves: Curves,
-    # state out
-    vertices: wp.array[wp.vec3d],
-    edge_yarn: wp.array[wp.int32],
-) -> None:
-    """First vertex and yarn of each of a segment's edges."""
-    s = wp.tid()
-    yarn = wp.lower_bound(curves.segment_start, s + 1) - 1
-    first = segment_edge[s]
-    count = segment_edge[s + 1] - first
-    for k in range(count):
-        along = wp.float64(k) / wp.float64(count)
-        vertices[first + k + yarn] = whole_point(curves, yarn, s - curves.segment_start[yarn], along)
-        edge_yarn[first + k] = yarn
-
-
-@kernel
-def end_yarns(
-    # model
-    yarn_edge: wp.array[wp.int32],
-    closed: wp.array[wp.bool],
-    step: wp.array[wp.vec2i],
-    period: wp.array[wp.vec2d],
-    # state in
-    curves: Curves,
-    # state out
-    vertices: wp.array[wp.vec3d],
-) -> None:
-    """Last vertex of each yarn: the image of the first vertex for a closed yarn, the end for an open one."""
-    yarn = wp.tid()
-    last = yarn_edge[yarn + 1] + yarn
-    if closed[yarn]:
-        x = period[yarn][0] * wp.float64(step[yarn][0])
-        y = period[yarn][1] * wp.float64(step[yarn][1])
-        vertices[last] = vertices[yarn_edge[yarn] + yarn] + wp.vec3d(x, y, wp.float64(0.0))
-    else:
-        final = curves.segment_start[yarn + 1] - curves.segment_start[yarn] - 1
-        vertices[last] = whole_point(curves, yarn, final, wp.float64(1.0))
 
 
 @wp.struct
@@ -196,6 +98,8 @@ class _Seen:
     yarns: YarnSet
     points: FloatArray
     """Control points [cm], shape (N, 3); the least coordinate along each axis is zero."""
+    extent: FloatArray
+    """Largest coordinate along each axis [cm], shape (3,)."""
     middle: FloatArray
     """Middle of the yarns [cm], shape (3,)."""
     periods: FloatArray | None
@@ -208,17 +112,17 @@ class _Seen:
     @classmethod
     def of(cls, yarns: YarnSet) -> _Seen:
         """Project the control points of yarns."""
-        view = np.linalg.inv(_axes(yarns))
+        view = np.linalg.inv(_axes(yarns.lattice))
         seen = yarns.points @ view
-        origin = seen.min(axis=0)
-        middle = (yarns.points.min(axis=0) + yarns.points.max(axis=0)) / 2 @ view - origin
+        (low, high), (origin, farthest) = _bounds(yarns.points), _bounds(seen)
+        middle = (low + high) / 2 @ view - origin
         periods = None if yarns.lattice is None else np.linalg.norm(yarns.lattice.periods, axis=1)
-        return cls(yarns, seen - origin, middle, periods, *_steps(yarns, periods))
+        return cls(yarns, seen - origin, farthest - origin, middle, periods, *_steps(yarns, periods))
 
     @property
     def room(self) -> FloatArray:
         """Extent along each axis, with copies by the lattice steps [cm], shape (3,)."""
-        room: FloatArray = self.points.max(axis=0) + 2.0 * np.abs(self.shift).max(axis=0)
+        room: FloatArray = self.extent + 2.0 * np.abs(self.shift).max(axis=0)
         return room
 
     @property
@@ -263,6 +167,42 @@ def project_yarns(sets: Sequence[YarnSet], device: wp.Device, edges: int = SAMPL
     return projection
 
 
+def project_polygons(points: FloatArray, polygons: Sequence[Sequence[int]], device: wp.Device) -> ProjectedPolylines:
+    """Return the projection of closed polygons, which count as yarns without a lattice.
+
+    Args:
+        points: positions [cm], shape (n, 3).
+        polygons: for each polygon the points through which it passes, in order; the last one is joined to the first.
+        device: where the polylines are.
+    """
+    first = _starts([len(polygon) + 1 for polygon in polygons])
+    corners = np.concatenate([[*polygon, polygon[0]] for polygon in polygons])
+    places = (points @ np.linalg.inv(_axes(None)))[corners]
+    places -= places.min(axis=0)
+    is_side = np.ones(len(corners), dtype=bool)
+    is_side[first[1:] - 1] = False  # the corner that closes a polygon is a vertex without an edge
+    sides = np.diff(places, axis=0, append=places[:1])
+    pieces, longest = _cut(np.abs(sides[is_side]).max(axis=1), None, 1)
+    grid, scale = _fit(longest, places.max(axis=0), None)
+    vertex_count = np.ones(len(corners), dtype=np.int64)
+    vertex_count[is_side] = pieces
+    corner = np.repeat(np.arange(len(corners)), vertex_count)
+    along = (np.arange(len(corner)) - _starts(vertex_count)[corner]) / vertex_count[corner]
+    vertices = np.rint((places[corner] + along[:, None] * sides[corner]) * scale)
+    yarn_edge = _starts(np.add.reduceat(vertex_count, first[:-1]) - 1)
+    return ProjectedPolylines(
+        vertices=wp.array(vertices, dtype=wp.vec3d, device=device),
+        edge_yarn=wp.array(np.repeat(np.arange(len(polygons)), np.diff(yarn_edge)), dtype=wp.int32, device=device),
+        yarn_edge=yarn_edge,
+        step=wp.zeros(len(polygons), dtype=wp.vec2i, device=device),
+        yarn_set=wp.zeros(len(polygons), dtype=wp.int32, device=device),
+        grids=wp.array([grid], dtype=Grid, device=device),
+        cell_count=int(grid.columns) * int(grid.rows),
+        middle=np.zeros(3),
+        reach=np.zeros(2, dtype=np.int64),
+    )
+
+
 def _starts(counts: Sequence[int] | IntArray) -> IntArray:
     return np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
 
@@ -281,6 +221,12 @@ def _sample(
     launch(end_yarns, len(closed), inputs, [projection.vertices], device)
 
 
+def _bounds(points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the least and the largest coordinate along each axis; in columns, NumPy finds them six times as fast."""
+    columns = np.ascontiguousarray(points.T)
+    return columns.min(axis=1), columns.max(axis=1)
+
+
 def _steps(yarns: YarnSet, periods: FloatArray | None) -> tuple[IntArray, FloatArray]:
     """Return the lattice step of each yarn, zero for open ones, and its displacement in the projection [cm]."""
     step = np.zeros((yarns.yarn_count, 2), dtype=np.int64)
@@ -291,14 +237,14 @@ def _steps(yarns: YarnSet, periods: FloatArray | None) -> tuple[IntArray, FloatA
     return step, shift
 
 
-def _axes(yarns: YarnSet) -> FloatArray:
+def _axes(lattice: Lattice | None) -> FloatArray:
     """Return, as rows, the two axes of the projection and the direction towards the eye."""
     towards = DIRECTION / np.linalg.norm(DIRECTION)
-    if yarns.lattice is None:
+    if lattice is None:
         right = np.cross([0.0, 1.0, 0.0], towards)
         right /= np.linalg.norm(right)
         return np.stack([right, np.cross(towards, right), towards])
-    first, second = yarns.lattice.periods / np.linalg.norm(yarns.lattice.periods, axis=1, keepdims=True)
+    first, second = lattice.periods / np.linalg.norm(lattice.periods, axis=1, keepdims=True)
     normal = np.cross(first, second)
     normal /= np.linalg.norm(normal)
     return np.stack([first, second, towards @ np.stack([first, np.cross(normal, first), normal])])
@@ -309,9 +255,10 @@ def _put_curves(seen: Sequence[_Seen], device: wp.Device) -> Any:
     yarns = [own.yarns for own in seen]
     curves = Curves()
     curves.points = wp.array(np.concatenate([own.points for own in seen]), dtype=wp.vec3d, device=device)
-    for name in ("start", "segment_start"):
-        starts = _starts(np.concatenate([np.diff(getattr(own, name)) for own in yarns]))
-        setattr(curves, name, wp.array(starts, dtype=wp.int32, device=device))
+    start = _starts(np.concatenate([np.diff(own.start) for own in yarns]))
+    segment_start = _starts(np.concatenate([np.diff(own.segment_start) for own in yarns]))
+    curves.start = wp.array(start, dtype=wp.int32, device=device)
+    curves.segment_start = wp.array(segment_start, dtype=wp.int32, device=device)
     curves.shift = wp.array(np.concatenate([own.shift for own in seen]), dtype=wp.vec3d, device=device)
     return curves
 

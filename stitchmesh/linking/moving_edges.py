@@ -16,10 +16,11 @@ interval of time therefore contains
 - exactly one crossing if the coefficients of f change sign once and all coefficients of these four quartics are
   positive.
 
-Any other interval is halved (Lane and Riesenfeld 1981). The result is certain if the signs of the coefficients are
-certain. They are in double precision where a coefficient exceeds a bound of its rounding error. Otherwise they are
-computed with whole numbers, which requires that all coordinates are whole multiples of a unit. The halving ends for
-edges in general position, because f then has simple roots and no vertex lies on an edge at these times.
+Most pairs do not cross, because f has one sign during the whole motion. Any other interval is halved (Lane and
+Riesenfeld 1981). The result is certain if the signs of the coefficients are certain. They are in double precision where
+a coefficient exceeds a bound of its rounding error. Otherwise they are computed with whole numbers, which requires that
+all coordinates are whole multiples of a unit. The halving ends for edges in general position, because f then has simple
+roots and no vertex lies on an edge at these times.
 """
 
 from __future__ import annotations
@@ -63,6 +64,14 @@ class EdgePairs:
         """The pairs that are selected by their numbers or by a mask."""
         return EdgePairs(self.u[:, which], self.v[:, which], self.w[:, which])
 
+    def in_units(self, unit: float) -> EdgePairs:
+        """The pairs in units, as whole numbers of any size."""
+        return EdgePairs(*(np.rint(part / unit).astype(np.int64).astype(object) for part in (self.u, self.v, self.w)))
+
+    def lengths(self) -> list[FloatArray]:
+        """Bounds of the lengths of u, v and w at all times [cm], three arrays of shape (n,)."""
+        return [np.abs(part).sum(axis=-1).max(axis=0) for part in (self.u, self.v, self.w)]
+
 
 @dataclass(frozen=True, eq=False)
 class EdgeCrossings:
@@ -86,69 +95,39 @@ def edge_crossings(pairs: EdgePairs, unit: float) -> EdgeCrossings:
     Raises:
         NotInGeneralPosition: two edges meet at a vertex, or they touch without crossing.
     """
-    near = _near(pairs)
-    close = pairs.some(near)
-    found, undecided = _isolate(*_coefficients(close), *_error_bounds(close), DOUBLE_HALVINGS)
-    whole = EdgePairs(*(np.rint(part[:, undecided] / unit).astype(np.int64).astype(object)
-                        for part in (close.u, close.v, close.w)))  # fmt: skip
+    volume, error = _volume(pairs), _volume_error(pairs)
+    number = np.flatnonzero((volume <= error).any(axis=1) & (volume >= -error).any(axis=1))
+    turning = pairs.some(number)
+    place_error = _place_error(turning)[:, None]
+    found, undecided = _isolate(volume[number], _places(turning), error[number], place_error, DOUBLE_HALVINGS)
+    whole = turning.some(undecided).in_units(unit)
     no_error = np.zeros((len(undecided), 1), dtype=object)
-    exact, left = _isolate(*_coefficients(whole), no_error, no_error[:, None], WHOLE_HALVINGS)
+    exact, left = _isolate(_volume(whole), _places(whole), no_error, no_error[:, None], WHOLE_HALVINGS)
     if len(left):
         raise NotInGeneralPosition(f"{len(left)} pairs of moving edges meet at a vertex, or touch without crossing")
     return EdgeCrossings(
-        near[np.concatenate([found.pair, undecided[exact.pair]])],
+        number[np.concatenate([found.pair, undecided[exact.pair]])],
         np.concatenate([found.time, exact.time]),
         np.concatenate([found.sign, exact.sign]),
     )
 
 
-def _near(pairs: EdgePairs) -> IntArray:
-    """Pairs of edges that no plane with a simple normal separates during some part of the time, shape (m,)."""
-    u, v, w = (part.transpose(2, 0, 1) for part in (pairs.u, pairs.v, pairs.w))
-    corners = np.stack([w, w + v, w - u, w + v - u], axis=1)  # differences of their ends, shape (3, 4, 2, n)
-    near = np.arange(w.shape[2])
-    # Number of equal intervals of time. Edges that no plane separates during the whole motion are tested again on
-    # each interval.
-    for parts in (1, 4):
-        meets = np.zeros(len(near), dtype=bool)
-        for part in range(parts):
-            begin, end = (_at(corners, time / parts) for time in (part, part + 1))
-            meets |= ~_are_apart(np.concatenate([begin, end], axis=1))
-        near, corners = near[meets], corners[..., meets]
-    return near
+def _volume(pairs: EdgePairs) -> NDArray[Any]:
+    """Bernstein coefficients of 3 f, shape (n, 4)."""
+    cubic = _product(_dot, _product(np.cross, list(pairs.u), list(pairs.v)), list(pairs.w))
+    return np.stack([c * k for c, k in zip(cubic, (3, 1, 1, 3), strict=True)], axis=-1)
 
 
-def _at(corners: FloatArray, time: float) -> FloatArray:
-    """Corners at a given time, shape (3, 4, n)."""
-    return (1.0 - time) * corners[:, :, 0] + time * corners[:, :, 1]
-
-
-def _are_apart(corners: FloatArray) -> NDArray[np.bool_]:
-    """Whether a plane through the origin has all points on one side, shape (3, 8, n) to (n,).
-
-    The plane is perpendicular to the mean of the points.
-    """
-    x, y, z = corners
-    a, b, c = corners.sum(axis=1)
-    height = a * x + b * y + c * z
-    largest = np.abs(corners).max(axis=(0, 1))
-    apart: NDArray[np.bool_] = height.min(axis=0) > ROUNDING * largest * (np.abs(a) + np.abs(b) + np.abs(c))
-    return apart
-
-
-def _coefficients(pairs: EdgePairs) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Bernstein coefficients of 3 f and of 12 times the four quartics, shapes (n, 4) and (n, 4, 5)."""
+def _places(pairs: EdgePairs) -> NDArray[Any]:
+    """Bernstein coefficients of 12 times the four quartics, shape (n, 4, 5)."""
     u, v, w = list(pairs.u), list(pairs.v), list(pairs.w)
-    normal = _product(_cross, u, v)
-    cubic = _product(_dot, normal, w)
+    normal = _product(np.cross, u, v)
     square = _product(_dot, normal, normal)
-    first, second = (_product(_dot, _product(_cross, w, other), normal) for other in (v, u))
+    first, second = (_product(_dot, _product(np.cross, w, other), normal) for other in (v, u))
     quartics = [part for one in (first, second) for part in (one, [a - b for a, b in zip(square, one, strict=True)])]
-    return (
-        np.stack([c * k for c, k in zip(cubic, (3, 1, 1, 3), strict=True)], axis=-1),
-        np.stack([np.stack([c * k for c, k in zip(one, (12, 3, 2, 3, 12), strict=True)], axis=-1)
-                  for one in quartics], axis=1),
-    )  # fmt: skip
+    return np.stack(
+        [np.stack([c * k for c, k in zip(one, (12, 3, 2, 3, 12), strict=True)], axis=-1) for one in quartics], axis=1
+    )
 
 
 def _product(times: Callable[..., NDArray[Any]], a: list[NDArray[Any]], b: list[NDArray[Any]]) -> list[NDArray[Any]]:
@@ -160,23 +139,22 @@ def _product(times: Callable[..., NDArray[Any]], a: list[NDArray[Any]], b: list[
     return terms
 
 
-def _cross(a: NDArray[Any], b: NDArray[Any]) -> NDArray[Any]:
-    """Cross products of vectors, by operations that also exist for whole numbers of any size."""
-    (x, y, z), (p, q, r) = np.moveaxis(a, -1, 0), np.moveaxis(b, -1, 0)
-    return np.stack([y * r - z * q, z * p - x * r, x * q - y * p], axis=-1)
-
-
 def _dot(a: NDArray[Any], b: NDArray[Any]) -> NDArray[Any]:
     """Scalar products of vectors, by operations that also exist for whole numbers of any size."""
     result: NDArray[Any] = a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1] + a[..., 2] * b[..., 2]
     return result
 
 
-def _error_bounds(pairs: EdgePairs) -> tuple[FloatArray, FloatArray]:
-    """Bounds of the rounding errors of the coefficients, shapes (n, 1) and (n, 1, 1)."""
-    u, v, w = (np.abs(part).sum(axis=-1).max(axis=0) for part in (pairs.u, pairs.v, pairs.w))
-    cubic, quartic = 3.0 * u * v * w, 12.0 * u * v * (u * v + w * np.maximum(u, v))
-    return ROUNDING * cubic[:, None], ROUNDING * quartic[:, None, None]
+def _volume_error(pairs: EdgePairs) -> FloatArray:
+    """Bound of the rounding errors of ``_volume``, shape (n, 1)."""
+    u, v, w = pairs.lengths()
+    return ROUNDING * (3.0 * u * v * w)[:, None]
+
+
+def _place_error(pairs: EdgePairs) -> FloatArray:
+    """Bound of the rounding errors of ``_places``, shape (n, 1)."""
+    u, v, w = pairs.lengths()
+    return ROUNDING * (12.0 * u * v * (u * v + w * np.maximum(u, v)))[:, None]
 
 
 def _isolate(

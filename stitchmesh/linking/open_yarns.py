@@ -23,12 +23,10 @@ from numpy.typing import NDArray
 
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.launch import launch
+from stitchmesh.linking.crossings import Crossings, collected, encoded, note
+from stitchmesh.linking.predicate import cross_product, is_left
+from stitchmesh.linking.projection import ProjectedPolylines
 from stitchmesh.mesh import FloatArray, IntArray
-from stitchmesh.yarnrelax.linking.crossings import Crossings, collected, is_left, note
-from stitchmesh.yarnrelax.linking.projection import ProjectedPolylines
-
-SURE = wp.constant(wp.float64(2.0**61))
-"""A larger cross product has the sign of its float64 estimate, and a smaller one fits 64 bits."""
 
 
 @wp.struct
@@ -47,18 +45,6 @@ class EndLines:
     """Yarn of the line, shape (L,)."""
     outwards: wp.array[wp.int32]
     """1 if the yarn leaves along the line, -1 if it returns, shape (L,)."""
-
-
-@wp.func
-def cross_product(p: wp.vec3d, q: wp.vec3d) -> wp.float64:
-    """Cross product of integer vectors of any length in the projection, with an exact sign."""
-    estimate = p[0] * q[1] - p[1] * q[0]
-    if wp.abs(estimate) > SURE:
-        return estimate
-    # the exact value fits 64 bits, so overflows of the two products cancel
-    first = wp.uint64(wp.int64(p[0])) * wp.uint64(wp.int64(q[1]))
-    second = wp.uint64(wp.int64(p[1])) * wp.uint64(wp.int64(q[0]))
-    return wp.float64(wp.int64(first - second))
 
 
 @wp.func
@@ -149,10 +135,8 @@ class OpenEnds:
         return outwards
 
 
-def open_yarn_crossings(
-    projection: ProjectedPolylines, closed: NDArray[np.bool_]
-) -> tuple[IntArray, IntArray, IntArray]:
-    """Return codes of the crossings of lines with yarns, and the yarns and the sign if an arc passes above a line."""
+def open_yarn_crossings(projection: ProjectedPolylines, closed: NDArray[np.bool_]) -> IntArray:
+    """Return the codes of the crossings of lines with yarns, and of arcs with the lines that they pass above."""
     ends = _ends(projection, np.flatnonzero(~closed))
     lines = EndLines()
     device = projection.vertices.device
@@ -168,7 +152,7 @@ def open_yarn_crossings(
         inputs = [wp.vec3d(*projection.middle), projection.vertices, projection.edge_yarn, lines]
         launch(find_line_crossings, projection.edge_yarn.shape[0], inputs, [crossings], device)
 
-    return (collected(projection, find), *_arc_crossings(ends))
+    return np.concatenate([collected(projection, find), encoded(projection, *_arc_crossings(ends))])
 
 
 def _ends(projection: ProjectedPolylines, yarn: IntArray) -> OpenEnds:
@@ -188,7 +172,7 @@ def _angle(direction: FloatArray) -> FloatArray:
 
 
 def _order_around(ends: OpenEnds) -> list[int]:
-    """Return the exact order of the ends by angle; at equal angles a later yarn's line counts as moved by (e, e^2)."""
+    """Return the exact order of the ends by angle; at equal angles a later line counts as moved (``is_left``)."""
     direction = ends.direction
     x, y = direction[:, 0], direction[:, 1]
     aside = np.where(y != 0.0, -np.sign(y), np.sign(x)) * ends.yarn

@@ -41,11 +41,12 @@ from scipy.sparse import coo_array, csr_array
 from stitchmesh.compute.device import alone, device_named
 from stitchmesh.compute.shared_work import shared
 from stitchmesh.errors import SolverError, check_kind
+from stitchmesh.linking.crossings import decoded, edge_crossings
+from stitchmesh.linking.open_yarns import open_yarn_crossings
+from stitchmesh.linking.pairs_of_images import representative_images
+from stitchmesh.linking.projection import FINE, SAMPLES, project_yarns
 from stitchmesh.mesh import IntArray
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax.linking.crossings import decoded, edge_crossings
-from stitchmesh.yarnrelax.linking.open_yarns import open_yarn_crossings
-from stitchmesh.yarnrelax.linking.projection import FINE, SAMPLES, project_yarns
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,16 +119,12 @@ def _linkings(sets: Sequence[YarnSet], device: str | None, edges: int) -> list[D
     """Return the sums of ``linkings_together``, for polylines with ``edges`` edges in a segment."""
     projection = project_yarns(sets, device_named(device), edges)
     codes = edge_crossings(projection)
-    arcs, arc_signs = np.zeros((0, 2), dtype=np.int64), np.zeros(0, dtype=np.int64)
-    yarns = sets[0]
-    if yarns.lattice is None and not yarns.closed.all():
-        line_codes, arcs, arc_signs = open_yarn_crossings(projection, yarns.closed)
-        codes = np.concatenate([codes, line_codes])
+    if sets[0].lattice is None and not sets[0].closed.all():
+        codes = np.concatenate([codes, open_yarn_crossings(projection, sets[0].closed)])
     codes, counts = np.unique(codes, return_counts=True)
     pairs, images, signs = decoded(projection, codes)
-    pairs = np.concatenate([pairs, arcs])
-    images = np.concatenate([_representative(images, pairs[: len(images)], projection.step.numpy()), 0 * arcs])
-    rows, doubled = _summed(np.concatenate([pairs, images], axis=1), np.concatenate([counts * signs, arc_signs]))
+    images = representative_images(images, pairs, projection.step.numpy())
+    rows, doubled = _summed(np.concatenate([pairs, images], axis=1), counts * signs)
     linkings, first = list[DoubledLinking](), 0
     for own in sets:
         part = slice(*np.searchsorted(rows[:, 0], [first, first + own.yarn_count]).tolist())
@@ -226,32 +223,3 @@ def _summed(rows: IntArray, values: IntArray) -> tuple[IntArray, IntArray]:
     first = np.flatnonzero(np.append(True, (np.diff(rows, axis=0) != 0).any(axis=1)))
     total: IntArray = np.add.reduceat(values, first)
     return rows[first][total != 0], total[total != 0]
-
-
-def _representative(image: IntArray, pairs: IntArray, step: IntArray) -> IntArray:
-    """Return one image for all images that the yarns' steps map onto each other, or that exchange two copies."""
-    first, second = _reduced_steps(step[pairs[:, 0]].astype(np.int64), step[pairs[:, 1]].astype(np.int64))
-    here, there = _modulo(image, first, second), _modulo(-image, first, second)
-    swap = (there[:, 0] < here[:, 0]) | ((there[:, 0] == here[:, 0]) & (there[:, 1] < here[:, 1]))
-    swap &= pairs[:, 0] == pairs[:, 1]
-    return np.where(swap[:, None], there, here)
-
-
-def _reduced_steps(first: IntArray, second: IntArray) -> tuple[IntArray, IntArray]:
-    """Return steps that span the same images, (g, h) and (0, k) with g and k not negative (Hermite's normal form)."""
-    while second[:, 0].any():
-        some = second[:, 0] != 0
-        rest = first[some] - (first[some, :1] // second[some, :1]) * second[some]
-        first[some], second[some] = second[some], rest
-    along = first[:, 0] == 0
-    second[along, 1] = np.gcd(first[along, 1], second[along, 1])
-    first[along] = 0
-    return np.where(first[:, :1] < 0, -first, first), np.abs(second)
-
-
-def _modulo(image: IntArray, first: IntArray, second: IntArray) -> IntArray:
-    """Return the remainder of the image after steps (g, h) and (0, k), the smallest that is not negative."""
-    x, y = image[:, 0], image[:, 1]
-    turns: IntArray = np.where(first[:, 0] > 0, x // np.maximum(first[:, 0], 1), 0)
-    x, y = x - turns * first[:, 0], y - turns * first[:, 1]
-    return np.stack([x, np.where(second[:, 1] > 0, y % np.maximum(second[:, 1], 1), y)], axis=1)

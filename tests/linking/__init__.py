@@ -1,3 +1,3 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The linking certificate: which yarns are linked, as exact integers."""
+"""Tests of linking numbers and of yarn that passes through yarn."""

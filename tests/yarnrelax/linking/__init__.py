@@ -1,3 +1,0 @@
-# SPDX-FileCopyrightText: StitchMesh contributors
-# SPDX-License-Identifier: Apache-2.0
-"""Tests of the linking certificate."""
