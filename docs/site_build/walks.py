@@ -83,7 +83,8 @@ class Walk:
 
 WALKS = {
     "a mesh to yarns.h5": Walk(knit_a_hat),
-    "one iteration": Walk(relax_yarns, within="RelaxationLoop.advance"),
+    "one iteration": Walk(relax_yarns, within="YarnSimulation.iterate"),
+    "one interval": Walk(relax_yarns, within="RelaxationLoop.advance"),
     "a pattern to a swatch": Walk(make_a_swatch),
     "a scene to drape": Walk(drape_a_scene),
     "a scene to its first force": Walk(

@@ -1,6 +1,8 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Coulomb's law, smoothed, for everything that rubs: yarn on yarn, yarn and cloth on a body, cloth on cloth.
+"""Coulomb's law, smoothed, for everything that rubs.
+
+These are yarn on yarn, yarn in its crossings, yarn and cloth on a body, and cloth on cloth.
 
 Two things that press each other with a normal force N have the energy
 
@@ -51,6 +53,13 @@ def slip_slope(measure: Any, slip_length: Any) -> Any:
     if measure < slip_length:
         return (type(measure)(2.0) - measure / slip_length) / slip_length
     return type(measure)(1.0) / measure
+
+
+@wp.func
+def slip_second_derivative(measure: Any, slip_length: Any) -> Any:
+    """phi''(s), the slope of friction along the slip."""
+    part = measure / slip_length
+    return type(measure)(2.0) / slip_length * wp.max(type(measure)(1.0) - part, part - part)
 
 
 @wp.func

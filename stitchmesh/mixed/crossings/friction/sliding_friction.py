@@ -2,19 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """Friction of yarns that slide through crossings: a spring to an anchor, and Coulomb slip (Cirio et al. 2014).
 
-Each Eulerian coordinate u of a crossing has an anchor a. With the limit m = mu N of the crossing (``normal_forces``),
-the stiffness k of the spring and the slip length e, the force at the distance s = |u - a| has the amount
+Each Eulerian coordinate u of a crossing has an anchor a. With the limit m = mu N of the crossing (``normal_forces``)
+and the stiffness k of the spring, friction follows the law of everything that rubs (``simulation.friction_law``): at the
+distance s = |u - a| the force has the amount
 
-    F = m (s / e) (2 - s / e)  for s < e,   else  m,       e = max(2 m / k, SLIP_SHARE R)
+    F = m phi'(s) = m (s / e) (2 - s / e)  for s < e,   else  m,       e = max(2 m / k, SLIP_SHARE R)
 
 A yarn sticks at distances below e and slips beyond. The published law is k s, cut off at m. Newton's method does not
 settle at its corner, nor where a step moves yarns by many slip lengths. The corner is therefore rounded here, with the
 slope k at s = 0, and weakly pressed crossings have softer springs, so that e is never below a share of the radius R.
-Within a time step anchor, limit and slip length are constant, and the force has the energy
-
-    E = m e (s / e)^2 (1 - s / (3 e))  for s < e,   else  m (s - e / 3)
-
-which is convex. The solver therefore finds the force at the end of the step, and this force is never above the limit.
+Within a time step anchor, limit and slip length are constant, and the force has the convex energy m phi(s). The solver
+therefore finds the force at the end of the step, and this force is never above the limit.
 After the step a yarn that slipped drags its anchor along to the distance e. Where the yarn stuck, the anchor stays, so
 a load below the limit never makes a yarn creep. Only the move of the anchor loses work to friction. A yarn that was
 pulled beyond its limits does not return: a snag stays, an elastic mark does not.
@@ -50,6 +48,7 @@ from stitchmesh.mixed.crossings.crossing_term import CrossingElements, CrossingT
 from stitchmesh.mixed.crossings.friction.normal_forces import NormalForces
 from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
 from stitchmesh.mixed.term import MixedTerm
+from stitchmesh.simulation.friction_law import slip_energy, slip_second_derivative, slip_slope
 
 SLIP_SHARE = 0.05
 """Smallest slip length as a share of the radius of the yarn. A smaller share costs Newton's method more iterations."""
@@ -58,26 +57,19 @@ SLIP_SHARE = 0.05
 @wp.func
 def friction_energy(slip: Any, length: Any, limit: Any) -> Any:
     """E [erg] at the signed distance ``slip`` from the anchor; ``length`` is e."""
-    one, three = type(slip)(1.0), type(slip)(3.0)
-    x = wp.abs(slip) / length
-    energy = limit * length * (x - one / three)
-    if x < one:
-        energy = limit * length * x * x * (one - x / three)
-    return energy
+    return limit * slip_energy(wp.abs(slip), length)
 
 
 @wp.func
 def friction_force(slip: Any, length: Any, limit: Any) -> Any:
     """Force [dyn] on a coordinate at the signed distance ``slip`` from its anchor."""
-    x = wp.clamp(slip / length, type(slip)(-1.0), type(slip)(1.0))
-    return -limit * x * (type(slip)(2.0) - wp.abs(x))
+    return -limit * slip * slip_slope(wp.abs(slip), length)
 
 
 @wp.func
 def friction_slope(slip: Any, length: Any, limit: Any) -> Any:
     """Second derivative of the energy [dyn/cm]."""
-    one, two = type(slip)(1.0), type(slip)(2.0)
-    return two * limit / length * wp.max(one - wp.abs(slip) / length, one - one)
+    return limit * slip_second_derivative(wp.abs(slip), length)
 
 
 @wp.func
