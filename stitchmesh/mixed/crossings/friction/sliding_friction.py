@@ -3,8 +3,8 @@
 """Friction of yarns that slide through crossings: a spring to an anchor, and Coulomb slip (Cirio et al. 2014).
 
 Each Eulerian coordinate u of a crossing has an anchor a. With the limit m = mu N of the crossing (``normal_forces``)
-and the stiffness k of the spring, friction follows the law of everything that rubs (``simulation.friction_law``): at the
-distance s = |u - a| the force has the amount
+and the stiffness k of the spring, friction follows the law of everything that rubs (``simulation.friction_law``). At
+the distance s = |u - a| the force has the amount
 
     F = m phi'(s) = m (s / e) (2 - s / e)  for s < e,   else  m,       e = max(2 m / k, SLIP_SHARE R)
 
