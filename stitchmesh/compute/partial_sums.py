@@ -13,6 +13,7 @@ from typing import Any
 import warp as wp
 
 from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.precision import Scalar
 from stitchmesh.compute.thread_block import THREADS, Slots, smallest_over_block, sum_over_block
 
 CHUNK = {"cuda": THREADS, "cpu": 4096}
@@ -38,8 +39,8 @@ def dot_parts(
     # model
     chunk: int,
     # state in
-    first: wp.array[Any],
-    second: wp.array[Any],
+    first: wp.array[Scalar],
+    second: wp.array[Scalar],
     # state out
     parts: wp.array2d[wp.float64],
 ) -> None:
@@ -56,7 +57,7 @@ def sum_parts(
     # model
     chunk: int,
     # state in
-    values: wp.array[Any],
+    values: wp.array[Scalar],
     # state out
     parts: wp.array2d[wp.float64],
 ) -> None:
@@ -73,7 +74,7 @@ def least_parts(
     # model
     chunk: int,
     # state in
-    values: wp.array[Any],
+    values: wp.array[Scalar],
     # state out
     parts: wp.array2d[wp.float64],
 ) -> None:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.launch import launch
+from stitchmesh.compute.precision import Scalar
 
 FEWEST_STRANDS, MOST_STRANDS = 256, 32_768
 """Bounds of the number of threads of a reduction."""
@@ -35,7 +36,7 @@ def strands_for(count: int) -> int:
 @kernel
 def strand_sums(
     # state in
-    values: wp.array[Any],
+    values: wp.array[Scalar],
     # state out
     sums: wp.array[wp.float64],
 ) -> None:
@@ -88,7 +89,7 @@ def range_sums(
     strands: int,
     start: wp.array[wp.int32],
     # state in
-    values: wp.array[Any],
+    values: wp.array[Scalar],
     # state out
     sums: wp.array[wp.float64],
 ) -> None:
@@ -107,7 +108,7 @@ def range_minima(
     strands: int,
     start: wp.array[wp.int32],
     # state in
-    values: wp.array[Any],
+    values: wp.array[Scalar],
     # state out
     minima: wp.array[wp.float64],
 ) -> None:

@@ -18,12 +18,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 import warp as wp
 from numpy.typing import ArrayLike, NDArray
 
+from stitchmesh.compute.precision import ScalarType
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import FloatArray, Mesh
 from stitchmesh.mixed.cloth.cloth import Cloth
@@ -141,7 +141,7 @@ class YarnPart:
 
 
 def loaded_system(
-    fabric: MixedFabric, region: Region, loads: Loads, *, scalar: Any = wp.float64, device: wp.Device
+    fabric: MixedFabric, region: Region, loads: Loads, *, scalar: ScalarType = wp.float64, device: wp.Device
 ) -> MixedSystem:
     """Return the system of a fabric with yarns in a region, with everything that acts on it.
 
@@ -178,7 +178,7 @@ def loaded_system(
 
 
 def _dead_loads(
-    fabric: MixedFabric, masses: BlendedMasses, weighing: NDArray[np.float64], loads: Loads, scalar: Any,
+    fabric: MixedFabric, masses: BlendedMasses, weighing: NDArray[np.float64], loads: Loads, scalar: ScalarType,
     device: wp.Device,
 ) -> list[MixedTerm]:  # fmt: skip
     """Return gravity, with the masses ``weighing`` at the nodes, and the further loads."""
@@ -212,7 +212,7 @@ def _yarn_part(
     region: Region,
     stretch: StretchWeights | None,
     acceleration: tuple[float, float, float],
-    scalar: Any,
+    scalar: ScalarType,
     device: wp.Device,
 ) -> YarnPart:
     """Energies, sliding and inertia of the yarns."""
@@ -337,7 +337,7 @@ def _edge_weights(cloth: Cloth, region: Region) -> NDArray[np.float64]:
 
 
 def _triangle_terms(
-    fabric: MixedFabric, region: Region, stretch: StretchWeights | None, scalar: Any, device: wp.Device
+    fabric: MixedFabric, region: Region, stretch: StretchWeights | None, scalar: ScalarType, device: wp.Device
 ) -> list[MixedTerm]:
     """The energies of the triangles and of the rods along seams."""
     cloth, material = fabric.cloth, fabric.cloth_material
@@ -352,7 +352,7 @@ def _triangle_terms(
 
 
 def _contact_terms(
-    fabric: MixedFabric, region: Region, loads: Loads, scalar: Any, device: wp.Device
+    fabric: MixedFabric, region: Region, loads: Loads, scalar: ScalarType, device: wp.Device
 ) -> list[MixedTerm]:
     if not loads.bodies and not loads.self_collision:
         return []

@@ -27,12 +27,12 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
 
 import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
+from stitchmesh.compute.precision import ScalarType
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import FloatArray
 from stitchmesh.mixed.dynamics.equilibrium import AfterIteration, search_progress
@@ -107,7 +107,7 @@ class TriangleRun:
 
 def run_triangles(
     prepared: PreparedScene,
-    scalar: Any,
+    scalar: ScalarType,
     device: wp.Device,
     *,
     progress: Progress = no_progress,
@@ -172,7 +172,7 @@ class _Errors:
             self.largest = np.maximum(self.largest, found.total)
 
 
-def node_budget(prepared: PreparedScene, error: Numbers, scalar: Any, device: wp.Device) -> NodeBudget:
+def node_budget(prepared: PreparedScene, error: Numbers, scalar: ScalarType, device: wp.Device) -> NodeBudget:
     """Return the nodes that an automatic region may have: the number of the scene, or what its seconds pay for.
 
     Args:
@@ -204,7 +204,7 @@ def node_budget(prepared: PreparedScene, error: Numbers, scalar: Any, device: wp
     return NodeBudget(nodes=max(line.nodes, few)) if first <= seconds else line
 
 
-def step_seconds(prepared: PreparedScene, scalar: Any, device: wp.Device) -> float:
+def step_seconds(prepared: PreparedScene, scalar: ScalarType, device: wp.Device) -> float:
     """Return the time of a step, or of the first equilibrium, of a scene with its region [s]."""
     simulation = begin_simulation(prepared, scalar, device)
     simulation.step()
@@ -217,7 +217,9 @@ def step_seconds(prepared: PreparedScene, scalar: Any, device: wp.Device) -> flo
     return (time.perf_counter() - began) / max(steps, 1)
 
 
-def _trial(prepared: PreparedScene, error: Numbers, nodes: int, scalar: Any, device: wp.Device) -> tuple[int, float]:
+def _trial(
+    prepared: PreparedScene, error: Numbers, nodes: int, scalar: ScalarType, device: wp.Device
+) -> tuple[int, float]:
     """Nodes of a region within a budget, and the time of a step with it [s]."""
     fabric, rings = prepared.fabric, prepared.scene.region.rings
     allowed = prepared.scene.region.placing_errors(fabric.cloth, error)

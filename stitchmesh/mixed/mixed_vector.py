@@ -15,18 +15,23 @@ from __future__ import annotations
 import functools
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 import warp as wp
 from numpy.typing import ArrayLike, NDArray
 
-from stitchmesh.compute.precision import matrix, vector
+from stitchmesh.compute.precision import ScalarType, matrix, vector
 from stitchmesh.errors import ParameterError
 
 Parts = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
 """Vertices (V, 3), nodes (N, 3) and Eulerian coordinates (N, 2)."""
 
+
+MixedArrays: TypeAlias = Any
+"""The struct of the parts of a ``MixedVector``, in either precision."""
+BlockArrays: TypeAlias = Any
+"""The struct of ``MixedBlocks``, in either precision."""
 
 @dataclass(frozen=True, eq=False)
 class MixedVector:
@@ -44,7 +49,7 @@ class MixedVector:
     A yarn model without Eulerian coordinates leaves them zero and without force."""
 
     @staticmethod
-    def zeros(vertex_count: int, node_count: int, scalar: Any, device: wp.Device) -> MixedVector:
+    def zeros(vertex_count: int, node_count: int, scalar: ScalarType, device: wp.Device) -> MixedVector:
         """A vector of zeros.
 
         Args:
@@ -64,7 +69,7 @@ class MixedVector:
 
     @staticmethod
     def from_numpy(
-        vertices: ArrayLike, nodes: ArrayLike, sliding: ArrayLike, scalar: Any, device: wp.Device
+        vertices: ArrayLike, nodes: ArrayLike, sliding: ArrayLike, scalar: ScalarType, device: wp.Device
     ) -> MixedVector:
         """The vector of three parts, shapes (V, 3), (N, 3) and (N, 2).
 
@@ -152,7 +157,7 @@ class MixedVector:
 
 
 @functools.cache
-def _struct(scalar: Any) -> Any:
+def _struct(scalar: ScalarType) -> Any:
     """The struct of the parts in one precision."""
     threes, twos = (wp.array(dtype=vector(size, scalar)) for size in (3, 2))
     annotations = {"vertices": threes, "nodes": threes, "sliding": twos}
@@ -186,7 +191,7 @@ class MixedBlocks:
     """Columns between the position of each yarn node and its second Eulerian coordinate, three-vectors; shape (N,)."""
 
     @staticmethod
-    def zeros(vertex_count: int, node_count: int, scalar: Any, device: wp.Device) -> MixedBlocks:
+    def zeros(vertex_count: int, node_count: int, scalar: ScalarType, device: wp.Device) -> MixedBlocks:
         """Blocks of zeros."""
         three, two = matrix(3, scalar), matrix(2, scalar)
         return MixedBlocks(
@@ -198,7 +203,7 @@ class MixedBlocks:
 
     @staticmethod
     def of_numbers(
-        vertices: NDArray[np.float64], nodes: NDArray[np.float64], scalar: Any, device: wp.Device
+        vertices: NDArray[np.float64], nodes: NDArray[np.float64], scalar: ScalarType, device: wp.Device
     ) -> MixedBlocks:
         """Multiples of the identity for positions, shapes (V,) and (N,); zeros for Eulerian coordinates."""
         blocks = MixedBlocks.zeros(len(vertices), len(nodes), scalar, device)
@@ -221,7 +226,7 @@ class MixedBlocks:
 
 
 @functools.cache
-def _blocks_struct(scalar: Any) -> Any:
+def _blocks_struct(scalar: ScalarType) -> Any:
     """The struct of blocks in one precision."""
     kinds = matrix(3, scalar), matrix(2, scalar), vector(3, scalar)
     blocks, pairs, columns = (wp.array(dtype=kind) for kind in kinds)

@@ -21,6 +21,7 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
+from stitchmesh.compute.precision import ScalarType
 from stitchmesh.errors import SolverError
 from stitchmesh.mesh import FloatArray
 from stitchmesh.mixed.assembly import loaded_system, start_positions
@@ -85,7 +86,7 @@ class Simulation(ABC):
     tolerance: float
     """Bound of the error of a step, above which it has not converged."""
 
-    def __init__(self, prepared: PreparedScene, scalar: Any, device: wp.Device) -> None:
+    def __init__(self, prepared: PreparedScene, scalar: ScalarType, device: wp.Device) -> None:
         """Begin at time 0.
 
         Args:
@@ -179,7 +180,7 @@ class Simulation(ABC):
 class DynamicSimulation(Simulation):
     """A motion in time."""
 
-    def __init__(self, prepared: PreparedScene, scalar: Any, device: wp.Device) -> None:
+    def __init__(self, prepared: PreparedScene, scalar: ScalarType, device: wp.Device) -> None:
         """Begin at rest."""
         super().__init__(prepared, scalar, device)
         self.tolerance = prepared.scene.solver.velocity_tolerance
@@ -266,7 +267,7 @@ class DynamicSimulation(Simulation):
 class StaticSimulation(Simulation):
     """A path of equilibria."""
 
-    def __init__(self, prepared: PreparedScene, scalar: Any, device: wp.Device) -> None:
+    def __init__(self, prepared: PreparedScene, scalar: ScalarType, device: wp.Device) -> None:
         """Begin before the first equilibrium, or before the last one if the yarns begin on the triangles."""
         super().__init__(prepared, scalar, device)
         scene = prepared.scene
@@ -412,7 +413,7 @@ class StaticSimulation(Simulation):
         set_sum(self._positions, 1.0, self._positions, 1.0, move)
 
 
-def begin_simulation(prepared: PreparedScene, scalar: Any, device: wp.Device) -> Simulation:
+def begin_simulation(prepared: PreparedScene, scalar: ScalarType, device: wp.Device) -> Simulation:
     """Return the simulation of a scene at its start."""
     kind = DynamicSimulation if prepared.scene.mode == "dynamic" else StaticSimulation
     return kind(prepared, scalar, device)

@@ -22,6 +22,7 @@ import warp as wp
 from numpy.typing import NDArray
 
 from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.precision import Scalar
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.mixed_vector import MixedVector
 from stitchmesh.simulation.term import Term
@@ -86,9 +87,9 @@ def check_arrays(expected: Mapping[str, NDArray[Any]], arrays: Mapping[str, NDAr
 @kernel
 def keep_share(
     # state in
-    exact: Any,
+    exact: Scalar,
     # state out
-    share: wp.array[Any],
+    share: wp.array[Scalar],
 ) -> None:
     """Keep the share of the exact Hessian."""
     share[wp.tid()] = exact

@@ -23,7 +23,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.compute.precision import vector
+from stitchmesh.compute.precision import Scalar, Vec3, vector
 from stitchmesh.errors import ParameterError
 from stitchmesh.simulation.term import Carrier, Coordinates, Term, TermChoice
 
@@ -36,10 +36,10 @@ MOST_ACCELERATION = 1e6
 @kernel
 def add_dead_load(
     # model
-    amount: wp.array[Any],
-    load: Any,
+    amount: wp.array[Scalar],
+    load: Vec3,
     # state in and out
-    force: wp.array[Any],
+    force: wp.array[Vec3],
 ) -> None:
     """Add the load of each point."""
     i = wp.tid()
@@ -49,12 +49,12 @@ def add_dead_load(
 @kernel
 def dead_load_energies(
     # model
-    amount: wp.array[Any],
-    load: Any,
+    amount: wp.array[Scalar],
+    load: Vec3,
     # state in
-    points: wp.array[Any],
+    points: wp.array[Vec3],
     # state out
-    energy: wp.array[Any],
+    energy: wp.array[Scalar],
 ) -> None:
     """Potential energy [erg] of each point."""
     i = wp.tid()

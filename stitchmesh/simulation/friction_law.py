@@ -27,19 +27,21 @@ from typing import Any
 
 import warp as wp
 
+from stitchmesh.compute.precision import Scalar, Vec3
+
 LARGEST_COEFFICIENT = 2.0
 """No yarn has a larger coefficient on yarn, skin or cloth; the largest of dry and wet fibres in Morton and Hearle is
 0.9, of swollen wool."""
 
 
 @wp.func
-def within(slip: Any, normal: Any) -> Any:
+def within(slip: Vec3, normal: Vec3) -> Any:
     """Part of a vector in the plane across a unit normal."""
     return slip - normal * wp.dot(slip, normal)
 
 
 @wp.func
-def slip_energy(measure: Any, slip_length: Any) -> Any:
+def slip_energy(measure: Scalar, slip_length: Scalar) -> Any:
     """phi(s)."""
     if measure < slip_length:
         part = measure / slip_length
@@ -48,7 +50,7 @@ def slip_energy(measure: Any, slip_length: Any) -> Any:
 
 
 @wp.func
-def slip_slope(measure: Any, slip_length: Any) -> Any:
+def slip_slope(measure: Scalar, slip_length: Scalar) -> Any:
     """phi'(s) / s."""
     if measure < slip_length:
         return (type(measure)(2.0) - measure / slip_length) / slip_length
@@ -56,14 +58,14 @@ def slip_slope(measure: Any, slip_length: Any) -> Any:
 
 
 @wp.func
-def slip_second_derivative(measure: Any, slip_length: Any) -> Any:
+def slip_second_derivative(measure: Scalar, slip_length: Scalar) -> Any:
     """phi''(s), the slope of friction along the slip."""
     part = measure / slip_length
     return type(measure)(2.0) / slip_length * wp.max(type(measure)(1.0) - part, part - part)
 
 
 @wp.func
-def slip_curvature(measure: Any, slip_length: Any) -> Any:
+def slip_curvature(measure: Scalar, slip_length: Scalar) -> Any:
     """c, the part of phi' / s by which friction is softer along the slip, over s^2; zero without slip."""
     if measure < slip_length:
         return measure / (slip_length * slip_length * wp.max(measure * measure, type(measure)(1.0e-30)))
@@ -71,7 +73,7 @@ def slip_curvature(measure: Any, slip_length: Any) -> Any:
 
 
 @wp.func
-def slip_block(slip: Any, normal: Any, slip_length: Any) -> Any:
+def slip_block(slip: Vec3, normal: Vec3, slip_length: Scalar) -> Any:
     """H over mu N of an isotropic contact, a matrix."""
     measure = wp.length(slip)
     across = wp.identity(n=3, dtype=type(measure)) - wp.outer(normal, normal)
@@ -79,6 +81,6 @@ def slip_block(slip: Any, normal: Any, slip_length: Any) -> Any:
 
 
 @wp.func
-def slip_force(slip: Any, size: Any, slip_length: Any) -> Any:
+def slip_force(slip: Vec3, size: Scalar, slip_length: Scalar) -> Any:
     """F of an isotropic contact; ``size`` is mu N."""
     return slip * (-size * slip_slope(wp.length(slip), slip_length))

@@ -32,6 +32,7 @@ from numpy.typing import NDArray
 
 from stitchmesh.compute.device import alone
 from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.precision import Vec5
 from stitchmesh.compute.shared_work import shared
 from stitchmesh.errors import ParameterError
 from stitchmesh.lattice import lattice_frame
@@ -40,6 +41,7 @@ from stitchmesh.yarnrelax.energies import evaluation
 from stitchmesh.yarnrelax.energies.contact import contact_force_scale
 from stitchmesh.yarnrelax.evaluate import put_evaluations
 from stitchmesh.yarnrelax.model.cells import PeriodicCell
+from stitchmesh.yarnrelax.model.constants import YarnConstants
 from stitchmesh.yarnrelax.model.lattice_images import cell_of, cell_of_sample, sample_number
 from stitchmesh.yarnrelax.model.material import YarnMaterial
 from stitchmesh.yarnrelax.model.spline import from_entry, segment_corners
@@ -67,7 +69,7 @@ class CellStress:
 
 
 @wp.func
-def with_element(share: Any, frame: wp.mat33d, offset: wp.vec3d, middle: wp.vec3d, d: wp.vec3d, f: wp.vec3d) -> Any:
+def with_element(share: Vec5, frame: wp.mat33d, offset: wp.vec3d, middle: wp.vec3d, d: wp.vec3d, f: wp.vec3d) -> Any:
     """Add an element to the five sums; rows of ``frame`` are e1, e2, n; ``offset`` is relative to its segment."""
     along, force, out = frame * d, frame * f, frame * offset
     height = (frame * middle)[2]
@@ -79,7 +81,7 @@ def with_element(share: Any, frame: wp.mat33d, offset: wp.vec3d, middle: wp.vec3
 @kernel
 def segment_shares(
     # model
-    model: Any,
+    model: YarnConstants,
     frames: wp.array[wp.mat33d],
     # state in
     points: wp.array[wp.vec3d],
@@ -104,7 +106,7 @@ def segment_shares(
 @kernel
 def contact_shares(
     # model
-    model: Any,
+    model: YarnConstants,
     frames: wp.array[wp.mat33d],
     # state in
     samples: wp.array[wp.vec4d],

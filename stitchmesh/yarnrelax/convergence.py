@@ -60,6 +60,7 @@ from numpy.typing import NDArray
 
 from stitchmesh.compute.captured import CapturedLaunches, CopyArray, Launcher, ZeroArray
 from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.precision import Scalar, Vec3
 from stitchmesh.compute.reduction import Sums
 from stitchmesh.yarnrelax.assessment import ABOVE_NOISE, Assessments
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
@@ -81,15 +82,15 @@ STRAINS_COUNT = 5.0
 @kernel
 def add_effort(
     # model
-    point_stiffness: wp.array[Any],
+    point_stiffness: wp.array[Scalar],
     # state in
-    points: wp.array[Any],
-    force: wp.array[Any],
-    stiffness: wp.array[Any],
+    points: wp.array[Vec3],
+    force: wp.array[Vec3],
+    stiffness: wp.array[Scalar],
     # state out
-    net: wp.array[Any],
-    effort: wp.array[Any],
-    contact_noise: wp.array[Any],
+    net: wp.array[Vec3],
+    effort: wp.array[Scalar],
+    contact_noise: wp.array[Scalar],
 ) -> None:
     """Add one term's force to the net force and its magnitude to the effort; bound the rounding in contacts."""
     i = wp.tid()
@@ -102,9 +103,9 @@ def add_effort(
 @kernel
 def perturb_coordinates(
     # model
-    precision: Any,
+    precision: Scalar,
     # state out
-    points: wp.array[Any],
+    points: wp.array[Vec3],
 ) -> None:
     """Change the last digit of each coordinate, up or down."""
     i = wp.tid()
@@ -119,13 +120,13 @@ def perturb_coordinates(
 @kernel
 def square_forces(
     # state in
-    net: wp.array[Any],
-    effort: wp.array[Any],
-    contact_noise: wp.array[Any],
+    net: wp.array[Vec3],
+    effort: wp.array[Scalar],
+    contact_noise: wp.array[Scalar],
     # state out
-    net2: wp.array[Any],
-    effort2: wp.array[Any],
-    contact_noise2: wp.array[Any],
+    net2: wp.array[Scalar],
+    effort2: wp.array[Scalar],
+    contact_noise2: wp.array[Scalar],
 ) -> None:
     """Squares of the net force, of the effort and of the bound of the noise in contacts."""
     i = wp.tid()
@@ -137,10 +138,10 @@ def square_forces(
 @kernel
 def square_differences(
     # state in
-    before: wp.array[Any],
-    after: wp.array[Any],
+    before: wp.array[Vec3],
+    after: wp.array[Vec3],
     # state out
-    change2: wp.array[Any],
+    change2: wp.array[Scalar],
 ) -> None:
     """Square of the difference of two forces."""
     i = wp.tid()

@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 
 from stitchmesh.compute.device import alone, device_named
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.compute.precision import scalar_named
+from stitchmesh.compute.precision import Scalar, Vec4, scalar_named
 from stitchmesh.errors import check_kind
 from stitchmesh.mesh import FloatArray, Mesh
-from stitchmesh.simulation.bodies.body_surface import gap_to
+from stitchmesh.simulation.bodies.body_surface import SurfaceArrays, gap_to
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.collision.captured_search import ContactSearch
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates, make_candidates
@@ -171,12 +171,12 @@ def contact_load(
 @kernel
 def surface_distances(
     # model
-    surface: Any,
-    limit: Any,
+    surface: SurfaceArrays,
+    limit: Scalar,
     # state in
-    samples: wp.array[Any],
+    samples: wp.array[Vec4],
     # state out
-    distance: wp.array[Any],
+    distance: wp.array[Scalar],
 ) -> None:
     """Signed distance of each sample from a surface, at most ``limit``."""
     p = wp.tid()

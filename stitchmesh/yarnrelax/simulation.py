@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from stitchmesh.compute.captured import CapturedLaunches
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.compute.precision import scalar_named
+from stitchmesh.compute.precision import Vec3, scalar_named
 from stitchmesh.errors import OverloadError
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import FloatArray
@@ -50,9 +50,9 @@ GRAPH_ITERATIONS = {"cpu": 1, "cuda": 5}
 def copy_where(
     # state in
     chosen: wp.array[wp.int32],
-    source: wp.array[Any],
+    source: wp.array[Vec3],
     # state out
-    target: wp.array[Any],
+    target: wp.array[Vec3],
 ) -> None:
     """Copy the chosen elements."""
     i = wp.tid()

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from stitchmesh.compute.precision import matrix, vector
+from stitchmesh.compute.precision import Mat33, ScalarType, Vec3, matrix, vector
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import BORDER, Mesh
 from stitchmesh.mesh.vertex_motion import VertexMotion
@@ -24,7 +24,7 @@ from stitchmesh.simulation.bodies.mesh_features import enclosed_volume, feature_
 
 
 @wp.func
-def to_body(frame: Any, origin: Any, place: Any) -> Any:
+def to_body(frame: Mat33, origin: Vec3, place: Vec3) -> Any:
     """A place of the world in the frame of a body."""
     return wp.transpose(frame) * (place - origin)
 
@@ -68,7 +68,7 @@ class SolidBody:
 class PlacedBody:
     """A body on a device, at one time."""
 
-    def __init__(self, body: SolidBody, scalar: Any, device: wp.Device) -> None:
+    def __init__(self, body: SolidBody, scalar: ScalarType, device: wp.Device) -> None:
         """Put a body where it is at time 0."""
         self.body = body
         self._topology = feature_topology(body.mesh)

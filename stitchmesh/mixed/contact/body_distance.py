@@ -35,7 +35,7 @@ import warp as wp
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.launch import launch
-from stitchmesh.compute.precision import vector
+from stitchmesh.compute.precision import Mat33, Scalar, ScalarType, Vec3, Vec4, vector
 from stitchmesh.compute.reduction import minimum
 from stitchmesh.errors import ParameterError, SolverError
 from stitchmesh.mesh import FloatArray
@@ -52,7 +52,7 @@ from stitchmesh.simulation.bodies.body_penalty import (
     push_outside,
     without_negative,
 )
-from stitchmesh.simulation.bodies.body_surface import gap_to
+from stitchmesh.simulation.bodies.body_surface import SurfaceArrays, gap_to
 
 DEPTH, DEPTH_SHARE = 1.0, 0.25
 """Default of the depth in which points are found [cm], and its bound as a share of the smallest side of the box around
@@ -64,14 +64,14 @@ UNKNOWN = 1e15
 
 
 @wp.func
-def least_distance(here: Any, measured: Any) -> Any:
+def least_distance(here: Vec3, measured: Vec4) -> Any:
     """A distance that a point is farther than from the surface, from its distance at another place."""
     moved = wp.length(here - type(here)(measured[0], measured[1], measured[2]))
     return measured[3] - moved * type(moved)(1.001)  # a thousandth allows for rounding
 
 
 @wp.func
-def body_push(surface: Any, here: Any, measured: Any, reach: Any, depth: Any) -> tuple[Any, Any]:
+def body_push(surface: SurfaceArrays, here: Vec3, measured: Vec4, reach: Scalar, depth: Scalar) -> tuple[Any, Any]:
     """Minus the gradient of the penalty in the frame of the body [1 / cm], and the penalty."""
     force, energy = here - here, reach - reach
     least = least_distance(here, measured)
@@ -90,17 +90,17 @@ def body_push(surface: Any, here: Any, measured: Any, reach: Any, depth: Any) ->
 @kernel
 def body_forces(
     # model
-    surface: Any,
-    reach: wp.array[Any],
-    size: wp.array[Any],
-    depth: Any,
+    surface: SurfaceArrays,
+    reach: wp.array[Scalar],
+    size: wp.array[Scalar],
+    depth: Scalar,
     # state in
-    measured: wp.array[Any],
-    frame: wp.array[Any],
-    origin: wp.array[Any],
-    place: wp.array[Any],
+    measured: wp.array[Vec4],
+    frame: wp.array[Mat33],
+    origin: wp.array[Vec3],
+    place: wp.array[Vec3],
     # state out
-    force: wp.array[Any],
+    force: wp.array[Vec3],
 ) -> None:
     """Force on each point [dyn]."""
     i = wp.tid()
@@ -111,17 +111,17 @@ def body_forces(
 @kernel
 def body_energies(
     # model
-    surface: Any,
-    reach: wp.array[Any],
-    size: wp.array[Any],
-    depth: Any,
+    surface: SurfaceArrays,
+    reach: wp.array[Scalar],
+    size: wp.array[Scalar],
+    depth: Scalar,
     # state in
-    measured: wp.array[Any],
-    frame: wp.array[Any],
-    origin: wp.array[Any],
-    place: wp.array[Any],
+    measured: wp.array[Vec4],
+    frame: wp.array[Mat33],
+    origin: wp.array[Vec3],
+    place: wp.array[Vec3],
     # state out
-    energy: wp.array[Any],
+    energy: wp.array[Scalar],
 ) -> None:
     """Energy of each point [erg]."""
     i = wp.tid()
@@ -132,18 +132,18 @@ def body_energies(
 @kernel
 def body_blocks(
     # model
-    surface: Any,
-    reach: wp.array[Any],
-    size: wp.array[Any],
-    depth: Any,
+    surface: SurfaceArrays,
+    reach: wp.array[Scalar],
+    size: wp.array[Scalar],
+    depth: Scalar,
     # state in
-    exact: wp.array[Any],
-    measured: wp.array[Any],
-    frame: wp.array[Any],
-    origin: wp.array[Any],
-    place: wp.array[Any],
+    exact: wp.array[Scalar],
+    measured: wp.array[Vec4],
+    frame: wp.array[Mat33],
+    origin: wp.array[Vec3],
+    place: wp.array[Vec3],
     # state out
-    block: wp.array[Any],
+    block: wp.array[Mat33],
 ) -> None:
     """Hessian of each point by its place [dyn / cm]."""
     i = wp.tid()
@@ -164,10 +164,10 @@ def body_blocks(
 @kernel
 def block_products(
     # state in
-    block: wp.array[Any],
-    change: wp.array[Any],
+    block: wp.array[Mat33],
+    change: wp.array[Vec3],
     # state out
-    product: wp.array[Any],
+    product: wp.array[Vec3],
 ) -> None:
     """Blocks times displacements of their points."""
     i = wp.tid()
@@ -177,16 +177,16 @@ def block_products(
 @kernel
 def measure_distances(
     # model
-    surface: Any,
-    limit: Any,
+    surface: SurfaceArrays,
+    limit: Scalar,
     # state in
-    frame: wp.array[Any],
-    origin: wp.array[Any],
-    place: wp.array[Any],
+    frame: wp.array[Mat33],
+    origin: wp.array[Vec3],
+    place: wp.array[Vec3],
     # state in and out
-    measured: wp.array[Any],
+    measured: wp.array[Vec4],
     # state out
-    distance: wp.array[Any],
+    distance: wp.array[Scalar],
 ) -> None:
     """Signed distance of each point from the surface [cm], also after its place in the body.
 
@@ -207,16 +207,16 @@ def measure_distances(
 @kernel
 def body_limits(
     # model
-    surface: Any,
-    depth: Any,
+    surface: SurfaceArrays,
+    depth: Scalar,
     # state in
-    measured: wp.array[Any],
-    frame: wp.array[Any],
-    origin: wp.array[Any],
-    place: wp.array[Any],
-    move: wp.array[Any],
+    measured: wp.array[Vec4],
+    frame: wp.array[Mat33],
+    origin: wp.array[Vec3],
+    place: wp.array[Vec3],
+    move: wp.array[Vec3],
     # state out
-    part: wp.array[Any],
+    part: wp.array[Scalar],
 ) -> None:
     """Part of a move, at most 1, after which each point is at most half the depth, or a quarter deeper, inside."""
     i = wp.tid()
@@ -244,7 +244,7 @@ class BodyContact(MixedTerm):
         thickness: float = 0.0,
         pressure: float = PRESSURE,
         depth: float | None = None,
-        scalar: Any,
+        scalar: ScalarType,
         device: wp.Device,
     ) -> None:
         """Put contact points and a body on a device.

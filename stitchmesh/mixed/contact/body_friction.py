@@ -24,13 +24,13 @@ from numpy.typing import NDArray
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.launch import launch
-from stitchmesh.compute.precision import vector
+from stitchmesh.compute.precision import Mat33, Scalar, Vec2, Vec3, vector
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.contact.body import to_body
 from stitchmesh.mixed.contact.body_distance import BodyContact, block_products
 from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
 from stitchmesh.mixed.term import MixedTerm
-from stitchmesh.simulation.bodies.body_surface import NO_ANCHOR, anchor_at, anchor_place, single
+from stitchmesh.simulation.bodies.body_surface import NO_ANCHOR, SurfaceArrays, anchor_at, anchor_place, single
 from stitchmesh.simulation.friction_law import slip_block, slip_energy, slip_force, within
 
 SLIP_LENGTH = 0.005
@@ -38,7 +38,7 @@ SLIP_LENGTH = 0.005
 
 
 @wp.func
-def slip_of(surface: Any, here: Any, face: int, local: Any, normal: Any) -> Any:
+def slip_of(surface: SurfaceArrays, here: Vec3, face: int, local: Vec3, normal: Vec3) -> Any:
     """u, in the frame of the body; zero without an anchor."""
     slip = here - here
     if face >= 0:
@@ -49,18 +49,18 @@ def slip_of(surface: Any, here: Any, face: int, local: Any, normal: Any) -> Any:
 @kernel
 def friction_forces(
     # model
-    surface: Any,
-    law: Any,
+    surface: SurfaceArrays,
+    law: Vec2,
     # state in
     face: wp.array[wp.int32],
-    local: wp.array[Any],
-    normal: wp.array[Any],
-    load: wp.array[Any],
-    frame: wp.array[Any],
-    origin: wp.array[Any],
-    place: wp.array[Any],
+    local: wp.array[Vec3],
+    normal: wp.array[Vec3],
+    load: wp.array[Scalar],
+    frame: wp.array[Mat33],
+    origin: wp.array[Vec3],
+    place: wp.array[Vec3],
     # state out
-    force: wp.array[Any],
+    force: wp.array[Vec3],
 ) -> None:
     """Force of friction on each point [dyn]; the law is mu and the slip length."""
     i = wp.tid()
@@ -71,18 +71,18 @@ def friction_forces(
 @kernel
 def friction_energies(
     # model
-    surface: Any,
-    law: Any,
+    surface: SurfaceArrays,
+    law: Vec2,
     # state in
     face: wp.array[wp.int32],
-    local: wp.array[Any],
-    normal: wp.array[Any],
-    load: wp.array[Any],
-    frame: wp.array[Any],
-    origin: wp.array[Any],
-    place: wp.array[Any],
+    local: wp.array[Vec3],
+    normal: wp.array[Vec3],
+    load: wp.array[Scalar],
+    frame: wp.array[Mat33],
+    origin: wp.array[Vec3],
+    place: wp.array[Vec3],
     # state out
-    energy: wp.array[Any],
+    energy: wp.array[Scalar],
 ) -> None:
     """Energy of each point [erg]."""
     i = wp.tid()
@@ -93,18 +93,18 @@ def friction_energies(
 @kernel
 def friction_blocks(
     # model
-    surface: Any,
-    law: Any,
+    surface: SurfaceArrays,
+    law: Vec2,
     # state in
     face: wp.array[wp.int32],
-    local: wp.array[Any],
-    normal: wp.array[Any],
-    load: wp.array[Any],
-    frame: wp.array[Any],
-    origin: wp.array[Any],
-    place: wp.array[Any],
+    local: wp.array[Vec3],
+    normal: wp.array[Vec3],
+    load: wp.array[Scalar],
+    frame: wp.array[Mat33],
+    origin: wp.array[Vec3],
+    place: wp.array[Vec3],
     # state out
-    block: wp.array[Any],
+    block: wp.array[Mat33],
 ) -> None:
     """H of each point by its place [dyn / cm]."""
     i = wp.tid()
@@ -115,19 +115,19 @@ def friction_blocks(
 @kernel
 def renew_anchors(
     # model
-    surface: Any,
-    law: Any,
-    depth: Any,
+    surface: SurfaceArrays,
+    law: Vec2,
+    depth: Scalar,
     # state in
-    frame: wp.array[Any],
-    origin: wp.array[Any],
-    place: wp.array[Any],
-    push: wp.array[Any],
+    frame: wp.array[Mat33],
+    origin: wp.array[Vec3],
+    place: wp.array[Vec3],
+    push: wp.array[Vec3],
     # state out
     face: wp.array[wp.int32],
-    local: wp.array[Any],
-    normal: wp.array[Any],
-    load: wp.array[Any],
+    local: wp.array[Vec3],
+    normal: wp.array[Vec3],
+    load: wp.array[Scalar],
 ) -> None:
     """Normal force and contact normal at the end of a step; anchors of new contacts, and of contacts that have slid."""
     i = wp.tid()

@@ -20,7 +20,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import warp as wp
@@ -29,13 +28,14 @@ from numpy.typing import NDArray
 from stitchmesh.compute.device import alone
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.launch import launch
+from stitchmesh.compute.precision import Mat33, Scalar, Vec3
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import FloatArray
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.cloth.starting_shape import RestEdges
 from stitchmesh.mixed.contact.body import PlacedBody, SolidBody, to_body
 from stitchmesh.mixed.contact.contact_points import ContactPoints, points_on_triangles
-from stitchmesh.simulation.bodies.body_surface import gap_to
+from stitchmesh.simulation.bodies.body_surface import SurfaceArrays, gap_to
 
 OUTWARD_ROUNDS = 100
 """Largest number of moves."""
@@ -50,16 +50,16 @@ ROUNDS = 300
 @kernel
 def move_out(
     # model
-    surface: Any,
-    clearance: Any,
-    limit: Any,
+    surface: SurfaceArrays,
+    clearance: Scalar,
+    limit: Scalar,
     # state in
-    frame: wp.array[Any],
-    origin: wp.array[Any],
+    frame: wp.array[Mat33],
+    origin: wp.array[Vec3],
     # state in and out
-    place: wp.array[Any],
+    place: wp.array[Vec3],
     # state out
-    distance: wp.array[Any],
+    distance: wp.array[Scalar],
 ) -> None:
     """Move each place that is nearer than the clearance; its signed distance before."""
     i = wp.tid()

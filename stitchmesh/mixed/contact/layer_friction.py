@@ -31,7 +31,7 @@ import warp as wp
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.launch import launch
-from stitchmesh.compute.precision import vector
+from stitchmesh.compute.precision import Mat33, Scalar, Vec2, Vec3, vector
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.contact.body_distance import block_products
 from stitchmesh.mixed.contact.pair_penalty import distance_of, pair_size, pair_slope
@@ -47,19 +47,19 @@ SLIP_SPEED = 1.0
 @kernel
 def find_layer_loads(
     # model
-    radius: wp.array[Any],
-    area: wp.array[Any],
-    pressure: Any,
+    radius: wp.array[Scalar],
+    area: wp.array[Scalar],
+    pressure: Scalar,
     # state in
-    place: wp.array[Any],
+    place: wp.array[Vec3],
     count: wp.array[wp.int32],
     lists: wp.array2d[wp.int32],
     # state out
-    load: wp.array[Any],
-    normal: wp.array[Any],
+    load: wp.array[Scalar],
+    normal: wp.array[Vec3],
     touch_count: wp.array[wp.int32],
     touching: wp.array2d[wp.int32],
-    part: wp.array2d[Any],
+    part: wp.array2d[Scalar],
 ) -> None:
     """Normal force and normal of each point; the points that touch it, with the sizes of their forces over the sum."""
     i = wp.tid()
@@ -88,13 +88,13 @@ def subtract_touching(
     # model
     touch_count: wp.array[wp.int32],
     touching: wp.array2d[wp.int32],
-    part: wp.array2d[Any],
-    normal: wp.array[Any],
+    part: wp.array2d[Scalar],
+    normal: wp.array[Vec3],
     # state in
-    place: wp.array[Any],
-    start: wp.array[Any],
+    place: wp.array[Vec3],
+    start: wp.array[Vec3],
     # state out
-    relative: wp.array[Any],
+    relative: wp.array[Vec3],
 ) -> None:
     """t_i, from places and places at the start, or from a direction and zeros."""
     i = wp.tid()
@@ -108,12 +108,12 @@ def subtract_touching(
 @kernel
 def slip_energies(
     # model
-    law: wp.array[Any],
-    load: wp.array[Any],
+    law: wp.array[Vec2],
+    load: wp.array[Scalar],
     # state in
-    slip: wp.array[Any],
+    slip: wp.array[Vec3],
     # state out
-    energy: wp.array[Any],
+    energy: wp.array[Scalar],
 ) -> None:
     """Energy of each point [erg]; the law is mu / 2 and the slip length."""
     i = wp.tid()
@@ -123,12 +123,12 @@ def slip_energies(
 @kernel
 def slip_pulls(
     # model
-    law: wp.array[Any],
-    load: wp.array[Any],
+    law: wp.array[Vec2],
+    load: wp.array[Scalar],
     # state in
-    slip: wp.array[Any],
+    slip: wp.array[Vec3],
     # state out
-    pull: wp.array[Any],
+    pull: wp.array[Vec3],
 ) -> None:
     """-g_i [dyn]."""
     i = wp.tid()
@@ -138,13 +138,13 @@ def slip_pulls(
 @kernel
 def slip_blocks(
     # model
-    law: wp.array[Any],
-    load: wp.array[Any],
-    normal: wp.array[Any],
+    law: wp.array[Vec2],
+    load: wp.array[Scalar],
+    normal: wp.array[Vec3],
     # state in
-    slip: wp.array[Any],
+    slip: wp.array[Vec3],
     # state out
-    block: wp.array[Any],
+    block: wp.array[Mat33],
 ) -> None:
     """Second derivative of the energy of each point by t_i [dyn / cm]."""
     i = wp.tid()
@@ -156,11 +156,11 @@ def add_to_touching(
     # model
     touch_count: wp.array[wp.int32],
     touching: wp.array2d[wp.int32],
-    part: wp.array2d[Any],
+    part: wp.array2d[Scalar],
     # state in
-    pull: wp.array[Any],
+    pull: wp.array[Vec3],
     # state out
-    force: wp.array[Any],
+    force: wp.array[Vec3],
 ) -> None:
     """The pull of each point less the parts of the pulls of those that touch it."""
     i = wp.tid()

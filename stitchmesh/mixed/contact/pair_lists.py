@@ -34,6 +34,7 @@ from scipy.spatial import cKDTree
 
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.launch import launch
+from stitchmesh.compute.precision import Scalar, Vec2, Vec3
 from stitchmesh.compute.reduction import maximum, ordered_sum
 from stitchmesh.errors import SolverError
 from stitchmesh.mesh import FloatArray, IntArray
@@ -104,8 +105,8 @@ def _joined(points: ContactPoints, rest: FloatArray, here: list[int], there: lis
 
 @wp.func
 def rest_neighbours(
-    panel: wp.array[wp.int32], rest: wp.array[Any], start: wp.array[wp.int32], other: wp.array[wp.int32],
-    i: int, j: int, reach: Any
+    panel: wp.array[wp.int32], rest: wp.array[Vec2], start: wp.array[wp.int32], other: wp.array[wp.int32],
+    i: int, j: int, reach: Scalar
 ) -> bool:  # fmt: skip
     """Whether two points are nearer than a reach in the cloth at rest."""
     if panel[i] == panel[j]:
@@ -121,17 +122,17 @@ def rest_neighbours(
 @kernel
 def list_pairs(
     # model
-    radius: wp.array[Any],
+    radius: wp.array[Scalar],
     panel: wp.array[wp.int32],
-    rest: wp.array[Any],
+    rest: wp.array[Vec2],
     seam_start: wp.array[wp.int32],
     seam_point: wp.array[wp.int32],
-    margin: Any,
-    search_radius: Any,
+    margin: Scalar,
+    search_radius: Scalar,
     # state in
     grid: wp.uint64,
-    place: wp.array[Any],
-    move: wp.array[Any],
+    place: wp.array[Vec3],
+    move: wp.array[Vec3],
     # state out
     count: wp.array[wp.int32],
     lists: wp.array2d[wp.int32],
@@ -152,9 +153,9 @@ def list_pairs(
 @kernel
 def relative_sizes(
     # state in
-    vectors: wp.array[Any],
+    vectors: wp.array[Vec3],
     # state out
-    size: wp.array[Any],
+    size: wp.array[Scalar],
 ) -> None:
     """Distance of each vector from the first one."""
     i = wp.tid()
@@ -164,13 +165,13 @@ def relative_sizes(
 @kernel
 def motion_parts(
     # state in
-    listed: wp.array[Any],
-    sweep: wp.array[Any],
-    place: wp.array[Any],
-    move: wp.array[Any],
+    listed: wp.array[Vec3],
+    sweep: wp.array[Vec3],
+    place: wp.array[Vec3],
+    move: wp.array[Vec3],
     # state out
-    along: wp.array[Any],
-    square: wp.array[Any],
+    along: wp.array[Scalar],
+    square: wp.array[Scalar],
 ) -> None:
     """Products of the displacement that the lists are for, with the displacement since they were made and itself."""
     i = wp.tid()
@@ -181,15 +182,15 @@ def motion_parts(
 @kernel
 def drifts(
     # model
-    part: Any,
-    radius: wp.array[Any],
+    part: Scalar,
+    radius: wp.array[Scalar],
     # state in
-    listed: wp.array[Any],
-    sweep: wp.array[Any],
-    place: wp.array[Any],
-    move: wp.array[Any],
+    listed: wp.array[Vec3],
+    sweep: wp.array[Vec3],
+    place: wp.array[Vec3],
+    move: wp.array[Vec3],
     # state out
-    drift: wp.array[Any],
+    drift: wp.array[Scalar],
 ) -> None:
     """Distance of each point, after a move, from a part of the motion that the lists are for, over its radius."""
     i = wp.tid()
@@ -199,11 +200,11 @@ def drifts(
 @kernel
 def scale_vectors(
     # model
-    factor: Any,
+    factor: Scalar,
     # state in
-    vectors: wp.array[Any],
+    vectors: wp.array[Vec3],
     # state out
-    scaled: wp.array[Any],
+    scaled: wp.array[Vec3],
 ) -> None:
     """Vectors times a number."""
     i = wp.tid()

@@ -28,12 +28,14 @@ from typing import Any
 
 import warp as wp
 
+from stitchmesh.compute.precision import Scalar, Vec3
+
 LEAST = wp.constant(0.1)
 """Distance over the sum of radii below which the curvature is constant."""
 
 
 @wp.func
-def pair_energy(x: Any) -> Any:
+def pair_energy(x: Scalar) -> Any:
     """f, for x below 1."""
     one = type(x)(1.0)
     y = x - type(x)(LEAST)
@@ -43,7 +45,7 @@ def pair_energy(x: Any) -> Any:
 
 
 @wp.func
-def pair_slope(x: Any) -> Any:
+def pair_slope(x: Scalar) -> Any:
     """First derivative of f, for x below 1."""
     two = type(x)(2.0)
     y = x - type(x)(LEAST)
@@ -53,20 +55,20 @@ def pair_slope(x: Any) -> Any:
 
 
 @wp.func
-def pair_curvature(x: Any) -> Any:
+def pair_curvature(x: Scalar) -> Any:
     """Second derivative of f, for x below 1."""
     y = wp.max(x, type(x)(LEAST))
     return type(x)(6.0) / (y * y * y * y) + type(x)(2.0)
 
 
 @wp.func
-def pair_size(pressure: Any, reach: Any, area: Any, other_area: Any) -> Any:
+def pair_size(pressure: Scalar, reach: Scalar, area: Scalar, other_area: Scalar) -> Any:
     """P a_i a_j / (2 pi h) [erg]."""
     return pressure * area * other_area / (type(reach)(2.0 * 3.141592653589793) * reach)
 
 
 @wp.func
-def pair_stiffness(size: Any, distance: Any, reach: Any, exact: Any) -> tuple[Any, Any]:
+def pair_stiffness(size: Scalar, distance: Scalar, reach: Scalar, exact: Scalar) -> tuple[Any, Any]:
     """Second derivatives along and across the vector between the points [dyn / cm], with a part of the exact ones."""
     x = distance / reach
     along = size * pair_curvature(x) / (reach * reach)
@@ -74,13 +76,13 @@ def pair_stiffness(size: Any, distance: Any, reach: Any, exact: Any) -> tuple[An
 
 
 @wp.func
-def times_stiffness(apart: Any, distance: Any, along: Any, across: Any, change: Any) -> Any:
+def times_stiffness(apart: Vec3, distance: Scalar, along: Scalar, across: Scalar, change: Vec3) -> Any:
     """The second derivative times a change of the difference of two places."""
     normal = apart / distance
     return change * across + normal * (wp.dot(normal, change) * (along - across))
 
 
 @wp.func
-def distance_of(apart: Any) -> Any:
+def distance_of(apart: Vec3) -> Any:
     """Length of a vector; a tiny number in place of zero, so that coincident points have no force and no error."""
     return wp.max(wp.length(apart), type(apart[0])(1.0e-18))

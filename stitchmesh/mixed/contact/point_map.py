@@ -16,7 +16,7 @@ import warp as wp
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.compute.precision import matrix, vector
+from stitchmesh.compute.precision import Mat33, Scalar, ScalarType, Vec3, matrix, vector
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.contact.contact_points import ContactPoints
 from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
@@ -26,11 +26,11 @@ from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
 def place_points(
     # model
     index: wp.array[wp.vec3i],
-    share: wp.array[Any],
+    share: wp.array[Vec3],
     # state in
-    position: wp.array[Any],
+    position: wp.array[Vec3],
     # state out
-    place: wp.array[Any],
+    place: wp.array[Vec3],
 ) -> None:
     """The mean of three positions, or of their displacements."""
     m = wp.tid()
@@ -43,11 +43,11 @@ def spread_vectors(
     # model
     start: wp.array[wp.int32],
     point: wp.array[wp.int32],
-    part: wp.array[Any],
+    part: wp.array[Scalar],
     # state in
-    vectors: wp.array[Any],
+    vectors: wp.array[Vec3],
     # state out
-    target: wp.array[Any],
+    target: wp.array[Vec3],
 ) -> None:
     """Add the parts of its points to each vertex and node."""
     i = wp.tid()
@@ -61,11 +61,11 @@ def spread_blocks(
     first: int,
     start: wp.array[wp.int32],
     point: wp.array[wp.int32],
-    part: wp.array[Any],
+    part: wp.array[Scalar],
     # state in
-    blocks: wp.array[Any],
+    blocks: wp.array[Mat33],
     # state out
-    target: wp.array[Any],
+    target: wp.array[Mat33],
 ) -> None:
     """Add the blocks of its points, times the squares of the parts, to each vertex, or to each node."""
     i = wp.tid()
@@ -79,7 +79,7 @@ class PointMap:
 
     points: ContactPoints
     """The contact points."""
-    scalar: Any
+    scalar: ScalarType
     """Warp's floating-point type."""
     device: wp.Device
     """Where the map lies."""
@@ -95,7 +95,7 @@ class PointMap:
     """Share of each point in the rows."""
 
     @staticmethod
-    def of(points: ContactPoints, scalar: Any, device: wp.Device) -> PointMap:
+    def of(points: ContactPoints, scalar: ScalarType, device: wp.Device) -> PointMap:
         """Send contact points to a device."""
         column, row = points.index.ravel(), np.repeat(np.arange(len(points)), 3)
         used = np.flatnonzero(points.share.ravel() != 0.0)

@@ -24,6 +24,7 @@ import warp as wp
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.launch import launch
+from stitchmesh.compute.precision import Mat33, Scalar, ScalarType, Vec3
 from stitchmesh.compute.reduction import minimum
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.contact.contact_points import ContactPoints, SeamLinks
@@ -53,15 +54,15 @@ APPROACH = wp.constant(0.8)
 @kernel
 def pair_energies(
     # model
-    radius: wp.array[Any],
-    area: wp.array[Any],
-    pressure: Any,
+    radius: wp.array[Scalar],
+    area: wp.array[Scalar],
+    pressure: Scalar,
     # state in
-    place: wp.array[Any],
+    place: wp.array[Vec3],
     count: wp.array[wp.int32],
     lists: wp.array2d[wp.int32],
     # state out
-    energy: wp.array[Any],
+    energy: wp.array[Scalar],
 ) -> None:
     """Half of the energy of the pairs of each point [erg]."""
     i = wp.tid()
@@ -78,15 +79,15 @@ def pair_energies(
 @kernel
 def pair_forces(
     # model
-    radius: wp.array[Any],
-    area: wp.array[Any],
-    pressure: Any,
+    radius: wp.array[Scalar],
+    area: wp.array[Scalar],
+    pressure: Scalar,
     # state in
-    place: wp.array[Any],
+    place: wp.array[Vec3],
     count: wp.array[wp.int32],
     lists: wp.array2d[wp.int32],
     # state out
-    force: wp.array[Any],
+    force: wp.array[Vec3],
 ) -> None:
     """Force on each point [dyn]."""
     i = wp.tid()
@@ -105,17 +106,17 @@ def pair_forces(
 @kernel
 def pair_products(
     # model
-    radius: wp.array[Any],
-    area: wp.array[Any],
-    pressure: Any,
+    radius: wp.array[Scalar],
+    area: wp.array[Scalar],
+    pressure: Scalar,
     # state in
-    exact: wp.array[Any],
-    place: wp.array[Any],
+    exact: wp.array[Scalar],
+    place: wp.array[Vec3],
     count: wp.array[wp.int32],
     lists: wp.array2d[wp.int32],
-    change: wp.array[Any],
+    change: wp.array[Vec3],
     # state out
-    product: wp.array[Any],
+    product: wp.array[Vec3],
 ) -> None:
     """Product of the Hessian with displacements of the points [dyn]."""
     i = wp.tid()
@@ -135,16 +136,16 @@ def pair_products(
 @kernel
 def pair_blocks(
     # model
-    radius: wp.array[Any],
-    area: wp.array[Any],
-    pressure: Any,
+    radius: wp.array[Scalar],
+    area: wp.array[Scalar],
+    pressure: Scalar,
     # state in
-    exact: wp.array[Any],
-    place: wp.array[Any],
+    exact: wp.array[Scalar],
+    place: wp.array[Vec3],
     count: wp.array[wp.int32],
     lists: wp.array2d[wp.int32],
     # state out
-    block: wp.array[Any],
+    block: wp.array[Mat33],
 ) -> None:
     """Diagonal block of the Hessian of each point [dyn / cm]."""
     i = wp.tid()
@@ -165,14 +166,14 @@ def pair_blocks(
 @kernel
 def pair_limits(
     # model
-    radius: wp.array[Any],
+    radius: wp.array[Scalar],
     # state in
-    place: wp.array[Any],
-    move: wp.array[Any],
+    place: wp.array[Vec3],
+    move: wp.array[Vec3],
     count: wp.array[wp.int32],
     lists: wp.array2d[wp.int32],
     # state out
-    part: wp.array[Any],
+    part: wp.array[Scalar],
 ) -> None:
     """Part of a move, at most 1, after which the first pair of each point reaches its least distance."""
     i = wp.tid()
@@ -205,7 +206,7 @@ class SelfCollision(MixedTerm):
         links: SeamLinks | None,
         *,
         pressure: float = PRESSURE,
-        scalar: Any,
+        scalar: ScalarType,
         device: wp.Device,
     ) -> None:
         """Put contact points on a device.

@@ -32,7 +32,7 @@ from numpy.typing import ArrayLike, NDArray
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.launch import launch
-from stitchmesh.compute.precision import vector
+from stitchmesh.compute.precision import Scalar, ScalarType, Vec2, Vec3, Vec4, vector
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.crossings.crossing_material import FabricMaterials
 from stitchmesh.mixed.crossings.energies.crossing_energies import MERGING_SHARE, angle_of, place_of
@@ -303,7 +303,7 @@ class CrossingModel:
     """Number N of nodes."""
 
     @staticmethod
-    def of(elements: CrossingElements, scalar: Any, device: wp.Device) -> CrossingModel:
+    def of(elements: CrossingElements, scalar: ScalarType, device: wp.Device) -> CrossingModel:
         """The constants of elements, in the precision of ``scalar``."""
         merging = elements.merging_distance
         before = elements.link[:, 1::2]
@@ -333,14 +333,14 @@ class CrossingModel:
 def find_step_limits(
     # model
     link: wp.array2d[wp.int32],
-    slides: wp.array[Any],
-    segment: wp.array2d[Any],
-    share: Any,
+    slides: wp.array[Vec2],
+    segment: wp.array2d[Vec4],
+    share: Scalar,
     # state in
-    sliding: wp.array[Any],
-    direction: wp.array[Any],
+    sliding: wp.array[Vec2],
+    direction: wp.array[Vec2],
     # state out
-    limit: wp.array[Any],
+    limit: wp.array[Scalar],
 ) -> None:
     """Longest step of the segments after each node, at most 1."""
     i = wp.tid()
@@ -362,12 +362,12 @@ def find_step_limits(
 def turn_after_yield(
     # model
     link: wp.array2d[wp.int32],
-    yield_curvature: wp.array2d[Any],
+    yield_curvature: wp.array2d[Scalar],
     # state in
-    nodes: wp.array[Any],
-    sliding: wp.array[Any],
+    nodes: wp.array[Vec3],
+    sliding: wp.array[Vec2],
     # state out
-    turn: wp.array2d[Any],
+    turn: wp.array2d[Scalar],
 ) -> None:
     """Let the rest angles of both yarns of each node follow the angles beyond their limits."""
     i = wp.tid()
@@ -393,10 +393,10 @@ class CrossingTerm(MixedTerm):
     def __init__(
         self,
         elements: CrossingElements,
-        scalar: Any,
+        scalar: ScalarType,
         device: wp.Device,
         *,
-        block_scalar: Any = wp.float32,
+        block_scalar: ScalarType = wp.float32,
     ) -> None:
         """Put the elements on a device.
 

@@ -29,7 +29,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.compute.precision import matrix, vector
+from stitchmesh.compute.precision import Mat33, Scalar, ScalarType, Vec3, Vec4, matrix, vector
 from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial
 from stitchmesh.mixed.crossings.crossing_term import CrossingElements
 from stitchmesh.mixed.crossings.energies.stitch_energies import (
@@ -122,9 +122,9 @@ def _leg_length(elements: CrossingElements, node: NDArray[np.int64], leg: NDArra
 def find_stitch_energies(
     # model
     index: wp.array2d[wp.int32],
-    stitch: wp.array[Any],
+    stitch: wp.array[Vec4],
     # state in
-    nodes: wp.array[Any],
+    nodes: wp.array[Vec3],
     # state out
     energy: wp.array[wp.float64],
 ) -> None:
@@ -140,11 +140,11 @@ def find_stitch_energies(
 def find_stitch_forces(
     # model
     index: wp.array2d[wp.int32],
-    stitch: wp.array[Any],
+    stitch: wp.array[Vec4],
     # state in
-    nodes: wp.array[Any],
+    nodes: wp.array[Vec3],
     # state out
-    slots: wp.array[Any],
+    slots: wp.array[Vec3],
 ) -> None:
     """Forces of each element on its four nodes [dyn]."""
     e = wp.tid()
@@ -162,13 +162,13 @@ def find_stitch_forces(
 def find_stitch_products(
     # model
     index: wp.array2d[wp.int32],
-    stitch: wp.array[Any],
+    stitch: wp.array[Vec4],
     # state in
-    nodes: wp.array[Any],
-    share: wp.array[Any],
-    direction: wp.array[Any],
+    nodes: wp.array[Vec3],
+    share: wp.array[Scalar],
+    direction: wp.array[Vec3],
     # state out
-    slots: wp.array[Any],
+    slots: wp.array[Vec3],
 ) -> None:
     """Products of the Hessian of each element with a direction."""
     e = wp.tid()
@@ -188,12 +188,12 @@ def find_stitch_products(
 def find_stitch_blocks(
     # model
     index: wp.array2d[wp.int32],
-    stitch: wp.array[Any],
+    stitch: wp.array[Vec4],
     # state in
-    nodes: wp.array[Any],
-    share: wp.array[Any],
+    nodes: wp.array[Vec3],
+    share: wp.array[Scalar],
     # state out
-    slots: wp.array[Any],
+    slots: wp.array[Mat33],
 ) -> None:
     """Diagonal block of each of the four nodes of each element, column by column."""
     slot = wp.tid()
@@ -223,11 +223,11 @@ def find_stitch_blocks(
 @kernel
 def keep_nodes(
     # state in
-    exact: Any,
-    nodes: wp.array[Any],
+    exact: Scalar,
+    nodes: wp.array[Vec3],
     # state out
-    kept: wp.array[Any],
-    share: wp.array[Any],
+    kept: wp.array[Vec3],
+    share: wp.array[Scalar],
 ) -> None:
     """Keep the positions at which products are taken, and the share of the exact Hessian."""
     i = wp.tid()
@@ -242,7 +242,7 @@ class StitchTerm(MixedTerm):
     name = "stitch contacts"
     acts_on = "nodes"
 
-    def __init__(self, elements: StitchElements, node_count: int, scalar: Any, device: wp.Device) -> None:
+    def __init__(self, elements: StitchElements, node_count: int, scalar: ScalarType, device: wp.Device) -> None:
         """Put the elements on a device, in the precision of ``scalar``."""
         values = np.stack(
             [elements.wrapping, elements.rest_angle, elements.length_stiffness, elements.rest_length], axis=-1

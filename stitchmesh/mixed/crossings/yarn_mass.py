@@ -40,7 +40,7 @@ from numpy.typing import ArrayLike
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.compute.precision import vector
+from stitchmesh.compute.precision import Scalar, ScalarType, Vec2, Vec3, Vec4, vector
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.crossings.crossing_term import CrossingElements
 from stitchmesh.mixed.crossings.energies.crossing_energies import guarded_inverse
@@ -54,7 +54,7 @@ SLIDING_INERTIA = 1e-3
 
 
 @wp.func
-def leg_rest(link: int, k: int, own: Any, sliding: wp.array[Any]) -> Any:
+def leg_rest(link: int, k: int, own: Scalar, sliding: wp.array[Vec2]) -> Any:
     """Rest length of the segment of leg k; ``own`` is the node's coordinate along it."""
     rest = coordinate_of(link, sliding, own) - own
     if k % 2 == 1:
@@ -63,7 +63,7 @@ def leg_rest(link: int, k: int, own: Any, sliding: wp.array[Any]) -> Any:
 
 
 @wp.func
-def leg_density(link: int, k: int, i: int, density: wp.array2d[Any]) -> Any:
+def leg_density(link: int, k: int, i: int, density: wp.array2d[Scalar]) -> Any:
     """Linear density [g/cm] of the segment of leg k of node i."""
     result = density[i, k // 2]
     if k % 2 == 1:
@@ -72,7 +72,7 @@ def leg_density(link: int, k: int, i: int, density: wp.array2d[Any]) -> Any:
 
 
 @wp.func
-def slope_of(link: int, k: int, rest: Any, merging: Any, nodes: wp.array[Any], here: Any) -> Any:
+def slope_of(link: int, k: int, rest: Scalar, merging: Scalar, nodes: wp.array[Vec3], here: Vec3) -> Any:
     """W of the segment of leg k, in the direction of the yarn."""
     inverse, _slope, _bend = guarded_inverse(rest, merging)
     leg = leg_vector(link, nodes, here) * inverse
@@ -85,13 +85,13 @@ def slope_of(link: int, k: int, rest: Any, merging: Any, nodes: wp.array[Any], h
 def find_mass_rows(
     # model
     link: wp.array2d[wp.int32],
-    density: wp.array2d[Any],
-    segment: wp.array2d[Any],
+    density: wp.array2d[Scalar],
+    segment: wp.array2d[Vec4],
     # state in
-    nodes: wp.array[Any],
-    sliding: wp.array[Any],
+    nodes: wp.array[Vec3],
+    sliding: wp.array[Vec2],
     # state out
-    leg_slope: wp.array2d[Any],
+    leg_slope: wp.array2d[Vec4],
 ) -> None:
     """W and rho D / 6 of each leg, as four-vectors; zero without a neighbour."""
     i = wp.tid()
@@ -114,15 +114,15 @@ def find_mass_rows(
 def find_mass_blocks(
     # model
     link: wp.array2d[wp.int32],
-    slides: wp.array[Any],
-    inertia: Any,
+    slides: wp.array[Vec2],
+    inertia: Scalar,
     # state in
-    leg_slope: wp.array2d[Any],
+    leg_slope: wp.array2d[Vec4],
     # state out
-    mass: wp.array[Any],
-    coupling_u: wp.array[Any],
-    coupling_v: wp.array[Any],
-    sliding_mass: wp.array[Any],
+    mass: wp.array[Scalar],
+    coupling_u: wp.array[Vec3],
+    coupling_v: wp.array[Vec3],
+    sliding_mass: wp.array[Vec2],
 ) -> None:
     """m, -c_u, -c_v and d of each node's lumped block."""
     i = wp.tid()
@@ -151,7 +151,7 @@ def find_mass_blocks(
 class YarnMass:
     """The mass of crossing yarns on a device, at the state for which ``update_launches`` ran last."""
 
-    def __init__(self, elements: CrossingElements, scalar: Any, device: wp.Device) -> None:
+    def __init__(self, elements: CrossingElements, scalar: ScalarType, device: wp.Device) -> None:
         """Put the densities on a device.
 
         Args:
@@ -189,7 +189,7 @@ class YarnMass:
 
 
 @wp.func
-def signed_density(link: int, k: int, i: int, density: wp.array2d[Any]) -> Any:
+def signed_density(link: int, k: int, i: int, density: wp.array2d[Scalar]) -> Any:
     """Linear density [g/cm] of the segment of leg k of node i, positive after the node and negative before it."""
     result = leg_density(link, k, i, density)
     if k % 2 == 1:
@@ -201,11 +201,11 @@ def signed_density(link: int, k: int, i: int, density: wp.array2d[Any]) -> Any:
 def find_weight_energies(
     # model
     link: wp.array2d[wp.int32],
-    density: wp.array2d[Any],
-    acceleration: Any,
+    density: wp.array2d[Scalar],
+    acceleration: Vec3,
     # state in
-    nodes: wp.array[Any],
-    sliding: wp.array[Any],
+    nodes: wp.array[Vec3],
+    sliding: wp.array[Vec2],
     # state out
     energy: wp.array[wp.float64],
 ) -> None:
@@ -226,15 +226,15 @@ def find_weight_energies(
 def add_yarn_weights(
     # model
     link: wp.array2d[wp.int32],
-    slides: wp.array[Any],
-    density: wp.array2d[Any],
-    acceleration: Any,
+    slides: wp.array[Vec2],
+    density: wp.array2d[Scalar],
+    acceleration: Vec3,
     # state in
-    nodes: wp.array[Any],
-    sliding: wp.array[Any],
+    nodes: wp.array[Vec3],
+    sliding: wp.array[Vec2],
     # state out
-    on_nodes: wp.array[Any],
-    on_sliding: wp.array[Any],
+    on_nodes: wp.array[Vec3],
+    on_sliding: wp.array[Vec2],
 ) -> None:
     """Add the weight of the yarn around each node, on its position and its coordinates."""
     i = wp.tid()
@@ -263,7 +263,7 @@ class YarnGravity(MixedTerm):
     def __init__(
         self,
         elements: CrossingElements,
-        scalar: Any,
+        scalar: ScalarType,
         device: wp.Device,
         acceleration: ArrayLike = EARTH,
     ) -> None:

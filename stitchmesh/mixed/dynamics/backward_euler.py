@@ -35,6 +35,7 @@ from numpy.typing import NDArray
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.precision import Scalar
 from stitchmesh.errors import ParameterError, SolverError
 from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
 from stitchmesh.mixed.dynamics.newton import NewtonState, Quadratic, SystemNewton
@@ -46,13 +47,13 @@ from stitchmesh.mixed.term import check_arrays, resume_terms, term_arrays
 @kernel
 def guess_displacement(
     # model
-    numbers: wp.array[Any],
+    numbers: wp.array[Scalar],
     moves: wp.array[wp.int32],
     # state in
-    velocity: wp.array[Any],
-    fixed: wp.array[Any],
+    velocity: wp.array[Scalar],
+    fixed: wp.array[Scalar],
     # state out
-    displacement: wp.array[Any],
+    displacement: wp.array[Scalar],
 ) -> None:
     """The velocity times ``numbers[0]`` where coordinates move, and the prescribed displacement elsewhere."""
     i = wp.tid()
@@ -62,14 +63,14 @@ def guess_displacement(
 @kernel
 def guess_state(
     # model
-    numbers: wp.array[Any],
+    numbers: wp.array[Scalar],
     # state in
-    start: wp.array[Any],
-    velocity: wp.array[Any],
-    displacement: wp.array[Any],
+    start: wp.array[Scalar],
+    velocity: wp.array[Scalar],
+    displacement: wp.array[Scalar],
     # state out
-    position: wp.array[Any],
-    inertia: wp.array[Any],
+    position: wp.array[Scalar],
+    inertia: wp.array[Scalar],
 ) -> None:
     """Positions after a displacement d, and the vector of inertia m d - u / h, with m and 1 / h in ``numbers``."""
     i = wp.tid()

@@ -40,7 +40,7 @@ from numpy.typing import ArrayLike, NDArray
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.partial_sums import chunk_of, part_count, parts_for
-from stitchmesh.compute.precision import vector
+from stitchmesh.compute.precision import Mat22, Mat33, Scalar, ScalarType, Vec2, Vec3, vector
 from stitchmesh.compute.thread_block import THREADS, Slots, sum_over_block
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.enrichment.region import HYBRID, TRIANGLES, Region, numbers_below
@@ -86,7 +86,7 @@ class FabricPoints:
     """Their masses."""
     area: float
     """Area of the whole fabric [cm^2], of which each point has the part of its mass in the whole mass."""
-    scalar: Any
+    scalar: ScalarType
     """Warp's floating-point type."""
     device: wp.Device
     """Where the loads lie."""
@@ -165,21 +165,21 @@ def _cloth_masses(region: Region, triangle_mass: Numbers) -> Numbers:
 @kernel
 def combine_products(
     # model
-    vertex_mass: wp.array[Any],
-    node_mass: wp.array[Any],
-    coupling_u: wp.array[Any],
-    coupling_v: wp.array[Any],
-    sliding_mass: wp.array[Any],
-    factors: wp.array[Any],
+    vertex_mass: wp.array[Scalar],
+    node_mass: wp.array[Scalar],
+    coupling_u: wp.array[Vec3],
+    coupling_v: wp.array[Vec3],
+    sliding_mass: wp.array[Vec2],
+    factors: wp.array[Vec2],
     chunk: int,
     # state in
-    vertices: wp.array[Any],
-    nodes: wp.array[Any],
-    sliding: wp.array[Any],
+    vertices: wp.array[Vec3],
+    nodes: wp.array[Vec3],
+    sliding: wp.array[Vec2],
     # state in and out
-    vertex_product: wp.array[Any],
-    node_product: wp.array[Any],
-    sliding_product: wp.array[Any],
+    vertex_product: wp.array[Vec3],
+    node_product: wp.array[Vec3],
+    sliding_product: wp.array[Vec2],
     # state out
     parts: wp.array2d[wp.float64],
 ) -> None:
@@ -209,18 +209,18 @@ def combine_products(
 @kernel
 def combine_blocks(
     # model
-    vertex_mass: wp.array[Any],
-    node_mass: wp.array[Any],
-    coupling_u: wp.array[Any],
-    coupling_v: wp.array[Any],
-    sliding_mass: wp.array[Any],
-    factors: wp.array[Any],
+    vertex_mass: wp.array[Scalar],
+    node_mass: wp.array[Scalar],
+    coupling_u: wp.array[Vec3],
+    coupling_v: wp.array[Vec3],
+    sliding_mass: wp.array[Vec2],
+    factors: wp.array[Vec2],
     # state in and out
-    vertex_blocks: wp.array[Any],
-    node_blocks: wp.array[Any],
-    sliding_blocks: wp.array[Any],
-    block_u: wp.array[Any],
-    block_v: wp.array[Any],
+    vertex_blocks: wp.array[Mat33],
+    node_blocks: wp.array[Mat33],
+    sliding_blocks: wp.array[Mat22],
+    block_u: wp.array[Vec3],
+    block_v: wp.array[Vec3],
 ) -> None:
     """Replace diagonal blocks of H by factor 1 times the block plus factor 0 times that of M."""
     i = wp.tid()
@@ -265,7 +265,7 @@ class NodeMasses(Protocol):
 class ConstantNodeMasses:
     """Masses of nodes without Eulerian coordinates."""
 
-    def __init__(self, mass: NDArray[np.float64], scalar: Any, device: wp.Device) -> None:
+    def __init__(self, mass: NDArray[np.float64], scalar: ScalarType, device: wp.Device) -> None:
         """Send masses [g], shape (n,), to the device."""
         count = len(mass)
         self.mass = wp.array(mass, dtype=scalar, device=device)
@@ -280,7 +280,9 @@ class ConstantNodeMasses:
 class MassMatrix:
     """Masses on a device."""
 
-    def __init__(self, masses: BlendedMasses, scalar: Any, device: wp.Device, nodes: NodeMasses | None = None) -> None:
+    def __init__(
+        self, masses: BlendedMasses, scalar: ScalarType, device: wp.Device, nodes: NodeMasses | None = None
+    ) -> None:
         """Send masses to the device.
 
         Args:

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from stitchmesh.compute.captured import Branches, CapturedLaunches, CopyArray, Launcher, ZeroArray
 from stitchmesh.compute.launch import launch, prepare
-from stitchmesh.compute.precision import vector
+from stitchmesh.compute.precision import ScalarType, vector
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.dynamics.conjugate_gradients import ConjugateGradients
 from stitchmesh.mixed.dynamics.mass_matrix import BlendedMasses, MassMatrix, NodeMasses
@@ -92,7 +92,7 @@ class MixedSystem:
         terms: Sequence[MixedTerm],
         *,
         node_masses: NodeMasses | None = None,
-        scalar: Any = wp.float64,
+        scalar: ScalarType = wp.float64,
         device: wp.Device,
     ) -> None:
         """Allocate the arrays of the linear systems.

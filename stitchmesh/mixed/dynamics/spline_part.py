@@ -15,12 +15,12 @@ between crossings (``mass_matrix``). Carried control points have no mass of thei
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
+from stitchmesh.compute.precision import ScalarType
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.dynamics.mass_matrix import BlendedMasses, blend_masses
 from stitchmesh.mixed.enrichment.region import TRIANGLES, Region
@@ -40,7 +40,7 @@ Integers = NDArray[np.int64]
 
 
 def spline_term(
-    cloth: Cloth, yarns: SplineYarns, material: SplineMaterial, region: Region, scalar: Any, device: wp.Device
+    cloth: Cloth, yarns: SplineYarns, material: SplineMaterial, region: Region, scalar: ScalarType, device: wp.Device
 ) -> SplineTerm | None:
     """Return the energy of B-spline yarns in a region; None without yarns in it.
 

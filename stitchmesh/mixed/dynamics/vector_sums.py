@@ -21,6 +21,7 @@ from stitchmesh.compute.host_copy import HostCopy
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.launch import launch
 from stitchmesh.compute.partial_sums import WIDTH, chunk_of, dot_parts, least_parts, part_count, sum_parts, total_parts
+from stitchmesh.compute.precision import Scalar
 from stitchmesh.compute.reduction import maximum, minimum
 from stitchmesh.compute.thread_block import THREADS
 from stitchmesh.mixed.mixed_vector import MixedVector
@@ -29,13 +30,13 @@ from stitchmesh.mixed.mixed_vector import MixedVector
 @kernel
 def scaled_sums(
     # model
-    of_first: Any,
-    of_second: Any,
+    of_first: Scalar,
+    of_second: Scalar,
     # state in
-    first: wp.array[Any],
-    second: wp.array[Any],
+    first: wp.array[Scalar],
+    second: wp.array[Scalar],
     # state out
-    result: wp.array[Any],
+    result: wp.array[Scalar],
 ) -> None:
     """Find a x + b y; the result may be one of the arguments."""
     i = wp.tid()
@@ -47,10 +48,10 @@ def chosen(
     # model
     moves: wp.array[wp.int32],
     # state in
-    free: wp.array[Any],
-    fixed: wp.array[Any],
+    free: wp.array[Scalar],
+    fixed: wp.array[Scalar],
     # state out
-    result: wp.array[Any],
+    result: wp.array[Scalar],
 ) -> None:
     """Take one vector where coordinates move and the other one elsewhere; the result may be one of the arguments."""
     i = wp.tid()
@@ -60,16 +61,16 @@ def chosen(
 @kernel
 def moved_state(
     # model
-    step: Any,
-    factors: wp.array[Any],
+    step: Scalar,
+    factors: wp.array[Scalar],
     # state in
-    direction: wp.array[Any],
-    of_damping: wp.array[Any],
+    direction: wp.array[Scalar],
+    of_damping: wp.array[Scalar],
     # state in and out
-    position: wp.array[Any],
-    displacement: wp.array[Any],
-    inertia: wp.array[Any],
-    damping: wp.array[Any],
+    position: wp.array[Scalar],
+    displacement: wp.array[Scalar],
+    inertia: wp.array[Scalar],
+    damping: wp.array[Scalar],
 ) -> None:
     """Move by a part of a direction; inertia changes by ``factors[0]`` of it, damping by its own part."""
     i = wp.tid()
@@ -84,12 +85,12 @@ def moved_state(
 @kernel
 def remaining_force(
     # model
-    factors: wp.array[Any],
+    factors: wp.array[Scalar],
     # state in
-    of_inertia: wp.array[Any],
-    damping: wp.array[Any],
+    of_inertia: wp.array[Scalar],
+    damping: wp.array[Scalar],
     # state in and out
-    force: wp.array[Any],
+    force: wp.array[Scalar],
 ) -> None:
     """Subtract forces of inertia, and ``factors[1]`` times those of damping, from a force."""
     i = wp.tid()

@@ -47,12 +47,13 @@ from stitchmesh.compute.captured import CapturedLaunches, Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.launch import prepare
 from stitchmesh.compute.partial_sums import WIDTH, add_parts, chunk_of, part_count
+from stitchmesh.compute.precision import Mat22, Mat33, Scalar, ScalarType, Vec2, Vec3
 from stitchmesh.compute.thread_block import THREADS, Slots, sum_over_block
 from stitchmesh.mixed.enrichment.projection import Projection
 from stitchmesh.mixed.enrichment.region import Embedding, FreeUnknowns, Numbers
 from stitchmesh.mixed.enrichment.sigma_on_device import BLOCK
 from stitchmesh.mixed.enrichment.solve_record import Advance, next_direction, record_alpha
-from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
+from stitchmesh.mixed.mixed_vector import BlockArrays, MixedArrays, MixedBlocks, MixedVector
 
 FIXED, FREE, COUPLED = 0, 1, 2
 """Kinds of vertices and nodes: with a prescribed velocity; free, outside the constraint E (v, p) = 0; free, within
@@ -70,7 +71,7 @@ POSITIVE = wp.constant(1.0e-9)
 
 
 @wp.func
-def mean_of_diagonal(block: Any, size: int, smallest: Any) -> Any:
+def mean_of_diagonal(block: Any, size: int, smallest: Scalar) -> Any:
     """Mean of a diagonal, at least ``smallest``."""
     total = type(smallest)(0.0)
     for k in range(size):
@@ -79,7 +80,7 @@ def mean_of_diagonal(block: Any, size: int, smallest: Any) -> Any:
 
 
 @wp.func
-def scalar_block(block: Any, size: int, value: Any) -> Any:
+def scalar_block(block: Any, size: int, value: Scalar) -> Any:
     """A multiple of the identity, of the type of ``block``."""
     result = block - block
     for k in range(size):
@@ -88,7 +89,7 @@ def scalar_block(block: Any, size: int, value: Any) -> Any:
 
 
 @wp.func
-def inverse_3(block: Any, smallest: Any) -> Any:
+def inverse_3(block: Mat33, smallest: Scalar) -> Any:
     """Inverse of a block; of its mean where the block is not positive."""
     one = type(smallest)(1.0)
     mean = mean_of_diagonal(block, 3, smallest)
@@ -103,7 +104,7 @@ def inverse_3(block: Any, smallest: Any) -> Any:
 
 
 @wp.func
-def inverse_2(block: Any, smallest: Any) -> Any:
+def inverse_2(block: Mat22, smallest: Scalar) -> Any:
     """Inverse of a block; of its mean where the block is not positive."""
     one = type(smallest)(1.0)
     mean = mean_of_diagonal(block, 2, smallest)
@@ -116,7 +117,7 @@ def inverse_2(block: Any, smallest: Any) -> Any:
 
 
 @wp.func
-def inverse_where(block: Any, free: wp.vec2i, smallest: Any) -> Any:
+def inverse_where(block: Mat22, free: wp.vec2i, smallest: Scalar) -> Any:
     """Inverse of the rows and columns of the free coordinates; zero for the others."""
     one = type(smallest)(1.0)
     result = block - block
@@ -130,7 +131,7 @@ def inverse_where(block: Any, free: wp.vec2i, smallest: Any) -> Any:
 
 
 @wp.func
-def inverse_of_coupled(block: Any, form: int, smallest: Any, extra: Any, of_masses: Any) -> Any:
+def inverse_of_coupled(block: Mat33, form: int, smallest: Scalar, extra: Scalar, of_masses: Scalar) -> Any:
     """Inverse of a block in the hybrid region, which is exactly symmetric."""
     one, half = type(smallest)(1.0), type(smallest)(0.5)
     mean = mean_of_diagonal(block, 3, smallest)
@@ -148,16 +149,16 @@ def inverse_of_coupled(block: Any, form: int, smallest: Any, extra: Any, of_mass
 def invert_metric(
     # model
     kind: wp.array[wp.int32],
-    least_mass: wp.array[Any],
-    inverse_mass: wp.array[Any],
+    least_mass: wp.array[Scalar],
+    inverse_mass: wp.array[Scalar],
     form: int,
-    factor: wp.array[Any],
+    factor: wp.array[Scalar],
     # state in
-    blocks: wp.array[Any],
-    extra: wp.array[Any],
+    blocks: wp.array[Mat33],
+    extra: wp.array[Scalar],
     # state out
-    inverse: wp.array[Any],
-    number: wp.array[Any],
+    inverse: wp.array[Mat33],
+    number: wp.array[Scalar],
 ) -> None:
     """Inverse blocks of D of positions, zero for what is fixed, and the mean of D of what is coupled."""
     i = wp.tid()
@@ -180,10 +181,10 @@ def bound_vertices(
     node: wp.array[wp.int32],
     square: wp.array[wp.float64],
     # state in
-    of_nodes: wp.array[Any],
+    of_nodes: wp.array[Scalar],
     # state out
     sums: wp.array2d[wp.float64],
-    extra: wp.array[Any],
+    extra: wp.array[Scalar],
 ) -> None:
     """Lower bounds of D of coupled vertices: a part of what the nodes have on it, the sum of B^2 D.
 
@@ -203,17 +204,17 @@ def invert_sliding_metric(
     # model
     kind: wp.array[wp.int32],
     slides: wp.array[wp.vec2i],
-    least_mass: wp.array[Any],
-    factor: wp.array[Any],
+    least_mass: wp.array[Scalar],
+    factor: wp.array[Scalar],
     # state in
-    node_inverse: wp.array[Any],
-    blocks: wp.array[Any],
-    coupling_u: wp.array[Any],
-    coupling_v: wp.array[Any],
+    node_inverse: wp.array[Mat33],
+    blocks: wp.array[Mat22],
+    coupling_u: wp.array[Vec3],
+    coupling_v: wp.array[Vec3],
     # state out
-    inverse: wp.array[Any],
-    inverse_u: wp.array[Any],
-    inverse_v: wp.array[Any],
+    inverse: wp.array[Mat22],
+    inverse_u: wp.array[Vec3],
+    inverse_v: wp.array[Vec3],
 ) -> None:
     """Inverse blocks of the Schur complement of D for the Eulerian coordinates, and D^-1 times their columns."""
     i = wp.tid()
@@ -239,13 +240,13 @@ MOST_BLOCK_ROWS = 400
 
 
 @wp.func
-def node_motion(inverse: Any, node: int, push: Any, slide: Any) -> Any:
+def node_motion(inverse: BlockArrays, node: int, push: Vec3, slide: Vec2) -> Any:
     """Motion of a node for the force on it and the motion of its Eulerian coordinates."""
     return inverse.nodes[node] * push - inverse.coupling_u[node] * slide[0] - inverse.coupling_v[node] * slide[1]
 
 
 @wp.func
-def slide_of(inverse: Any, node: int, push: Any, slip: Any) -> Any:
+def slide_of(inverse: BlockArrays, node: int, push: Vec3, slip: Vec2) -> Any:
     """Motion of the Eulerian coordinates of a node for the force on the node and on them."""
     along_u, along_v = wp.dot(inverse.coupling_u[node], push), wp.dot(inverse.coupling_v[node], push)
     return inverse.sliding[node] * type(slip)(slip[0] - along_u, slip[1] - along_v)
@@ -254,11 +255,11 @@ def slide_of(inverse: Any, node: int, push: Any, slip: Any) -> Any:
 @kernel
 def times_inverse(
     # model
-    inverse: Any,
+    inverse: BlockArrays,
     # state in
-    force: Any,
+    force: MixedArrays,
     # state out
-    motion: Any,
+    motion: MixedArrays,
 ) -> None:
     """Multiply by the inverse blocks: z = D^-1 r."""
     i = wp.tid()
@@ -274,8 +275,9 @@ def times_inverse(
 
 @wp.func
 def advance_vertex(
-    inverse: Any, alpha: wp.float64, i: int, direction: Any, product: Any, solution: Any, force: Any, motion: Any
-) -> wp.float64:
+    inverse: BlockArrays, alpha: wp.float64, i: int, direction: MixedArrays, product: MixedArrays,
+    solution: MixedArrays, force: MixedArrays, motion: MixedArrays
+) -> wp.float64:  # fmt: skip
     """Find x + a d, r - a A d and z = D^-1 r of a vertex, and its part of r . z."""
     a = type(force.vertices[i][0])(alpha)
     solution.vertices[i] = solution.vertices[i] + direction.vertices[i] * a
@@ -288,8 +290,9 @@ def advance_vertex(
 
 @wp.func
 def advance_node(
-    inverse: Any, alpha: wp.float64, j: int, direction: Any, product: Any, solution: Any, force: Any, motion: Any
-) -> wp.float64:
+    inverse: BlockArrays, alpha: wp.float64, j: int, direction: MixedArrays, product: MixedArrays,
+    solution: MixedArrays, force: MixedArrays, motion: MixedArrays
+) -> wp.float64:  # fmt: skip
     """Find x + a d, r - a A d and z = D^-1 r of a node, and its part of r . z."""
     a = type(force.nodes[j][0])(alpha)
     solution.nodes[j] = solution.nodes[j] + direction.nodes[j] * a
@@ -307,18 +310,18 @@ def advance_node(
 @kernel
 def advance_and_invert(
     # model
-    inverse: Any,
+    inverse: BlockArrays,
     chunk: int,
     # state in
     record: wp.array[wp.float64],
     curvature: wp.array2d[wp.float64],
-    direction: Any,
-    product: Any,
+    direction: MixedArrays,
+    product: MixedArrays,
     # state in and out
-    solution: Any,
-    force: Any,
+    solution: MixedArrays,
+    force: MixedArrays,
     # state out
-    motion: Any,
+    motion: MixedArrays,
     sums: wp.array2d[wp.float64],
     after: wp.array[wp.float64],
     parts: wp.array2d[wp.float64],
@@ -358,7 +361,7 @@ class Preconditioner:
         embedding: Embedding,
         free: FreeUnknowns,
         masses: tuple[Numbers, Numbers],
-        scalar: Any,
+        scalar: ScalarType,
         device: wp.Device,
         *,
         by_masses: bool,
@@ -389,7 +392,7 @@ class Preconditioner:
         self._sums = wp.zeros((embedding.vertex_count, WIDTH), dtype=wp.float64, device=device)
         self._captured: tuple[MixedBlocks, CapturedLaunches] | None = None
 
-    def _allocate(self, free: FreeUnknowns, masses: tuple[Numbers, Numbers], scalar: Any) -> None:
+    def _allocate(self, free: FreeUnknowns, masses: tuple[Numbers, Numbers], scalar: ScalarType) -> None:
         """Send kinds, masses and bounds of vertices and nodes to the device, and find Sigma of the masses."""
         device, halves = self._device, [self._embedding.vertex_count]
         least = least_masses(self._embedding, masses[1])

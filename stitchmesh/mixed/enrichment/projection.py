@@ -40,11 +40,12 @@ from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.launch import launch
 from stitchmesh.compute.partial_sums import WIDTH
+from stitchmesh.compute.precision import Vec3
 from stitchmesh.compute.thread_block import Slots, sum_over_block
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.enrichment.region import Embedding, FreeUnknowns, Numbers
 from stitchmesh.mixed.enrichment.sigma_on_device import BLOCK, SigmaOnDevice
-from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
+from stitchmesh.mixed.mixed_vector import BlockArrays, MixedArrays, MixedBlocks, MixedVector
 
 LONG = 512
 """Threads of a block on a GPU that sums a row of E; a row has hundreds to thousands of nodes."""
@@ -73,7 +74,7 @@ class CouplingArrays:
 
 
 @wp.func
-def add_scaled(total: Slots, value: Any, weight: wp.float64) -> Slots:
+def add_scaled(total: Slots, value: Vec3, weight: wp.float64) -> Slots:
     """Add a weighted vector to the first three sums."""
     result = total
     for axis in range(3):
@@ -82,7 +83,7 @@ def add_scaled(total: Slots, value: Any, weight: wp.float64) -> Slots:
 
 
 @wp.func
-def in_precision(value: wp.vec3d, zero: Any) -> Any:
+def in_precision(value: wp.vec3d, zero: Vec3) -> Any:
     """A vector in the precision of ``zero``."""
     return type(zero)(type(zero[0])(value[0]), type(zero[0])(value[1]), type(zero[0])(value[2]))
 
@@ -92,7 +93,7 @@ def constraint_rows(
     # model
     coupling: CouplingArrays,
     # state in
-    motion: Any,
+    motion: MixedArrays,
     # state out
     residual: wp.array2d[wp.float64],
 ) -> None:
@@ -142,14 +143,14 @@ def column_sum(
 
 
 @wp.func
-def change_of_vertex(coupling: CouplingArrays, multiplier: wp.array2d[wp.float64], i: int, zero: Any) -> Any:
+def change_of_vertex(coupling: CouplingArrays, multiplier: wp.array2d[wp.float64], i: int, zero: Vec3) -> Any:
     """-E' mu of a vertex, in the precision of ``zero``."""
     rows = column_sum(coupling.of_vertex_start, coupling.of_vertex, coupling.of_vertex_weight, multiplier, i)
     return in_precision(rows, zero)
 
 
 @wp.func
-def change_of_node(coupling: CouplingArrays, multiplier: wp.array2d[wp.float64], j: int, zero: Any) -> Any:
+def change_of_node(coupling: CouplingArrays, multiplier: wp.array2d[wp.float64], j: int, zero: Vec3) -> Any:
     """-E' mu of a node, in the precision of ``zero``."""
     return -in_precision(
         column_sum(coupling.of_node_start, coupling.of_node, coupling.of_node_weight, multiplier, j), zero
@@ -160,13 +161,13 @@ def change_of_node(coupling: CouplingArrays, multiplier: wp.array2d[wp.float64],
 def subtract_multipliers(
     # model
     coupling: CouplingArrays,
-    inverse: Any,
+    inverse: BlockArrays,
     changes_force: int,
     # state in
     multiplier: wp.array2d[wp.float64],
     # state in and out
-    force: Any,
-    motion: Any,
+    force: MixedArrays,
+    motion: MixedArrays,
 ) -> None:
     """Find u - D^-1 E' mu, and r - E' mu where ``changes_force``."""
     i = wp.tid()

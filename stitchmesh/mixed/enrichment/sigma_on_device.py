@@ -30,6 +30,7 @@ from scipy.sparse import csr_array
 from stitchmesh.compute.captured import Launcher, ZeroArray
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.partial_sums import WIDTH
+from stitchmesh.compute.precision import Mat33
 from stitchmesh.compute.thread_block import Slots, sum_over_block
 
 BLOCK = 128
@@ -70,7 +71,7 @@ def inverted(pivot: wp.mat33d) -> wp.mat33d:
 
 
 @wp.func
-def add_symmetric(total: Slots, weight: wp.float64, block: Any) -> Slots:
+def add_symmetric(total: Slots, weight: wp.float64, block: Mat33) -> Slots:
     """Add a weighted symmetric block to six sums: its diagonal, then xy, xz and yz."""
     result = total
     for k in range(3):
@@ -88,8 +89,8 @@ def find_sigma(
     of_nodes: SumTable,
     of_vertices: SumTable,
     # state in
-    node_inverse: wp.array[Any],
-    vertex_inverse: wp.array[Any],
+    node_inverse: wp.array[Mat33],
+    vertex_inverse: wp.array[Mat33],
     # state out
     sums: wp.array2d[wp.float64],
     sigma: wp.array[Any],

@@ -26,7 +26,7 @@ import warp as wp
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.thread_block import Slots, sum_over_block
 from stitchmesh.mixed.enrichment.projection import CouplingArrays, change_of_node, change_of_vertex
-from stitchmesh.mixed.mixed_vector import MixedVector
+from stitchmesh.mixed.mixed_vector import BlockArrays, MixedArrays, MixedVector
 
 (RZ, FIRST_RZ, ALPHA, BETA, DONE, NEGATIVE, ITERATIONS, RATIO, MOST) = range(9)
 RECORD = 9
@@ -131,17 +131,17 @@ def projected_square(
 def next_direction(
     # model
     coupling: CouplingArrays,
-    inverse: Any,
+    inverse: BlockArrays,
     chunk: int,
     # state in
     record: wp.array[wp.float64],
     parts: wp.array2d[wp.float64],
     residual: wp.array2d[wp.float64],
     multiplier: wp.array2d[wp.float64],
-    motion: Any,
+    motion: MixedArrays,
     # state in and out
-    force: Any,
-    direction: Any,
+    force: MixedArrays,
+    direction: MixedArrays,
     # state out
     sums: wp.array2d[wp.float64],
     after: wp.array[wp.float64],

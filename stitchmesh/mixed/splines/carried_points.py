@@ -29,7 +29,7 @@ from scipy.sparse import csr_array
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.launch import launch
-from stitchmesh.compute.precision import vector
+from stitchmesh.compute.precision import Scalar, ScalarType, Vec3, vector
 
 Numbers = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -39,11 +39,11 @@ Integers = NDArray[np.int64]
 def turn_vectors(
     # model
     corners: wp.array[wp.vec3i],
-    local: wp.array[Any],
+    local: wp.array[Vec3],
     # state in
-    vertices: wp.array[Any],
+    vertices: wp.array[Vec3],
     # state out
-    turned: wp.array[Any],
+    turned: wp.array[Vec3],
 ) -> None:
     """Each vector in space."""
     k = wp.tid()
@@ -57,7 +57,9 @@ def turn_vectors(
 class TurnedVectors:
     """Vectors on a device."""
 
-    def __init__(self, corners: Integers, vectors: Numbers, vertices: Numbers, scalar: Any, device: wp.Device) -> None:
+    def __init__(
+        self, corners: Integers, vectors: Numbers, vertices: Numbers, scalar: ScalarType, device: wp.Device
+    ) -> None:
         """Store the vectors in the frames of their triangles.
 
         Args:
@@ -98,15 +100,15 @@ def place_carried(
     # model
     point: wp.array[wp.int32],
     corners: wp.array[wp.vec3i],
-    weight: wp.array[Any],
-    origin: Any,
-    per_unit: Any,
+    weight: wp.array[Vec3],
+    origin: Vec3,
+    per_unit: Scalar,
     with_offset: int,
     # state in
-    offset: wp.array[Any],
-    vertices: wp.array[Any],
+    offset: wp.array[Vec3],
+    vertices: wp.array[Vec3],
     # state out
-    points: wp.array[Any],
+    points: wp.array[Vec3],
 ) -> None:
     """Place the control points that triangles carry; with a zero origin and without offsets, carry directions."""
     k = wp.tid()
@@ -123,12 +125,12 @@ def add_to_vertices(
     vertex: wp.array[wp.int32],
     start: wp.array[wp.int32],
     point: wp.array[wp.int32],
-    weight: wp.array[Any],
-    factor: Any,
+    weight: wp.array[Scalar],
+    factor: Scalar,
     # state in
-    values: wp.array[Any],
+    values: wp.array[Vec3],
     # state in and out
-    vertices: wp.array[Any],
+    vertices: wp.array[Vec3],
 ) -> None:
     """Add a multiple of B' f to each vertex, in ascending order of the points."""
     i = wp.tid()
@@ -155,7 +157,7 @@ class CarriedSplinePoints:
 class Carrier:
     """Carried control points on a device."""
 
-    def __init__(self, carried: CarriedSplinePoints, vertices: Numbers, scalar: Any, device: wp.Device) -> None:
+    def __init__(self, carried: CarriedSplinePoints, vertices: Numbers, scalar: ScalarType, device: wp.Device) -> None:
         """Store the points with their offsets from the triangles at ``vertices`` [cm], shape (V, 3)."""
         foot = np.einsum("nk,nkd->nd", carried.weight, vertices[carried.corners])
         self._offset = TurnedVectors(carried.corners, carried.place - foot, vertices, scalar, device)

@@ -52,7 +52,7 @@ from numpy.typing import NDArray
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.launch import launch
-from stitchmesh.compute.precision import vector
+from stitchmesh.compute.precision import Mat33, Scalar, ScalarType, Vec3, Vec4, vector
 from stitchmesh.compute.reduction import minimum
 from stitchmesh.errors import ParameterError, SolverError
 from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
@@ -64,7 +64,7 @@ from stitchmesh.yarnrelax.collision.narrow_phase import WIDEST_MARGIN, make_cand
 from stitchmesh.yarnrelax.energies.by_term import contact_energies, segment_energies
 from stitchmesh.yarnrelax.energies.evaluation import force_launches
 from stitchmesh.yarnrelax.hessian.hessian_product import Hessian
-from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.yarnrelax.model.constants import Model, YarnConstants
 from stitchmesh.yarnrelax.model.spline import place_contact_samples, weight_row
 from stitchmesh.yarnrelax.model.state import State, make_state
 from stitchmesh.yarnrelax.model.upload import put_model
@@ -74,12 +74,12 @@ from stitchmesh.yarnrelax.model.upload import put_model
 def place_points(
     # model
     node: wp.array[wp.int32],
-    origin: Any,
-    per_unit: Any,
+    origin: Vec3,
+    per_unit: Scalar,
     # state in
-    nodes: wp.array[Any],
+    nodes: wp.array[Vec3],
     # state out
-    points: wp.array[Any],
+    points: wp.array[Vec3],
 ) -> None:
     """The control points of the yarn model that are nodes; with an origin of zero also directions."""
     k = wp.tid()
@@ -91,11 +91,11 @@ def place_points(
 def add_to_nodes(
     # model
     node: wp.array[wp.int32],
-    factor: Any,
+    factor: Scalar,
     # state in
-    values: wp.array[Any],
+    values: wp.array[Vec3],
     # state in and out
-    nodes: wp.array[Any],
+    nodes: wp.array[Vec3],
 ) -> None:
     """Add a multiple of the vector of each control point to its node; no node occurs twice."""
     k = wp.tid()
@@ -104,7 +104,7 @@ def add_to_nodes(
 
 
 @wp.func
-def leg_block(leg_hessian: wp.array2d[Any], s: int, slot: int) -> Any:
+def leg_block(leg_hessian: wp.array2d[Mat33], s: int, slot: int) -> Any:
     """Second derivative of the energy of a segment by the control point in a slot."""
     block = leg_hessian[0, s]
     if slot == 1:
@@ -119,15 +119,15 @@ def leg_block(leg_hessian: wp.array2d[Any], s: int, slot: int) -> Any:
 @kernel
 def add_point_blocks(
     # model
-    model: Any,
+    model: YarnConstants,
     node: wp.array[wp.int32],
-    factor: Any,
+    factor: Scalar,
     # state in
-    leg_hessian: wp.array2d[Any],
+    leg_hessian: wp.array2d[Mat33],
     touching_count: wp.array[wp.int32],
-    stiffness: wp.array2d[Any],
+    stiffness: wp.array2d[Vec4],
     # state in and out
-    blocks: wp.array[Any],
+    blocks: wp.array[Mat33],
 ) -> None:
     """Add a multiple of the block of each control point to that of its node."""
     i = wp.tid()
@@ -155,15 +155,15 @@ def add_point_blocks(
 @kernel
 def moves_within_budgets(
     # model
-    mean_displacement: Any,
-    mean_motion: Any,
+    mean_displacement: Vec3,
+    mean_motion: Vec3,
     # state in
-    points: wp.array[Any],
-    listed_points: wp.array[Any],
-    budget: wp.array[Any],
-    motion: wp.array[Any],
+    points: wp.array[Vec3],
+    listed_points: wp.array[Vec3],
+    budget: wp.array[Scalar],
+    motion: wp.array[Vec3],
     # state out
-    limit: wp.array[Any],
+    limit: wp.array[Scalar],
 ) -> None:
     """The part of the motion of each control point that keeps its budget, at most 1."""
     i = wp.tid()
@@ -210,7 +210,7 @@ class SplineTerm(MixedTerm):
     name = "yarns"
 
     def __init__(
-        self, pieces: SplinePieces, material: SplineMaterial, scalar: Any, device: wp.Device, *,
+        self, pieces: SplinePieces, material: SplineMaterial, scalar: ScalarType, device: wp.Device, *,
         carrier: Carrier | None = None,
     ) -> None:  # fmt: skip
         """Send the pieces to the device, and list their contacts at their present places.
@@ -359,7 +359,7 @@ class SplineTerm(MixedTerm):
             raise SolverError(f"spline yarns: {too_close[0]}")
 
 
-def _weighted_model(pieces: SplinePieces, material: SplineMaterial, scalar: Any, device: wp.Device) -> Model:
+def _weighted_model(pieces: SplinePieces, material: SplineMaterial, scalar: ScalarType, device: wp.Device) -> Model:
     """The constants of the pieces on a device, with the stiffness of each segment and sample times its weight."""
     assert pieces.curves is not None
     model = put_model(

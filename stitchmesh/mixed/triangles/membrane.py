@@ -35,7 +35,7 @@ from numpy.typing import ArrayLike
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.compute.precision import matrix, vector
+from stitchmesh.compute.precision import Mat22, Mat33, Scalar, ScalarType, Vec2, Vec3, Vec4, matrix, vector
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.gather import GatherTable
 from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
@@ -44,7 +44,7 @@ from stitchmesh.mixed.triangles.cloth_material import ClothMaterial, checked_wei
 
 
 @wp.func
-def curve_at(nodes: Any, first: int, end: int, x: Any) -> Any:
+def curve_at(nodes: Any, first: int, end: int, x: Scalar) -> Any:
     """Energy density, stress and slope at strain ``x`` of the curve whose nodes are ``first`` to ``end`` - 1."""
     k = first + int(0)
     while k + 1 < end and nodes[k + 1][0] <= x:
@@ -66,7 +66,7 @@ def curve_at(nodes: Any, first: int, end: int, x: Any) -> Any:
 
 
 @wp.func
-def columns_of(corner: wp.vec3i, gradient: Any, vertices: Any) -> tuple[Any, Any]:
+def columns_of(corner: wp.vec3i, gradient: Mat22, vertices: Any) -> tuple[Any, Any]:
     """The columns of the deformation gradient, or of its derivative along a direction; ``gradient`` holds g_2, g_3."""
     along = vertices[corner[1]] - vertices[corner[0]]
     beside = vertices[corner[2]] - vertices[corner[0]]
@@ -74,14 +74,14 @@ def columns_of(corner: wp.vec3i, gradient: Any, vertices: Any) -> tuple[Any, Any
 
 
 @wp.func
-def green_strain(a1: Any, a2: Any) -> Any:
+def green_strain(a1: Vec3, a2: Vec3) -> Any:
     """Green strain E_11, E_22, 2 E_12 of a deformation gradient of these columns."""
     half, one = type(a1[0])(0.5), type(a1[0])(1.0)
     return wp.vector((wp.dot(a1, a1) - one) * half, (wp.dot(a2, a2) - one) * half, wp.dot(a1, a2))
 
 
 @wp.func
-def tensile(s: Any) -> Any:
+def tensile(s: Vec3) -> Any:
     """A stress (S_11, S_22, S_12) without its compressive principal stresses."""
     zero = s[0] - s[0]
     half = type(s[0])(0.5)
@@ -97,13 +97,13 @@ def tensile(s: Any) -> Any:
 
 
 @wp.func
-def strain_change(a1: Any, a2: Any, d1: Any, d2: Any) -> Any:
+def strain_change(a1: Vec3, a2: Vec3, d1: Vec3, d2: Vec3) -> Any:
     """Derivative of the Green strain as the columns a change by d."""
     return wp.vector(wp.dot(a1, d1), wp.dot(a2, d2), wp.dot(a1, d2) + wp.dot(a2, d1))
 
 
 @wp.func
-def stress_change(c: Any, change: Any) -> Any:
+def stress_change(c: Vec4, change: Vec3) -> Any:
     """Derivative of the stress (S_11, S_22, S_12) for a change of the strain; c holds C_11, C_22, C_33 and C_12."""
     first, second = c[0] * change[0] + c[3] * change[1], c[1] * change[1] + c[3] * change[0]
     return wp.vector(first, second, c[2] * change[2])
@@ -113,16 +113,16 @@ def stress_change(c: Any, change: Any) -> Any:
 def find_triangle_energies(
     # model
     corner: wp.array[wp.vec3i],
-    gradient: wp.array[Any],
-    amount: wp.array[Any],
+    gradient: wp.array[Mat22],
+    amount: wp.array[Scalar],
     curve_start: wp.array[wp.int32],
-    curve_nodes: wp.array[Any],
-    coupling: Any,
-    share: wp.array[Any],
+    curve_nodes: wp.array[Vec4],
+    coupling: Scalar,
+    share: wp.array[Vec2],
     # state in
-    vertices: wp.array[Any],
+    vertices: wp.array[Vec3],
     # state out
-    energy: wp.array[Any],
+    energy: wp.array[Scalar],
 ) -> None:
     """Energy [erg] of each triangle."""
     t = wp.tid()
@@ -138,7 +138,7 @@ def find_triangle_energies(
 
 @wp.func
 def stress_and_stiffness(
-    curve_start: Any, curve_nodes: Any, coupling: Any, share: Any, strain: Any
+    curve_start: Any, curve_nodes: Any, coupling: Scalar, share: Vec2, strain: Vec3
 ) -> tuple[Any, Any]:
     """The stress (S_11, S_22, S_12) and the stiffness (C_11, C_22, C_33, C_12) at a strain."""
     course = curve_at(curve_nodes, curve_start[0], curve_start[1], strain[0])
@@ -157,16 +157,16 @@ def stress_and_stiffness(
 def find_triangle_forces(
     # model
     corner: wp.array[wp.vec3i],
-    gradient: wp.array[Any],
-    amount: wp.array[Any],
+    gradient: wp.array[Mat22],
+    amount: wp.array[Scalar],
     curve_start: wp.array[wp.int32],
-    curve_nodes: wp.array[Any],
-    coupling: Any,
-    share: wp.array[Any],
+    curve_nodes: wp.array[Vec4],
+    coupling: Scalar,
+    share: wp.array[Vec2],
     # state in
-    vertices: wp.array[Any],
+    vertices: wp.array[Vec3],
     # state out
-    corner_force: wp.array[Any],
+    corner_force: wp.array[Vec3],
 ) -> None:
     """Forces [dyn] of each triangle on its three corners."""
     t = wp.tid()
@@ -187,17 +187,17 @@ def find_triangle_stiffness(
     # model
     exact: float,
     corner: wp.array[wp.vec3i],
-    gradient: wp.array[Any],
+    gradient: wp.array[Mat22],
     curve_start: wp.array[wp.int32],
-    curve_nodes: wp.array[Any],
-    coupling: Any,
-    share: wp.array[Any],
+    curve_nodes: wp.array[Vec4],
+    coupling: Scalar,
+    share: wp.array[Vec2],
     # state in
-    vertices: wp.array[Any],
+    vertices: wp.array[Vec3],
     # state out
-    column: wp.array2d[Any],
-    stress: wp.array[Any],
-    stiffness: wp.array[Any],
+    column: wp.array2d[Vec3],
+    stress: wp.array[Vec3],
+    stiffness: wp.array[Vec4],
 ) -> None:
     """What the products need: columns, the stress of the geometric stiffness, and the stiffness of the material."""
     t = wp.tid()
@@ -215,15 +215,15 @@ def find_triangle_stiffness(
 def find_triangle_products(
     # model
     corner: wp.array[wp.vec3i],
-    gradient: wp.array[Any],
-    amount: wp.array[Any],
-    column: wp.array2d[Any],
-    stress: wp.array[Any],
-    stiffness: wp.array[Any],
+    gradient: wp.array[Mat22],
+    amount: wp.array[Scalar],
+    column: wp.array2d[Vec3],
+    stress: wp.array[Vec3],
+    stiffness: wp.array[Vec4],
     # state in
-    direction: wp.array[Any],
+    direction: wp.array[Vec3],
     # state out
-    corner_product: wp.array[Any],
+    corner_product: wp.array[Vec3],
 ) -> None:
     """Hessian times direction [dyn] at the three corners of each triangle."""
     t = wp.tid()
@@ -240,7 +240,7 @@ def find_triangle_products(
 
 
 @wp.func
-def corner_block(g1: Any, g2: Any, a1: Any, a2: Any, s: Any, c: Any) -> Any:
+def corner_block(g1: Scalar, g2: Scalar, a1: Vec3, a2: Vec3, s: Vec3, c: Vec4) -> Any:
     """Block of the Hessian of one corner with the gradient (g_1, g_2), per area."""
     two = type(g1)(2.0)
     course, wale, shear = a1 * g1, a2 * g2, a1 * g2 + a2 * g1
@@ -254,13 +254,13 @@ def corner_block(g1: Any, g2: Any, a1: Any, a2: Any, s: Any, c: Any) -> Any:
 @kernel
 def find_triangle_blocks(
     # model
-    gradient: wp.array[Any],
-    amount: wp.array[Any],
-    column: wp.array2d[Any],
-    stress: wp.array[Any],
-    stiffness: wp.array[Any],
+    gradient: wp.array[Mat22],
+    amount: wp.array[Scalar],
+    column: wp.array2d[Vec3],
+    stress: wp.array[Vec3],
+    stiffness: wp.array[Vec4],
     # state out
-    block: wp.array[Any],
+    block: wp.array[Mat33],
 ) -> None:
     """Blocks of the Hessian [dyn / cm] on the diagonal at the three corners of each triangle."""
     t = wp.tid()
@@ -281,7 +281,7 @@ class Membrane(MixedTerm):
         self,
         cloth: Cloth,
         material: ClothMaterial,
-        scalar: Any,
+        scalar: ScalarType,
         device: wp.Device,
         weight: ArrayLike | None = None,
         shares: ArrayLike | None = None,

@@ -36,7 +36,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.compute.precision import matrix, vector
+from stitchmesh.compute.precision import Mat33, Scalar, ScalarType, Vec3, Vec5, matrix, vector
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.gather import GatherTable
@@ -116,14 +116,14 @@ def leg(from_: int, to: int, vertices: Any) -> Any:
 
 
 @wp.func
-def unit_of(r: Any, rest: Any) -> tuple[Any, Any]:
+def unit_of(r: Vec3, rest: Scalar) -> tuple[Any, Any]:
     """Direction and length of an edge; the length is bounded below."""
     length = wp.max(wp.length(r), rest * type(rest)(LEAST_LENGTH))
     return r / length, length
 
 
 @wp.func
-def bend_of(q: Any, stiffness: Any, rest_angle: Any) -> tuple[Any, Any, Any]:
+def bend_of(q: Scalar, stiffness: Scalar, rest_angle: Scalar) -> tuple[Any, Any, Any]:
     """Energy f and its derivatives f' and f'' by q."""
     one, two, half = type(q)(1.0), type(q)(2.0), type(q)(0.5)
     angle = two * wp.asin(wp.min(half * wp.sqrt(q), one))
@@ -145,7 +145,7 @@ def bend_of(q: Any, stiffness: Any, rest_angle: Any) -> tuple[Any, Any, Any]:
 
 
 @wp.func
-def leg_gradients(r1: Any, r2: Any, constants: Any) -> tuple[Any, Any, Any]:
+def leg_gradients(r1: Vec3, r2: Vec3, constants: Vec5) -> tuple[Any, Any, Any]:
     """Energy of an element and its derivatives by its two edges; constants: k, B / m, theta_0, both rest lengths."""
     t1, l1 = unit_of(r1, constants[3])
     t2, l2 = unit_of(r2, constants[4])
@@ -164,14 +164,14 @@ def leg_gradients(r1: Any, r2: Any, constants: Any) -> tuple[Any, Any, Any]:
 
 
 @wp.func
-def turned_across(t: Any, dt: Any, pull: Any, d: Any, length: Any) -> Any:
+def turned_across(t: Vec3, dt: Vec3, pull: Vec3, d: Vec3, length: Scalar) -> Any:
     """Derivative of (1 - t t^T) pull / l for a constant pull."""
     along = wp.dot(t, pull)
     return -(dt * along + t * wp.dot(dt, pull)) / length - (pull - t * along) * (wp.dot(t, d) / (length * length))
 
 
 @wp.func
-def leg_products(r1: Any, r2: Any, constants: Any, exact: Any, d1: Any, d2: Any) -> tuple[Any, Any]:
+def leg_products(r1: Vec3, r2: Vec3, constants: Vec5, exact: Scalar, d1: Vec3, d2: Vec3) -> tuple[Any, Any]:
     """Hessian of the energy of an element times changes of its two edges."""
     t1, l1 = unit_of(r1, constants[3])
     t2, l2 = unit_of(r2, constants[4])
@@ -197,11 +197,11 @@ def leg_products(r1: Any, r2: Any, constants: Any, exact: Any, d1: Any, d2: Any)
 def find_rod_energies(
     # model
     corner: wp.array[wp.vec3i],
-    constants: wp.array[Any],
+    constants: wp.array[Vec5],
     # state in
-    vertices: wp.array[Any],
+    vertices: wp.array[Vec3],
     # state out
-    energy: wp.array[Any],
+    energy: wp.array[Scalar],
 ) -> None:
     """Energy [erg] of each element."""
     k = wp.tid()
@@ -214,11 +214,11 @@ def find_rod_energies(
 def find_rod_forces(
     # model
     corner: wp.array[wp.vec3i],
-    constants: wp.array[Any],
+    constants: wp.array[Vec5],
     # state in
-    vertices: wp.array[Any],
+    vertices: wp.array[Vec3],
     # state out
-    corner_force: wp.array[Any],
+    corner_force: wp.array[Vec3],
 ) -> None:
     """Forces [dyn] of each element on its vertices."""
     k = wp.tid()
@@ -235,10 +235,10 @@ def keep_legs(
     part: float,
     corner: wp.array[wp.vec3i],
     # state in
-    vertices: wp.array[Any],
+    vertices: wp.array[Vec3],
     # state out
-    legs: wp.array2d[Any],
-    exact: wp.array[Any],
+    legs: wp.array2d[Vec3],
+    exact: wp.array[Scalar],
 ) -> None:
     """What the products need: the edges of each element, and the part of the exact Hessian."""
     k = wp.tid()
@@ -252,13 +252,13 @@ def keep_legs(
 def find_rod_products(
     # model
     corner: wp.array[wp.vec3i],
-    constants: wp.array[Any],
-    legs: wp.array2d[Any],
-    exact: wp.array[Any],
+    constants: wp.array[Vec5],
+    legs: wp.array2d[Vec3],
+    exact: wp.array[Scalar],
     # state in
-    direction: wp.array[Any],
+    direction: wp.array[Vec3],
     # state out
-    corner_product: wp.array[Any],
+    corner_product: wp.array[Vec3],
 ) -> None:
     """Hessian times direction [dyn] at the vertices of each element."""
     k = wp.tid()
@@ -273,11 +273,11 @@ def find_rod_products(
 @kernel
 def find_rod_blocks(
     # model
-    constants: wp.array[Any],
-    legs: wp.array2d[Any],
-    exact: wp.array[Any],
+    constants: wp.array[Vec5],
+    legs: wp.array2d[Vec3],
+    exact: wp.array[Scalar],
     # state out
-    block: wp.array[Any],
+    block: wp.array[Mat33],
 ) -> None:
     """Blocks of the Hessian [dyn / cm] on the diagonal at the vertices of each element."""
     slot = wp.tid()
@@ -314,8 +314,9 @@ class SeamRod(MixedTerm):
     acts_on = "vertices"
 
     def __init__(
-        self, cloth: Cloth, material: SeamMaterial, scalar: Any, device: wp.Device, weight: ArrayLike | None = None
-    ) -> None:
+        self, cloth: Cloth, material: SeamMaterial, scalar: ScalarType, device: wp.Device,
+        weight: ArrayLike | None = None,
+    ) -> None:  # fmt: skip
         """Upload the elements: each edge of a seam with the edge that follows it, if there is one.
 
         Args:

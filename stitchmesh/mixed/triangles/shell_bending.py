@@ -40,7 +40,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.compute.precision import matrix, vector
+from stitchmesh.compute.precision import Mat33, Scalar, ScalarType, Vec3, matrix, vector
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.gather import GatherTable
 from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
@@ -60,14 +60,14 @@ def hinge_frame(corner: wp.vec4i, vertices: Any) -> tuple[Any, Any, Any]:
 
 
 @wp.func
-def hinge_angle(e: Any, r2: Any, r3: Any) -> Any:
+def hinge_angle(e: Vec3, r2: Vec3, r3: Vec3) -> Any:
     """Angle [rad], zero where the triangles are flat and positive on a ridge seen from outside."""
     n2 = wp.cross(e, r2)
     return wp.atan2(-wp.length(e) * wp.dot(n2, r3), wp.dot(n2, wp.cross(r3, e)))
 
 
 @wp.func
-def angle_gradient(e: Any, r2: Any, r3: Any, least: Any) -> tuple[Any, Any, Any, Any]:
+def angle_gradient(e: Vec3, r2: Vec3, r3: Vec3, least: Vec3) -> tuple[Any, Any, Any, Any]:
     """Gradient of the angle at x_0 to x_3; ``least`` holds the bounds of L^2, |n_2|^2 and |n_3|^2."""
     one = type(e[0])(1.0)
     per_square = one / wp.max(wp.dot(e, e), least[0])
@@ -80,7 +80,7 @@ def angle_gradient(e: Any, r2: Any, r3: Any, least: Any) -> tuple[Any, Any, Any,
 
 
 @wp.func
-def normal_change(n: Any, dn: Any, length: Any, length_change: Any, least: Any) -> Any:
+def normal_change(n: Vec3, dn: Vec3, length: Scalar, length_change: Scalar, least: Scalar) -> Any:
     """Derivative of -L n / |n|^2."""
     two = type(length)(2.0)
     per_square = type(length)(1.0) / wp.max(wp.dot(n, n), least)
@@ -88,7 +88,7 @@ def normal_change(n: Any, dn: Any, length: Any, length_change: Any, least: Any) 
 
 
 @wp.func
-def gradient_change(e: Any, r2: Any, r3: Any, de: Any, dr2: Any, dr3: Any, least: Any) -> tuple[Any, Any, Any]:
+def gradient_change(e: Vec3, r2: Vec3, r3: Vec3, de: Vec3, dr2: Vec3, dr3: Vec3, least: Vec3) -> tuple[Any, Any, Any]:
     """Derivative of the gradient at x_1, x_2 and x_3 as the frame changes: the Hessian times a direction."""
     two = type(e[0])(2.0)
     square = wp.max(wp.dot(e, e), least[0])
@@ -128,11 +128,11 @@ def row_times(start: Any, column: Any, value: Any, x: Any, h: int) -> Any:
 def find_deflections(
     # model
     corner: wp.array[wp.vec4i],
-    rest_angle: wp.array[Any],
+    rest_angle: wp.array[Scalar],
     # state in
-    vertices: wp.array[Any],
+    vertices: wp.array[Vec3],
     # state out
-    deflection: wp.array[Any],
+    deflection: wp.array[Scalar],
 ) -> None:
     """Angle of each hinge minus its rest angle [rad]."""
     h = wp.tid()
@@ -145,11 +145,11 @@ def find_hinge_energies(
     # model
     start: wp.array[wp.int32],
     column: wp.array[wp.int32],
-    value: wp.array[Any],
+    value: wp.array[Scalar],
     # state in
-    deflection: wp.array[Any],
+    deflection: wp.array[Scalar],
     # state out
-    energy: wp.array[Any],
+    energy: wp.array[Scalar],
 ) -> None:
     """The part of each hinge in the energy [erg]."""
     h = wp.tid()
@@ -160,15 +160,15 @@ def find_hinge_energies(
 def find_hinge_forces(
     # model
     corner: wp.array[wp.vec4i],
-    least: wp.array[Any],
+    least: wp.array[Vec3],
     start: wp.array[wp.int32],
     column: wp.array[wp.int32],
-    value: wp.array[Any],
+    value: wp.array[Scalar],
     # state in
-    vertices: wp.array[Any],
-    deflection: wp.array[Any],
+    vertices: wp.array[Vec3],
+    deflection: wp.array[Scalar],
     # state out
-    corner_force: wp.array[Any],
+    corner_force: wp.array[Vec3],
 ) -> None:
     """Forces [dyn] of each hinge on its four vertices."""
     h = wp.tid()
@@ -186,17 +186,17 @@ def find_hinge_frames(
     # model
     exact: float,
     corner: wp.array[wp.vec4i],
-    least: wp.array[Any],
+    least: wp.array[Vec3],
     start: wp.array[wp.int32],
     column: wp.array[wp.int32],
-    value: wp.array[Any],
+    value: wp.array[Scalar],
     # state in
-    vertices: wp.array[Any],
-    deflection: wp.array[Any],
+    vertices: wp.array[Vec3],
+    deflection: wp.array[Scalar],
     # state out
-    frame: wp.array2d[Any],
-    gradient: wp.array2d[Any],
-    moment: wp.array[Any],
+    frame: wp.array2d[Vec3],
+    gradient: wp.array2d[Vec3],
+    moment: wp.array[Scalar],
 ) -> None:
     """What the products need: frame and gradients of each hinge, and the kept part of its moment [dyn cm]."""
     h = wp.tid()
@@ -215,11 +215,11 @@ def find_hinge_frames(
 def find_turns(
     # model
     corner: wp.array[wp.vec4i],
-    gradient: wp.array2d[Any],
+    gradient: wp.array2d[Vec3],
     # state in
-    direction: wp.array[Any],
+    direction: wp.array[Vec3],
     # state out
-    turn: wp.array[Any],
+    turn: wp.array[Scalar],
 ) -> None:
     """Derivative of each angle along a direction."""
     h = wp.tid()
@@ -232,18 +232,18 @@ def find_turns(
 def find_hinge_products(
     # model
     corner: wp.array[wp.vec4i],
-    least: wp.array[Any],
+    least: wp.array[Vec3],
     start: wp.array[wp.int32],
     column: wp.array[wp.int32],
-    value: wp.array[Any],
-    frame: wp.array2d[Any],
-    gradient: wp.array2d[Any],
-    moment: wp.array[Any],
+    value: wp.array[Scalar],
+    frame: wp.array2d[Vec3],
+    gradient: wp.array2d[Vec3],
+    moment: wp.array[Scalar],
     # state in
-    direction: wp.array[Any],
-    turn: wp.array[Any],
+    direction: wp.array[Vec3],
+    turn: wp.array[Scalar],
     # state out
-    corner_product: wp.array[Any],
+    corner_product: wp.array[Vec3],
 ) -> None:
     """Hessian times direction [dyn] at the four vertices of each hinge."""
     h = wp.tid()
@@ -283,10 +283,10 @@ def find_hinge_blocks(
     corner: wp.array[wp.vec4i],
     start: wp.array[wp.int32],
     column: wp.array[wp.int32],
-    value: wp.array[Any],
-    gradient: wp.array2d[Any],
+    value: wp.array[Scalar],
+    gradient: wp.array2d[Vec3],
     # state out
-    block: wp.array[Any],
+    block: wp.array[Mat33],
 ) -> None:
     """Part of each hinge in the blocks [dyn / cm] on the diagonal, without the second derivatives of the angles."""
     slot = wp.tid()
@@ -311,7 +311,7 @@ class ShellBending(MixedTerm):
         self,
         cloth: Cloth,
         material: ClothMaterial,
-        scalar: Any,
+        scalar: ScalarType,
         device: wp.Device,
         weight: ArrayLike | None = None,
     ) -> None:

@@ -32,7 +32,9 @@ from typing import Any
 
 import warp as wp
 
+from stitchmesh.compute.precision import Mat33, Scalar, Vec3, Vec4
 from stitchmesh.simulation.bodies.body_surface import (
+    SurfaceArrays,
     feature_of,
     from_edge,
     from_feature,
@@ -43,7 +45,7 @@ from stitchmesh.simulation.bodies.body_surface import (
 
 
 @wp.func
-def penalty(x: Any) -> Any:
+def penalty(x: Scalar) -> Any:
     """f, for x below 1."""
     one = type(x)(1.0)
     y = x - type(x)(0.5)
@@ -53,7 +55,7 @@ def penalty(x: Any) -> Any:
 
 
 @wp.func
-def penalty_push(x: Any) -> Any:
+def penalty_push(x: Scalar) -> Any:
     """Minus the first derivative of f."""
     two = type(x)(2.0)
     y = x - type(x)(0.5)
@@ -63,14 +65,14 @@ def penalty_push(x: Any) -> Any:
 
 
 @wp.func
-def penalty_stiffness(x: Any) -> Any:
+def penalty_stiffness(x: Scalar) -> Any:
     """Second derivative of f."""
     y = wp.max(x, type(x)(0.5))
     return type(x)(6.0) / (y * y * y * y) + type(x)(2.0)
 
 
 @wp.func
-def with_feature(push: Any, energy: Any, apart: Any, reach: Any, share: Any) -> tuple[Any, Any]:
+def with_feature(push: Vec4, energy: Scalar, apart: Vec3, reach: Scalar, share: Scalar) -> tuple[Any, Any]:
     """Push (its row sum of stiffness last) and energy, with those of one more feature."""
     distance = wp.length(apart)
     x = distance / reach
@@ -83,7 +85,9 @@ def with_feature(push: Any, energy: Any, apart: Any, reach: Any, share: Any) -> 
 
 
 @wp.func
-def with_triangle(push: Any, energy: Any, surface: Any, t: int, place: Any, reach: Any) -> tuple[Any, Any]:
+def with_triangle(
+    push: Vec4, energy: Scalar, surface: SurfaceArrays, t: int, place: Vec3, reach: Scalar
+) -> tuple[Any, Any]:
     """Push and energy with those of one more triangle, and of the edges and corners whose shares it has."""
     apart = from_triangle(surface, t, place)
     if wp.dot(apart, apart) < reach * reach:  # its edges and corners are not nearer
@@ -98,7 +102,7 @@ def with_triangle(push: Any, energy: Any, surface: Any, t: int, place: Any, reac
 
 
 @wp.func
-def near_triangles(surface: Any, place: Any, reach: Any) -> wp.MeshQueryAABB:
+def near_triangles(surface: SurfaceArrays, place: Vec3, reach: Scalar) -> wp.MeshQueryAABB:
     """The triangles whose boxes are within a reach, always in the same order."""
     # a little wider, for the boxes are single precision
     wide = wp.vec3(1.001 * float(reach), 1.001 * float(reach), 1.001 * float(reach))
@@ -106,7 +110,7 @@ def near_triangles(surface: Any, place: Any, reach: Any) -> wp.MeshQueryAABB:
 
 
 @wp.func
-def push_outside(surface: Any, sample: Any, reach: Any) -> tuple[Any, Any]:
+def push_outside(surface: SurfaceArrays, sample: Vec4, reach: Scalar) -> tuple[Any, Any]:
     """Push and energy of all that is within reach of a sample outside."""
     place = type(surface.corners[0])(sample[0], sample[1], sample[2])
     push = type(sample)()
@@ -119,7 +123,9 @@ def push_outside(surface: Any, sample: Any, reach: Any) -> tuple[Any, Any]:
 
 
 @wp.func
-def push_listed(surface: Any, listed: wp.array2d[wp.int32], p: int, count: int, sample: Any, reach: Any) -> Any:
+def push_listed(
+    surface: SurfaceArrays, listed: wp.array2d[wp.int32], p: int, count: int, sample: Vec4, reach: Scalar
+) -> Any:
     """Push of the triangles in a list that holds all within reach of a sample outside; the same bits."""
     place = type(surface.corners[0])(sample[0], sample[1], sample[2])
     push = type(sample)()
@@ -130,7 +136,7 @@ def push_listed(surface: Any, listed: wp.array2d[wp.int32], p: int, count: int, 
 
 
 @wp.func
-def push_inside(gap: Any, reach: Any) -> tuple[Any, Any]:
+def push_inside(gap: Vec4, reach: Scalar) -> tuple[Any, Any]:
     """Push and energy of the nearest feature of a sample inside, from its direction and signed distance."""
     x = gap[3] / reach
     size = penalty_push(x) / reach
@@ -139,7 +145,7 @@ def push_inside(gap: Any, reach: Any) -> tuple[Any, Any]:
 
 
 @wp.func
-def push_of(surface: Any, sample: Any, reach: Any, depth: Any) -> tuple[Any, Any]:
+def push_of(surface: SurfaceArrays, sample: Vec4, reach: Scalar, depth: Scalar) -> tuple[Any, Any]:
     """Push and energy of a sample wherever it is, down to a depth."""
     gap = gap_to(surface, sample, depth)
     if gap[3] >= reach:
@@ -150,7 +156,7 @@ def push_of(surface: Any, sample: Any, reach: Any, depth: Any) -> tuple[Any, Any
 
 
 @wp.func
-def tangent_at(place: Any, start: Any, along: Any) -> Any:
+def tangent_at(place: Vec3, start: Vec3, along: Vec3) -> Any:
     """Unit tangent of an edge where its nearest point is inside of it, zero where it is an end."""
     length2 = wp.dot(along, along)
     part = wp.dot(place - start, along)
@@ -161,7 +167,7 @@ def tangent_at(place: Any, start: Any, along: Any) -> Any:
 
 
 @wp.func
-def feature_block(apart: Any, tangent: Any, flat: bool, signed: Any, reach: Any, share: Any) -> Any:
+def feature_block(apart: Vec3, tangent: Vec3, flat: bool, signed: Scalar, reach: Scalar, share: Scalar) -> Any:
     """H of one feature over that of the energy scale [1 / cm^2], from the vector from it and the signed distance."""
     normal = apart / wp.max(wp.length(apart), type(reach)(1.0e-18))
     x = signed / reach
@@ -175,7 +181,7 @@ def feature_block(apart: Any, tangent: Any, flat: bool, signed: Any, reach: Any,
 
 
 @wp.func
-def triangle_block(surface: Any, t: int, place: Any, reach: Any) -> Any:
+def triangle_block(surface: SurfaceArrays, t: int, place: Vec3, reach: Scalar) -> Any:
     """H of a triangle, whose nearest point may be on it, on one of its edges, or one of its corners."""
     apart = from_triangle(surface, t, place)
     tangent = apart - apart
@@ -192,7 +198,7 @@ def triangle_block(surface: Any, t: int, place: Any, reach: Any) -> Any:
 
 
 @wp.func
-def with_edges(block: Any, surface: Any, t: int, place: Any, reach: Any) -> Any:
+def with_edges(block: Mat33, surface: SurfaceArrays, t: int, place: Vec3, reach: Scalar) -> Any:
     """H with those of the edges and corners whose shares a triangle has."""
     zero = reach - reach
     for k in range(3):
@@ -209,7 +215,7 @@ def with_edges(block: Any, surface: Any, t: int, place: Any, reach: Any) -> Any:
 
 
 @wp.func
-def outside_block(surface: Any, place: Any, reach: Any) -> Any:
+def outside_block(surface: SurfaceArrays, place: Vec3, reach: Scalar) -> Any:
     """H of all features within reach of a point outside."""
     block = wp.identity(n=3, dtype=type(reach)) * (reach - reach)
     query = near_triangles(surface, place, reach)
@@ -224,7 +230,7 @@ def outside_block(surface: Any, place: Any, reach: Any) -> Any:
 
 
 @wp.func
-def body_block(surface: Any, place: Any, reach: Any, depth: Any) -> Any:
+def body_block(surface: SurfaceArrays, place: Vec3, reach: Scalar, depth: Scalar) -> Any:
     """H of a contact point wherever it is, down to a depth, over the energy scale [1 / cm^2]."""
     block = wp.identity(n=3, dtype=type(reach)) * (reach - reach)
     query = wp.mesh_query_point_no_sign(surface.tree, single(place), float(depth))
@@ -248,7 +254,7 @@ def body_block(surface: Any, place: Any, reach: Any, depth: Any) -> Any:
 
 
 @wp.func
-def without_negative(block: Any, exact: Any) -> Any:
+def without_negative(block: Mat33, exact: Scalar) -> Any:
     """A symmetric matrix whose negative eigenvalues are multiplied by a part, 0 for none of them."""
     double = wp.mat33d()
     for row in range(3):

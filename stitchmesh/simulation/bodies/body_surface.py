@@ -12,17 +12,20 @@ from __future__ import annotations
 
 import functools
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 import warp as wp
 
-from stitchmesh.compute.precision import vector
+from stitchmesh.compute.precision import Scalar, ScalarType, Vec3, Vec4, vector
 from stitchmesh.simulation.bodies.mesh_features import MeshFeatures
 
 NO_ANCHOR = wp.constant(-1)
 """Number of the triangle for a point without an anchor, which does not touch the body."""
 
+
+SurfaceArrays: TypeAlias = Any
+"""The struct of a ``BodySurface``, in either precision."""
 
 @wp.func
 def feature_of(u: float, v: float) -> int:
@@ -46,7 +49,7 @@ def feature_of(u: float, v: float) -> int:
 
 
 @wp.func
-def from_edge(place: Any, start: Any, along: Any) -> Any:
+def from_edge(place: Vec3, start: Vec3, along: Vec3) -> Any:
     """Shortest vector from an edge to a place."""
     apart = place - start
     length2 = wp.dot(along, along)
@@ -55,7 +58,7 @@ def from_edge(place: Any, start: Any, along: Any) -> Any:
 
 
 @wp.func
-def from_feature(corners: wp.array[Any], triangle: int, feature: int, outward: Any, place: Any) -> Any:
+def from_feature(corners: wp.array[Vec3], triangle: int, feature: int, outward: Vec3, place: Vec3) -> Any:
     """Shortest vector from a feature of a triangle to a place."""
     if feature == 0:
         return outward * wp.dot(place - corners[3 * triangle], outward)
@@ -66,7 +69,7 @@ def from_feature(corners: wp.array[Any], triangle: int, feature: int, outward: A
 
 
 @wp.func
-def from_triangle(surface: Any, t: int, place: Any) -> Any:
+def from_triangle(surface: SurfaceArrays, t: int, place: Vec3) -> Any:
     """Shortest vector from a triangle to a place."""
     normal = surface.outward[7 * t]
     apart = place - surface.corners[3 * t]
@@ -87,7 +90,7 @@ def from_triangle(surface: Any, t: int, place: Any) -> Any:
 
 
 @wp.func
-def gap_to(surface: Any, sample: Any, limit: Any) -> Any:
+def gap_to(surface: SurfaceArrays, sample: Vec4, limit: Scalar) -> Any:
     """Direction away from the inside and signed distance; no direction and ``limit`` where the surface is farther."""
     place = type(surface.corners[0])(sample[0], sample[1], sample[2])
     query = wp.mesh_query_point_no_sign(surface.tree, single(place), float(limit))
@@ -106,7 +109,7 @@ def gap_to(surface: Any, sample: Any, limit: Any) -> Any:
 
 
 @wp.func
-def single(place: Any) -> wp.vec3:
+def single(place: Vec3) -> wp.vec3:
     """A place in the precision of the tree."""
     return wp.vec3(float(place[0]), float(place[1]), float(place[2]))
 
@@ -122,7 +125,7 @@ class BodySurface:
 
 
 @functools.cache
-def _constants_type(scalar: Any) -> Any:
+def _constants_type(scalar: ScalarType) -> Any:
     """Return the struct of a surface in one precision."""
     vectors = wp.array(dtype=vector(3, scalar))
     annotations = {
@@ -134,7 +137,7 @@ def _constants_type(scalar: Any) -> Any:
     return wp.struct(type(f"BodySurface_{scalar.__name__}", (), {"__annotations__": annotations}))
 
 
-def surface_of(features: MeshFeatures, scalar: Any, device: wp.Device) -> BodySurface:
+def surface_of(features: MeshFeatures, scalar: ScalarType, device: wp.Device) -> BodySurface:
     """Send triangles and their features to a device."""
     corners = features.corners.reshape(-1, 3)
     points = wp.array(corners, dtype=wp.vec3, device=device)
@@ -149,7 +152,7 @@ def surface_of(features: MeshFeatures, scalar: Any, device: wp.Device) -> BodySu
 
 
 @wp.func
-def anchor_place(surface: Any, face: int, local: Any) -> Any:
+def anchor_place(surface: SurfaceArrays, face: int, local: Vec3) -> Any:
     """The place of an anchor, from its coordinates along two sides of a triangle and its normal."""
     start = surface.corners[3 * face]
     along = surface.corners[3 * face + 1] - start
@@ -158,7 +161,7 @@ def anchor_place(surface: Any, face: int, local: Any) -> Any:
 
 
 @wp.func
-def anchor_at(surface: Any, face: int, place: Any) -> Any:
+def anchor_at(surface: SurfaceArrays, face: int, place: Vec3) -> Any:
     """Coordinates of a place along two sides of a triangle and its normal."""
     apart = place - surface.corners[3 * face]
     along = surface.corners[3 * face + 1] - surface.corners[3 * face]

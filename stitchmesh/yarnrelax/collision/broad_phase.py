@@ -19,9 +19,10 @@ import warp as wp
 from stitchmesh.compute.captured import CopyArray
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.launch import BLOCK
+from stitchmesh.compute.precision import Scalar, Vec3, Vec4
 from stitchmesh.errors import SolverError
 from stitchmesh.simulation.pair_lists import FIRST_CAPACITY, allocate_lists, insert_sorted
-from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.yarnrelax.model.constants import Model, YarnConstants
 from stitchmesh.yarnrelax.model.lattice_images import (
     apart_from_cell,
     cell_of,
@@ -47,7 +48,7 @@ MOST_ENTRIES = 2**31
 
 
 @wp.func
-def may_collide(model: Any, i: int, j: int, image: int) -> bool:
+def may_collide(model: YarnConstants, i: int, j: int, image: int) -> bool:
     """Whether segment i and segment j of an image are of different strands, or far enough apart along one strand."""
     yarn = model.segment_yarn[i]
     if yarn != model.segment_yarn[j]:
@@ -71,12 +72,12 @@ def may_collide(model: Any, i: int, j: int, image: int) -> bool:
 @kernel
 def bound_segments(
     # model
-    model: Any,
+    model: YarnConstants,
     # state in
-    samples: wp.array[Any],
+    samples: wp.array[Vec4],
     # state out
-    centre: wp.array[Any],
-    extent: wp.array[Any],
+    centre: wp.array[Vec3],
+    extent: wp.array[Scalar],
 ) -> None:
     """A ball around the yarn of each segment: its centre and its radius."""
     s = wp.tid()
@@ -93,14 +94,14 @@ def bound_segments(
 @kernel
 def list_segments(
     # model
-    model: Any,
-    margin: Any,
-    search_radius: Any,
-    pitch: Any,
+    model: YarnConstants,
+    margin: Scalar,
+    search_radius: Scalar,
+    pitch: Scalar,
     # state in
     grid: wp.uint64,
-    centre: wp.array[Any],
-    extent: wp.array[Any],
+    centre: wp.array[Vec3],
+    extent: wp.array[Scalar],
     # state out
     near_count: wp.array[wp.int32],
     near: wp.array2d[wp.int32],
@@ -129,12 +130,12 @@ def list_segments(
 @kernel
 def place_in_grid(
     # model
-    model: Any,
-    pitch: Any,
+    model: YarnConstants,
+    pitch: Scalar,
     # state in
-    centre: wp.array[Any],
+    centre: wp.array[Vec3],
     # state out
-    place: wp.array[Any],
+    place: wp.array[Vec3],
 ) -> None:
     """Coordinates of each ball in the hash grid."""
     s = wp.tid()
@@ -146,9 +147,9 @@ def bound_cells(
     # model
     cell_segments: wp.array[wp.int32],
     # state in
-    centre: wp.array[Any],
+    centre: wp.array[Vec3],
     # state out
-    box: wp.array[Any],
+    box: wp.array[Vec3],
 ) -> None:
     """The box around the middles of each cell's segments; a block of 64 threads for each cell."""
     cell, lane = wp.tid()
@@ -171,12 +172,12 @@ def bound_cells(
 @kernel
 def measure_drift(
     # state in
-    centre: wp.array[Any],
-    extent: wp.array[Any],
-    listed_centre: wp.array[Any],
-    listed_extent: wp.array[Any],
+    centre: wp.array[Vec3],
+    extent: wp.array[Scalar],
+    listed_centre: wp.array[Vec3],
+    listed_extent: wp.array[Scalar],
     # state out
-    drift: wp.array[Any],
+    drift: wp.array[Scalar],
 ) -> None:
     """Distance by which each ball may have approached others since the lists were made."""
     s = wp.tid()

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from stitchmesh.compute.captured import CapturedLaunches, CopyArray, Launcher
 from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.precision import Scalar, Vec3
 from stitchmesh.compute.reduction import maximum
 from stitchmesh.compute.thread_block import MOST_THREADS, THREADS, largest_over_block, smallest_over_block
 from stitchmesh.simulation.captures import Captures
@@ -67,10 +68,10 @@ def collect_results(
     # state in
     near: wp.array[wp.int32],
     listed: wp.array[wp.int32],
-    longest: wp.array[Any],
-    drift: wp.array[Any],
-    periods: wp.array[Any],
-    box: wp.array[Any],
+    longest: wp.array[Scalar],
+    drift: wp.array[Scalar],
+    periods: wp.array[Vec3],
+    box: wp.array[Vec3],
     least: wp.array[wp.float64],
     # state out
     results: wp.array2d[wp.float64],
@@ -105,7 +106,7 @@ def smallest_of_cells(
     # model
     start: wp.array[wp.int32],
     # state in
-    values: wp.array[Any],
+    values: wp.array[Scalar],
     # state out
     parts: wp.array2d[wp.float64],
 ) -> None:

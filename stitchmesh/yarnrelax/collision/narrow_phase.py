@@ -24,13 +24,14 @@ import warp as wp
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.precision import Scalar, Vec3, Vec4
 from stitchmesh.compute.vector_loads import load_vector
 from stitchmesh.simulation.pair_lists import FIRST_CAPACITY, allocate_lists
 from stitchmesh.yarnrelax.collision.broad_phase import (
     NearSegments,
     make_near_segments,
 )
-from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.yarnrelax.model.constants import Model, YarnConstants
 from stitchmesh.yarnrelax.model.lattice_images import cell_of, image_of, shifted_by
 
 NARROWEST_MARGIN = 0.3
@@ -46,13 +47,13 @@ WIDEST_MARGIN = 0.6
 @kernel
 def list_samples(
     # model
-    model: Any,
-    margin: Any,
+    model: YarnConstants,
+    margin: Scalar,
     segment_count: int,
     # state in
-    samples: wp.array[Any],
-    centre: wp.array[Any],
-    extent: wp.array[Any],
+    samples: wp.array[Vec4],
+    centre: wp.array[Vec3],
+    extent: wp.array[Scalar],
     near_count: wp.array[wp.int32],
     near: wp.array2d[wp.int32],
     # state out

@@ -49,11 +49,12 @@ import warp as wp
 from numpy.typing import NDArray
 
 from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.precision import Scalar, Vec2, Vec3, Vec4
 from stitchmesh.compute.reduction import minima_over
 from stitchmesh.quality import MORE_DIGITS
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
-from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.yarnrelax.model.constants import Model, YarnConstants
 from stitchmesh.yarnrelax.model.lattice_images import sample_number
 from stitchmesh.yarnrelax.model.spline import LARGEST_REACH, from_entry, segment_corners, weight_row
 from stitchmesh.yarnrelax.model.state import State
@@ -79,13 +80,13 @@ SMALLEST_CLEARANCE = 1e-3
 
 
 @wp.func
-def room_left(points: wp.array[Any], listed_points: wp.array[Any], budget: wp.array[Any], i: int) -> Any:
+def room_left(points: wp.array[Vec3], listed_points: wp.array[Vec3], budget: wp.array[Scalar], i: int) -> Any:
     """How far control point ``i`` may still move on these candidate lists."""
     return wp.max(budget[i] - wp.length(points[i] - listed_points[i]), budget[i] - budget[i])
 
 
 @wp.func
-def shortened(step: Any, limit: Any) -> Any:
+def shortened(step: Vec3, limit: Scalar) -> Any:
     """The step, no longer than the limit."""
     length = wp.length(step)
     if length > limit:
@@ -96,11 +97,11 @@ def shortened(step: Any, limit: Any) -> Any:
 @kernel
 def measure_budget_use(
     # state in
-    points: wp.array[Any],
-    listed_points: wp.array[Any],
-    budget: wp.array[Any],
+    points: wp.array[Vec3],
+    listed_points: wp.array[Vec3],
+    budget: wp.array[Scalar],
     # state out
-    used: wp.array[Any],
+    used: wp.array[Scalar],
 ) -> None:
     """Part of its budget that each control point has used."""
     i = wp.tid()
@@ -108,7 +109,7 @@ def measure_budget_use(
 
 
 @wp.func
-def distance_of_pieces(centre: Any, half1: Any, half2: Any) -> Any:
+def distance_of_pieces(centre: Vec3, half1: Vec3, half2: Vec3) -> Any:
     """Distance of two straight pieces whose middles are ``centre`` apart and whose half lengths are vectors."""
     zero = centre[0] - centre[0]
     one = type(zero)(1.0)
@@ -128,12 +129,12 @@ def distance_of_pieces(centre: Any, half1: Any, half2: Any) -> Any:
 @kernel
 def measure_arcs(
     # model
-    model: Any,
+    model: YarnConstants,
     # state in
-    points: wp.array[Any],
+    points: wp.array[Vec3],
     # state out
-    half_tangent: wp.array[Any],
-    slack: wp.array[Any],
+    half_tangent: wp.array[Vec3],
+    slack: wp.array[Vec2],
 ) -> None:
     """Half of each arc's tangent piece; its reach and its sag."""
     s = wp.tid()
@@ -154,16 +155,16 @@ def measure_arcs(
 @kernel
 def arc_clearances(
     # model
-    model: Any,
-    margin: Any,
+    model: YarnConstants,
+    margin: Scalar,
     # state in
-    samples: wp.array[Any],
-    half_tangent: wp.array[Any],
-    slack: wp.array[Any],
+    samples: wp.array[Vec4],
+    half_tangent: wp.array[Vec3],
+    slack: wp.array[Vec2],
     candidate_count: wp.array[wp.int32],
     candidates: wp.array2d[wp.int32],
     # state out
-    clearance: wp.array[Any],
+    clearance: wp.array[Scalar],
 ) -> None:
     """Clearance of each sample's arc; exact only where it limits a budget."""
     p = wp.tid()
@@ -186,13 +187,13 @@ def arc_clearances(
 @kernel
 def set_budgets(
     # model
-    model: Any,
-    largest: Any,
-    part: Any,
+    model: YarnConstants,
+    largest: Scalar,
+    part: Scalar,
     # state in
-    clearance: wp.array[Any],
+    clearance: wp.array[Scalar],
     # state out
-    budget: wp.array[Any],
+    budget: wp.array[Scalar],
 ) -> None:
     """Budget of each control point."""
     i = wp.tid()
@@ -222,7 +223,7 @@ def set_strain_budgets(
     # state in
     least: wp.array[wp.float64],
     # state out
-    budget: wp.array[Any],
+    budget: wp.array[Scalar],
 ) -> None:
     """Budget of the strains of each cell."""
     cell = wp.tid()
@@ -232,14 +233,14 @@ def set_strain_budgets(
 @kernel
 def nearest_arcs(
     # model
-    model: Any,
+    model: YarnConstants,
     # state in
-    samples: wp.array[Any],
-    half_tangent: wp.array[Any],
+    samples: wp.array[Vec4],
+    half_tangent: wp.array[Vec3],
     candidate_count: wp.array[wp.int32],
     candidates: wp.array2d[wp.int32],
     # state out
-    nearest: wp.array[Any],
+    nearest: wp.array[Scalar],
 ) -> None:
     """Smallest distance of the arc of a sample to others, over the mean radius of both; 2 where nothing touches it."""
     p = wp.tid()
@@ -257,16 +258,16 @@ def nearest_arcs(
 @kernel
 def nearest_entry(
     # model
-    model: Any,
+    model: YarnConstants,
     sample: int,
     # state in
-    samples: wp.array[Any],
-    half_tangent: wp.array[Any],
+    samples: wp.array[Vec4],
+    half_tangent: wp.array[Vec3],
     candidate_count: wp.array[wp.int32],
     candidates: wp.array2d[wp.int32],
     # state out
     nearest: wp.array[wp.int32],
-    distance: wp.array[Any],
+    distance: wp.array[Scalar],
 ) -> None:
     """The listed sample whose arc is nearest to that of ``sample``, -1 where there is none; one thread."""
     here = samples[sample]

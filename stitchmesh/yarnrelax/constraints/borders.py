@@ -23,6 +23,7 @@ from scipy.sparse import csr_array, kron
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.precision import Scalar, Vec3
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.yarnrelax.energies.shape_patches import loops_of
 from stitchmesh.yarnrelax.energies.term import Constraint, ConstraintChoice, Coupling
@@ -36,13 +37,13 @@ def hold_loops(
     held: wp.array[wp.int32],
     loop_start: wp.array[wp.int32],
     loop_points: wp.array[wp.int32],
-    home: wp.array[Any],
+    home: wp.array[Vec3],
     # state in
-    points: wp.array[Any],
-    stiffness: wp.array[Any],
-    limit: wp.array[Any],
+    points: wp.array[Vec3],
+    stiffness: wp.array[Scalar],
+    limit: wp.array[Scalar],
     # state out
-    step: wp.array[Any],
+    step: wp.array[Vec3],
 ) -> None:
     """Remove the motion of the mean from the steps of each border loop, then shorten all steps by one factor."""
     loop = held[wp.tid()]
@@ -72,7 +73,7 @@ def centre_forces(
     loop_start: wp.array[wp.int32],
     loop_points: wp.array[wp.int32],
     # state out
-    force: wp.array[Any],
+    force: wp.array[Vec3],
 ) -> None:
     """Subtract the mean, which the constraint carries, from the forces of each border loop."""
     loop = held[wp.tid()]

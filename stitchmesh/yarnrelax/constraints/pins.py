@@ -22,6 +22,7 @@ from scipy.sparse import csr_array, kron
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.precision import Vec3
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.energies.term import Constraint, ConstraintChoice, Coupling
 from stitchmesh.yarnrelax.model.constants import Model
@@ -34,7 +35,7 @@ def hold(
     # model
     pinned: wp.array[wp.int32],
     # state out
-    vectors: wp.array[Any],
+    vectors: wp.array[Vec3],
 ) -> None:
     """Set the vector of each pinned control point to zero."""
     k = wp.tid()

@@ -33,7 +33,7 @@ from numpy.typing import NDArray
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.compute.precision import vector
+from stitchmesh.compute.precision import Scalar, Vec4, Vec6, vector
 from stitchmesh.compute.reduction import minimum
 from stitchmesh.compute.vector_loads import load_vector, store_vector
 from stitchmesh.errors import LARGEST_NUMBER, ParameterError, SolverError, check_positive
@@ -45,14 +45,14 @@ from stitchmesh.simulation.bodies.body_penalty import (
     push_of,
     without_negative,
 )
-from stitchmesh.simulation.bodies.body_surface import BodySurface, from_triangle, gap_to, surface_of
+from stitchmesh.simulation.bodies.body_surface import BodySurface, SurfaceArrays, from_triangle, gap_to, surface_of
 from stitchmesh.simulation.bodies.mesh_features import enclosed_volume, mesh_features
 from stitchmesh.simulation.pair_lists import allocate_lists
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
 from stitchmesh.yarnrelax.collision.step_limit import yarn_place
 from stitchmesh.yarnrelax.energies.pair_stiffness import SampleStiffness
 from stitchmesh.yarnrelax.energies.term import YarnChoice, YarnTerm
-from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.yarnrelax.model.constants import Model, YarnConstants
 from stitchmesh.yarnrelax.model.state import State, YarnForces
 
 DEPTH = wp.constant(4.0)
@@ -66,7 +66,7 @@ NOWHERE = 1e15
 
 
 @wp.func
-def list_triangles(surface: Any, sample: Any, reach: Any, p: int, listed: wp.array2d[wp.int32]) -> int:
+def list_triangles(surface: SurfaceArrays, sample: Vec4, reach: Scalar, p: int, listed: wp.array2d[wp.int32]) -> int:
     """List the triangles that a sample may touch before the next search; their number, -1 if there are too many."""
     count = int(0)
     place = type(surface.corners[0])(sample[0], sample[1], sample[2])
@@ -85,17 +85,17 @@ def list_triangles(surface: Any, sample: Any, reach: Any, p: int, listed: wp.arr
 @kernel
 def body_forces(
     # model
-    model: Any,
-    surface: Any,
-    thickness: Any,
-    stiffness: Any,
+    model: YarnConstants,
+    surface: SurfaceArrays,
+    thickness: Scalar,
+    stiffness: Scalar,
     # state in
-    samples: wp.array[Any],
+    samples: wp.array[Vec4],
     # state out
-    measured: wp.array[Any],
+    measured: wp.array[Vec4],
     list_count: wp.array[wp.int32],
     listed: wp.array2d[wp.int32],
-    sample_force: wp.array[Any],
+    sample_force: wp.array[Vec4],
 ) -> None:
     """Add the push of the body on each sample, and the row sum of its stiffness."""
     p = wp.tid()
@@ -128,14 +128,14 @@ def body_forces(
 @kernel
 def body_energies(
     # model
-    model: Any,
-    surface: Any,
-    thickness: Any,
-    stiffness: Any,
+    model: YarnConstants,
+    surface: SurfaceArrays,
+    thickness: Scalar,
+    stiffness: Scalar,
     # state in
-    samples: wp.array[Any],
+    samples: wp.array[Vec4],
     # state out
-    sample_energy: wp.array[Any],
+    sample_energy: wp.array[Scalar],
 ) -> None:
     """Energy [erg] of each sample."""
     p = wp.tid()
@@ -148,13 +148,13 @@ def body_energies(
 @kernel
 def body_gaps(
     # model
-    surface: Any,
-    thickness: Any,
-    limit: Any,
+    surface: SurfaceArrays,
+    thickness: Scalar,
+    limit: Scalar,
     # state in
-    samples: wp.array[Any],
+    samples: wp.array[Vec4],
     # state out
-    gap: wp.array[Any],
+    gap: wp.array[Scalar],
 ) -> None:
     """Signed distance of each sample over its reach."""
     p = wp.tid()
@@ -165,15 +165,15 @@ def body_gaps(
 @kernel
 def body_stiffness(
     # model
-    model: Any,
-    surface: Any,
-    thickness: Any,
-    stiffness: Any,
+    model: YarnConstants,
+    surface: SurfaceArrays,
+    thickness: Scalar,
+    stiffness: Scalar,
     # state in
-    exact: wp.array[Any],
-    samples: wp.array[Any],
+    exact: wp.array[Scalar],
+    samples: wp.array[Vec4],
     # state out
-    found: wp.array[Any],
+    found: wp.array[Vec6],
 ) -> None:
     """The second derivatives by the place of each sample, as six numbers."""
     p = wp.tid()

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from stitchmesh.compute.captured import Launcher, ZeroArray
 from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.precision import Scalar, Vec3, Vec4
 from stitchmesh.compute.reduction import Sums, sums_over
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
 from stitchmesh.yarnrelax.collision.step_limit import yarn_place
@@ -21,7 +22,7 @@ from stitchmesh.yarnrelax.energies.evaluation import contact_launch, gather_laun
 from stitchmesh.yarnrelax.energies.segment_forces import bend_energy, length_energy, natural_ends, stretch_energy
 from stitchmesh.yarnrelax.energies.term import OnYarns
 from stitchmesh.yarnrelax.model.cells import CONTACT
-from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.yarnrelax.model.constants import Model, YarnConstants
 from stitchmesh.yarnrelax.model.lattice_images import sample_number
 from stitchmesh.yarnrelax.model.spline import from_entry, segment_corners
 from stitchmesh.yarnrelax.model.state import State
@@ -35,13 +36,13 @@ BASE_TERMS = 4
 @kernel
 def segment_energies(
     # model
-    model: Any,
+    model: YarnConstants,
     # state in
-    points: wp.array[Any],
+    points: wp.array[Vec3],
     # state out
-    stretch: wp.array[Any],
-    length: wp.array[Any],
-    bend: wp.array[Any],
+    stretch: wp.array[Scalar],
+    length: wp.array[Scalar],
+    bend: wp.array[Scalar],
 ) -> None:
     """Energy [erg] of each segment by term."""
     s = wp.tid()
@@ -68,13 +69,13 @@ def segment_energies(
 @kernel
 def contact_energies(
     # model
-    model: Any,
+    model: YarnConstants,
     # state in
-    samples: wp.array[Any],
+    samples: wp.array[Vec4],
     candidate_count: wp.array[wp.int32],
     candidates: wp.array2d[wp.int32],
     # state out
-    sample_energy: wp.array[Any],
+    sample_energy: wp.array[Scalar],
 ) -> None:
     """Half of the energy of each pair [erg], at both of its samples."""
     p = wp.tid()

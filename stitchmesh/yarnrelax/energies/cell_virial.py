@@ -13,11 +13,14 @@ from typing import Any
 
 import warp as wp
 
-from stitchmesh.yarnrelax.model.lattice_images import cell_of_sample
+from stitchmesh.compute.precision import Scalar, Vec3, Vec4, Vec9
+from stitchmesh.yarnrelax.model.lattice_images import LatticeImages, cell_of_sample
 
 
 @wp.func
-def add_virial(total: Any, first: Any, second: Any, force1: Any, force2: Any, stiffness: Any, inverse: Any) -> Any:
+def add_virial(
+    total: Vec9, first: Scalar, second: Scalar, force1: Scalar, force2: Scalar, stiffness: Scalar, inverse: Scalar
+) -> Any:
     """Add an element of in-plane extent (first, second), force, stiffness by its strain, and 1 / length^2."""
     m0, m1, m2 = first * first * inverse, second * second * inverse, first * second * inverse
     k0, k1, k2 = stiffness * m0, stiffness * m1, stiffness * m2
@@ -27,7 +30,7 @@ def add_virial(total: Any, first: Any, second: Any, force1: Any, force2: Any, st
 
 
 @wp.func
-def add_leg_virial(total: Any, e1: Any, e2: Any, leg: Any, pull: Any, stiffness: Any) -> Any:
+def add_leg_virial(total: Vec9, e1: Vec3, e2: Vec3, leg: Vec3, pull: Vec3, stiffness: Scalar) -> Any:
     """Add a leg of a segment."""
     inverse = type(stiffness)(1.0) / wp.max(wp.dot(leg, leg), type(stiffness)(1.0e-30))
     return add_virial(total, wp.dot(leg, e1), wp.dot(leg, e2), wp.dot(pull, e1), wp.dot(pull, e2), stiffness, inverse)
@@ -35,8 +38,9 @@ def add_leg_virial(total: Any, e1: Any, e2: Any, leg: Any, pull: Any, stiffness:
 
 @wp.func
 def add_contact_virial(
-    total: Any, images: Any, p: int, gap: Any, size: Any, stiffness: Any, distance2: Any, inverse: Any
-) -> Any:
+    total: Vec9, images: LatticeImages, p: int, gap: Vec4, size: Scalar, stiffness: Scalar, distance2: Scalar,
+    inverse: Scalar
+) -> Any:  # fmt: skip
     """Add half of the virial of a pair in contact; the other sample of the pair adds the other half.
 
     The force is ``size`` times the gap. ``inverse`` is 1 / distance^2, which contact has computed already: a division
@@ -50,7 +54,7 @@ def add_contact_virial(
 
 
 @wp.func
-def add_friction_virial(total: Any, images: Any, p: int, gap: Any, force: Any, stiffness: Any) -> Any:
+def add_friction_virial(total: Vec9, images: LatticeImages, p: int, gap: Vec3, force: Vec3, stiffness: Scalar) -> Any:
     """Add half of the virial of a pair that friction holds; the other sample of the pair adds the other half."""
     cell = cell_of_sample(images, p)
     e1, e2 = images.frame[2 * cell], images.frame[2 * cell + 1]

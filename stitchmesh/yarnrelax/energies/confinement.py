@@ -34,12 +34,13 @@ from scipy.optimize import brentq
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.precision import Scalar, Vec3
 from stitchmesh.errors import ParameterError, check_positive
 from stitchmesh.lattice import lattice_frame
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.energies.term import InputPowers, YarnChoice, YarnTerm
 from stitchmesh.yarnrelax.model.cells import PeriodicCell
-from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.yarnrelax.model.constants import Model, YarnConstants
 from stitchmesh.yarnrelax.model.lattice_images import cell_of
 from stitchmesh.yarnrelax.model.material import YarnMaterial, carried_lengths
 from stitchmesh.yarnrelax.model.state import State, YarnForces
@@ -49,26 +50,26 @@ STIFFNESS = 0.1
 
 
 @wp.func
-def excess_height(place: Any, normal: Any, half: Any) -> Any:
+def excess_height(place: Vec3, normal: Vec3, half: Scalar) -> Any:
     """Signed height of a place beyond the nearer plane; 0 between the planes."""
     height = wp.dot(place, normal)
     return wp.sign(height) * wp.max(wp.abs(height) - half, half - half)
 
 
 @wp.func
-def confinement_energy(excess: Any, stiffness: Any) -> Any:
+def confinement_energy(excess: Scalar, stiffness: Scalar) -> Any:
     """Energy [erg]; ``stiffness`` is kappa l_j."""
     return type(excess)(0.5) * stiffness * excess * excess
 
 
 @wp.func
-def confinement_force(excess: Any, stiffness: Any) -> Any:
+def confinement_force(excess: Scalar, stiffness: Scalar) -> Any:
     """Force along the normal [erg / unit]."""
     return -stiffness * excess
 
 
 @wp.func
-def confinement_curvature(excess: Any, stiffness: Any) -> Any:
+def confinement_curvature(excess: Scalar, stiffness: Scalar) -> Any:
     """Second derivative of the energy by the height [erg / unit^2]; a Hessian is this number times n n^T."""
     return wp.where(excess == excess - excess, stiffness - stiffness, stiffness)
 
@@ -92,14 +93,14 @@ class Planes64:
 
 
 @wp.func
-def excess_of_point(planes: Any, cell: int, place: Any) -> Any:
+def excess_of_point(planes: Any, cell: int, place: Vec3) -> Any:
     """Signed height of a control point of a cell beyond the nearer plane."""
     normal = planes.normal[cell]
     return excess_height(place - normal * planes.middle[cell], normal, planes.half[cell])
 
 
 @wp.func
-def cell_of_point(model: Any, i: int) -> int:
+def cell_of_point(model: YarnConstants, i: int) -> int:
     """The cell of a control point, from one of its segments."""
     return cell_of(model.images, wp.max(model.point_segments[i]))
 
@@ -107,13 +108,13 @@ def cell_of_point(model: Any, i: int) -> int:
 @kernel
 def confinement_forces(
     # model
-    model: Any,
+    model: YarnConstants,
     planes: Any,
-    stiffness: wp.array[Any],
+    stiffness: wp.array[Scalar],
     # state in
-    points: wp.array[Any],
+    points: wp.array[Vec3],
     # state out
-    external_force: wp.array[Any],
+    external_force: wp.array[Vec3],
 ) -> None:
     """Add the push of the planes on each control point [erg / unit]."""
     j = wp.tid()
@@ -125,13 +126,13 @@ def confinement_forces(
 @kernel
 def confinement_energies(
     # model
-    model: Any,
+    model: YarnConstants,
     planes: Any,
-    stiffness: wp.array[Any],
+    stiffness: wp.array[Scalar],
     # state in
-    points: wp.array[Any],
+    points: wp.array[Vec3],
     # state out
-    point_energy: wp.array[Any],
+    point_energy: wp.array[Scalar],
 ) -> None:
     """Energy [erg] of each control point."""
     j = wp.tid()
@@ -142,11 +143,11 @@ def confinement_energies(
 @kernel
 def confinement_blocks(
     # model
-    model: Any,
+    model: YarnConstants,
     planes: Any,
-    stiffness: wp.array[Any],
+    stiffness: wp.array[Scalar],
     # state in
-    points: wp.array[Any],
+    points: wp.array[Vec3],
     # state out
     blocks: wp.array[wp.mat33d],
 ) -> None:

@@ -24,22 +24,23 @@ from typing import Any
 import warp as wp
 
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.compute.precision import vector
+from stitchmesh.compute.precision import Scalar, ScalarType, Vec4, Vec6, Vec9, vector
 from stitchmesh.compute.vector_loads import load_vector, store_vector
 from stitchmesh.yarnrelax.energies.cell_virial import add_contact_virial
+from stitchmesh.yarnrelax.model.constants import YarnConstants
 from stitchmesh.yarnrelax.model.lattice_images import cell_of_sample, rests, sample_number
 from stitchmesh.yarnrelax.model.spline import from_entry
 
 
 @wp.func
-def contact_energy(distance2: Any, reach2: Any, stiffness: Any) -> Any:
+def contact_energy(distance2: Scalar, reach2: Scalar, stiffness: Scalar) -> Any:
     """Energy [erg] of two samples at a squared distance below ``reach2``."""
     d2 = distance2 / reach2
     return stiffness * (type(d2)(1.0) / d2 + d2 - type(d2)(2.0))
 
 
 @wp.func
-def contact_force_scale(distance2: Any, reach2: Any, stiffness: Any) -> tuple[Any, Any, Any]:
+def contact_force_scale(distance2: Scalar, reach2: Scalar, stiffness: Scalar) -> tuple[Any, Any, Any]:
     """Force over the vector from the other sample; second derivative of the energy by the distance; 1 / distance^2."""
     inverse = type(reach2)(1.0) / reach2
     ratio = reach2 / distance2
@@ -50,14 +51,14 @@ def contact_force_scale(distance2: Any, reach2: Any, stiffness: Any) -> tuple[An
 
 
 @wp.func
-def outer_product(apart: Any, size: Any, zero: Any) -> Any:
+def outer_product(apart: Any, size: Scalar, zero: Vec6) -> Any:
     """The product apart apart^T times size as (xx, yy, zz, xy, xz, yz)."""
     x, y, z = apart[0] * size, apart[1] * size, apart[2] * size
     return type(zero)(x * apart[0], y * apart[1], z * apart[2], x * apart[1], x * apart[2], y * apart[2])
 
 
 @functools.cache
-def contact_force_function(scalar: Any, entries_at_once: int, cell_relaxes: bool) -> Any:
+def contact_force_function(scalar: ScalarType, entries_at_once: int, cell_relaxes: bool) -> Any:
     """Return the function of a sample's contact force in one precision; it reads ``entries_at_once`` entries of a list.
 
     For cells that relax, the function also finds the sample's part of the virial of the cell. A GPU loads four entries
@@ -67,8 +68,9 @@ def contact_force_function(scalar: Any, entries_at_once: int, cell_relaxes: bool
 
     @wp.func
     def contact_force_at(
-        model: Any, p: int, candidate_count: wp.array[wp.int32], candidates: wp.array2d[wp.int32],
-        samples: wp.array[Any], sample_force: wp.array[Any], sample_block: wp.array[Any], sample_virial: wp.array[Any]
+        model: YarnConstants, p: int, candidate_count: wp.array[wp.int32], candidates: wp.array2d[wp.int32],
+        samples: wp.array[Vec4], sample_force: wp.array[Vec4], sample_block: wp.array[Vec6],
+        sample_virial: wp.array[Vec9]
     ) -> None:  # fmt: skip
         """Write the force on a sample and the row sum of its stiffness; its block of stiffness where it is read."""
         here = load_vector(samples, p)
@@ -103,22 +105,22 @@ def contact_force_function(scalar: Any, entries_at_once: int, cell_relaxes: bool
 
 
 @functools.cache
-def contact_forces(scalar: Any, entries_at_once: int, cell_relaxes: bool) -> wp.Kernel:
+def contact_forces(scalar: ScalarType, entries_at_once: int, cell_relaxes: bool) -> wp.Kernel:
     """Return the kernel of ``contact_force_function`` for all samples."""
     contact_force_at = contact_force_function(scalar, entries_at_once, cell_relaxes)
 
     @kernel
     def contact_forces(
         # model
-        model: Any,
+        model: YarnConstants,
         # state in
         candidate_count: wp.array[wp.int32],
         candidates: wp.array2d[wp.int32],
-        samples: wp.array[Any],
+        samples: wp.array[Vec4],
         # state out
-        sample_force: wp.array[Any],
-        sample_block: wp.array[Any],
-        sample_virial: wp.array[Any],
+        sample_force: wp.array[Vec4],
+        sample_block: wp.array[Vec6],
+        sample_virial: wp.array[Vec9],
     ) -> None:
         """Contact force on each sample."""
         p = wp.tid()

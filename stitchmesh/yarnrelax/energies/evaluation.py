@@ -15,19 +15,20 @@ import warp as wp
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.precision import Scalar, Vec3, Vec4
 from stitchmesh.compute.vector_loads import load_vector
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
 from stitchmesh.yarnrelax.energies.contact import contact_forces
 from stitchmesh.yarnrelax.energies.segment_forces import samples_and_segment_forces
 from stitchmesh.yarnrelax.energies.term import OnYarns
-from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.yarnrelax.model.constants import Model, YarnConstants
 from stitchmesh.yarnrelax.model.lattice_images import cell_of, rests
 from stitchmesh.yarnrelax.model.spline import weight_row
 from stitchmesh.yarnrelax.model.state import State
 
 
 @wp.func
-def leg_forces_on(leg_force: wp.array2d[Any], s: int, slot: int) -> Any:
+def leg_forces_on(leg_force: wp.array2d[Vec3], s: int, slot: int) -> Any:
     """Force of a segment's legs on the control point in a slot: the end of the leg before, the start of the next."""
     force = type(leg_force[0, 0])()
     if slot > 0:
@@ -38,7 +39,7 @@ def leg_forces_on(leg_force: wp.array2d[Any], s: int, slot: int) -> Any:
 
 
 @wp.func
-def sample_forces_on(model: Any, sample_force: wp.array[Any], s: int, slot: int) -> Any:
+def sample_forces_on(model: YarnConstants, sample_force: wp.array[Vec4], s: int, slot: int) -> Any:
     """Force of a segment's samples on the control point in a slot, and the row sum of its stiffness."""
     total = type(sample_force[0])()
     first = model.sample_start[s]
@@ -51,8 +52,8 @@ def sample_forces_on(model: Any, sample_force: wp.array[Any], s: int, slot: int)
 
 @wp.func
 def gather_at(
-    model: Any, i: int, point_stiffness: wp.array[Any], leg_force: wp.array2d[Any], sample_force: wp.array[Any],
-    external_force: wp.array[Any], force: wp.array[Any], stiffness: wp.array[Any]
+    model: YarnConstants, i: int, point_stiffness: wp.array[Scalar], leg_force: wp.array2d[Vec3],
+    sample_force: wp.array[Vec4], external_force: wp.array[Vec3], force: wp.array[Vec3], stiffness: wp.array[Scalar]
 ) -> None:  # fmt: skip
     """Write the force on a control point, and the row sum of stiffness there (``preconditioner``)."""
     slots = model.point_segments[i]
@@ -72,15 +73,15 @@ def gather_at(
 @kernel
 def gather_forces(
     # model
-    model: Any,
-    point_stiffness: wp.array[Any],
+    model: YarnConstants,
+    point_stiffness: wp.array[Scalar],
     # state in
-    leg_force: wp.array2d[Any],
-    sample_force: wp.array[Any],
-    external_force: wp.array[Any],
+    leg_force: wp.array2d[Vec3],
+    sample_force: wp.array[Vec4],
+    external_force: wp.array[Vec3],
     # state out
-    force: wp.array[Any],
-    stiffness: wp.array[Any],
+    force: wp.array[Vec3],
+    stiffness: wp.array[Scalar],
 ) -> None:
     """Force on each control point, and the row sum of stiffness there."""
     i = wp.tid()
@@ -91,7 +92,7 @@ def gather_forces(
 @kernel
 def clear_vectors(
     # state out
-    vectors: wp.array[Any],
+    vectors: wp.array[Vec3],
 ) -> None:
     """Set an array to zero, in a launch like others."""
     i = wp.tid()

@@ -19,7 +19,7 @@ from typing import Any
 
 import warp as wp
 
-from stitchmesh.compute.precision import vector
+from stitchmesh.compute.precision import Vec6, vector
 
 Block32, Block64 = vector(6, wp.float32), vector(6, wp.float64)
 
@@ -76,7 +76,7 @@ def stiffness_block(stiffness: Block32) -> Block64:
 
 
 @wp.func
-def block_times(block: Any, other: wp.vec3d) -> wp.vec3d:
+def block_times(block: Vec6, other: wp.vec3d) -> wp.vec3d:
     """The product of a symmetric matrix of six numbers with a vector."""
     x, y, z = other[0], other[1], other[2]
     return wp.vec3d(
@@ -87,6 +87,6 @@ def block_times(block: Any, other: wp.vec3d) -> wp.vec3d:
 
 
 @wp.func
-def block_as_matrix(block: Any) -> wp.mat33d:
+def block_as_matrix(block: Vec6) -> wp.mat33d:
     """A symmetric matrix of six numbers as nine."""
     return wp.mat33d(block[0], block[3], block[4], block[3], block[1], block[5], block[4], block[5], block[2])

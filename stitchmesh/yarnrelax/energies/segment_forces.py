@@ -38,7 +38,9 @@ from typing import Any
 import warp as wp
 
 from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.precision import Scalar, Vec2, Vec3, Vec4, Vec7, Vec9
 from stitchmesh.yarnrelax.energies.cell_virial import add_leg_virial
+from stitchmesh.yarnrelax.model.constants import YarnConstants
 from stitchmesh.yarnrelax.model.lattice_images import cell_of, rests
 from stitchmesh.yarnrelax.model.spline import put_samples, segment_corners
 
@@ -47,33 +49,33 @@ NEARLY_STRAIGHT = wp.constant(0.25)
 
 
 @wp.func
-def stretch_energy(speed: Any, rest_length: Any, stiffness: Any) -> Any:
+def stretch_energy(speed: Scalar, rest_length: Scalar, stiffness: Scalar) -> Any:
     """Energy [erg] at a point of the curve where |y'| is ``speed`` [cm]."""
     strain = speed / rest_length - type(speed)(1.0)
     return stiffness * strain * strain
 
 
 @wp.func
-def stretch_slope(speed: Any, per_length: Any, stiffness: Any) -> Any:
+def stretch_slope(speed: Scalar, per_length: Scalar, stiffness: Scalar) -> Any:
     """Derivative of the energy by the speed; ``per_length`` is 1 over the rest length."""
     return type(speed)(2.0) * stiffness * (speed * per_length - type(speed)(1.0)) * per_length
 
 
 @wp.func
-def length_energy(length: Any, rest_length: Any, stiffness: Any) -> Any:
+def length_energy(length: Scalar, rest_length: Scalar, stiffness: Scalar) -> Any:
     """Energy [erg] of a segment that is ``length`` long."""
     strain = length / rest_length - type(length)(1.0)
     return stiffness * strain * strain
 
 
 @wp.func
-def length_slope(length: Any, rest_length: Any, stiffness: Any) -> Any:
+def length_slope(length: Scalar, rest_length: Scalar, stiffness: Scalar) -> Any:
     """Derivative of the energy by the length."""
     return type(length)(2.0) * stiffness * (length / rest_length - type(length)(1.0)) / rest_length
 
 
 @wp.func
-def bend_energy(tangent: Any, turn: Any, stiffness: Any, natural: Any) -> Any:
+def bend_energy(tangent: Vec3, turn: Vec3, stiffness: Scalar, natural: Scalar) -> Any:
     """Energy [erg] at a point of the curve; ``stiffness`` is k_bend times the rest length."""
     normal = wp.cross(tangent, turn)
     speed2 = wp.dot(tangent, tangent)
@@ -88,7 +90,7 @@ def bend_energy(tangent: Any, turn: Any, stiffness: Any, natural: Any) -> Any:
 
 
 @wp.func
-def bend_slopes(tangent: Any, turn: Any, inverse: Any, stiffness: Any, natural: Any) -> tuple[Any, Any]:
+def bend_slopes(tangent: Vec3, turn: Vec3, inverse: Scalar, stiffness: Scalar, natural: Scalar) -> tuple[Any, Any]:
     """Derivatives of the energy by y' and by y''; ``inverse`` is 1 / |y'|^2."""
     normal = wp.cross(tangent, turn)
     scale = type(stiffness)(2.0) * stiffness * inverse * inverse * inverse
@@ -111,7 +113,7 @@ def leg_force_function(quadrature_points: int) -> Any:
 
     @wp.func
     def leg_forces(
-        model: Any, k: Any, rest_length: Any, natural: Any, leg0: Any, leg1: Any, leg2: Any
+        model: YarnConstants, k: Vec3, rest_length: Scalar, natural: Vec2, leg0: Vec3, leg1: Vec3, leg2: Vec3
     ) -> tuple[Any, Any, Any]:
         """Force on the end of each leg; the start of the leg feels its opposite."""
         k_len, k_length, k_bend = k[0], k[1], k[2] * rest_length
@@ -146,7 +148,7 @@ def leg_force_function(quadrature_points: int) -> Any:
 
 
 @wp.func
-def natural_ends(model: Any, s: int) -> Any:
+def natural_ends(model: YarnConstants, s: int) -> Any:
     """Natural curvature at both ends of a segment [1 / unit]; the array is empty where all yarns are straight."""
     ends = type(model.segment_natural[0])()
     if model.segment_natural.shape[0] > 0:
@@ -155,7 +157,7 @@ def natural_ends(model: Any, s: int) -> Any:
 
 
 @wp.func
-def mean_direction(rest_length: Any, leg0: Any, leg1: Any, leg2: Any, zero: Any) -> Any:
+def mean_direction(rest_length: Scalar, leg0: Vec3, leg1: Vec3, leg2: Vec3, zero: Vec7) -> Any:
     """Means over a segment by Simpson's rule: t t^T as (xx, yy, zz, xy, xz, yz), t the unit tangent; (l / |y'|)^4."""
     half = type(rest_length)(0.5)
     first, last = (leg0 + leg1) * half, (leg1 + leg2) * half
@@ -167,7 +169,7 @@ def mean_direction(rest_length: Any, leg0: Any, leg1: Any, leg2: Any, zero: Any)
 
 
 @wp.func
-def simpson_part(tangent: Any, weight: Any, rest_length: Any, zero: Any) -> Any:
+def simpson_part(tangent: Vec3, weight: Scalar, rest_length: Scalar, zero: Vec7) -> Any:
     """Contribution of one point of the rule to ``mean_direction``."""
     # where control points coincide the parameter speed is zero, and the mean would not be a number
     slowest = rest_length * rest_length * type(weight)(1.0e-3)
@@ -190,8 +192,8 @@ def segment_force_function(quadrature_points: int, cell_relaxes: bool) -> Any:
 
     @wp.func
     def segment_forces_at(
-        model: Any, s: int, terms: Any, q0: Any, q1: Any, q2: Any, q3: Any, leg_force: wp.array2d[Any],
-        segment_virial: wp.array[Any]
+        model: YarnConstants, s: int, terms: Vec3, q0: Vec3, q1: Vec3, q2: Vec3, q3: Vec3, leg_force: wp.array2d[Vec3],
+        segment_virial: wp.array[Vec9]
     ) -> None:  # fmt: skip
         """Write the leg forces of a segment [erg / unit]; ``terms`` is 1 or 0 for stretch, length and bending."""
         rest_length = model.segment_rest_length[s]
@@ -213,7 +215,9 @@ def segment_force_function(quadrature_points: int, cell_relaxes: bool) -> Any:
 
 
 @wp.func
-def mean_direction_at(model: Any, s: int, q0: Any, q1: Any, q2: Any, q3: Any, segment_block: wp.array[Any]) -> None:
+def mean_direction_at(
+    model: YarnConstants, s: int, q0: Vec3, q1: Vec3, q2: Vec3, q3: Vec3, segment_block: wp.array[Vec7]
+) -> None:
     """Write ``mean_direction`` of a segment with given control points."""
     segment_block[s] = mean_direction(model.segment_rest_length[s], q1 - q0, q2 - q1, q3 - q2, segment_block[0])
 
@@ -226,15 +230,15 @@ def samples_and_segment_forces(quadrature_points: int, cell_relaxes: bool) -> wp
     @kernel
     def samples_and_segment_forces(
         # model
-        model: Any,
-        terms: Any,
+        model: YarnConstants,
+        terms: Vec3,
         # state in
-        points: wp.array[Any],
+        points: wp.array[Vec3],
         # state out
-        samples: wp.array[Any],
-        leg_force: wp.array2d[Any],
-        segment_block: wp.array[Any],
-        segment_virial: wp.array[Any],
+        samples: wp.array[Vec4],
+        leg_force: wp.array2d[Vec3],
+        segment_block: wp.array[Vec7],
+        segment_virial: wp.array[Vec9],
     ) -> None:
         """Contact samples and leg forces of each segment; ``mean_direction`` where a solver reads it."""
         s = wp.tid()

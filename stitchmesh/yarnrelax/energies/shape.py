@@ -40,7 +40,7 @@ from scipy.sparse import bsr_array, csr_array, kron
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.compute.precision import vector
+from stitchmesh.compute.precision import Scalar, Vec3, vector
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.yarnrelax.energies.shape_patches import Loops, WeightedRows, choose_patches, loops_of, owners
 from stitchmesh.yarnrelax.energies.term import Coupling, YarnChoice, YarnTerm
@@ -56,7 +56,7 @@ STIFFENED = 10.0
 
 
 @wp.func
-def patch_energy(mean: Any, normal: Any, stiffness: Any, threshold: Any) -> Any:
+def patch_energy(mean: Vec3, normal: Vec3, stiffness: Vec3, threshold: Scalar) -> Any:
     """Energy [erg] for one unit of weight; ``stiffness`` is (kappa_T, kappa_N, kappa_S)."""
     across = wp.dot(mean, normal)
     along = mean - normal * across
@@ -66,7 +66,7 @@ def patch_energy(mean: Any, normal: Any, stiffness: Any, threshold: Any) -> Any:
 
 
 @wp.func
-def patch_slope(mean: Any, normal: Any, stiffness: Any, threshold: Any) -> Any:
+def patch_slope(mean: Vec3, normal: Vec3, stiffness: Vec3, threshold: Scalar) -> Any:
     """Derivative of the energy by the mean displacement."""
     across = wp.dot(mean, normal)
     along = mean - normal * across
@@ -80,11 +80,11 @@ def displace_loops(
     # model
     loop_start: wp.array[wp.int32],
     loop_points: wp.array[wp.int32],
-    home: wp.array[Any],
+    home: wp.array[Vec3],
     # state in
-    points: wp.array[Any],
+    points: wp.array[Vec3],
     # state out
-    displacement: wp.array[Any],
+    displacement: wp.array[Vec3],
 ) -> None:
     """Sum of the displacements of each loop's control points."""
     loop = wp.tid()
@@ -99,16 +99,16 @@ def pull_patches(
     # model
     patch_start: wp.array[wp.int32],
     patch_loops: wp.array[wp.int32],
-    patch_weight: wp.array[Any],
-    whole: wp.array[Any],
-    normal: wp.array[Any],
-    stiffness: Any,
-    threshold: Any,
+    patch_weight: wp.array[Scalar],
+    whole: wp.array[Scalar],
+    normal: wp.array[Vec3],
+    stiffness: Vec3,
+    threshold: Scalar,
     # state in
-    displacement: wp.array[Any],
+    displacement: wp.array[Vec3],
     # state out
-    pull: wp.array[Any],
-    energy: wp.array[Any],
+    pull: wp.array[Vec3],
+    energy: wp.array[Scalar],
 ) -> None:
     """Derivative of each patch's energy by a loop's displacement, at weight one; its energy [erg]."""
     patch = wp.tid()
@@ -127,11 +127,11 @@ def add_shape_forces(
     loop_points: wp.array[wp.int32],
     owner_start: wp.array[wp.int32],
     owner_patches: wp.array[wp.int32],
-    owner_weight: wp.array[Any],
+    owner_weight: wp.array[Scalar],
     # state in
-    pull: wp.array[Any],
+    pull: wp.array[Vec3],
     # state out
-    external_force: wp.array[Any],
+    external_force: wp.array[Vec3],
 ) -> None:
     """Add the pull of all patches of a loop to its control points."""
     loop = wp.tid()

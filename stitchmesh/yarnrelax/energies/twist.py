@@ -54,10 +54,11 @@ from numpy.typing import NDArray
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.precision import Vec3
 from stitchmesh.errors import ParameterError, first_few
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.energies.term import YarnChoice, YarnTerm
-from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.yarnrelax.model.constants import Model, YarnConstants
 from stitchmesh.yarnrelax.model.spline import segment_corners
 from stitchmesh.yarnrelax.model.state import State, YarnForces
 
@@ -152,7 +153,7 @@ def _strands(segment_start: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArr
 
 
 @wp.func
-def direction_of(chord: Any) -> Any:
+def direction_of(chord: Vec3) -> Any:
     """Direction of a chord in double precision."""
     return wp.normalize(wp.vec3d(wp.float64(chord[0]), wp.float64(chord[1]), wp.float64(chord[2])))
 
@@ -166,7 +167,7 @@ def turn_between(first: wp.vec3d, second: wp.vec3d) -> wp.quatd:
 
 
 @wp.func
-def binormal(first: Any, second: Any) -> Any:
+def binormal(first: Vec3, second: Vec3) -> Any:
     """Curvature binormal of the corner between two chords."""
     size = wp.length(first) * wp.length(second)
     bottom = wp.max(size + wp.dot(first, second), size * type(size)(1.0e-3))
@@ -176,11 +177,11 @@ def binormal(first: Any, second: Any) -> Any:
 @kernel
 def find_chords(
     # model
-    model: Any,
+    model: YarnConstants,
     # state in
-    points: wp.array[Any],
+    points: wp.array[Vec3],
     # state out
-    chord: wp.array[Any],
+    chord: wp.array[Vec3],
 ) -> None:
     """From knot to knot along each segment."""
     s = wp.tid()
@@ -195,7 +196,7 @@ def multiply_strands(
     strand_start: wp.array[wp.int32],
     before: wp.array[wp.int32],
     # state in
-    chord: wp.array[Any],
+    chord: wp.array[Vec3],
     # state out
     strand_turn: wp.array[wp.quatd],
 ) -> None:
@@ -220,7 +221,7 @@ def total_holonomy(
     after: wp.array[wp.int32],
     closing: wp.array[wp.quatd],
     # state in
-    chord: wp.array[Any],
+    chord: wp.array[Vec3],
     strand_turn: wp.array[wp.quatd],
     # state out
     holonomy: wp.array[wp.float64],
@@ -244,16 +245,16 @@ def total_holonomy(
 @kernel
 def add_twist_forces(
     # model
-    model: Any,
+    model: YarnConstants,
     before: wp.array[wp.int32],
     after: wp.array[wp.int32],
     untwisted: wp.array[wp.float64],
     softness: wp.array[wp.float64],
     # state in
     holonomy: wp.array[wp.float64],
-    chord: wp.array[Any],
+    chord: wp.array[Vec3],
     # state out
-    leg_force: wp.array2d[Any],
+    leg_force: wp.array2d[Vec3],
 ) -> None:
     """Add the force of twist on the end of each leg [erg / unit]."""
     s = wp.tid()

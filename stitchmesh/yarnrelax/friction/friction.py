@@ -40,7 +40,7 @@ from numpy.typing import NDArray
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.compute.precision import vector
+from stitchmesh.compute.precision import Scalar, Vec3, Vec4, Vec6, Vec9, vector
 from stitchmesh.errors import ParameterError, check_positive
 from stitchmesh.simulation.friction_law import LARGEST_COEFFICIENT, slip_energy, slip_slope
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
@@ -63,13 +63,13 @@ from stitchmesh.yarnrelax.friction.friction_law import (
     vector_from,
 )
 from stitchmesh.yarnrelax.model.constants import Model
-from stitchmesh.yarnrelax.model.lattice_images import sample_number
+from stitchmesh.yarnrelax.model.lattice_images import LatticeImages, sample_number
 from stitchmesh.yarnrelax.model.state import State, YarnForces
 
 
 @wp.func
 def slip_of_pair(
-    images: Any, law: Any, tangent: Any, samples: Any, p: int, entry: int, anchor: Any, force: Any
+    images: LatticeImages, law: Vec4, tangent: Any, samples: Any, p: int, entry: int, anchor: Vec3, force: Vec3
 ) -> tuple[Any, Any]:
     """Slip of a pair from its anchor, and the part of it that friction resists, weighted by the law."""
     slip = vector_from(images, samples, p, samples[p], entry, force) - anchor
@@ -84,19 +84,19 @@ def friction_forces(cell_relaxes: bool) -> wp.Kernel:
     @kernel
     def friction_forces(
         # model
-        images: Any,
-        law: Any,
-        tangent: wp.array[Any],
+        images: LatticeImages,
+        law: Vec4,
+        tangent: wp.array[Vec3],
         contact_count: wp.array[wp.int32],
         contact_entry: wp.array2d[wp.int32],
-        anchor: wp.array2d[Any],
-        press: wp.array2d[Any],
+        anchor: wp.array2d[Vec3],
+        press: wp.array2d[Vec3],
         # state in
-        samples: wp.array[Any],
+        samples: wp.array[Vec4],
         # state out
-        sample_force: wp.array[Any],
-        sample_block: wp.array[Any],
-        sample_virial: wp.array[Any],
+        sample_force: wp.array[Vec4],
+        sample_block: wp.array[Vec6],
+        sample_virial: wp.array[Vec9],
     ) -> None:
         """Add the friction on each sample, the row sum of its stiffness, and its block where that is read."""
         p = wp.tid()
@@ -125,17 +125,17 @@ def friction_forces(cell_relaxes: bool) -> wp.Kernel:
 @kernel
 def friction_stiffness(
     # model
-    images: Any,
-    law: Any,
-    tangent: wp.array[Any],
+    images: LatticeImages,
+    law: Vec4,
+    tangent: wp.array[Vec3],
     contact_count: wp.array[wp.int32],
     contact_entry: wp.array2d[wp.int32],
-    anchor: wp.array2d[Any],
-    press: wp.array2d[Any],
+    anchor: wp.array2d[Vec3],
+    press: wp.array2d[Vec3],
     # state in
-    samples: wp.array[Any],
+    samples: wp.array[Vec4],
     # state out
-    stiffness: wp.array2d[Any],
+    stiffness: wp.array2d[Vec6],
 ) -> None:
     """The block of each pair, as (xx, yy, zz, xy, xz, yz)."""
     p = wp.tid()
@@ -149,17 +149,17 @@ def friction_stiffness(
 @kernel
 def friction_energies(
     # model
-    images: Any,
-    law: Any,
-    tangent: wp.array[Any],
+    images: LatticeImages,
+    law: Vec4,
+    tangent: wp.array[Vec3],
     contact_count: wp.array[wp.int32],
     contact_entry: wp.array2d[wp.int32],
-    anchor: wp.array2d[Any],
-    press: wp.array2d[Any],
+    anchor: wp.array2d[Vec3],
+    press: wp.array2d[Vec3],
     # state in
-    samples: wp.array[Any],
+    samples: wp.array[Vec4],
     # state out
-    sample_energy: wp.array[Any],
+    sample_energy: wp.array[Scalar],
 ) -> None:
     """Half of each pair's energy [erg], at both of its samples."""
     p = wp.tid()

@@ -29,13 +29,20 @@ import warp as wp
 from numpy.typing import NDArray
 
 from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.precision import Vec3, Vec4
 from stitchmesh.compute.reduction import maximum
 from stitchmesh.simulation.friction_law import within
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
 from stitchmesh.yarnrelax.friction.friction_law import press_of_pair, resisted_slip, slip_measure, vector_from
-from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.yarnrelax.model.constants import Model, YarnConstants
 from stitchmesh.yarnrelax.model.image_table import joined_table
-from stitchmesh.yarnrelax.model.lattice_images import entry_shift, images_struct, images_with, sample_number
+from stitchmesh.yarnrelax.model.lattice_images import (
+    LatticeImages,
+    entry_shift,
+    images_struct,
+    images_with,
+    sample_number,
+)
 from stitchmesh.yarnrelax.model.spline import place_samples, segment_corners, weight_row
 from stitchmesh.yarnrelax.model.state import State
 
@@ -46,11 +53,11 @@ ROOM = 2
 @kernel
 def find_tangents(
     # model
-    model: Any,
+    model: YarnConstants,
     # state in
-    points: wp.array[Any],
+    points: wp.array[Vec3],
     # state out
-    tangent: wp.array[Any],
+    tangent: wp.array[Vec3],
 ) -> None:
     """Unit tangent of the yarn at each sample."""
     s = wp.tid()
@@ -67,10 +74,10 @@ def find_tangents(
 @kernel
 def count_contacts(
     # model
-    model: Any,
+    model: YarnConstants,
     # state in
-    samples: wp.array[Any],
-    tangent: wp.array[Any],
+    samples: wp.array[Vec4],
+    tangent: wp.array[Vec3],
     candidate_count: wp.array[wp.int32],
     candidates: wp.array2d[wp.int32],
     # state out
@@ -87,7 +94,9 @@ def count_contacts(
 
 
 @wp.func
-def is_same_pair(images: Any, entry: int, old_images: Any, old_entry: int, p: int, here: Any) -> bool:
+def is_same_pair(
+    images: LatticeImages, entry: int, old_images: LatticeImages, old_entry: int, p: int, here: Vec4
+) -> bool:
     """Whether two entries of ``p`` are one sample in one image; the tables may differ, the periods are the same.
 
     Displacements of one image differ by rounding at most, those of two images by a period, which is longer than a yarn
@@ -103,23 +112,23 @@ def is_same_pair(images: Any, entry: int, old_images: Any, old_entry: int, p: in
 @kernel
 def list_contacts(
     # model
-    model: Any,
-    law: Any,
-    old_table: Any,
-    old_periods: Any,
+    model: YarnConstants,
+    law: Vec4,
+    old_table: LatticeImages,
+    old_periods: LatticeImages,
     # state in
-    samples: wp.array[Any],
-    tangent: wp.array[Any],
+    samples: wp.array[Vec4],
+    tangent: wp.array[Vec3],
     candidate_count: wp.array[wp.int32],
     candidates: wp.array2d[wp.int32],
-    old_place: wp.array[Any],
+    old_place: wp.array[Vec4],
     old_count: wp.array[wp.int32],
     old_entry: wp.array2d[wp.int32],
-    old_anchor: wp.array2d[Any],
+    old_anchor: wp.array2d[Vec3],
     # state out
     entry: wp.array2d[wp.int32],
-    anchor: wp.array2d[Any],
-    press: wp.array2d[Any],
+    anchor: wp.array2d[Vec3],
+    press: wp.array2d[Vec3],
 ) -> None:
     """The pairs that press each other now, with the part of their slip that they keep."""
     p = wp.tid()

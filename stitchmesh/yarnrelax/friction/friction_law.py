@@ -19,9 +19,11 @@ from typing import Any
 
 import warp as wp
 
+from stitchmesh.compute.precision import Scalar, Vec3, Vec4, Vec6
 from stitchmesh.simulation.friction_law import slip_curvature, slip_slope, within
 from stitchmesh.yarnrelax.energies.contact import contact_force_scale, outer_product
-from stitchmesh.yarnrelax.model.lattice_images import sample_number
+from stitchmesh.yarnrelax.model.constants import YarnConstants
+from stitchmesh.yarnrelax.model.lattice_images import LatticeImages, sample_number
 from stitchmesh.yarnrelax.model.spline import from_entry
 
 # Two yarns cross where the difference of their unit tangents is longer than sqrt(0.1), an angle of 18 degrees; below
@@ -29,7 +31,7 @@ from stitchmesh.yarnrelax.model.spline import from_entry
 
 
 @wp.func
-def across_both(apart: Any, first: Any, second: Any) -> Any:
+def across_both(apart: Vec3, first: Vec3, second: Vec3) -> Any:
     """Part of a vector across two yarns with these unit tangents."""
     same = type(apart[0])(1.0)
     if wp.dot(first, second) < type(same)(0.0):
@@ -43,14 +45,14 @@ def across_both(apart: Any, first: Any, second: Any) -> Any:
 
 
 @wp.func
-def vector_from(images: Any, samples: wp.array[Any], p: int, here: Any, entry: int, zero: Any) -> Any:
+def vector_from(images: LatticeImages, samples: wp.array[Vec4], p: int, here: Vec4, entry: int, zero: Vec3) -> Any:
     """Vector from a listed sample, in its image, to ``here``, the place of ``p``."""
     apart = from_entry(images, samples, p, here, entry)
     return type(zero)(apart[0], apart[1], apart[2])
 
 
 @wp.func
-def press_of_pair(model: Any, samples: wp.array[Any], tangent: wp.array[Any], p: int, entry: int) -> Any:
+def press_of_pair(model: YarnConstants, samples: wp.array[Vec4], tangent: wp.array[Vec3], p: int, entry: int) -> Any:
     """N n of sample p and a listed one [erg / unit]; zero without contact, or where an end meets an end."""
     apart = from_entry(model.images, samples, p, samples[p], entry)
     away = type(tangent[p])(apart[0], apart[1], apart[2])
@@ -66,7 +68,7 @@ def press_of_pair(model: Any, samples: wp.array[Any], tangent: wp.array[Any], p:
 
 
 @wp.func
-def resisted_slip(slip: Any, normal: Any, first: Any, second: Any, law: Any) -> Any:
+def resisted_slip(slip: Vec3, normal: Vec3, first: Vec3, second: Vec3, law: Vec4) -> Any:
     """A u: the part of a slip that the contact resists, weighted by direction."""
     resisted = within(slip, normal) * law[2]
     if law[1] != law[2]:
@@ -77,13 +79,13 @@ def resisted_slip(slip: Any, normal: Any, first: Any, second: Any, law: Any) -> 
 
 
 @wp.func
-def slip_measure(slip: Any, resisted: Any) -> Any:
+def slip_measure(slip: Vec3, resisted: Vec3) -> Any:
     """Slip of a pair in the measure of the law, s."""
     return wp.sqrt(wp.max(wp.dot(slip, resisted), type(slip[0])(0.0)))
 
 
 @wp.func
-def resistance_block(size: Any, normal: Any, first: Any, second: Any, law: Any, zero: Any) -> Any:
+def resistance_block(size: Scalar, normal: Vec3, first: Vec3, second: Vec3, law: Vec4, zero: Vec6) -> Any:
     """A times a number as (xx, yy, zz, xy, xz, yz); K of a pair for mu N phi' / s."""
     across, none = size * law[2], size - size
     block = type(zero)(across, across, across, none, none, none) - outer_product(normal, across, zero)
@@ -94,7 +96,7 @@ def resistance_block(size: Any, normal: Any, first: Any, second: Any, law: Any, 
 
 
 @wp.func
-def slip_stiffness_block(press: Any, slip: Any, first: Any, second: Any, law: Any, zero: Any) -> Any:
+def slip_stiffness_block(press: Vec3, slip: Vec3, first: Vec3, second: Vec3, law: Vec4, zero: Vec6) -> Any:
     """H of a pair as (xx, yy, zz, xy, xz, yz), by the place of one sample relative to the other [erg / unit^2].
 
     Args:

@@ -19,12 +19,12 @@ import warp as wp
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.compute.precision import vector
+from stitchmesh.compute.precision import Scalar, Vec4, vector
 from stitchmesh.compute.vector_loads import load_vector
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
 from stitchmesh.yarnrelax.energies.contact import contact_force_scale
 from stitchmesh.yarnrelax.energies.pair_stiffness import PairStiffness
-from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.yarnrelax.model.constants import Model, YarnConstants
 from stitchmesh.yarnrelax.model.lattice_images import cell_of_sample, rests, sample_number
 from stitchmesh.yarnrelax.model.spline import from_entry
 
@@ -32,16 +32,16 @@ from stitchmesh.yarnrelax.model.spline import from_entry
 @kernel
 def find_touching_pairs(
     # model
-    model: Any,
+    model: YarnConstants,
     # state in
-    exact: wp.array[Any],
-    samples: wp.array[Any],
+    exact: wp.array[Scalar],
+    samples: wp.array[Vec4],
     candidate_count: wp.array[wp.int32],
     candidates: wp.array2d[wp.int32],
     # state out
     touching_count: wp.array[wp.int32],
     touching: wp.array2d[wp.int32],
-    stiffness: wp.array2d[Any],
+    stiffness: wp.array2d[Vec4],
 ) -> None:
     """The entries of each sample's list that touch it, in their order; of each the vector a and the number b."""
     p = wp.tid()

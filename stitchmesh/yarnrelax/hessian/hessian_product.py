@@ -15,13 +15,13 @@ import warp as wp
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.compute.precision import matrix
+from stitchmesh.compute.precision import Mat33, Vec3, Vec4, matrix
 from stitchmesh.compute.vector_loads import load_vector, store_vector
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
 from stitchmesh.yarnrelax.energies.evaluation import leg_forces_on, sample_forces_on
 from stitchmesh.yarnrelax.hessian.contact_hessian import TouchingPairs
 from stitchmesh.yarnrelax.hessian.segment_hessian import leg_hessian_launch
-from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.yarnrelax.model.constants import Model, YarnConstants
 from stitchmesh.yarnrelax.model.lattice_images import sample_number
 from stitchmesh.yarnrelax.model.spline import weight_row
 from stitchmesh.yarnrelax.model.state import State
@@ -30,13 +30,13 @@ from stitchmesh.yarnrelax.model.state import State
 @kernel
 def segment_product(
     # model
-    model: Any,
+    model: YarnConstants,
     # state in
-    leg_hessian: wp.array2d[Any],
-    motion: wp.array[Any],
+    leg_hessian: wp.array2d[Mat33],
+    motion: wp.array[Vec3],
     # state out
-    sample_motion: wp.array[Any],
-    leg_product: wp.array2d[Any],
+    sample_motion: wp.array[Vec4],
+    leg_product: wp.array2d[Vec3],
 ) -> None:
     """The product for each leg, and the motion of each contact sample."""
     s = wp.tid()
@@ -59,14 +59,14 @@ def segment_product(
 @kernel
 def contact_product(
     # model
-    model: Any,
+    model: YarnConstants,
     # state in
     touching_count: wp.array[wp.int32],
     touching: wp.array2d[wp.int32],
-    stiffness: wp.array2d[Any],
-    sample_motion: wp.array[Any],
+    stiffness: wp.array2d[Vec4],
+    sample_motion: wp.array[Vec4],
     # state out
-    sample_product: wp.array[Any],
+    sample_product: wp.array[Vec4],
 ) -> None:
     """The product for each sample."""
     p = wp.tid()
@@ -85,12 +85,12 @@ def contact_product(
 @kernel
 def gather_product(
     # model
-    model: Any,
+    model: YarnConstants,
     # state in
-    leg_product: wp.array2d[Any],
-    sample_product: wp.array[Any],
+    leg_product: wp.array2d[Vec3],
+    sample_product: wp.array[Vec4],
     # state out
-    product: wp.array[Any],
+    product: wp.array[Vec3],
 ) -> None:
     """The product for each control point."""
     i = wp.tid()

@@ -15,18 +15,20 @@ import warp as wp
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.precision import Mat33, Mat46, Scalar, Vec3
 from stitchmesh.compute.thread_block import THREADS, total_over_block
 from stitchmesh.yarnrelax.collision.step_limit import STRAIN_UNIT
 from stitchmesh.yarnrelax.energies.pair_stiffness import Block64, block_as_matrix
 from stitchmesh.yarnrelax.hessian.matrix_pattern import MatrixPattern
 from stitchmesh.yarnrelax.hessian.segment_sums import SegmentSums
 from stitchmesh.yarnrelax.hessian.touching_segments import TouchingSegments, place_in_list
+from stitchmesh.yarnrelax.model.constants import YarnConstants
 from stitchmesh.yarnrelax.model.lattice_images import cell_of
 from stitchmesh.yarnrelax.model.state import State
 
 
 @wp.func
-def block_of_legs(leg_hessian: wp.array2d[Any], s: int, leg: int, other: int) -> wp.mat33d:
+def block_of_legs(leg_hessian: wp.array2d[Mat33], s: int, leg: int, other: int) -> wp.mat33d:
     """The block of two legs of a segment, of which one half is stored (``segment_hessian``)."""
     low, high = wp.min(leg, other), wp.max(leg, other)
     block = wp.mat33d(leg_hessian[(low * (5 - low)) // 2 + high, s])
@@ -36,7 +38,7 @@ def block_of_legs(leg_hessian: wp.array2d[Any], s: int, leg: int, other: int) ->
 
 
 @wp.func
-def block_of_corners(leg_hessian: wp.array2d[Any], s: int, a: int, b: int) -> wp.mat33d:
+def block_of_corners(leg_hessian: wp.array2d[Mat33], s: int, a: int, b: int) -> wp.mat33d:
     """The block of two control points of a segment: each ends the leg before it and begins the next one."""
     block = wp.mat33d()
     if a > 0 and b > 0:
@@ -53,7 +55,7 @@ def block_of_corners(leg_hessian: wp.array2d[Any], s: int, a: int, b: int) -> wp
 @kernel
 def put_blocks(
     # model
-    model: Any,
+    model: YarnConstants,
     places: wp.array[wp.vec4i],
     start: wp.array[wp.int32],
     height: wp.array[wp.int32],
@@ -61,9 +63,9 @@ def put_blocks(
     touching: wp.array2d[wp.int32],
     pair_base: wp.array[wp.int32],
     # state in
-    leg_hessian: wp.array2d[Any],
-    own_blocks: wp.array2d[Any],
-    between: wp.array2d[Any],
+    leg_hessian: wp.array2d[Mat33],
+    own_blocks: wp.array2d[Mat46],
+    between: wp.array2d[Mat46],
     # state out
     entries: wp.array[wp.float64],
 ) -> None:
@@ -102,7 +104,7 @@ def put_blocks(
 @kernel
 def put_border(
     # model
-    model: Any,
+    model: YarnConstants,
     per_unit: wp.float64,
     frame: wp.array[wp.vec3d],
     cell_start: wp.array[wp.int32],
@@ -110,9 +112,9 @@ def put_border(
     height: wp.array[wp.int32],
     strain_start: wp.array[wp.int32],
     # state in
-    exact: wp.array[Any],
-    force: wp.array[Any],
-    external_force: wp.array[Any],
+    exact: wp.array[Scalar],
+    force: wp.array[Vec3],
+    external_force: wp.array[Vec3],
     point_strains: wp.array2d[wp.mat33d],
     # state out
     entries: wp.array[wp.float64],

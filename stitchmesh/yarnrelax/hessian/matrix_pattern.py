@@ -23,7 +23,7 @@ from stitchmesh.yarnrelax.hessian.touching_segments import (
     insert_number,
     place_in_list,
 )
-from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.yarnrelax.model.constants import Model, YarnConstants
 from stitchmesh.yarnrelax.model.lattice_images import cell_of
 
 CAPACITY = 64
@@ -33,7 +33,7 @@ CAPACITY = 64
 @kernel
 def list_neighbours(
     # model
-    model: Any,
+    model: YarnConstants,
     # state in
     touching_count: wp.array[wp.int32],
     touching: wp.array2d[wp.int32],
@@ -96,7 +96,7 @@ def put_places(
 @kernel
 def put_strain_places(
     # model
-    model: Any,
+    model: YarnConstants,
     first_strain: wp.int32,
     cell_start: wp.array[wp.int32],
     strain_start: wp.array[wp.int32],

@@ -29,14 +29,15 @@ import warp as wp
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.precision import Mat33, Scalar, Vec3
 from stitchmesh.yarnrelax.energies.segment_forces import NEARLY_STRAIGHT, length_slope, natural_ends
-from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.yarnrelax.model.constants import Model, YarnConstants
 from stitchmesh.yarnrelax.model.lattice_images import cell_of, rests
 from stitchmesh.yarnrelax.model.spline import segment_corners
 
 
 @wp.func
-def gauss_newton_bend(t: Any, a: Any, c: Any) -> tuple[Any, Any, Any]:
+def gauss_newton_bend(t: Vec3, a: Vec3, c: Vec3) -> tuple[Any, Any, Any]:
     """Blocks tt, ta, aa of 2 J^T J, with J the derivative of the curvature vector; c is t x a."""
     two, three = type(t[0])(2.0), type(t[0])(3.0)
     s2 = wp.dot(t, t)
@@ -54,7 +55,7 @@ def gauss_newton_bend(t: Any, a: Any, c: Any) -> tuple[Any, Any, Any]:
 
 
 @wp.func
-def exact_bend(t: Any, a: Any) -> tuple[Any, Any, Any]:
+def exact_bend(t: Vec3, a: Vec3) -> tuple[Any, Any, Any]:
     """Blocks tt, ta, aa of the Hessian of the square of the curvature."""
     one, two, three, four, six, twelve = (
         type(t[0])(1.0), type(t[0])(2.0), type(t[0])(3.0), type(t[0])(4.0), type(t[0])(6.0), type(t[0])(12.0)
@@ -74,7 +75,7 @@ def exact_bend(t: Any, a: Any) -> tuple[Any, Any, Any]:
 
 
 @wp.func
-def bend_hessian(t: Any, a: Any, stiffness: Any, natural: Any, exact: Any) -> tuple[Any, Any, Any]:
+def bend_hessian(t: Vec3, a: Vec3, stiffness: Scalar, natural: Scalar, exact: Scalar) -> tuple[Any, Any, Any]:
     """Blocks tt, ta, aa of bending at a point of the rule; ``stiffness`` is k_bend times the rest length."""
     zero, one, two = type(stiffness)(0.0), type(stiffness)(1.0), type(stiffness)(2.0)
     c = wp.cross(t, a)
@@ -105,7 +106,7 @@ def bend_hessian(t: Any, a: Any, stiffness: Any, natural: Any, exact: Any) -> tu
 
 
 @wp.func
-def curve_length(model: Any, leg0: Any, leg1: Any, leg2: Any) -> Any:
+def curve_length(model: YarnConstants, leg0: Vec3, leg1: Vec3, leg2: Vec3) -> Any:
     """Length of a segment by the quadrature rule."""
     length = leg0[0] - leg0[0]
     for g in range(model.quadrature_points):
@@ -117,12 +118,12 @@ def curve_length(model: Any, leg0: Any, leg1: Any, leg2: Any) -> Any:
 @kernel
 def find_leg_hessians(
     # model
-    model: Any,
+    model: YarnConstants,
     # state in
-    exact: wp.array[Any],
-    points: wp.array[Any],
+    exact: wp.array[Scalar],
+    points: wp.array[Vec3],
     # state out
-    leg_hessian: wp.array2d[Any],
+    leg_hessian: wp.array2d[Mat33],
 ) -> None:
     """Find six blocks of each segment [erg / unit^2]: of the pairs of legs 00, 01, 02, 11, 12 and 22, in this order.
 

@@ -27,6 +27,7 @@ import warp as wp
 
 from stitchmesh.compute.captured import Launcher, ZeroArray
 from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.precision import Mat33, Mat46, Vec3, Vec4, Vec6
 from stitchmesh.mesh import FloatArray
 from stitchmesh.yarn import basis
 from stitchmesh.yarnrelax.collision.step_limit import STRAIN_UNIT
@@ -38,8 +39,15 @@ from stitchmesh.yarnrelax.energies.pair_stiffness import (
     stiffness_block,
 )
 from stitchmesh.yarnrelax.hessian.matrix_pattern import MatrixPattern
-from stitchmesh.yarnrelax.model.constants import Model
-from stitchmesh.yarnrelax.model.lattice_images import cell_of, cell_of_sample, exact_shift, image_of, sample_number
+from stitchmesh.yarnrelax.model.constants import Model, YarnConstants
+from stitchmesh.yarnrelax.model.lattice_images import (
+    LatticeImages,
+    cell_of,
+    cell_of_sample,
+    exact_shift,
+    image_of,
+    sample_number,
+)
 from stitchmesh.yarnrelax.model.spline import weight_row
 from stitchmesh.yarnrelax.model.upload import sample_places
 
@@ -56,14 +64,14 @@ def strain_changes(gap: wp.vec3d, e1: wp.vec3d, e2: wp.vec3d, per_unit: wp.float
 
 
 @wp.func
-def exact_corner(model: Any, points: wp.array[Any], s: int, slot: int) -> wp.vec3d:
+def exact_corner(model: YarnConstants, points: wp.array[Vec3], s: int, slot: int) -> wp.vec3d:
     """Place of a control point of a segment, in its image, in double precision."""
     shift = exact_shift(model.images, cell_of(model.images, s), model.images.corner_image[s][slot])
     return wp.vec3d(points[model.segment_points[s][slot]]) + shift
 
 
 @wp.func
-def exact_gap(images: Any, samples: wp.array[Any], p: int, entry: int) -> wp.vec3d:
+def exact_gap(images: LatticeImages, samples: wp.array[Vec4], p: int, entry: int) -> wp.vec3d:
     """Vector from a listed sample, in its image, to sample ``p`` in double precision."""
     here, there = wp.vec4d(samples[p]), wp.vec4d(samples[sample_number(images, entry)])
     apart = here - there
@@ -74,12 +82,12 @@ def exact_gap(images: Any, samples: wp.array[Any], p: int, entry: int) -> wp.vec
 @kernel
 def sum_leg_strains(
     # model
-    model: Any,
+    model: YarnConstants,
     per_unit: wp.float64,
     frame: wp.array[wp.vec3d],
     # state in
-    points: wp.array[Any],
-    leg_hessian: wp.array2d[Any],
+    points: wp.array[Vec3],
+    leg_hessian: wp.array2d[Mat33],
     # state out
     point_strains: wp.array2d[wp.mat33d],
     strain_strains: wp.array[wp.mat33d],
@@ -107,7 +115,7 @@ def sum_leg_strains(
 
 
 @wp.func
-def symmetric_strains(k11: Any, k12: Any, k22: Any, e1: wp.vec3d, e2: wp.vec3d, size: wp.float64) -> wp.mat33d:
+def symmetric_strains(k11: Vec6, k12: Vec6, k22: Vec6, e1: wp.vec3d, e2: wp.vec3d, size: wp.float64) -> wp.mat33d:
     """The matrix of strains from the sums of K g1^2, K g1 g2 and K g2^2, times a number."""
     aa, bb = wp.dot(e1, block_times(k11, e1)) * size, wp.dot(e2, block_times(k22, e2)) * size
     cc, ab = wp.dot(e1, block_times(k22, e1)) * size, wp.dot(e1, block_times(k12, e2)) * size
@@ -122,18 +130,18 @@ def sum_own_pairs(cell_relaxes: bool) -> wp.Kernel:
     @kernel
     def sum_own_pairs(
         # model
-        model: Any,
-        images: Any,
+        model: YarnConstants,
+        images: LatticeImages,
         weights: wp.array[wp.vec4d],
         per_unit: wp.float64,
         frame: wp.array[wp.vec3d],
         # state in
-        samples: wp.array[Any],
+        samples: wp.array[Vec4],
         pair_count: wp.array[wp.int32],
         entries: wp.array2d[wp.int32],
         stiffness: wp.array2d[Any],
         # state in and out
-        own_blocks: wp.array2d[Any],
+        own_blocks: wp.array2d[Mat46],
         point_strains: wp.array2d[wp.mat33d],
         strain_strains: wp.array[wp.mat33d],
     ) -> None:
@@ -191,12 +199,12 @@ def sum_own_pairs(cell_relaxes: bool) -> wp.Kernel:
 @kernel
 def sum_samples(
     # model
-    model: Any,
+    model: YarnConstants,
     weights: wp.array[wp.vec4d],
     # state in
-    stiffness: wp.array[Any],
+    stiffness: wp.array[Vec6],
     # state in and out
-    own_blocks: wp.array2d[Any],
+    own_blocks: wp.array2d[Mat46],
 ) -> None:
     """Add w_a w_b K of the samples of each segment alone to its blocks."""
     s = wp.tid()
@@ -212,8 +220,8 @@ def sum_samples(
 @kernel
 def sum_pairs_between(
     # model
-    model: Any,
-    images: Any,
+    model: YarnConstants,
+    images: LatticeImages,
     weights: wp.array[wp.vec4d],
     pairs: wp.array[wp.vec2i],
     # state in
@@ -221,7 +229,7 @@ def sum_pairs_between(
     entries: wp.array2d[wp.int32],
     stiffness: wp.array2d[Any],
     # state in and out
-    blocks: wp.array2d[Any],
+    blocks: wp.array2d[Mat46],
 ) -> None:
     """Add w_a w_b K of the pairs between two segments, for the points a of the first and b of the second."""
     number = wp.tid()

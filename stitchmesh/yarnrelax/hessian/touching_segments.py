@@ -23,8 +23,8 @@ from stitchmesh.compute.captured import Launcher, ZeroArray
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
 from stitchmesh.yarnrelax.energies.pair_stiffness import PairStiffness
-from stitchmesh.yarnrelax.model.constants import Model
-from stitchmesh.yarnrelax.model.lattice_images import cell_of, sample_number
+from stitchmesh.yarnrelax.model.constants import Model, YarnConstants
+from stitchmesh.yarnrelax.model.lattice_images import LatticeImages, cell_of, sample_number
 
 CAPACITY = 16
 """First number of segments that may touch a segment; longer lists follow. A fabric at rest needs about six."""
@@ -68,8 +68,8 @@ def place_in_list(lists: wp.array2d[wp.int32], row: int, count: int, number: int
 @kernel
 def list_touching_segments(
     # model
-    model: Any,
-    images: Any,
+    model: YarnConstants,
+    images: LatticeImages,
     # state in
     pair_count: wp.array[wp.int32],
     entries: wp.array2d[wp.int32],
@@ -125,7 +125,7 @@ def copy_lists(
 @kernel
 def put_former_lists(
     # model
-    images: Any,
+    images: LatticeImages,
     changed: wp.array[wp.int32],
     # state in
     former_count: wp.array[wp.int32],

@@ -14,17 +14,19 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
 from stitchmesh.compute.launch import launch, prepare
-from stitchmesh.compute.precision import vector
+from stitchmesh.compute.precision import ScalarType, vector
 from stitchmesh.yarnrelax.model.cells import CellTables
 from stitchmesh.yarnrelax.model.material import carried_lengths, point_masses
 
+YarnConstants: TypeAlias = Any
+"""The struct of ``constants_struct``, in either precision, with or without images."""
 
 @dataclass(frozen=True, eq=False)
 class Model(CellTables):
@@ -32,7 +34,7 @@ class Model(CellTables):
 
     device: wp.Device
     """Where the kernels run."""
-    scalar: Any
+    scalar: ScalarType
     """Warp's floating-point type."""
     sample_start: NDArray[np.int64]
     """Where each segment's contact samples start, shape (S + 1,)."""
@@ -137,7 +139,7 @@ class Model(CellTables):
 
 
 @functools.cache
-def constants_struct(scalar: Any, images: Any) -> Any:
+def constants_struct(scalar: ScalarType, images: Any) -> Any:
     """Return the struct of constants in one precision, with or without images; lengths are in units."""
     scalars = wp.array(dtype=scalar)
     integers = wp.array(dtype=wp.int32)

@@ -15,13 +15,18 @@ whether a fabric is periodic.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, TypeAlias
 
 import warp as wp
+
+from stitchmesh.compute.precision import Scalar, ScalarType, Vec3, Vec4
 
 NO_TURNS = wp.constant(2147483647)
 """Mark of an image that no number of turns of a yarn reaches."""
 
+
+LatticeImages: TypeAlias = Any
+"""``Images32``, ``Images64`` or ``NoImages``."""
 
 @wp.struct
 class NoImages:
@@ -60,7 +65,7 @@ class Images64:
     frame: wp.array[wp.vec3d]
 
 
-def images_struct(scalar: Any, *, on_lattice: bool) -> Any:
+def images_struct(scalar: ScalarType, *, on_lattice: bool) -> Any:
     """Return the kind of struct for yarns in one precision, with or without a lattice."""
     if not on_lattice:
         return NoImages
@@ -124,19 +129,19 @@ def turns_of(image: wp.vec2i, step: wp.vec2i) -> int:
 
 
 @wp.func
-def corner_place(images: NoImages, points: wp.array[Any], s: int, slot: int, point: int) -> Any:
+def corner_place(images: NoImages, points: wp.array[Vec3], s: int, slot: int, point: int) -> Any:
     """Place of control point ``slot`` of segment ``s``."""
     return points[point]
 
 
 @wp.func
-def corner_place(images: Images32, points: wp.array[Any], s: int, slot: int, point: int) -> Any:
+def corner_place(images: Images32, points: wp.array[Vec3], s: int, slot: int, point: int) -> Any:
     """Place of control point ``slot`` of segment ``s``, in the image of the segment."""
     return points[point] + image_shift(images, images.segment_cell[s], images.corner_image[s][slot])
 
 
 @wp.func
-def corner_place(images: Images64, points: wp.array[Any], s: int, slot: int, point: int) -> Any:
+def corner_place(images: Images64, points: wp.array[Vec3], s: int, slot: int, point: int) -> Any:
     """Place of control point ``slot`` of segment ``s``, in the image of the segment."""
     return points[point] + image_shift(images, images.segment_cell[s], images.corner_image[s][slot])
 
@@ -178,19 +183,19 @@ def image_count(images: Images64) -> int:
 
 
 @wp.func
-def shifted_by(images: NoImages, place: Any, cell: int, number: int) -> Any:
+def shifted_by(images: NoImages, place: Vec3, cell: int, number: int) -> Any:
     """A place in an image."""
     return place
 
 
 @wp.func
-def shifted_by(images: Images32, place: Any, cell: int, number: int) -> wp.vec3f:
+def shifted_by(images: Images32, place: Vec3, cell: int, number: int) -> wp.vec3f:
     """A place in an image."""
     return place + image_shift(images, cell, number)
 
 
 @wp.func
-def shifted_by(images: Images64, place: Any, cell: int, number: int) -> wp.vec3d:
+def shifted_by(images: Images64, place: Vec3, cell: int, number: int) -> wp.vec3d:
     """A place in an image."""
     return place + image_shift(images, cell, number)
 
@@ -232,20 +237,20 @@ def image_of(images: Images64, entry: int, count: int) -> int:
 
 
 @wp.func
-def entry_shift(images: NoImages, zero: Any, p: int, entry: int) -> Any:
+def entry_shift(images: NoImages, zero: Vec4, p: int, entry: int) -> Any:
     """Displacement of the lattice image of an entry in the list of sample ``p``: zero without a lattice."""
     return zero
 
 
 @wp.func
-def entry_shift(images: Images32, zero: Any, p: int, entry: int) -> wp.vec4f:
+def entry_shift(images: Images32, zero: Vec4, p: int, entry: int) -> wp.vec4f:
     """Displacement of the lattice image of an entry in the list of sample ``p``; the fourth component is 0."""
     shift = image_shift(images, images.sample_cell[p], entry // images.sample_count)
     return wp.vec4f(shift[0], shift[1], shift[2], zero[3])
 
 
 @wp.func
-def entry_shift(images: Images64, zero: Any, p: int, entry: int) -> wp.vec4d:
+def entry_shift(images: Images64, zero: Vec4, p: int, entry: int) -> wp.vec4d:
     """Displacement of the lattice image of an entry in the list of sample ``p``; the fourth component is 0."""
     shift = image_shift(images, images.sample_cell[p], entry // images.sample_count)
     return wp.vec4d(shift[0], shift[1], shift[2], zero[3])
@@ -306,7 +311,7 @@ def cell_of_sample(images: Images64, p: int) -> int:
 
 
 @wp.func
-def apart_from_cell(images: NoImages, place: Any, cell: int, reach: Any) -> bool:
+def apart_from_cell(images: NoImages, place: Vec3, cell: int, reach: Scalar) -> bool:
     """Whether a place is farther than a reach from the box around all segments of a cell."""
     return False
 
@@ -332,7 +337,7 @@ def apart_from_cell(images: Images64, place: wp.vec3d, cell: int, reach: wp.floa
 
 
 @wp.func
-def grid_place(images: NoImages, place: Any, cell: int, pitch: Any) -> Any:
+def grid_place(images: NoImages, place: Vec3, cell: int, pitch: Scalar) -> Any:
     """Coordinates of a place in the hash grid."""
     return place
 

@@ -25,8 +25,10 @@ import warp as wp
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.precision import Vec3, Vec4
 from stitchmesh.compute.vector_loads import load_vector, store_vector
-from stitchmesh.yarnrelax.model.lattice_images import corner_place, entry_shift, sample_number
+from stitchmesh.yarnrelax.model.constants import YarnConstants
+from stitchmesh.yarnrelax.model.lattice_images import LatticeImages, corner_place, entry_shift, sample_number
 
 if TYPE_CHECKING:
     from stitchmesh.yarnrelax.model.constants import Model
@@ -37,7 +39,7 @@ LARGEST_REACH = 0.85
 
 
 @wp.func
-def segment_corners(model: Any, points: wp.array[Any], s: int) -> tuple[Any, Any, Any, Any]:
+def segment_corners(model: YarnConstants, points: wp.array[Vec3], s: int) -> tuple[Any, Any, Any, Any]:
     """The four control points of a segment, each where its image lies."""
     corner = model.segment_points[s]
     q0 = corner_place(model.images, points, s, 0, corner[0])
@@ -48,13 +50,13 @@ def segment_corners(model: Any, points: wp.array[Any], s: int) -> tuple[Any, Any
 
 
 @wp.func
-def weight_row(model: Any, count: int, k: int) -> int:
+def weight_row(model: YarnConstants, count: int, k: int) -> int:
     """Row of the tables of sample weights for sample ``k`` of a segment with ``count`` samples."""
     return (count * (count - 1)) // 2 + k
 
 
 @wp.func
-def put_samples(model: Any, s: int, q0: Any, q1: Any, q2: Any, q3: Any, samples: wp.array[Any]) -> None:
+def put_samples(model: YarnConstants, s: int, q0: Vec3, q1: Vec3, q2: Vec3, q3: Vec3, samples: wp.array[Vec4]) -> None:
     """Write place and radius of the samples of segment ``s``."""
     first = model.sample_start[s]
     count = model.sample_start[s + 1] - first
@@ -69,11 +71,11 @@ def put_samples(model: Any, s: int, q0: Any, q1: Any, q2: Any, q3: Any, samples:
 @kernel
 def place_samples(
     # model
-    model: Any,
+    model: YarnConstants,
     # state in
-    points: wp.array[Any],
+    points: wp.array[Vec3],
     # state out
-    samples: wp.array[Any],
+    samples: wp.array[Vec4],
 ) -> None:
     """Contact samples: place and yarn radius."""
     s = wp.tid()
@@ -82,7 +84,7 @@ def place_samples(
 
 
 @wp.func
-def from_entry(images: Any, samples: wp.array[Any], p: int, here: Any, entry: int) -> Any:
+def from_entry(images: LatticeImages, samples: wp.array[Vec4], p: int, here: Vec4, entry: int) -> Any:
     """Vector from a sample that ``p`` lists, in its image, to ``here``, where p lies; the sum of the two radii last."""
     there = load_vector(samples, sample_number(images, entry))
     apart = here - there

@@ -7,15 +7,17 @@ from __future__ import annotations
 import functools
 from dataclasses import dataclass, fields
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 import warp as wp
 
-from stitchmesh.compute.precision import vector
+from stitchmesh.compute.precision import ScalarType, vector
 from stitchmesh.mesh import FloatArray
 from stitchmesh.yarnrelax.model.constants import Model
 
+StateArrays: TypeAlias = Any
+"""The struct of the arrays of a ``State``, in either precision."""
 
 @dataclass(frozen=True, eq=False)
 class YarnForces:
@@ -110,7 +112,7 @@ class State:
 
 
 @functools.cache
-def _struct(scalar: Any) -> Any:
+def _struct(scalar: ScalarType) -> Any:
     """Return the struct of a state in one precision."""
     scalars = wp.array(dtype=scalar)
     threes, fours, sixes, sevens, nines = (wp.array(dtype=vector(size, scalar)) for size in (3, 4, 6, 7, 9))

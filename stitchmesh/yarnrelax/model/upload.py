@@ -17,6 +17,7 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
+from stitchmesh.compute.precision import ScalarType
 from stitchmesh.errors import ParameterError
 from stitchmesh.yarn import YarnSet, basis
 from stitchmesh.yarnrelax.model.cells import CONTACT, PeriodicCell, starts_of
@@ -42,7 +43,7 @@ def put_model(
     *,
     quadrature_points: int,
     contact_samples: int,
-    scalar: Any,
+    scalar: ScalarType,
     device: wp.Device,
 ) -> Model:
     """Send everything that stays constant to the device.
@@ -68,7 +69,7 @@ def put_cells(
     *,
     quadrature_points: int,
     contact_samples: int | Sequence[int],
-    scalar: Any,
+    scalar: ScalarType,
     device: wp.Device,
 ) -> Model:
     """Send the yarns of several independent cells to the device, with the arguments and errors of ``put_model``.
@@ -102,7 +103,7 @@ def put_cells(
     return model
 
 
-def _refuse_stiffness(materials: Sequence[YarnMaterial], scalar: Any) -> None:
+def _refuse_stiffness(materials: Sequence[YarnMaterial], scalar: ScalarType) -> None:
     """Refuse stiffnesses, scaled to yarn of unit radius, whose squared forces exceed the precision."""
     largest = float(np.sqrt(np.finfo(np.float32 if scalar is wp.float32 else np.float64).max)) * ROOM
     for material in materials:

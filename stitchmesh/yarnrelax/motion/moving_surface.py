@@ -20,6 +20,7 @@ import warp as wp
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.precision import Scalar, Vec3
 from stitchmesh.mesh import IntArray
 from stitchmesh.mesh.vertex_motion import MovingMesh
 from stitchmesh.simulation.bodies.body_surface import single, surface_of
@@ -28,7 +29,7 @@ from stitchmesh.yarnrelax.model.constants import Model
 
 
 @wp.func
-def unit_of(along: Any) -> Any:
+def unit_of(along: Vec3) -> Any:
     """The vector of length one; zero if its length is zero."""
     length = wp.length(along)
     if length > type(length)(1.0e-12):
@@ -46,17 +47,17 @@ def part_of(interval: wp.array[wp.float64], clock: wp.array[wp.float64]) -> wp.f
 @kernel
 def place_triangles(
     # model
-    before: wp.array[Any],
-    after: wp.array[Any],
+    before: wp.array[Vec3],
+    after: wp.array[Vec3],
     interval: wp.array[wp.float64],
     # state in
     clock: wp.array[wp.float64],
     # state out
-    corners: wp.array[Any],
+    corners: wp.array[Vec3],
     tree_points: wp.array[wp.vec3],
-    outward: wp.array[Any],
-    angle: wp.array[Any],
-    travel: wp.array[Any],
+    outward: wp.array[Vec3],
+    angle: wp.array[Scalar],
+    travel: wp.array[Scalar],
 ) -> None:
     """Move the corners of each triangle to their places at a time between two frames; find normal and angles."""
     t = wp.tid()
@@ -87,9 +88,9 @@ def place_outward(
     place: wp.array[wp.int32],
     on_border: wp.array[wp.int32],
     # state in
-    angle: wp.array[Any],
+    angle: wp.array[Scalar],
     # state out
-    outward: wp.array[Any],
+    outward: wp.array[Vec3],
 ) -> None:
     """Outward directions of the edges and the corners of each triangle."""
     t = wp.tid()

@@ -34,7 +34,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 import warp as wp
@@ -42,13 +42,13 @@ from numpy.typing import NDArray
 
 from stitchmesh.compute.captured import Launcher, ZeroArray
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.compute.precision import vector
+from stitchmesh.compute.precision import Scalar, ScalarType, Vec3, Vec6, Vec9, vector
 from stitchmesh.compute.thread_block import THREADS, VirialSums, sum_over_block
 from stitchmesh.errors import ParameterError
 from stitchmesh.lattice import lattice_frame
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
 from stitchmesh.yarnrelax.collision.step_limit import STRAIN_UNIT
-from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.yarnrelax.model.constants import Model, YarnConstants
 from stitchmesh.yarnrelax.model.state import State
 from stitchmesh.yarnrelax.solvers.preconditioner import inverse_block
 
@@ -86,10 +86,13 @@ class RelaxCell:
         return np.array([self.course is not None, self.wale is not None, self.shear])
 
 
+StrainArrays: TypeAlias = Any
+"""The struct of the strains of cells, in either precision."""
+
 @wp.func
 def add_cell_virial(
-    total: Any, model: Any, first: int, last: int, lane: int, threads: int, segment_virial: wp.array[Any],
-    sample_virial: wp.array[Any]
+    total: Vec9, model: YarnConstants, first: int, last: int, lane: int, threads: int, segment_virial: wp.array[Vec9],
+    sample_virial: wp.array[Vec9]
 ) -> Any:  # fmt: skip
     """Add the virial of every ``threads``-th segment and sample of a cell."""
     for s in range(first + lane, last, threads):
@@ -104,12 +107,12 @@ def add_cell_virial(
 @kernel
 def gather_strain_forces(
     # model
-    model: Any,
+    model: YarnConstants,
     blocks: int,
     cell_segments: wp.array[wp.int32],
     # state in
-    segment_virial: wp.array[Any],
-    sample_virial: wp.array[Any],
+    segment_virial: wp.array[Vec9],
+    sample_virial: wp.array[Vec9],
     # state out
     parts: wp.array3d[wp.float64],
 ) -> None:
@@ -138,8 +141,9 @@ def sum_of_blocks(parts: wp.array2d[wp.float64], lane: int, threads: int, totals
 
 @wp.func
 def put_strain_force(
-    cell: int, entry: int, strains: Any, force: wp.array[Any], stiffness: wp.array[Any], preconditioner: wp.array[Any]
-) -> None:
+    cell: int, entry: int, strains: StrainArrays, force: wp.array[Vec3], stiffness: wp.array[Scalar],
+    preconditioner: wp.array[Vec6]
+) -> None:  # fmt: skip
     """Write the force on the strains of a cell and their preconditioner, from ``strains.totals``."""
     one = wp.float64(1.0)
     e1, e2 = strains.frame[2 * cell], strains.frame[2 * cell + 1]
@@ -173,11 +177,11 @@ def put_strain_forces(
     # model
     first_entry: int,
     # state in and out
-    strains: Any,
+    strains: StrainArrays,
     # state out
-    force: wp.array[Any],
-    stiffness: wp.array[Any],
-    preconditioner: wp.array[Any],
+    force: wp.array[Vec3],
+    stiffness: wp.array[Scalar],
+    preconditioner: wp.array[Vec6],
 ) -> None:
     """The forces on the strains of each cell and their preconditioner; one block for each cell."""
     cell, lane = wp.tid()
@@ -187,7 +191,7 @@ def put_strain_forces(
 
 
 @wp.func
-def deformed(place: Any, e1: Any, e2: Any, strain: Any) -> Any:
+def deformed(place: Vec3, e1: Vec3, e2: Vec3, strain: Vec3) -> Any:
     """A place after a further strain (a, b, c) of its cell."""
     first, second = wp.dot(place, e1), wp.dot(place, e2)
     return place + e1 * (strain[0] * first + strain[2] * second) + e2 * (strain[1] * second)
@@ -223,7 +227,7 @@ def sum_parts(
 
 
 @functools.cache
-def strains_struct(scalar: Any) -> Any:
+def strains_struct(scalar: ScalarType) -> Any:
     """Return the struct of the strains of cells in one precision; ``count`` is 0 if no cell relaxes."""
     threes, doubles = wp.array(dtype=vector(3, scalar)), wp.float64
     annotations = {

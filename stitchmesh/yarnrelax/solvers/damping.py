@@ -31,17 +31,18 @@ from numpy.typing import NDArray
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.precision import Scalar, Vec3, Vec4
 from stitchmesh.compute.vector_loads import load_vector, store_vector
 from stitchmesh.yarn import basis
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
-from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.yarnrelax.model.constants import Model, YarnConstants
 from stitchmesh.yarnrelax.model.lattice_images import sample_number
 from stitchmesh.yarnrelax.model.spline import from_entry, weight_row
 from stitchmesh.yarnrelax.model.state import State
 
 
 @wp.func
-def drag_on(model: Any, drag: wp.array[Any], velocity: wp.array[Any], s: int, slot: int) -> Any:
+def drag_on(model: YarnConstants, drag: wp.array[Vec4], velocity: wp.array[Vec3], s: int, slot: int) -> Any:
     """Global damping of a segment on the control point in a slot."""
     corner = model.segment_points[s]
     row = drag[slot]
@@ -52,11 +53,11 @@ def drag_on(model: Any, drag: wp.array[Any], velocity: wp.array[Any], s: int, sl
 @kernel
 def sample_velocities(
     # model
-    model: Any,
+    model: YarnConstants,
     # state in
-    velocity: wp.array[Any],
+    velocity: wp.array[Vec3],
     # state out
-    sample_velocity: wp.array[Any],
+    sample_velocity: wp.array[Vec4],
 ) -> None:
     """Velocity [unit / s] of each contact sample, and 0."""
     s = wp.tid()
@@ -74,16 +75,16 @@ def sample_velocities(
 @kernel
 def contact_damping(
     # model
-    model: Any,
-    k_dt: Any,
-    k_dn: Any,
+    model: YarnConstants,
+    k_dt: Scalar,
+    k_dn: Scalar,
     # state in
-    samples: wp.array[Any],
-    sample_velocity: wp.array[Any],
+    samples: wp.array[Vec4],
+    sample_velocity: wp.array[Vec4],
     candidate_count: wp.array[wp.int32],
     candidates: wp.array2d[wp.int32],
     # state out
-    sample_damping: wp.array[Any],
+    sample_damping: wp.array[Vec4],
 ) -> None:
     """Contact damping on each sample [erg / unit], and the row sum of its own coefficients."""
     p = wp.tid()

@@ -42,11 +42,12 @@ from numpy.typing import NDArray
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.precision import Scalar, Vec3, Vec4
 from stitchmesh.compute.reduction import maximum, ordered_sum, strand_maxima, strands_for
 from stitchmesh.errors import ParameterError
 from stitchmesh.yarnrelax.collision.step_limit import USED_UP, measure_budget_use, room_left, shortened
 from stitchmesh.yarnrelax.energies.evaluation import sample_forces_on
-from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.yarnrelax.model.constants import Model, YarnConstants
 from stitchmesh.yarnrelax.model.material import point_masses
 from stitchmesh.yarnrelax.solvers.damping import ContactDamping, drag_on, drag_rows, segment_drag
 from stitchmesh.yarnrelax.solvers.solver import Progress, Solver, SolverInputs
@@ -59,14 +60,14 @@ stays within a few percent, at 1 the energy doubles."""
 
 
 @wp.func
-def stable_time(stiffness: Any, damping: Any) -> Any:
+def stable_time(stiffness: Scalar, damping: Scalar) -> Any:
     """Longest stable time step for row sums of stiffness and damping over mass."""
     size = damping + wp.sqrt(damping * damping + type(damping)(4.0) * stiffness)
     return type(damping)(4.0 * STABLE_PART) / wp.max(size, type(damping)(1.0e-30))
 
 
 @wp.func
-def time_within(reach: Any, speed: Any, acceleration: Any) -> Any:
+def time_within(reach: Scalar, speed: Scalar, acceleration: Scalar) -> Any:
     """Longest time step that stays within a reach (L eq 2)."""
     fast = speed + wp.sqrt(speed * speed + type(speed)(4.0) * reach * acceleration)
     return type(speed)(2.0) * reach / wp.max(fast, type(speed)(1.0e-30))
@@ -130,23 +131,23 @@ class Clock:
 @kernel
 def accelerate(
     # model
-    model: Any,
-    step_limit: Any,
-    mass: wp.array[Any],
-    drag: wp.array[Any],
-    drag_row: wp.array[Any],
+    model: YarnConstants,
+    step_limit: Scalar,
+    mass: wp.array[Scalar],
+    drag: wp.array[Vec4],
+    drag_row: wp.array[Scalar],
     # state in
-    points: wp.array[Any],
-    listed_points: wp.array[Any],
-    budget: wp.array[Any],
-    force: wp.array[Any],
-    velocity: wp.array[Any],
-    sample_damping: wp.array[Any],
+    points: wp.array[Vec3],
+    listed_points: wp.array[Vec3],
+    budget: wp.array[Scalar],
+    force: wp.array[Vec3],
+    velocity: wp.array[Vec3],
+    sample_damping: wp.array[Vec4],
     # state out
-    stiffness: wp.array[Any],
-    acceleration: wp.array[Any],
-    limit: wp.array[Any],
-    longest: wp.array[Any],
+    stiffness: wp.array[Scalar],
+    acceleration: wp.array[Vec3],
+    limit: wp.array[Scalar],
+    longest: wp.array[Scalar],
 ) -> None:
     """Acceleration of each control point, its largest move, and its longest time step.
 
@@ -176,11 +177,11 @@ def accelerate(
 def propose_moves(
     # state in
     clock: wp.array[wp.float64],
-    acceleration: wp.array[Any],
-    limit: wp.array[Any],
+    acceleration: wp.array[Vec3],
+    limit: wp.array[Scalar],
     # state out
-    velocity: wp.array[Any],
-    step: wp.array[Any],
+    velocity: wp.array[Vec3],
+    step: wp.array[Vec3],
 ) -> None:
     """New velocities and the moves that follow; the limit removes no more than rounding."""
     i = wp.tid()
@@ -193,10 +194,10 @@ def propose_moves(
 def apply_moves(
     # state in
     clock: wp.array[wp.float64],
-    step: wp.array[Any],
+    step: wp.array[Vec3],
     # state out
-    points: wp.array[Any],
-    velocity: wp.array[Any],
+    points: wp.array[Vec3],
+    velocity: wp.array[Vec3],
 ) -> None:
     """Move, and find the velocity from the move after the constraints."""
     i = wp.tid()
@@ -209,11 +210,11 @@ def apply_moves(
 @kernel
 def kinetic_energies(
     # model
-    mass: wp.array[Any],
+    mass: wp.array[Scalar],
     # state in
-    velocity: wp.array[Any],
+    velocity: wp.array[Vec3],
     # state out
-    energy: wp.array[Any],
+    energy: wp.array[Scalar],
 ) -> None:
     """Kinetic energy [erg] of each control point."""
     i = wp.tid()

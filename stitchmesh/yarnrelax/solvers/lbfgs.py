@@ -35,9 +35,10 @@ from numpy.typing import NDArray
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.precision import Scalar, Vec3, Vec6
 from stitchmesh.compute.thread_block import THREADS, Products, Slots, sum_over_block
 from stitchmesh.yarnrelax.model.constants import Model
-from stitchmesh.yarnrelax.solvers.cell_strain import put_strain_force, strains_of, sum_of_blocks
+from stitchmesh.yarnrelax.solvers.cell_strain import StrainArrays, put_strain_force, strains_of, sum_of_blocks
 from stitchmesh.yarnrelax.solvers.lbfgs_fused import FusedLaunch, suits_fusing
 from stitchmesh.yarnrelax.solvers.lbfgs_steps import (
     FIRST_GRADIENT,
@@ -52,6 +53,7 @@ from stitchmesh.yarnrelax.solvers.lbfgs_steps import (
     WANTED,
     Blocks,
     CellRanges,
+    LBFGSArrays,
     PointRange,
     add_direction_products,
     add_force_products,
@@ -85,8 +87,8 @@ one stitch that slides."""
 
 @wp.func
 def force_products(
-    point_range: PointRange, points: wp.array[Any], listed_points: wp.array[Any], budget: wp.array[Any],
-    force: wp.array[Any], preconditioner: wp.array[Any], memory: Any
+    point_range: PointRange, points: wp.array[Vec3], listed_points: wp.array[Vec3], budget: wp.array[Scalar],
+    force: wp.array[Vec3], preconditioner: wp.array[Vec6], memory: LBFGSArrays
 ) -> Products:  # fmt: skip
     """Products over the control points of a thread.
 
@@ -103,13 +105,13 @@ def compare_forces(
     # model
     blocks: Blocks,
     # state in
-    points: wp.array[Any],
-    listed_points: wp.array[Any],
-    budget: wp.array[Any],
-    force: wp.array[Any],
-    preconditioner: wp.array[Any],
+    points: wp.array[Vec3],
+    listed_points: wp.array[Vec3],
+    budget: wp.array[Scalar],
+    force: wp.array[Vec3],
+    preconditioner: wp.array[Vec6],
     # state in and out
-    memory: Any,
+    memory: LBFGSArrays,
     # state out
     sums: wp.array2d[wp.float64],
 ) -> None:
@@ -127,16 +129,16 @@ def update_memories(
     blocks: Blocks,
     # state in
     sums: wp.array2d[wp.float64],
-    points: wp.array[Any],
-    listed_points: wp.array[Any],
-    budget: wp.array[Any],
+    points: wp.array[Vec3],
+    listed_points: wp.array[Vec3],
+    budget: wp.array[Scalar],
     # state in and out
-    strains: Any,
-    memory: Any,
+    strains: StrainArrays,
+    memory: LBFGSArrays,
     # state out, of the strains
-    force: wp.array[Any],
-    stiffness: wp.array[Any],
-    preconditioner: wp.array[Any],
+    force: wp.array[Vec3],
+    stiffness: wp.array[Scalar],
+    preconditioner: wp.array[Vec6],
 ) -> None:
     """Take the newest pair of each cell into its memory, and find a_j; one block for each cell."""
     cell, lane = wp.tid()
@@ -163,8 +165,8 @@ def update_memories(
 
 @wp.func
 def direction_products(
-    point_range: PointRange, force: wp.array[Any], preconditioner: wp.array[Any], stiffness: wp.array[Any],
-    memory: Any
+    point_range: PointRange, force: wp.array[Vec3], preconditioner: wp.array[Vec6], stiffness: wp.array[Scalar],
+    memory: LBFGSArrays
 ) -> Slots:  # fmt: skip
     """Z of the control points of a thread, and its products; a function like ``force_products``."""
     total, record, alpha = Slots(), memory.record[point_range.cell], memory.alpha[point_range.cell]
@@ -178,11 +180,11 @@ def apply_preconditioner(
     # model
     blocks: Blocks,
     # state in
-    force: wp.array[Any],
-    preconditioner: wp.array[Any],
-    stiffness: wp.array[Any],
+    force: wp.array[Vec3],
+    preconditioner: wp.array[Vec6],
+    stiffness: wp.array[Scalar],
     # state in and out
-    memory: Any,
+    memory: LBFGSArrays,
     # state out
     sums: wp.array2d[wp.float64],
 ) -> None:
@@ -197,18 +199,18 @@ def update_directions(
     # model
     cells: CellRanges,
     blocks: Blocks,
-    step_limit: Any,
+    step_limit: Scalar,
     # state in
     sums: wp.array2d[wp.float64],
-    strains: Any,
-    listed_points: wp.array[Any],
-    budget: wp.array[Any],
-    force: wp.array[Any],
-    preconditioner: wp.array[Any],
-    stiffness: wp.array[Any],
+    strains: StrainArrays,
+    listed_points: wp.array[Vec3],
+    budget: wp.array[Scalar],
+    force: wp.array[Vec3],
+    preconditioner: wp.array[Vec6],
+    stiffness: wp.array[Scalar],
     # state in and out
-    memory: Any,
-    points: wp.array[Any],
+    memory: LBFGSArrays,
+    points: wp.array[Vec3],
 ) -> None:
     """Find a_j - b_j of each cell, and move its strains; one block for each cell."""
     cell, lane = wp.tid()
@@ -236,13 +238,13 @@ def update_directions(
 def propose_moves(
     # model
     blocks: Blocks,
-    step_limit: Any,
+    step_limit: Scalar,
     # state in
-    points: wp.array[Any],
-    listed_points: wp.array[Any],
-    budget: wp.array[Any],
+    points: wp.array[Vec3],
+    listed_points: wp.array[Vec3],
+    budget: wp.array[Scalar],
     # state in and out
-    memory: Any,
+    memory: LBFGSArrays,
 ) -> None:
     """The next move of each control point, no longer than its limit."""
     block, lane = wp.tid()
@@ -258,10 +260,10 @@ def apply_moves(
     cells: CellRanges,
     blocks: Blocks,
     # state in and out
-    strains: Any,
-    memory: Any,
-    points: wp.array[Any],
-    listed_points: wp.array[Any],
+    strains: StrainArrays,
+    memory: LBFGSArrays,
+    points: wp.array[Vec3],
+    listed_points: wp.array[Vec3],
 ) -> None:
     """Move the control points, store the moves in the slot of the pair on trial, and deform cells."""
     block, lane = wp.tid()

@@ -23,17 +23,19 @@ import warp as wp
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.compute.precision import vector
+from stitchmesh.compute.precision import Scalar, ScalarType, vector
 from stitchmesh.compute.thread_block import Products, Slots, VirialSums, sum_over_block, wait_for_block
 from stitchmesh.yarnrelax.energies.contact import contact_force_function
 from stitchmesh.yarnrelax.energies.evaluation import gather_at
 from stitchmesh.yarnrelax.energies.segment_forces import mean_direction_at, segment_force_function
-from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.yarnrelax.model.constants import Model, YarnConstants
 from stitchmesh.yarnrelax.model.spline import put_samples, segment_corners
-from stitchmesh.yarnrelax.solvers.cell_strain import add_cell_virial, put_strain_force, strains_of
+from stitchmesh.yarnrelax.model.state import StateArrays
+from stitchmesh.yarnrelax.solvers.cell_strain import StrainArrays, add_cell_virial, put_strain_force, strains_of
 from stitchmesh.yarnrelax.solvers.lbfgs_steps import (
     WAITING,
     CellRanges,
+    LBFGSArrays,
     PointRange,
     add_direction_products,
     add_force_products,
@@ -105,7 +107,7 @@ def point_range_in(cells: CellRanges, role: ThreadRole) -> PointRange:
 
 
 @functools.cache
-def element_force_function(scalar: Any, quadrature_points: int, entries_at_once: int, cell_relaxes: bool) -> Any:
+def element_force_function(scalar: ScalarType, quadrature_points: int, entries_at_once: int, cell_relaxes: bool) -> Any:
     """Return the function that finds the forces of segments and samples of a cell, for one precision and accuracy."""
     segment_forces_at = segment_force_function(quadrature_points, cell_relaxes)
     contact_force_at = contact_force_function(scalar, entries_at_once, cell_relaxes)
@@ -113,8 +115,9 @@ def element_force_function(scalar: Any, quadrature_points: int, entries_at_once:
 
     @wp.func
     def find_element_forces(
-        model: Any, role: ThreadRole, candidate_count: wp.array[wp.int32], candidates: wp.array2d[wp.int32], state: Any
-    ) -> None:
+        model: YarnConstants, role: ThreadRole, candidate_count: wp.array[wp.int32],
+        candidates: wp.array2d[wp.int32], state: StateArrays
+    ) -> None:  # fmt: skip
         """Place the samples; then contact forces, leg forces and means at the same time."""
         for s in range(role.first + role.lane, role.last, role.threads):
             q0, q1, q2, q3 = segment_corners(model, state.points, s)
@@ -139,8 +142,9 @@ def element_force_function(scalar: Any, quadrature_points: int, entries_at_once:
 
 @wp.func
 def gather_and_precondition(
-    model: Any, role: ThreadRole, point_range: PointRange, bounds: Any, point_stiffness: wp.array[Any], state: Any
-) -> None:
+    model: YarnConstants, role: ThreadRole, point_range: PointRange, bounds: Any, point_stiffness: wp.array[Scalar],
+    state: StateArrays
+) -> None:  # fmt: skip
     """Forces on a cell's control points, and at the same time their preconditioners."""
     for i in range(point_range.first, point_range.last, point_range.threads):
         gather_at(
@@ -153,7 +157,9 @@ def gather_and_precondition(
 
 
 @wp.func
-def sum_cell_virial(model: Any, role: ThreadRole, entry: int, strains: Any, state: Any) -> None:
+def sum_cell_virial(
+    model: YarnConstants, role: ThreadRole, entry: int, strains: StrainArrays, state: StateArrays
+) -> None:
     """Force on a cell's strains."""
     part = add_cell_virial(
         VirialSums(), model, role.first, role.last, role.lane, role.threads, state.segment_virial, state.sample_virial
@@ -164,7 +170,7 @@ def sum_cell_virial(model: Any, role: ThreadRole, entry: int, strains: Any, stat
 
 
 @wp.func
-def force_products(point_range: PointRange, state: Any, memory: Any) -> Products:
+def force_products(point_range: PointRange, state: StateArrays, memory: LBFGSArrays) -> Products:
     """Products over the control points of a thread."""
     total, trial = Products(), trial_slot(memory.record[point_range.cell])
     for i in range(point_range.first, point_range.last, point_range.threads):
@@ -175,7 +181,7 @@ def force_products(point_range: PointRange, state: Any, memory: Any) -> Products
 
 
 @wp.func
-def direction_products(point_range: PointRange, state: Any, memory: Any) -> Slots:
+def direction_products(point_range: PointRange, state: StateArrays, memory: LBFGSArrays) -> Slots:
     """Z of the control points of a thread, and its products."""
     total, record, alpha = Slots(), memory.record[point_range.cell], memory.alpha[point_range.cell]
     for i in range(point_range.first, point_range.last, point_range.threads):
@@ -186,7 +192,7 @@ def direction_products(point_range: PointRange, state: Any, memory: Any) -> Slot
 
 
 @wp.func
-def propose_point_moves(point_range: PointRange, step_limit: Any, state: Any, memory: Any) -> None:
+def propose_point_moves(point_range: PointRange, step_limit: Scalar, state: StateArrays, memory: LBFGSArrays) -> None:
     """Propose moves of the control points of a thread."""
     record, coefficient = memory.record[point_range.cell], memory.alpha_minus_beta[point_range.cell]
     for i in range(point_range.first, point_range.last, point_range.threads):
@@ -194,7 +200,9 @@ def propose_point_moves(point_range: PointRange, step_limit: Any, state: Any, me
 
 
 @wp.func
-def move_points(point_range: PointRange, cells: CellRanges, strains: Any, state: Any, memory: Any) -> None:
+def move_points(
+    point_range: PointRange, cells: CellRanges, strains: StrainArrays, state: StateArrays, memory: LBFGSArrays
+) -> None:
     """Move the control points of a thread."""
     trial = trial_slot(memory.record[point_range.cell])
     for i in range(point_range.first, point_range.last, point_range.threads):
@@ -202,26 +210,26 @@ def move_points(point_range: PointRange, cells: CellRanges, strains: Any, state:
 
 
 @functools.cache
-def fused_iterations(scalar: Any, quadrature_points: int, entries_at_once: int, cell_relaxes: bool) -> wp.Kernel:
+def fused_iterations(scalar: ScalarType, quadrature_points: int, entries_at_once: int, cell_relaxes: bool) -> wp.Kernel:
     """Return the kernel for one precision and one accuracy, and for cells that relax or do not."""
     find_element_forces = element_force_function(scalar, quadrature_points, entries_at_once, cell_relaxes)
 
     @kernel(launch_bounds=MOST_THREADS)
     def fused_iterations(
         # model
-        model: Any,
+        model: YarnConstants,
         cells: CellRanges,
         bounds: Any,
-        point_stiffness: wp.array[Any],
-        step_limit: Any,
+        point_stiffness: wp.array[Scalar],
+        step_limit: Scalar,
         iterations: int,
         # state in
         candidate_count: wp.array[wp.int32],
         candidates: wp.array2d[wp.int32],
         # state in and out
-        strains: Any,
-        state: Any,
-        memory: Any,
+        strains: StrainArrays,
+        state: StateArrays,
+        memory: LBFGSArrays,
     ) -> None:
         """Iterate each cell until it waits; one block for each cell."""
         cell, lane = wp.tid()

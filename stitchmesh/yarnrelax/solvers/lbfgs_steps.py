@@ -13,16 +13,16 @@ thread, ``propose_move`` and ``move_point`` for each control point.
 from __future__ import annotations
 
 import functools
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 import warp as wp
 
-from stitchmesh.compute.precision import vector
+from stitchmesh.compute.precision import Scalar, ScalarType, Vec3, Vec6, Vec7, Vec19, vector
 from stitchmesh.compute.thread_block import THREADS
 from stitchmesh.yarnrelax.collision.step_limit import USED_UP, room_left, shortened
 from stitchmesh.yarnrelax.model.constants import Model
-from stitchmesh.yarnrelax.solvers.cell_strain import deformed
+from stitchmesh.yarnrelax.solvers.cell_strain import StrainArrays, deformed
 from stitchmesh.yarnrelax.solvers.preconditioner import times_block
 from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL
 
@@ -64,6 +64,9 @@ Ages = wp.types.vector(length=6, dtype=wp.float64)
 Table = wp.types.matrix(shape=(6, 6), dtype=wp.float64)
 
 
+LBFGSArrays: TypeAlias = Any
+"""The struct of the memory of L-BFGS (``make_memory``), in either precision."""
+
 CHUNK = {"cuda": THREADS, "cpu": 1024}
 """Largest number of control points of a block of threads, which takes a part of the points of one cell."""
 
@@ -101,8 +104,8 @@ def trial_slot(record: wp.array[wp.float64]) -> int:
 
 @wp.func
 def add_force_products(
-    total: Any, i: int, trial: int, points: wp.array[Any], listed_points: wp.array[Any], budget: wp.array[Any],
-    force: wp.array[Any], preconditioner: wp.array[Any], memory: Any
+    total: Vec19, i: int, trial: int, points: wp.array[Vec3], listed_points: wp.array[Vec3], budget: wp.array[Scalar],
+    force: wp.array[Vec3], preconditioner: wp.array[Vec6], memory: LBFGSArrays
 ) -> Any:  # fmt: skip
     """Store the change of the gradient of an entry over the last move, and add the entry to all products."""
     now = force[i]
@@ -125,8 +128,8 @@ def add_force_products(
 
 @wp.func
 def add_strain_products(
-    total: Any, entry: int, trial: int, points: wp.array[Any], listed_points: wp.array[Any], budget: wp.array[Any],
-    force: wp.array[Any], preconditioner: wp.array[Any], memory: Any
+    total: Vec19, entry: int, trial: int, points: wp.array[Vec3], listed_points: wp.array[Vec3],
+    budget: wp.array[Scalar], force: wp.array[Vec3], preconditioner: wp.array[Vec6], memory: LBFGSArrays
 ) -> Any:  # fmt: skip
     """Add the strains of a cell; the gradient of L eq 5 does not contain them."""
     square = total[FORCE_FORCE]
@@ -136,7 +139,7 @@ def add_strain_products(
 
 
 @wp.func
-def update_memory(cell: int, memory: Any) -> None:
+def update_memory(cell: int, memory: LBFGSArrays) -> None:
     """With the sums over a cell, take its newest pair into the memory and find the numbers a_j."""
     products, record = memory.products[cell], memory.record[cell]
     accept_pair(products, record, memory.curvature[cell], memory.alpha[cell])
@@ -217,8 +220,8 @@ def note_gradient(square: wp.float64, record: wp.array[wp.float64]) -> None:
 
 @wp.func
 def add_direction_products(
-    total: Any, i: int, record: wp.array[wp.float64], alpha: Any, force: wp.array[Any], preconditioner: wp.array[Any],
-    stiffness: wp.array[Any], memory: Any
+    total: Vec7, i: int, record: wp.array[wp.float64], alpha: Any, force: wp.array[Vec3],
+    preconditioner: wp.array[Vec6], stiffness: wp.array[Scalar], memory: LBFGSArrays
 ) -> Any:  # fmt: skip
     """Leave z of an entry in the memory's ``step``, and add the entry to the products of z with the memory."""
     rest = force[i]
@@ -236,7 +239,7 @@ def add_direction_products(
 
 
 @wp.func
-def update_coefficients(cell: int, memory: Any) -> None:
+def update_coefficients(cell: int, memory: LBFGSArrays) -> None:
     """With the sums over a cell, find the numbers a_j - b_j."""
     products, record = memory.products[cell], memory.record[cell]
     find_coefficients(products, record, memory.curvature[cell], memory.alpha[cell], memory.alpha_minus_beta[cell])
@@ -268,8 +271,8 @@ def find_coefficients(
 
 @wp.func
 def propose_move(
-    i: int, step_limit: Any, record: wp.array[wp.float64], coefficient: wp.array[wp.float64], points: wp.array[Any],
-    listed_points: wp.array[Any], budget: wp.array[Any], memory: Any
+    i: int, step_limit: Scalar, record: wp.array[wp.float64], coefficient: wp.array[wp.float64], points: wp.array[Vec3],
+    listed_points: wp.array[Vec3], budget: wp.array[Scalar], memory: LBFGSArrays
 ) -> None:  # fmt: skip
     """Leave the next move of an entry in the memory's ``step``, no longer than its limit, which is stored too."""
     allowed = wp.min(step_limit, room_left(points, listed_points, budget, i))
@@ -282,7 +285,7 @@ def propose_move(
 
 
 @wp.func
-def apply_move(i: int, trial: int, points: wp.array[Any], memory: Any) -> None:
+def apply_move(i: int, trial: int, points: wp.array[Vec3], memory: LBFGSArrays) -> None:
     """Move an entry, and store the move in the slot of the pair on trial."""
     move = memory.step[i]
     memory.moves[trial, i] = move
@@ -291,8 +294,8 @@ def apply_move(i: int, trial: int, points: wp.array[Any], memory: Any) -> None:
 
 @wp.func
 def move_point(
-    i: int, trial: int, cell: int, cells: CellRanges, strains: Any, points: wp.array[Any],
-    listed_points: wp.array[Any], memory: Any
+    i: int, trial: int, cell: int, cells: CellRanges, strains: StrainArrays, points: wp.array[Vec3],
+    listed_points: wp.array[Vec3], memory: LBFGSArrays
 ) -> None:  # fmt: skip
     """Move a control point, and deform it and its listed place as the strains of its cell changed.
 
@@ -321,7 +324,7 @@ def cell_ranges(model: Model) -> Any:
 
 
 @functools.cache
-def _memory_struct(scalar: Any) -> Any:
+def _memory_struct(scalar: ScalarType) -> Any:
     """Return the struct of a memory in one precision.
 
     For each entry: ``moves``, the move in each slot, and ``gradient_change``, the force before the move less the force

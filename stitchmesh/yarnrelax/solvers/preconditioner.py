@@ -43,9 +43,9 @@ from numpy.typing import NDArray
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.compute.precision import vector
+from stitchmesh.compute.precision import ScalarType, Vec3, Vec6, Vec7, vector
 from stitchmesh.yarn import basis_derivative
-from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.yarnrelax.model.constants import Model, YarnConstants
 from stitchmesh.yarnrelax.model.spline import weight_row
 from stitchmesh.yarnrelax.model.state import State
 
@@ -89,7 +89,7 @@ def _swept_rows(order: int) -> NDArray[np.float64]:
 
 
 @wp.func
-def inverse_block(b: Any) -> Any:
+def inverse_block(b: Vec6) -> Any:
     """Inverse of a symmetric 3 x 3 matrix (xx, yy, zz, xy, xz, yz)."""
     xx, yy, zz = b[1] * b[2] - b[5] * b[5], b[0] * b[2] - b[4] * b[4], b[0] * b[1] - b[3] * b[3]
     xy, xz, yz = b[4] * b[5] - b[3] * b[2], b[3] * b[5] - b[4] * b[1], b[3] * b[4] - b[5] * b[0]
@@ -98,7 +98,7 @@ def inverse_block(b: Any) -> Any:
 
 
 @wp.func
-def times_block(b: Any, v: Any) -> Any:
+def times_block(b: Vec6, v: Vec3) -> Any:
     """A symmetric block times a vector."""
     return type(v)(
         b[0] * v[0] + b[3] * v[1] + b[4] * v[2],
@@ -108,7 +108,7 @@ def times_block(b: Any, v: Any) -> Any:
 
 
 @functools.cache
-def _bounds_struct(scalar: Any) -> Any:
+def _bounds_struct(scalar: ScalarType) -> Any:
     """Return the struct for row sums of stiffness: of segments along and across the yarn, (S,), and of terms, (N,)."""
     fours = wp.array(dtype=vector(4, scalar))
     annotations = {"along": fours, "across": fours, "further": wp.array(dtype=scalar)}
@@ -134,8 +134,8 @@ def put_bounds(
 
 @wp.func
 def preconditioner_at(
-    model: Any, i: int, bounds: Any, segment_block: wp.array[Any], sample_block: wp.array[Any],
-    preconditioner: wp.array[Any]
+    model: YarnConstants, i: int, bounds: Any, segment_block: wp.array[Vec7], sample_block: wp.array[Vec6],
+    preconditioner: wp.array[Vec6]
 ) -> None:  # fmt: skip
     """Write the preconditioner of a control point [unit^2 / erg]."""
     slots = model.point_segments[i]
@@ -161,13 +161,13 @@ def preconditioner_at(
 @kernel
 def find_preconditioner(
     # model
-    model: Any,
+    model: YarnConstants,
     bounds: Any,
     # state in
-    segment_block: wp.array[Any],
-    sample_block: wp.array[Any],
+    segment_block: wp.array[Vec7],
+    sample_block: wp.array[Vec6],
     # state out
-    preconditioner: wp.array[Any],
+    preconditioner: wp.array[Vec6],
 ) -> None:
     """The preconditioner of each control point."""
     preconditioner_at(model, wp.tid(), bounds, segment_block, sample_block, preconditioner)

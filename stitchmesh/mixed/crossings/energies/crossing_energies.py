@@ -89,6 +89,8 @@ from typing import Any
 
 import warp as wp
 
+from stitchmesh.compute.precision import Scalar, Vec2, Vec3, Vec4
+
 NO_SINE = wp.constant(1.0e-6)
 """Sine below which two vectors count as parallel."""
 LEAST_SINE = wp.constant(1.0e-3)
@@ -98,7 +100,7 @@ NO_LENGTH = wp.constant(1.0e-12)
 
 
 @wp.func
-def unit_of(a: Any) -> tuple[Any, Any]:
+def unit_of(a: Vec3) -> tuple[Any, Any]:
     """Direction of a vector and 1 / length; both zero without a direction."""
     length = wp.length(a)
     inverse = type(length)(0.0)
@@ -108,7 +110,7 @@ def unit_of(a: Any) -> tuple[Any, Any]:
 
 
 @wp.func
-def any_normal(p: Any) -> Any:
+def any_normal(p: Vec3) -> Any:
     """A unit vector across a unit vector."""
     zero, one = type(p[0])(0.0), type(p[0])(1.0)
     other = type(p)(one, zero, zero)
@@ -118,7 +120,7 @@ def any_normal(p: Any) -> Any:
 
 
 @wp.func
-def angle_gradient(a: Any, b: Any) -> tuple[Any, Any, Any]:
+def angle_gradient(a: Vec3, b: Vec3) -> tuple[Any, Any, Any]:
     """The angle in [0, pi] and its derivatives by a and b; these are zero where the vectors are parallel."""
     p, by_a = unit_of(a)
     q, by_b = unit_of(b)
@@ -133,7 +135,7 @@ def angle_gradient(a: Any, b: Any) -> tuple[Any, Any, Any]:
 
 
 @wp.func
-def angle_of(a: Any, b: Any) -> Any:
+def angle_of(a: Vec3, b: Vec3) -> Any:
     """The angle in [0, pi]."""
     p, _by_a = unit_of(a)
     q, _by_b = unit_of(b)
@@ -141,7 +143,7 @@ def angle_of(a: Any, b: Any) -> Any:
 
 
 @wp.func
-def angle_frame(a: Any, b: Any) -> tuple[Any, Any, Any, Any, Any, Any, Any]:
+def angle_frame(a: Vec3, b: Vec3) -> tuple[Any, Any, Any, Any, Any, Any, Any]:
     """The angle, its sine, unit vectors p and q, their unit normal z, 1 / |a| and 1 / |b|."""
     p, by_a = unit_of(a)
     q, by_b = unit_of(b)
@@ -154,15 +156,16 @@ def angle_frame(a: Any, b: Any) -> tuple[Any, Any, Any, Any, Any, Any, Any]:
 
 
 @wp.func
-def paired(a: Any, b: Any) -> Any:
+def paired(a: Vec4, b: Vec4) -> Any:
     """Sum of the outer products a b^T and b a^T."""
     return wp.outer(a, b) + wp.outer(b, a)
 
 
 @wp.func
 def angle_blocks(
-    p3: Any, q3: Any, z3: Any, by_a: Any, by_b: Any, slope: Any, side: Any, stiffness: Any, exact: Any
-) -> tuple[Any, Any, Any]:
+    p3: Vec3, q3: Vec3, z3: Vec3, by_a: Scalar, by_b: Scalar, slope: Scalar, side: Scalar, stiffness: Scalar,
+    exact: Scalar
+) -> tuple[Any, Any, Any]:  # fmt: skip
     """Blocks aa, ab and bb of the Hessian of E(t) at given D, as 4 x 4 matrices with a last row and column of zeros.
 
     Args:
@@ -189,19 +192,19 @@ def angle_blocks(
 
 
 @wp.func
-def lifted(a: Any) -> Any:
+def lifted(a: Vec3) -> Any:
     """A vector of three components with a zero as fourth one."""
     return wp.vector(a[0], a[1], a[2], a[0] - a[0])
 
 
 @wp.func
-def place_of(leg: Any) -> Any:
+def place_of(leg: Vec4) -> Any:
     """The first three components of a vector of four."""
     return wp.vector(leg[0], leg[1], leg[2])
 
 
 @wp.func
-def over_sine(value: Any, sine: Any) -> Any:
+def over_sine(value: Scalar, sine: Scalar) -> Any:
     """A value divided by a sine that does not go below ``LEAST_SINE``."""
     return value / wp.max(sine, type(sine)(LEAST_SINE))
 
@@ -213,7 +216,7 @@ STRENGTH = wp.constant(10.0)
 
 
 @wp.func
-def guarded_inverse(rest: Any, merging: Any) -> tuple[Any, Any, Any]:
+def guarded_inverse(rest: Scalar, merging: Scalar) -> tuple[Any, Any, Any]:
     """i(D) [1/cm] and its first and second derivative."""
     one, two = type(rest)(1.0), type(rest)(2.0)
     inverse = one / wp.max(rest, merging)
@@ -222,7 +225,7 @@ def guarded_inverse(rest: Any, merging: Any) -> tuple[Any, Any, Any]:
 
 
 @wp.func
-def opening_spring(rest: Any, merging: Any, stiffness: Any) -> tuple[Any, Any, Any]:
+def opening_spring(rest: Scalar, merging: Scalar, stiffness: Scalar) -> tuple[Any, Any, Any]:
     """Energy [erg] of the spring that opens a segment, and its derivatives by D [dyn], [dyn/cm]."""
     zero, half, two = type(rest)(0.0), type(rest)(0.5), type(rest)(2.0)
     reach = two * merging
@@ -234,7 +237,7 @@ def opening_spring(rest: Any, merging: Any, stiffness: Any) -> tuple[Any, Any, A
 
 
 @wp.func
-def stretch_energy(length: Any, rest: Any, merging: Any, stiffness: Any) -> Any:
+def stretch_energy(length: Scalar, rest: Scalar, merging: Scalar, stiffness: Scalar) -> Any:
     """E [erg]."""
     zero, half, two = type(rest)(0.0), type(rest)(0.5), type(rest)(2.0)
     inverse, _slope, _bend = guarded_inverse(rest, merging)
@@ -244,7 +247,7 @@ def stretch_energy(length: Any, rest: Any, merging: Any, stiffness: Any) -> Any:
 
 
 @wp.func
-def stretch_slopes(length: Any, rest: Any, merging: Any, stiffness: Any) -> tuple[Any, Any]:
+def stretch_slopes(length: Scalar, rest: Scalar, merging: Scalar, stiffness: Scalar) -> tuple[Any, Any]:
     """E_l and E_D [dyn]."""
     zero, half, two = type(rest)(0.0), type(rest)(0.5), type(rest)(2.0)
     inverse, _slope, _bend = guarded_inverse(rest, merging)
@@ -255,7 +258,7 @@ def stretch_slopes(length: Any, rest: Any, merging: Any, stiffness: Any) -> tupl
 
 
 @wp.func
-def stretch_curvatures(length: Any, rest: Any, merging: Any, stiffness: Any) -> tuple[Any, Any, Any]:
+def stretch_curvatures(length: Scalar, rest: Scalar, merging: Scalar, stiffness: Scalar) -> tuple[Any, Any, Any]:
     """E_ll, E_lD and E_DD [dyn/cm]."""
     half = type(rest)(0.5)
     inverse, slope, bend = guarded_inverse(rest, merging)
@@ -263,7 +266,7 @@ def stretch_curvatures(length: Any, rest: Any, merging: Any, stiffness: Any) -> 
 
 
 @wp.func
-def contact_terms(rest: Any, distance: Any, stiffness: Any) -> tuple[Any, Any, Any]:
+def contact_terms(rest: Scalar, distance: Scalar, stiffness: Scalar) -> tuple[Any, Any, Any]:
     """E [erg], E_D [dyn] and E_DD [dyn/cm]; ``stiffness`` is k_c L."""
     zero, half = type(rest)(0.0), type(rest)(0.5)
     depth = distance - rest
@@ -274,14 +277,14 @@ def contact_terms(rest: Any, distance: Any, stiffness: Any) -> tuple[Any, Any, A
 
 
 @wp.func
-def bending_energy(turn: Any, rest: Any, span: Any, merging: Any, stiffness: Any) -> Any:
+def bending_energy(turn: Scalar, rest: Scalar, span: Scalar, merging: Scalar, stiffness: Scalar) -> Any:
     """E [erg]."""
     inverse, _slope, _bend = guarded_inverse(span, merging)
     return stiffness * (turn - rest) * (turn - rest) * inverse
 
 
 @wp.func
-def bending_slopes(turn: Any, rest: Any, span: Any, merging: Any, stiffness: Any) -> tuple[Any, Any]:
+def bending_slopes(turn: Scalar, rest: Scalar, span: Scalar, merging: Scalar, stiffness: Scalar) -> tuple[Any, Any]:
     """E_t [erg] and E_D [dyn]."""
     two = type(turn)(2.0)
     inverse, slope, _bend = guarded_inverse(span, merging)
@@ -289,7 +292,7 @@ def bending_slopes(turn: Any, rest: Any, span: Any, merging: Any, stiffness: Any
 
 
 @wp.func
-def turn_over_sine(turn: Any, sine: Any) -> Any:
+def turn_over_sine(turn: Scalar, sine: Scalar) -> Any:
     """Quotient of an angle and its sine, which is 1 for a straight yarn."""
     result = over_sine(turn, sine)
     if sine < type(sine)(0.01) and turn < type(turn)(1.0):
@@ -299,7 +302,7 @@ def turn_over_sine(turn: Any, sine: Any) -> Any:
 
 
 @wp.func
-def bending_blocks(before: Any, after: Any, bend: Any, rest: Any, exact: Any) -> tuple[Any, Any, Any]:
+def bending_blocks(before: Vec4, after: Vec4, bend: Vec2, rest: Scalar, exact: Scalar) -> tuple[Any, Any, Any]:
     """Blocks of the Hessian of the leg before, of before and after, and of the leg after.
 
     Args:
@@ -332,13 +335,13 @@ def bending_blocks(before: Any, after: Any, bend: Any, rest: Any, exact: Any) ->
 
 
 @wp.func
-def shear_energy(angle: Any, rest: Any, stiffness: Any) -> Any:
+def shear_energy(angle: Scalar, rest: Scalar, stiffness: Scalar) -> Any:
     """E [erg]; ``stiffness`` is k_x L."""
     return type(angle)(0.5) * stiffness * (angle - rest) * (angle - rest)
 
 
 @wp.func
-def shear_blocks(warp: Any, weft: Any, rest: Any, stiffness: Any, exact: Any) -> tuple[Any, Any, Any]:
+def shear_blocks(warp: Vec4, weft: Vec4, rest: Scalar, stiffness: Scalar, exact: Scalar) -> tuple[Any, Any, Any]:
     """Blocks of the Hessian of the leg of the warp, of both legs, and of the leg of the weft."""
     angle, sine, p, q, z, by_a, by_b = angle_frame(place_of(warp), place_of(weft))
     slope = stiffness * (angle - rest)

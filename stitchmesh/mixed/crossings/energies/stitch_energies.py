@@ -47,6 +47,7 @@ from typing import Any
 
 import warp as wp
 
+from stitchmesh.compute.precision import Scalar, Vec3
 from stitchmesh.mixed.crossings.energies.crossing_energies import unit_of
 
 FLAT = wp.constant(1.0e-6)
@@ -57,21 +58,21 @@ FADE = wp.constant(0.25)
 
 
 @wp.func
-def stitch_length_energy(axis: Any, rest: Any, stiffness: Any) -> Any:
+def stitch_length_energy(axis: Vec3, rest: Scalar, stiffness: Scalar) -> Any:
     """E [erg]; ``stiffness`` is k_l [dyn]."""
     apart = wp.length(axis) - rest
     return type(rest)(0.5) * stiffness * apart * apart / rest
 
 
 @wp.func
-def stitch_length_force(axis: Any, rest: Any, stiffness: Any) -> Any:
+def stitch_length_force(axis: Vec3, rest: Scalar, stiffness: Scalar) -> Any:
     """Force [dyn] on the axis."""
     direction, _inverse = unit_of(axis)
     return direction * (stiffness * (type(rest)(1.0) - wp.length(axis) / rest))
 
 
 @wp.func
-def stitch_length_product(axis: Any, d_axis: Any, rest: Any, stiffness: Any, exact: Any) -> Any:
+def stitch_length_product(axis: Vec3, d_axis: Vec3, rest: Scalar, stiffness: Scalar, exact: Scalar) -> Any:
     """Product of the Hessian with the direction of the axis."""
     direction, inverse = unit_of(axis)
     along = wp.dot(direction, d_axis)
@@ -81,7 +82,7 @@ def stitch_length_product(axis: Any, d_axis: Any, rest: Any, stiffness: Any, exa
 
 
 @wp.func
-def side_of(axis: Any, leg: Any, normal: Any) -> Any:
+def side_of(axis: Vec3, leg: Vec3, normal: Vec3) -> Any:
     """f(n) |e| = |e| n / |n|^2; zero without a half plane."""
     length, across = wp.length(axis), wp.length(normal)
     result = normal - normal
@@ -91,7 +92,7 @@ def side_of(axis: Any, leg: Any, normal: Any) -> Any:
 
 
 @wp.func
-def dihedral_of(axis: Any, a: Any, b: Any) -> Any:
+def dihedral_of(axis: Vec3, a: Vec3, b: Vec3) -> Any:
     """The angle."""
     direction, _inverse = unit_of(axis)
     n, m = wp.cross(a, axis), wp.cross(axis, b)
@@ -99,21 +100,21 @@ def dihedral_of(axis: Any, a: Any, b: Any) -> Any:
 
 
 @wp.func
-def share_along(axis: Any, leg: Any) -> Any:
+def share_along(axis: Vec3, leg: Vec3) -> Any:
     """A = (a . e) / |e|^2."""
     _direction, inverse = unit_of(axis)
     return wp.dot(axis, leg) * inverse * inverse
 
 
 @wp.func
-def dihedral_gradient(axis: Any, a: Any, b: Any) -> tuple[Any, Any, Any]:
+def dihedral_gradient(axis: Vec3, a: Vec3, b: Vec3) -> tuple[Any, Any, Any]:
     """Derivatives by the axis, a and b."""
     by_a, by_b = side_of(axis, a, wp.cross(a, axis)), side_of(axis, b, wp.cross(axis, b))
     return -by_a * share_along(axis, a) - by_b * share_along(axis, b), by_a, by_b
 
 
 @wp.func
-def side_change(axis: Any, normal: Any, side: Any, d_axis: Any, d_normal: Any) -> Any:
+def side_change(axis: Vec3, normal: Vec3, side: Vec3, d_axis: Vec3, d_normal: Vec3) -> Any:
     """Change of |e| n / |n|^2."""
     direction, inverse = unit_of(axis)
     scale = wp.dot(side, side)  # |e|^2 / |n|^2
@@ -123,7 +124,7 @@ def side_change(axis: Any, normal: Any, side: Any, d_axis: Any, d_normal: Any) -
 
 
 @wp.func
-def share_change(axis: Any, leg: Any, share: Any, d_axis: Any, d_leg: Any) -> Any:
+def share_change(axis: Vec3, leg: Vec3, share: Scalar, d_axis: Vec3, d_leg: Vec3) -> Any:
     """Change of (a . e) / |e|^2."""
     _direction, inverse = unit_of(axis)
     moved = wp.dot(axis, d_leg) + wp.dot(leg, d_axis) - type(share)(2.0) * share * wp.dot(axis, d_axis)
@@ -131,7 +132,7 @@ def share_change(axis: Any, leg: Any, share: Any, d_axis: Any, d_leg: Any) -> An
 
 
 @wp.func
-def dihedral_hessian(axis: Any, a: Any, b: Any, d_axis: Any, da: Any, db: Any) -> tuple[Any, Any, Any]:
+def dihedral_hessian(axis: Vec3, a: Vec3, b: Vec3, d_axis: Vec3, da: Vec3, db: Vec3) -> tuple[Any, Any, Any]:
     """Product of the Hessian of the angle with a direction; the parts of the axis, a and b."""
     n, m = wp.cross(a, axis), wp.cross(axis, b)
     by_a, by_b = side_of(axis, a, n), side_of(axis, b, m)
@@ -145,7 +146,7 @@ def dihedral_hessian(axis: Any, a: Any, b: Any, d_axis: Any, da: Any, db: Any) -
 
 
 @wp.func
-def unwrapped(axis: Any, a: Any, b: Any, rest: Any) -> Any:
+def unwrapped(axis: Vec3, a: Vec3, b: Vec3, rest: Scalar) -> Any:
     """T - r, in the turn around the axis that is shorter."""
     apart = dihedral_of(axis, a, b) - rest
     turn = type(rest)(TURN)
@@ -153,7 +154,7 @@ def unwrapped(axis: Any, a: Any, b: Any, rest: Any) -> Any:
 
 
 @wp.func
-def cosine_gradient(axis: Any, leg: Any) -> tuple[Any, Any, Any]:
+def cosine_gradient(axis: Vec3, leg: Vec3) -> tuple[Any, Any, Any]:
     """Cosine of the angle between the axis and a leg, and its derivatives by both."""
     e, by_axis = unit_of(axis)
     a, by_leg = unit_of(leg)
@@ -162,7 +163,7 @@ def cosine_gradient(axis: Any, leg: Any) -> tuple[Any, Any, Any]:
 
 
 @wp.func
-def cosine_hessian(axis: Any, leg: Any, d_axis: Any, d_leg: Any) -> tuple[Any, Any]:
+def cosine_hessian(axis: Vec3, leg: Vec3, d_axis: Vec3, d_leg: Vec3) -> tuple[Any, Any]:
     """Product of the Hessian of the cosine with a direction; the parts of the axis and the leg."""
     e, by_axis = unit_of(axis)
     a, by_leg = unit_of(leg)
@@ -175,7 +176,7 @@ def cosine_hessian(axis: Any, leg: Any, d_axis: Any, d_leg: Any) -> tuple[Any, A
 
 
 @wp.func
-def fading(axis: Any, leg: Any) -> tuple[Any, Any, Any]:
+def fading(axis: Vec3, leg: Vec3) -> tuple[Any, Any, Any]:
     """F and its first and second derivative by x."""
     zero, one, two = type(axis[0])(0.0), type(axis[0])(1.0), type(axis[0])(2.0)
     e, _by_axis = unit_of(axis)
@@ -189,7 +190,7 @@ def fading(axis: Any, leg: Any) -> tuple[Any, Any, Any]:
 
 
 @wp.func
-def wrapping_energy(axis: Any, a: Any, b: Any, rest: Any, stiffness: Any) -> Any:
+def wrapping_energy(axis: Vec3, a: Vec3, b: Vec3, rest: Scalar, stiffness: Scalar) -> Any:
     """E [erg]; ``stiffness`` is k_w L."""
     apart = unwrapped(axis, a, b, rest)
     f_a, _slope_a, _bend_a = fading(axis, a)
@@ -198,7 +199,7 @@ def wrapping_energy(axis: Any, a: Any, b: Any, rest: Any, stiffness: Any) -> Any
 
 
 @wp.func
-def wrapping_force(axis: Any, a: Any, b: Any, rest: Any, stiffness: Any) -> tuple[Any, Any, Any]:
+def wrapping_force(axis: Vec3, a: Vec3, b: Vec3, rest: Scalar, stiffness: Scalar) -> tuple[Any, Any, Any]:
     """Forces [dyn] on the axis, a and b."""
     by_axis, by_a, by_b = dihedral_gradient(axis, a, b)
     cos_a, axis_a, leg_a = cosine_gradient(axis, a)
@@ -221,7 +222,7 @@ def wrapping_force(axis: Any, a: Any, b: Any, rest: Any, stiffness: Any) -> tupl
 
 @wp.func
 def wrapping_product(
-    axis: Any, a: Any, b: Any, d_axis: Any, da: Any, db: Any, rest: Any, stiffness: Any, exact: Any
+    axis: Vec3, a: Vec3, b: Vec3, d_axis: Vec3, da: Vec3, db: Vec3, rest: Scalar, stiffness: Scalar, exact: Scalar
 ) -> tuple[Any, Any, Any]:
     """Product of the Hessian with a direction; the parts of the axis, a and b."""
     half, two = type(rest)(0.5), type(rest)(2.0)

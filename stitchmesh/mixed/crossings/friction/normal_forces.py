@@ -40,7 +40,7 @@ from numpy.typing import NDArray
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.compute.precision import vector
+from stitchmesh.compute.precision import Scalar, ScalarType, Vec2, Vec3, Vec4, vector
 from stitchmesh.mixed.crossings.crossing_term import CrossingElements, CrossingModel, Integers
 from stitchmesh.mixed.crossings.energies.crossing_energies import (
     angle_gradient,
@@ -57,9 +57,9 @@ def find_fabric_normals(
     # model
     link: wp.array2d[wp.int32],
     # state in
-    nodes: wp.array[Any],
+    nodes: wp.array[Vec3],
     # state out
-    normal: wp.array[Any],
+    normal: wp.array[Vec3],
 ) -> None:
     """Unit normal of the fabric at each node, from the directions of its two yarns; zero at the end of a yarn."""
     i = wp.tid()
@@ -71,15 +71,15 @@ def find_fabric_normals(
 
 
 @wp.func
-def centre(node: int, c: int, nodes: wp.array[Any], normal: wp.array[Any], height: wp.array[Any]) -> Any:
+def centre(node: int, c: int, nodes: wp.array[Vec3], normal: wp.array[Vec3], height: wp.array[Vec2]) -> Any:
     """Point of the centre line of yarn c at a node."""
     return nodes[node] + normal[node] * height[node][c]
 
 
 @wp.func
 def bend_at(
-    link: wp.array2d[wp.int32], bend: wp.array2d[Any], turn: wp.array2d[Any], nodes: wp.array[Any],
-    sliding: wp.array[Any], normal: wp.array[Any], height: wp.array[Any], node: int, c: int,
+    link: wp.array2d[wp.int32], bend: wp.array2d[Vec2], turn: wp.array2d[Scalar], nodes: wp.array[Vec3],
+    sliding: wp.array[Vec2], normal: wp.array[Vec3], height: wp.array[Vec2], node: int, c: int,
 ) -> tuple[Any, Any]:  # fmt: skip
     """Forces of the bending of yarn c at a node on the segments before and after, as vectors from end to end."""
     on_before, on_after = nodes[0] - nodes[0], nodes[0] - nodes[0]
@@ -98,8 +98,8 @@ def bend_at(
 
 @wp.func
 def tension_of(
-    link: wp.array2d[wp.int32], segment: wp.array2d[Any], nodes: wp.array[Any], sliding: wp.array[Any],
-    normal: wp.array[Any], height: wp.array[Any], node: int, c: int,
+    link: wp.array2d[wp.int32], segment: wp.array2d[Vec4], nodes: wp.array[Vec3], sliding: wp.array[Vec2],
+    normal: wp.array[Vec3], height: wp.array[Vec2], node: int, c: int,
 ) -> Any:  # fmt: skip
     """Pull [dyn] of the segment of yarn c after a node on this node, along the centre line."""
     pull = nodes[0] - nodes[0]
@@ -117,8 +117,8 @@ def tension_of(
 
 @wp.func
 def force_of_yarn(
-    link: wp.array2d[wp.int32], segment: wp.array2d[Any], bend: wp.array2d[Any], turn: wp.array2d[Any],
-    nodes: wp.array[Any], sliding: wp.array[Any], normal: wp.array[Any], height: wp.array[Any], node: int, c: int,
+    link: wp.array2d[wp.int32], segment: wp.array2d[Vec4], bend: wp.array2d[Vec2], turn: wp.array2d[Scalar],
+    nodes: wp.array[Vec3], sliding: wp.array[Vec2], normal: wp.array[Vec3], height: wp.array[Vec2], node: int, c: int,
 ) -> Any:  # fmt: skip
     """Force [dyn] of stretch and bending of yarn c on a node."""
     on_before, on_after = bend_at(link, bend, turn, nodes, sliding, normal, height, node, c)
@@ -138,17 +138,17 @@ def force_of_yarn(
 def find_normal_forces(
     # model
     link: wp.array2d[wp.int32],
-    segment: wp.array2d[Any],
-    bend: wp.array2d[Any],
-    height: wp.array[Any],
+    segment: wp.array2d[Vec4],
+    bend: wp.array2d[Vec2],
+    height: wp.array[Vec2],
     axis: wp.array[wp.int32],
     # state in
-    turn: wp.array2d[Any],
-    nodes: wp.array[Any],
-    sliding: wp.array[Any],
-    normal: wp.array[Any],
+    turn: wp.array2d[Scalar],
+    nodes: wp.array[Vec3],
+    sliding: wp.array[Vec2],
+    normal: wp.array[Vec3],
     # state out
-    pressing: wp.array[Any],
+    pressing: wp.array[Scalar],
 ) -> None:
     """Force N [dyn] that presses the yarns of each crossing together."""
     i = wp.tid()
@@ -181,7 +181,7 @@ class NormalForces:
     """N of each crossing [dyn], shape (N,)."""
 
     @staticmethod
-    def of(elements: CrossingElements, scalar: Any, device: wp.Device) -> NormalForces:
+    def of(elements: CrossingElements, scalar: ScalarType, device: wp.Device) -> NormalForces:
         """The normal forces of elements, not yet computed."""
         axis = contact_axes(elements.link)
         height = elements.radius * np.stack([elements.side, -elements.side], axis=-1) * (axis < 0)[:, None]

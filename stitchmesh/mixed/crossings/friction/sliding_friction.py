@@ -43,7 +43,7 @@ from numpy.typing import NDArray
 from stitchmesh.compute.captured import CapturedLaunches, Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.launch import launch, prepare
-from stitchmesh.compute.precision import vector
+from stitchmesh.compute.precision import Mat22, Scalar, Vec2, vector
 from stitchmesh.mixed.crossings.crossing_term import CrossingElements, CrossingTerm
 from stitchmesh.mixed.crossings.friction.normal_forces import NormalForces
 from stitchmesh.mixed.mixed_vector import MixedBlocks, MixedVector
@@ -55,25 +55,25 @@ SLIP_SHARE = 0.05
 
 
 @wp.func
-def friction_energy(slip: Any, length: Any, limit: Any) -> Any:
+def friction_energy(slip: Scalar, length: Scalar, limit: Scalar) -> Any:
     """E [erg] at the signed distance ``slip`` from the anchor; ``length`` is e."""
     return limit * slip_energy(wp.abs(slip), length)
 
 
 @wp.func
-def friction_force(slip: Any, length: Any, limit: Any) -> Any:
+def friction_force(slip: Scalar, length: Scalar, limit: Scalar) -> Any:
     """Force [dyn] on a coordinate at the signed distance ``slip`` from its anchor."""
     return -limit * slip * slip_slope(wp.abs(slip), length)
 
 
 @wp.func
-def friction_slope(slip: Any, length: Any, limit: Any) -> Any:
+def friction_slope(slip: Scalar, length: Scalar, limit: Scalar) -> Any:
     """Second derivative of the energy [dyn/cm]."""
     return limit * slip_second_derivative(wp.abs(slip), length)
 
 
 @wp.func
-def dragged(anchor: Any, place: Any, length: Any) -> Any:
+def dragged(anchor: Scalar, place: Scalar, length: Scalar) -> Any:
     """The anchor [cm] after a step that ended at ``place``."""
     result = anchor
     if wp.abs(place - anchor) > length:
@@ -84,10 +84,10 @@ def dragged(anchor: Any, place: Any, length: Any) -> Any:
 @kernel
 def find_friction_energies(
     # state in
-    anchor: wp.array[Any],
-    length: wp.array[Any],
-    limit: wp.array[Any],
-    sliding: wp.array[Any],
+    anchor: wp.array[Vec2],
+    length: wp.array[Vec2],
+    limit: wp.array[Vec2],
+    sliding: wp.array[Vec2],
     # state out
     energy: wp.array[wp.float64],
 ) -> None:
@@ -100,12 +100,12 @@ def find_friction_energies(
 @kernel
 def add_friction_forces(
     # state in
-    anchor: wp.array[Any],
-    length: wp.array[Any],
-    limit: wp.array[Any],
-    sliding: wp.array[Any],
+    anchor: wp.array[Vec2],
+    length: wp.array[Vec2],
+    limit: wp.array[Vec2],
+    sliding: wp.array[Vec2],
     # state out
-    on_sliding: wp.array[Any],
+    on_sliding: wp.array[Vec2],
 ) -> None:
     """Add the friction on both coordinates of each crossing."""
     i = wp.tid()
@@ -116,15 +116,15 @@ def add_friction_forces(
 @kernel
 def find_sticking(
     # model
-    damped: Any,
+    damped: Scalar,
     # state in
-    anchor: wp.array[Any],
-    length: wp.array[Any],
-    limit: wp.array[Any],
-    sliding: wp.array[Any],
-    before: wp.array[Any],
+    anchor: wp.array[Vec2],
+    length: wp.array[Vec2],
+    limit: wp.array[Vec2],
+    sliding: wp.array[Vec2],
+    before: wp.array[Vec2],
     # state out
-    sticking: wp.array[Any],
+    sticking: wp.array[Vec2],
 ) -> None:
     """Second derivatives of the energy, the stiffness of the springs that stick, of which a part is that ``before``."""
     i = wp.tid()
@@ -136,10 +136,10 @@ def find_sticking(
 @kernel
 def add_friction_products(
     # state in
-    sticking: wp.array[Any],
-    direction: wp.array[Any],
+    sticking: wp.array[Vec2],
+    direction: wp.array[Vec2],
     # state out
-    product: wp.array[Any],
+    product: wp.array[Vec2],
 ) -> None:
     """Add the products of the diagonal Hessian."""
     i = wp.tid()
@@ -149,9 +149,9 @@ def add_friction_products(
 @kernel
 def add_friction_blocks(
     # state in
-    sticking: wp.array[Any],
+    sticking: wp.array[Vec2],
     # state out
-    blocks: wp.array[Any],
+    blocks: wp.array[Mat22],
 ) -> None:
     """Add the Hessian to the diagonal blocks of the coordinates."""
     i = wp.tid()
@@ -159,7 +159,9 @@ def add_friction_blocks(
 
 
 @wp.func
-def anchored_again(place: Any, anchor: Any, length: Any, limit: Any, new_length: Any, new_limit: Any) -> Any:
+def anchored_again(
+    place: Scalar, anchor: Scalar, length: Scalar, limit: Scalar, new_length: Scalar, new_limit: Scalar
+) -> Any:
     """The anchor [cm] from which a spring of another length and limit has the same force, or the new limit."""
     one = type(place)(1.0)
     result = anchor * one
@@ -174,16 +176,16 @@ def anchored_again(place: Any, anchor: Any, length: Any, limit: Any, new_length:
 @kernel
 def find_friction_limits(
     # model
-    coefficient: wp.array[Any],
-    stiffness: wp.array[Any],
-    shortest: wp.array[Any],
+    coefficient: wp.array[Scalar],
+    stiffness: wp.array[Vec2],
+    shortest: wp.array[Vec2],
     # state in
-    pressing: wp.array[Any],
-    sliding: wp.array[Any],
+    pressing: wp.array[Scalar],
+    sliding: wp.array[Vec2],
     # state in and out
-    length: wp.array[Any],
-    limit: wp.array[Any],
-    anchor: wp.array[Any],
+    length: wp.array[Vec2],
+    limit: wp.array[Vec2],
+    anchor: wp.array[Vec2],
 ) -> None:
     """M = mu N and e of both coordinates, no limit without a spring; anchors move so that the forces stay."""
     i = wp.tid()
@@ -208,10 +210,10 @@ def find_friction_limits(
 @kernel
 def drag_anchors(
     # state in
-    length: wp.array[Any],
-    sliding: wp.array[Any],
+    length: wp.array[Vec2],
+    sliding: wp.array[Vec2],
     # state out
-    anchor: wp.array[Any],
+    anchor: wp.array[Vec2],
 ) -> None:
     """Drag the anchors of yarns that slipped to the distance of the slip length."""
     i = wp.tid()

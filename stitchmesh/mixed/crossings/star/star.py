@@ -32,6 +32,7 @@ from typing import Any
 import warp as wp
 
 from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.precision import Mat22, Mat33, Mat44, Scalar, Vec2, Vec3, Vec4
 from stitchmesh.mixed.crossings.energies.crossing_energies import (
     angle_gradient,
     angle_of,
@@ -55,7 +56,7 @@ from stitchmesh.mixed.crossings.star.star_memory import load_block, load_leg, st
 
 
 @wp.func
-def leg_vector(link: int, nodes: wp.array[Any], here: Any) -> Any:
+def leg_vector(link: int, nodes: wp.array[Vec3], here: Vec3) -> Any:
     """Vector from a node to the neighbour of a link; zero without one."""
     leg = here - here
     if link >= 0:
@@ -64,7 +65,7 @@ def leg_vector(link: int, nodes: wp.array[Any], here: Any) -> Any:
 
 
 @wp.func
-def coordinate_of(link: int, sliding: wp.array[Any], here: Any) -> Any:
+def coordinate_of(link: int, sliding: wp.array[Vec2], here: Scalar) -> Any:
     """Coordinate of the neighbour of a link; that of the node itself without one."""
     result = here
     if link >= 0:
@@ -73,7 +74,7 @@ def coordinate_of(link: int, sliding: wp.array[Any], here: Any) -> Any:
 
 
 @wp.func
-def leg_of(link: wp.array2d[wp.int32], nodes: wp.array[Any], sliding: wp.array[Any], i: int, k: int) -> Any:
+def leg_of(link: wp.array2d[wp.int32], nodes: wp.array[Vec3], sliding: wp.array[Vec2], i: int, k: int) -> Any:
     """Leg k of node i; zero without a neighbour."""
     leg = leg_vector(link[i, k], nodes, nodes[i])
     own = sliding[i][k // 2]
@@ -82,7 +83,7 @@ def leg_of(link: wp.array2d[wp.int32], nodes: wp.array[Any], sliding: wp.array[A
 
 @wp.func
 def leg_change(
-    link: wp.array2d[wp.int32], slides: wp.array[Any], nodes: wp.array[Any], sliding: wp.array[Any], i: int, k: int
+    link: wp.array2d[wp.int32], slides: wp.array[Vec2], nodes: wp.array[Vec3], sliding: wp.array[Vec2], i: int, k: int
 ) -> Any:
     """Change of leg k of node i along a direction, in which fixed coordinates do not take part."""
     leg = leg_vector(link[i, k], nodes, nodes[i])
@@ -98,7 +99,7 @@ def slot_behind(link: int, k: int) -> int:
 
 
 @wp.func
-def segment_energy(leg: Any, segment: Any) -> Any:
+def segment_energy(leg: Vec4, segment: Vec4) -> Any:
     """Energy [erg] of a segment; ``segment`` is (k_s, k_c L, contact distance, merging distance)."""
     touch, _push, _stiff = contact_terms(leg[3], segment[2], segment[1])
     spring, _pull, _rate = opening_spring(leg[3], segment[3], segment[0])
@@ -106,7 +107,7 @@ def segment_energy(leg: Any, segment: Any) -> Any:
 
 
 @wp.func
-def segment_force(leg: Any, segment: Any) -> Any:
+def segment_force(leg: Vec4, segment: Vec4) -> Any:
     """Force of a segment on its leg [dyn]."""
     direction, _inverse = unit_of(place_of(leg))
     by_length, by_rest = stretch_slopes(wp.length(place_of(leg)), leg[3], segment[3], segment[0])
@@ -117,7 +118,7 @@ def segment_force(leg: Any, segment: Any) -> Any:
 
 
 @wp.func
-def segment_block(leg: Any, segment: Any, exact: Any) -> Any:
+def segment_block(leg: Vec4, segment: Vec4, exact: Scalar) -> Any:
     """Hessian of a segment by its leg, 4 x 4."""
     zero, one = type(exact)(0.0), type(exact)(1.0)
     direction, inverse = unit_of(place_of(leg))
@@ -136,7 +137,9 @@ def segment_block(leg: Any, segment: Any, exact: Any) -> Any:
 
 
 @wp.func
-def yarn_energy(link_after: int, link_before: int, after: Any, before: Any, segment: Any, bend: Any, turn: Any) -> Any:
+def yarn_energy(
+    link_after: int, link_before: int, after: Vec4, before: Vec4, segment: Vec4, bend: Vec2, turn: Scalar
+) -> Any:
     """Energy [erg] of one yarn of a star; ``bend`` is (k_b, merging distance) and ``turn`` the rest angle."""
     energy = turn - turn
     if link_after >= 0:
@@ -149,7 +152,7 @@ def yarn_energy(link_after: int, link_before: int, after: Any, before: Any, segm
 
 @wp.func
 def yarn_force(
-    link_after: int, link_before: int, after: Any, before: Any, segment: Any, bend: Any, turn: Any
+    link_after: int, link_before: int, after: Vec4, before: Vec4, segment: Vec4, bend: Vec2, turn: Scalar
 ) -> tuple[Any, Any]:
     """Forces [dyn] of one yarn of a star on the legs after and before."""
     on_after, on_before = after - after, before - before
@@ -165,7 +168,7 @@ def yarn_force(
 
 @wp.func
 def yarn_blocks(
-    link_after: int, link_before: int, after: Any, before: Any, segment: Any, bend: Any, turn: Any, exact: Any
+    link_after: int, link_before: int, after: Vec4, before: Vec4, segment: Vec4, bend: Vec2, turn: Scalar, exact: Scalar
 ) -> tuple[Any, Any, Any]:
     """Blocks of the Hessian of one yarn of a star: of the leg after, of before and after, of the leg before."""
     of_after, of_both, of_before = wp.outer(after, after), wp.outer(after, after), wp.outer(after, after)
@@ -180,7 +183,7 @@ def yarn_blocks(
 
 
 @wp.func
-def quadrant_energy(link: int, other: int, leg: Any, other_leg: Any, rest: Any, stiffness: Any) -> Any:
+def quadrant_energy(link: int, other: int, leg: Vec4, other_leg: Vec4, rest: Scalar, stiffness: Scalar) -> Any:
     """Energy [erg] of the shear of one quadrant."""
     energy = rest - rest
     if link >= 0 and other >= 0:
@@ -189,7 +192,9 @@ def quadrant_energy(link: int, other: int, leg: Any, other_leg: Any, rest: Any, 
 
 
 @wp.func
-def quadrant_force(link: int, other: int, leg: Any, other_leg: Any, rest: Any, stiffness: Any) -> tuple[Any, Any]:
+def quadrant_force(
+    link: int, other: int, leg: Vec4, other_leg: Vec4, rest: Scalar, stiffness: Scalar
+) -> tuple[Any, Any]:
     """Forces [dyn] of the shear of one quadrant on its two legs."""
     on_leg, on_other = leg - leg, other_leg - other_leg
     if link >= 0 and other >= 0:
@@ -201,7 +206,7 @@ def quadrant_force(link: int, other: int, leg: Any, other_leg: Any, rest: Any, s
 
 @wp.func
 def quadrant_blocks(
-    link: int, other: int, leg: Any, other_leg: Any, rest: Any, stiffness: Any, exact: Any
+    link: int, other: int, leg: Vec4, other_leg: Vec4, rest: Scalar, stiffness: Scalar, exact: Scalar
 ) -> tuple[Any, Any, Any]:
     """Blocks of the Hessian of one quadrant: of its first leg, of both, of its second leg."""
     aa, ab, bb = wp.outer(leg, leg), wp.outer(leg, leg), wp.outer(leg, leg)
@@ -219,14 +224,14 @@ HALF_TURN = wp.constant(3.141592653589793)
 def find_star_energies(
     # model
     link: wp.array2d[wp.int32],
-    segment: wp.array2d[Any],
-    bend: wp.array2d[Any],
-    shear: wp.array[Any],
-    shear_rest: wp.array[Any],
+    segment: wp.array2d[Vec4],
+    bend: wp.array2d[Vec2],
+    shear: wp.array[Vec4],
+    shear_rest: wp.array[Scalar],
     # state in
-    turn: wp.array2d[Any],
-    nodes: wp.array[Any],
-    sliding: wp.array[Any],
+    turn: wp.array2d[Scalar],
+    nodes: wp.array[Vec3],
+    sliding: wp.array[Vec2],
     # state out
     energy: wp.array[wp.float64],
 ) -> None:
@@ -251,16 +256,16 @@ def find_star_energies(
 def find_star_forces(
     # model
     link: wp.array2d[wp.int32],
-    segment: wp.array2d[Any],
-    bend: wp.array2d[Any],
-    shear: wp.array[Any],
-    shear_rest: wp.array[Any],
+    segment: wp.array2d[Vec4],
+    bend: wp.array2d[Vec2],
+    shear: wp.array[Vec4],
+    shear_rest: wp.array[Scalar],
     # state in
-    turn: wp.array2d[Any],
-    nodes: wp.array[Any],
-    sliding: wp.array[Any],
+    turn: wp.array2d[Scalar],
+    nodes: wp.array[Vec3],
+    sliding: wp.array[Vec2],
     # state out
-    slots: wp.array[Any],
+    slots: wp.array[Scalar],
 ) -> None:
     """Forces of each star on its legs [dyn]."""
     i = wp.tid()
@@ -290,12 +295,12 @@ def find_star_forces(
 def add_star_slots(
     # model
     link: wp.array2d[wp.int32],
-    slides: wp.array[Any],
+    slides: wp.array[Vec2],
     # state in
-    slots: wp.array[Any],
+    slots: wp.array[Scalar],
     # state out
-    on_nodes: wp.array[Any],
-    on_sliding: wp.array[Any],
+    on_nodes: wp.array[Vec3],
+    on_sliding: wp.array[Vec2],
 ) -> None:
     """Add what acts on each node, from its own slots and those of its neighbours."""
     i = wp.tid()
@@ -314,7 +319,7 @@ def add_star_slots(
 
 
 @wp.func
-def rounded_leg(leg: Any, one: Any) -> Any:
+def rounded_leg(leg: Vec4, one: Scalar) -> Any:
     """A leg in the precision of a scalar."""
     return wp.vector(type(one)(leg[0]), type(one)(leg[1]), type(one)(leg[2]), type(one)(leg[3]))
 
@@ -323,17 +328,17 @@ def rounded_leg(leg: Any, one: Any) -> Any:
 def find_star_blocks(
     # model
     link: wp.array2d[wp.int32],
-    segment: wp.array2d[Any],
-    bend: wp.array2d[Any],
-    shear: wp.array[Any],
-    shear_rest: wp.array[Any],
+    segment: wp.array2d[Vec4],
+    bend: wp.array2d[Vec2],
+    shear: wp.array[Vec4],
+    shear_rest: wp.array[Scalar],
     # state in
-    exact: Any,
-    turn: wp.array2d[Any],
-    nodes: wp.array[Any],
-    sliding: wp.array[Any],
+    exact: Scalar,
+    turn: wp.array2d[Scalar],
+    nodes: wp.array[Vec3],
+    sliding: wp.array[Vec2],
     # state out
-    block: wp.array[Any],
+    block: wp.array[Scalar],
 ) -> None:
     """The ten blocks of each star [dyn/cm]."""
     i = wp.tid()
@@ -373,14 +378,14 @@ def find_star_blocks(
 def multiply_star_blocks(
     # model
     link: wp.array2d[wp.int32],
-    slides: wp.array[Any],
-    shear: wp.array[Any],
+    slides: wp.array[Vec2],
+    shear: wp.array[Vec4],
     # state in
-    block: wp.array[Any],
-    d_nodes: wp.array[Any],
-    d_sliding: wp.array[Any],
+    block: wp.array[Scalar],
+    d_nodes: wp.array[Vec3],
+    d_sliding: wp.array[Vec2],
     # state out
-    slots: wp.array[Any],
+    slots: wp.array[Scalar],
 ) -> None:
     """Products of the stored blocks with a direction [dyn]; slot 4 i + k for leg k."""
     i = wp.tid()
@@ -409,14 +414,14 @@ def multiply_star_blocks(
 
 
 @wp.func
-def column_of(block: Any, zero: Any) -> Any:
+def column_of(block: Mat44, zero: Vec3) -> Any:
     """Rows of the position and column of the coordinate of a block of legs, in the precision of ``zero``."""
     kind = zero[0] - zero[0]
     return type(zero)(type(kind)(block[0, 3]), type(kind)(block[1, 3]), type(kind)(block[2, 3]))
 
 
 @wp.func
-def positions_of(block: Any, like: Any) -> Any:
+def positions_of(block: Mat44, like: Mat33) -> Any:
     """The part of a 4 x 4 block that belongs to positions, in the precision of another block."""
     return type(like)(
         type(like[0, 0])(block[0, 0]), type(like[0, 0])(block[0, 1]), type(like[0, 0])(block[0, 2]),
@@ -429,14 +434,14 @@ def positions_of(block: Any, like: Any) -> Any:
 def add_star_diagonal(
     # model
     link: wp.array2d[wp.int32],
-    slides: wp.array[Any],
+    slides: wp.array[Vec2],
     # state in
-    block: wp.array[Any],
+    block: wp.array[Scalar],
     # state out
-    of_nodes: wp.array[Any],
-    of_sliding: wp.array[Any],
-    coupling_u: wp.array[Any],
-    coupling_v: wp.array[Any],
+    of_nodes: wp.array[Mat33],
+    of_sliding: wp.array[Mat22],
+    coupling_u: wp.array[Vec3],
+    coupling_v: wp.array[Vec3],
 ) -> None:
     """Add the diagonal blocks of the Hessian, from the stored blocks of each node's star and of its neighbours."""
     i = wp.tid()
