@@ -51,7 +51,8 @@ class SwatchTable(RepeatSettings, ReleaseSettings):
         Raises:
             ParameterError: a value is out of bounds.
         """
-        given = {part.name: getattr(self, part.name) for part in fields(SwatchOptions)}
+        own = {part.name for part in fields(self)}
+        given = {part.name: getattr(self, part.name) for part in fields(SwatchOptions) if part.name in own}
         period = tuple(None if size == "free" else size for size in self.period)
         return SwatchOptions(**given | {"rest_lengths": parse_rest_lengths(self.rest_lengths), "period": period})
 

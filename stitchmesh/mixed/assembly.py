@@ -61,7 +61,7 @@ from stitchmesh.mixed.triangles.membrane import Membrane
 from stitchmesh.mixed.triangles.seam_rod import SeamMaterial, SeamRod, rest_lengths
 from stitchmesh.mixed.triangles.shell_bending import ShellBending
 from stitchmesh.simulation.dead_load import EARTH, Gravity
-from stitchmesh.simulation.term import Carrier, TermChoice
+from stitchmesh.simulation.term import LoadedPoints, TermChoice
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -122,7 +122,7 @@ class Loads:
     """Scale of the pressure of contact [dyn/cm^2]."""
     friction: float = 0.0
     """Coefficient of friction between layers of a cloth that collides with itself."""
-    terms: Sequence[TermChoice[Carrier]] = ()
+    terms: Sequence[TermChoice[LoadedPoints]] = ()
     """Further loads, such as ``Wind``."""
 
 

@@ -46,7 +46,7 @@ from stitchmesh.mixed.simulation import Simulation, SimulationStep, begin_simula
 from stitchmesh.progress import Progress, shown_stages
 from stitchmesh.run import CHECKPOINT, SHOWN, Run
 from stitchmesh.run_control import RunControl, RunStopped, Snapshot
-from stitchmesh.simulation.term import Carrier, TermChoice
+from stitchmesh.simulation.term import LoadedPoints, TermChoice
 from stitchmesh.time_limit import check_time
 from stitchmesh.yarn import YarnSet
 
@@ -131,7 +131,7 @@ def output_names(scene: Scene) -> list[str]:
 
 def drape(
     scene: Scene | FilePath, folder: str | PathLike[str] | None = None, *, cloth: Cloth | None = None,
-    yarns: LaidYarns | None = None, terms: Sequence[TermChoice[Carrier]] = (), run: Run[Draped] = SHOWN,
+    yarns: LaidYarns | None = None, terms: Sequence[TermChoice[LoadedPoints]] = (), run: Run[Draped] = SHOWN,
 ) -> Draped:  # fmt: skip
     """Run a scene of mixed yarns and triangles.
 

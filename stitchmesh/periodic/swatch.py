@@ -57,7 +57,6 @@ from stitchmesh.time_limit import limited_to
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
 from stitchmesh.yarnrelax.convergence import rest_text
-from stitchmesh.yarnrelax.energies.term import YarnChoice
 from stitchmesh.yarnrelax.relaxation_result import Relaxation
 from stitchmesh.yarnrelax.together.relax_together import ways_together
 
@@ -106,7 +105,6 @@ def swatch(
     shaken: int = 0,
     budget: Budget | None = None,
     progress: Progress | Literal[False] | None = None,
-    terms: Sequence[YarnChoice] = (),
     **options: Any,
 ) -> Swatch:
     """Relax one repeat of a pattern.
@@ -124,9 +122,8 @@ def swatch(
             another than the default, and the report says what they chose (``budget.plan``).
         progress: called about every half second with the stage, its completed part and a line of text; by default a
             line shows them on a terminal or in a notebook, and False shows nothing.
-        terms: what else acts on a repeat of fixed size, for example ``Wind`` between the planes of ``Confinement``.
-        options: fields of ``SwatchOptions``: yarn, loops, size, whether the size is relaxed (``relax_cell``), and the
-            relaxation of a knit.
+        options: fields of ``SwatchOptions``: yarn, loops, size, whether the size is relaxed (``relax_cell``), the
+            relaxation of a knit, and what else acts on it (``terms``).
 
     Raises:
         FileError: the file cannot be read.
@@ -140,9 +137,8 @@ def swatch(
         if budget is not None:
             plan = plan_swatch(pattern, budget, quality, device, **options)
         prepared = prepare_swatch(
-            pattern, material=material, quality=quality if plan is None else plan.quality, device=device, terms=terms,
-            **options,
-        )  # fmt: skip
+            pattern, material=material, quality=quality if plan is None else plan.quality, device=device, **options
+        )
         made = relax_shaken(prepared, shaken, Run(progress))
     own = {"seconds": time.perf_counter() - began} | ({} if plan is None else {"budget": plan.report()})
     return replace(made, report=made.report | own)

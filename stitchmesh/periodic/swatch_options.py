@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
@@ -138,6 +139,8 @@ class SwatchOptions(RepeatSettings, StateSettings):
     """Take-up: factors of the rest lengths of stitches, rows, yarns and parts; their product must be in ``TAKE_UP``."""
     period: tuple[float | None, float | None] = (None, None)
     """Width and height of the repeat [cm]; None keeps the generated size, or leaves it free if the cell is relaxed."""
+    terms: Sequence[Any] = ()  # of ``yarnrelax.energies.term.YarnChoice``, which would be loaded with every option
+    """What else acts on a repeat of fixed size, for example ``Wind`` between the planes of ``Confinement``."""
 
     def __post_init__(self) -> None:
         check_settings(self)
@@ -146,6 +149,8 @@ class SwatchOptions(RepeatSettings, StateSettings):
                 check_positive(name, size, "cm")
         if self.rest_lengths.loop_length is not None:
             raise ParameterError("rest lengths: got a loop length among them; give the loop length to the swatch")
+        if self.terms and self.gamma != 1.0:
+            raise ParameterError(f"swatch, terms: got gamma {self.gamma:g}, which changes their size; expected gamma 1")
 
     @property
     def freedom(self) -> bool | RelaxCell:

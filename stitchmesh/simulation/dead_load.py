@@ -25,7 +25,7 @@ from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.precision import Scalar, Vec3, vector
 from stitchmesh.errors import ParameterError
-from stitchmesh.simulation.term import Carrier, Coordinates, Term, TermChoice
+from stitchmesh.simulation.term import Coordinates, LoadedPoints, Term, TermChoice
 
 EARTH = (0.0, -981.0, 0.0)
 """Acceleration on Earth [cm / s^2]; y points up."""
@@ -67,19 +67,21 @@ class DeadLoad(Term[Coordinates, Coordinates]):
     gives_hessian = True
     is_load = True
 
-    def __init__(self, name: str, carrier: Carrier, load: ArrayLike, amounts: Sequence[NDArray[np.float64]]) -> None:
-        """Send a load to the device of a carrier.
+    def __init__(
+        self, name: str, points: LoadedPoints, load: ArrayLike, amounts: Sequence[NDArray[np.float64]]
+    ) -> None:
+        """Send a load to the device of the points.
 
         Args:
             name: name of the term in reports.
-            carrier: what the load acts on.
+            points: what the load acts on.
             load: force for an amount of 1 [dyn], shape (3,).
             amounts: the amount of each point, an array for each part of the coordinates.
         """
         self.name = name
-        scalar, device = carrier.scalar, carrier.device
+        scalar, device = points.scalar, points.device
         # dyn times the unit is a force [erg / unit]
-        self._load = vector(3, scalar)(*(float(part) * carrier.unit for part in np.asarray(load)))
+        self._load = vector(3, scalar)(*(float(part) * points.unit for part in np.asarray(load)))
         self._amounts = [wp.array(amount, dtype=scalar, device=device) for amount in amounts]
         starts = np.concatenate([[0], np.cumsum([len(amount) for amount in amounts])]).tolist()
         self._energy = wp.zeros(starts[-1], dtype=scalar, device=device)
@@ -104,7 +106,7 @@ class DeadLoad(Term[Coordinates, Coordinates]):
 
 
 @dataclass(frozen=True)
-class Gravity(TermChoice[Carrier]):
+class Gravity(TermChoice[LoadedPoints]):
     """The weight of yarns, or of a cloth with yarns; on a lattice the weight of one cell.
 
     Raises:
@@ -121,10 +123,10 @@ class Gravity(TermChoice[Carrier]):
             found = f"gravity: got acceleration {self.acceleration}"
             raise ParameterError(f"{found}; expected three numbers of at most {MOST_ACCELERATION:g} cm/s^2")
 
-    def on(self, carrier: Carrier) -> DeadLoad:
-        """Return the weight of a carrier.
+    def on(self, points: LoadedPoints) -> DeadLoad:
+        """Return the weight of the points.
 
         Raises:
             ParameterError: a yarn has no mass.
         """
-        return DeadLoad("gravity", carrier, self.acceleration, carrier.masses())
+        return DeadLoad("gravity", points, self.acceleration, points.masses())

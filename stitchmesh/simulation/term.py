@@ -163,7 +163,7 @@ class Term(ABC, Generic[StateT_contra, ForceT_contra]):
             array.assign(np.asarray(arrays[name]))
 
 
-class Carrier(Protocol):
+class LoadedPoints(Protocol):
     """Points with mass and area on a device, on which a load acts: the yarns of a relaxation, or a cloth with yarns."""
 
     @property
@@ -189,11 +189,11 @@ class Carrier(Protocol):
         """Where the points lie."""
 
 
-CarrierT_contra = TypeVar("CarrierT_contra", contravariant=True)
-"""What a choice acts on: the model of a simulation, or any ``Carrier``."""
+LoadedT_contra = TypeVar("LoadedT_contra", contravariant=True)
+"""What a choice acts on: the model of a simulation, or any ``LoadedPoints``."""
 
 
-class TermChoice(ABC, Generic[CarrierT_contra]):
+class TermChoice(ABC, Generic[LoadedT_contra]):
     """A term that a caller requests, by a value that does not depend on a device.
 
     A term that is not chosen launches nothing, allocates nothing and compiles nothing.
@@ -205,7 +205,7 @@ class TermChoice(ABC, Generic[CarrierT_contra]):
     """Whether the term depends on the mass of the yarns; a checkpoint then belongs to this mass only."""
 
     @abstractmethod
-    def on(self, carrier: CarrierT_contra) -> Term[Any, Any]:
+    def on(self, points: LoadedT_contra) -> Term[Any, Any]:
         """Return the term on the device of a model.
 
         Raises:

@@ -21,7 +21,7 @@ import numpy as np
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.simulation.dead_load import DeadLoad
-from stitchmesh.simulation.term import Carrier, TermChoice
+from stitchmesh.simulation.term import LoadedPoints, TermChoice
 
 AIR = 1.2e-3
 """Density of air [g / cm^3] at 20 degrees and the pressure at sea level."""
@@ -32,7 +32,7 @@ MOST_SPEED = 1e4
 
 
 @dataclass(frozen=True)
-class Wind(TermChoice[Carrier]):
+class Wind(TermChoice[LoadedPoints]):
     """A wind that is the same everywhere and at all times.
 
     Raises:
@@ -53,6 +53,6 @@ class Wind(TermChoice[Carrier]):
         velocity = np.asarray(self.velocity, dtype=np.float64)
         return 0.5 * AIR * DRAG * float(np.linalg.norm(velocity)) * velocity
 
-    def on(self, carrier: Carrier) -> DeadLoad:
-        """Return the wind on a carrier."""
-        return DeadLoad("wind", carrier, self.pressure, carrier.areas())
+    def on(self, points: LoadedPoints) -> DeadLoad:
+        """Return the wind on the points."""
+        return DeadLoad("wind", points, self.pressure, points.areas())

@@ -80,7 +80,7 @@ class BlendedMasses:
 
 @dataclass(frozen=True, eq=False)
 class FabricPoints:
-    """The vertices and nodes of a fabric, on which dead loads act (``simulation.term.Carrier``)."""
+    """The vertices and nodes of a fabric, on which dead loads act (``simulation.term.LoadedPoints``)."""
 
     lumped: BlendedMasses
     """Their masses."""

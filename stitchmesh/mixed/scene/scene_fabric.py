@@ -45,7 +45,7 @@ from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
 from stitchmesh.mixed.triangles.material_file import material_of, named_material
 from stitchmesh.mixed.triangles.seam_rod import SeamMaterial
 from stitchmesh.progress import Progress, no_progress
-from stitchmesh.simulation.term import Carrier, TermChoice
+from stitchmesh.simulation.term import LoadedPoints, TermChoice
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -60,7 +60,7 @@ class PreparedScene:
     held: tuple[Attachment, ...]
     """The attachments of the scene; nodes have their layout numbers."""
     bodies: tuple[LoadedBody, ...]
-    terms: tuple[TermChoice[Carrier], ...] = ()
+    terms: tuple[TermChoice[LoadedPoints], ...] = ()
     """Further loads, such as ``Wind``."""
     triangle_equilibrium: FloatArray | None = None
     """Vertices at an equilibrium of the triangles alone, where the yarns of a static run begin [cm], shape (V, 3)."""
@@ -104,7 +104,7 @@ class PreparedScene:
 
 def prepare(
     scene: Scene, *, cloth: Cloth | None = None, yarns: LaidYarns | None = None,
-    terms: Sequence[TermChoice[Carrier]] = (), folder: Path | None = None, progress: Progress = no_progress,
+    terms: Sequence[TermChoice[LoadedPoints]] = (), folder: Path | None = None, progress: Progress = no_progress,
 ) -> PreparedScene:  # fmt: skip
     """Make the parts of the simulation of a scene.
 

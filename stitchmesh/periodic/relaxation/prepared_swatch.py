@@ -117,7 +117,6 @@ def prepare_swatch(
     quality: str | Quality,
     device: str | None,
     smallest: bool = True,
-    terms: Sequence[YarnChoice] = (),
     **options: Any,
 ) -> PreparedSwatch:
     """Generate a repeat, and change its radii, lengths and size to those of the options; arguments as for ``swatch``.
@@ -125,8 +124,6 @@ def prepare_swatch(
     ``smallest`` says whether a free repeat comes to rest in its smallest cell.
     """
     chosen = SwatchOptions(**options)
-    if terms and chosen.gamma != 1.0:
-        raise ParameterError(f"swatch, terms: got gamma {chosen.gamma:g}, which changes their size; expected gamma 1")
     quality = quality_named(quality)
     if material is not None:
         check_kind("swatch, material", material, YarnMaterial)
@@ -152,7 +149,7 @@ def prepare_swatch(
     natural = first if fabric is not None else replace(first, rest_length=straight)
     period = period_to_reach(first, chosen)
     between = planes(chosen, flat, natural.radius * thicker)
-    acting = [*between, *terms]
+    acting = [*between, *chosen.terms]
     alone = (chosen.columns, chosen.rows) == (1, 1)
     lies_alike = smallest and alone and bool(between) and fabric is not None and release is None
     own = smallest_cell(generated, first, wanted, chosen, lies_alike=lies_alike)

@@ -143,9 +143,9 @@ def make_target(settings: SwatchSettings, generated: GeneratedRepeat) -> Target:
     wanted = take_up_rest_lengths(generated.curves, generated.fabric, options)
     full = 1.0 if generated.fabric is None else options.yarn_radius / float(yarns.radius[0])
     radius = yarns.radius * full * options.gamma
-    terms = tuple(planes(options, flat, radius))
+    between = planes(options, flat, radius)
     lengths = even_lengths(yarns, wanted, generated.curves.segment_start)
-    lies_alike = bool(terms) and generated.fabric is not None and release is None
+    lies_alike = bool(between) and generated.fabric is not None and release is None
     own = smallest_cell(generated.curves, yarns, lengths, options, lies_alike=lies_alike)
     width, height = own.period_of(size)
     return Target(
@@ -157,7 +157,7 @@ def make_target(settings: SwatchSettings, generated: GeneratedRepeat) -> Target:
         gamma=options.gamma,
         material=material.scaled(options.gamma),
         cell=None if cell is None else own.cell_of(cell),
-        terms=terms,
+        terms=(*between, *options.terms),
         release=release,
         colour=yarns.colour,
         palette=yarns.palette,

@@ -342,9 +342,10 @@ class _Twist(YarnTerm):
 
     def element_energies(self, state: State, launcher: Launcher) -> tuple[list[Any], wp.array[Any]]:
         """Return the launches that find the energy of each yarn, and the array of the energies."""
+        launches = self._follow(state.points, launcher)  # first, because a launcher may run each launch at once
         inputs = [self.untwisted, self.softness, self.holonomy]
-        of_yarns = launcher(twist_energies, len(self._energy), inputs, [self._energy])
-        return [*self._follow(state.points, launcher), of_yarns], self._energy
+        launches.append(launcher(twist_energies, len(self._energy), inputs, [self._energy]))
+        return launches, self._energy
 
     def stiffness(self) -> NDArray[np.float64]:
         """Row sums for yarns that bend to loops of two radii or larger [erg / unit^2], shape (N,)."""

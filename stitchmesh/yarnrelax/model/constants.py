@@ -117,7 +117,7 @@ class Model(CellTables):
         return prepare(kernel, count, inputs, outputs, self.device, tile=tile)
 
     def masses(self) -> list[NDArray[np.float64]]:
-        """Mass of each control point [g], shape (N,), as a list of one array (``simulation.term.Carrier``).
+        """Mass of each control point [g], shape (N,), as a list of one array (``simulation.term.LoadedPoints``).
 
         Raises:
             ParameterError: a yarn has no mass.

@@ -22,7 +22,7 @@ from tests.gallery import ROOT
 from tests.yarnrelax.stockinette import flat_patch
 
 FLOOR = Mesh.from_polygons([[-9, -1, -9], [-9, -1, 9], [9, -1, 9], [9, -1, -9]], [[0, 1, 2, 3]])
-OPTIONAL = ("body", "friction", "gravity", "mesh_features", "pins", "point_load", "twist")
+OPTIONAL = ("body", "dead_load", "friction", "mesh_features", "pins", "point_load", "twist", "wind")
 """Beginnings of the names of files in ``yarnrelax`` that only some relaxations need."""
 REPORT = """
 import json, sys
@@ -34,7 +34,7 @@ points = np.stack([np.arange(8.0), np.zeros(8), np.zeros(8)], axis=1)
 yarns = YarnSet.from_curves([points], closed=[False], radius=0.3, rest_lengths=[np.full(5, 0.9)])
 floor = Mesh.from_polygons([[-9, -9, -9], [-9, -9, 9], [9, -9, 9]], [[0, 1, 2]])
 relax_yarns(yarns, quality="draft", device="cpu", terms=[Body(floor)])
-loaded = [name for name in sys.modules if name.startswith("stitchmesh.yarnrelax.")]
+loaded = [name for name in sys.modules if name.startswith(("stitchmesh.yarnrelax.", "stitchmesh.simulation."))]
 kernels = [v for name in loaded for v in vars(sys.modules[name]).values() if isinstance(v, wp.Kernel)]
 print(json.dumps([
     [name.split(".")[-1] for name in loaded],
