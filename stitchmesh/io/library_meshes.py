@@ -55,7 +55,8 @@ def as_mesh(given: MeshLike, *, unit: str = DEFAULT_UNIT, place: str = "as_mesh"
     points, faces = FACES[name](given)
     if not faces:
         raise MeshError(f"{place}: the {name} has no faces; expected triangles, quads or polygons")
-    vertices, faces = used_points(*weld(np.asarray(points, dtype=np.float64).reshape(-1, 3), faces))
+    welded = weld(np.asarray(points, dtype=np.float64).reshape(-1, 3), faces)
+    vertices, faces = used_points(f"{place}: the {name}", *welded)
     return Mesh.from_polygons(vertices * centimetres(unit), faces)
 
 

@@ -93,8 +93,8 @@ def _own(code: str, content: object) -> OwnStitch:
 
 def _check_points(where: str, points: list[tuple[float, float, float]]) -> None:
     """Check that coordinates are possible on a face, and that a curve can pass through the points in their order."""
-    for point, following in zip(points, [*points[1:], None], strict=True):
+    for number, point in enumerate(points):
         if not all(abs(coordinate) <= LARGEST_COORDINATE for coordinate in point):
             raise ParameterError(f"{where}: got the point {point}; expected coordinates within {LARGEST_COORDINATE:g}")
-        if point == following:
+        if point in points[number - 1 : number]:
             raise ParameterError(f"{where}: got the point {point} twice in a row; remove one")

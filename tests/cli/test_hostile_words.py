@@ -134,7 +134,7 @@ def test_a_file_system_that_is_read_only_is_refused_in_one_line(runner, inputs, 
     here = shutil.copytree(inputs, tmp_path / "here")
     for words in WORDS[name]:
         ended = runner.run([name, *words], here, read_only=True)
-        if name in WITHOUT_OUTPUT:
+        if name in WITHOUT_OUTPUT or (name, words) == ("examples", []):  # a list of the examples
             assert ended.status == 0, ended
         else:
             assert ended.status == 2 and "Read-only file system" in ended.errors and not fault_of(ended, []), ended

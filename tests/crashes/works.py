@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import sys
 import tomllib
@@ -159,16 +160,25 @@ def _read_glb(path: Path) -> None:
         raise ValueError("is not a whole GLB file")
 
 
+def _read_rows(path: Path) -> None:
+    """Read the table of a sweep as text; each row has a value for each column."""
+    with path.open(newline="") as file:
+        rows = list(csv.reader(file, strict=True))
+    if not rows or any(len(row) != len(rows[0]) for row in rows):
+        raise ValueError("has rows of different lengths")
+
+
 READERS: Mapping[str, Callable[[Path], object]] = {
     ".json": lambda path: json.loads(path.read_text()),
     ".toml": lambda path: tomllib.loads(path.read_text()),
     ".csv": read_history,
+    "rows.csv": _read_rows,
     ".parquet": lambda path: read_table(path.parent),
     ".png": _read_picture,
     ".smc": read_checkpoint,
     ".glb": _read_glb,
 }
-"""How a file is read, by its suffix; other files hold meshes, stitches or yarns."""
+"""How a file is read, by its name or its suffix; other files hold meshes, stitches or yarns."""
 
 
 def read_file(path: Path) -> None:
@@ -178,4 +188,4 @@ def read_file(path: Path) -> None:
         Exception: the file is damaged.
     """
     if path.name != "maps.h5":  # The maps of a drape have no reader of their own: they are compared by bytes.
-        READERS.get(path.suffix, read_any)(path)
+        READERS.get(path.name, READERS.get(path.suffix, read_any))(path)

@@ -14,6 +14,7 @@ import pytest
 
 from stitchmesh.errors import FileError, MeshError, ParameterError
 from stitchmesh.io import read_mesh, write_mesh
+from stitchmesh.io.mesh_formats.cells import used_points
 from stitchmesh.io.meshes import FORMATS
 from stitchmesh.mesh import Mesh
 from tests.io.refusals import refused
@@ -339,3 +340,9 @@ def test_a_number_of_elements_that_the_file_cannot_hold_is_an_error(tmp_path):
     (tmp_path / "m.msh").write_text("# a file\n$Nodes\n99999999999\n0 0 0\n")
     with pytest.raises(FileError, match="states 99999999999 elements in"):
         read_mesh(tmp_path / "m.msh")
+
+
+@pytest.mark.parametrize("point", [9, -1])
+def test_a_face_with_a_point_that_is_missing_is_refused_beside_cells_that_are_left_out(point):
+    with pytest.raises(MeshError, match=f"grid.vtk: a face names point {point}; expected 0 to 2"):
+        used_points("grid.vtk", np.zeros((3, 3)), [[0, 1, point]])

@@ -82,7 +82,7 @@ def packed_polygons(name: str, file: Path) -> CheckpointFile:
         raise FileError(f"{name}: got points of shape {points.shape}; expected three coordinates each")
     check_points(f"{name}: point", points)
     faces, others = faces_of_cells(name, content.cells)
-    points, faces = used_points(points, faces) if others else (points, faces)
+    points, faces = used_points(name, points, faces) if others else (points, faces)
     corners = np.array([v for face in faces for v in face], dtype=np.int64)
     arrays = {"points": points, "counts": np.array([len(face) for face in faces]), "corners": corners}
     return CheckpointFile({"left out": others}, arrays)

@@ -14,7 +14,7 @@ from os import fspath
 
 import numpy as np
 
-from stitchmesh.errors import FileError
+from stitchmesh.errors import FileError, MeshError
 from stitchmesh.io.contents import FilePath
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.mesh.face_triangles import clip_ears
@@ -52,18 +52,26 @@ def check_cells_left_out(name: str, faces: int, others: Mapping[str, int]) -> No
         raise FileError(f"{name}: has no faces; expected a polygon mesh")
 
 
-def used_points(points: FloatArray, faces: list[list[int]]) -> tuple[FloatArray, list[list[int]]]:
+def used_points(name: str, points: FloatArray, faces: list[list[int]]) -> tuple[FloatArray, list[list[int]]]:
     """Leave out the points that belong only to cells that are left out.
 
     Args:
+        name: what the faces come from, for messages.
         points: shape (P, 3).
         faces: points of each face.
 
     Returns:
         The points of the faces in their order, shape (V, 3), and the faces with their new numbers.
+
+    Raises:
+        MeshError: a face names a point that does not exist.
     """
+    corners = [point for face in faces for point in face]
+    unknown = next((point for point in corners if not 0 <= point < len(points)), None)
+    if unknown is not None:
+        raise MeshError(f"{name}: a face names point {unknown}; expected 0 to {len(points) - 1}")
     used = np.zeros(len(points), dtype=bool)
-    used[[point for face in faces for point in face]] = True
+    used[corners] = True
     number = (np.cumsum(used) - 1).tolist()
     return points[used], [[number[point] for point in face] for face in faces]
 

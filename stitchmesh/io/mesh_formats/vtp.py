@@ -86,7 +86,7 @@ def _checked(
     check_cells_left_out(name, len(faces), others)
     check_points(f"{name}: point", points)
     say_left_out(path, others, "cells")
-    return used_points(points, faces) if others else (points, faces)
+    return used_points(name, points, faces) if others else (points, faces)
 
 
 def _strip(points: list[int]) -> list[list[int]]:

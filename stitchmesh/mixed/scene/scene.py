@@ -361,6 +361,10 @@ class ContactSection:
         check_settings(self, "contact")
 
 
+MOST_FRAMES = 10_000
+"""Largest number of frames of a dynamic run, whose files have four digits in their names."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class SceneSolverSection:
     """Precision, processor and tolerances.
@@ -475,6 +479,12 @@ class Scene:
         if self.mode == "dynamic" and self.region.start != "layout":
             raise ParameterError(
                 f"region.start: got {self.region.start!r} in a dynamic scene; expected 'layout', or mode = \"static\""
+            )
+        frames = self.duration * self.output.frames_per_second
+        if self.mode == "dynamic" and frames > MOST_FRAMES:
+            raise ParameterError(
+                f"duration: got {self.duration:g} s with {frames:.3g} frames; expected at most {MOST_FRAMES:,} frames: "
+                "give a shorter duration or fewer output.frames_per_second"
             )
         if not all(math.isfinite(part) for part in self.gravity):
             raise ParameterError(f"gravity: got {list(self.gravity)}; expected three finite numbers of cm/s^2")

@@ -120,6 +120,7 @@ WRONG = {
     "crossed panel": (
         BASE.replace("rectangle = [4, 4]", "panels = [{ name = 'a', outline = [[0,0],[2,2],[2,0],[0,2]] }]"), "cross"
     ),
+    "frames without end": ('mode = "dynamic"\nduration = 1e300\n' + BASE, "got 1e+300 s with 3e+301 frames; expected"),
     "digits without end": (BASE + "[solver]\nmost_iterations = 1" + 400 * "0" + "\n", "at most 1e+300"),
     "tiny triangles": (BASE.replace("edge_length = 1", "edge_length = 1e-320"), "at least 0.0001 cm"),
     "no TOML": ("duration = \n", "is no TOML"),

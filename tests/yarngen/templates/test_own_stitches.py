@@ -70,6 +70,7 @@ def test_a_drawing_that_contradicts_its_code_is_refused_in_one_line(tmp_path, ca
     [
         ({"head": False}, "part 1 has head false; expected true, because it is a loop below"),
         ({"through": [[0.9, 0.4, 0.5], [0.9, 0.4, 0.5]]}, "part 1: got the point .* twice in a row"),
+        ({"through": []}, "part 4 passes 0 times through the loop of part 1"),
         ({"through": [[0.9, 0.4, 1e300]]}, "part 1: got the point .* expected coordinates within 100"),
     ],
 )
