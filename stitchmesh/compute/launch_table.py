@@ -38,8 +38,7 @@ import numpy as np
 import warp as wp
 
 from stitchmesh.compute.kernel import RUNS_IN_PARTS, kernel
-from stitchmesh.compute.thread_team import share
-from stitchmesh.compute.threads import thread_count
+from stitchmesh.compute.threads import share, thread_count
 
 PART = 256
 """Elements of a part, a multiple of the width of all vector instructions. In a launch of blocks a part is one block."""

@@ -17,7 +17,7 @@ from stitchmesh.compute.kernel import RUNS_IN_PARTS, kernel
 from stitchmesh.compute.launch import launch, prepare
 from stitchmesh.compute.launch_table import PART, LaunchTable
 from stitchmesh.compute.reduction import row_totals, strand_sums
-from stitchmesh.compute.thread_team import Work
+from stitchmesh.compute.threads import Work
 from stitchmesh.linking.crossings import find_crossings
 from tests.compute.thread_counts import thread_count
 

@@ -9,8 +9,7 @@ import threading
 
 import pytest
 
-from stitchmesh.compute import thread_team
-from stitchmesh.compute.thread_team import ThreadTeam
+from stitchmesh.compute.threads import ThreadTeam, share
 from tests.compute.thread_counts import thread_count
 
 SAFETY = 60.0  # Time after which a test that blocks fails [s]; a test that passes waits for a much shorter time.
@@ -137,7 +136,7 @@ def test_a_child_process_has_threads_of_its_own() -> None:
 
     def together() -> None:
         barrier = threading.Barrier(3)
-        thread_team.share(lambda _thread: barrier.wait(SAFETY), 3)
+        share(lambda _thread: barrier.wait(SAFETY), 3)
 
     with thread_count(3):
         together()
