@@ -131,7 +131,7 @@ def test_a_term_that_is_off_is_not_imported():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
     loaded = {name.removeprefix("stitchmesh.yarnrelax.") for name in done.stdout.split()}
-    assert "simulation.dead_load" in loaded
+    assert "stitchmesh.simulation.dead_load" in loaded
     assert not loaded & {"energies.friction", "energies.twist", "energies.body", "constraints.pins"}
 
 
