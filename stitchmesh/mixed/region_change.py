@@ -374,8 +374,8 @@ def settle_changed(
 
     The yarns of nodes on flat triangles are bent at the sides of triangles, and stretched like a whole triangle;
     vertices that yarns place stretch their triangles. A step in time from rest removes the energy of this before the
-    motion makes waves of it. The step has no gravity, which moves everything together. Nodes whose triangles have
-    become hybrid or full move too; all others stay.
+    motion makes waves of it. The step has no gravity and no wind, which move everything together. Nodes whose triangles
+    have become hybrid or full move too; all others stay.
 
     Args:
         fabric: cloth, yarns and materials.
@@ -393,7 +393,7 @@ def settle_changed(
     if np.isin(new.nodes, nodes).all() and np.isin(np.flatnonzero(new.unknown_vertices), corners).all():
         return
     stays = Attachment(corners, nodes)
-    held = replace(loads, held=[stays], gravity=(0.0, 0.0, 0.0))
+    held = replace(loads, held=[stays], gravity=(0.0, 0.0, 0.0), terms=())
     system = loaded_system(fabric, change.new, held, scalar=positions.scalar, device=positions.device)
     carry_terms(old_terms, system.terms, change)
     # three iterations bring new nodes near to their equilibrium

@@ -23,9 +23,8 @@ from numpy.typing import NDArray
 
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.precision import Scalar
-from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.mixed_vector import MixedVector
-from stitchmesh.simulation.term import Term
+from stitchmesh.simulation.term import Term, check_arrays
 
 FULL = 1.0 - 1e-12
 """Alpha from which on a node belongs to the full-yarn region; slightly below 1 because of rounding."""
@@ -65,23 +64,9 @@ def resume_terms(terms: Sequence[MixedTerm], arrays: Mapping[str, NDArray[Any]])
     Raises:
         ParameterError: an array is missing or has another shape.
     """
-    check_arrays(term_arrays(terms), arrays)
+    check_arrays({name: array.shape for name, array in term_arrays(terms).items()}, arrays)
     for number, term in enumerate(terms):
         term.resume({name: arrays[f"term {number} {name}"] for name in term.arrays()})
-
-
-def check_arrays(expected: Mapping[str, NDArray[Any]], arrays: Mapping[str, NDArray[Any]]) -> None:
-    """Check that ``arrays`` holds all expected arrays in their shapes.
-
-    Raises:
-        ParameterError: an array is missing or has another shape.
-    """
-    for name, array in expected.items():
-        if name not in arrays or arrays[name].shape != array.shape:
-            found = "is missing" if name not in arrays else f"has the shape {arrays[name].shape}"
-            raise ParameterError(
-                f"resume: array {name!r} of the checkpoint {found}; expected the shape {array.shape}; begin without it"
-            )
 
 
 @kernel

@@ -245,7 +245,7 @@ def relax_prepared(prepared: PreparedSwatch, yarns: YarnSet, run: Run[YarnSet] =
     flat = replace(FlatFabric.of(drawn, prepared.fabric, prepared.source), diameters=prepared.flat.diameters)
     shape = flat.shape_of(result)
     if shape.name != "flat":
-        logger.warning("%s; %s", shape.text, remedy_of(prepared.cell, lies=bool(prepared.terms)))
+        logger.warning("%s; %s", shape.text, remedy_of(prepared.cell, lies=acting["planes_distance"] is not None))
     report = measures | shape.report() | acting | relaxed.report | {"solver_seconds": relaxed.report["seconds"]}
     return Swatch(result, report, prepared.fabric, relaxed.history, at_rest)
 

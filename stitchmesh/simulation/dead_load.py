@@ -113,6 +113,7 @@ class Gravity(TermChoice[LoadedPoints]):
         ParameterError: the acceleration is not three numbers, or one is above ``MOST_ACCELERATION``.
     """
 
+    on_any_points = True
     reads_mass = True
 
     acceleration: tuple[float, float, float] = EARTH

@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.launch import launch
 from stitchmesh.compute.reduction import minimum, ordered_sum
+from stitchmesh.errors import ParameterError
 
 
 class Coordinates(Protocol):
@@ -163,6 +164,18 @@ class Term(ABC, Generic[StateT_contra, ForceT_contra]):
             array.assign(np.asarray(arrays[name]))
 
 
+def check_arrays(shapes: Mapping[str, tuple[int, ...] | None], arrays: Mapping[str, NDArray[Any]]) -> None:
+    """Check that a checkpoint holds arrays of these names and shapes; None stands for any shape.
+
+    Raises:
+        ParameterError: an array is missing or has another shape.
+    """
+    for name, shape in shapes.items():
+        if name not in arrays or (shape is not None and arrays[name].shape != shape):
+            found = "is missing" if name not in arrays else f"has the shape {arrays[name].shape}, expected {shape}"
+            raise ParameterError(f"resume: array {name!r} of the checkpoint {found}; begin without it")
+
+
 class LoadedPoints(Protocol):
     """Points with mass and area on a device, on which a load acts: the yarns of a relaxation, or a cloth with yarns."""
 
@@ -201,6 +214,8 @@ class TermChoice(ABC, Generic[LoadedT_contra]):
 
     in_free_cells: bool = False
     """Whether the term acts on the strains of a relaxing cell, or has no force along the periods."""
+    on_any_points: bool = False
+    """Whether the choice acts on any ``LoadedPoints``; other choices act on yarns alone."""
     reads_mass: bool = False
     """Whether the term depends on the mass of the yarns; a checkpoint then belongs to this mass only."""
 

@@ -39,6 +39,8 @@ class Wind(TermChoice[LoadedPoints]):
         ParameterError: the velocity is not three numbers, or one is above ``MOST_SPEED``.
     """
 
+    on_any_points = True
+
     velocity: tuple[float, float, float]
     """Velocity of the air [cm / s]."""
 

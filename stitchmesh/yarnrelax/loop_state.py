@@ -15,7 +15,7 @@ from typing import Any
 import warp as wp
 from numpy.typing import NDArray
 
-from stitchmesh.errors import ParameterError
+from stitchmesh.simulation.term import check_arrays
 from stitchmesh.yarnrelax.assessment import Assessment, RemainingChange
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 
@@ -72,7 +72,12 @@ def resume_from_arrays(simulation: YarnSimulation, arrays: Mapping[str, NDArray[
     Raises:
         ParameterError: an array is missing or has another shape.
     """
-    _check_arrays(carried_arrays(simulation), arrays)
+    # arrays of terms may have any shape, because the numbers of contacts change
+    shapes = {
+        name: array.numpy().shape if "." not in name or name.startswith("solver.") else None
+        for name, array in carried_arrays(simulation).items()
+    }
+    check_arrays(shapes, arrays)
     simulation.candidates.margin = margin
     simulation.search.run_again(arrays.get("searched_points", arrays["listed_points"]), arrays.get("searched_periods"))
     for name, array in carried_arrays(simulation).items():
@@ -80,15 +85,6 @@ def resume_from_arrays(simulation: YarnSimulation, arrays: Mapping[str, NDArray[
             array.assign(arrays[name])
     for number, term in enumerate(simulation.terms):
         term.resume(_part_of(arrays, f"{term.name} {number}."))
-
-
-def _check_arrays(expected: Mapping[str, wp.array[Any]], arrays: Mapping[str, NDArray[Any]]) -> None:
-    """Check that all arrays are there; arrays of terms may have any shape, because the numbers of contacts change."""
-    for name, array in expected.items():
-        shape = array.numpy().shape if "." not in name or name.startswith("solver.") else None
-        if name not in arrays or (shape is not None and arrays[name].shape != shape):
-            found = "is missing" if name not in arrays else f"has the shape {arrays[name].shape}, expected {shape}"
-            raise ParameterError(f"resume: array {name!r} of the checkpoint {found}; begin without it")
 
 
 def _part_of(arrays: Mapping[str, NDArray[Any]], start: str) -> dict[str, NDArray[Any]]:

@@ -98,6 +98,12 @@ def test_a_velocity_must_be_three_numbers_below_the_speed_of_a_storm(numbers: An
         Wind(numbers)
 
 
+@pytest.mark.parametrize("choice", [Confinement(0.1), 3])
+def test_a_cloth_takes_only_loads_that_act_on_it(choice: Any) -> None:
+    with pytest.raises(ParameterError, match=r"drape, terms: got .*expected loads that act on cloth too, such as Wind"):
+        drape(SWINGING, terms=[choice])
+
+
 def test_a_load_on_a_swatch_needs_its_final_size() -> None:
     with pytest.raises(ParameterError, match=r"swatch, terms: got gamma 1.1, .*expected gamma 1"):
         swatch("stockinette", gamma=1.1, relax_cell=False, device="cpu", terms=[Wind((0.0, 0.0, SPEED))])

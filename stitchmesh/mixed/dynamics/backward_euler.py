@@ -41,7 +41,8 @@ from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
 from stitchmesh.mixed.dynamics.newton import NewtonState, Quadratic, SystemNewton
 from stitchmesh.mixed.dynamics.vector_sums import ReadSums, set_sum
 from stitchmesh.mixed.mixed_vector import MixedVector, Parts
-from stitchmesh.mixed.term import check_arrays, resume_terms, term_arrays
+from stitchmesh.mixed.term import resume_terms, term_arrays
+from stitchmesh.simulation.term import check_arrays
 
 
 @kernel
@@ -313,7 +314,7 @@ class Dynamics:
         Raises:
             ParameterError: an array is missing or has another shape.
         """
-        check_arrays(self.arrays(), arrays)
+        check_arrays({name: array.shape for name, array in self.arrays().items()}, arrays)
         self.positions.values.assign(arrays["positions"])
         self.velocities.values.assign(arrays["velocities"])
         self.time, self.time_step = (float(value) for value in arrays["clock"][:2])

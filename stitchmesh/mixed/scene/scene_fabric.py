@@ -24,7 +24,7 @@ import numpy as np
 
 from stitchmesh.compute.device import device_named
 from stitchmesh.compute.free_memory import host_memory
-from stitchmesh.errors import ParameterError
+from stitchmesh.errors import ParameterError, described
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.mixed.assembly import LoadedBody, Loads, MixedFabric
 from stitchmesh.mixed.cloth.cloth import Cloth, vertex_normals
@@ -121,6 +121,10 @@ def prepare(
         FileError: a file cannot be read.
         MeshError: the panels or a body do not form a surface as expected.
     """
+    for term in terms:
+        if not isinstance(term, TermChoice) or not term.on_any_points:
+            expected = "expected loads that act on cloth too, such as Wind((0, 0, 400))"
+            raise ParameterError(f"drape, terms: got {described(term)}; {expected}")
     surface = scene.cloth.cloth() if cloth is None else cloth
     laid = _layout(scene, surface) if yarns is None else yarns
     materials = _materials(scene.yarns, laid)

@@ -7,8 +7,8 @@ for each contact sample. The anchor moves with a triangle of the surface, so tha
 
     F = -mu N (phi'(s) / s) u_t,    s = |u_t|,    N = |push|
 
-u_t is the displacement from the anchor in the plane across the push, and phi the law of ``friction.friction_law``: the
-force is mu N beyond a slip length e. An anchor farther away is dragged along until s = e. A sample that slides
+u_t is the displacement from the anchor in the plane across the push, and phi the law of ``simulation.friction_law``:
+the force is mu N beyond a slip length e. An anchor farther away is dragged along until s = e. A sample that slides
 therefore feels mu N against its velocity relative to the body, and a sample that sticks returns to where it stuck. N,
 n and the anchor belong to the present step, which an explicit solver (``solvers.dynamics``) can use.
 """
