@@ -165,7 +165,7 @@ class Footsteps:
         self._noted.add(code)
         self._add(code)
         known = {**function.__globals__, **inspect.getclosurevars(function).nonlocals}
-        for name in code.co_names:
+        for name in (*code.co_names, *code.co_freevars):
             callee = known.get(name)
             if type(callee).__name__ == "Function":
                 self._add_with_callees(callee.func)

@@ -12,8 +12,7 @@ from typing import Any
 import warp as wp
 
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.compute.launch import prepare
-from stitchmesh.compute.launch_table import LaunchTable
+from stitchmesh.compute.launch import LaunchTable, prepare
 
 Launcher = Callable[..., Any]
 """``Model.launch``, which runs a kernel immediately, or ``Model.prepare``, which returns a launch for later."""

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Slots of a list that many threads fill at the same time, in no particular order.
 
-Warp's own atomic addition is atomic on a GPU only. On a CPU several threads may share a launch (``launch_table``).
+Warp's own atomic addition is atomic on a GPU only. On a CPU several threads may share a launch (``launch``).
 """
 
 # no postponed annotations: Warp evaluates the types of native functions directly

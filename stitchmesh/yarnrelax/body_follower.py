@@ -27,7 +27,7 @@ from stitchmesh.errors import SolverError
 from stitchmesh.quality import Quality
 from stitchmesh.simulation.bodies.body_surface import anchor_at, anchor_place, single
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax.collision.step_limit import shortened, smallest_distances, yarn_place
+from stitchmesh.yarnrelax.collision.step_limit import smallest_distances, yarn_place
 from stitchmesh.yarnrelax.constraints.pins import held_coordinates, hold, pinned_points
 from stitchmesh.yarnrelax.energies.body import DEPTH
 from stitchmesh.yarnrelax.energies.term import Constraint, Coupling, YarnChoice
@@ -35,7 +35,7 @@ from stitchmesh.yarnrelax.loop_state import carried_arrays, resume_from_arrays
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.material import YarnMaterial
 from stitchmesh.yarnrelax.model.spline import place_contact_samples
-from stitchmesh.yarnrelax.model.state import State
+from stitchmesh.yarnrelax.model.state import State, shortened
 from stitchmesh.yarnrelax.motion.moving_body import MovingBody, MovingBodyTerm
 from stitchmesh.yarnrelax.motion.moving_surface import MovingSurface
 from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop

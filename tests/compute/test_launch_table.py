@@ -11,11 +11,10 @@ import numpy as np
 import pytest
 import warp as wp
 
-from stitchmesh.compute import launch_table
+from stitchmesh.compute import launch as launching
 from stitchmesh.compute.captured import CapturedLaunches, CopyArray, ZeroArray
 from stitchmesh.compute.kernel import RUNS_IN_PARTS, kernel
-from stitchmesh.compute.launch import launch, prepare
-from stitchmesh.compute.launch_table import PART, LaunchTable
+from stitchmesh.compute.launch import PART, LaunchTable, launch, prepare
 from stitchmesh.compute.reduction import row_totals, strand_sums
 from stitchmesh.compute.threads import Work
 from stitchmesh.linking.crossings import find_crossings
@@ -94,9 +93,9 @@ def test_a_launch_begins_after_the_end_of_the_launch_before_it(threads: int) -> 
 
 def test_several_threads_share_a_large_launch_and_one_runs_a_small_one(monkeypatch: pytest.MonkeyPatch) -> None:
     wanted: list[int] = []
-    monkeypatch.setattr(launch_table, "thread_count", lambda: 8)
-    monkeypatch.setattr(launch_table, "share", lambda work, threads: (wanted.append(threads), work(0)))
-    enough = 2 * launch_table.PARTS_PER_THREAD * PART
+    monkeypatch.setattr(launching, "thread_count", lambda: 8)
+    monkeypatch.setattr(launching, "share", lambda work, threads: (wanted.append(threads), work(0)))
+    enough = 2 * launching.PARTS_PER_THREAD * PART
     for length in (PART, enough - PART, enough, 5 * enough):
         visits = cpu(np.zeros(length, dtype=np.int32))
         launch(count_visits, length, [visits], [], wp.get_device("cpu"))
@@ -107,8 +106,8 @@ def test_several_threads_share_a_large_launch_and_one_runs_a_small_one(monkeypat
 def test_kernels_with_tiles_run_on_one_thread() -> None:
     parts, totals = cpu(np.ones((40, 256))), cpu(np.zeros(40))
     prepared = prepare(row_totals, 40, [parts], [totals], wp.get_device("cpu"), tile=256)
-    assert launch_table._part_size(prepared) == 40
-    assert not launch_table._uses_one_memory(find_crossings.func)  # its slots are atomic on a CPU too
+    assert launching._part_size(prepared) == 40
+    assert not launching._uses_one_memory(find_crossings.func)  # its slots are atomic on a CPU too
 
 
 def test_tiles_in_functions_that_a_kernel_calls_are_found() -> None:
@@ -119,8 +118,8 @@ def test_tiles_in_functions_that_a_kernel_calls_are_found() -> None:
     def calls(parts: Any, totals: Any) -> None:
         totals[wp.tid()] = total_of(parts)
 
-    assert launch_table._uses_one_memory(calls)
-    assert not launch_table._uses_one_memory(strand_sums.func)
+    assert launching._uses_one_memory(calls)
+    assert not launching._uses_one_memory(strand_sums.func)
 
 
 @pytest.mark.parametrize("threads", COUNTS)
@@ -151,7 +150,7 @@ def test_a_table_whose_work_was_interrupted_is_done_and_can_be_launched_again(mo
     with thread_count(2):
         table = LaunchTable([prepare(count_visits, len(visits), [visits], [], wp.get_device("cpu"))])
         with monkeypatch.context() as patch:
-            patch.setattr(launch_table, "share", interrupted)
+            patch.setattr(launching, "share", interrupted)
             with pytest.raises(KeyboardInterrupt):
                 table.launch()
         table._work(1)  # a thread that comes after the end takes nothing

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 
 import pytest
 
-from stitchmesh.compute import launch_table, threads
+from stitchmesh.compute import launch, threads
 
 
 @contextmanager
@@ -17,6 +17,6 @@ def thread_count(count: int) -> Iterator[None]:
     """Share all launches, also the smallest, among ``count`` threads."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(threads, "core_count", lambda: count)
-        patch.setattr(launch_table, "PARTS_PER_THREAD", 1)
+        patch.setattr(launch, "PARTS_PER_THREAD", 1)
         patch.setattr(threads, "_choice", threads._Choice(count))
         yield

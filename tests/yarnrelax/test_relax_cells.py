@@ -19,7 +19,7 @@ from stitchmesh.yarnrelax.energies import evaluation as all_terms
 from stitchmesh.yarnrelax.model.image_table import has_room
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers import lbfgs_steps
-from stitchmesh.yarnrelax.solvers.lbfgs import LBFGS
+from stitchmesh.yarnrelax.solvers.lbfgs_fused import FusedLBFGS
 from stitchmesh.yarnrelax.together.cell_batch import BegunCell, CellBatch, RelaxedCell, relax_batch
 from stitchmesh.yarnrelax.together.relax_cells import relax_cells
 from tests.yarnrelax.loops import iterate
@@ -100,15 +100,20 @@ def test_a_batch_of_one_cell_has_the_same_bits_as_a_single_relaxation() -> None:
     assert batch.cells[0].report["iterations"] == alone.report["iterations"]
 
 
-def test_separate_launches_take_the_same_steps_as_the_fused_launch() -> None:
+def launch_apart(simulation: YarnSimulation, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let each step of an iteration have a launch of its own."""
+    monkeypatch.setattr(simulation.solver, "fused_launch", lambda *_arguments: None)
+    simulation.search.generation += 1
+
+
+def test_separate_launches_take_the_same_steps_as_the_fused_launch(monkeypatch: pytest.MonkeyPatch) -> None:
     ends = []
     for in_one_launch in (True, False):
         given = list(zip(CELLS, MATERIALS, strict=True))
         simulation = YarnSimulation(given, EXACT, device_named("cpu"), cells=[FREE] * 4)
-        assert isinstance(simulation.solver, LBFGS) and simulation.solver.fused is not None
+        assert isinstance(simulation.solver, FusedLBFGS)
         if not in_one_launch:
-            simulation.solver.fused = None
-            simulation.search.generation += 1
+            launch_apart(simulation, monkeypatch)
         simulation.state.budget.fill_(1e6)  # with small budgets, cells would wait for each other
         iterate(simulation, 20)
         ends.append((simulation.state.points.numpy(), simulation.model.constants.images.periods.numpy()))
@@ -122,9 +127,8 @@ def test_a_cell_in_many_blocks_takes_the_same_steps_as_in_one_block(monkeypatch:
     for chunk in (1024, 10):
         monkeypatch.setitem(lbfgs_steps.CHUNK, "cpu", chunk)
         simulation = YarnSimulation.start(CELLS[2], LEAF, EXACT, device_named("cpu"), cell=FREE)
-        assert isinstance(simulation.solver, LBFGS)
-        simulation.solver.fused = None
-        simulation.search.generation += 1
+        assert isinstance(simulation.solver, FusedLBFGS)
+        launch_apart(simulation, monkeypatch)
         iterate(simulation, 10)
         ends.append(simulation.state.points.numpy()[:-1])
     # rounding of float64 sums in different orders, amplified by ten steps

@@ -8,6 +8,10 @@ has moved and grown by more than d since the lists were made with a reach R, the
 lists are ascending, so what is selected from them does not depend on when they were made.
 """
 
+# overloads for fabrics without a lattice, which Warp distinguishes by the types of their arguments
+# ruff: noqa: F811
+# mypy: disable-error-code="no-redef"
+
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -23,14 +27,7 @@ from stitchmesh.compute.precision import Scalar, Vec3, Vec4
 from stitchmesh.errors import SolverError
 from stitchmesh.simulation.pair_lists import FIRST_CAPACITY, allocate_lists, insert_sorted
 from stitchmesh.yarnrelax.model.constants import Model, YarnConstants
-from stitchmesh.yarnrelax.model.lattice_images import (
-    apart_from_cell,
-    cell_of,
-    grid_place,
-    image_count,
-    shifted_by,
-    turns_to,
-)
+from stitchmesh.yarnrelax.model.lattice_images import LatticeImages, NoImages, cell_of, shifted_by
 
 SPARE_REACH = 1.0
 """The near lists reach farther than the margin by this, in mean radii, so that they last for several searches."""
@@ -45,6 +42,69 @@ SMALL_GRID, LARGE_GRID, MANY_SEGMENTS = 64, 192, 200_000
 its size limits the memory but not the space."""
 MOST_ENTRIES = 2**31
 """Largest number of entries of all lists, 8 GB."""
+NO_TURNS = wp.constant(2147483647)
+"""Mark of an image that no number of turns of a yarn reaches."""
+
+
+@wp.func
+def image_count(images: NoImages) -> int:
+    """Number of images, including the fabric itself."""
+    return 1
+
+
+@wp.func
+def image_count(images: LatticeImages) -> int:
+    """Number of images, including the fabric itself."""
+    return images.image.shape[0]
+
+
+@wp.func
+def turns_to(images: NoImages, yarn_step: wp.vec2i, number: int) -> int:
+    """Number of turns of a yarn that lead to an image; ``NO_TURNS`` where there is none."""
+    return 0
+
+
+@wp.func
+def turns_to(images: LatticeImages, yarn_step: wp.vec2i, number: int) -> int:
+    """Number of turns of a yarn that lead to an image; ``NO_TURNS`` where there is none."""
+    image = images.image[number]
+    turns = int(0)
+    if yarn_step[0] != 0:
+        turns = image[0] // yarn_step[0]
+    elif yarn_step[1] != 0:
+        turns = image[1] // yarn_step[1]
+    if turns * yarn_step[0] != image[0] or turns * yarn_step[1] != image[1]:
+        turns = NO_TURNS
+    return turns
+
+
+@wp.func
+def apart_from_cell(images: NoImages, place: Vec3, cell: int, reach: Scalar) -> bool:
+    """Whether a place is farther than a reach from the box around all segments of a cell."""
+    return False
+
+
+@wp.func
+def apart_from_cell(images: LatticeImages, place: Vec3, cell: int, reach: Scalar) -> bool:
+    """Whether a place is farther than a reach from the box around all segments of a cell."""
+    low, high = images.box[2 * cell], images.box[2 * cell + 1]
+    return (
+        place[0] < low[0] - reach or place[1] < low[1] - reach or place[2] < low[2] - reach
+        or place[0] > high[0] + reach or place[1] > high[1] + reach or place[2] > high[2] + reach
+    )  # fmt: skip
+
+
+@wp.func
+def grid_place(images: NoImages, place: Vec3, cell: int, pitch: Scalar) -> Any:
+    """Coordinates of a place in the hash grid."""
+    return place
+
+
+@wp.func
+def grid_place(images: LatticeImages, place: Vec3, cell: int, pitch: Scalar) -> Any:
+    """Coordinates of a place in the hash grid, where the cells of different fabrics are far from each other."""
+    along, up, out = cell % 10, (cell // 10) % 10, cell // 100
+    return place + type(place)(type(pitch)(along), type(pitch)(up), type(pitch)(out)) * pitch
 
 
 @wp.func
@@ -54,7 +114,7 @@ def may_collide(model: YarnConstants, i: int, j: int, image: int) -> bool:
     if yarn != model.segment_yarn[j]:
         return True
     turns = turns_to(model.images, model.yarn_step[yarn], image)
-    if turns == 2147483647:
+    if turns == NO_TURNS:
         return True
     cycle = model.segment_cycle[i]
     ahead = j - i

@@ -24,8 +24,7 @@ import warp as wp
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.compute.precision import Scalar, Vec3, Vec4
-from stitchmesh.compute.vector_loads import load_vector
+from stitchmesh.compute.precision import Scalar, Vec3, Vec4, load_vector
 from stitchmesh.simulation.pair_lists import FIRST_CAPACITY, allocate_lists
 from stitchmesh.yarnrelax.collision.broad_phase import (
     NearSegments,

@@ -71,27 +71,10 @@ LARGEST_STRAIN_STEP = wp.constant(wp.float64(0.05))
 """Largest strain on one set of lists; its square is neglected, because it is a small part of a clearance."""
 STRAIN_UNIT = wp.constant(10.0)
 """Length that stands for a strain of 1, in mean radii: a limit of 0.1 radii on moves is a limit of 1 % on strains."""
-USED_UP = wp.constant(0.7)
-"""A control point asks for new candidate lists when it has used this part of its budget."""
 FINER = "take quality reference, which has more contact samples"
 """Advice for yarns whose contact is sampled too coarsely."""
 SMALLEST_CLEARANCE = 1e-3
 """A relaxation ends if a clearance, over the mean yarn radius, is below this."""
-
-
-@wp.func
-def room_left(points: wp.array[Vec3], listed_points: wp.array[Vec3], budget: wp.array[Scalar], i: int) -> Any:
-    """How far control point ``i`` may still move on these candidate lists."""
-    return wp.max(budget[i] - wp.length(points[i] - listed_points[i]), budget[i] - budget[i])
-
-
-@wp.func
-def shortened(step: Vec3, limit: Scalar) -> Any:
-    """The step, no longer than the limit."""
-    length = wp.length(step)
-    if length > limit:
-        return step * (limit / length)
-    return step
 
 
 @kernel

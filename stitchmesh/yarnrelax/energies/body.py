@@ -33,9 +33,8 @@ from numpy.typing import NDArray
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.compute.precision import Scalar, Vec4, Vec6, vector
+from stitchmesh.compute.precision import Scalar, Vec4, Vec6, load_vector, store_vector, vector
 from stitchmesh.compute.reduction import minimum
-from stitchmesh.compute.vector_loads import load_vector, store_vector
 from stitchmesh.errors import LARGEST_NUMBER, ParameterError, SolverError, check_positive
 from stitchmesh.mesh import BORDER, Mesh
 from stitchmesh.simulation.bodies.body_penalty import (

@@ -24,8 +24,7 @@ from typing import Any
 import warp as wp
 
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.compute.precision import Scalar, ScalarType, Vec4, Vec6, Vec9, vector
-from stitchmesh.compute.vector_loads import load_vector, store_vector
+from stitchmesh.compute.precision import Scalar, ScalarType, Vec4, Vec6, Vec9, load_vector, store_vector, vector
 from stitchmesh.yarnrelax.energies.cell_virial import add_contact_virial
 from stitchmesh.yarnrelax.model.constants import YarnConstants
 from stitchmesh.yarnrelax.model.lattice_images import cell_of_sample, rests, sample_number

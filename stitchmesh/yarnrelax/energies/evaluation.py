@@ -15,8 +15,7 @@ import warp as wp
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.compute.precision import Scalar, Vec3, Vec4
-from stitchmesh.compute.vector_loads import load_vector
+from stitchmesh.compute.precision import Scalar, Vec3, Vec4, load_vector
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
 from stitchmesh.yarnrelax.energies.contact import contact_forces
 from stitchmesh.yarnrelax.energies.segment_forces import samples_and_segment_forces

@@ -19,8 +19,7 @@ import warp as wp
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.compute.precision import Scalar, Vec4, vector
-from stitchmesh.compute.vector_loads import load_vector
+from stitchmesh.compute.precision import Scalar, Vec4, load_vector, vector
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
 from stitchmesh.yarnrelax.energies.contact import contact_force_scale
 from stitchmesh.yarnrelax.energies.pair_stiffness import PairStiffness

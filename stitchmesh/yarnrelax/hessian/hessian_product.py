@@ -15,8 +15,7 @@ import warp as wp
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.compute.precision import Mat33, Vec3, Vec4, matrix
-from stitchmesh.compute.vector_loads import load_vector, store_vector
+from stitchmesh.compute.precision import Mat33, Vec3, Vec4, load_vector, matrix, store_vector
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
 from stitchmesh.yarnrelax.energies.evaluation import leg_forces_on, sample_forces_on
 from stitchmesh.yarnrelax.hessian.contact_hessian import TouchingPairs

@@ -25,8 +25,7 @@ import warp as wp
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.compute.precision import Vec3, Vec4
-from stitchmesh.compute.vector_loads import load_vector, store_vector
+from stitchmesh.compute.precision import Vec3, Vec4, load_vector, store_vector
 from stitchmesh.yarnrelax.model.constants import YarnConstants
 from stitchmesh.yarnrelax.model.lattice_images import LatticeImages, corner_place, entry_shift, sample_number
 

@@ -12,12 +12,15 @@ from typing import Any, TypeAlias
 import numpy as np
 import warp as wp
 
-from stitchmesh.compute.precision import ScalarType, vector
+from stitchmesh.compute.precision import Scalar, ScalarType, Vec3, vector
 from stitchmesh.mesh import FloatArray
 from stitchmesh.yarnrelax.model.constants import Model
 
 StateArrays: TypeAlias = Any
 """The struct of the arrays of a ``State``, in either precision."""
+USED_UP = wp.constant(0.7)
+"""A control point asks for new candidate lists when it has used this part of its budget."""
+
 
 @dataclass(frozen=True, eq=False)
 class YarnForces:
@@ -109,6 +112,21 @@ class State:
     def cell_relaxes(self) -> bool:
         """Whether cells relax."""
         return len(self.segment_virial) > 0
+
+
+@wp.func
+def room_left(points: wp.array[Vec3], listed_points: wp.array[Vec3], budget: wp.array[Scalar], i: int) -> Any:
+    """How far control point ``i`` may still move on these candidate lists."""
+    return wp.max(budget[i] - wp.length(points[i] - listed_points[i]), budget[i] - budget[i])
+
+
+@wp.func
+def shortened(step: Vec3, limit: Scalar) -> Any:
+    """The step, no longer than the limit."""
+    length = wp.length(step)
+    if length > limit:
+        return step * (limit / length)
+    return step
 
 
 @functools.cache

@@ -24,8 +24,7 @@ from numpy.typing import NDArray
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.compute.precision import vector
-from stitchmesh.compute.vector_loads import load_vector, store_vector
+from stitchmesh.compute.precision import load_vector, store_vector, vector
 from stitchmesh.errors import ParameterError, check_positive
 from stitchmesh.mesh.vertex_motion import MovingMesh
 from stitchmesh.simulation.bodies.body_penalty import push_listed, push_of

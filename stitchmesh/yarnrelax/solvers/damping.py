@@ -31,8 +31,7 @@ from numpy.typing import NDArray
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.compute.precision import Scalar, Vec3, Vec4
-from stitchmesh.compute.vector_loads import load_vector, store_vector
+from stitchmesh.compute.precision import Scalar, Vec3, Vec4, load_vector, store_vector
 from stitchmesh.yarn import basis
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
 from stitchmesh.yarnrelax.model.constants import Model, YarnConstants

@@ -45,10 +45,11 @@ from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.precision import Scalar, Vec3, Vec4
 from stitchmesh.compute.reduction import maximum, ordered_sum, strand_maxima, strands_for
 from stitchmesh.errors import ParameterError
-from stitchmesh.yarnrelax.collision.step_limit import USED_UP, measure_budget_use, room_left, shortened
+from stitchmesh.yarnrelax.collision.step_limit import measure_budget_use
 from stitchmesh.yarnrelax.energies.evaluation import sample_forces_on
 from stitchmesh.yarnrelax.model.constants import Model, YarnConstants
 from stitchmesh.yarnrelax.model.material import point_masses
+from stitchmesh.yarnrelax.model.state import USED_UP, room_left, shortened
 from stitchmesh.yarnrelax.solvers.damping import ContactDamping, drag_on, drag_rows, segment_drag
 from stitchmesh.yarnrelax.solvers.solver import Progress, Solver, SolverInputs
 

@@ -18,11 +18,13 @@ the row sums D of ``preconditioner``, which do not change the memory.
 A control point that has used most of its budget (``step_limit``) would stay behind its neighbours. The whole cell waits
 instead until there are new candidate lists.
 
-Each cell has its own memory. This file has one launch for each step (``lbfgs_steps``), for one large piece or for any
-number of cells. For small cells without other terms and constraints, one launch does all iterations of an assessment
-interval (``lbfgs_fused``). The control points of each cell are divided into chunks, one for each block of threads. A
-block sums over its threads, and one block for each cell sums over the blocks; its first thread finds the numbers a_j,
-b_j. Nothing is read back to the host, and all sums have a fixed order.
+Each cell has its own memory; one large piece is one cell. This file has one launch for each step (``lbfgs_steps``). The
+control points of each cell are divided into chunks, one for each block of threads. A block sums over its threads, and
+one block for each cell sums over the blocks; its first thread finds the numbers a_j, b_j.
+Nothing is read back to the host, and all sums have a fixed order.
+
+Two files beside this one have the same iteration for cells on a lattice: their periods may be unknowns too
+(``lbfgs_cells``), and one launch may do all iterations of an assessment interval (``lbfgs_fused``).
 """
 
 from __future__ import annotations
@@ -38,8 +40,6 @@ from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.precision import Scalar, Vec3, Vec6
 from stitchmesh.compute.thread_block import THREADS, Products, Slots, sum_over_block
 from stitchmesh.yarnrelax.model.constants import Model
-from stitchmesh.yarnrelax.solvers.cell_strain import StrainArrays, put_strain_force, strains_of, sum_of_blocks
-from stitchmesh.yarnrelax.solvers.lbfgs_fused import FusedLaunch, suits_fusing
 from stitchmesh.yarnrelax.solvers.lbfgs_steps import (
     FIRST_GRADIENT,
     ITERATION,
@@ -52,17 +52,13 @@ from stitchmesh.yarnrelax.solvers.lbfgs_steps import (
     WAITING,
     WANTED,
     Blocks,
-    CellRanges,
     LBFGSArrays,
     PointRange,
     add_direction_products,
     add_force_products,
-    add_strain_products,
     apply_move,
     blocks_of,
-    cell_ranges,
     make_memory,
-    move_point,
     point_range_of,
     propose_move,
     trial_slot,
@@ -75,7 +71,7 @@ from stitchmesh.yarnrelax.solvers.preconditioner import (
     put_bounds,
     stretch_row_sums,
 )
-from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL, Progress, Solver, SolverInputs
+from stitchmesh.yarnrelax.solvers.solver import Progress, Solver, SolverInputs
 
 FRESH = (0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 0.0, 0.0)
 """The first eight columns of the record of a cell without pairs."""
@@ -122,44 +118,31 @@ def compare_forces(
     sum_over_block(products, sums[block])
 
 
-@kernel
-def update_memories(
-    # model
-    cells: CellRanges,
-    blocks: Blocks,
-    # state in
-    sums: wp.array2d[wp.float64],
-    points: wp.array[Vec3],
-    listed_points: wp.array[Vec3],
-    budget: wp.array[Scalar],
-    # state in and out
-    strains: StrainArrays,
-    memory: LBFGSArrays,
-    # state out, of the strains
-    force: wp.array[Vec3],
-    stiffness: wp.array[Scalar],
-    preconditioner: wp.array[Vec6],
+@wp.func
+def sum_force_products(
+    cell: int, lane: int, threads: int, blocks: Blocks, sums: wp.array2d[wp.float64], memory: LBFGSArrays
 ) -> None:
-    """Take the newest pair of each cell into its memory, and find a_j; one block for each cell."""
-    cell, lane = wp.tid()
-    threads = wp.block_dim()
-    if strains.count > 0:
-        sum_of_blocks(strains.parts[cell], lane, threads, strains.totals[cell])
+    """Leave the sums over the blocks of a cell in the memory's ``products``."""
     total = Products()
     for block in range(blocks.of_cell[cell] + lane, blocks.of_cell[cell + 1], threads):
         for k in range(19):
             total[k] += sums[block, k]
     sum_over_block(total, memory.products[cell])
+
+
+@kernel
+def update_memories(
+    # model
+    blocks: Blocks,
+    # state in
+    sums: wp.array2d[wp.float64],
+    # state in and out
+    memory: LBFGSArrays,
+) -> None:
+    """Take the newest pair of each cell into its memory, and find a_j; one block for each cell."""
+    cell, lane = wp.tid()
+    sum_force_products(cell, lane, wp.block_dim(), blocks, sums, memory)
     if lane == 0:
-        if strains.count > 0:
-            entry = cells.point_count + cell
-            put_strain_force(cell, entry, strains, force, stiffness, preconditioner)
-            trial = trial_slot(memory.record[cell])
-            own = add_strain_products(
-                Products(), entry, trial, points, listed_points, budget, force, preconditioner, memory
-            )
-            for k in range(19):
-                memory.products[cell, k] += own[k]
         update_memory(cell, memory)
 
 
@@ -194,44 +177,32 @@ def apply_preconditioner(
     sum_over_block(direction_products(point_range, force, preconditioner, stiffness, memory), sums[block])
 
 
-@kernel
-def update_directions(
-    # model
-    cells: CellRanges,
-    blocks: Blocks,
-    step_limit: Scalar,
-    # state in
-    sums: wp.array2d[wp.float64],
-    strains: StrainArrays,
-    listed_points: wp.array[Vec3],
-    budget: wp.array[Scalar],
-    force: wp.array[Vec3],
-    preconditioner: wp.array[Vec6],
-    stiffness: wp.array[Scalar],
-    # state in and out
-    memory: LBFGSArrays,
-    points: wp.array[Vec3],
+@wp.func
+def sum_direction_products(
+    cell: int, lane: int, threads: int, blocks: Blocks, sums: wp.array2d[wp.float64], memory: LBFGSArrays
 ) -> None:
-    """Find a_j - b_j of each cell, and move its strains; one block for each cell."""
-    cell, lane = wp.tid()
+    """Leave the sums over the blocks of a cell in the memory's ``products``; a function like ``sum_force_products``."""
     total = Slots()
-    for block in range(blocks.of_cell[cell] + lane, blocks.of_cell[cell + 1], wp.block_dim()):
+    for block in range(blocks.of_cell[cell] + lane, blocks.of_cell[cell + 1], threads):
         for k in range(7):
             total[k] += sums[block, k]
     sum_over_block(total, memory.products[cell])
+
+
+@kernel
+def update_directions(
+    # model
+    blocks: Blocks,
+    # state in
+    sums: wp.array2d[wp.float64],
+    # state in and out
+    memory: LBFGSArrays,
+) -> None:
+    """Find a_j - b_j of each cell; one block for each cell."""
+    cell, lane = wp.tid()
+    sum_direction_products(cell, lane, wp.block_dim(), blocks, sums, memory)
     if lane == 0:
-        entry, record = cells.point_count + cell, memory.record[cell]
-        if strains.count > 0:
-            own = add_direction_products(
-                Slots(), entry, record, memory.alpha[cell], force, preconditioner, stiffness, memory
-            )
-            for k in range(7):
-                memory.products[cell, k] += own[k]
         update_coefficients(cell, memory)
-        if strains.count > 0:
-            coefficient = memory.alpha_minus_beta[cell]
-            propose_move(entry, step_limit, record, coefficient, points, listed_points, budget, memory)
-            apply_move(entry, trial_slot(record), points, memory)
 
 
 @kernel
@@ -257,20 +228,17 @@ def propose_moves(
 @kernel
 def apply_moves(
     # model
-    cells: CellRanges,
     blocks: Blocks,
     # state in and out
-    strains: StrainArrays,
     memory: LBFGSArrays,
     points: wp.array[Vec3],
-    listed_points: wp.array[Vec3],
 ) -> None:
-    """Move the control points, store the moves in the slot of the pair on trial, and deform cells."""
+    """Move the control points, and store the moves in the slot of the pair on trial."""
     block, lane = wp.tid()
     point_range = point_range_of(blocks, block, lane, wp.block_dim())
     trial = trial_slot(memory.record[point_range.cell])
     for i in range(point_range.first, point_range.last, point_range.threads):
-        move_point(i, trial, point_range.cell, cells, strains, points, listed_points, memory)
+        apply_move(i, trial, points, memory)
 
 
 class LBFGS(Solver):
@@ -279,21 +247,19 @@ class LBFGS(Solver):
     needs_blocks = True
     allowed_rise = 1e-3
 
-    def __init__(self, model: Model, further: NDArray[np.float64], strains: int = 0, *, alone: bool = True) -> None:
+    def __init__(self, model: Model, further: NDArray[np.float64], strains: int = 0) -> None:
         """Allocate the memory.
 
         Args:
             model: the model of the yarns.
             further: row sums of the stiffness of further terms, shape (N,).
             strains: number of relaxing cells: all cells, or 0.
-            alone: whether there are only the yarns' own forces and no constraints.
         """
         self.bounds = put_bounds(model, stretch_row_sums(model), bend_row_sums(model), further)
         self.memory = make_memory(model, strains)
-        self.cells, self.blocks = cell_ranges(model), blocks_of(model)
+        self.blocks = blocks_of(model)
         self.threads = THREADS if model.device.is_cuda else 1
         self.sums = wp.zeros((len(self.blocks.cell), PRODUCTS), dtype=wp.float64, device=model.device)
-        self.fused = FusedLaunch(model, self.memory) if model.on_lattice and alone and suits_fusing(model) else None
         if not model.on_lattice:
             record = self.memory.record.numpy()
             record[:, MOST_USED_UP] = model.point_count * PART_USED_UP
@@ -301,37 +267,41 @@ class LBFGS(Solver):
         self.restart(np.ones(model.cell_count))
 
     def launches(self, inputs: SolverInputs, launcher: Launcher) -> list[Any]:
-        """Find the preconditioner, gather the forces on strains, update the memory, propose, constrain, move."""
-        model, state, memory, cells, blocks = inputs.model, inputs.state, self.memory, self.cells, self.blocks
-        strains = strains_of(model, inputs.strain, inputs.candidates)
-        step_limit = model.number(inputs.step_fraction)
-        count, cell_count = len(blocks.cell), model.cell_count
-        ball, give = [state.points, state.listed_points, state.budget], [state.force, state.preconditioner]
-
-        def tiled(kernel: wp.Kernel, count: int, *arguments: Any) -> Any:
-            return launcher(kernel, count, list(arguments), [], tile=self.threads)
-
-        launches = [preconditioner_launch(model, self.bounds, state, launcher)]
-        if inputs.strain is not None:
-            launches.append(inputs.strain.gather_launch(state, launcher))
-        launches += [
-            tiled(compare_forces, count, blocks, *ball, *give, memory, self.sums),
-            tiled(update_memories, cell_count, cells, blocks, self.sums, *ball, strains, memory, state.force,
-                  state.stiffness, state.preconditioner),
-            tiled(apply_preconditioner, count, blocks, *give, state.stiffness, memory, self.sums),
-            tiled(update_directions, cell_count, cells, blocks, step_limit, self.sums, strains, *ball[1:], *give,
-                  state.stiffness, memory, state.points),
-            tiled(propose_moves, count, blocks, step_limit, *ball, memory),
+        """Find the preconditioner and the products of the forces, update the memory, propose, constrain, move."""
+        state, memory = inputs.state, self.memory
+        ball = [state.points, state.listed_points, state.budget]
+        launches = [
+            preconditioner_launch(inputs.model, self.bounds, state, launcher),
+            self.of_blocks(compare_forces, *ball, state.force, state.preconditioner, memory, self.sums, by=launcher),
+            *self.memory_launches(inputs, launcher),
+            self.of_blocks(apply_preconditioner, state.force, state.preconditioner, state.stiffness, memory, self.sums,
+                           by=launcher),
+            self.direction_launch(inputs, launcher),
+            self.of_blocks(propose_moves, inputs.model.number(inputs.step_fraction), *ball, memory, by=launcher),
         ]  # fmt: skip
         for constraint in inputs.constraints:
             launches += constraint.filter_steps(state, memory.step, memory.limit, launcher)
-        return [*launches, tiled(apply_moves, count, cells, blocks, strains, memory, *ball[:2])]
+        return [*launches, self.move_launch(inputs, launcher)]
 
-    def fused_launch(self, inputs: SolverInputs, point_stiffness: wp.array[Any], launcher: Launcher) -> Any:
-        """Return one launch of all iterations of an assessment interval; None if the cells are too large."""
-        if self.fused is None:
-            return None
-        return self.fused.launch(inputs, self.bounds, point_stiffness, int(ASSESSMENT_INTERVAL), launcher)
+    def of_blocks(self, kernel: wp.Kernel, *arguments: Any, by: Launcher) -> Any:
+        """Return the launch of a kernel for the control points of all blocks."""
+        return by(kernel, len(self.blocks.cell), [self.blocks, *arguments], [], tile=self.threads)
+
+    def of_cells(self, kernel: wp.Kernel, *arguments: Any, by: Launcher) -> Any:
+        """Return the launch of a kernel with one block for each cell."""
+        return by(kernel, len(self.memory.record), [self.blocks, *arguments], [], tile=self.threads)
+
+    def memory_launches(self, inputs: SolverInputs, launcher: Launcher) -> list[Any]:
+        """Return the launches that take the newest pair of each cell into its memory."""
+        return [self.of_cells(update_memories, self.sums, self.memory, by=launcher)]
+
+    def direction_launch(self, inputs: SolverInputs, launcher: Launcher) -> Any:
+        """Return the launch that finds the parts of the pairs in the next move."""
+        return self.of_cells(update_directions, self.sums, self.memory, by=launcher)
+
+    def move_launch(self, inputs: SolverInputs, launcher: Launcher) -> Any:
+        """Return the launch that moves the control points."""
+        return self.of_blocks(apply_moves, self.memory, inputs.state.points, by=launcher)
 
     def restart(self, step_scale: NDArray[np.float64], cells: NDArray[np.bool_] | None = None) -> None:
         """Forget all pairs of some cells, or of all."""

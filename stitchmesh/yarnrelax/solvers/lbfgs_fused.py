@@ -20,6 +20,7 @@ from typing import Any
 
 import numpy as np
 import warp as wp
+from numpy.typing import NDArray
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
@@ -32,6 +33,7 @@ from stitchmesh.yarnrelax.model.constants import Model, YarnConstants
 from stitchmesh.yarnrelax.model.spline import put_samples, segment_corners
 from stitchmesh.yarnrelax.model.state import StateArrays
 from stitchmesh.yarnrelax.solvers.cell_strain import StrainArrays, add_cell_virial, put_strain_force, strains_of
+from stitchmesh.yarnrelax.solvers.lbfgs_cells import CellLBFGS, add_strain_products, move_point
 from stitchmesh.yarnrelax.solvers.lbfgs_steps import (
     WAITING,
     CellRanges,
@@ -39,17 +41,14 @@ from stitchmesh.yarnrelax.solvers.lbfgs_steps import (
     PointRange,
     add_direction_products,
     add_force_products,
-    add_strain_products,
     apply_move,
-    cell_ranges,
-    move_point,
     propose_move,
     trial_slot,
     update_coefficients,
     update_memory,
 )
 from stitchmesh.yarnrelax.solvers.preconditioner import preconditioner_at
-from stitchmesh.yarnrelax.solvers.solver import SolverInputs
+from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL, SolverInputs
 
 MOST_POINTS = 256
 """Control points of the largest cell that one multiprocessor iterates faster than the whole GPU."""
@@ -280,30 +279,28 @@ def fused_iterations(scalar: ScalarType, quadrature_points: int, entries_at_once
     return fused_iterations
 
 
-class FusedLaunch:
-    """The launch of all iterations of an assessment interval."""
+class FusedLBFGS(CellLBFGS):
+    """Limited-memory quasi-Newton steps of small cells: one launch for all iterations of an assessment interval."""
 
-    def __init__(self, model: Model, memory: Any) -> None:
+    def __init__(self, model: Model, further: NDArray[np.float64], strains: int = 0) -> None:
         """Choose the threads: one for each sample and two for each segment of the largest cell, within bounds."""
-        self.memory, self.cells = memory, cell_ranges(model)
-        self.threads = 1
+        super().__init__(model, further, strains)
+        self.threads_of_cell = 1
         if model.device.is_cuda:
             largest = int(np.diff(model.segment_start).max())
             wanted = 32 * (-(-model.largest_cell // 32) + 2 * -(-largest // 32))
-            self.threads = int(np.clip(wanted, FEWEST_THREADS, MOST_THREADS))
+            self.threads_of_cell = int(np.clip(wanted, FEWEST_THREADS, MOST_THREADS))
 
-    def launch(
-        self, inputs: SolverInputs, bounds: Any, point_stiffness: wp.array[Any], iterations: int, launcher: Launcher
-    ) -> Any:
-        """Return the launch of ``iterations`` iterations, with their forces."""
+    def fused_launch(self, inputs: SolverInputs, point_stiffness: wp.array[Any], launcher: Launcher) -> Any:
+        """Return one launch of all iterations of an assessment interval, with their forces."""
         model, candidates = inputs.model, inputs.candidates
         kernel = fused_iterations(
             model.scalar, model.quadrature_points, model.entries_at_once, inputs.strain is not None
         )
-        arguments = [model.constants, self.cells, bounds, point_stiffness, model.number(inputs.step_fraction),
-                     iterations, candidates.count, candidates.lists, strains_of(model, inputs.strain, candidates),
-                     inputs.state.arrays, self.memory]  # fmt: skip
-        return launcher(kernel, model.cell_count, arguments, [], tile=self.threads)
+        arguments = [model.constants, self.cells, self.bounds, point_stiffness, model.number(inputs.step_fraction),
+                     int(ASSESSMENT_INTERVAL), candidates.count, candidates.lists,
+                     strains_of(model, inputs.strain, candidates), inputs.state.arrays, self.memory]  # fmt: skip
+        return launcher(kernel, model.cell_count, arguments, [], tile=self.threads_of_cell)
 
 
 def suits_fusing(model: Model) -> bool:

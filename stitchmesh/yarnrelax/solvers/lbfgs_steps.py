@@ -2,12 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """The algebra of the quasistatic solver (``lbfgs``), step by step, for one entry or one cell.
 
-An entry is a control point, or the strains of a cell (``cell_strain``). The values of a cell are in its row of the
+An entry is a control point, or the strains of a cell (``lbfgs_cells``). The values of a cell are in its row of the
 arrays of the memory. A scene of one piece is one cell.
 
 An iteration has these steps, with sums over the cell between them: ``add_force_products`` for each control point,
 ``update_memory`` by one thread, ``add_direction_products`` for each control point, ``update_coefficients`` by one
-thread, ``propose_move`` and ``move_point`` for each control point.
+thread, ``propose_move`` and ``apply_move`` for each control point.
 """
 
 from __future__ import annotations
@@ -20,9 +20,8 @@ import warp as wp
 
 from stitchmesh.compute.precision import Scalar, ScalarType, Vec3, Vec6, Vec7, Vec19, vector
 from stitchmesh.compute.thread_block import THREADS
-from stitchmesh.yarnrelax.collision.step_limit import USED_UP, room_left, shortened
 from stitchmesh.yarnrelax.model.constants import Model
-from stitchmesh.yarnrelax.solvers.cell_strain import StrainArrays, deformed
+from stitchmesh.yarnrelax.model.state import USED_UP, room_left, shortened
 from stitchmesh.yarnrelax.solvers.preconditioner import times_block
 from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL
 
@@ -124,18 +123,6 @@ def add_force_products(
         total[USED_UP_POINTS] += wp.float64(1.0)
     total[FORCE_FORCE] += wp.float64(wp.dot(now, now))
     return total
-
-
-@wp.func
-def add_strain_products(
-    total: Vec19, entry: int, trial: int, points: wp.array[Vec3], listed_points: wp.array[Vec3],
-    budget: wp.array[Scalar], force: wp.array[Vec3], preconditioner: wp.array[Vec6], memory: LBFGSArrays
-) -> Any:  # fmt: skip
-    """Add the strains of a cell; the gradient of L eq 5 does not contain them."""
-    square = total[FORCE_FORCE]
-    whole = add_force_products(total, entry, trial, points, listed_points, budget, force, preconditioner, memory)
-    whole[FORCE_FORCE] = square
-    return whole
 
 
 @wp.func
@@ -290,30 +277,6 @@ def apply_move(i: int, trial: int, points: wp.array[Vec3], memory: LBFGSArrays) 
     move = memory.step[i]
     memory.moves[trial, i] = move
     points[i] = points[i] + move
-
-
-@wp.func
-def move_point(
-    i: int, trial: int, cell: int, cells: CellRanges, strains: StrainArrays, points: wp.array[Vec3],
-    listed_points: wp.array[Vec3], memory: LBFGSArrays
-) -> None:  # fmt: skip
-    """Move a control point, and deform it and its listed place as the strains of its cell changed.
-
-    The first control points of a cell also deform what stands once for each segment and for each period of the cell.
-    """
-    apply_move(i, trial, points, memory)
-    if strains.count > 0:
-        e1, e2 = strains.frame[2 * cell], strains.frame[2 * cell + 1]
-        more = memory.step[cells.point_count + cell] * strains.per_unit
-        points[i] = deformed(points[i], e1, e2, more)
-        listed_points[i] = deformed(listed_points[i], e1, e2, more)
-        # a cell has no more segments than control points
-        number = i - cells.points[cell]
-        s = cells.segments[cell] + number
-        if s < cells.segments[cell + 1]:
-            strains.listed_centre[s] = deformed(strains.listed_centre[s], e1, e2, more)
-        if number < 2:
-            strains.periods[2 * cell + number] = deformed(strains.periods[2 * cell + number], e1, e2, more)
 
 
 def cell_ranges(model: Model) -> Any:
