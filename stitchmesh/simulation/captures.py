@@ -5,25 +5,35 @@
 A captured launch holds the addresses of its arrays. Code that replaces such an array, because it has become too small,
 counts its generation up. A simulation compares the generations of everything it launches before each use, and forgets
 what it has prepared if one of them has changed. Nothing else says that captured launches are stale.
+
+A simulation holds its captures, so the captures refer to it weakly. Otherwise the two would keep each other, with all
+arrays on the device, until Python's collector of cycles runs, which may be long after the next simulation has begun.
 """
 
 from __future__ import annotations
 
+import weakref
 from collections.abc import Callable, Hashable
-from typing import Any, TypeVar
+from typing import Any, Generic, TypeVar
 
 T = TypeVar("T")
+Owner = TypeVar("Owner")
 
 MOST = 64
 """Largest number of entries; the oldest one is forgotten first."""
 
 
-class Captures:
+class Captures(Generic[Owner]):
     """Captured launches, or values that hold some, by name."""
 
-    def __init__(self, generations: Callable[[], Hashable]) -> None:
-        """Begin without any; ``generations`` returns the generations of all arrays that captured launches name."""
-        self._generations = generations
+    def __init__(self, owner: Owner, generations: Callable[[Owner], Hashable]) -> None:
+        """Begin without any.
+
+        Args:
+            owner: the simulation that holds the captures.
+            generations: returns the generations of all its arrays that captured launches name.
+        """
+        self._owner, self._generations = weakref.ref(owner), generations
         self._current: Hashable = None
         self._kept: dict[Hashable, tuple[tuple[object, ...], Any]] = {}
 
@@ -36,7 +46,9 @@ class Captures:
             of: further objects that the launches name. If one of them is another one than before, the launches are made
                 again.
         """
-        current = self._generations()
+        owner = self._owner()
+        assert owner is not None
+        current = self._generations(owner)
         if current != self._current:
             self._kept.clear()
             self._current = current

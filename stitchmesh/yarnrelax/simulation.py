@@ -128,7 +128,7 @@ class YarnSimulation:
         self.good_periods = wp.clone(model.constants.images.periods) if model.on_lattice else None
         """Periods of the last accepted state on a lattice, shape (2 C, 3)."""
         self.search = ContactSearch(model, self.state, self.candidates)
-        self._captures = Captures(self._generations)
+        self._captures = Captures(self, YarnSimulation._generations)
         self.too_close = self.search_contacts()
         """A message for each cell whose yarns are too close at the start; it names the place."""
         for term in self.yarn_terms:

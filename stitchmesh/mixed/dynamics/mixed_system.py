@@ -41,7 +41,7 @@ from stitchmesh.simulation.term import Term
 class RepeatedLaunches:
     """Captured sequences of launches of one system, with the sums that they find."""
 
-    def __init__(self, device: wp.Device, captures: Captures) -> None:
+    def __init__(self, device: wp.Device, captures: Captures[Any]) -> None:
         """Begin without any; ``captures`` keeps them until they are stale."""
         self._device, self._captures = device, captures
         self._run: Launcher = partial(prepare, device=device)
@@ -129,10 +129,14 @@ class MixedSystem:
         self.moves = wp.array(_moves(free), dtype=wp.int32, device=device)
         self._by_mass = self._new_preconditioner(by_masses=True)
         self._impulse, self._motion = self.zeros(), self.zeros()
-        self._captures = Captures(lambda: tuple(term.generation for term in self.terms))
+        self._captures = Captures(self, MixedSystem._generations)
         self.repeated = RepeatedLaunches(device, self._captures)
         """Launches that are captured once, and again when they are stale."""
         self._set_projection(masses)
+
+    def _generations(self) -> tuple[int, ...]:
+        """The generations of the arrays that captured launches name."""
+        return tuple(term.generation for term in self.terms)
 
     def _set_projection(self, masses: BlendedMasses) -> None:
         """Set the constant metric of the masses alone, with the mass of each yarn for its Eulerian coordinate."""

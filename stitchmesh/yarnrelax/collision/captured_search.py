@@ -186,7 +186,7 @@ class ContactSearch:
         self.results: SearchResults | None = None
         self._margin = candidates.margin
         self._longest = 0.0
-        self._captures = Captures(self._generations)
+        self._captures = Captures(self, ContactSearch._generations)
         self._table: SearchResults | None = None
         self._searched: SearchResults | None = None
         self._last_loss = 0.0

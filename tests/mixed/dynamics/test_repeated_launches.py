@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import pytest
 
@@ -14,6 +16,13 @@ from tests.mixed.dynamics.scene import CPU, Scene, spring_scene
 from tests.mixed.patch import square_patch
 
 PATCH = square_patch(4, 3)
+
+
+@dataclass
+class Arrays:
+    """Stands for a system whose arrays are replaced."""
+
+    generation: int = 0
 
 
 def scene() -> Scene:
@@ -37,19 +46,20 @@ def test_energies_and_forces_are_those_of_the_terms_also_after_the_state_has_cha
 
 
 def test_a_sequence_is_made_once_for_the_same_vectors():
-    generation, made = [0], []
-    repeated = RepeatedLaunches(CPU, Captures(lambda: tuple(generation)))
+    arrays, made = Arrays(), []
+    repeated = RepeatedLaunches(CPU, Captures(arrays, lambda owner: owner.generation))
     vector, other = scene().system.zeros(), scene().system.zeros()
     for given in (vector, other, vector, other):
         repeated.run("nothing", (given,), lambda _run, _sums: made.append(1) or [])
     assert len(made) == 2
-    generation[0] += 1
+    arrays.generation += 1
     repeated.run("nothing", (vector,), lambda _run, _sums: made.append(1) or [])
     assert len(made) == 3
 
 
 def test_the_sequence_captured_first_is_forgotten_first():
-    repeated, made = RepeatedLaunches(CPU, Captures(lambda: 0)), []
+    arrays, made = Arrays(), []
+    repeated = RepeatedLaunches(CPU, Captures(arrays, lambda owner: owner.generation))
     for name in (*range(MOST + 1), MOST, 0):
         repeated.run(name, (), lambda _run, _sums: made.append(1) or [])
     assert len(made) == MOST + 2
