@@ -1,11 +1,13 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The threads that share the launches of kernels on a CPU.
+"""The threads that share the launches of kernels on a CPU, and the work on long arrays.
 
 Results do not depend on the number of threads. The number is the argument of ``set_threads``, else the value of the
 environment variable ``STITCHMESH_THREADS``, else the number of cores that the process may use.
 
-The threads wait for work, and share it with the thread that offers it. They are started once in a process, because
+``each_block`` shares the work of NumPy on long arrays in the same number of threads.
+
+The threads of launches wait for work, and share it with the thread that offers it. They are started once in a process, because
 starting a thread takes as long as a small launch. They sleep while there is no work. After a fork the child process has
 no threads, and starts its own when it first has work.
 """
@@ -17,10 +19,12 @@ import logging
 import os
 import threading
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from queue import SimpleQueue
+from typing import TypeVar
 
 from stitchmesh.errors import ParameterError
 
@@ -29,6 +33,7 @@ VARIABLE = "STITCHMESH_THREADS"
 QUOTA_FILE = Path("/sys/fs/cgroup/cpu.max")
 """On Linux: processor time that a container may use in a period, or ``max``, and the period [microseconds]."""
 
+T = TypeVar("T")
 Work = Callable[[int], object]
 """Work that threads share. It is called with the number of the thread; the thread that offers the work has number 0."""
 
@@ -154,3 +159,23 @@ if hasattr(os, "register_at_fork"):
 def share(work: Work, threads: int) -> None:
     """Share work among at most ``thread_count()`` threads; ``ThreadTeam.share`` says what the arguments are."""
     _team_of(thread_count()).share(work, threads)
+
+
+def each_block(work: Callable[[slice], T], count: int, size: int) -> list[T]:
+    """Do work on the elements of long arrays, one block after another, shared among ``thread_count()`` threads.
+
+    Args:
+        work: what is done with the elements of one slice. NumPy lets other threads run meanwhile.
+        count: number of elements.
+        size: number of elements of a block. Results do not depend on the number of threads if each element is
+            computed by itself.
+
+    Returns:
+        The results in the order of the blocks.
+    """
+    blocks = [slice(first, min(first + size, count)) for first in range(0, count, size)]
+    threads = min(thread_count(), len(blocks))
+    if threads <= 1:
+        return [work(block) for block in blocks]
+    with ThreadPoolExecutor(threads) as pool:
+        return list(pool.map(work, blocks))

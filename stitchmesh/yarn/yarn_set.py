@@ -21,6 +21,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from stitchmesh.compute.threads import each_block
 from stitchmesh.errors import YarnError, first_few
 from stitchmesh.lattice import LARGEST_LENGTH, Lattice
 from stitchmesh.mesh import FloatArray, IntArray, extent, frozen_array
@@ -39,6 +40,10 @@ yarn is pressed together where it touches; fibres and plies of the apparent radi
 
 GAUSS_POINTS = 5
 """Gauss points per segment for segment lengths; five points give the length of a knitted segment to 1e-8 of it."""
+
+
+SEGMENTS_OF_BLOCK = 4096
+"""Segments that are sampled or measured at once, so few that their numbers stay in the cache of a core."""
 
 
 def basis(parameter: ArrayLike) -> FloatArray:
@@ -264,16 +269,25 @@ class YarnSet:
 
         The end of an open yarn is included; a closed yarn does not repeat its first point.
         """
-        weights = basis(np.arange(per_segment) / per_segment)
-        corners = self.corners_of()
-        curves = np.einsum("kj,sjd->skd", weights, corners).reshape(-1, 3)
-        ends = np.einsum("j,sjd->sd", basis(1.0)[0], corners)
-        result = []
+        curves, result = self.samples(per_segment), []
+        ends = np.einsum("j,sjd->sd", basis(1.0)[0], self.corners_of(self.segment_start[1:] - 1))
         for yarn in range(self.yarn_count):
             first, last = self.segment_start[yarn], self.segment_start[yarn + 1]
             curve = curves[first * per_segment : last * per_segment]
-            result.append(curve if self.closed[yarn] else np.concatenate([curve, ends[last - 1 : last]]))
+            result.append(curve if self.closed[yarn] else np.concatenate([curve, ends[yarn : yarn + 1]]))
         return result
+
+    def samples(self, per_segment: int) -> FloatArray:
+        """Sample each segment with ``per_segment`` points from its beginning [cm], one after another, shape (n, 3)."""
+        weights = basis(np.arange(per_segment) / per_segment)
+        samples = np.empty((len(self.segment_points), per_segment, 3))
+
+        def sample(some: slice) -> None:
+            curves = weights @ self.corners_of(some).transpose(1, 2, 0).reshape(4, -1)
+            samples[some] = curves.reshape(per_segment, 3, -1).transpose(2, 0, 1)
+
+        each_block(sample, len(samples), SEGMENTS_OF_BLOCK)
+        return samples.reshape(-1, 3)
 
     def _check_shapes(self) -> None:
         if self.points.ndim != 2 or self.points.shape[1:] != (3,):
@@ -294,8 +308,8 @@ class YarnSet:
             raise YarnError(f"lattice_step: got shape {self.lattice_step.shape}; expected ({self.yarn_count}, 2)")
 
     def _check_values(self) -> None:
-        bad = np.flatnonzero(~(np.abs(self.points) <= LARGEST_LENGTH).all(axis=1))
-        if len(bad):
+        if not all(max(column.max(), -column.min()) <= LARGEST_LENGTH for column in self.points.T):
+            bad = np.flatnonzero(~(np.abs(self.points) <= LARGEST_LENGTH).all(axis=1))
             yarn = np.searchsorted(self.start, bad[0], side="right") - 1
             found = f"coordinates are not finite or beyond {LARGEST_LENGTH:g}"
             raise YarnError(f"control point {first_few(bad)} (yarn {yarn}): {found}")
@@ -342,10 +356,13 @@ def segment_points(start: IntArray, closed: NDArray[np.bool_]) -> IntArray:
         closed: whether each yarn is closed, shape (Y,).
     """
     bounds = _segment_start(start, closed)
-    counts = np.diff(bounds)
-    local = np.arange(bounds[-1]) - np.repeat(bounds[:-1], counts)
-    size, origin = np.repeat(np.diff(start), counts), np.repeat(start[:-1], counts)
-    return origin[:, None] + (local[:, None] + np.arange(4)) % size[:, None]
+    shift = start[:-1] - bounds[:-1]
+    first = np.arange(bounds[-1]) + np.repeat(shift, np.diff(bounds))
+    points = first[:, None] + np.arange(4)
+    # Only the last three segments of a closed yarn have control points at its beginning.
+    last, end, size = bounds[1:][closed, None] - [1, 2, 3], start[1:][closed], np.diff(start)[closed]
+    points[last] -= np.where(points[last] >= end[:, None, None], size[:, None, None], 0)
+    return points
 
 
 def segment_lengths(points: FloatArray, segments: IntArray, shift: FloatArray | None = None) -> FloatArray:
@@ -357,6 +374,13 @@ def segment_lengths(points: FloatArray, segments: IntArray, shift: FloatArray | 
         shift: lattice shift of the control points of each segment [cm], shape (S, 4, 3); None without a lattice.
     """
     nodes, weights = np.polynomial.legendre.leggauss(GAUSS_POINTS)
-    corners = points[segments] if shift is None else points[segments] + shift
-    tangent = np.tensordot(corners, basis_derivative((nodes + 1) / 2), axes=(1, 1))
-    return np.asarray(np.sqrt(np.einsum("sdk,sdk->sk", tangent, tangent)) @ (weights / 2))
+    derivative, lengths = basis_derivative((nodes + 1) / 2), np.empty(len(segments))
+
+    def measure(some: slice) -> None:
+        corners = points[segments[some]] if shift is None else points[segments[some]] + shift[some]
+        tangent = derivative @ corners.transpose(1, 2, 0).reshape(4, -1)
+        squares = np.square(tangent, out=tangent).reshape(GAUSS_POINTS, 3, -1).sum(axis=1)
+        lengths[some] = (weights / 2) @ np.sqrt(squares, out=squares)
+
+    each_block(measure, len(segments), SEGMENTS_OF_BLOCK)
+    return lengths

@@ -110,19 +110,20 @@ def _place_template(
     """The parts of all faces that share a template, one group for each part of the template."""
     first = fabric.face_start[:-1][faces]
     corners = first[:, None] + np.arange(len(shape.polygon))
-    position, normal = corner_position[corners], fabric.vertex_normal[fabric.face_vertex[corners]]
+    position, normal = _columns(corner_position[corners]), _columns(fabric.vertex_normal[fabric.face_vertex[corners]])
     groups = []
     for index, part in enumerate(shape.parts):
         flat = part.resampled(max(FEWEST_POINTS, round(density * part.length)))
         weights = mean_value_weights(shape.polygon, flat[:, :2])
-        out = np.einsum("pc,fcd->fpd", weights, normal)
-        out /= np.maximum(np.linalg.norm(out, axis=2, keepdims=True), 1e-12)
-        points = np.einsum("pc,fcd->fpd", weights, position) + out * (flat[:, 2] * radius)[None, :, None]
+        points = (weights @ position).reshape(len(flat), 3, -1)
+        out = (weights @ normal).reshape(points.shape)
+        height = flat[:, 2, None] * radius / np.maximum(np.sqrt((out**2).sum(axis=1)), 1e-12)
+        points += np.multiply(out, height[:, None], out=out)
         sides = np.stack([first + part.start.place, first + part.end.place], axis=1)
         rows = _rows_below(fabric, sides[:, 0]) if part.is_head else fabric.row[faces]
         groups.append(
             PlacedParts(
-                points=points.reshape(-1, 3),
+                points=points.transpose(2, 0, 1).reshape(-1, 3),
                 start=np.arange(len(faces) + 1) * len(flat),
                 face=faces,
                 row=rows,
@@ -132,6 +133,11 @@ def _place_template(
             )
         )
     return groups
+
+
+def _columns(vectors: FloatArray) -> FloatArray:
+    """Vectors at the corners of faces, shape (F, C, 3), as one row for each corner, shape (C, 3 F)."""
+    return np.ascontiguousarray(vectors.transpose(1, 2, 0)).reshape(vectors.shape[1], -1)
 
 
 def _rows_below(fabric: StitchMesh, sides: IntArray) -> IntArray:

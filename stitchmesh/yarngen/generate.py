@@ -15,7 +15,7 @@ from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.yarn import APPARENT_OVER_CONTACT, FLOATING, YarnSet, segment_points
 from stitchmesh.yarngen.bind_off import DRAWN_HEIGHT, choose_edges, drawn_sides, with_bind_off
-from stitchmesh.yarngen.bridges import SAME_IMAGE, SLOTS, Bridges, Image
+from stitchmesh.yarngen.bridges import SLOTS, BridgePath, Bridges
 from stitchmesh.yarngen.cables import cross_loops, open_corners
 from stitchmesh.yarngen.clearance import smallest_distance
 from stitchmesh.yarngen.edge_tension import edge_tension, rest_length_ratios
@@ -26,7 +26,7 @@ from stitchmesh.yarngen.row_ends import finish_row_ends
 from stitchmesh.yarngen.splines import control_points_through
 from stitchmesh.yarngen.templates.edge_templates import CHAIN_HEIGHT
 from stitchmesh.yarngen.templates.template import RADIUS_OVER_WIDTH
-from stitchmesh.yarngen.tracing import end_crossings, link_ends, trace
+from stitchmesh.yarngen.tracing import TIED, end_crossings, link_ends, trace
 
 LARGEST_RADIUS_OVER_WIDTH = 0.2
 """Largest yarn radius over the mean stitch width. Thicker yarn does not fit into the loops that hold it."""
@@ -205,56 +205,66 @@ def yarns_along_routes(routes: YarnRoutes, radius: float) -> YarnSet:
         routes: the routes of all yarns.
         radius: yarn radius [cm].
     """
-    parts = routes.parts
-    yarns, steps = _yarns_in_pieces(routes)
-    pieces = [piece for yarn in yarns for piece in yarn]
-    sizes = [len(piece.points) for piece in pieces]
-    start = np.concatenate([[0], np.cumsum([sum(len(piece.points) for piece in yarn) for yarn in yarns])])
+    pieces, steps = _pieces_along(routes)
+    start = np.concatenate([[0], np.cumsum(np.bincount(pieces.yarn, pieces.count, len(routes.yarns)).astype(np.int64))])
     closed = np.array([flag for _, flag in routes.yarns])
-    lattice, shift = routes.whole.lattice, routes.whole.shift(np.array([piece.image for piece in pieces]))
-    points = np.concatenate([piece.points for piece in pieces]) + np.repeat(shift, sizes, axis=0)
-    part = np.repeat([piece.part for piece in pieces], sizes)
-    rest_length_ratio = np.repeat([piece.rest_length_ratio for piece in pieces], sizes)
-    is_float = np.repeat([piece.is_float for piece in pieces], sizes)
+    parts, lattice, whole = routes.parts, routes.whole.lattice, routes.whole
+    points = pieces.points[pieces.order]
+    if lattice is not None:
+        points += np.repeat(whole.shift(pieces.image), pieces.count, axis=0)
+    part = np.repeat(pieces.part, pieces.count)
     generated = YarnSet(
-        points=control_points_through(points, start, closed, routes.whole.shift(steps)),
+        points=control_points_through(points, start, closed, whole.shift(steps)),
         start=start,
         closed=closed,
         radius=np.full(len(closed), radius),
         rest_length=np.ones(len(segment_points(start, closed))),
         row=parts.row[part],
         face=routes.face_below[parts.face[part]],
-        part=np.where(is_float, FLOATING, parts.index[part]),
+        part=np.repeat(np.where(pieces.is_float, FLOATING, parts.index[pieces.part]), pieces.count),
         colour=_colours(routes),
         lattice=lattice,
         lattice_step=None if lattice is None else steps,
-        palette=routes.whole.palette,
+        palette=whole.palette,
     )
-    return replace(
-        generated, rest_length=generated.lengths * rest_length_ratio[generated.segment_points[:, 1:3]].mean(axis=1)
-    )
+    ratio = np.repeat(pieces.rest_length_ratio, pieces.count)[generated.segment_points[:, 1:3]].mean(axis=1)
+    return replace(generated, rest_length=generated.lengths * ratio)
 
 
 def control_point_images(routes: YarnRoutes) -> IntArray:
     """The lattice image of its stitch in which each control point of the generated yarns lies, shape (N, 2)."""
-    pieces = [piece for yarn in _yarns_in_pieces(routes)[0] for piece in yarn]
-    return np.repeat([piece.image for piece in pieces], [len(piece.points) for piece in pieces], axis=0)
+    pieces, _ = _pieces_along(routes)
+    return np.repeat(pieces.image, pieces.count, axis=0)
 
 
 @dataclass(frozen=True, eq=False)
-class _Piece:
-    """Consecutive points of a yarn on one part, one bridge or one tail."""
+class _Pieces:
+    """Pieces of the yarns, one after another: consecutive points on one part, one bridge or one tail."""
 
     points: FloatArray
-    """Points through which the yarn passes [cm], shape (n, 3)."""
-    part: int
-    """Number of the yarn part to which the points belong."""
-    rest_length_ratio: float
-    """Rest length over generated length."""
-    image: Image
-    """Lattice image of the yarn part to which the points belong."""
-    is_float: bool = False
-    """Whether the points belong to a float, which lies behind stitches of other yarns."""
+    """Points of all parts, bridges and tails [cm], shape (M, 3)."""
+    first: IntArray
+    """The row of ``points`` at which each piece begins, shape (P,)."""
+    forward: IntArray
+    """1, or -1 where the yarn passes the rows of a piece in falling order, shape (P,)."""
+    count: IntArray
+    """Number of points of each piece, shape (P,)."""
+    yarn: IntArray
+    """Yarn of each piece, ascending, shape (P,)."""
+    part: IntArray
+    """Yarn part to which the points of each piece belong, shape (P,)."""
+    image: IntArray
+    """Lattice image of this yarn part, shape (P, 2)."""
+    rest_length_ratio: FloatArray
+    """Rest length over generated length, shape (P,)."""
+    is_float: np.ndarray
+    """Whether a piece is a float, which lies behind stitches of other yarns, shape (P,)."""
+
+    @property
+    def order(self) -> IntArray:
+        """Rows of ``points`` in the order of the yarns."""
+        place = np.arange(self.count.sum()) - np.repeat(np.cumsum(self.count) - self.count, self.count)
+        return np.repeat(self.first, self.count) + np.repeat(self.forward, self.count) * place
 
 
 def _colours(routes: YarnRoutes) -> IntArray:
@@ -270,56 +280,87 @@ def _colours(routes: YarnRoutes) -> IntArray:
     return np.array(colours)
 
 
-def _yarns_in_pieces(routes: YarnRoutes) -> tuple[list[list[_Piece]], IntArray]:
-    """The pieces of each yarn, with bridges and tails.
-
-    Returns:
-        The pieces of each yarn, and the lattice image in which each closed yarn ends, shape (Y, 2).
-    """
-    crossings = end_crossings(routes.parts).tolist()
-    ratio = rest_length_ratios(routes.whole, routes.parts) * routes.tension[routes.parts.face]
-    images = routes.whole.side_image.tolist()
-    yarns, steps = [], []
-    for entries, closed in routes.yarns:
-        pieces, step = _pieces_of(routes, crossings, images, ratio, entries, closed)
-        yarns.append(pieces)
-        steps.append(step)
-    return yarns, np.array(steps)
-
-
-def _pieces_of(
-    routes: YarnRoutes, crossings: list[int], images: list[Image], ratio: FloatArray, entries: list[int], closed: bool
-) -> tuple[list[_Piece], Image]:
-    """The pieces of one yarn, and the lattice image in which a closed yarn ends.
-
-    Args:
-        routes: the routes of all yarns.
-        crossings: the crossing at each part end.
-        images: lattice image of the face across each side.
-        ratio: rest length of each part divided by its drawn length, shape (P,).
-        entries: the part ends at which the yarn enters its parts.
-        closed: whether the last part meets the first.
-    """
+def _pieces_along(routes: YarnRoutes) -> tuple[_Pieces, IntArray]:
+    """The pieces of all yarns, and the lattice image in which each closed yarn ends, shape (Y, 2)."""
     parts, bridges = routes.parts, routes.bridges
-    pieces: list[_Piece] = []
-    image = SAME_IMAGE
-    if not closed:
-        pieces.append(_Piece(bridges.tails[crossings[entries[0]]][::-1], entries[0] // 2, 1.0, image))
-    for entry, following in zip(entries, [*entries[1:], entries[0]], strict=True):
-        part, crossing = entry // 2, crossings[entry ^ 1]
-        points = parts.points[parts.start[part] : parts.start[part + 1]]
-        pieces.append(_Piece(points if entry % 2 == 0 else points[::-1], part, float(ratio[part]), image))
-        if crossing in bridges.tails:
-            pieces.append(_Piece(bridges.tails[crossing], part, 1.0, image))
-        elif crossing in bridges.paths:
-            path = bridges.paths[crossing]
-            before, image = image, (image[0] + path.image[0], image[1] + path.image[1])
-            owner = (following // 2, image) if path.belongs_to_target else (part, before)
-            pieces.append(_Piece(path.points, owner[0], path.rest_length_ratio, owner[1], path.is_float))
-        else:
-            across = images[crossing // SLOTS]
-            image = (image[0] + across[0], image[1] + across[1])
-    return pieces, image if closed else SAME_IMAGE
+    sizes, closed = [len(entries) for entries, _ in routes.yarns], np.array([closed for _, closed in routes.yarns])
+    entry = np.array([entry for entries, _ in routes.yarns for entry in entries])
+    yarn, last = np.repeat(np.arange(len(sizes)), sizes), np.cumsum(sizes) - 1
+    first = last + 1 - sizes
+    following = np.roll(entry, -1)
+    following[last] = entry[first]
+    crossings = end_crossings(parts)
+
+    strands = _Strands.of(routes.whole, bridges)
+    after = strands.at[crossings[entry ^ 1]]
+    moves = np.where(after < 0, routes.whole.side_image[crossings[entry ^ 1] // SLOTS].T, strands.image[after].T).T
+    ends = np.cumsum(moves, axis=0)
+    image = ends - moves
+    image, ends = image - image[first][yarn], ends - image[first][yarn]
+    is_opening = np.zeros(len(entry), dtype=bool)
+    is_opening[first] = ~closed
+    before = np.where(is_opening, strands.at[crossings[entry]], -1)
+
+    # Three pieces for each entry: the tail before it, the part, and the bridge or the tail after it
+    own, target = entry // 2, strands.belongs_to_target[after]
+    own_size, strand_size = np.diff(parts.start)[own], np.append(np.diff(strands.start), 0)
+    size = np.stack([strand_size[before], own_size, strand_size[after]], axis=1)
+    backward = np.stack([np.ones_like(own), entry % 2, np.zeros_like(own)], axis=1)
+    begin = np.stack([strands.start[before], parts.start[own], strands.start[after]], axis=1)
+    begin[:, [0, 2]] += len(parts.points)
+    ratio = rest_length_ratios(routes.whole, parts) * routes.tension[parts.face]
+    exists = np.stack([before >= 0, np.ones_like(is_opening), after >= 0], axis=1)
+    pieces = _Pieces(
+        points=np.concatenate([parts.points, strands.points]),
+        first=(begin + backward * (size - 1))[exists],
+        forward=(1 - 2 * backward)[exists],
+        count=size[exists],
+        yarn=np.stack([yarn] * 3, axis=1)[exists],
+        part=np.stack([own, own, np.where(target, following // 2, own)], axis=1)[exists],
+        image=np.stack([image, image, np.where(target[:, None], ends, image)], axis=1)[exists],
+        rest_length_ratio=np.stack([np.ones(len(own)), ratio[own], strands.rest_length_ratio[after]], axis=1)[exists],
+        is_float=np.stack([np.zeros_like(is_opening)] * 2 + [strands.is_float[after]], axis=1)[exists],
+    )
+    return pieces, np.where(closed[:, None], ends[last], 0)
+
+
+@dataclass(frozen=True, eq=False)
+class _Strands:
+    """All tails and bridges as arrays; the last element of each array stands for a place without a strand."""
+
+    at: IntArray
+    """The strand that begins at each crossing, -1 for none, shape (C * SLOTS,)."""
+    points: FloatArray
+    """Points of all strands [cm], shape (M, 3)."""
+    start: IntArray
+    """First point of each strand, shape (T + 1,)."""
+    image: IntArray
+    """Lattice image at the other end of each strand, shape (T + 1, 2)."""
+    belongs_to_target: np.ndarray
+    """Whether the points belong to the part at the other end, shape (T + 1,)."""
+    rest_length_ratio: FloatArray
+    """Rest length over generated length, shape (T + 1,)."""
+    is_float: np.ndarray
+    """Whether the strand is a float, shape (T + 1,)."""
+
+    @classmethod
+    def of(cls, fabric: StitchMesh, bridges: Bridges) -> _Strands:
+        """The tails and bridges of a fabric."""
+        no_points = np.zeros((0, 3))
+        tails = [BridgePath(TIED, tail, belongs_to_target=False) for tail in bridges.tails.values()]
+        strands = [*bridges.paths.values(), *tails, BridgePath(TIED, no_points, belongs_to_target=False)]
+        at = np.full(fabric.side_count * SLOTS, -1)
+        crossings = [*bridges.paths, *bridges.tails]
+        at[crossings] = np.arange(len(crossings))
+        return cls(
+            at=at,
+            points=np.concatenate([strand.points for strand in strands]),
+            start=np.concatenate([[0], np.cumsum([len(strand.points) for strand in strands[:-1]], dtype=np.int64)]),
+            image=np.array([strand.image for strand in strands]),
+            belongs_to_target=np.array([strand.belongs_to_target for strand in strands]),
+            rest_length_ratio=np.array([strand.rest_length_ratio for strand in strands]),
+            is_float=np.array([strand.is_float for strand in strands]),
+        )
 
 
 def _check_clearance(yarns: YarnSet, radius: float) -> None:

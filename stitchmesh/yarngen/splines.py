@@ -3,13 +3,15 @@
 """B-spline control points of yarns that pass through given points.
 
 At its knots a uniform cubic B-spline passes through (q_(i-1) + 4 q_i + q_(i+1)) / 6. The control points q solve this
-tridiagonal system. Richardson iteration solves it for all yarns at once; each iteration reduces the error to two
-thirds.
+tridiagonal system. The systems of all yarns are solved as one. In that of a closed yarn the first and the last equation
+have a third unknown; with these two entries moved to the diagonal the matrix A stays tridiagonal, and the sum of A and
+one outer product is the matrix of the yarn (Sherman and Morrison).
 """
 
 from __future__ import annotations
 
 import numpy as np
+from scipy.linalg import solve_banded
 
 from stitchmesh.mesh import FloatArray, IntArray
 
@@ -26,19 +28,25 @@ def control_points_through(points: FloatArray, start: IntArray, closed: np.ndarr
         step: for each closed yarn the vector from its first point to the image of that point at which the yarn
             continues after its last point [cm], shape (Y, 3); zero where the yarn ends where it begins.
     """
-    counts = np.diff(start)
-    yarn = np.repeat(np.arange(len(counts)), counts)
-    index = np.arange(len(points)) - start[:-1][yarn]
-    before = start[:-1][yarn] + (index - 1) % counts[yarn]
-    after = start[:-1][yarn] + (index + 1) % counts[yarn]
-    is_solved = (closed[yarn] | ((index > 0) & (index < counts[yarn] - 1)))[:, None]
-    # 1 or -1 where a neighbour lies in another period
-    period_offset = (index == counts[yarn] - 1).astype(np.float64) - (index == 0)
-    knots = points - period_offset[:, None] * step[yarn] / 6.0
-    control = points.copy()
-    # Number of iterations. (2/3)^45 = 1e-8, so the error of the control points is less than a ten-millionth of
-    # their spacing.
-    for _ in range(45):
-        at_knots = (control[before] + 4.0 * control + control[after]) / 6.0
-        control += np.where(is_solved, knots - at_knots, 0.0)
-    return control
+    first, last, ring = start[:-1], start[1:] - 1, np.flatnonzero(closed)
+    before, diagonal, after = (np.full(len(points), value) for value in (1.0, 4.0, 1.0))
+    before[first] = after[last] = 0.0
+    open_ends = np.concatenate([first[~closed], last[~closed]])
+    before[open_ends] = after[open_ends] = 0.0
+    diagonal[open_ends] = 6.0
+    knots = 6.0 * points
+    # A neighbour in another period is an unknown of this period and the step.
+    knots[first[ring]] += step[ring]
+    knots[last[ring]] -= step[ring]
+    # The outer product of (1, 0, ..., 0, 1) with itself, times one, holds the entries of the corners.
+    diagonal[first[ring]] -= 1.0
+    diagonal[last[ring]] -= 1.0
+    corners = np.zeros(len(points))
+    corners[first[ring]] = corners[last[ring]] = 1.0
+    bands = np.stack([np.roll(after, 1), diagonal, np.roll(before, -1)])
+    solved = solve_banded((1, 1), bands, np.column_stack([knots, corners]), overwrite_b=True, check_finite=False)
+    control, along = solved[:, :3], solved[:, 3]
+    factor = np.zeros((len(closed), 3))
+    at_corners = control[first[ring]] + control[last[ring]]
+    factor[ring] = at_corners / (1.0 + along[first[ring]] + along[last[ring]])[:, None]
+    return np.ascontiguousarray(control - along[:, None] * np.repeat(factor, np.diff(start), axis=0))

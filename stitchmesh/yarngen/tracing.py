@@ -33,8 +33,9 @@ def link_ends(fabric: StitchMesh, parts: PlacedParts, bridges: Bridges) -> IntAr
         YarnError: two parts use the same crossing, or a loop is not held by the face across the side.
     """
     crossing = end_crossings(parts)
-    if len(np.unique(crossing)) != len(crossing):
-        repeated_side = np.flatnonzero(np.bincount(crossing) > 1)[0] // SLOTS
+    repeated = np.flatnonzero(np.bincount(crossing) > 1)
+    if len(repeated):
+        repeated_side = repeated[0] // SLOTS
         raise YarnError(
             f"face {fabric.side_face[repeated_side]}: two yarn parts cross side {repeated_side} in one place",
             face=int(fabric.side_face[repeated_side]),

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from stitchmesh.compute import threads
-from stitchmesh.compute.threads import VARIABLE, core_count, set_threads, thread_count
+from stitchmesh.compute.threads import VARIABLE, core_count, each_block, set_threads, thread_count
 from stitchmesh.errors import ParameterError
 
 
@@ -62,3 +62,11 @@ def test_the_quota_of_a_container_limits_the_cores(
     monkeypatch.setattr(threads, "QUOTA_FILE", tmp_path / "cpu.max")
     monkeypatch.setattr(threads.os, "sched_getaffinity", lambda _process: range(64), raising=False)
     assert core_count() == cores  # the function itself, not the replaced one
+
+
+def test_blocks_cover_all_elements_in_order_for_any_number_of_threads() -> None:
+    for number in (1, 3):
+        set_threads(number)
+        blocks = each_block(lambda some: (some.start, some.stop), 10, 4)
+        assert blocks == [(0, 4), (4, 8), (8, 10)]
+    assert each_block(lambda some: some, 0, 4) == []
