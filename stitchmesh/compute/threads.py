@@ -7,9 +7,9 @@ environment variable ``STITCHMESH_THREADS``, else the number of cores that the p
 
 ``each_block`` shares the work of NumPy on long arrays in the same number of threads.
 
-The threads of launches wait for work, and share it with the thread that offers it. They are started once in a process, because
-starting a thread takes as long as a small launch. They sleep while there is no work. After a fork the child process has
-no threads, and starts its own when it first has work.
+The threads of launches wait for work, and share it with the thread that offers it. They are started once in a process,
+because starting a thread takes as long as a small launch. They sleep while there is no work. After a fork the child
+process has no threads, and starts its own when it first has work.
 """
 
 from __future__ import annotations

@@ -50,7 +50,7 @@ class Chain:
 
     def row_boundary(self, ends: IntArray) -> RowBoundary:
         """Return the chain as the course line below or above a row whose wale edges end at some places of it."""
-        return RowBoundary(self.vertices, self.edges, ends.tolist())
+        return RowBoundary(self.vertices, self.edges, ends)
 
     def followed_by(self, other: Chain) -> Chain:
         """Return the chain and another one that starts at its end."""

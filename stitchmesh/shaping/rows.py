@@ -78,7 +78,7 @@ def stitches_between(
     """
     rows = MadeRows(levels, saddles, size, plain)
     fabric = rows.knitted(report_part)
-    return fabric, rows.shaped, rows.shaped.leaning(rows.tube_of_row)[rows.faces.row]
+    return fabric, rows.shaped, rows.shaped.leaning(rows.tube_of_row)[fabric.row]
 
 
 class MadeRows:
@@ -465,7 +465,7 @@ class MadeRows:
         wale = self._new_edges(np.ones(len(wales.below) - closed, dtype=np.int64))
         self.faces.add_row(
             low.row_boundary(wales.below), high.row_boundary(wales.above), (*wale, *wale[:1]) if closed else wale,
-            left.tolist(), len(self.tube_of_row),
+            left, len(self.tube_of_row),
         )  # fmt: skip
 
     def _mark(self, low: Chain, high: Chain, below: IntArray, above: IntArray) -> None:

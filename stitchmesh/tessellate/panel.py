@@ -65,9 +65,9 @@ def _add_course(
     wales = np.concatenate([[panel.left[course]], inner, [panel.right[course]]])
     below_ends, above_ends = (np.concatenate([[0], np.cumsum(loops)]) for loops in (loops_below, loops_above))
     faces.add_row(
-        RowBoundary(panel.levels[course].tolist(), below.tolist(), below_ends.tolist()),
-        RowBoundary(panel.levels[course + 1].tolist(), above.tolist(), above_ends.tolist()),
-        wales.tolist(), [2 * index < narrow for index in range(narrow)], panel.first_row + course,
+        RowBoundary(panel.levels[course], below, below_ends),
+        RowBoundary(panel.levels[course + 1], above, above_ends),
+        wales, 2 * np.arange(narrow) < narrow, panel.first_row + course,
     )  # fmt: skip
     return next_edge + narrow - 1
 
@@ -93,14 +93,13 @@ def inner_points(corners: FloatArray, bottom: IntArray, top: IntArray, loops: In
     """
     template = _template(bottom, top)
     base, width = float(len(bottom) > 0), float(len(top) > 0)
-    points = []
-    for level in range(1, len(loops) - 1):
-        v = level / (len(loops) - 1)
-        u = np.arange(1, loops[level]) / loops[level]
-        x = 0.5 + (u - 0.5) * (base + (width - base) * v)
-        flat = np.stack([x, np.full_like(x, v)], axis=1)
-        points.append(mean_value_weights(template, flat) @ corners if len(flat) else np.zeros((0, 3)))
-    return points
+    inner = loops[1:-1] - 1
+    level = np.repeat(np.arange(1, len(loops) - 1), inner)
+    place = np.arange(len(level)) - np.repeat(np.cumsum(inner) - inner, inner)
+    u, v = (place + 1) / loops[level], level / (len(loops) - 1)
+    x = 0.5 + (u - 0.5) * (base + (width - base) * v)
+    points = mean_value_weights(template, np.stack([x, v], axis=1)) @ corners
+    return np.split(points, np.cumsum(inner)[:-1]) if len(inner) else []
 
 
 def _template(bottom: IntArray, top: IntArray) -> FloatArray:

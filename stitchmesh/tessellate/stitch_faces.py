@@ -9,9 +9,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.palette import Palette, empty_palette
@@ -19,38 +19,40 @@ from stitchmesh.mesh.shaping_stitches import shaping_stitch
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.tessellate.courses import MOST_LOOPS
 
+Numbers = Sequence[int] | IntArray
+"""Numbers of vertices, edges or places."""
 
-@dataclass(frozen=True)
+
+
+@dataclass(frozen=True, eq=False)
 class RowBoundary:
     """The course line below or above a row, from left to right."""
 
-    vertices: Sequence[int]
+    vertices: Numbers
     """Its vertices."""
-    edges: Sequence[int]
+    edges: Numbers
     """Its edges."""
-    ends: Sequence[int]
+    ends: Numbers
     """The place, among the vertices, of the end of each wale edge of the row."""
 
 
-@dataclass
+@dataclass(frozen=True, eq=False)
 class StitchFaces:
-    """Stitch faces that have been made so far."""
+    """Stitch faces that have been made so far, as the lines around them; each list has an element for each row."""
 
-    corners: list[list[int]] = field(default_factory=list)
-    """Vertices of each face, counter-clockwise from the lower left."""
-    edges: list[list[int]] = field(default_factory=list)
-    """Edges of each face, in the order of its sides."""
-    n_bottom: list[int] = field(default_factory=list)
-    """Number of bottom sides of each face."""
-    n_top: list[int] = field(default_factory=list)
-    """Number of top sides of each face."""
-    stitch: list[Stitch] = field(default_factory=list)
-    """Stitch of each face."""
+    low: list[RowBoundary] = field(default_factory=list)
+    """The course line below."""
+    high: list[RowBoundary] = field(default_factory=list)
+    """The course line above."""
+    wales: list[Numbers] = field(default_factory=list)
+    """The wale edges."""
+    left: list[Sequence[bool] | NDArray[np.bool_]] = field(default_factory=list)
+    """Whether each face, if it is an increase or a decrease, leans as in the left half of its row."""
     row: list[int] = field(default_factory=list)
-    """Row of each face."""
+    """The number of the row."""
 
     def add_row(
-        self, low: RowBoundary, high: RowBoundary, wales: Sequence[int], left: Sequence[bool], row: int
+        self, low: RowBoundary, high: RowBoundary, wales: Numbers, left: Sequence[bool] | NDArray[np.bool_], row: int
     ) -> None:
         """Add the faces of a row, which lie between neighbouring wale edges.
 
@@ -61,30 +63,85 @@ class StitchFaces:
             left: whether each face, if it is an increase or a decrease, leans as in the left half of its row.
             row: number of the row.
         """
-        for place, ((b, b_end), (t, t_end)) in enumerate(zip(pairwise(low.ends), pairwise(high.ends), strict=True)):
-            bottom, top = low.edges[b:b_end], high.edges[t:t_end]
-            self.corners.append([*low.vertices[b : b_end + 1], *high.vertices[t : t_end + 1][::-1]])
-            self.edges.append([*bottom, wales[place + 1], *top[::-1], wales[place]])
-            self.n_bottom.append(len(bottom))
-            self.n_top.append(len(top))
-            self.stitch.append(stitch_for(len(bottom), len(top), bool(left[place])))
-            self.row.append(row)
+        self.low.append(low)
+        self.high.append(high)
+        self.wales.append(wales)
+        self.left.append(left)
+        self.row.append(row)
 
     def gathered(self) -> GatheredFaces:
         """Return all faces as arrays."""
-        edge = np.concatenate(self.edges)
+        low, high, (wales, first_wale) = _Lines.of(self.low), _Lines.of(self.high), _joined(self.wales)
+        count = np.diff(first_wale) - 1
+        row = np.repeat(np.arange(len(count)), count)
+        wale = np.arange(len(row)) + row  # a row has one wale edge more than faces
+        n_bottom, n_top = low.last - low.first, high.last - high.first
+        start = np.concatenate([[0], np.cumsum(n_bottom + n_top + 2)])
+
+        # Counter-clockwise from the lower left: along the course line below, then back along the one above
+        face = np.repeat(np.arange(len(n_bottom)), n_bottom + n_top + 2)
+        place = np.arange(start[-1]) - start[face]
+        back = place - n_bottom[face] - 1
+        is_low, is_right, is_left = back < 0, back == -1, back == n_top[face]
+        low_place, high_place = low.first[face] + place, high.last[face] - back
+        corner = np.empty(len(face), dtype=np.int64)
+        at_low = is_low | is_right
+        corner[at_low] = low.vertices[low_place[at_low]]
+        corner[~at_low] = high.vertices[high_place[~at_low]]
+        edge = np.where(is_right, wales[wale[face] + 1], wales[wale[face]])
+        below, above = at_low & ~is_right, ~at_low & ~is_left
+        edge[below] = low.edges[low_place[below] + low.edge_shift[face[below]]]
+        edge[above] = high.edges[high_place[above] - 1 + high.edge_shift[face[above]]]
         return GatheredFaces(
-            start=np.concatenate([[0], np.cumsum([len(corners) for corners in self.corners])]),
-            corner=np.concatenate(self.corners),
+            start=start,
+            corner=corner,
             edge=edge,
             twin=twins_of_edges(edge),
-            n_bottom=np.array(self.n_bottom),
-            n_top=np.array(self.n_top),
-            stitch=np.array(self.stitch),
-            row=np.array(self.row),
+            n_bottom=n_bottom,
+            n_top=n_top,
+            stitch=_stitches(n_bottom, n_top, np.concatenate(self.left).astype(bool)),
+            row=np.array(self.row)[row],
         )
 
 
+@dataclass(frozen=True, eq=False)
+class _Lines:
+    """The course lines on one side of all rows, one after another, and the part of a line along each face."""
+
+    vertices: IntArray
+    """The vertices of all lines."""
+    edges: IntArray
+    """The edges of all lines."""
+    first: IntArray
+    """The vertex, as a place in ``vertices``, at which the part of each face begins, shape (F,)."""
+    last: IntArray
+    """The vertex at which it ends, shape (F,)."""
+    edge_shift: IntArray
+    """Place in ``edges`` of the edge after a vertex of the part of each face, less the place of the vertex, (F,)."""
+
+    @classmethod
+    def of(cls, lines: Sequence[RowBoundary]) -> _Lines:
+        """The lines of all rows."""
+        vertices, first_vertex = _joined([line.vertices for line in lines])
+        edges, first_edge = _joined([line.edges for line in lines])
+        ends, first_end = _joined([line.ends for line in lines])
+        row = np.repeat(np.arange(len(lines)), np.diff(first_end) - 1)
+        end = np.arange(len(row)) + row  # a line has one end more than faces
+        shift = first_vertex[row]
+        return cls(vertices, edges, ends[end] + shift, ends[end + 1] + shift, first_edge[row] - shift)
+
+
+def _joined(parts: Sequence[Numbers]) -> tuple[IntArray, IntArray]:
+    """Numbers of several sequences as one array, and the place at which each begins, with the end of the last one."""
+    joined = np.concatenate([np.asarray(part, dtype=np.int64) for part in parts])
+    return joined, np.concatenate([[0], np.cumsum([len(part) for part in parts])])
+
+
+def _stitches(n_bottom: IntArray, n_top: IntArray, left: NDArray[np.bool_]) -> IntArray:
+    """The stitch of each face (``stitch_for``), shape (F,)."""
+    sides = int(n_top.max()) + 1
+    kinds, kind = np.unique((n_bottom * sides + n_top) * 2 + left, return_inverse=True)
+    return np.array([stitch_for(*divmod(each // 2, sides), left_half=each % 2 == 1) for each in kinds.tolist()])[kind]
 @dataclass(frozen=True, eq=False)
 class GatheredFaces:
     """Stitch faces as arrays; F is their number and C the number of their corners."""
@@ -126,7 +183,7 @@ class GatheredFaces:
         )
 
 
-def stitch_for(n_bottom: int, n_top: int, left_half: bool) -> Stitch:
+def stitch_for(n_bottom: int, n_top: int, *, left_half: bool) -> Stitch:
     """Return the stitch of a face by its numbers of sides; increases and decreases lean towards the middle.
 
     Args:

@@ -17,7 +17,10 @@ def points_in_a_box(extent: tuple[float, float, float]) -> np.ndarray:
     return np.concatenate([points, points[:3]])
 
 
-@pytest.mark.parametrize("extent", [(9.0, 5.0, 7.0), (300.0, 0.5, 0.5), (0.5, 300.0, 0.5), (0.5, 0.5, 300.0), (0.1, 0.1, 0.1)])
+BOXES = [(9.0, 5.0, 7.0), (300.0, 0.5, 0.5), (0.5, 300.0, 0.5), (0.5, 0.5, 300.0), (0.1, 0.1, 0.1)]
+
+
+@pytest.mark.parametrize("extent", BOXES)
 def test_each_pair_up_to_the_distance_is_found_once(extent, monkeypatch):
     monkeypatch.setattr(clearance, "POINTS_OF_BLOCK", 70)
     points, within = points_in_a_box(extent) - 2.0, 0.6

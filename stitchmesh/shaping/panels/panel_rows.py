@@ -217,7 +217,7 @@ class PanelStitches:
             )
         wale = self._new_edges(len(wales.below))
         below, above = low.row_boundary(wales.below), high.row_boundary(wales.above)
-        self.faces.add_row(below, above, wale, left.tolist(), self.rows)
+        self.faces.add_row(below, above, wale, left, self.rows)
         self.face_panel += [panel] * (len(wale) - 1)
         self._note_row_ends(panel, joint, wale)
         self.shaped.add(wales, stacked=stacked)
