@@ -18,6 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from stitchmesh.compute.threads import each_block
 from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.arrays import unit_vectors
 from stitchmesh.meshrelax.bobbles import NO_BOBBLES, Bobbles
@@ -27,6 +28,8 @@ from stitchmesh.meshrelax.surface.closest_point import ClosestPoint
 from stitchmesh.meshrelax.surface.limit_surface import LimitSurface
 
 TINY = np.finfo(np.float64).tiny
+VERTICES_OF_BLOCK = 8192
+"""Vertices whose curvature or stiffness is computed at once."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,14 +102,22 @@ class SurfaceAttachment:
             normal: unit normal of the surface at each vertex, shape (V, 3).
             arc: arc length of each border vertex [cm], which determines its position, shape (V,).
         """
-        shape = np.where((self.border < 0)[:, None, None], self.surface.shape_operator(triangle, normal), 0.0)
+        shape = np.zeros((len(normal), 3, 3))
+
+        def curve(some: slice) -> None:
+            own = np.flatnonzero(self.border[some] < 0) + some.start
+            shape[own] = self.surface.shape_operator(triangle[own], normal[own])
+
+        each_block(curve, len(shape), VERTICES_OF_BLOCK)
         position, tangent, curvature = position.copy(), np.zeros_like(position), np.zeros_like(position)
         for number, border in enumerate(self.surface.borders):
             members = np.flatnonzero(self.border == number)
             position[members], tangent[members], curvature[members] = border.at(arc[members])
         tangent[self.fixed] = 0.0
         inner = (self.border < 0) & ~self.fixed & self.stops_at_end
-        outward = np.where(inner[:, None], self.surface.outward_at(triangle, weights, normal), 0.0)
+        outward = np.zeros_like(position)
+        if inner.any():
+            outward[inner] = self.surface.outward_at(triangle[inner], weights[inner], normal[inner])
         return SurfacePlacement(position, normal, shape, arc, tangent, curvature, outward)
 
     def _leaning(self, placement: SurfacePlacement, part: FloatArray) -> FloatArray:
@@ -229,9 +240,28 @@ def turning_stiffness(placement: SurfacePlacement, force: FloatArray) -> FloatAr
         placement: placement of the vertices.
         force: net force on each vertex before projection onto the allowed directions, shape (V, 3).
     """
-    across = np.einsum("vi,vi->v", force, placement.normal)
-    size, axes = np.linalg.eigh(across[:, None, None] * placement.shape)
-    surface = (axes * np.maximum(size, 0.0)[:, None, :]) @ axes.transpose(0, 2, 1)
-    change = np.einsum("vi,vi->v", force, placement.curvature)
-    tangent = placement.tangent
-    return surface + np.maximum(-change, 0.0)[:, None, None] * (tangent[:, :, None] * tangent[:, None, :])
+    stiffness = np.empty_like(placement.shape)
+
+    def compute(some: slice) -> None:
+        own, tangent = force[some], placement.tangent[some]
+        across = np.einsum("vi,vi->v", own, placement.normal[some])
+        change = np.einsum("vi,vi->v", own, placement.curvature[some])
+        along = np.maximum(-change, 0.0)[:, None, None] * (tangent[:, :, None] * tangent[:, None, :])
+        stiffness[some] = positive_part(across[:, None, None] * placement.shape[some]) + along
+
+    each_block(compute, len(stiffness), VERTICES_OF_BLOCK)
+    return stiffness
+
+
+def positive_part(matrix: FloatArray) -> FloatArray:
+    """Return the positive semidefinite part of symmetric matrices M that have one eigenvalue zero, shape (n, 3, 3).
+
+    If the other two eigenvalues a and b are both positive, it is M, and if neither is, it is zero. If a > 0 > b, it is
+    (M^2 - b M) / (a - b), because this matrix has the eigenvalues a, 0 and 0 on the axes of M.
+    """
+    square = matrix @ matrix
+    mean = 0.5 * np.trace(matrix, axis1=1, axis2=2)
+    half = np.sqrt(np.maximum(0.5 * np.trace(square, axis1=1, axis2=2) - mean**2, 0.0))
+    most, least = (mean + half)[:, None, None], (mean - half)[:, None, None]
+    mixed = (square - least * matrix) / np.maximum(most - least, TINY)
+    return np.where(least >= 0.0, matrix, np.where(most > 0.0, mixed, 0.0))

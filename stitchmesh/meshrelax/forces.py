@@ -4,8 +4,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
+from stitchmesh.compute.threads import each_block
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.mesh.arrays import unit_vectors
 from stitchmesh.meshrelax.placement import PlacedPoints
@@ -17,6 +20,11 @@ AREA = 1.0
 """Dimensionless stiffness of areas. With 0.2, stitches of openwork on the instep of a sock keep moving."""
 SMALLEST_AREA = 0.05
 """Area divided by rest area below which the force of a sub-quad does not increase further."""
+
+ELEMENTS_OF_BLOCK = 8192
+"""Elements whose forces are computed at once."""
+Term = Callable[[slice], tuple[FloatArray, FloatArray]]
+"""Computes the forces and the Jacobians of some elements of one kind."""
 
 
 def force_groups(springs: Springs) -> list[tuple[IntArray, list[float]]]:
@@ -45,19 +53,39 @@ def element_forces(springs: Springs, placement: PlacedPoints) -> tuple[FloatArra
         Forces, shape (elements, 3), and Jacobians [1/cm], shape (elements, 3, 3).
     """
     position = placement.position
-    i, j = position[springs.stretch_ends[:, 0]], position[springs.stretch_ends[:, 1]]
-    stretch = stretch_force(i - j, springs.stretch_rest, STRETCH)
-    i, j, k = (position[springs.corners[:, place]] for place in range(3))
-    shear = shear_force(i - j, k - j, springs.unit, SHEAR)
-    i, j, k = (position[springs.struts[:, place]] for place in range(3))
-    strut = strut_force(i - j, k - j, springs.strut_rest, WALE)
-    terms = [stretch, shear, strut]
-    if springs.area_force:
-        a, b, c, d = (position[springs.quads[:, place]] for place in range(4))
-        normal = unit_vectors(placement.normal[springs.quads].sum(axis=1))
-        terms.append(area_forces(c - a, d - b, normal, springs.quad_area, AREA))
-    force, jacobian = zip(*terms, strict=True)
-    return np.concatenate(force), np.concatenate(jacobian)
+
+    def stretch(some: slice) -> tuple[FloatArray, FloatArray]:
+        i, j = position[springs.stretch_ends[some].T]
+        return stretch_force(i - j, springs.stretch_rest[some], STRETCH)
+
+    def shear(some: slice) -> tuple[FloatArray, FloatArray]:
+        i, j, k = position[springs.corners[some].T]
+        return shear_force(i - j, k - j, springs.unit, SHEAR)
+
+    def strut(some: slice) -> tuple[FloatArray, FloatArray]:
+        i, j, k = position[springs.struts[some].T]
+        return strut_force(i - j, k - j, springs.strut_rest[some], WALE)
+
+    def area(some: slice) -> tuple[FloatArray, FloatArray]:
+        a, b, c, d = position[springs.quads[some].T]
+        normal = unit_vectors(placement.normal[springs.quads[some]].sum(axis=1))
+        return area_forces(c - a, d - b, normal, springs.quad_area[some], AREA)
+
+    quads = len(springs.quads) if springs.area_force else 0
+    counts = [len(springs.stretch_ends), len(springs.corners), len(springs.struts), quads, quads]
+    first = np.cumsum([0, *counts])
+    force, jacobian = np.empty((first[-1], 3)), np.empty((first[-1], 3, 3))
+    for kind, term in enumerate((stretch, shear, strut, area)):
+
+        def evaluate(some: slice, kind: int = kind, term: Term = term) -> None:
+            size = some.stop - some.start
+            own_force, own_jacobian = term(some)
+            for part in range(len(own_force) // size):  # the area force acts on two diagonals
+                at = slice(first[kind + part] + some.start, first[kind + part] + some.stop)
+                force[at], jacobian[at] = (values[part * size :][:size] for values in (own_force, own_jacobian))
+
+        each_block(evaluate, counts[kind], ELEMENTS_OF_BLOCK)
+    return force, jacobian
 
 
 def stretch_force(span: FloatArray, rest: FloatArray, stiffness: float) -> tuple[FloatArray, FloatArray]:

@@ -28,6 +28,7 @@ import numpy as np
 from scipy.sparse import bsr_array, diags_array
 from scipy.sparse.linalg import splu
 
+from stitchmesh.compute.threads import each_block
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.mesh.arrays import unit_vectors
 
@@ -39,6 +40,8 @@ border vertices, because the two motions of such a patch are linearly dependent.
 NO_MOTION = 1e-12
 """If the diagonal entry of a motion, divided by the largest entry, is below this, it is only rounding error, because
 the vertices of the patch may not make this motion."""
+VERTICES_OF_BLOCK = 8192
+"""Vertices whose blocks are inverted, or whose rows are multiplied, at once."""
 
 Preconditioner = Callable[[FloatArray], FloatArray]
 """Function from a residual to the preconditioned residual, shape (3V,) each."""
@@ -84,7 +87,13 @@ def preconditioner(
         fabric_patches: patches of the same vertices.
     """
     count = len(diagonal)
-    inverse = projector @ np.linalg.inv(projector @ diagonal @ projector + (np.eye(3) - projector)) @ projector
+    inverse = np.empty_like(projector)
+
+    def invert(some: slice) -> None:
+        own = projector[some]
+        inverse[some] = own @ np.linalg.inv(own @ diagonal[some] @ own + (np.eye(3) - own)) @ own
+
+    each_block(invert, count, VERTICES_OF_BLOCK)
     vertex_part = bsr_array((inverse, np.arange(count), np.arange(count + 1)), shape=(3 * count, 3 * count))
     vectors, patch = projector @ fabric_patches.motions, fabric_patches.patch
     shape = (3 * count, vectors.shape[2] * fabric_patches.count)
@@ -131,6 +140,7 @@ def modified_conjugate_gradients(
     Returns:
         The solution, shape (3V,), and the number of iterations.
     """
+    product = _product_by_rows(matrix)
     solution = np.zeros_like(right)
     residual = right.copy()
     direction = filtered_preconditioner(residual)
@@ -139,7 +149,7 @@ def modified_conjugate_gradients(
     for iteration in range(max_iterations):
         if size <= goal:
             return solution, iteration
-        image = matrix @ direction
+        image = product(direction)
         length = size / float(direction @ image)
         solution += length * direction
         residual -= length * image
@@ -148,3 +158,20 @@ def modified_conjugate_gradients(
         direction *= size / previous
         direction += conditioned
     return solution, max_iterations
+
+
+def _product_by_rows(matrix: bsr_array) -> Callable[[FloatArray], FloatArray]:
+    """Return the product of a matrix in blocks with a vector; threads share its rows."""
+    count = matrix.shape[0] // 3
+
+    def rows(some: slice) -> bsr_array:
+        first, last = matrix.indptr[[some.start, some.stop]]
+        entries = matrix.data[first:last], matrix.indices[first:last], matrix.indptr[some.start : some.stop + 1] - first
+        return bsr_array(entries, shape=(3 * (some.stop - some.start), matrix.shape[1]))
+
+    parts = [rows(slice(first, min(first + VERTICES_OF_BLOCK, count))) for first in range(0, count, VERTICES_OF_BLOCK)]
+
+    def product(vector: FloatArray) -> FloatArray:
+        return np.concatenate(each_block(lambda some: parts[some.start] @ vector, len(parts), 1))
+
+    return product
