@@ -17,6 +17,8 @@ from .errors import StitchMeshError as StitchMeshError
 from .faces.face_drawing import FaceDrawing as FaceDrawing
 from .faces.face_drawing import FaceLibrary as FaceLibrary
 from .faces.face_mesh import FaceMesh as FaceMesh
+from .first_use import WarmUp as WarmUp
+from .first_use import warm_up as warm_up
 from .hand_knitting import WrittenPiece as WrittenPiece
 from .hand_knitting import knitting_instructions as knitting_instructions
 from .hand_knitting import parse_instructions as parse_instructions

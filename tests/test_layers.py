@@ -22,7 +22,7 @@ LAYERS = [
     {"errors"},
     {"child_interpreter", "compute", "lattice", "markup", "progress", "quality", "reporting", "run_control",
      "settings"},
-    {"memory_need", "time_limit"},
+    {"first_use", "memory_need", "time_limit"},
     {"mesh"},
     {"yarn"},
     {"faces", "hand_knitting", "linking"},

@@ -33,6 +33,7 @@ from stitchmesh.cli.commands.render import RenderCommand
 from stitchmesh.cli.commands.stages import RelaxMeshCommand, TessellateCommand, YarnsCommand
 from stitchmesh.cli.commands.stretch import StretchCommand
 from stitchmesh.cli.commands.swatch import SwatchCommand
+from stitchmesh.cli.commands.warm_up import WarmUpCommand
 from stitchmesh.cli.say import say
 from stitchmesh.cli.stop_signal import INTERRUPTED, interrupt_noted
 from stitchmesh.compute.threads import set_threads
@@ -80,6 +81,7 @@ COMMANDS: dict[str, type[Command]] = {
     "render": RenderCommand,
     "view": ViewCommand,
     "app": AppCommand,
+    "warm-up": WarmUpCommand,
 }
 """The commands by their names, in the order in which the help lists them."""
 

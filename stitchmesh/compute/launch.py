@@ -228,7 +228,7 @@ def _address(function: Any) -> int:
 
 
 def prepare(
-    kernel: wp.Kernel, count: int, inputs: list[Any], outputs: list[Any], device: wp.Device, *, tile: int = 0
+    kernel: wp.Kernel, count: int, inputs: list[Any], outputs: list[Any], device: wp.Device, *, tile: int | None = None
 ) -> wp.Launch:
     """Prepare a launch that will be repeated.
 
@@ -238,8 +238,9 @@ def prepare(
         inputs: the first arguments of the kernel.
         outputs: its last arguments.
         device: where the kernel runs.
-        tile: threads of a block that shares tiles; 0 for a kernel without tiles.
+        tile: threads of a block, one of the numbers that the kernel declares; None for a kernel that declares one.
     """
+    [tile] = kernel.tiles if tile is None else [tile]
     kernel = for_arguments(kernel, [*inputs, *outputs])
     arguments: dict[str, Any] = {"inputs": inputs, "outputs": outputs, "device": device, "record_cmd": True}
     if tile:
@@ -248,7 +249,7 @@ def prepare(
 
 
 def launch(
-    kernel: wp.Kernel, count: int, inputs: list[Any], outputs: list[Any], device: wp.Device, *, tile: int = 0
+    kernel: wp.Kernel, count: int, inputs: list[Any], outputs: list[Any], device: wp.Device, *, tile: int | None = None
 ) -> None:
     """Run a kernel once, with the arguments of ``prepare``."""
     if count == 0:
