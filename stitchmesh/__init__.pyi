@@ -58,6 +58,10 @@ from .labeling.steps import replay_label_steps as replay_label_steps
 from .labeling.steps import write_label_steps as write_label_steps
 from .lattice import Lattice as Lattice
 from .linking.certificate import linking_certificate as linking_certificate
+from .measuring import ErrorOfPreset as ErrorOfPreset
+from .measuring import Measured as Measured
+from .measuring import PresetMeasure as PresetMeasure
+from .measuring import measure as measure
 from .mesh import Mesh as Mesh
 from .mesh import StitchMesh as StitchMesh
 from .mesh.orientation import is_inside_out as is_inside_out

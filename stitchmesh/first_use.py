@@ -88,7 +88,9 @@ class KernelChoice:
         found: dict[tuple[Any, int], None] = {}
         modules = [import_module(name) for name in self.modules]
         for (precision, on_lattice), module in product(self.forms, modules):
-            form = KernelForm(scalar_named(precision), on_lattice, on_gpu, quadratures_of(precision))
+            relaxing = quadratures_of(precision)
+            measured = () if precision == "float32" else quadratures_of("float32")  # measurements are exact
+            form = KernelForm(scalar_named(precision), on_lattice, on_gpu, relaxing, measured)
             for kernel in kernels_of_module(module, form):
                 blocks = [tile or BLOCK for tile in kernel.tiles] if on_gpu else [1]
                 found |= {(kernel, block): None for block in blocks}
@@ -101,8 +103,10 @@ def every_kernel(device: str) -> KernelChoice:
 
 
 def quadratures_of(precision: str) -> tuple[int, ...]:
-    """Return the numbers of Gauss points of the presets of a precision."""
-    return tuple(sorted({each.quadrature_points for each in PRESETS.values() if each.precision == precision}))
+    """Return the numbers of Gauss points of the presets of a precision, also where segments are refined."""
+    presets = [preset for preset in PRESETS.values() if preset.precision == precision]
+    found = {count for each in presets for count in (each.quadrature_points, each.refined(each.quadrature_points))}
+    return tuple(sorted(found))
 
 
 def kernel_modules() -> Iterator[str]:
@@ -158,15 +162,29 @@ def compile_before_relaxing(device: str | None, *, on_lattice: bool, progress: P
         ParameterError: there is no such device.
         CompilationError: as for ``warm_up``.
     """
-    workers = usual_workers()
-    if workers < FEWEST_WORKERS:
+    if usual_workers() < FEWEST_WORKERS:
         return
     found = device_named(device)
     forms = tuple((precision, on_lattice) for precision in (PRECISIONS if on_lattice else PRECISIONS[:1]))
     if not _missing(KernelChoice(str(found), (OF_EVERY_RELAXATION,), forms[:1])):
         return
-    choice = KernelChoice(str(found), tuple(name for name in kernel_modules() if name in sys.modules), forms)
-    compile_kernels(choice, _missing(choice), workers, progress)
+    compile_imported(str(found), forms, progress)
+
+
+def compile_imported(device: str, forms: tuple[tuple[str, bool], ...], progress: Progress) -> None:
+    """Compile all kernels of the modules that have been imported, as far as they have not been compiled.
+
+    Args:
+        device: Warp's name of the device.
+        forms: precisions, each with whether yarns lie on a lattice.
+        progress: called with the part that is compiled.
+
+    Raises:
+        CompilationError: as for ``warm_up``.
+    """
+    choice = KernelChoice(device, tuple(name for name in kernel_modules() if name in sys.modules), forms)
+    missing = _missing(choice)
+    compile_kernels(choice, missing, min(usual_workers(), len(missing)), progress)
 
 
 def usual_workers() -> int:

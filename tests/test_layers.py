@@ -36,6 +36,7 @@ LAYERS = [
     {"mixed"},
     {"pipeline"},
     {"recipe", "after_edit"},
+    {"measuring"},
     {"render"},
     {"jobs"},
     {"app"},

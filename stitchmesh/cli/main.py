@@ -27,6 +27,7 @@ from stitchmesh.cli.commands.jobs import BatchCommand, JobCommand, RunCommand, S
 from stitchmesh.cli.commands.knit import KnitCommand
 from stitchmesh.cli.commands.label import LabelCommand
 from stitchmesh.cli.commands.library import ExamplesCommand, PatternsCommand
+from stitchmesh.cli.commands.measure import MeasureCommand
 from stitchmesh.cli.commands.outline import OutlineCommand
 from stitchmesh.cli.commands.relax import RelaxCommand, RelaxEditedCommand
 from stitchmesh.cli.commands.render import RenderCommand
@@ -81,6 +82,7 @@ COMMANDS: dict[str, type[Command]] = {
     "render": RenderCommand,
     "view": ViewCommand,
     "app": AppCommand,
+    "measure": MeasureCommand,
     "warm-up": WarmUpCommand,
 }
 """The commands by their names, in the order in which the help lists them."""

@@ -41,7 +41,9 @@ class KernelForm:
     on_gpu: bool
     """Whether the kernels run on a GPU."""
     quadratures: tuple[int, ...]
-    """Usual numbers of Gauss points in a segment in this precision."""
+    """Usual numbers of Gauss points in a segment of a relaxation in this precision."""
+    measured_quadratures: tuple[int, ...]
+    """Further numbers of Gauss points for the measuring of relaxed yarns in this precision."""
 
     @property
     def relaxing(self) -> tuple[bool, ...]:
