@@ -20,12 +20,12 @@ import sys
 import time
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from importlib import import_module
 from itertools import product
 from pathlib import Path
-from queue import SimpleQueue
+from queue import Empty, SimpleQueue
 from typing import Any, Literal
 
 from stitchmesh.child_interpreter import PACKAGES, clean_environment, python_command
@@ -230,7 +230,10 @@ class _Worker:
         """Start the process."""
         asked = json.dumps([choice.device, choice.modules, choice.forms])
         command, pipe = python_command("-m", "stitchmesh.first_use", asked), subprocess.PIPE
-        self._process = subprocess.Popen(command, stdin=pipe, stdout=pipe, env=clean_environment(), text=True)
+        # In a session of its own, so that an interrupt at the terminal reaches only the program, which ends the process
+        self._process = subprocess.Popen(
+            command, stdin=pipe, stdout=pipe, env=clean_environment(), text=True, start_new_session=True
+        )  # fmt: skip
 
     def __enter__(self) -> _Worker:
         return self
@@ -249,13 +252,16 @@ class _Worker:
         Raises:
             CompilationError: a kernel cannot be compiled, or the process ended.
         """
-        while not waiting.empty():
-            answer = self._answer(waiting.get())
-            done.put(None if "error" in answer else answer["kernel"])
-            if "error" in answer:
-                raise CompilationError(answer["error"])
+        try:
+            with suppress(Empty):
+                while True:
+                    done.put(self._compile(waiting.get_nowait()))
+        except BaseException:
+            done.put(None)
+            raise
 
-    def _answer(self, number: int) -> dict[str, str]:
+    def _compile(self, number: int) -> str:
+        """Let the process compile a kernel, and return the name of the kernel."""
         assert self._process.stdin is not None and self._process.stdout is not None
         try:
             self._process.stdin.write(f"{number}\n")
@@ -264,9 +270,11 @@ class _Worker:
         except (BrokenPipeError, ValueError):
             answer = None
         if answer is None:
-            remedy = "memory may be short, so take fewer workers"
-            answer = {"error": f"a process that compiles kernels ended with status {self._process.wait()}; {remedy}"}
-        return answer
+            found = f"a process that compiles kernels ended with status {self._process.wait()}"
+            raise CompilationError(f"{found}; memory may be short, so take fewer workers")
+        if "error" in answer:
+            raise CompilationError(answer["error"])
+        return str(answer["kernel"])
 
 
 def work() -> None:

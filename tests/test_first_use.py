@@ -87,13 +87,15 @@ def test_blocks_of_a_gpu_have_the_threads_that_kernels_declare(monkeypatch: pyte
         is_cuda = True
 
     monkeypatch.setattr(warming, "device_named", lambda _name: Gpu())
-    choice = KernelChoice("cuda:0", ("stitchmesh.yarnrelax.solvers.lbfgs_fused", "stitchmesh.compute.reduction"),
+    choice = KernelChoice("cuda:0", ("stitchmesh.yarnrelax.solvers.lbfgs_fused", "stitchmesh.compute.reduction",
+                                       "stitchmesh.compute.launch"),
                           (("float32", True),))  # fmt: skip
     blocks: dict[str, set[int]] = {}
     for kernel, block in choice.kernels():
         blocks.setdefault(kernel.func.__name__, set()).add(block)
     assert blocks["fused_iterations"] == {128, 256, 384, 512} and blocks["row_totals"] == {256}
     assert blocks["strand_sums"] == {64}  # of kernels without tiles
+    assert "work_through" not in blocks  # the table of launches is a part of the CPU only
 
 
 def test_what_knit_loads_is_compiled(planned: set[str], loaded: set[str]) -> None:

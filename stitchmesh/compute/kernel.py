@@ -51,8 +51,8 @@ def kernel(
 
     Args:
         function: the function of the kernel.
-        tile: threads of a block on a GPU, for a kernel whose blocks share work; 0 for a kernel of single elements, and
-            several numbers if each launch chooses one.
+        tile: threads of a block on a GPU, for a kernel whose blocks share work; 0 for a kernel of single elements,
+            several numbers if each launch chooses one, and none for a kernel that runs on a CPU only.
         options: options of ``wp.kernel``.
     """
     if function is None:

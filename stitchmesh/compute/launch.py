@@ -114,7 +114,7 @@ def take_parts(
     ...
 
 
-@kernel
+@kernel(tile=())
 def work_through(
     # model
     table: wp.array2d(dtype=wp.int64),
