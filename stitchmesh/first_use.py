@@ -92,8 +92,8 @@ class KernelChoice:
             measured = () if precision == "float32" else quadratures_of("float32")  # measurements are exact
             form = KernelForm(scalar_named(precision), on_lattice, on_gpu, relaxing, measured)
             for kernel in kernels_of_module(module, form):
-                blocks = [tile or BLOCK for tile in kernel.tiles] if on_gpu else [1]
-                found |= {(kernel, block): None for block in blocks}
+                if not on_gpu or kernel.tile is not None:
+                    found[kernel, (kernel.tile or BLOCK) if on_gpu else 1] = None
         return list(found)
 
 

@@ -45,14 +45,14 @@ _FLAGS = "-march=native" if wp.config.cpu_compiler_flags is None else wp.config.
 
 
 def kernel(
-    function: Callable[..., Any] | None = None, *, tile: int | tuple[int, ...] = 0, **options: Any
+    function: Callable[..., Any] | None = None, *, tile: int | None = 0, **options: Any
 ) -> Any:
     """Declare a kernel; this decorator replaces ``wp.kernel``.
 
     Args:
         function: the function of the kernel.
-        tile: threads of a block on a GPU, for a kernel whose blocks share work; 0 for a kernel of single elements,
-            several numbers if each launch chooses one, and none for a kernel that runs on a CPU only.
+        tile: threads of a block on a GPU, for a kernel whose blocks share work; 0 for a kernel of single elements, and
+            None for a kernel that runs on a CPU only.
         options: options of ``wp.kernel``.
     """
     if function is None:
@@ -61,7 +61,7 @@ def kernel(
         function, module="unique", enable_backward=False, module_options={"cpu_compiler_flags": _FLAGS + _MARK},
         **options,
     )  # fmt: skip
-    made.tiles = tile if isinstance(tile, tuple) else (tile,)
+    made.tile = tile
     made.declared_options = options
     return made
 
@@ -77,7 +77,7 @@ def concrete_kernel(generic: wp.Kernel, argument_types: list[Any]) -> wp.Kernel:
     if known is None:
         function = functools.update_wrapper(_copied(generic.func), generic.func)
         function.__annotations__ = {**dict(zip(generic.adj.arg_types, argument_types, strict=True)), "return": None}
-        known = kernel(function, tile=generic.tiles, **generic.declared_options)
+        known = kernel(function, tile=generic.tile, **generic.declared_options)
         generic.overloads[get_signature(argument_types)] = known
     return known
 

@@ -117,11 +117,9 @@ class Model(CellTables):
         """Run a kernel once: ``count`` threads, or ``count`` blocks."""
         launch(kernel, count, inputs, outputs, self.device)
 
-    def prepare(
-        self, kernel: wp.Kernel, count: int, inputs: list[Any], outputs: list[Any], *, tile: int | None = None
-    ) -> wp.Launch:
-        """Prepare a launch that will be repeated, with the arguments of ``prepare`` of the kernels."""
-        return prepare(kernel, count, inputs, outputs, self.device, tile=tile)
+    def prepare(self, kernel: wp.Kernel, count: int, inputs: list[Any], outputs: list[Any]) -> wp.Launch:
+        """Prepare a launch that will be repeated, with the arguments of ``launch``."""
+        return prepare(kernel, count, inputs, outputs, self.device)
 
     def masses(self) -> list[NDArray[np.float64]]:
         """Mass of each control point [g], shape (N,), as a list of one array (``simulation.term.LoadedPoints``).

@@ -55,7 +55,8 @@ from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL, SolverInput
 MOST_POINTS = 256
 """Control points of the largest cell that one multiprocessor iterates faster than the whole GPU."""
 CELL_THREADS = (128, 256, 384, 512)
-"""Threads of a block on a GPU. Warp compiles the kernel for each number, so these are few."""
+"""Threads of a block on a GPU. The kernel is compiled for each number, because blocks of fewer threads may have more
+registers for each thread: with 512 threads 128, of which a relaxing cell needs 174. The numbers are few."""
 
 
 @wp.func
@@ -211,13 +212,18 @@ def move_points(
 
 
 @kernel_factory(
-    lambda form: product([form.scalar], form.quadratures, [entries_at_once(on_gpu=form.on_gpu)], form.relaxing)
-)
-def fused_iterations(scalar: ScalarType, quadrature_points: int, entries_at_once: int, cell_relaxes: bool) -> wp.Kernel:
-    """Return the kernel for one precision and one accuracy, and for cells that relax or do not."""
+    lambda form: product(
+        [form.scalar], form.quadratures, [entries_at_once(on_gpu=form.on_gpu)], form.relaxing,
+        CELL_THREADS if form.on_gpu else CELL_THREADS[:1],
+    )
+)  # fmt: skip
+def fused_iterations(
+    scalar: ScalarType, quadrature_points: int, entries_at_once: int, cell_relaxes: bool, threads: int
+) -> wp.Kernel:
+    """Return the kernel for one precision, one accuracy and one size of a block, for cells that relax or do not."""
     find_element_forces = element_force_function(scalar, quadrature_points, entries_at_once, cell_relaxes)
 
-    @kernel(tile=CELL_THREADS, launch_bounds=CELL_THREADS[-1])
+    @kernel(tile=threads, launch_bounds=threads)
     def fused_iterations(
         # model
         model: YarnConstants,
@@ -290,19 +296,20 @@ class FusedLBFGS(CellLBFGS):
         """Choose the threads: one for each sample and two for each segment of the largest cell, within bounds."""
         super().__init__(model, further, strains)
         largest = int(np.diff(model.segment_start).max())
-        wanted = 32 * (-(-model.largest_cell // 32) + 2 * -(-largest // 32))
+        wanted = 32 * (-(-model.largest_cell // 32) + 2 * -(-largest // 32)) if model.device.is_cuda else 1
         self.threads_of_cell = next((block for block in CELL_THREADS if block >= wanted), CELL_THREADS[-1])
 
     def fused_launch(self, inputs: SolverInputs, point_stiffness: wp.array[Any], launcher: Launcher) -> Any:
         """Return one launch of all iterations of an assessment interval, with their forces."""
         model, candidates = inputs.model, inputs.candidates
         kernel = fused_iterations(
-            model.scalar, model.quadrature_points, model.entries_at_once, inputs.strain is not None
-        )
+            model.scalar, model.quadrature_points, model.entries_at_once, inputs.strain is not None,
+            self.threads_of_cell,
+        )  # fmt: skip
         arguments = [model.constants, self.cells, self.bounds, point_stiffness, model.number(inputs.step_fraction),
                      int(ASSESSMENT_INTERVAL), candidates.count, candidates.lists,
                      strains_of(model, inputs.strain, candidates), inputs.state.arrays, self.memory]  # fmt: skip
-        return launcher(kernel, model.cell_count, arguments, [], tile=self.threads_of_cell)
+        return launcher(kernel, model.cell_count, arguments, [])
 
 
 def suits_fusing(model: Model) -> bool:
