@@ -17,6 +17,8 @@ from .errors import StitchMeshError as StitchMeshError
 from .faces.face_drawing import FaceDrawing as FaceDrawing
 from .faces.face_drawing import FaceLibrary as FaceLibrary
 from .faces.face_mesh import FaceMesh as FaceMesh
+from .first_use import WarmUp as WarmUp
+from .first_use import warm_up as warm_up
 from .hand_knitting import WrittenPiece as WrittenPiece
 from .hand_knitting import knitting_instructions as knitting_instructions
 from .hand_knitting import parse_instructions as parse_instructions
@@ -56,6 +58,10 @@ from .labeling.steps import replay_label_steps as replay_label_steps
 from .labeling.steps import write_label_steps as write_label_steps
 from .lattice import Lattice as Lattice
 from .linking.certificate import linking_certificate as linking_certificate
+from .measuring import ErrorOfPreset as ErrorOfPreset
+from .measuring import Measured as Measured
+from .measuring import PresetMeasure as PresetMeasure
+from .measuring import measure as measure
 from .mesh import Mesh as Mesh
 from .mesh import StitchMesh as StitchMesh
 from .mesh.orientation import is_inside_out as is_inside_out

@@ -110,6 +110,10 @@ class OverloadError(SolverError):
     """The forces press yarns together or are too steep; the yarns may take a smaller load."""
 
 
+class CompilationError(StitchMeshError):
+    """A kernel cannot be compiled on this machine."""
+
+
 class DisplayError(StitchMeshError):
     """Pictures cannot be drawn on this machine."""
 

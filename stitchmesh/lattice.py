@@ -56,9 +56,13 @@ class Lattice:
         """Displacement ``a*u + b*v`` [cm] of integer images, shape (..., 2) to (..., 3)."""
         return np.asarray(image, dtype=np.float64) @ self.periods
 
+    def fractions(self, points: ArrayLike) -> NDArray[np.float64]:
+        """Coordinates of points in units of the periods, shape (n, 3) to (n, 2)."""
+        return np.asarray(points, dtype=np.float64) @ self._dual.T
+
     def image_of(self, points: ArrayLike) -> NDArray[np.int64]:
         """Image of the cell in which each point lies; the cell at the origin is (0, 0), shape (n, 3) to (n, 2)."""
-        image: NDArray[np.int64] = np.floor(np.asarray(points, dtype=np.float64) @ self._dual.T).astype(np.int64)
+        image: NDArray[np.int64] = np.floor(self.fractions(points)).astype(np.int64)
         return image
 
     def near_images(self, points: ArrayLike, reach: float) -> NDArray[np.int64]:

@@ -44,6 +44,7 @@ STAGE_TEXTS = {
     "swatches": "relaxing swatches",
     "picture": "drawing the picture",
     "sweep": "running the sweep",
+    "warm-up": "compiling kernels",
 }
 """Text for each stage."""
 SMALLEST_PART = 0.05

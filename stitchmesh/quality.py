@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
@@ -15,6 +16,11 @@ Solver = Literal["quasistatic", "dynamics"]
 SLIDE = 10.0 / 3.0
 """The least remaining relative change of the spacing, over the residual (``yarnrelax.settling``); ``largest_change``
 leaves room for its spread."""
+
+FEWEST = 3
+"""Smallest number of contact samples, and of quadrature points, to which refinement reduces a segment."""
+ROUNDING = 1e-9
+"""Relative rounding error of a number of samples."""
 
 
 @dataclass(frozen=True)
@@ -47,6 +53,10 @@ class Quality:
     def resting_residual(self) -> float:
         """The residual near which yarns come to rest: the tolerance, or less where the largest change asks for less."""
         return min(self.tolerance, self.largest_change / SLIDE)
+
+    def refined(self, count: int) -> int:
+        """Number of samples of a segment, in place of ``count``, if the segments are shorter by the refinement."""
+        return min(count, max(FEWEST, math.ceil(count / self.refinement * (1.0 - ROUNDING))))
 
 
 PRESETS: dict[str, Quality] = {

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks.measures.rest import tradeoff_measures, tradeoff_plot, tradeoff_scenes
+from benchmarks.measures.rest import tradeoff, tradeoff_plot, tradeoff_scenes
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax import YarnMaterial
+from stitchmesh.yarnrelax import YarnMaterial, state_difference
 
 
 def scenes() -> list[Any]:
@@ -28,8 +28,8 @@ def scenes() -> list[Any]:
 
 def compared(scene: Any, yarns: YarnSet, reference: YarnSet) -> Any:
     """Return the difference of two states of a scene."""
-    places, others = (tradeoff_measures.places_of(state, scene.per_run) for state in (yarns, reference))
-    return tradeoff_measures.difference(places, others, scene.gauge(others), scene.freedom, tradeoff_scenes.RADIUS)
+    places, others = (state_difference.places_of(state, scene.per_run) for state in (yarns, reference))
+    return tradeoff.difference(places, others, scene.gauge(others), scene.freedom, tradeoff_scenes.RADIUS)
 
 
 def turned(points: np.ndarray) -> np.ndarray:
@@ -40,12 +40,12 @@ def turned(points: np.ndarray) -> np.ndarray:
 def test_a_tube_after_a_rigid_motion_has_no_distance_and_a_mirror_image_is_no_rigid_motion() -> None:
     scene = scenes()[0]
     # The lattice does not move, so that positions are compared and not spacings.
-    places = tradeoff_measures.places_of(scene.make(12), scene.per_run)
-    moved = tradeoff_measures.aligned(turned(places.points), places.points, scene.freedom)
+    places = state_difference.places_of(scene.make(12), scene.per_run)
+    moved = state_difference.aligned(turned(places.points), places.points, scene.freedom)
     # Rounding of a singular value decomposition of coordinates of a few centimetres.
     np.testing.assert_allclose(moved, places.points, atol=1e-12)
     corners = np.array([[0, 0, 0], [1, 0, 0], [0, 2, 0], [0, 0, 3]], dtype=float)
-    moved = tradeoff_measures.aligned(corners * [1.0, 1.0, -1.0], corners, "rigid")
+    moved = state_difference.aligned(corners * [1.0, 1.0, -1.0], corners, "rigid")
     # Four corners of a box of sides 1, 2, 3 and their mirror image: no rotation makes them equal.
     assert np.abs(moved - corners).max() > 0.1
 
@@ -85,7 +85,7 @@ def test_distance_is_in_radii() -> None:
 def test_energy_does_not_depend_on_the_number_of_segments() -> None:
     scene = tradeoff_scenes.cell("stockinette-cell", tradeoff_scenes.PLAIN, 1, 1)
     material = YarnMaterial.named("stitchmesh")
-    coarse, fine = (tradeoff_measures.energy_of(scene.make(count), material, "cpu") for count in (24, 48))
+    coarse, fine = (state_difference.energy_of(scene.make(count), material, "cpu") for count in (24, 48))
     # The curve converges with the fourth power of the spacing and its curvature with the second: (1/24)^2 for a loop
     # with four turns. A sum that grew with the number of segments would double.
     assert coarse == pytest.approx(fine, rel=0.02)
@@ -95,11 +95,11 @@ def test_loops_of_a_yarn_file_are_found_by_their_repeat() -> None:
     scene = tradeoff_scenes.tube("stockinette", tradeoff_scenes.PLAIN, 3, 24)
     made = scene.make(16)
     yarns = replace(made, face=np.arange(len(made.points)), lattice=None, lattice_step=None)
-    places = tradeoff_measures.places_of(yarns, 1)
-    gauge = tradeoff_scenes._gauge_of_loops(places)
+    places = state_difference.places_of(yarns, 1)
+    gauge = tradeoff_scenes._loops_of_periods(places)
     # Every centre is the mean of the 16 control points of a loop, independent of the first one.
     assert set(np.diff(gauge.centre.indptr)) == {16}
-    wale, course = tradeoff_measures.spacings(gauge, places.points)
+    wale, course = state_difference.spacings(gauge, places.points)
     scale = tradeoff_scenes.RADIUS / tradeoff_scenes.FORMULA_RADIUS
     # Rows are exactly one row height apart. Of 24 loops on a circle, the chord is 0.3 % shorter than the arc, and the
     # feet, which contain more than half of the yarn, move the centres off the circle by up to 1 of 24 units.

@@ -27,12 +27,14 @@ from stitchmesh.cli.commands.jobs import BatchCommand, JobCommand, RunCommand, S
 from stitchmesh.cli.commands.knit import KnitCommand
 from stitchmesh.cli.commands.label import LabelCommand
 from stitchmesh.cli.commands.library import ExamplesCommand, PatternsCommand
+from stitchmesh.cli.commands.measure import MeasureCommand
 from stitchmesh.cli.commands.outline import OutlineCommand
 from stitchmesh.cli.commands.relax import RelaxCommand, RelaxEditedCommand
 from stitchmesh.cli.commands.render import RenderCommand
 from stitchmesh.cli.commands.stages import RelaxMeshCommand, TessellateCommand, YarnsCommand
 from stitchmesh.cli.commands.stretch import StretchCommand
 from stitchmesh.cli.commands.swatch import SwatchCommand
+from stitchmesh.cli.commands.warm_up import WarmUpCommand
 from stitchmesh.cli.say import say
 from stitchmesh.cli.stop_signal import INTERRUPTED, interrupt_noted
 from stitchmesh.compute.threads import set_threads
@@ -80,6 +82,8 @@ COMMANDS: dict[str, type[Command]] = {
     "render": RenderCommand,
     "view": ViewCommand,
     "app": AppCommand,
+    "measure": MeasureCommand,
+    "warm-up": WarmUpCommand,
 }
 """The commands by their names, in the order in which the help lists them."""
 

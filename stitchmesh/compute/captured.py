@@ -20,7 +20,7 @@ WORDS = wp.constant(4096)
 """Words of four bytes that a block sets or copies on a CPU."""
 
 
-@kernel
+@kernel(tile=1)
 def clear_words(
     # state out
     words: wp.array[wp.int32],
@@ -31,7 +31,7 @@ def clear_words(
         words[k] = 0
 
 
-@kernel
+@kernel(tile=1)
 def copy_words(
     # state in
     source: wp.array[wp.int32],
@@ -203,4 +203,4 @@ def _of_words(kernel: wp.Kernel, *arrays: wp.array[Any]) -> wp.Launch:
     """Return the launch of a kernel that works on arrays of the same size as words of four bytes."""
     count = arrays[0].capacity // 4
     words = [wp.array(ptr=array.ptr, dtype=wp.int32, shape=count, device=array.device) for array in arrays]
-    return prepare(kernel, -(-count // int(WORDS)), words, [], arrays[0].device, tile=1)
+    return prepare(kernel, -(-count // int(WORDS)), words, [], arrays[0].device)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The memory of a device that is free for this process.
+"""The memory of a device that is free for this process, and the most memory that the process has had.
 
 The free memory of the host is the least of three amounts: the free memory of the machine, the memory that the control
 groups of the process still allow (containers and the schedulers of clusters limit the memory by them, in version 1 or
@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -44,6 +45,20 @@ def host_memory(proc: Path = PROC, control_groups: Path = CONTROL_GROUPS) -> flo
         control_groups: folder in which the system shows the control groups.
     """
     return min(_machine_memory(proc), _group_memory(proc, control_groups), _address_space(proc))
+
+
+def forget_peak_memory() -> None:
+    """Let ``peak_memory`` count from now on; on systems other than Linux it counts from the start of the process."""
+    with suppress(OSError):
+        (PROC / "self" / "clear_refs").write_text("5", encoding="ascii")  # 5 is the word for the peak
+
+
+def peak_memory() -> int:
+    """Return the largest memory of the host that this process has had [bytes]; 0 on systems that do not say it."""
+    with suppress(OSError, ValueError):
+        lines = (PROC / "self" / "status").read_text("ascii").splitlines()
+        return 1024 * next(int(line.split()[1]) for line in lines if line.startswith("VmHWM:"))
+    return 0 if resource is None else 1024 * int(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
 
 
 def _machine_memory(proc: Path) -> float:

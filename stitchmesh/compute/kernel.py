@@ -21,6 +21,7 @@ from __future__ import annotations
 
 import functools
 import types
+from collections.abc import Callable
 from typing import Any
 
 import warp as wp
@@ -42,22 +43,42 @@ codegen.cpu_module_template_forward = codegen.cpu_module_template_forward.replac
 
 _FLAGS = "-march=native" if wp.config.cpu_compiler_flags is None else wp.config.cpu_compiler_flags
 
-kernel = functools.partial(
-    wp.kernel, module="unique", enable_backward=False, module_options={"cpu_compiler_flags": _FLAGS + _MARK}
-)
-"""Decorator of a kernel; it replaces ``wp.kernel``."""
+
+def kernel(
+    function: Callable[..., Any] | None = None, *, tile: int | None = 0, **options: Any
+) -> Any:
+    """Declare a kernel; this decorator replaces ``wp.kernel``.
+
+    Args:
+        function: the function of the kernel.
+        tile: threads of a block on a GPU, for a kernel whose blocks share work; 0 for a kernel of single elements, and
+            None for a kernel that runs on a CPU only.
+        options: options of ``wp.kernel``.
+    """
+    if function is None:
+        return functools.partial(kernel, tile=tile, **options)
+    made = wp.kernel(
+        function, module="unique", enable_backward=False, module_options={"cpu_compiler_flags": _FLAGS + _MARK},
+        **options,
+    )  # fmt: skip
+    made.tile = tile
+    made.declared_options = options
+    return made
 
 
 def for_arguments(generic: wp.Kernel, arguments: list[Any]) -> wp.Kernel:
     """Return the kernel for arguments of these types; a kernel without ``Any`` is returned as it is."""
-    if not generic.is_generic:
-        return generic
-    argument_types = generic.infer_argument_types(arguments)
+    return concrete_kernel(generic, generic.infer_argument_types(arguments)) if generic.is_generic else generic
+
+
+def concrete_kernel(generic: wp.Kernel, argument_types: list[Any]) -> wp.Kernel:
+    """Return the kernel for arguments of these types, of a kernel with ``Any``."""
     known = generic.get_overload(argument_types)
     if known is None:
         function = functools.update_wrapper(_copied(generic.func), generic.func)
         function.__annotations__ = {**dict(zip(generic.adj.arg_types, argument_types, strict=True)), "return": None}
-        known = generic.overloads[get_signature(argument_types)] = kernel(function)
+        known = kernel(function, tile=generic.tile, **generic.declared_options)
+        generic.overloads[get_signature(argument_types)] = known
     return known
 
 

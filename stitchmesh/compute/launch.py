@@ -114,7 +114,7 @@ def take_parts(
     ...
 
 
-@kernel
+@kernel(tile=None)
 def work_through(
     # model
     table: wp.array2d(dtype=wp.int64),
@@ -228,32 +228,31 @@ def _address(function: Any) -> int:
 
 
 def prepare(
-    kernel: wp.Kernel, count: int, inputs: list[Any], outputs: list[Any], device: wp.Device, *, tile: int = 0
+    kernel: wp.Kernel, count: int, inputs: list[Any], outputs: list[Any], device: wp.Device
 ) -> wp.Launch:
     """Prepare a launch that will be repeated.
 
     Args:
         kernel: the kernel.
-        count: number of threads, or number of blocks if threads share tiles.
+        count: number of threads, or number of blocks if the kernel declares the threads of a block.
         inputs: the first arguments of the kernel.
         outputs: its last arguments.
         device: where the kernel runs.
-        tile: threads of a block that shares tiles; 0 for a kernel without tiles.
     """
     kernel = for_arguments(kernel, [*inputs, *outputs])
     arguments: dict[str, Any] = {"inputs": inputs, "outputs": outputs, "device": device, "record_cmd": True}
-    if tile:
-        return wp.launch_tiled(kernel, dim=count, block_dim=tile, **arguments)
+    if kernel.tile:
+        return wp.launch_tiled(kernel, dim=count, block_dim=kernel.tile, **arguments)
     return wp.launch(kernel, count, block_dim=BLOCK, **arguments)
 
 
 def launch(
-    kernel: wp.Kernel, count: int, inputs: list[Any], outputs: list[Any], device: wp.Device, *, tile: int = 0
+    kernel: wp.Kernel, count: int, inputs: list[Any], outputs: list[Any], device: wp.Device
 ) -> None:
     """Run a kernel once, with the arguments of ``prepare``."""
     if count == 0:
         return
-    prepared = prepare(kernel, count, inputs, outputs, device, tile=tile)
+    prepared = prepare(kernel, count, inputs, outputs, device)
     if device.is_cpu and useful_threads(prepared) > 1:
         prepared = LaunchTable([prepared])
     prepared.launch()

@@ -34,7 +34,7 @@ def part_count(count: int, device: wp.Device) -> int:
     return -(-count // chunk_of(count, device))
 
 
-@kernel
+@kernel(tile=THREADS)
 def dot_parts(
     # model
     chunk: int,
@@ -52,7 +52,7 @@ def dot_parts(
     sum_over_block(total, parts[block])
 
 
-@kernel
+@kernel(tile=THREADS)
 def sum_parts(
     # model
     chunk: int,
@@ -69,7 +69,7 @@ def sum_parts(
     sum_over_block(total, parts[block])
 
 
-@kernel
+@kernel(tile=THREADS)
 def least_parts(
     # model
     chunk: int,
@@ -100,7 +100,7 @@ def add_parts(
     return sums[0]
 
 
-@kernel
+@kernel(tile=THREADS)
 def total_parts(
     # model
     start: wp.array[wp.int32],

@@ -16,10 +16,12 @@ four doubles the two functions are a plain read and a plain write.
 # ruff: noqa: F811
 # mypy: disable-error-code="no-redef,valid-type,no-untyped-def,empty-body"
 
+from collections.abc import Callable
 from typing import Any, TypeAlias
 
 import warp as wp
 
+from stitchmesh.compute.kernel_variants import KernelForm, named_type
 from stitchmesh.errors import ParameterError
 
 ScalarType: TypeAlias = Any
@@ -48,8 +50,14 @@ Mat33: TypeAlias = Any
 """A matrix of 3 rows and 3 columns."""
 Mat44: TypeAlias = Any
 """A matrix of 4 rows and 4 columns."""
-Mat46: TypeAlias = Any
-"""A matrix of 4 rows and 6 columns."""
+Number: TypeAlias = Any
+"""A whole number, or a number of either precision."""
+Stored: TypeAlias = Any
+"""A number of single precision where that suffices, in a run of either precision."""
+
+named_type("Scalar", lambda form: [form.scalar])
+named_type("Stored", lambda form: [wp.float32, form.scalar])
+named_type("Number", lambda form: [wp.int32, wp.float32, wp.float64])
 
 _READ_FLOATS = """
 #if defined(__CUDA_ARCH__)
@@ -90,6 +98,20 @@ def vector(size: int, scalar: ScalarType) -> Any:
 def matrix(size: int, scalar: ScalarType) -> Any:
     """Warp's type of a square matrix."""
     return wp.types.matrix(shape=(size, size), dtype=scalar)
+
+
+def _vectors_of(size: int) -> Callable[[KernelForm], list[Any]]:
+    return lambda form: [vector(size, form.scalar)]
+
+
+def _matrices_of(size: int) -> Callable[[KernelForm], list[Any]]:
+    return lambda form: [matrix(size, form.scalar)]
+
+
+for _size in (2, 3, 4, 5, 6, 7, 9, 19):
+    named_type(f"Vec{_size}", _vectors_of(_size))
+for _size in (2, 3, 4):
+    named_type(f"Mat{_size}{_size}", _matrices_of(_size))
 
 
 @wp.func_native(_READ_FLOATS)

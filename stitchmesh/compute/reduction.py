@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.launch import launch
-from stitchmesh.compute.precision import Scalar
+from stitchmesh.compute.precision import Number, Scalar
 
 FEWEST_STRANDS, MOST_STRANDS = 256, 32_768
 """Bounds of the number of threads of a reduction."""
@@ -52,7 +52,7 @@ def strand_sums(
 def strand_maxima(
     # state in
     sign: wp.float64,
-    values: wp.array[Any],
+    values: wp.array[Number],
     # state out
     maxima: wp.array[wp.float64],
 ) -> None:
@@ -66,7 +66,7 @@ def strand_maxima(
     maxima[strand] = most
 
 
-@kernel
+@kernel(tile=TILE)
 def row_totals(
     # state in
     parts: wp.array2d[wp.float64],
@@ -165,7 +165,7 @@ class Sums:
 
     def total_launch(self, run: Callable[..., Any]) -> Any:
         """Return the launch that adds up the results of the strands."""
-        return run(row_totals, len(self._totals), [self._parts], [self._totals], tile=TILE)
+        return run(row_totals, len(self._totals), [self._parts], [self._totals])
 
     def totals(self) -> dict[str, NDArray[np.float64]]:
         """The sums over each range, in the order of ``add``."""
@@ -173,7 +173,7 @@ class Sums:
 
     def read(self) -> dict[str, NDArray[np.float64]]:
         """Add up the results of the strands and read the sums."""
-        launch(row_totals, len(self._totals), [self._parts], [self._totals], self._totals.device, tile=TILE)
+        launch(row_totals, len(self._totals), [self._parts], [self._totals], self._totals.device)
         return self.totals()
 
 

@@ -22,7 +22,7 @@ import warp as wp
 
 from stitchmesh import __version__
 from stitchmesh.compute.device import alone, device_named, others_may_launch
-from stitchmesh.compute.free_memory import available_memory
+from stitchmesh.compute.free_memory import available_memory, peak_memory
 from stitchmesh.compute.precision import scalar_named
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.atomic import write_json
@@ -37,7 +37,7 @@ from stitchmesh.mixed.memory import check_scene_memory
 from stitchmesh.mixed.output.display import Display, Displays, Shown
 from stitchmesh.mixed.output.files import ANIMATION, MAPS, SURFACE, YARNS, RunFiles
 from stitchmesh.mixed.output.frames import DrapeFrame, Frames
-from stitchmesh.mixed.output.report import RunTotals, mixed_report, peak_memory, region_counts, work_of
+from stitchmesh.mixed.output.report import RunTotals, mixed_report, region_counts, work_of
 from stitchmesh.mixed.placement.chosen_region import NodeBudget
 from stitchmesh.mixed.run_checkpoint import RunCheckpoint, read_run, run_inputs, write_run
 from stitchmesh.mixed.scene.scene import Scene, read_scene, write_scene

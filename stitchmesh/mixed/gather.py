@@ -13,7 +13,7 @@ No float atomics are needed, and a run gives the same bits each time.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 import warp as wp
@@ -21,7 +21,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.kernel_variants import named_type
+from stitchmesh.compute.precision import matrix, vector
 from stitchmesh.errors import ParameterError
+
+Slot: TypeAlias = Any
+"""A contribution of an element: a vector, or a block of a matrix."""
+named_type("Slot", lambda form: [vector(3, form.scalar), matrix(3, form.scalar)])
 
 
 @kernel
@@ -30,9 +36,9 @@ def add_slots(
     start: wp.array[wp.int32],
     slot: wp.array[wp.int32],
     # state in
-    values: wp.array[Any],
+    values: wp.array[Slot],
     # state out
-    target: wp.array[Any],
+    target: wp.array[Slot],
 ) -> None:
     """Add the slots of each vertex or node."""
     i = wp.tid()

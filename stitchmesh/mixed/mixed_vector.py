@@ -21,6 +21,7 @@ import numpy as np
 import warp as wp
 from numpy.typing import ArrayLike, NDArray
 
+from stitchmesh.compute.kernel_variants import named_type
 from stitchmesh.compute.precision import ScalarType, matrix, vector
 from stitchmesh.errors import ParameterError
 
@@ -164,6 +165,9 @@ def _struct(scalar: ScalarType) -> Any:
     return wp.struct(type(f"MixedVector_{scalar.__name__}", (), {"__annotations__": annotations}))
 
 
+named_type("MixedArrays", lambda form: [_struct(form.scalar)])
+
+
 def _view(values: wp.array[Any], first: int, count: int, width: int) -> wp.array[Any]:
     """``count`` vectors of ``width`` scalars, from scalar ``first`` on, in the memory of a flat array."""
     kind = vector(width, values.dtype)
@@ -232,3 +236,6 @@ def _blocks_struct(scalar: ScalarType) -> Any:
     blocks, pairs, columns = (wp.array(dtype=kind) for kind in kinds)
     annotations = {"vertices": blocks, "nodes": blocks, "sliding": pairs, "coupling_u": columns, "coupling_v": columns}
     return wp.struct(type(f"MixedBlocks_{scalar.__name__}", (), {"__annotations__": annotations}))
+
+
+named_type("BlockArrays", lambda form: [_blocks_struct(form.scalar)])

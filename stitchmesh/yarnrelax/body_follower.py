@@ -23,9 +23,10 @@ from numpy.typing import NDArray
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.precision import Scalar, Vec3
 from stitchmesh.errors import SolverError
 from stitchmesh.quality import Quality
-from stitchmesh.simulation.bodies.body_surface import anchor_at, anchor_place, single
+from stitchmesh.simulation.bodies.body_surface import SurfaceArrays, anchor_at, anchor_place, single
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.collision.step_limit import smallest_distances, yarn_place
 from stitchmesh.yarnrelax.constraints.pins import held_coordinates, hold, pinned_points
@@ -46,13 +47,13 @@ from stitchmesh.yarnrelax.solvers.dynamics import YarnDynamics
 @kernel
 def attach(
     # model
-    surface: Any,
+    surface: SurfaceArrays,
     carried: wp.array[wp.int32],
     # state in
-    points: wp.array[Any],
+    points: wp.array[Vec3],
     # state out
     face: wp.array[wp.int32],
-    local: wp.array[Any],
+    local: wp.array[Vec3],
 ) -> None:
     """Find the nearest triangle of each carried point, and the coordinates of the point on it."""
     k = wp.tid()
@@ -65,15 +66,15 @@ def attach(
 @kernel
 def carry(
     # model
-    surface: Any,
+    surface: SurfaceArrays,
     carried: wp.array[wp.int32],
     face: wp.array[wp.int32],
-    local: wp.array[Any],
+    local: wp.array[Vec3],
     # state in
-    points: wp.array[Any],
-    limit: wp.array[Any],
+    points: wp.array[Vec3],
+    limit: wp.array[Scalar],
     # state out
-    step: wp.array[Any],
+    step: wp.array[Vec3],
 ) -> None:
     """Step of each carried point to its place on the body, no longer than its limit."""
     k = wp.tid()

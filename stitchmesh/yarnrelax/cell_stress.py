@@ -41,7 +41,7 @@ from stitchmesh.yarnrelax.energies import evaluation
 from stitchmesh.yarnrelax.energies.contact import contact_force_scale
 from stitchmesh.yarnrelax.evaluate import put_evaluations
 from stitchmesh.yarnrelax.model.cells import PeriodicCell
-from stitchmesh.yarnrelax.model.constants import YarnConstants
+from stitchmesh.yarnrelax.model.constants import ExactConstants
 from stitchmesh.yarnrelax.model.lattice_images import cell_of, cell_of_sample, sample_number
 from stitchmesh.yarnrelax.model.material import YarnMaterial
 from stitchmesh.yarnrelax.model.spline import from_entry, segment_corners
@@ -81,7 +81,7 @@ def with_element(share: Vec5, frame: wp.mat33d, offset: wp.vec3d, middle: wp.vec
 @kernel
 def segment_shares(
     # model
-    model: YarnConstants,
+    model: ExactConstants,
     frames: wp.array[wp.mat33d],
     # state in
     points: wp.array[wp.vec3d],
@@ -106,7 +106,7 @@ def segment_shares(
 @kernel
 def contact_shares(
     # model
-    model: YarnConstants,
+    model: ExactConstants,
     frames: wp.array[wp.mat33d],
     # state in
     samples: wp.array[wp.vec4d],

@@ -10,7 +10,6 @@ samples (``energies/contact``), and divides the sum of each segment by its rest 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 import warp as wp
@@ -28,7 +27,7 @@ from stitchmesh.yarnrelax.collision.narrow_phase import Candidates, make_candida
 from stitchmesh.yarnrelax.energies import by_term, evaluation
 from stitchmesh.yarnrelax.energies.body import put_surface
 from stitchmesh.yarnrelax.energies.contact import contact_force_scale
-from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.yarnrelax.model.constants import Model, YarnConstants
 from stitchmesh.yarnrelax.model.lattice_images import sample_number
 from stitchmesh.yarnrelax.model.material import YarnMaterial
 from stitchmesh.yarnrelax.model.spline import from_entry, place_contact_samples
@@ -116,13 +115,13 @@ def put_evaluations(
 @kernel
 def contact_magnitudes(
     # model
-    model: Any,
+    model: YarnConstants,
     # state in
-    samples: wp.array[Any],
+    samples: wp.array[Vec4],
     candidate_count: wp.array[wp.int32],
     candidates: wp.array2d[wp.int32],
     # state out
-    magnitude: wp.array[Any],
+    magnitude: wp.array[Scalar],
 ) -> None:
     """Sum of the magnitudes of the contact forces on each sample."""
     p = wp.tid()

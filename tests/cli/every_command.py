@@ -38,6 +38,7 @@ WORDS: dict[str, list[list[str]]] = {
     "convert": [["cell.h5", "out.bcc"]],
     "render": [["yarns.h5", "-o", "out.png", "--size", "32", "32"], ["cell.h5", "-o", "out.png", "--size", "32", "32"]],
     "view": [["yarns.h5", "--no-browser"]], "app": [["tube.obj", "--project", "out", "--no-browser"]],
+    "warm-up": [["--device", "cpu"]], "measure": [["stockinette", "-o", "out", "--quality", "draft"]],
 }  # fmt: skip
 """The words after the name of each command; every output begins with ``out``."""
 SCENE = """

@@ -29,7 +29,8 @@ from tests.gallery import ROOT
 REQUIRED: dict[str, list[str]] = {
     "convert": ["a.h5", "b.h5"], "pattern": ["a.h5", "rib2x2", "-o", "b.h5"], "patterns": [], "edit": ["a.h5"],
     "instructions": ["a.h5"], "info": ["a.h5"], "select": ["a.h5"], "check": ["a.h5"],
-    "app": [], "examples": [], "view": ["a.h5"], "swatch": ["plain"], "drape": ["a.toml"],
+    "app": [], "examples": [], "warm-up": [], "measure": ["plain"], "view": ["a.h5"],
+    "swatch": ["plain"], "drape": ["a.toml"],
     "follow": ["a.h5", "b.usdc", "-o", "c"],
     "run": ["a.toml"], "job": ["init", "a.obj"], "status": ["a"], "batch": ["a.toml"],
     "relax-mesh": ["a.h5", "--surface", "b.h5", "-o", "c.h5"],
@@ -38,7 +39,7 @@ REQUIRED: dict[str, list[str]] = {
 """Required words of the commands that need other words than a file and an output file."""
 POSITIONAL = (
     "mesh", "file", "pattern", "fabric", "yarns", "labeled", "output", "arguments", "selections", "scene", "job",
-    "action", "source", "folder", "sweep", "body",
+    "action", "source", "folder", "sweep", "body", "piece",
 )  # fmt: skip
 """Fields of the commands that are words without a flag in one of them."""
 

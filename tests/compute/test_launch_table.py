@@ -31,7 +31,7 @@ def count_visits(visits: wp.array[wp.int32]) -> None:
     visits[i] = visits[i] + 1 + 1000 * i
 
 
-@kernel
+@kernel(tile=64)
 def count_blocks(visits: wp.array2d[wp.int32]) -> None:
     """The same for blocks of one lane."""
     block, lane = wp.tid()
@@ -68,7 +68,7 @@ def test_every_element_and_every_block_is_visited_once(length: int, threads: int
     elements, blocks = cpu(np.zeros(length, dtype=np.int32)), cpu(np.zeros((length, 1), dtype=np.int32))
     with thread_count(threads):
         launch(count_visits, length, [elements], [], device)
-        launch(count_blocks, length, [blocks], [], device, tile=64)
+        launch(count_blocks, length, [blocks], [], device)
     expected = 1 + 1000 * np.arange(length)
     assert np.array_equal(elements.numpy(), expected) and np.array_equal(blocks.numpy()[:, 0], expected)
 
@@ -105,7 +105,7 @@ def test_several_threads_share_a_large_launch_and_one_runs_a_small_one(monkeypat
 
 def test_kernels_with_tiles_run_on_one_thread() -> None:
     parts, totals = cpu(np.ones((40, 256))), cpu(np.zeros(40))
-    prepared = prepare(row_totals, 40, [parts], [totals], wp.get_device("cpu"), tile=256)
+    prepared = prepare(row_totals, 40, [parts], [totals], wp.get_device("cpu"))
     assert launching._part_size(prepared) == 40
     assert not launching._uses_one_memory(find_crossings.func)  # its slots are atomic on a CPU too
 

@@ -18,7 +18,6 @@ from typing import Any, Literal
 import numpy as np
 
 from benchmarks.json_lines import append, read
-from benchmarks.measures.rest.tradeoff_measures import Gauge, Places, difference, energy_of, places_of
 from benchmarks.measures.rest.tradeoff_plot import draw, tables
 from benchmarks.measures.rest.tradeoff_scenes import PLAIN, RIB, Scene, cell, garment, tube, yarn_file
 from benchmarks.table import Rows
@@ -27,6 +26,15 @@ from stitchmesh.errors import SolverError
 from stitchmesh.quality import PRESETS, Quality
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.model.material import YarnMaterial
+from stitchmesh.yarnrelax.state_difference import (
+    AdjacentLoops,
+    Freedom,
+    Places,
+    distances,
+    energy_of,
+    places_of,
+    spacings,
+)
 
 SWEEPS: dict[str, tuple[Any, ...]] = {
     "precision": ("float32", "float64"),
@@ -42,6 +50,32 @@ KEPT = ("tolerance", "device", "seconds", "iterations", "residual", "converged",
 """Entries of the report that a row contains; the tolerance is added to them."""
 
 
+@dataclass(frozen=True)
+class Difference:
+    """Difference of a relaxation from the reference."""
+
+    rms: float
+    """Root mean square distance of corresponding positions, in yarn radii."""
+    largest: float
+    """Largest distance of corresponding positions, in yarn radii."""
+    wale_error: float
+    """Relative error of the wale spacing."""
+    course_error: float
+    """Relative error of the course spacing."""
+
+
+def difference(places: Places, reference: Places, gauge: AdjacentLoops, freedom: Freedom, radius: float) -> Difference:
+    """Return the differences of positions from those of the reference.
+
+    Raises:
+        YarnError: the two are not places of one scene.
+    """
+    rms, largest = distances(places, reference, freedom, radius)
+    here, there = spacings(gauge, places.points), spacings(gauge, reference.points)
+    errors = [abs(one / other - 1.0) for one, other in zip(here, there, strict=True)]
+    return Difference(rms, largest, *errors)
+
+
 @dataclass(frozen=True, eq=False)
 class Yardstick:
     """The reference of a scene."""
@@ -49,7 +83,7 @@ class Yardstick:
     yarns: YarnSet
     report: dict[str, Any]
     material: YarnMaterial
-    gauge: Gauge
+    gauge: AdjacentLoops
     places: Places
     energy: float
     """Energy of the reference [erg]."""

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -18,7 +19,6 @@ from scipy.sparse import csr_matrix
 from scipy.spatial import cKDTree
 
 import stitchmesh as sm
-from benchmarks.measures.rest.tradeoff_measures import Freedom, Gauge, Places, gauge_of_faces
 from benchmarks.scenes.garments import Garment
 from benchmarks.scenes.stockinette import FORMULA_RADIUS, ROW_HEIGHT, STITCH_WIDTH
 from stitchmesh.errors import ParameterError
@@ -26,6 +26,7 @@ from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
 from stitchmesh.quality import quality_named
 from stitchmesh.yarn import YarnSet, segment_lengths, segment_points
+from stitchmesh.yarnrelax.state_difference import AdjacentLoops, Freedom, Places, loops_of_fabric, loops_of_faces
 
 RADIUS = 0.125
 """Yarn radius of the scenes that the formula generates [cm]."""
@@ -46,7 +47,7 @@ class Scene:
     name: str
     make: Callable[[int], YarnSet]
     """Function that generates yarns with a given number of control points for each stitch."""
-    gauge: Callable[[Places], Gauge]
+    gauge: Callable[[Places], AdjacentLoops]
     """Adjacent loops, determined from the positions at the start."""
     freedom: Freedom
     per_run: int
@@ -80,13 +81,13 @@ def tube(name: str, pattern: Sequence[int], rows: int, stitches: int) -> Scene:
         face = np.arange(len(yarns.points)) // points_per_stitch
         return replace(yarns, face=face, lattice=lattice, lattice_step=np.zeros((rows, 2)))
 
-    def gauge(places: Places) -> Gauge:
+    def gauge(places: Places) -> AdjacentLoops:
         loop = np.arange(rows * stitches).reshape(rows, stitches)
         wale = np.stack([loop, np.roll(loop, -len(pattern), axis=1)], axis=-1).reshape(-1, 2)
         course = np.stack([loop, np.roll(loop, -1, axis=0)], axis=-1).reshape(-1, 2)
         around = np.zeros((rows, stitches, 3))
         around[-1] = lattice.shift([0, 1])
-        return gauge_of_faces(places, wale, course, course_shift=around.reshape(-1, 3))
+        return loops_of_faces(places, wale, course, course_shift=around.reshape(-1, 3))
 
     return Scene(name, make, gauge, "rigid", per_run=64, given=("course_error",))
 
@@ -113,14 +114,14 @@ def cell(name: str, pattern: Sequence[int], rows: int, stitches: int) -> Scene:
         )  # fmt: skip
         return replace(yarns, rest_length=yarns.lengths)
 
-    def gauge(places: Places) -> Gauge:
+    def gauge(places: Places) -> AdjacentLoops:
         loop = np.arange(rows * stitches).reshape(rows, stitches)
         column, row = np.meshgrid(np.arange(stitches) + len(pattern), np.arange(rows) + 1)
         wale = np.stack([loop, loop[row - 1, column % stitches]], axis=-1).reshape(-1, 2)
         course = np.stack([loop, loop[row % rows, column - len(pattern)]], axis=-1).reshape(-1, 2)
         around, up = (column // stitches).ravel(), (row // rows).ravel()
         shifts = lattice.shift(np.stack([around, 0 * up], axis=1)), lattice.shift(np.stack([0 * up, up], axis=1))
-        return gauge_of_faces(places, wale, course, wale_shift=shifts[0], course_shift=shifts[1])
+        return loops_of_faces(places, wale, course, wale_shift=shifts[0], course_shift=shifts[1])
 
     return Scene(name, make, gauge, "shift", per_run=64, given=("wale_error", "course_error"))
 
@@ -133,20 +134,14 @@ def garment(name: str, path: str, unit: str, stitch_width: float, device: str | 
         quality = replace(quality_named("standard"), control_points_per_stitch=points_per_stitch)
         return sm.generate_yarns(fabric, quality=quality)
 
-    def gauge(places: Places) -> Gauge:
-        side = np.flatnonzero(fabric.twin > np.arange(len(fabric.twin)))
-        pairs = np.stack([fabric.side_face[side], fabric.side_face[fabric.twin[side]]], axis=1)
-        along = fabric.is_wale[side]
-        return gauge_of_faces(places, pairs[along], pairs[~along])
-
-    return Scene(name, make, gauge, "none", per_run=16, fabric=fabric)
+    return Scene(name, make, partial(loops_of_fabric, fabric), "none", per_run=16, fabric=fabric)
 
 
 def yarn_file(name: str, path: str) -> Scene:
     """Return the scene of free yarns from a file; loops are found from the period of the directions of a yarn."""
     read = sm.read_yarns(path)
     yarns = replace(read, face=np.arange(len(read.points)))
-    return Scene(name, lambda _: yarns, _gauge_of_loops, "rigid", per_run=1, generated=False)
+    return Scene(name, lambda _: yarns, _loops_of_periods, "rigid", per_run=1, generated=False)
 
 
 def formula_row(pattern: Sequence[int], stitches: int, points_per_stitch: int) -> FloatArray:
@@ -176,7 +171,7 @@ def _control_points(curve: FloatArray) -> FloatArray:
     return np.fft.ifft(np.fft.fft(curve, axis=0) / ((4 + 2 * np.cos(wave)) / 6)[:, None], axis=0).real
 
 
-def _gauge_of_loops(places: Places) -> Gauge:
+def _loops_of_periods(places: Places) -> AdjacentLoops:
     """Return the loops of yarns without stitches; a loop has as many control points as the period of the directions.
 
     Every place begins a loop. Neighbours along a row are one loop apart; a loop's neighbour in another row is the
@@ -193,7 +188,7 @@ def _gauge_of_loops(places: Places) -> Gauge:
     begin = [np.arange(a, b - n, n) for (a, b), n in zip(ends, size, strict=True)]
     wale = np.concatenate([np.stack([one, one + n], axis=1) for one, n in zip(begin, size, strict=True)])
     course = _nearest_of_other_yarns(centre @ places.points, places.yarn, wale)
-    return Gauge(centre, wale, np.zeros((len(wale), 3)), course, np.zeros((len(course), 3)))
+    return AdjacentLoops(centre, wale, np.zeros((len(wale), 3)), course, np.zeros((len(course), 3)))
 
 
 def _loop_size(points: FloatArray) -> int:

@@ -31,7 +31,7 @@ from typing import Any
 import numpy as np
 
 import stitchmesh as sm
-from benchmarks.measures.rest.tradeoff_measures import difference, gauge_of_faces, places_of
+from benchmarks.measures.rest.tradeoff import difference
 from benchmarks.scenes.garments import Garment
 from benchmarks.table import Rows, note
 from benchmarks.timing import LOADING, relaxed
@@ -45,6 +45,7 @@ from stitchmesh.quality import PRESETS, Quality
 from stitchmesh.run import QUIET
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import relax_yarns
+from stitchmesh.yarnrelax.state_difference import loops_of_fabric, places_of
 
 PATTERNS = (
     "stockinette", "garter", "rib1x1", "seed", "rib2x2", "moss", "linen-stitch", "twisted-rib", "half-cardigan",
@@ -150,11 +151,7 @@ def garment_rows(name: str, device: str) -> Iterator[MeasuredRelaxation]:
 def garment_error(fabric: sm.StitchMesh, yarns: YarnSet, truth: YarnSet) -> float:
     """Return the larger relative error of the mean wale and course spacings of a garment."""
     places = [places_of(one, 16) for one in (yarns, truth)]
-    side = np.flatnonzero(fabric.twin > np.arange(len(fabric.twin)))
-    pairs = np.stack([fabric.side_face[side], fabric.side_face[fabric.twin[side]]], axis=1)
-    along = fabric.is_wale[side]
-    gauge = gauge_of_faces(places[1], pairs[along], pairs[~along])
-    found = difference(places[0], places[1], gauge, "none", float(yarns.radius.mean()))
+    found = difference(places[0], places[1], loops_of_fabric(fabric, places[1]), "none", float(yarns.radius.mean()))
     return max(abs(found.wale_error), abs(found.course_error))
 
 

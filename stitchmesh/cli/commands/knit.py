@@ -105,6 +105,7 @@ class KnitCommand:
             The exit status if the time ended the relaxation of the yarns, otherwise None.
         """
         from stitchmesh.cli.progress import show_progress
+        from stitchmesh.first_use import compile_before_relaxing
         from stitchmesh.recipe.knit_recipe import knit_recipe
 
         recipe = self._recipe_of_file() if self._is_recipe else self.recipe()
@@ -114,6 +115,7 @@ class KnitCommand:
         remedy = f"write auto = true under [rows] into {self.mesh}" if self._is_recipe else REMEDY
         outputs = [*OUTPUTS, *([] if self.no_picture else PICTURES)]
         with output_folder(self.output, outputs) as folder, show_progress() as progress, faults_drawn(folder, remedy):
+            compile_before_relaxing(recipe.device, on_lattice=False, progress=progress)
             run = replace(self.kept.run(Path(self.output)), progress=progress)
             made = knit_recipe(recipe, folder, budget=budget, run=run, seconds_after=seconds_after)
             plot_history(made.history, folder, chosen_setting(made.report) or recipe.quality)

@@ -128,6 +128,7 @@ class SwatchCommand:
         if release.unsupported and not release.has_free_size and self.explore is None:
             raise ParameterError("unsupported: a repeat of fixed size lies on nothing anyway; add --relax-cell")
         from stitchmesh.cli.progress import show_progress
+        from stitchmesh.first_use import compile_before_relaxing
         from stitchmesh.periodic.weave.weave import Weave
         from stitchmesh.render import render_swatch
 
@@ -148,6 +149,7 @@ class SwatchCommand:
         budget = self.budget.budget(after, chooses=self._leaves_quality)
         outputs = [*OUTPUTS, *([] if self.no_picture else [PICTURE]), *([SHEET] if self.sheet else [])]
         with output_folder(self.output, outputs) as folder, show_progress() as progress:
+            compile_before_relaxing(self.device, on_lattice=True, progress=progress)
             made = self._relaxed(source, options, budget, progress)
             report = self._report(source, options, made)
             _write(folder, made, report, tiles, pixels)

@@ -28,14 +28,13 @@ from numpy.typing import NDArray
 from stitchmesh.compute.device import alone
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.launch import launch
-from stitchmesh.compute.precision import Mat33, Scalar, Vec3
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import FloatArray
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.cloth.starting_shape import RestEdges
 from stitchmesh.mixed.contact.body import PlacedBody, SolidBody, to_body
 from stitchmesh.mixed.contact.contact_points import ContactPoints, points_on_triangles
-from stitchmesh.simulation.bodies.body_surface import SurfaceArrays, gap_to
+from stitchmesh.simulation.bodies.body_surface import ExactSurface, gap_to
 
 OUTWARD_ROUNDS = 100
 """Largest number of moves."""
@@ -50,16 +49,16 @@ ROUNDS = 300
 @kernel
 def move_out(
     # model
-    surface: SurfaceArrays,
-    clearance: Scalar,
-    limit: Scalar,
+    surface: ExactSurface,
+    clearance: wp.float64,
+    limit: wp.float64,
     # state in
-    frame: wp.array[Mat33],
-    origin: wp.array[Vec3],
+    frame: wp.array[wp.mat33d],
+    origin: wp.array[wp.vec3d],
     # state in and out
-    place: wp.array[Vec3],
+    place: wp.array[wp.vec3d],
     # state out
-    distance: wp.array[Scalar],
+    distance: wp.array[wp.float64],
 ) -> None:
     """Move each place that is nearer than the clearance; its signed distance before."""
     i = wp.tid()

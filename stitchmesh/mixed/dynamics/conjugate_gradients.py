@@ -56,7 +56,7 @@ Products = Callable[[MixedVector, MixedVector, wp.array[Any], Launcher], list[An
 """From d to the launches that compute A d and the parts of d . A d."""
 
 
-@kernel
+@kernel(tile=THREADS)
 def begin(
     # state in
     parts: wp.array2d[wp.float64],
@@ -157,8 +157,8 @@ class ConjugateGradients:
             ZeroArray(self.solution.values),
             *preconditioner.launches(self.residual, z, run),
             CopyArray(z.values, self._direction.values),
-            run(dot_parts, part_count(count, self._device), inputs, [self._parts], tile=THREADS),
-            run(begin, 1, [self._parts], [self._sums, self._record, self._active], tile=THREADS),
+            run(dot_parts, part_count(count, self._device), inputs, [self._parts]),
+            run(begin, 1, [self._parts], [self._sums, self._record, self._active]),
         ]
 
     def _iteration_launches(self, products: Products, preconditioner: Preconditioner) -> list[Any]:

@@ -162,7 +162,7 @@ def _cloth_masses(region: Region, triangle_mass: Numbers) -> Numbers:
     return vertices
 
 
-@kernel
+@kernel(tile=THREADS)
 def combine_products(
     # model
     vertex_mass: wp.array[Scalar],
@@ -320,7 +320,7 @@ class MassMatrix:
         inputs = [*self._constants(factors), chunk, direction.vertices, direction.nodes, direction.sliding]
         outputs = [product.vertices, product.nodes, product.sliding, self._parts if parts is None else parts]
         count = part_count(self._count, self._device)
-        return [launcher(combine_products, count, inputs, outputs, tile=THREADS)]
+        return [launcher(combine_products, count, inputs, outputs)]
 
     def combine_blocks(self, factors: wp.array[Any], blocks: MixedBlocks, launcher: Launcher) -> list[Any]:
         """The launches that replace each block of H by factor 1 times this block plus factor 0 times the block of M."""

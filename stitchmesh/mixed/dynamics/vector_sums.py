@@ -23,7 +23,6 @@ from stitchmesh.compute.launch import launch
 from stitchmesh.compute.partial_sums import WIDTH, chunk_of, dot_parts, least_parts, part_count, sum_parts, total_parts
 from stitchmesh.compute.precision import Scalar
 from stitchmesh.compute.reduction import maximum, minimum
-from stitchmesh.compute.thread_block import THREADS
 from stitchmesh.mixed.mixed_vector import MixedVector
 
 
@@ -185,13 +184,13 @@ class ReadSums:
         for (kernel_of_parts, inputs, chunk), first, last in zip(self._todo, start[:-1], start[1:], strict=True):
             if last > first:
                 own = parts[int(first) : int(last)]
-                result.append(run(kernel_of_parts, int(last - first), [chunk, *inputs], [own], tile=THREADS))
+                result.append(run(kernel_of_parts, int(last - first), [chunk, *inputs], [own]))
         starts = wp.array(start, dtype=wp.int32, device=self._device)
         minima = [kernel_of_parts is least_parts for kernel_of_parts, _inputs, _chunk in self._todo]
         of_minima = wp.array(np.array(minima, dtype=np.int32), dtype=wp.int32, device=self._device)
         self._kept = parts, starts, of_minima
         inputs = [starts, of_minima, parts]
-        return [*result, run(total_parts, len(self._counts), inputs, [sums], tile=THREADS)]
+        return [*result, run(total_parts, len(self._counts), inputs, [sums])]
 
     def read(self) -> NDArray[np.float64]:
         """The sums in the order in which they were added; their launches must have run."""

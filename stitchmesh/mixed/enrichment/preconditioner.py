@@ -174,7 +174,7 @@ def invert_metric(
     number[i] = mean
 
 
-@kernel
+@kernel(tile=BLOCK)
 def bound_vertices(
     # model
     start: wp.array[wp.int32],
@@ -307,7 +307,7 @@ def advance_node(
     return wp.float64(wp.dot(push, moved)) + wp.float64(wp.dot(slip, slide))
 
 
-@kernel
+@kernel(tile=THREADS)
 def advance_and_invert(
     # model
     inverse: BlockArrays,
@@ -452,7 +452,7 @@ class Preconditioner:
         if self._projection.row_count and not self._by_masses:
             outputs = [self._sums, self._extra[0]]
             inputs = [*self._squares, self._number[1]]
-            launches.append(launcher(bound_vertices, len(own.vertices), inputs, outputs, tile=BLOCK))
+            launches.append(launcher(bound_vertices, len(own.vertices), inputs, outputs))
         if metric.vertices.shape[0]:
             launches.append(self._inversion(0, metric.vertices, own.vertices, launcher))
         return [*launches, *(self._projection.inverse_launches(launcher) if self._on_device else [])]
@@ -499,12 +499,12 @@ class Preconditioner:
         vectors = [turned, advance.product.arrays, advance.solution.arrays, force.arrays]
         inputs = [self.inverse.arrays, chunk, advance.record, advance.curvature, *vectors]
         outputs = [motion.arrays, advance.sums, advance.after, advance.parts]
-        first = launcher(advance_and_invert, blocks, inputs, outputs, tile=THREADS)
+        first = launcher(advance_and_invert, blocks, inputs, outputs)
         inputs = [projection.coupling, self.inverse.arrays, chunk, advance.after, advance.parts]
         inputs += [projection.residual, projection.multiplier, motion.arrays, force.arrays, turned]
         outputs = [advance.sums, advance.record, advance.active]
         found = projection.multiplier_launches(motion, launcher)
-        return [first, *found, launcher(next_direction, blocks, inputs, outputs, tile=THREADS)]
+        return [first, *found, launcher(next_direction, blocks, inputs, outputs)]
 
     def project_launches(self, motion: MixedVector, launcher: Launcher) -> list[Any]:
         """The launches that change a motion to the nearest p = B v + F x in the metric D; fixed coordinates stay."""

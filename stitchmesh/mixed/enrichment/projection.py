@@ -44,7 +44,7 @@ from stitchmesh.compute.precision import Vec3
 from stitchmesh.compute.thread_block import Slots, sum_over_block
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.enrichment.region import Embedding, FreeUnknowns, Numbers
-from stitchmesh.mixed.enrichment.sigma_on_device import BLOCK, SigmaOnDevice
+from stitchmesh.mixed.enrichment.sigma_on_device import BLOCK, SigmaElement, SigmaOnDevice
 from stitchmesh.mixed.mixed_vector import BlockArrays, MixedArrays, MixedBlocks, MixedVector
 
 LONG = 512
@@ -88,7 +88,7 @@ def in_precision(value: wp.vec3d, zero: Vec3) -> Any:
     return type(zero)(type(zero[0])(value[0]), type(zero[0])(value[1]), type(zero[0])(value[2]))
 
 
-@kernel
+@kernel(tile=LONG)
 def constraint_rows(
     # model
     coupling: CouplingArrays,
@@ -107,10 +107,10 @@ def constraint_rows(
     sum_over_block(total, residual[row])
 
 
-@kernel
+@kernel(tile=BLOCK)
 def multiplier_rows(
     # model
-    inverse: wp.array2d[Any],
+    inverse: wp.array2d[SigmaElement],
     scale: wp.array[wp.float64],
     # state in
     residual: wp.array2d[wp.float64],
@@ -293,8 +293,8 @@ class Projection:
             return []
         inputs = [self._inverse, self._scale, self.residual]
         return [
-            launcher(constraint_rows, self.row_count, [self.coupling, motion.arrays], [self.residual], tile=LONG),
-            launcher(multiplier_rows, self.row_count, inputs, [self.multiplier], tile=BLOCK),
+            launcher(constraint_rows, self.row_count, [self.coupling, motion.arrays], [self.residual]),
+            launcher(multiplier_rows, self.row_count, inputs, [self.multiplier]),
         ]
 
     def _coupling(self, embedding: Embedding) -> Any:

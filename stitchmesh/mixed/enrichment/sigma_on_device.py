@@ -21,7 +21,7 @@ one matrix and writes another, so each sweep is one launch without barriers. A m
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 import warp as wp
@@ -29,6 +29,7 @@ from scipy.sparse import csr_array
 
 from stitchmesh.compute.captured import Launcher, ZeroArray
 from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.kernel_variants import named_type
 from stitchmesh.compute.partial_sums import WIDTH
 from stitchmesh.compute.precision import Mat33
 from stitchmesh.compute.thread_block import Slots, sum_over_block
@@ -82,7 +83,12 @@ def add_symmetric(total: Slots, weight: wp.float64, block: Mat33) -> Slots:
     return result
 
 
-@kernel
+SigmaElement: TypeAlias = Any
+"""An element of Sigma: a number, or a block of 3 x 3 numbers."""
+named_type("SigmaElement", lambda form: [wp.float64, wp.mat33d])
+
+
+@kernel(tile=BLOCK)
 def find_sigma(
     # model
     place: wp.array[wp.int32],
@@ -93,7 +99,7 @@ def find_sigma(
     vertex_inverse: wp.array[Mat33],
     # state out
     sums: wp.array2d[wp.float64],
-    sigma: wp.array[Any],
+    sigma: wp.array[SigmaElement],
 ) -> None:
     """The elements of Sigma at its places, one for each block of threads."""
     row, lane = wp.tid()
@@ -114,9 +120,9 @@ def sweep_row(
     k: int,
     sign: wp.float64,
     # state in
-    before: wp.array2d[Any],
+    before: wp.array2d[SigmaElement],
     # state out
-    after: wp.array2d[Any],
+    after: wp.array2d[SigmaElement],
 ) -> None:
     """Sweep row k of a symmetric matrix, and multiply the result by a sign."""
     i, j = wp.tid() // before.shape[1], wp.tid() % before.shape[1]
@@ -158,7 +164,7 @@ class SigmaOnDevice:
         count = len(self._matrices[0])
         first = self._matrices[count % 2]  # so that the last sweep writes the inverse
         inputs = [self._place, *self._tables, node_inverse, vertex_inverse]
-        found = launcher(find_sigma, len(self._place), inputs, [self._sums, first.flatten()], tile=BLOCK)
+        found = launcher(find_sigma, len(self._place), inputs, [self._sums, first.flatten()])
         return [ZeroArray(first), found, *(self._sweep(k, count, launcher) for k in range(count))]
 
     def _sweep(self, k: int, count: int, launcher: Launcher) -> Any:

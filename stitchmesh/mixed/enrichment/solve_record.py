@@ -24,7 +24,7 @@ from typing import Any
 import warp as wp
 
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.compute.thread_block import Slots, sum_over_block
+from stitchmesh.compute.thread_block import THREADS, Slots, sum_over_block
 from stitchmesh.mixed.enrichment.projection import CouplingArrays, change_of_node, change_of_vertex
 from stitchmesh.mixed.mixed_vector import BlockArrays, MixedArrays, MixedVector
 
@@ -127,7 +127,7 @@ def projected_square(
     return sums[0]
 
 
-@kernel
+@kernel(tile=THREADS)
 def next_direction(
     # model
     coupling: CouplingArrays,

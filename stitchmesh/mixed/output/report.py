@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import resource
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -79,8 +78,3 @@ def work_of(totals: RunTotals) -> dict[str, float]:
         "newton_iterations": totals.newton_iterations,
         "solve_iterations": totals.solve_iterations,
     }
-
-
-def peak_memory() -> int:
-    """Return the largest memory that this process has had so far [bytes]."""
-    return 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss

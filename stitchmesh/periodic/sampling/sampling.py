@@ -11,7 +11,7 @@ presets take the same path; a coarser preset only leaves out its last steps.
 The spacing of a sampled repeat differs from the spacing of the fabric. The error falls with about the third power of
 the number of control points; ``Quality.refinement`` makes it smaller than the error that a preset promises
 (docs/accuracy.md). The numbers of contact samples and quadrature points of a segment fall as the segments become
-shorter, but not below ``FEWEST``.
+shorter, but not below ``quality.FEWEST``.
 
 Contacts between samples of yarn are not quite smooth: the samples of one yarn lie between the samples of the other.
 These small hollows hold soft fabrics at places from which a finer sampling lets them slide, sometimes to another state.
@@ -35,13 +35,11 @@ from dataclasses import replace
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.periodic.repeat.smallest_cell import SmallestCell
 from stitchmesh.periodic.swatch_options import COMPACT_LOOP, SwatchOptions
-from stitchmesh.quality import PRESETS, Quality
+from stitchmesh.quality import PRESETS, ROUNDING, Quality
 from stitchmesh.yarnrelax import RelaxCell
 
 GENERATED = PRESETS["reference"]
 """Quality with which the curves of every repeat are generated."""
-FEWEST = 3
-"""Smallest number of contact samples, and of quadrature points, to which refinement reduces a segment."""
 CONTACTS = 5
 """Smallest number of contact samples of a segment of a small cell."""
 CONTACTS_RELEASED = 9
@@ -52,8 +50,6 @@ SMALL_CELL = 16
 """Largest number of stitches of a small cell."""
 RESIDUAL = 0.002
 """Largest residual of a refined repeat at rest."""
-ROUNDING = 1e-9
-"""Relative rounding error of a number of control points."""
 
 
 def refined(quality: Quality) -> Quality:
@@ -63,8 +59,8 @@ def refined(quality: Quality) -> Quality:
     points = math.ceil(quality.control_points_per_stitch * quality.refinement * (1.0 - ROUNDING))
     return replace(
         quality, control_points_per_stitch=points, tolerance=min(quality.tolerance, RESIDUAL),
-        contact_samples=_fewer(quality.contact_samples, quality.refinement),
-        quadrature_points=_fewer(quality.quadrature_points, quality.refinement), refinement=1.0,
+        contact_samples=quality.refined(quality.contact_samples),
+        quadrature_points=quality.refined(quality.quadrature_points), refinement=1.0,
     )  # fmt: skip
 
 
@@ -127,7 +123,3 @@ def path_to(quality: Quality, cell: RelaxCell | None) -> tuple[Quality, ...]:
     coarser = [each for each in presets if each.control_points_per_stitch < last.control_points_per_stitch]
     steps = [replace(each, max_iterations=min(each.max_iterations, last.max_iterations)) for each in coarser]
     return (*steps, last)
-
-
-def _fewer(count: int, refinement: float) -> int:
-    return min(count, max(FEWEST, math.ceil(count / refinement * (1.0 - ROUNDING))))

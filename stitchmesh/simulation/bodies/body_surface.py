@@ -17,6 +17,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import warp as wp
 
+from stitchmesh.compute.kernel_variants import named_type
 from stitchmesh.compute.precision import Scalar, ScalarType, Vec3, Vec4, vector
 from stitchmesh.simulation.bodies.mesh_features import MeshFeatures
 
@@ -26,6 +27,8 @@ NO_ANCHOR = wp.constant(-1)
 
 SurfaceArrays: TypeAlias = Any
 """The struct of a ``BodySurface``, in either precision."""
+ExactSurface: TypeAlias = Any
+"""``SurfaceArrays`` in double precision."""
 
 @wp.func
 def feature_of(u: float, v: float) -> int:
@@ -135,6 +138,10 @@ def _constants_type(scalar: ScalarType) -> Any:
         "shares": vectors,  # of each triangle's edges and of its corners, shape (2 T, 3)
     }
     return wp.struct(type(f"BodySurface_{scalar.__name__}", (), {"__annotations__": annotations}))
+
+
+named_type("SurfaceArrays", lambda form: [_constants_type(form.scalar)])
+named_type("ExactSurface", lambda form: [_constants_type(wp.float64)])
 
 
 def surface_of(features: MeshFeatures, scalar: ScalarType, device: wp.Device) -> BodySurface:

@@ -202,7 +202,7 @@ def place_in_grid(
     place[s] = grid_place(model.images, centre[s], cell_of(model.images, s), pitch)
 
 
-@kernel
+@kernel(tile=BLOCK)
 def bound_cells(
     # model
     cell_segments: wp.array[wp.int32],
@@ -299,7 +299,7 @@ def grid_launches(model: Model, near: NearSegments, reach: float, longest: float
     launches: list[Any] = [CopyArray(near.centre, near.listed_centre), CopyArray(near.extent, near.listed_extent)]
     if model.on_lattice:
         box = model.constants.images.box
-        launches.append(launcher(bound_cells, model.cell_count, [model.cell_segments, near.centre], [box], tile=BLOCK))
+        launches.append(launcher(bound_cells, model.cell_count, [model.cell_segments, near.centre], [box]))
     inputs = [model.constants, model.number(_pitch(radius)), near.centre]
     launches.append(launcher(place_in_grid, count, inputs, [near.grid_place]))
     return [*launches, _GridBuild(near, CELL * radius)]

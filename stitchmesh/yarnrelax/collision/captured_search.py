@@ -63,7 +63,7 @@ def part_of(first: int, last: int, block: int, blocks: int) -> wp.vec2i:
     return wp.vec2i(wp.min(first + block * size, last), wp.min(first + (block + 1) * size, last))
 
 
-@kernel
+@kernel(tile=THREADS)
 def collect_results(
     # state in
     near: wp.array[wp.int32],
@@ -101,7 +101,7 @@ def collect_results(
         results[blocks + 4 * cells + k // 2, 0] = least[k // 2]
 
 
-@kernel
+@kernel(tile=MOST_THREADS)
 def smallest_of_cells(
     # model
     start: wp.array[wp.int32],
@@ -278,10 +278,10 @@ class ContactSearch:
             narrow_launch(model, state.samples, candidates, launcher),
             *clearance_launches(model, state, candidates, self.clearance),
             budget_launch(model, state, candidates, self.clearance),
-            launcher(smallest_of_cells, self.parts.size, clear, [self.parts], tile=MOST_THREADS),
+            launcher(smallest_of_cells, self.parts.size, clear, [self.parts]),
             *self._least_launches(),
             *strain_budget_launches(model, state, candidates, self.least),
-            launcher(collect_results, BLOCKS, collected, [self.collected], tile=THREADS),
+            launcher(collect_results, BLOCKS, collected, [self.collected]),
         ]
 
     def _bound_launch(self, launcher: Launcher) -> Any:

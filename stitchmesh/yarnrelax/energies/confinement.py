@@ -25,7 +25,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 import warp as wp
@@ -34,6 +34,7 @@ from scipy.optimize import brentq
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.kernel_variants import named_type
 from stitchmesh.compute.precision import Scalar, Vec3
 from stitchmesh.errors import ParameterError, check_positive
 from stitchmesh.lattice import lattice_frame
@@ -92,6 +93,11 @@ class Planes64:
     half: wp.array[wp.float64]
 
 
+PlaneArrays: TypeAlias = Any
+"""``Planes32`` or ``Planes64``."""
+named_type("PlaneArrays", lambda form: [Planes32 if form.scalar is wp.float32 else Planes64])
+
+
 @wp.func
 def excess_of_point(planes: Any, cell: int, place: Vec3) -> Any:
     """Signed height of a control point of a cell beyond the nearer plane."""
@@ -109,7 +115,7 @@ def cell_of_point(model: YarnConstants, i: int) -> int:
 def confinement_forces(
     # model
     model: YarnConstants,
-    planes: Any,
+    planes: PlaneArrays,
     stiffness: wp.array[Scalar],
     # state in
     points: wp.array[Vec3],
@@ -127,7 +133,7 @@ def confinement_forces(
 def confinement_energies(
     # model
     model: YarnConstants,
-    planes: Any,
+    planes: PlaneArrays,
     stiffness: wp.array[Scalar],
     # state in
     points: wp.array[Vec3],
@@ -144,7 +150,7 @@ def confinement_energies(
 def confinement_blocks(
     # model
     model: YarnConstants,
-    planes: Any,
+    planes: PlaneArrays,
     stiffness: wp.array[Scalar],
     # state in
     points: wp.array[Vec3],

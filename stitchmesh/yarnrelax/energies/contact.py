@@ -24,9 +24,10 @@ from typing import Any
 import warp as wp
 
 from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.kernel_variants import kernel_factory
 from stitchmesh.compute.precision import Scalar, ScalarType, Vec4, Vec6, Vec9, load_vector, store_vector, vector
 from stitchmesh.yarnrelax.energies.cell_virial import add_contact_virial
-from stitchmesh.yarnrelax.model.constants import YarnConstants
+from stitchmesh.yarnrelax.model.constants import YarnConstants, entries_at_once
 from stitchmesh.yarnrelax.model.lattice_images import cell_of_sample, rests, sample_number
 from stitchmesh.yarnrelax.model.spline import from_entry
 
@@ -103,7 +104,9 @@ def contact_force_function(scalar: ScalarType, entries_at_once: int, cell_relaxe
     return contact_force_at
 
 
-@functools.cache
+@kernel_factory(
+    lambda form: [(form.scalar, entries_at_once(on_gpu=form.on_gpu), relaxes) for relaxes in form.relaxing]
+)
 def contact_forces(scalar: ScalarType, entries_at_once: int, cell_relaxes: bool) -> wp.Kernel:
     """Return the kernel of ``contact_force_function`` for all samples."""
     contact_force_at = contact_force_function(scalar, entries_at_once, cell_relaxes)

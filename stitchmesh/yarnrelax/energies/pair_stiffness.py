@@ -15,10 +15,11 @@ a matrix, of the derivatives by its place. Sums are always in double precision, 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypeAlias
 
 import warp as wp
 
+from stitchmesh.compute.kernel_variants import named_type
 from stitchmesh.compute.precision import Vec6, vector
 
 Block32, Block64 = vector(6, wp.float32), vector(6, wp.float64)
@@ -48,6 +49,11 @@ class SampleStiffness:
     """Six numbers of each sample [erg / unit^2], shape (P,)."""
     launches: list[Any] = field(default_factory=list)
     """The launches that find the stiffness for the current samples."""
+
+
+StiffnessOfPair: TypeAlias = Any
+"""The stiffness of a pair of samples: four numbers of a contact, or the six numbers of K."""
+named_type("StiffnessOfPair", lambda form: [vector(4, form.scalar), vector(6, form.scalar)])
 
 
 @wp.func

@@ -33,11 +33,13 @@ for each segment, and the four control points get differences of the leg forces 
 from __future__ import annotations
 
 import functools
+from itertools import product
 from typing import Any
 
 import warp as wp
 
 from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.kernel_variants import kernel_factory
 from stitchmesh.compute.precision import Scalar, Vec2, Vec3, Vec4, Vec7, Vec9
 from stitchmesh.yarnrelax.energies.cell_virial import add_leg_virial
 from stitchmesh.yarnrelax.model.constants import YarnConstants
@@ -222,7 +224,7 @@ def mean_direction_at(
     segment_block[s] = mean_direction(model.segment_rest_length[s], q1 - q0, q2 - q1, q3 - q2, segment_block[0])
 
 
-@functools.cache
+@kernel_factory(lambda form: product((*form.quadratures, *form.measured_quadratures), form.relaxing))
 def samples_and_segment_forces(quadrature_points: int, cell_relaxes: bool) -> wp.Kernel:
     """Return the kernel that places samples and finds leg forces; it reads each segment's control points once."""
     segment_forces_at = segment_force_function(quadrature_points, cell_relaxes)

@@ -29,7 +29,6 @@ strains.
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from typing import Any
@@ -40,6 +39,7 @@ from numpy.typing import NDArray
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.kernel_variants import kernel_factory
 from stitchmesh.compute.precision import Scalar, Vec3, Vec4, Vec6, Vec9, vector
 from stitchmesh.errors import ParameterError, check_positive
 from stitchmesh.simulation.friction_law import LARGEST_COEFFICIENT, slip_energy, slip_slope
@@ -77,7 +77,7 @@ def slip_of_pair(
     return slip, resisted_slip(slip, wp.normalize(force), tangent[p], tangent[q], law)
 
 
-@functools.cache
+@kernel_factory(lambda form: [(relaxes,) for relaxes in form.relaxing])
 def friction_forces(cell_relaxes: bool) -> wp.Kernel:
     """Return the kernel of the forces; for relaxing cells it also finds their virial."""
 

@@ -34,7 +34,7 @@ from stitchmesh.compute.reduction import maximum
 from stitchmesh.simulation.friction_law import within
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
 from stitchmesh.yarnrelax.friction.friction_law import press_of_pair, resisted_slip, slip_measure, vector_from
-from stitchmesh.yarnrelax.model.constants import Model, YarnConstants
+from stitchmesh.yarnrelax.model.constants import CellConstants, Model, YarnConstants
 from stitchmesh.yarnrelax.model.image_table import joined_table
 from stitchmesh.yarnrelax.model.lattice_images import (
     LatticeImages,
@@ -156,23 +156,23 @@ def list_contacts(
 @kernel
 def keep_contacts(
     # model
-    model: Any,
+    model: CellConstants,
     keeps: wp.array[wp.int32],
     number: wp.array[wp.int32],
     # state in
-    old_place: wp.array[Any],
-    old_tangent: wp.array[Any],
+    old_place: wp.array[Vec4],
+    old_tangent: wp.array[Vec3],
     old_count: wp.array[wp.int32],
     old_entry: wp.array2d[wp.int32],
-    old_anchor: wp.array2d[Any],
-    old_press: wp.array2d[Any],
+    old_anchor: wp.array2d[Vec3],
+    old_press: wp.array2d[Vec3],
     # state out
-    place: wp.array[Any],
-    tangent: wp.array[Any],
+    place: wp.array[Vec4],
+    tangent: wp.array[Vec3],
     count: wp.array[wp.int32],
     entry: wp.array2d[wp.int32],
-    anchor: wp.array2d[Any],
-    press: wp.array2d[Any],
+    anchor: wp.array2d[Vec3],
+    press: wp.array2d[Vec3],
 ) -> None:
     """The contacts that cells keep, whose images have new numbers."""
     p = wp.tid()

@@ -19,7 +19,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 import warp as wp
@@ -28,6 +28,7 @@ from numpy.typing import NDArray
 from stitchmesh.compute.cudss import SymmetricFactors
 from stitchmesh.compute.host_copy import HostCopy
 from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.kernel_variants import named_type
 from stitchmesh.compute.launch import launch
 from stitchmesh.compute.thread_block import total_over_block
 from stitchmesh.errors import SolverError
@@ -136,14 +137,19 @@ def put_upper_values(
         values[first] = wp.float64(1.0)
 
 
+Entry: TypeAlias = Any
+"""A column or a value of a matrix."""
+named_type("Entry", lambda form: [wp.int32, wp.float64])
+
+
 @kernel
 def put_at(
     # model
     places: wp.array[wp.int32],
     # state in
-    given: wp.array[Any],
+    given: wp.array[Entry],
     # state out
-    values: wp.array[Any],
+    values: wp.array[Entry],
 ) -> None:
     """Write what is given to different places."""
     k = wp.tid()
@@ -164,7 +170,7 @@ def mark_difference(
         differs[0] = 1
 
 
-@kernel
+@kernel(tile=LANES)
 def multiply(
     # model
     row_start: wp.array[wp.int32],
@@ -372,7 +378,7 @@ class MatricesOnGpu(CellMatrices):
         pattern = self.pattern
         pattern.vector.assign(vector)
         inputs = [pattern.row_start, pattern.columns, self.owner, self.entries, pattern.vector]
-        launch(multiply, pattern.size, inputs, [pattern.product], pattern.device, tile=LANES)
+        launch(multiply, pattern.size, inputs, [pattern.product], pattern.device)
         found = pattern.found_product.read()
         return found if self.couplings is None else found + self.couplings.product(vector)
 

@@ -15,12 +15,12 @@ import warp as wp
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.compute.precision import Mat33, Mat46, Scalar, Vec3
+from stitchmesh.compute.precision import Mat33, Scalar, Vec3
 from stitchmesh.compute.thread_block import THREADS, total_over_block
 from stitchmesh.yarnrelax.collision.step_limit import STRAIN_UNIT
 from stitchmesh.yarnrelax.energies.pair_stiffness import Block64, block_as_matrix
 from stitchmesh.yarnrelax.hessian.matrix_pattern import MatrixPattern
-from stitchmesh.yarnrelax.hessian.segment_sums import SegmentSums
+from stitchmesh.yarnrelax.hessian.segment_sums import FourBlocks, SegmentSums
 from stitchmesh.yarnrelax.hessian.touching_segments import TouchingSegments, place_in_list
 from stitchmesh.yarnrelax.model.constants import YarnConstants
 from stitchmesh.yarnrelax.model.lattice_images import cell_of
@@ -64,8 +64,8 @@ def put_blocks(
     pair_base: wp.array[wp.int32],
     # state in
     leg_hessian: wp.array2d[Mat33],
-    own_blocks: wp.array2d[Mat46],
-    between: wp.array2d[Mat46],
+    own_blocks: wp.array2d[FourBlocks],
+    between: wp.array2d[FourBlocks],
     # state out
     entries: wp.array[wp.float64],
 ) -> None:
@@ -164,7 +164,7 @@ def add_point_blocks(
             entries[start[i] + column * height[i] + 3 * below[i] + row] += block[row, column]
 
 
-@kernel
+@kernel(tile=THREADS)
 def put_strain_strains(
     # model
     cell_segments: wp.array[wp.int32],
@@ -205,7 +205,7 @@ def entry_launches(
         ]  # fmt: skip
         launches.append(launcher(put_border, model.point_count, inputs, [entries]))
         inputs = [model.cell_segments, pattern.corner, sums.strain_strains]
-        launches.append(launcher(put_strain_strains, model.cell_count, inputs, [entries], tile=THREADS))
+        launches.append(launcher(put_strain_strains, model.cell_count, inputs, [entries]))
     return launches
 
 

@@ -18,7 +18,6 @@ One thread computes each sum, and adds its parts in the order of the lists.
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Sequence
 from typing import Any
 
@@ -27,7 +26,8 @@ import warp as wp
 
 from stitchmesh.compute.captured import Launcher, ZeroArray
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.compute.precision import Mat33, Mat46, Vec3, Vec4, Vec6
+from stitchmesh.compute.kernel_variants import kernel_factory
+from stitchmesh.compute.precision import Mat33, Vec3, Vec4, Vec6
 from stitchmesh.mesh import FloatArray
 from stitchmesh.yarn import basis
 from stitchmesh.yarnrelax.collision.step_limit import STRAIN_UNIT
@@ -35,11 +35,12 @@ from stitchmesh.yarnrelax.energies.pair_stiffness import (
     Block64,
     PairStiffness,
     SampleStiffness,
+    StiffnessOfPair,
     block_times,
     stiffness_block,
 )
 from stitchmesh.yarnrelax.hessian.matrix_pattern import MatrixPattern
-from stitchmesh.yarnrelax.model.constants import Model, YarnConstants
+from stitchmesh.yarnrelax.model.constants import CellConstants, Model, YarnConstants
 from stitchmesh.yarnrelax.model.lattice_images import (
     LatticeImages,
     cell_of,
@@ -82,7 +83,7 @@ def exact_gap(images: LatticeImages, samples: wp.array[Vec4], p: int, entry: int
 @kernel
 def sum_leg_strains(
     # model
-    model: YarnConstants,
+    model: CellConstants,
     per_unit: wp.float64,
     frame: wp.array[wp.vec3d],
     # state in
@@ -123,7 +124,7 @@ def symmetric_strains(k11: Vec6, k12: Vec6, k22: Vec6, e1: wp.vec3d, e2: wp.vec3
     return wp.mat33d(aa, ab, ac, ab, bb, bc, ac, bc, cc)
 
 
-@functools.cache
+@kernel_factory(lambda form: [(relaxes,) for relaxes in form.relaxing])
 def sum_own_pairs(cell_relaxes: bool) -> wp.Kernel:
     """Return the kernel of the sums of each segment, for cells that relax or do not."""
 
@@ -139,9 +140,9 @@ def sum_own_pairs(cell_relaxes: bool) -> wp.Kernel:
         samples: wp.array[Vec4],
         pair_count: wp.array[wp.int32],
         entries: wp.array2d[wp.int32],
-        stiffness: wp.array2d[Any],
+        stiffness: wp.array2d[StiffnessOfPair],
         # state in and out
-        own_blocks: wp.array2d[Mat46],
+        own_blocks: wp.array2d[FourBlocks],
         point_strains: wp.array2d[wp.mat33d],
         strain_strains: wp.array[wp.mat33d],
     ) -> None:
@@ -204,7 +205,7 @@ def sum_samples(
     # state in
     stiffness: wp.array[Vec6],
     # state in and out
-    own_blocks: wp.array2d[Mat46],
+    own_blocks: wp.array2d[FourBlocks],
 ) -> None:
     """Add w_a w_b K of the samples of each segment alone to its blocks."""
     s = wp.tid()
@@ -227,9 +228,9 @@ def sum_pairs_between(
     # state in
     pair_count: wp.array[wp.int32],
     entries: wp.array2d[wp.int32],
-    stiffness: wp.array2d[Any],
+    stiffness: wp.array2d[StiffnessOfPair],
     # state in and out
-    blocks: wp.array2d[Mat46],
+    blocks: wp.array2d[FourBlocks],
 ) -> None:
     """Add w_a w_b K of the pairs between two segments, for the points a of the first and b of the second."""
     number = wp.tid()

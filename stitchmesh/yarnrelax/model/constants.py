@@ -20,13 +20,20 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
+from stitchmesh.compute.kernel_variants import named_type
 from stitchmesh.compute.launch import launch, prepare
 from stitchmesh.compute.precision import ScalarType, vector
 from stitchmesh.yarnrelax.model.cells import CellTables
+from stitchmesh.yarnrelax.model.lattice_images import images_of, images_struct
 from stitchmesh.yarnrelax.model.material import carried_lengths, point_masses
 
 YarnConstants: TypeAlias = Any
 """The struct of ``constants_struct``, in either precision, with or without images."""
+CellConstants: TypeAlias = Any
+"""``YarnConstants`` with images: those of yarns on a lattice."""
+ExactConstants: TypeAlias = Any
+"""``CellConstants`` in double precision."""
+
 
 @dataclass(frozen=True, eq=False)
 class Model(CellTables):
@@ -96,7 +103,7 @@ class Model(CellTables):
     @property
     def entries_at_once(self) -> int:
         """Number of entries of a candidate list that a thread loads at the same time."""
-        return 4 if self.device.is_cuda else 1
+        return entries_at_once(on_gpu=self.device.is_cuda)
 
     def integers(self, values: NDArray[Any]) -> wp.array[Any]:
         """Return an array of 32-bit integers on the device."""
@@ -106,15 +113,13 @@ class Model(CellTables):
         """Return an array of zeros: scalars, or vectors of ``size``."""
         return wp.zeros(count, dtype=self.scalar if size == 1 else vector(size, self.scalar), device=self.device)
 
-    def launch(self, kernel: wp.Kernel, count: int, inputs: list[Any], outputs: list[Any], *, tile: int = 0) -> None:
-        """Run a kernel once: ``count`` threads, or ``count`` blocks that share tiles of ``tile`` elements."""
-        launch(kernel, count, inputs, outputs, self.device, tile=tile)
+    def launch(self, kernel: wp.Kernel, count: int, inputs: list[Any], outputs: list[Any]) -> None:
+        """Run a kernel once: ``count`` threads, or ``count`` blocks."""
+        launch(kernel, count, inputs, outputs, self.device)
 
-    def prepare(
-        self, kernel: wp.Kernel, count: int, inputs: list[Any], outputs: list[Any], *, tile: int = 0
-    ) -> wp.Launch:
+    def prepare(self, kernel: wp.Kernel, count: int, inputs: list[Any], outputs: list[Any]) -> wp.Launch:
         """Prepare a launch that will be repeated, with the arguments of ``launch``."""
-        return prepare(kernel, count, inputs, outputs, self.device, tile=tile)
+        return prepare(kernel, count, inputs, outputs, self.device)
 
     def masses(self) -> list[NDArray[np.float64]]:
         """Mass of each control point [g], shape (N,), as a list of one array (``simulation.term.LoadedPoints``).
@@ -136,6 +141,11 @@ class Model(CellTables):
     def numbers(self, *values: float) -> Any:
         """Return a vector of scalars for a kernel argument."""
         return vector(len(values), self.scalar)(*(float(value) for value in values))
+
+
+def entries_at_once(*, on_gpu: bool) -> int:
+    """Return the number of entries of a candidate list that a thread loads at the same time."""
+    return 4 if on_gpu else 1
 
 
 @functools.cache
@@ -168,3 +178,11 @@ def constants_struct(scalar: ScalarType, images: Any) -> Any:
     }
     name = f"YarnConstants_{scalar.__name__}_{images.__name__ if hasattr(images, '__name__') else images.key}"
     return wp.struct(type(name, (), {"__annotations__": annotations}))
+
+
+named_type("YarnConstants", lambda form: [constants_struct(form.scalar, images_of(form))])
+named_type("CellConstants", lambda form: [constants_struct(form.scalar, images_of(form))] if form.on_lattice else [])
+named_type(
+    "ExactConstants",
+    lambda form: [constants_struct(wp.float64, images_struct(wp.float64, on_lattice=True))] if form.on_lattice else [],
+)

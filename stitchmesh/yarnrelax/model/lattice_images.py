@@ -20,10 +20,12 @@ from typing import Any, TypeAlias
 
 import warp as wp
 
+from stitchmesh.compute.kernel_variants import KernelForm, named_type
 from stitchmesh.compute.precision import ScalarType, Vec3, Vec4, vector
 
 LatticeImages: TypeAlias = Any
 """The struct of ``images_struct`` in either precision, or ``NoImages``."""
+named_type("LatticeImages", lambda form: [images_of(form)])
 
 
 @wp.struct
@@ -51,6 +53,11 @@ def images_struct(scalar: ScalarType, *, on_lattice: bool) -> Any:
         "frame": threes,
     }
     return wp.struct(type(f"Images_{scalar.__name__}", (), {"__annotations__": annotations}))
+
+
+def images_of(form: KernelForm) -> Any:
+    """Return the struct of the images of a form."""
+    return images_struct(form.scalar, on_lattice=form.on_lattice)
 
 
 def images_with(images: Any, struct: Any, *, table: wp.array[Any], periods: wp.array[Any]) -> Any:

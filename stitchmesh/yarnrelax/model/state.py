@@ -12,6 +12,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import warp as wp
 
+from stitchmesh.compute.kernel_variants import named_type
 from stitchmesh.compute.precision import Scalar, ScalarType, Vec3, vector
 from stitchmesh.mesh import FloatArray
 from stitchmesh.yarnrelax.model.constants import Model
@@ -151,6 +152,9 @@ def _struct(scalar: ScalarType) -> Any:
         "preconditioner": sixes,
     }
     return wp.struct(type(f"YarnState_{scalar.__name__}", (), {"__annotations__": annotations}))
+
+
+named_type("StateArrays", lambda form: [_struct(form.scalar)])
 
 
 def make_state(

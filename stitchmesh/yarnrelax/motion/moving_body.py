@@ -24,11 +24,11 @@ from numpy.typing import NDArray
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.compute.precision import load_vector, store_vector, vector
+from stitchmesh.compute.precision import Scalar, Vec2, Vec3, Vec4, load_vector, store_vector, vector
 from stitchmesh.errors import ParameterError, check_positive
 from stitchmesh.mesh.vertex_motion import MovingMesh
 from stitchmesh.simulation.bodies.body_penalty import push_listed, push_of
-from stitchmesh.simulation.bodies.body_surface import NO_ANCHOR, anchor_at, anchor_place, gap_to, single
+from stitchmesh.simulation.bodies.body_surface import NO_ANCHOR, SurfaceArrays, anchor_at, anchor_place, gap_to, single
 from stitchmesh.simulation.friction_law import LARGEST_COEFFICIENT, slip_slope, within
 from stitchmesh.simulation.pair_lists import allocate_lists
 from stitchmesh.yarnrelax.constraints.pins import Pins
@@ -42,7 +42,7 @@ from stitchmesh.yarnrelax.energies.body import (
     list_triangles,
 )
 from stitchmesh.yarnrelax.energies.term import YarnChoice, YarnTerm
-from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.yarnrelax.model.constants import Model, YarnConstants
 from stitchmesh.yarnrelax.model.state import State, YarnForces
 from stitchmesh.yarnrelax.motion.follow_defaults import BODY_FRICTION
 from stitchmesh.yarnrelax.motion.moving_surface import MovingSurface
@@ -87,22 +87,22 @@ def friction_on(
 @kernel
 def moving_body_forces(
     # model
-    model: Any,
-    surface: Any,
-    travel: wp.array[Any],
-    thickness: Any,
-    stiffness: Any,
-    law: Any,
+    model: YarnConstants,
+    surface: SurfaceArrays,
+    travel: wp.array[Scalar],
+    thickness: Scalar,
+    stiffness: Scalar,
+    law: Vec2,
     # state in
-    samples: wp.array[Any],
+    samples: wp.array[Vec4],
     # state out
-    measured: wp.array[Any],
-    measured_travel: wp.array[Any],
+    measured: wp.array[Vec4],
+    measured_travel: wp.array[Scalar],
     list_count: wp.array[wp.int32],
     listed: wp.array2d[wp.int32],
     face: wp.array[wp.int32],
-    anchor: wp.array[Any],
-    sample_force: wp.array[Any],
+    anchor: wp.array[Vec3],
+    sample_force: wp.array[Vec4],
 ) -> None:
     """Add push and friction of the body on each sample, and the row sums of their stiffness.
 

@@ -42,6 +42,7 @@ from numpy.typing import NDArray
 
 from stitchmesh.compute.captured import Launcher, ZeroArray
 from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.kernel_variants import named_type
 from stitchmesh.compute.precision import Scalar, ScalarType, Vec3, Vec6, Vec9, vector
 from stitchmesh.compute.thread_block import THREADS, VirialSums, sum_over_block
 from stitchmesh.errors import ParameterError
@@ -104,7 +105,7 @@ def add_cell_virial(
     return total
 
 
-@kernel
+@kernel(tile=THREADS)
 def gather_strain_forces(
     # model
     model: YarnConstants,
@@ -172,7 +173,7 @@ def put_strain_force(
     preconditioner[entry] = give
 
 
-@kernel
+@kernel(tile=THREADS)
 def put_strain_forces(
     # model
     first_entry: int,
@@ -214,7 +215,7 @@ def add_strain_effort(
     effort[cell] += wp.length(force)
 
 
-@kernel
+@kernel(tile=THREADS)
 def sum_parts(
     # state in
     parts: wp.array3d[wp.float64],
@@ -244,6 +245,9 @@ def strains_struct(scalar: ScalarType) -> Any:
     return wp.struct(type(f"CellStrains_{scalar.__name__}", (), {"__annotations__": annotations}))
 
 
+named_type("StrainArrays", lambda form: [strains_struct(form.scalar)])
+
+
 class CellStrain:
     """The strains of a model's cells, on its device."""
 
@@ -262,7 +266,6 @@ class CellStrain:
         self.free = wp.array(self.host_free, dtype=wp.vec3d, device=model.device)
         self.host_loads = np.array([[choice.course or 0.0, choice.wale or 0.0] for choice in choices])
         self.loads = wp.array(self.host_loads * model.units[:, None], dtype=wp.float64, device=model.device)
-        self.threads = THREADS if model.device.is_cuda else 1
         self.blocks = self._blocks()
         self.parts = wp.zeros((model.cell_count, self.blocks, PARTS), dtype=wp.float64, device=model.device)
         self.totals = wp.zeros((model.cell_count, PARTS), dtype=wp.float64, device=model.device)
@@ -302,14 +305,14 @@ class CellStrain:
         inputs = [self.model.constants, self.blocks, self.model.cell_segments, state.segment_virial,
                   state.sample_virial]  # fmt: skip
         return launcher(
-            gather_strain_forces, self.model.cell_count * self.blocks, inputs, [self.parts], tile=self.threads
+            gather_strain_forces, self.model.cell_count * self.blocks, inputs, [self.parts]
         )
 
     def force_launches(self, state: State, candidates: Candidates, launcher: Launcher) -> list[Any]:
         """Return the launches that leave the forces on the strains, and their preconditioners, in their entries."""
         outputs = [self.struct(candidates), state.force, state.stiffness, state.preconditioner]
         cells = self.model.cell_count
-        put = launcher(put_strain_forces, cells, [self.model.point_count, *outputs], [], tile=self.threads)
+        put = launcher(put_strain_forces, cells, [self.model.point_count, *outputs], [])
         return [self.gather_launch(state, launcher), put]
 
     def clear_launches(self) -> list[Any]:
@@ -321,7 +324,7 @@ class CellStrain:
         cells = self.model.cell_count
         return [
             self.gather_launch(state, launcher),
-            launcher(sum_parts, cells, [self.parts], [self.totals], tile=THREADS),
+            launcher(sum_parts, cells, [self.parts], [self.totals]),
         ]
 
     def add_launches(self, state: State, launcher: Launcher) -> list[Any]:

@@ -96,7 +96,7 @@ def force_products(
     return total
 
 
-@kernel
+@kernel(tile=THREADS)
 def compare_forces(
     # model
     blocks: Blocks,
@@ -130,7 +130,7 @@ def sum_force_products(
     sum_over_block(total, memory.products[cell])
 
 
-@kernel
+@kernel(tile=THREADS)
 def update_memories(
     # model
     blocks: Blocks,
@@ -158,7 +158,7 @@ def direction_products(
     return total
 
 
-@kernel
+@kernel(tile=THREADS)
 def apply_preconditioner(
     # model
     blocks: Blocks,
@@ -189,7 +189,7 @@ def sum_direction_products(
     sum_over_block(total, memory.products[cell])
 
 
-@kernel
+@kernel(tile=THREADS)
 def update_directions(
     # model
     blocks: Blocks,
@@ -205,7 +205,7 @@ def update_directions(
         update_coefficients(cell, memory)
 
 
-@kernel
+@kernel(tile=THREADS)
 def propose_moves(
     # model
     blocks: Blocks,
@@ -225,7 +225,7 @@ def propose_moves(
         propose_move(i, step_limit, record, coefficient, points, listed_points, budget, memory)
 
 
-@kernel
+@kernel(tile=THREADS)
 def apply_moves(
     # model
     blocks: Blocks,
@@ -258,7 +258,6 @@ class LBFGS(Solver):
         self.bounds = put_bounds(model, stretch_row_sums(model), bend_row_sums(model), further)
         self.memory = make_memory(model, strains)
         self.blocks = blocks_of(model)
-        self.threads = THREADS if model.device.is_cuda else 1
         self.sums = wp.zeros((len(self.blocks.cell), PRODUCTS), dtype=wp.float64, device=model.device)
         if not model.on_lattice:
             record = self.memory.record.numpy()
@@ -285,11 +284,11 @@ class LBFGS(Solver):
 
     def of_blocks(self, kernel: wp.Kernel, *arguments: Any, by: Launcher) -> Any:
         """Return the launch of a kernel for the control points of all blocks."""
-        return by(kernel, len(self.blocks.cell), [self.blocks, *arguments], [], tile=self.threads)
+        return by(kernel, len(self.blocks.cell), [self.blocks, *arguments], [])
 
     def of_cells(self, kernel: wp.Kernel, *arguments: Any, by: Launcher) -> Any:
         """Return the launch of a kernel with one block for each cell."""
-        return by(kernel, len(self.memory.record), [self.blocks, *arguments], [], tile=self.threads)
+        return by(kernel, len(self.memory.record), [self.blocks, *arguments], [])
 
     def memory_launches(self, inputs: SolverInputs, launcher: Launcher) -> list[Any]:
         """Return the launches that take the newest pair of each cell into its memory."""

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.precision import Scalar, Vec3, Vec6, Vec19
-from stitchmesh.compute.thread_block import Products, Slots
+from stitchmesh.compute.thread_block import THREADS, Products, Slots
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.solvers.cell_strain import (
     StrainArrays,
@@ -58,7 +58,7 @@ def add_strain_products(
     return whole
 
 
-@kernel
+@kernel(tile=THREADS)
 def update_memories_of_cells(
     # model
     blocks: Blocks,
@@ -94,7 +94,7 @@ def update_memories_of_cells(
         update_memory(cell, memory)
 
 
-@kernel
+@kernel(tile=THREADS)
 def update_directions_of_cells(
     # model
     blocks: Blocks,
@@ -154,7 +154,7 @@ def move_point(
             strains.periods[2 * cell + number] = deformed(strains.periods[2 * cell + number], e1, e2, more)
 
 
-@kernel
+@kernel(tile=THREADS)
 def move_points_of_cells(
     # model
     blocks: Blocks,

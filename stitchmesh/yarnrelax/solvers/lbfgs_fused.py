@@ -16,6 +16,7 @@ iteration of a small cell up to 3 % slower (H200).
 from __future__ import annotations
 
 import functools
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -24,12 +25,13 @@ from numpy.typing import NDArray
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.kernel_variants import kernel_factory
 from stitchmesh.compute.precision import Scalar, ScalarType, vector
 from stitchmesh.compute.thread_block import Products, Slots, VirialSums, sum_over_block, wait_for_block
 from stitchmesh.yarnrelax.energies.contact import contact_force_function
 from stitchmesh.yarnrelax.energies.evaluation import gather_at
 from stitchmesh.yarnrelax.energies.segment_forces import mean_direction_at, segment_force_function
-from stitchmesh.yarnrelax.model.constants import Model, YarnConstants
+from stitchmesh.yarnrelax.model.constants import Model, YarnConstants, entries_at_once
 from stitchmesh.yarnrelax.model.spline import put_samples, segment_corners
 from stitchmesh.yarnrelax.model.state import StateArrays
 from stitchmesh.yarnrelax.solvers.cell_strain import StrainArrays, add_cell_virial, put_strain_force, strains_of
@@ -47,13 +49,14 @@ from stitchmesh.yarnrelax.solvers.lbfgs_steps import (
     update_coefficients,
     update_memory,
 )
-from stitchmesh.yarnrelax.solvers.preconditioner import preconditioner_at
+from stitchmesh.yarnrelax.solvers.preconditioner import BoundArrays, preconditioner_at
 from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL, SolverInputs
 
 MOST_POINTS = 256
 """Control points of the largest cell that one multiprocessor iterates faster than the whole GPU."""
-FEWEST_THREADS, MOST_THREADS = 128, 512
-"""Threads of a block on a GPU."""
+CELL_THREADS = (128, 256, 384, 512)
+"""Threads of a block on a GPU. The kernel is compiled for each number, because blocks of fewer threads may have more
+registers for each thread: with 512 threads 128, of which a relaxing cell needs 174. The numbers are few."""
 
 
 @wp.func
@@ -208,17 +211,24 @@ def move_points(
         move_point(i, trial, point_range.cell, cells, strains, state.points, state.listed_points, memory)
 
 
-@functools.cache
-def fused_iterations(scalar: ScalarType, quadrature_points: int, entries_at_once: int, cell_relaxes: bool) -> wp.Kernel:
-    """Return the kernel for one precision and one accuracy, and for cells that relax or do not."""
+@kernel_factory(
+    lambda form: product(
+        [form.scalar], form.quadratures, [entries_at_once(on_gpu=form.on_gpu)], form.relaxing,
+        CELL_THREADS if form.on_gpu else CELL_THREADS[:1],
+    )
+)  # fmt: skip
+def fused_iterations(
+    scalar: ScalarType, quadrature_points: int, entries_at_once: int, cell_relaxes: bool, threads: int
+) -> wp.Kernel:
+    """Return the kernel for one precision, one accuracy and one size of a block, for cells that relax or do not."""
     find_element_forces = element_force_function(scalar, quadrature_points, entries_at_once, cell_relaxes)
 
-    @kernel(launch_bounds=MOST_THREADS)
+    @kernel(tile=threads, launch_bounds=threads)
     def fused_iterations(
         # model
         model: YarnConstants,
         cells: CellRanges,
-        bounds: Any,
+        bounds: BoundArrays,
         point_stiffness: wp.array[Scalar],
         step_limit: Scalar,
         iterations: int,
@@ -285,22 +295,21 @@ class FusedLBFGS(CellLBFGS):
     def __init__(self, model: Model, further: NDArray[np.float64], strains: int = 0) -> None:
         """Choose the threads: one for each sample and two for each segment of the largest cell, within bounds."""
         super().__init__(model, further, strains)
-        self.threads_of_cell = 1
-        if model.device.is_cuda:
-            largest = int(np.diff(model.segment_start).max())
-            wanted = 32 * (-(-model.largest_cell // 32) + 2 * -(-largest // 32))
-            self.threads_of_cell = int(np.clip(wanted, FEWEST_THREADS, MOST_THREADS))
+        largest = int(np.diff(model.segment_start).max())
+        wanted = 32 * (-(-model.largest_cell // 32) + 2 * -(-largest // 32)) if model.device.is_cuda else 1
+        self.threads_of_cell = next((block for block in CELL_THREADS if block >= wanted), CELL_THREADS[-1])
 
     def fused_launch(self, inputs: SolverInputs, point_stiffness: wp.array[Any], launcher: Launcher) -> Any:
         """Return one launch of all iterations of an assessment interval, with their forces."""
         model, candidates = inputs.model, inputs.candidates
         kernel = fused_iterations(
-            model.scalar, model.quadrature_points, model.entries_at_once, inputs.strain is not None
-        )
+            model.scalar, model.quadrature_points, model.entries_at_once, inputs.strain is not None,
+            self.threads_of_cell,
+        )  # fmt: skip
         arguments = [model.constants, self.cells, self.bounds, point_stiffness, model.number(inputs.step_fraction),
                      int(ASSESSMENT_INTERVAL), candidates.count, candidates.lists,
                      strains_of(model, inputs.strain, candidates), inputs.state.arrays, self.memory]  # fmt: skip
-        return launcher(kernel, model.cell_count, arguments, [], tile=self.threads_of_cell)
+        return launcher(kernel, model.cell_count, arguments, [])
 
 
 def suits_fusing(model: Model) -> bool:

@@ -18,6 +18,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import warp as wp
 
+from stitchmesh.compute.kernel_variants import named_type
 from stitchmesh.compute.precision import Scalar, ScalarType, Vec3, Vec6, Vec7, Vec19, vector
 from stitchmesh.compute.thread_block import THREADS
 from stitchmesh.yarnrelax.model.constants import Model
@@ -311,6 +312,9 @@ def _memory_struct(scalar: ScalarType) -> Any:
         "products": wp.array2d(dtype=doubles),
     }
     return wp.struct(type(f"LBFGSMemory_{scalar.__name__}", (), {"__annotations__": annotations}))
+
+
+named_type("LBFGSArrays", lambda form: [_memory_struct(form.scalar)])
 
 
 def make_memory(model: Model, strains: int) -> Any:

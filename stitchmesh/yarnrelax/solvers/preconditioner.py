@@ -35,7 +35,7 @@ The blocks and their inverses are computed in every iteration, because contacts 
 from __future__ import annotations
 
 import functools
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 import warp as wp
@@ -43,6 +43,7 @@ from numpy.typing import NDArray
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.kernel_variants import named_type
 from stitchmesh.compute.precision import ScalarType, Vec3, Vec6, Vec7, vector
 from stitchmesh.yarn import basis_derivative
 from stitchmesh.yarnrelax.model.constants import Model, YarnConstants
@@ -107,12 +108,19 @@ def times_block(b: Vec6, v: Vec3) -> Any:
     )
 
 
+BoundArrays: TypeAlias = Any
+"""The struct of row sums of stiffness, in either precision."""
+
+
 @functools.cache
 def _bounds_struct(scalar: ScalarType) -> Any:
     """Return the struct for row sums of stiffness: of segments along and across the yarn, (S,), and of terms, (N,)."""
     fours = wp.array(dtype=vector(4, scalar))
     annotations = {"along": fours, "across": fours, "further": wp.array(dtype=scalar)}
     return wp.struct(type(f"Bounds_{scalar.__name__}", (), {"__annotations__": annotations}))
+
+
+named_type("BoundArrays", lambda form: [_bounds_struct(form.scalar)])
 
 
 def put_bounds(
@@ -162,7 +170,7 @@ def preconditioner_at(
 def find_preconditioner(
     # model
     model: YarnConstants,
-    bounds: Any,
+    bounds: BoundArrays,
     # state in
     segment_block: wp.array[Vec7],
     sample_block: wp.array[Vec6],

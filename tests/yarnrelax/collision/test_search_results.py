@@ -19,7 +19,7 @@ def smallest(values: np.ndarray, parts: int) -> list[float]:
     of_parts = wp.zeros((len(START) - 1, parts), dtype=wp.float64, device=device)
     least = wp.zeros(len(START) - 1, dtype=wp.float64, device=device)
     inputs = [wp.array(START, dtype=wp.int32, device=device), wp.array(values, dtype=wp.float32, device=device)]
-    launch(smallest_of_cells, of_parts.size, inputs, [of_parts], device, tile=1024)
+    launch(smallest_of_cells, of_parts.size, inputs, [of_parts], device)
     launch(smallest_of_parts, len(least), [of_parts], [least], device)
     return list(least.numpy())
 

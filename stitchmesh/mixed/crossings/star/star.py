@@ -32,7 +32,7 @@ from typing import Any
 import warp as wp
 
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.compute.precision import Mat22, Mat33, Mat44, Scalar, Vec2, Vec3, Vec4
+from stitchmesh.compute.precision import Mat22, Mat33, Mat44, Scalar, Stored, Vec2, Vec3, Vec4
 from stitchmesh.mixed.crossings.energies.crossing_energies import (
     angle_gradient,
     angle_of,
@@ -297,7 +297,7 @@ def add_star_slots(
     link: wp.array2d[wp.int32],
     slides: wp.array[Vec2],
     # state in
-    slots: wp.array[Scalar],
+    slots: wp.array[Stored],
     # state out
     on_nodes: wp.array[Vec3],
     on_sliding: wp.array[Vec2],
@@ -338,7 +338,7 @@ def find_star_blocks(
     nodes: wp.array[Vec3],
     sliding: wp.array[Vec2],
     # state out
-    block: wp.array[Scalar],
+    block: wp.array[Stored],
 ) -> None:
     """The ten blocks of each star [dyn/cm]."""
     i = wp.tid()
@@ -381,11 +381,11 @@ def multiply_star_blocks(
     slides: wp.array[Vec2],
     shear: wp.array[Vec4],
     # state in
-    block: wp.array[Scalar],
+    block: wp.array[Stored],
     d_nodes: wp.array[Vec3],
     d_sliding: wp.array[Vec2],
     # state out
-    slots: wp.array[Scalar],
+    slots: wp.array[Stored],
 ) -> None:
     """Products of the stored blocks with a direction [dyn]; slot 4 i + k for leg k."""
     i = wp.tid()
@@ -436,7 +436,7 @@ def add_star_diagonal(
     link: wp.array2d[wp.int32],
     slides: wp.array[Vec2],
     # state in
-    block: wp.array[Scalar],
+    block: wp.array[Stored],
     # state out
     of_nodes: wp.array[Mat33],
     of_sliding: wp.array[Mat22],
