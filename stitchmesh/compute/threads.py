@@ -174,8 +174,24 @@ def each_block(work: Callable[[slice], T], count: int, size: int) -> list[T]:
         The results in the order of the blocks.
     """
     blocks = [slice(first, min(first + size, count)) for first in range(0, count, size)]
-    threads = min(thread_count(), len(blocks))
-    if threads <= 1:
+    if thread_count() == 1 or len(blocks) <= 1 or getattr(_own, "is_of_pool", False):
         return [work(block) for block in blocks]
-    with ThreadPoolExecutor(threads) as pool:
-        return list(pool.map(work, blocks))
+    return list(_pool_of(thread_count()).map(work, blocks))
+
+
+_own = threading.local()
+"""Marks the threads of a pool, which do the blocks of their own work alone: waiting for each other they would stop."""
+
+
+def _mark_own_thread() -> None:
+    _own.is_of_pool = True
+
+
+@functools.cache
+def _pool_of(threads: int) -> ThreadPoolExecutor:
+    """Return the threads that share blocks; they are started once in a process."""
+    return ThreadPoolExecutor(threads, "blocks", _mark_own_thread)
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_pool_of.cache_clear)

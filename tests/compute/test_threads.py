@@ -70,3 +70,9 @@ def test_blocks_cover_all_elements_in_order_for_any_number_of_threads() -> None:
         blocks = each_block(lambda some: (some.start, some.stop), 10, 4)
         assert blocks == [(0, 4), (4, 8), (8, 10)]
     assert each_block(lambda some: some, 0, 4) == []
+
+
+def test_blocks_within_blocks_do_not_wait_for_each_other() -> None:
+    set_threads(2)
+    found = each_block(lambda some: each_block(lambda own: own.stop - own.start, some.stop, 3), 8, 2)
+    assert [sum(parts) for parts in found] == [2, 4, 6, 8]
