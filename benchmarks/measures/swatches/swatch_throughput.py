@@ -4,6 +4,10 @@
 
 All variants are made together by ``sm.relax_swatches``, and some of them one after another by ``sm.swatch``. The
 kernels are compiled, and the sizes of the swatches that were made both ways are compared.
+
+For the call that makes all variants, lines say when the first result came, in which part of the time the GPU was busy
+(``nvidia-smi`` samples it; a dash on a CPU), and which stages took the time. A stage is a shared function
+(``ways_together``) with its kernels; what is left is the preparation of repeats, the kicks and the reports.
 """
 
 from __future__ import annotations
@@ -11,8 +15,16 @@ from __future__ import annotations
 import logging
 import os
 import platform
+import shutil
+import subprocess
 import time
-from dataclasses import dataclass
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any
+from unittest import mock
 
 import numpy as np
 
@@ -20,7 +32,10 @@ import stitchmesh as sm
 from benchmarks.scenes.swatches import evenly, requested, variants
 from benchmarks.table import Rows, note
 from stitchmesh.compute.device import device_named
+from stitchmesh.compute.shared_work import Call
+from stitchmesh.compute.work_together import Together
 from stitchmesh.errors import StitchMeshError
+from stitchmesh.yarnrelax.together.relax_together import ways_together
 
 WARM = 4
 """Variants that are made first, both ways, so that all kernels are compiled."""
@@ -28,6 +43,59 @@ SAME_SIZE = 0.005
 """Relative difference of widths and heights below which two swatches are in the same state."""
 SAY_SECONDS = 10.0
 """Time between two lines of progress [s]."""
+SAMPLE_MILLISECONDS = 200
+"""Time between two samples of the GPU [ms]."""
+
+
+@dataclass
+class Spent:
+    """What one call for many swatches spent."""
+
+    seconds: float = 0.0
+    """Time of the call [s]."""
+    first: float = 0.0
+    """Time until the first result [s]."""
+    stages: Counter[str] = field(default_factory=Counter)
+    """Time of each shared function [s]."""
+    busy: Sequence[float] = ()
+    """Samples of the utilisation of the GPU [%]; empty on a CPU."""
+
+    @property
+    def share_of_the_device(self) -> str:
+        """Mean utilisation of the GPU, and the part of the samples in which it did nothing; a dash without samples."""
+        if not len(self.busy):
+            return "-"
+        idle = np.mean(np.array(self.busy) == 0.0)
+        return f"{np.mean(self.busy):.0f} % busy, nothing in {100 * idle:.0f} % of {len(self.busy)} samples"
+
+    def timed(self, name: str, way: Together, calls: Sequence[Call]) -> Sequence[Any]:
+        """Do the work of a shared function, and count its time."""
+        began = time.perf_counter()
+        try:
+            return way(calls)
+        finally:
+            self.stages[name] += time.perf_counter() - began
+
+    def ways(self) -> dict[Callable[..., Any], Together]:
+        """Return the ways in which shared functions do their calls together, timed."""
+        return {each: partial(self.timed, each.__name__, way) for each, way in ways_together().items()}
+
+    @contextmanager
+    def sampling(self, device: str) -> Iterator[None]:
+        """Sample the utilisation of the GPU in a block."""
+        command = shutil.which("nvidia-smi")
+        if command is None or not device.startswith("cuda"):
+            yield
+            return
+        asked = ["--query-gpu=utilization.gpu", "--format=csv,noheader,nounits", f"-lms={SAMPLE_MILLISECONDS}"]
+        number = device.partition(":")[2] or "0"
+        with subprocess.Popen([command, "-i", number, *asked], stdout=subprocess.PIPE, text=True) as sampler:
+            try:
+                yield
+            finally:
+                sampler.terminate()
+                lines = sampler.communicate()[0].splitlines()
+                self.busy = [float(line) for line in lines if line.strip().isdigit()]
 
 
 def alone(request: sm.SwatchRequest, device: str) -> sm.Swatch | StitchMeshError:
@@ -53,6 +121,19 @@ def together(requests: list[sm.SwatchRequest], device: str) -> tuple[list[sm.Swa
             note(f"{now - began:8.1f} s: {done} of {count}")
 
     return sm.relax_swatches(requests, device=device, progress=say), time.perf_counter() - began
+
+
+def watched(requests: list[sm.SwatchRequest], device: str) -> tuple[list[sm.Swatch | StitchMeshError], Spent]:
+    """Make swatches together; return them and what the call spent."""
+    spent, began = Spent(), time.perf_counter()
+
+    def say(_done: int, _count: int) -> None:
+        spent.first = spent.first or time.perf_counter() - began
+
+    with spent.sampling(device), mock.patch("stitchmesh.periodic.swatch.ways_together", spent.ways):
+        made = sm.relax_swatches(requests, device=device, progress=say)
+        spent.seconds = time.perf_counter() - began
+    return made, spent
 
 
 def differs(one: sm.Swatch | StitchMeshError, other: sm.Swatch | StitchMeshError) -> str:
@@ -86,7 +167,8 @@ def swatch_throughput(given: Options) -> Rows:
         alone(request, str(device))
     together(first, str(device))
     note("the kernels are compiled")
-    made, seconds = together(requests, str(device))
+    made, call = watched(requests, str(device))
+    seconds = call.seconds
     failed = [each for each in made if isinstance(each, StitchMeshError)]
     rested = sum(each.report["converged"] for each in made if isinstance(each, sm.Swatch))
     points = sum(each.report["control_points"] for each in made if isinstance(each, sm.Swatch))
@@ -94,6 +176,11 @@ def swatch_throughput(given: Options) -> Rows:
     yield f"{len(made)} together: {seconds:.1f} s, {1e3 * seconds / len(made):.1f} ms each; {rest}"
     for error in failed[:3]:
         yield f"{error}"
+    yield f"first result after {call.first:.1f} s; share of the device: {call.share_of_the_device}"
+    yield "stage", "s", "ms a swatch"
+    left = {"preparation, kicks, reports": seconds - sum(call.stages.values())}
+    for name, own in {**call.stages, **left}.items():
+        yield name, f"{own:.1f}", f"{1e3 * own / len(made):.1f}"
     spent, different = list[float](), 0
     yield "alone", "s", "different"
     for number in evenly(len(requests), given.alone):
