@@ -59,8 +59,8 @@ WARP = wp.constant(32)
 """Threads of a GPU that run in step; they share a row of the matrix."""
 LARGEST_DENSE = 1280
 """Largest number of coordinates of a cell whose matrix is factored as a dense one."""
-THREADS_OF_SIZES = ((128, 64), (384, 256), (LARGEST_DENSE, 512))
-"""Largest size of the matrices of a group, and the threads of a block that factors one of them on a GPU."""
+THREADS = 256
+"""Threads of a block that factors the matrix of a cell on a GPU."""
 LARGEST_ARRAY = 2**30
 """Largest number of entries of an array with the matrices of a group."""
 PART_OF_MEMORY = 0.25
@@ -116,7 +116,7 @@ def row_of(dense: DenseMatrices, cell: int, coordinate: int) -> int:
     return count + coordinate - dense.first_strain[cell]
 
 
-@kernel
+@kernel(tile=THREADS)
 def find_medians(
     # model
     chosen: wp.array[wp.int32],
@@ -217,7 +217,7 @@ def take_panel(first: int, size: int, start: int, lane: int, threads: int, entri
     wait_for_block()
 
 
-@kernel
+@kernel(tile=THREADS)
 def factor_cells(
     # model
     chosen: wp.array[wp.int32],
@@ -244,7 +244,7 @@ def factor_cells(
         pivots[coordinate_of(dense, cell, i)] = dense.entries[first + i * size + i]
 
 
-@kernel
+@kernel(tile=THREADS)
 def count_signs(
     # model
     chosen: wp.array[wp.int32],
@@ -352,7 +352,7 @@ class SolverVectors:
     product: wp.array[wp.float64]
 
 
-@kernel
+@kernel(tile=THREADS)
 def solve_cells(
     # model
     chosen: wp.array[wp.int32],
@@ -441,7 +441,7 @@ class DenseCells:
     """The memory of the dense matrices of all cells of a batch, on any device; matrices take it one after another."""
 
     def __init__(self, point_coordinates: NDArray[np.int64], strains: int, device: wp.Device) -> None:
-        """Divide the cells into groups of similar size.
+        """Divide the cells into groups.
 
         Args:
             point_coordinates: number of coordinates of the control points of each cell, shape (C,).
@@ -456,7 +456,7 @@ class DenseCells:
                   "first_strain": total + strains * np.arange(count), "size": sizes}  # fmt: skip
         self._places = {name: self._integers(place) for name, place in places.items()}
         self._sizes = sizes
-        self.groups = [_Group(self, members, threads) for members, threads in _groups(sizes)]
+        self.groups = [_Group(self, members) for members in _groups(sizes)]
         self.vectors = SolverVectors()
         for name in ("right", "solution", "residual", "preconditioned", "direction", "product"):
             setattr(self.vectors, name, self._numbers(self.size))
@@ -488,15 +488,14 @@ class DenseCells:
             if len(numbers):
                 given = [group.dense if each is DenseMatrices else each for each in inputs]
                 arguments = [self._integers(numbers), *given]
-                tile = group.threads if self.device.is_cuda else 1
-                launch(kernel, len(numbers), arguments, outputs, self.device, tile=tile)
+                launch(kernel, len(numbers), arguments, outputs, self.device)
 
 
 class _Group:
-    """Cells of similar size, whose matrices stand in one array."""
+    """Cells whose matrices stand in one array."""
 
-    def __init__(self, cells: DenseCells, members: NDArray[np.int64], threads: int) -> None:
-        self.members, self.threads = members, threads
+    def __init__(self, cells: DenseCells, members: NDArray[np.int64]) -> None:
+        self.members = members
         squares = cells._sizes[members] ** 2
         first = np.zeros(len(cells._sizes), dtype=np.int64)
         first[members] = np.concatenate([[0], np.cumsum(squares)[:-1]])
@@ -507,15 +506,11 @@ class _Group:
         self.dense.entries = cells._numbers(int(squares.sum()))
 
 
-def _groups(sizes: NDArray[np.int64]) -> list[tuple[NDArray[np.int64], int]]:
-    """Return the cells of each group, and the threads of its blocks."""
-    found, least = list[tuple[NDArray[np.int64], int]](), 0
-    for most, threads in THREADS_OF_SIZES:
-        members = np.flatnonzero((sizes > least) & (sizes <= most))
-        part = np.cumsum(sizes[members] ** 2) // LARGEST_ARRAY
-        found += [(members[part == number], threads) for number in np.unique(part)]
-        least = most
-    return found
+def _groups(sizes: NDArray[np.int64]) -> list[NDArray[np.int64]]:
+    """The cells of each group, of which only the last ones are smaller than others; their squares fit in an array."""
+    order = np.argsort(-sizes, kind="stable")
+    part = np.cumsum(sizes[order] ** 2) // LARGEST_ARRAY
+    return [order[part == number] for number in np.unique(part)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -565,7 +560,7 @@ class MatricesOfSmallCells(CellMatrices):
         room, sparse = self.room, self.sparse
         room.vectors.direction.assign(vector)
         inputs = [sparse.row_start, sparse.columns, sparse.owner, sparse.entries, room.vectors.direction]
-        launch(multiply, room.size, inputs, [room.vectors.product], room.device, tile=1 if room.device.is_cpu else 32)
+        launch(multiply, room.size, inputs, [room.vectors.product], room.device)
         return np.asarray(room.vectors.product.numpy().copy())
 
     def factored(self, shift: FloatArray) -> FactorsOfSmallCells:
