@@ -24,12 +24,12 @@ from stitchmesh.yarnrelax.constraints.pins import Pins, pinned_points
 from stitchmesh.yarnrelax.energies.body import Body
 from stitchmesh.yarnrelax.energies.shape import KeepShape
 from stitchmesh.yarnrelax.friction.friction import Friction
-from stitchmesh.yarnrelax.hessian.cell_matrices import REFINED
 from stitchmesh.yarnrelax.newton import DESCENT, LARGE, LATE, NEWTON_RISE, SMALLEST_NEWTON_SCALE, Newton, newton_of
 from stitchmesh.yarnrelax.newton_interval import STEP_COST
 from stitchmesh.yarnrelax.newton_moves import deformation
 from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 from stitchmesh.yarnrelax.simulation import YarnSimulation
+from stitchmesh.yarnrelax.solvers.newton_system import REFINED
 from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL
 from stitchmesh.yarnrelax.together.cell_batch import learned_by, teach
 from stitchmesh.yarnrelax.together.relax_cells import relax_cells
