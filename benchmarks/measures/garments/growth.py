@@ -96,7 +96,7 @@ def _draw(rows: Sequence[tuple[int, list[float]]], path: Path) -> None:
     axes.plot(counts, [1e6 * sum(seconds) / count for count, seconds in rows], "k--", label="all")
     axes.set(xscale="log", yscale="log", xlabel="stitches", ylabel="microseconds a stitch")
     axes.grid(visible=True, which="both", alpha=0.3)
-    axes.legend(frameon=False)
+    axes.legend(frameon=False, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=5, fontsize=8)
     figure.tight_layout()
     figure.savefig(path, dpi=130)
     plt.close(figure)
