@@ -229,10 +229,10 @@ class _Worker:
     def __init__(self, choice: KernelChoice) -> None:
         """Start the process."""
         asked = json.dumps([choice.device, choice.modules, choice.forms])
-        command, pipe = python_command("-m", "stitchmesh.first_use", asked), subprocess.PIPE
         # In a session of its own, so that an interrupt at the terminal reaches only the program, which ends the process
         self._process = subprocess.Popen(
-            command, stdin=pipe, stdout=pipe, env=clean_environment(), text=True, start_new_session=True
+            python_command("-m", "stitchmesh.first_use", asked), env=clean_environment(), stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE, text=True, start_new_session=True,
         )  # fmt: skip
 
     def __enter__(self) -> _Worker:

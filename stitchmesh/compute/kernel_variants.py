@@ -14,11 +14,13 @@ arguments the program calls it (``kernel_factory``).
 from __future__ import annotations
 
 import ast
+import builtins
 import functools
 import inspect
 import itertools
 import textwrap
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections import ChainMap
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from types import ModuleType
 from typing import Any, TypeVar
@@ -96,17 +98,37 @@ def _concrete_kernels(kernel: wp.Kernel, form: KernelForm) -> Iterator[wp.Kernel
     names = sorted({name for annotation in annotations for name in _names(annotation) if name in _TYPES})
     places = kernel.func.__globals__
     for types in itertools.product(*(_TYPES[name](form) for name in names)):
-        meaning = dict(zip(names, types, strict=True))
-        argument_types = [eval(compile(each, "<annotation>", "eval"), places, meaning) for each in annotations]
-        yield concrete_kernel(kernel, argument_types)
+        meaning = ChainMap(dict(zip(names, types, strict=True)), places, vars(builtins))
+        yield concrete_kernel(kernel, [_type_of(annotation, meaning) for annotation in annotations])
 
 
-def _annotations(function: Callable[..., Any]) -> list[ast.Expression]:
+def _annotations(function: Callable[..., Any]) -> list[ast.expr]:
     """Return the annotations of the arguments of a function as they stand in its text."""
     [definition] = ast.parse(textwrap.dedent(inspect.getsource(function))).body
     assert isinstance(definition, ast.FunctionDef)
-    return [ast.Expression(each.annotation) for each in definition.args.args if each.annotation is not None]
+    return [each.annotation for each in definition.args.args if each.annotation is not None]
 
 
-def _names(annotation: ast.Expression) -> list[str]:
+def _type_of(annotation: ast.expr, meaning: Mapping[str, Any]) -> Any:
+    """The type that an annotation such as ``Scalar``, ``wp.array[Vec3]`` or ``wp.array(dtype=Vec3)`` names.
+
+    Raises:
+        TypeError: the annotation has another form.
+    """
+    match annotation:
+        case ast.Name(name):
+            return meaning[name]
+        case ast.Constant(value):
+            return value
+        case ast.Attribute(owner, name):
+            return getattr(_type_of(owner, meaning), name)
+        case ast.Subscript(generic, item):
+            return _type_of(generic, meaning)[_type_of(item, meaning)]
+        case ast.Call(called, arguments, keywords):
+            given = {each.arg: _type_of(each.value, meaning) for each in keywords if each.arg is not None}
+            return _type_of(called, meaning)(*(_type_of(each, meaning) for each in arguments), **given)
+    raise TypeError(f"annotation of a kernel: got {ast.unparse(annotation)}; expected a name, or a type of arrays")
+
+
+def _names(annotation: ast.expr) -> list[str]:
     return [node.id for node in ast.walk(annotation) if isinstance(node, ast.Name)]
