@@ -134,7 +134,7 @@ def modified_conjugate_gradients(
         filtered_preconditioner: symmetric preconditioner, positive definite in the allowed directions and zero in all
             others.
         tolerance: residual over the right-hand side at which the solution has converged, both in the norm of the
-            preconditioner.
+            preconditioner. Rounding of what the filter removes leaves about 1e-8, so that it must be larger.
         max_iterations: largest number of iterations; also after these the solution is a descent direction.
 
     Returns:
@@ -144,20 +144,25 @@ def modified_conjugate_gradients(
     solution = np.zeros_like(right)
     residual = right.copy()
     direction = filtered_preconditioner(residual)
-    size = float(residual @ direction)
+    size = _dot(residual, direction)
     goal = tolerance**2 * size
     for iteration in range(max_iterations):
         if size <= goal:
             return solution, iteration
         image = product(direction)
-        length = size / float(direction @ image)
+        length = size / _dot(direction, image)
         solution += length * direction
         residual -= length * image
         conditioned = filtered_preconditioner(residual)
-        previous, size = size, float(residual @ conditioned)
+        previous, size = size, _dot(residual, conditioned)
         direction *= size / previous
         direction += conditioned
     return solution, max_iterations
+
+
+def _dot(one: FloatArray, other: FloatArray) -> float:
+    """Sum of products without the linear algebra library, whose threads would wait busily beside those of blocks."""
+    return float(np.einsum("i,i->", one, other))
 
 
 def _product_by_rows(matrix: bsr_array) -> Callable[[FloatArray], FloatArray]:
