@@ -159,10 +159,10 @@ def measure(
         raise ParameterError(f"measure: got {given} beside a recipe; write it into the recipe")
     own_device = source.device if isinstance(source, Recipe) else None
     measured = Measured(_name(piece, source), str(device_named(device or own_device)), ())
+    found = source.read_mesh() if isinstance(source, Recipe) else None
     made: list[_Made] = []
     with shown_stages(progress) as report:
         compile_imported(measured.device, _forms(source, names), report)
-        found = source.read_mesh() if isinstance(source, Recipe) else None
         for number, name in enumerate(names):
             of_preset = _noting(report, f"{name}, {number + 1} of {len(names)} presets")
             try:

@@ -22,14 +22,12 @@ from stitchmesh.compute.threads import each_block
 from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.arrays import unit_vectors
 from stitchmesh.meshrelax.bobbles import NO_BOBBLES, Bobbles
-from stitchmesh.meshrelax.placement import SurfacePlacement
+from stitchmesh.meshrelax.placement import VERTICES_OF_BLOCK, SurfacePlacement
 from stitchmesh.meshrelax.surface.catmull_clark import border_vertices
 from stitchmesh.meshrelax.surface.closest_point import ClosestPoint
 from stitchmesh.meshrelax.surface.limit_surface import LimitSurface
 
 TINY = np.finfo(np.float64).tiny
-VERTICES_OF_BLOCK = 8192
-"""Vertices whose curvature or stiffness is computed at once."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -31,6 +31,7 @@ from scipy.sparse.linalg import splu
 from stitchmesh.compute.threads import each_block
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.mesh.arrays import unit_vectors
+from stitchmesh.meshrelax.placement import VERTICES_OF_BLOCK
 
 PATCH_VERTICES = 30
 """Approximate number of vertices per patch. Larger patches need more iterations; smaller ones need larger factors."""
@@ -40,8 +41,6 @@ border vertices, because the two motions of such a patch are linearly dependent.
 NO_MOTION = 1e-12
 """If the diagonal entry of a motion, divided by the largest entry, is below this, it is only rounding error, because
 the vertices of the patch may not make this motion."""
-VERTICES_OF_BLOCK = 8192
-"""Vertices whose blocks are inverted, or whose rows are multiplied, at once."""
 
 Preconditioner = Callable[[FloatArray], FloatArray]
 """Function from a residual to the preconditioned residual, shape (3V,) each."""

@@ -9,6 +9,9 @@ from typing import Protocol, TypeVar
 
 from stitchmesh.mesh import FloatArray
 
+VERTICES_OF_BLOCK = 8192
+"""Vertices whose curvature, stiffness, inverse or row of a matrix is computed at once."""
+
 
 @dataclass(frozen=True, eq=False)
 class PlacedPoints:

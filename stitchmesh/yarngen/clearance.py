@@ -130,6 +130,7 @@ def near_pairs(points: FloatArray, within: float) -> tuple[IntArray, FloatArray]
     key = key[order]
 
     def search(some: slice) -> tuple[IntArray, FloatArray]:
+        """Find the pairs whose first point, in the order of the cells, is one of these."""
         own, number = key[some], np.arange(some.start, some.stop)
         runs = [(number + 1, own + 1)]
         for beside in (row, layer - row, layer, layer + row):

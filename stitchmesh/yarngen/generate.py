@@ -205,7 +205,7 @@ def yarns_along_routes(routes: YarnRoutes, radius: float) -> YarnSet:
         routes: the routes of all yarns.
         radius: yarn radius [cm].
     """
-    pieces, steps = _pieces_along(routes)
+    pieces, steps = pieces_along(routes)
     start = np.concatenate([[0], np.cumsum(np.bincount(pieces.yarn, pieces.count, len(routes.yarns)).astype(np.int64))])
     closed = np.array([flag for _, flag in routes.yarns])
     parts, lattice, whole = routes.parts, routes.whole.lattice, routes.whole
@@ -233,12 +233,12 @@ def yarns_along_routes(routes: YarnRoutes, radius: float) -> YarnSet:
 
 def control_point_images(routes: YarnRoutes) -> IntArray:
     """The lattice image of its stitch in which each control point of the generated yarns lies, shape (N, 2)."""
-    pieces, _ = _pieces_along(routes)
+    pieces, _ = pieces_along(routes)
     return np.repeat(pieces.image, pieces.count, axis=0)
 
 
 @dataclass(frozen=True, eq=False)
-class _Pieces:
+class RoutePieces:
     """Pieces of the yarns, one after another: consecutive points on one part, one bridge or one tail."""
 
     points: FloatArray
@@ -257,6 +257,8 @@ class _Pieces:
     """Lattice image of this yarn part, shape (P, 2)."""
     rest_length_ratio: FloatArray
     """Rest length over generated length, shape (P,)."""
+    is_part: np.ndarray
+    """Whether a piece is a part, not a bridge or a tail, shape (P,)."""
     is_float: np.ndarray
     """Whether a piece is a float, which lies behind stitches of other yarns, shape (P,)."""
 
@@ -280,7 +282,7 @@ def _colours(routes: YarnRoutes) -> IntArray:
     return np.array(colours)
 
 
-def _pieces_along(routes: YarnRoutes) -> tuple[_Pieces, IntArray]:
+def pieces_along(routes: YarnRoutes) -> tuple[RoutePieces, IntArray]:
     """The pieces of all yarns, and the lattice image in which each closed yarn ends, shape (Y, 2)."""
     parts, bridges = routes.parts, routes.bridges
     sizes, closed = [len(entries) for entries, _ in routes.yarns], np.array([closed for _, closed in routes.yarns])
@@ -310,7 +312,7 @@ def _pieces_along(routes: YarnRoutes) -> tuple[_Pieces, IntArray]:
     begin[:, [0, 2]] += len(parts.points)
     ratio = rest_length_ratios(routes.whole, parts) * routes.tension[parts.face]
     exists = np.stack([before >= 0, np.ones_like(is_opening), after >= 0], axis=1)
-    pieces = _Pieces(
+    pieces = RoutePieces(
         points=np.concatenate([parts.points, strands.points]),
         first=(begin + backward * (size - 1))[exists],
         forward=(1 - 2 * backward)[exists],
@@ -319,6 +321,7 @@ def _pieces_along(routes: YarnRoutes) -> tuple[_Pieces, IntArray]:
         part=np.stack([own, own, np.where(target, following // 2, own)], axis=1)[exists],
         image=np.stack([image, image, np.where(target[:, None], ends, image)], axis=1)[exists],
         rest_length_ratio=np.stack([np.ones(len(own)), ratio[own], strands.rest_length_ratio[after]], axis=1)[exists],
+        is_part=np.stack([np.full_like(is_opening, kind == 1) for kind in range(3)], axis=1)[exists],
         is_float=np.stack([np.zeros_like(is_opening)] * 2 + [strands.is_float[after]], axis=1)[exists],
     )
     return pieces, np.where(closed[:, None], ends[last], 0)

@@ -19,7 +19,13 @@ from stitchmesh.mesh import IntArray, StitchMesh
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen.finish import DEFAULT_FINISH, YarnFinish
-from stitchmesh.yarngen.generate import LARGEST_RADIUS_OVER_WIDTH, YarnRoutes, mean_stitch_width, trace_yarn_routes
+from stitchmesh.yarngen.generate import (
+    LARGEST_RADIUS_OVER_WIDTH,
+    YarnRoutes,
+    mean_stitch_width,
+    pieces_along,
+    trace_yarn_routes,
+)
 from stitchmesh.yarngen.tracing import end_crossings
 
 
@@ -93,29 +99,18 @@ def _pieces(routes: YarnRoutes) -> YarnPieces:
     crossings = end_crossings(routes.parts)
     entries = np.array([entry for yarn, _ in routes.yarns for entry in yarn], dtype=np.int64)
     ends = np.stack([crossings[entries], crossings[entries ^ 1]], axis=1)
-    own = np.diff(routes.parts.start)[entries // 2]
-    before, after = _bridge_points(routes, ends)
-    following = np.cumsum(before + own + after) - after
+    pieces, _ = pieces_along(routes)
+    following = np.cumsum(pieces.count)
+    own, count = following[pieces.is_part], pieces.count[pieces.is_part]
     return YarnPieces(
         routes=routes,
-        yarn=np.repeat(np.arange(len(routes.yarns)), [len(yarn) for yarn, _ in routes.yarns]),
+        yarn=pieces.yarn[pieces.is_part],
         face=routes.parts.face[entries // 2],
         index=routes.parts.index[entries // 2],
         ends=ends,
-        points=np.stack([following - own, following], axis=1),
-        point_count=int(following[-1] + after[-1]),
+        points=np.stack([own - count, own], axis=1),
+        point_count=int(following[-1]),
     )
-
-
-def _bridge_points(routes: YarnRoutes, ends: IntArray) -> tuple[IntArray, IntArray]:
-    """Number of points of the tail before each piece, and of the bridge or tail after each piece, shape (P,) each."""
-    paths, tails = routes.bridges.paths, routes.bridges.tails
-    is_open = np.repeat([not closed for _, closed in routes.yarns], [len(yarn) for yarn, _ in routes.yarns])
-    first = np.zeros(len(ends), dtype=np.int64)
-    first[np.cumsum([0] + [len(yarn) for yarn, _ in routes.yarns[:-1]])] = 1
-    before = [len(tails[c]) if c in tails else 0 for c in ends[:, 0].tolist()]
-    after = [len(paths[c].points) if c in paths else len(tails.get(c, ())) for c in ends[:, 1].tolist()]
-    return np.array(before, dtype=np.int64) * first * is_open, np.array(after, dtype=np.int64)
 
 
 def _matches(pieces: YarnPieces, yarns: YarnSet) -> bool:
