@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from stitchmesh.mesh import FloatArray
-from stitchmesh.meshrelax.attachment import turning_stiffness
+from stitchmesh.meshrelax.attachment import positive_part, turning_stiffness
 from stitchmesh.meshrelax.placement import SurfacePlacement
 from stitchmesh.meshrelax.surface.limit_surface import limit_surface
 from tests.meshrelax.fabrics import grid_fabric, tube_chord_points
@@ -61,3 +61,12 @@ def test_the_shape_operator_of_a_tube_is_that_of_a_cylinder() -> None:
     around = np.cross([0.0, 0.0, 1.0], normal)
     np.testing.assert_allclose(np.einsum("ni,nij,nj->n", around, shape, around), 1.0 / RADIUS, rtol=0.05)
     np.testing.assert_allclose(shape[:, :, 2], 0.0, atol=0.02 / RADIUS)
+
+
+def test_the_positive_part_is_that_of_the_eigenvalues_whatever_their_signs():
+    random = np.random.default_rng(2)
+    axes = np.linalg.qr(random.normal(size=(6, 3, 3)))[0]
+    size = np.array([[2.0, 1.0, 0.0], [2.0, -3.0, 0.0], [-1.0, -2.0, 0.0], [1.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0] * 3])
+    matrix, expected = ((axes * each[:, None, :]) @ axes.transpose(0, 2, 1) for each in (size, np.maximum(size, 0.0)))
+    # rounding of sums of nine products of numbers up to three
+    np.testing.assert_allclose(positive_part(matrix), expected, atol=1e-14)

@@ -109,26 +109,17 @@ def alone(request: sm.SwatchRequest, device: str) -> sm.Swatch | StitchMeshError
         return error
 
 
-def together(requests: list[sm.SwatchRequest], device: str) -> tuple[list[sm.Swatch | StitchMeshError], float]:
-    """Make swatches together; return them and the seconds."""
-    began = time.perf_counter()
+def together(requests: list[sm.SwatchRequest], device: str) -> tuple[list[sm.Swatch | StitchMeshError], Spent]:
+    """Make swatches together; return them and what the call spent."""
+    spent, began = Spent(), time.perf_counter()
     said = [began]
 
     def say(done: int, count: int) -> None:
         now = time.perf_counter()
+        spent.first = spent.first or now - began
         if now - said[0] > SAY_SECONDS or done == count:
             said[0] = now
             note(f"{now - began:8.1f} s: {done} of {count}")
-
-    return sm.relax_swatches(requests, device=device, progress=say), time.perf_counter() - began
-
-
-def watched(requests: list[sm.SwatchRequest], device: str) -> tuple[list[sm.Swatch | StitchMeshError], Spent]:
-    """Make swatches together; return them and what the call spent."""
-    spent, began = Spent(), time.perf_counter()
-
-    def say(_done: int, _count: int) -> None:
-        spent.first = spent.first or time.perf_counter() - began
 
     with spent.sampling(device), mock.patch("stitchmesh.periodic.swatch.ways_together", spent.ways):
         made = sm.relax_swatches(requests, device=device, progress=say)
@@ -167,7 +158,7 @@ def swatch_throughput(given: Options) -> Rows:
         alone(request, str(device))
     together(first, str(device))
     note("the kernels are compiled")
-    made, call = watched(requests, str(device))
+    made, call = together(requests, str(device))
     seconds = call.seconds
     failed = [each for each in made if isinstance(each, StitchMeshError)]
     rested = sum(each.report["converged"] for each in made if isinstance(each, sm.Swatch))

@@ -50,9 +50,10 @@ def swatches(
     yield "workers", "swatches a task", "jobs", "failed", "s", "s until the first task", "swatches a second"
     if not no_call:
         for count in (WARM, jobs):  # The first call compiles the kernels.
-            made, seconds = together([requested(variant, "draft") for variant in variants(count)], device)
+            made, spent = together([requested(variant, "draft") for variant in variants(count)], device)
         failed = sum(not isinstance(one, sm.Swatch) for one in made)
-        yield "one call", len(made), f"{len(made):,}", failed, f"{seconds:.1f}", "", f"{len(made) / seconds:.2f}"
+        rate = len(made) / spent.seconds
+        yield "one call", len(made), f"{len(made):,}", failed, f"{spent.seconds:.1f}", "", f"{rate:.2f}"
     rows = tuple(
         {"swatch": {"pattern": pattern, "loop_length": loop * DIAMETER, "material": material, "relax_cell": True,
                     "relaxation": "frictionless"}}
