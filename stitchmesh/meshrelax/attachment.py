@@ -48,14 +48,20 @@ class SurfaceAttachment:
 
     def projector(self, placement: SurfacePlacement, force: FloatArray) -> FloatArray:
         """Return the projector onto the allowed directions of each vertex, shape (V, 3, 3), under forces (V, 3)."""
-        normal, tangent = placement.normal, placement.tangent
-        allowed = np.eye(3) - normal[:, :, None] * normal[:, None, :]
-        along = tangent[:, :, None] * tangent[:, None, :]
-        allowed = np.where((self.border >= 0)[:, None, None], along, allowed)
-        if self.stops_at_end:
-            pressed = np.einsum("vi,vi->v", force, placement.outward) > 0.0
-            allowed = allowed - np.einsum("v,vi,vj->vij", pressed, placement.outward, placement.outward)
-        return np.where(self.fixed[:, None, None], 0.0, allowed)
+        allowed = np.empty_like(placement.shape)
+
+        def project(some: slice) -> None:
+            normal, tangent, outward = placement.normal[some], placement.tangent[some], placement.outward[some]
+            inner = np.eye(3) - normal[:, :, None] * normal[:, None, :]
+            along = tangent[:, :, None] * tangent[:, None, :]
+            own = np.where((self.border[some] >= 0)[:, None, None], along, inner)
+            if self.stops_at_end:
+                pressed = np.einsum("vi,vi->v", force[some], outward) > 0.0
+                own = own - np.einsum("v,vi,vj->vij", pressed, outward, outward)
+            allowed[some] = np.where(self.fixed[some][:, None, None], 0.0, own)
+
+        each_block(project, len(allowed), VERTICES_OF_BLOCK)
+        return allowed
 
     def within(self) -> SurfaceAttachment:
         """Return the same attachment with ``stops_at_end``."""

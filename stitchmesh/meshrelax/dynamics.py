@@ -26,14 +26,13 @@ from dataclasses import dataclass, replace
 from typing import Any, Generic
 
 import numpy as np
+import warp as wp
 
 from stitchmesh.errors import SolverError
 from stitchmesh.mesh import FloatArray
-from stitchmesh.meshrelax.assembly import Assembly
-from stitchmesh.meshrelax.forces import element_forces
-from stitchmesh.meshrelax.linear_solver import Patches, modified_conjugate_gradients, preconditioner
+from stitchmesh.meshrelax.forces import Elements
+from stitchmesh.meshrelax.linear_solver import StepSystem
 from stitchmesh.meshrelax.placement import MeshConstraint, P
-from stitchmesh.meshrelax.sub_quads import Springs
 from stitchmesh.run_control import RunStopped
 
 Progress = Callable[[int, float], None]
@@ -77,8 +76,8 @@ class MeshState(Generic[P]):
     """Projector onto the allowed directions of each vertex, shape (V, 3, 3)."""
     force: FloatArray
     """Net force on each vertex in its allowed directions, shape (V, 3)."""
-    jacobian: FloatArray
-    """Jacobian of each element [1/cm], shape (elements, 3, 3)."""
+    jacobian: wp.array[Any]
+    """Jacobian of each element [1/cm], on the device (``forces.ElementForces``)."""
     turning_stiffness: FloatArray
     """Turning stiffness of each vertex [1/cm], shape (V, 3, 3)."""
     residual: float
@@ -132,14 +131,12 @@ BY_WORK = StepControl(works, growth=3.0, mild_cut=0.7, cut=0.3, mild_rise=0.1, l
 class MeshDynamics(Generic[P]):
     """The constant data of a relaxation, and its iteration."""
 
-    springs: Springs
-    """Vertices and rest lengths of the forces."""
-    assembly: Assembly
-    """Assembly of the forces and of their Jacobians."""
+    elements: Elements
+    """The elements between which the forces act."""
+    system: StepSystem
+    """The net forces and the linear system of a step."""
     attachment: MeshConstraint[P]
     """The constraint, which says where the vertices may move, for example on a surface."""
-    patches: Patches
-    """Patches of the preconditioner."""
     moving_count: int
     """Number of vertices that are not held; the residual is the root mean square over them."""
     control: StepControl = ON_SURFACE
@@ -152,7 +149,7 @@ class MeshDynamics(Generic[P]):
             SolverError: the forces are not finite.
         """
         state, relaxation, iteration, stopped = self.state(placement), self, 0, False
-        time_step = unit = self.springs.unit
+        time_step = unit = self.elements.unit
         try:
             note(iteration, state)
             while state.residual > tolerance and iteration < max_iterations:
@@ -181,8 +178,8 @@ class MeshDynamics(Generic[P]):
         Raises:
             SolverError: the forces are not finite.
         """
-        element_force, jacobian = element_forces(self.springs, placement)
-        whole = self.assembly.force(element_force)
+        of_elements = self.elements.forces(placement)
+        whole = self.system.net_force(of_elements.force)
         projector = self.attachment.projector(placement, whole)
         force = np.einsum("vij,vj->vi", projector, whole)
         residual = float(np.sqrt(np.einsum("vi,vi->v", force, force).sum() / self.moving_count))
@@ -191,21 +188,13 @@ class MeshDynamics(Generic[P]):
             place = placement.position[bad].round(1).tolist()
             raise SolverError(f"mesh relaxation: near {place} cm: the force is not finite; check the mesh there")
         turning = self.attachment.turning_stiffness(placement, whole)
-        return MeshState(placement, projector, force, jacobian, turning, residual)
+        return MeshState(placement, projector, force, of_elements.jacobian, turning, residual)
 
     def next_placement(self, state: MeshState[P], time_step: float) -> P:
         """Return the placement after one backward Euler step, scaled down to the largest allowed displacement."""
-        matrix = self.assembly.system(state.jacobian, state.turning_stiffness + np.eye(3) / time_step)
-        diagonal = matrix.data[self.assembly.diagonal]
-        step, _ = modified_conjugate_gradients(
-            matrix,
-            state.force.ravel(),
-            preconditioner(matrix, diagonal, state.projector, self.patches),
-            tolerance=LINEAR_TOLERANCE,
-            max_iterations=LINEAR_ITERATIONS,
-        )
-        step = step.reshape(-1, 3)
-        unit = self.springs.unit
+        self.system.set_matrix(state.jacobian, state.turning_stiffness + np.eye(3) / time_step, state.projector)
+        step, _ = self.system.solve(state.force, tolerance=LINEAR_TOLERANCE, max_iterations=LINEAR_ITERATIONS)
+        unit = self.elements.unit
         longest = float(np.linalg.norm(step, axis=1).max())
         # Largest displacement of a vertex in one iteration, divided by the size of a stitch.
         step *= min(1.0, 4.0 * unit / max(longest, np.finfo(float).tiny))

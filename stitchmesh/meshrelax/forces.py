@@ -1,16 +1,25 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The forces of mesh relaxation: the forces of Yuksel et al. 2012, section 6.1, and the area force of stitches."""
+"""The forces of mesh relaxation: the forces of Yuksel et al. 2012, section 6.1, and the area force of stitches.
+
+A kernel computes the force and the Jacobian of each element, on the device. The elements are springs, corners of
+sub-quads and struts, in this order. The last springs are along the diagonals of sub-quads; if the area force acts, they
+contain it.
+"""
+
+# mypy: disable-error-code="valid-type"
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+import warp as wp
 
-from stitchmesh.compute.threads import each_block
-from stitchmesh.mesh import FloatArray, IntArray
-from stitchmesh.mesh.arrays import unit_vectors
+from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.launch import launch
+from stitchmesh.mesh import IntArray
 from stitchmesh.meshrelax.placement import PlacedPoints
 from stitchmesh.meshrelax.sub_quads import Springs
 
@@ -20,75 +29,30 @@ AREA = 1.0
 """Dimensionless stiffness of areas. With 0.2, stitches of openwork on the instep of a sock keep moving."""
 SMALLEST_AREA = 0.05
 """Area divided by rest area below which the force of a sub-quad does not increase further."""
+SMALLEST_PART = wp.constant(wp.float64(SMALLEST_AREA))
+"""The same number for kernels."""
 
-ELEMENTS_OF_BLOCK = 8192
-"""Elements whose forces are computed at once."""
-Term = Callable[[slice], tuple[FloatArray, FloatArray]]
-"""Computes the forces and the Jacobians of some elements of one kind."""
-
-
-def force_groups(springs: Springs) -> list[tuple[IntArray, list[float]]]:
-    """Return for each kind of force the points of its elements, shape (n, m), and their m weights (``assembly``)."""
-    groups = [
-        (springs.stretch_ends, [1.0, -1.0]),
-        (springs.corners, [-0.5, 1.0, -0.5]),
-        (springs.struts[:, [0, 2]], [1.0, -1.0]),
-    ]
-    if springs.area_force:
-        groups += [(springs.quads[:, [2, 0]], [1.0, -1.0]), (springs.quads[:, [3, 1]], [1.0, -1.0])]
-    return groups
+Symmetric = wp.types.vector(length=6, dtype=wp.float64)
+"""A symmetric matrix of 3 rows as xx, xy, xz, yy, yz, zz."""
 
 
-def element_forces(springs: Springs, placement: PlacedPoints) -> tuple[FloatArray, FloatArray]:
-    """Compute the force and the negative semidefinite Jacobian of each element.
-
-    The elements are springs, corners of sub-quads and struts, in this order. If the area force acts, the first
-    diagonals and then the second diagonals of sub-quads follow.
-
-    Args:
-        springs: vertices and rest lengths of the elements.
-        placement: placement of the vertices.
-
-    Returns:
-        Forces, shape (elements, 3), and Jacobians [1/cm], shape (elements, 3, 3).
-    """
-    position = placement.position
-
-    def stretch(some: slice) -> tuple[FloatArray, FloatArray]:
-        i, j = position[springs.stretch_ends[some].T]
-        return stretch_force(i - j, springs.stretch_rest[some], STRETCH)
-
-    def shear(some: slice) -> tuple[FloatArray, FloatArray]:
-        i, j, k = position[springs.corners[some].T]
-        return shear_force(i - j, k - j, springs.unit, SHEAR)
-
-    def strut(some: slice) -> tuple[FloatArray, FloatArray]:
-        i, j, k = position[springs.struts[some].T]
-        return strut_force(i - j, k - j, springs.strut_rest[some], WALE)
-
-    def area(some: slice) -> tuple[FloatArray, FloatArray]:
-        a, b, c, d = position[springs.quads[some].T]
-        normal = unit_vectors(placement.normal[springs.quads[some]].sum(axis=1))
-        return area_forces(c - a, d - b, normal, springs.quad_area[some], AREA)
-
-    quads = len(springs.quads) if springs.area_force else 0
-    counts = [len(springs.stretch_ends), len(springs.corners), len(springs.struts), quads, quads]
-    first = np.cumsum([0, *counts])
-    force, jacobian = np.empty((first[-1], 3)), np.empty((first[-1], 3, 3))
-    for kind, term in enumerate((stretch, shear, strut, area)):
-
-        def evaluate(some: slice, kind: int = kind, term: Term = term) -> None:
-            size = some.stop - some.start
-            own_force, own_jacobian = term(some)
-            for part in range(len(own_force) // size):  # the area force acts on two diagonals
-                at = slice(first[kind + part] + some.start, first[kind + part] + some.stop)
-                force[at], jacobian[at] = (values[part * size :][:size] for values in (own_force, own_jacobian))
-
-        each_block(evaluate, counts[kind], ELEMENTS_OF_BLOCK)
-    return force, jacobian
+@wp.func
+def symmetric(across: wp.float64, along: wp.float64, n: wp.vec3d) -> Symmetric:
+    """The matrix across I + along n n^T."""
+    return Symmetric(
+        across + along * n[0] * n[0], along * n[0] * n[1], along * n[0] * n[2],
+        across + along * n[1] * n[1], along * n[1] * n[2], across + along * n[2] * n[2],
+    )  # fmt: skip
 
 
-def stretch_force(span: FloatArray, rest: FloatArray, stiffness: float) -> tuple[FloatArray, FloatArray]:
+@wp.func
+def whole_matrix(b: Any) -> wp.mat33d:
+    """All entries of a symmetric matrix, which is stored as ``Symmetric``."""
+    return wp.mat33d(b[0], b[1], b[2], b[1], b[3], b[4], b[2], b[4], b[5])
+
+
+@wp.func
+def stretch_force(span: wp.vec3d, rest: wp.float64, stiffness: wp.float64) -> tuple[wp.vec3d, Symmetric]:
     """Compute the force on the first end of springs and its negative semidefinite Jacobian with respect to the span.
 
     The springs are along edges and along the diagonals of sub-quads (Yuksel et al. 2012, equation 2). With d = x_i -
@@ -103,28 +67,29 @@ def stretch_force(span: FloatArray, rest: FloatArray, stiffness: float) -> tuple
         kappa [ -(r / |d|^2) n n^T + ((r / |d| - 1) / |d|) (I - n n^T) ]
 
     The last term is positive for a compressed spring and is then dropped, so that the matrix is negative semidefinite.
+    The force of a span of length zero is zero.
 
     Args:
-        span: vector from the second end to the first, x_i - x_j [cm], shape (S, 3).
-        rest: rest lengths [cm], shape (S,).
+        span: vector from the second end to the first, x_i - x_j [cm].
+        rest: rest length [cm].
         stiffness: kappa, dimensionless.
 
     Returns:
-        Forces, shape (S, 3), and Jacobians [1/cm], shape (S, 3, 3). The force of a span of length zero is zero.
+        The force, and the Jacobian [1/cm].
     """
-    true_length = np.sqrt(np.einsum("si,si->s", span, span))
     # The stretch force uses at least this length over the rest length, so that it stays finite for a vanished edge.
-    length = np.maximum(true_length, 1e-2 * rest)
-    normal = span / length[:, None]
-    excess = rest / length - 1.0
-    along = -stiffness * rest / length**2
-    across = stiffness * np.minimum(excess, 0.0) / length
-    jacobian = (along - across)[:, None, None] * (normal[:, :, None] * normal[:, None, :])
-    jacobian[:, [0, 1, 2], [0, 1, 2]] += across[:, None]
-    return (stiffness * excess)[:, None] * normal, jacobian
+    length = wp.max(wp.length(span), wp.float64(1.0e-2) * rest)
+    normal = span / length
+    excess = rest / length - wp.float64(1.0)
+    along = -stiffness * rest / (length * length)
+    across = stiffness * wp.min(excess, wp.float64(0.0)) / length
+    return stiffness * excess * normal, symmetric(across, along - across, normal)
 
 
-def shear_force(first: FloatArray, second: FloatArray, unit: float, stiffness: float) -> tuple[FloatArray, FloatArray]:
+@wp.func
+def shear_force(
+    first: wp.vec3d, second: wp.vec3d, unit: wp.float64, stiffness: wp.float64
+) -> tuple[wp.vec3d, Symmetric]:
     """Compute the force on corners and its negative semidefinite Jacobian with respect to m.
 
     The force moves the angles of sub-quads towards right angles (Yuksel et al. 2012, equation 3). At a corner j with
@@ -143,25 +108,25 @@ def shear_force(first: FloatArray, second: FloatArray, unit: float, stiffness: f
     be symmetric.
 
     Args:
-        first: vector from the corner to one neighbour, x_i - x_j [cm], shape (S, 3).
-        second: vector from the corner to the other neighbour, x_k - x_j [cm], shape (S, 3).
+        first: vector from the corner to one neighbour, x_i - x_j [cm].
+        second: vector from the corner to the other neighbour, x_k - x_j [cm].
         unit: size u of a stitch [cm].
         stiffness: kappa, dimensionless.
 
     Returns:
-        Forces, shape (S, 3), and Jacobians [1/cm], shape (S, 3, 3).
+        The force, and the Jacobian [1/cm].
     """
-    scale = stiffness / unit**3
-    cosine = np.einsum("si,si->s", first, second)
-    middle = -0.5 * (first + second)
-    jacobian = (-2.0 * scale) * (middle[:, :, None] * middle[:, None, :])
-    jacobian[:, [0, 1, 2], [0, 1, 2]] -= (scale * np.maximum(cosine, 0.0))[:, None]
-    return (-scale * cosine)[:, None] * middle, jacobian
+    scale = stiffness / (unit * unit * unit)
+    cosine = wp.dot(first, second)
+    middle = wp.float64(-0.5) * (first + second)
+    across = -scale * wp.max(cosine, wp.float64(0.0))
+    return -scale * cosine * middle, symmetric(across, wp.float64(-2.0) * scale, middle)
 
 
+@wp.func
 def strut_force(
-    lower: FloatArray, upper: FloatArray, wale: FloatArray | float, stiffness: float
-) -> tuple[FloatArray, FloatArray]:
+    lower: wp.vec3d, upper: wp.vec3d, wale: wp.float64, stiffness: wp.float64
+) -> tuple[wp.vec3d, Symmetric]:
     """Compute the force on the lower end of struts and its negative semidefinite Jacobian with respect to the span d.
 
     A strut straightens consecutive wale edges (Yuksel et al. 2012, equation 4). For a wale edge from i to j and the
@@ -180,28 +145,31 @@ def strut_force(
     Jacobian is negative semidefinite.
 
     Args:
-        lower: vector from the middle vertex to the lower vertex, x_i - x_j [cm], shape (S, 3).
-        upper: vector from the middle vertex to the upper vertex, x_k - x_j [cm], shape (S, 3).
-        wale: rest length of the wale edges [cm] of each strut, shape (S,), or one for all struts.
+        lower: vector from the middle vertex to the lower vertex, x_i - x_j [cm].
+        upper: vector from the middle vertex to the upper vertex, x_k - x_j [cm].
+        wale: rest length of the wale edges [cm].
         stiffness: kappa, dimensionless.
 
     Returns:
-        Forces, shape (S, 3), and Jacobians [1/cm], shape (S, 3, 3).
+        The force, and the Jacobian [1/cm].
     """
     span = lower - upper
-    edges = np.linalg.norm(lower, axis=1) + np.linalg.norm(upper, axis=1)
-    rest = np.maximum(wale, edges)
-    length = np.linalg.norm(span, axis=1)
+    edges = wp.length(lower) + wp.length(upper)
+    rest = wp.max(wale, edges)
+    length = wp.length(span)
     # Length divided by rest length below which the direction of a strut, and with it the force, is reduced to zero.
-    normal = span / np.maximum(length, 1e-9 * rest)[:, None]
-    along = (-stiffness / rest) * np.where(edges > wale, 1.0 - (length / rest) ** 2, 1.0)
-    jacobian = along[:, None, None] * (normal[:, :, None] * normal[:, None, :])
-    return (-stiffness * (length / rest - 1.0))[:, None] * normal, jacobian
+    normal = span / wp.max(length, wp.float64(1.0e-9) * rest)
+    part = length / rest
+    along = -stiffness / rest
+    if edges > wale:
+        along *= wp.float64(1.0) - part * part
+    return -stiffness * (part - wp.float64(1.0)) * normal, symmetric(wp.float64(0.0), along, normal)
 
 
+@wp.func
 def area_forces(
-    first: FloatArray, second: FloatArray, normal: FloatArray, rest: FloatArray | float, stiffness: float
-) -> tuple[FloatArray, FloatArray]:
+    first: wp.vec3d, second: wp.vec3d, normal: wp.vec3d, rest: wp.float64, stiffness: wp.float64
+) -> tuple[wp.vec3d, wp.vec3d, Symmetric, Symmetric]:
     """Compute the forces on the two diagonals of sub-quads and their negative semidefinite Jacobians.
 
     A sub-quad below its rest area resists further loss of area, so that compressed fabric does not fold. Springs depend
@@ -223,19 +191,127 @@ def area_forces(
     above and therefore serve as Jacobians. The terms with the derivative of g may have either sign and are left out.
 
     Args:
-        first: diagonal p from the lower left to the upper right corner [cm], shape (Q, 3).
-        second: diagonal q from the lower right to the upper left corner [cm], shape (Q, 3).
-        normal: unit normal of the surface at each sub-quad, shape (Q, 3); a zero vector gives no force.
-        rest: rest area A_0 [cm^2] of each sub-quad, shape (Q,), or one for all sub-quads.
+        first: diagonal p from the lower left to the upper right corner [cm].
+        second: diagonal q from the lower right to the upper left corner [cm].
+        normal: unit normal of the surface at the sub-quad; a zero vector gives no force.
+        rest: rest area A_0 [cm^2].
         stiffness: kappa, dimensionless.
 
     Returns:
-        Forces on p and then forces on q, shape (2Q, 3), and their Jacobians [1/cm], shape (2Q, 3, 3).
+        The forces on p and on q, and their Jacobians [1/cm].
     """
-    gradient = 0.5 * np.concatenate([np.cross(second, normal), np.cross(normal, first)])
-    part = np.einsum("qi,qi->q", gradient[: len(first)], first) / rest
-    limited = np.clip(part, SMALLEST_AREA, 1.0)
-    scale = stiffness / np.sqrt(rest)
-    curvature = np.tile(np.where(limited < 1.0, (scale / rest) / limited**2, 0.0), 2)
-    jacobian = (-2.0 * curvature)[:, None, None] * (gradient[:, :, None] * gradient[:, None, :])
-    return np.tile(scale * (1.0 / limited - 1.0), 2)[:, None] * gradient, jacobian
+    one, zero = wp.float64(1.0), wp.float64(0.0)
+    of_first = wp.float64(0.5) * wp.cross(second, normal)
+    of_second = wp.float64(0.5) * wp.cross(normal, first)
+    part = wp.dot(of_first, first) / rest
+    limited = wp.clamp(part, SMALLEST_PART, one)
+    scale = stiffness / wp.sqrt(rest)
+    size = scale * (one / limited - one)
+    curvature = zero
+    if limited < one:
+        curvature = wp.float64(-2.0) * scale / (rest * limited * limited)
+    return (
+        size * of_first, size * of_second, symmetric(zero, curvature, of_first), symmetric(zero, curvature, of_second),
+    )  # fmt: skip
+
+
+@kernel
+def find_element_forces(
+    # model
+    points: wp.array2d[wp.int32],
+    rest: wp.array[wp.float64],
+    quads: wp.array2d[wp.int32],
+    quad_area: wp.array[wp.float64],
+    springs: int,
+    corners: int,
+    unit: wp.float64,
+    stiffness: wp.vec4d,
+    # state in
+    position: wp.array[wp.vec3d],
+    normal: wp.array[wp.vec3d],
+    # state out
+    force: wp.array[wp.vec3d],
+    jacobian: wp.array[Symmetric],
+) -> None:
+    """Force and Jacobian of each element; ``stiffness`` is that of springs, corners, struts and areas."""
+    e = wp.tid()
+    at = position[points[e, 1]]
+    first = position[points[e, 0]] - at
+    if e < springs:
+        own, matrix = stretch_force(first, rest[e], stiffness[0])
+        count = quads.shape[0]
+        diagonal = e - (springs - 2 * count)
+        if diagonal >= 0 and stiffness[3] > wp.float64(0.0):
+            q = diagonal % count
+            a, b, c, d = quads[q, 0], quads[q, 1], quads[q, 2], quads[q, 3]
+            facing = wp.normalize(normal[a] + normal[b] + normal[c] + normal[d])
+            on_first, on_second, of_first, of_second = area_forces(
+                position[c] - position[a], position[d] - position[b], facing, quad_area[q], stiffness[3]
+            )
+            # Springs begin where p and q end, so the force on their beginning is the opposite one.
+            if diagonal < count:
+                own = own - on_first
+                matrix = matrix + of_first
+            else:
+                own = own - on_second
+                matrix = matrix + of_second
+        force[e] = own
+        jacobian[e] = matrix
+    elif e < springs + corners:
+        of_corner, matrix_of_corner = shear_force(first, position[points[e, 2]] - at, unit, stiffness[1])
+        force[e] = of_corner
+        jacobian[e] = matrix_of_corner
+    else:
+        of_strut, matrix_of_strut = strut_force(first, position[points[e, 2]] - at, rest[e], stiffness[2])
+        force[e] = of_strut
+        jacobian[e] = matrix_of_strut
+
+
+def force_groups(springs: Springs) -> list[tuple[IntArray, list[float]]]:
+    """Return for each kind of force the points of its elements, shape (n, m), and their m weights (``assembly``)."""
+    return [
+        (springs.stretch_ends, [1.0, -1.0]),
+        (springs.corners, [-0.5, 1.0, -0.5]),
+        (springs.struts[:, [0, 2]], [1.0, -1.0]),
+    ]
+
+
+@dataclass(frozen=True, eq=False)
+class ElementForces:
+    """The forces of all elements at one placement, on the device."""
+
+    force: wp.array[Any]
+    """Force of each element, shape (elements, 3)."""
+    jacobian: wp.array[Any]
+    """Negative semidefinite Jacobian of each element [1/cm] as xx, xy, xz, yy, yz, zz, shape (elements, 6)."""
+
+
+class Elements:
+    """The elements of a fabric on a device."""
+
+    def __init__(self, springs: Springs, device: wp.Device) -> None:
+        """Upload the vertices and the rest lengths of the elements."""
+        self._device, self.unit = device, springs.unit
+        ends = np.column_stack([springs.stretch_ends, springs.stretch_ends[:, 1]])
+        points = np.concatenate([ends, springs.corners, springs.struts])
+        rest = np.concatenate([springs.stretch_rest, np.zeros(len(springs.corners)), springs.strut_rest])
+        numbers = [len(ends), len(springs.corners), wp.float64(springs.unit)]
+        self._model = [
+            wp.array(points, dtype=wp.int32, device=device),
+            wp.array(rest, dtype=wp.float64, device=device),
+            wp.array(springs.quads, dtype=wp.int32, device=device),
+            wp.array(springs.quad_area, dtype=wp.float64, device=device),
+            *numbers,
+            wp.vec4d(STRETCH, SHEAR, WALE, AREA if springs.area_force else 0.0),
+        ]
+        self._count = len(points)
+
+    def forces(self, placement: PlacedPoints) -> ElementForces:
+        """Compute the force and the Jacobian of each element at a placement."""
+        position, normal = (
+            wp.array(values, dtype=wp.vec3d, device=self._device) for values in (placement.position, placement.normal)
+        )
+        force = wp.empty(self._count, dtype=wp.vec3d, device=self._device)
+        jacobian = wp.empty(self._count, dtype=Symmetric, device=self._device)
+        launch(find_element_forces, self._count, [*self._model, position, normal], [force, jacobian], self._device)
+        return ElementForces(force, jacobian)

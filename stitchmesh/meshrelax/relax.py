@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from stitchmesh.compute.device import alone
+from stitchmesh.compute.device import alone, device_named
 from stitchmesh.errors import MeshError, ParameterError, SolverError, check_kind
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, Mesh, StitchMesh
 from stitchmesh.mesh.change import UNKNOWN_STRETCH
@@ -26,8 +26,8 @@ from stitchmesh.meshrelax.assembly import assembly
 from stitchmesh.meshrelax.attachment import attach
 from stitchmesh.meshrelax.bobbles import Bobbles, carried, find_bobbles
 from stitchmesh.meshrelax.dynamics import MeshDynamics, Outcome
-from stitchmesh.meshrelax.forces import force_groups
-from stitchmesh.meshrelax.linear_solver import patches
+from stitchmesh.meshrelax.forces import Elements, force_groups
+from stitchmesh.meshrelax.linear_solver import StepSystem, patches
 from stitchmesh.meshrelax.observer import MeshObserver
 from stitchmesh.meshrelax.options import ASPECT, DEFAULT_OPTIONS, MeshRelaxOptions
 from stitchmesh.meshrelax.placement import SurfacePlacement
@@ -80,7 +80,8 @@ def relax_mesh(
         moving: whether each vertex may move, shape (V,); None if all may move.
         tolerance: root mean square of the net force along the surface at which the relaxation has converged.
         max_iterations: iterations after which the relaxation stops without having converged.
-        device: Warp's name of the device that finds closest points; None for the preferred device.
+        device: Warp's name of the device that finds closest points and computes the steps; None for the
+            preferred device.
         run: progress after each iteration, and control, with one iteration as a step; all other fields are refused.
 
     Raises:
@@ -105,7 +106,9 @@ def relax_mesh(
     model = springs(fabric, rest, bobbles=bobbles, area_force=options.area_force)
     whole = patches(placement.position, placement.normal, limit.area)
     count = len(fabric.vertices) if moving is None else max(1, int(moving.sum()))
-    relaxation = MeshDynamics(model, assembly(len(fabric.vertices), force_groups(model)), attachment, whole, count)
+    on = device_named(device)
+    system = StepSystem(assembly(len(fabric.vertices), force_groups(model)), whole, on)
+    relaxation = MeshDynamics(Elements(model, on), system, attachment, count)
     made = partial(_relaxed, fabric, rest, bobbles, moving)
     with run.assessments_shown("meshrelax", tolerance) as report_iteration:
         shown: MeshObserver[SurfacePlacement] = MeshObserver(
@@ -202,7 +205,7 @@ def relax_mesh_around_edit(
         before: relaxed stitch mesh before the edit.
         after: the stitch mesh after the edit.
         surface: the mesh of the garment; the surface of ``before`` if None.
-        device: Warp's name of the device that finds closest points; None for the preferred device.
+        device: Warp's name of the device, as of ``relax_mesh``; None for the preferred device.
 
     Raises:
         MeshError: ``relax_mesh`` refuses the fabric or the surface.

@@ -27,6 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.mesh import BORDER, BOTTOM, TOP, FloatArray, IntArray, StitchMesh
+from stitchmesh.mesh.arrays import distinct_rows
 from stitchmesh.mesh.connectivity import linked_groups
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.yarngen.embedding import PlacedParts
@@ -79,8 +80,8 @@ def _edge_rib_rows(fabric: StitchMesh) -> NDArray[np.bool_]:
     both = np.minimum(knit, purl) >= np.maximum(0.2 * (knit + purl), 1)
     sides = np.flatnonzero((fabric.twin != BORDER) & (fabric.side_role == TOP) & ~fabric.mismatched)
     low, high = fabric.side_face[sides], fabric.side_face[fabric.twin[sides]]
-    pairs, pair = np.unique(np.stack([fabric.row[low], fabric.row[high]], axis=1), axis=0, return_inverse=True)
-    same = np.bincount(pair.reshape(-1), fabric.stitch[low] == fabric.stitch[high]) / np.bincount(pair.reshape(-1))
+    pairs, pair = distinct_rows(np.stack([fabric.row[low], fabric.row[high]], axis=1))
+    same = np.bincount(pair, fabric.stitch[low] == fabric.stitch[high]) / np.bincount(pair)
     below, above = pairs.T
     # In two neighbouring rows of a rib, at least this part of the stitches stands above a stitch of its own kind.
     joined = both[below] & both[above] & (same >= 0.9)

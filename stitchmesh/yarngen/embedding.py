@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
+from stitchmesh.mesh.arrays import distinct_rows
 from stitchmesh.mesh.mean_value import mean_value_weights
 from stitchmesh.yarn import FLOATING, YarnSet
 from stitchmesh.yarngen.templates.edge_templates import Edge, edge_template
@@ -78,7 +79,7 @@ def place_parts(
     """
     edge = np.full(fabric.face_count, Edge.BY_STITCH) if edge is None else edge
     kinds = np.stack([edge, fabric.stitch, fabric.n_bottom, fabric.n_top, *_twists(fabric).T], axis=1)
-    unique, kind = np.unique(kinds, axis=0, return_inverse=True)
+    unique, kind = distinct_rows(kinds)
     position = fabric.corner_position if corner_position is None else corner_position
     density = points_per_width(points_per_stitch)
     groups = []
@@ -188,7 +189,7 @@ def belongs_to_loop_below(yarns: YarnSet, fabric: StitchMesh) -> NDArray[np.bool
         fabric: a stitch mesh without borders.
     """
     kinds = np.stack([fabric.stitch, fabric.n_bottom, fabric.n_top], axis=1)
-    unique, kind = np.unique(kinds, axis=0, return_inverse=True)
+    unique, kind = distinct_rows(kinds)
     shapes = [template(fabric.stitch_type(stitch), *sides).parts for stitch, *sides in unique.tolist()]
     heads = np.zeros((len(shapes), max(map(len, shapes))), dtype=bool)
     for number, parts in enumerate(shapes):

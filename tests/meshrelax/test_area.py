@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from stitchmesh.mesh import FloatArray
-from stitchmesh.meshrelax.forces import SMALLEST_AREA, area_forces
+from stitchmesh.meshrelax.forces import SMALLEST_AREA
+from tests.meshrelax.element_forces import area_forces
 
 RANDOM = np.random.default_rng(3)
 REST, STIFFNESS = 0.8, 1.5

@@ -17,6 +17,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from stitchmesh.compute.device import device_named
 from stitchmesh.errors import ParameterError, check_kind, check_positive
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import FloatArray, StitchMesh
@@ -26,11 +27,12 @@ from stitchmesh.mesh.turns import with_tips_placed
 from stitchmesh.meshrelax.assembly import assembly
 from stitchmesh.meshrelax.bobbles import NO_BOBBLES, Bobbles, carried, find_bobbles
 from stitchmesh.meshrelax.dynamics import FREE, MeshDynamics
-from stitchmesh.meshrelax.forces import force_groups
+from stitchmesh.meshrelax.forces import Elements, force_groups
 from stitchmesh.meshrelax.free.free_shape import FreeShape
 from stitchmesh.meshrelax.free.free_springs import FreeSprings, free_springs
 from stitchmesh.meshrelax.free.points import FabricPlane, plane_normal
 from stitchmesh.meshrelax.free.stitch_sizes import stitch_sizes
+from stitchmesh.meshrelax.linear_solver import StepSystem
 from stitchmesh.meshrelax.observer import MeshObserver
 from stitchmesh.meshrelax.options import ASPECT, STITCH_WIDTH
 from stitchmesh.meshrelax.placement import PlacedPoints
@@ -88,8 +90,9 @@ def relax_mesh_freely(
     plane = FabricPlane(points, plane_normal(fabric))
     groups = [points.on_unknowns(*group) for group in force_groups(model)]
     patches = plane.patches(forces.corners.position, model.unit)
-    gather = assembly(points.unknown_count, groups)
-    relaxation = MeshDynamics(model, gather, plane, patches, points.unknown_count, FREE)
+    on = device_named("cpu")
+    system = StepSystem(assembly(points.unknown_count, groups), patches, on)
+    relaxation = MeshDynamics(Elements(model, on), system, plane, points.unknown_count, FREE)
 
     def made(placement: PlacedPoints) -> StitchMesh:
         relaxed = _relaxed(fabric, forces, bobbles, placement)

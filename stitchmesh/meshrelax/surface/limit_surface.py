@@ -13,9 +13,13 @@ from functools import cached_property
 import numpy as np
 from scipy.spatial import cKDTree
 
+from stitchmesh.compute.threads import each_block
 from stitchmesh.mesh import FloatArray, IntArray, Mesh
 from stitchmesh.mesh.arrays import unit_vectors
 from stitchmesh.meshrelax.surface.catmull_clark import refine_surface
+
+POINTS_OF_BLOCK = 8192
+"""Points that are evaluated at once."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,9 +175,15 @@ class LimitSurface:
             triangle: triangle of each point, shape (N,).
             weights: weights of the corners of the triangle, shape (N, 3).
         """
-        corners = self.triangles[triangle]
-        normal = np.einsum("nc,nci->ni", weights, self.normals[corners])
-        return np.einsum("nc,nci->ni", weights, self.vertices[corners]), unit_vectors(normal)
+        position, normal, vertex_normals = np.empty_like(weights), np.empty_like(weights), self.normals
+
+        def interpolate(some: slice) -> None:
+            corners, own = self.triangles[triangle[some]], weights[some]
+            position[some] = np.einsum("nc,nci->ni", own, self.vertices[corners])
+            normal[some] = unit_vectors(np.einsum("nc,nci->ni", own, vertex_normals[corners]))
+
+        each_block(interpolate, len(triangle), POINTS_OF_BLOCK)
+        return position, normal
 
     def shape_operator(self, triangle: IntArray, normal: FloatArray) -> FloatArray:
         """Return the symmetric shape operator (derivative of the normal) in triangles [1/cm], shape (N, 3, 3).

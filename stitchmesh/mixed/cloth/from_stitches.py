@@ -22,6 +22,7 @@ import numpy as np
 
 from stitchmesh.errors import ParameterError, check_kind, first_few
 from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
+from stitchmesh.mesh.arrays import distinct_rows
 from stitchmesh.mesh.courses import Course, find_courses
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.mixed.cloth.cloth import Cloth
@@ -72,7 +73,7 @@ def stitch_triangles(fabric: StitchMesh) -> IntArray:
     """Return the corners of the fabric at the corners of each triangle, face by face, shape (T, 3)."""
     place = _places_in_courses(fabric, find_courses(fabric), 2.0)[1]
     turned = (np.floor(place).astype(np.int64) // 2 + fabric.row) % 2
-    kinds, kind = np.unique(np.stack([fabric.n_bottom, fabric.n_top, turned], axis=1), axis=0, return_inverse=True)
+    kinds, kind = distinct_rows(np.stack([fabric.n_bottom, fabric.n_top, turned], axis=1))
     start = triangle_start(fabric)
     corners = np.empty((start[-1], 3), dtype=np.int64)
     for number, (bottom, top, parity) in enumerate(kinds.tolist()):

@@ -18,6 +18,7 @@ import numpy as np
 
 from stitchmesh.errors import ParameterError, first_few
 from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
+from stitchmesh.mesh.arrays import distinct_rows
 from stitchmesh.mesh.connectivity import find_twins
 from stitchmesh.mesh.stitch import Stitch
 
@@ -75,7 +76,7 @@ def divide_stitches(fabric: StitchMesh, k: int) -> DividedStitches:
     if len(bad):
         found = f"{fabric.n_bottom[bad[0]]} bottom and {fabric.n_top[bad[0]]} top sides"
         raise ParameterError(f"face {first_few(bad)}: got {found}; expected one of one kind, to divide the stitch")
-    kinds, kind = np.unique(np.stack([fabric.n_bottom, fabric.n_top], axis=1), axis=0, return_inverse=True)
+    kinds, kind = distinct_rows(np.stack([fabric.n_bottom, fabric.n_top], axis=1))
     first_inside = len(fabric.vertices) + len(fabric.edge_side) * (k - 1)
     inside = (k - 1) ** 2  # a row between two other rows has as many loops as the side with one edge
     groups = []
