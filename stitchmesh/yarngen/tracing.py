@@ -86,7 +86,7 @@ def trace(partner: IntArray) -> list[tuple[list[int], bool]]:
         For each yarn the list of the part ends at which the yarn enters its parts, and whether the yarn is closed. Each
         part belongs to exactly one yarn.
     """
-    partners, used = partner.tolist(), np.zeros(len(partner) // 2, dtype=bool)
+    partners, used = partner.tolist(), bytearray(len(partner) // 2)  # Python reads single bytes of an array slowly
     yarns = []
     for first in [*np.flatnonzero(partner == TIED).tolist(), *range(0, len(partners), 2)]:
         if used[first // 2]:
