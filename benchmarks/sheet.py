@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Sheets of pictures: several of one size beside and below each other, as one file."""
+"""Pictures of sheets, which are joined to one file (``stitchmesh.render.animation_pictures``)."""
 
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 
 from PIL import Image
@@ -18,12 +18,3 @@ def drawn(draw: Callable[[Path], object], size: tuple[int, int] | None = None) -
         draw(path)
         picture = Image.open(path).convert("RGB")
     return picture if size is None else picture.resize(size, Image.Resampling.LANCZOS)
-
-
-def joined(pictures: Sequence[Image.Image], columns: int) -> Image.Image:
-    """Return pictures of one size beside each other, some in a row."""
-    width, height = pictures[0].size
-    sheet = Image.new("RGB", (columns * width, -(-len(pictures) // columns) * height), "white")
-    for place, picture in enumerate(pictures):
-        sheet.paste(picture, (width * (place % columns), height * (place // columns)))
-    return sheet

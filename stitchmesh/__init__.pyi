@@ -140,6 +140,7 @@ from .periodic.weave.library import weave_names as weave_names
 from .periodic.weave.weave import Weave as Weave
 from .periodic.weave.weave_chart import WeaveChart as WeaveChart
 from .periodic.weave.yarns import weave_yarns as weave_yarns
+from .pipeline.animate import animate as animate
 from .pipeline.dressed import Dressed as Dressed
 from .pipeline.dressed import dressed as dressed
 from .pipeline.knit import Knitted as Knitted
@@ -154,6 +155,8 @@ from .recipe.recipe_file import read_recipe as read_recipe
 from .recipe.recipe_file import write_recipe as write_recipe
 from .render import PictureOptions as PictureOptions
 from .render import render as render
+from .render.animation_options import AnimationPictures as AnimationPictures
+from .render.animation_pictures import draw_animation as draw_animation
 from .render.thumbnails.pattern_thumbnail import pattern_thumbnail as pattern_thumbnail
 from .render.thumbnails.stitch_drawing import draw_stitch as draw_stitch
 from .reporting.verdict import Verdict as Verdict
@@ -216,12 +219,13 @@ from .yarnrelax.energies.point_load import PointLoad as PointLoad
 from .yarnrelax.energies.twist import Twist as Twist
 from .yarnrelax.evaluate import body_distance as body_distance
 from .yarnrelax.evaluate import contact_load as contact_load
-from .yarnrelax.follow_body import YarnFrame as YarnFrame
 from .yarnrelax.follow_body import follow_body as follow_body
 from .yarnrelax.follow_files import FollowFiles as FollowFiles
+from .yarnrelax.frame_run import YarnFrame as YarnFrame
 from .yarnrelax.friction.friction import Friction as Friction
 from .yarnrelax.load_steps import LoadStep as LoadStep
 from .yarnrelax.load_steps import relax_through_steps as relax_through_steps
+from .yarnrelax.motion.animation_options import AnimationOptions as AnimationOptions
 from .yarnrelax.motion.moving_body import MovingBody as MovingBody
 from .yarnrelax.together.relax_cells import relax_cells as relax_cells
 

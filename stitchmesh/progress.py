@@ -41,8 +41,10 @@ STAGE_TEXTS = {
     "triangles": "draping triangles alone",
     "drape": "draping",
     "follow": "following the body",
+    "animate": "carrying the yarns with the cloth",
     "swatches": "relaxing swatches",
     "picture": "drawing the picture",
+    "pictures": "drawing the frames",
     "sweep": "running the sweep",
     "warm-up": "compiling kernels",
 }

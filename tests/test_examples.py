@@ -12,15 +12,20 @@ from unittest.mock import MagicMock
 import numpy as np
 import pytest
 
+import stitchmesh as sm
+from stitchmesh.compute.device import device_named
 from stitchmesh.recipe.knit_recipe import knit_recipe
 from stitchmesh.recipe.recipe_file import read_recipe
 from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax.motion.carried_points import distances_from_mesh
 from tests.gallery import ROOT
 from tests.nightly import mostly_at_night
 
 IN_BLENDER = ROOT / "examples" / "blender_render.py"
 """The example that Blender's own Python runs."""
-EXAMPLES = sorted(set((ROOT / "examples").glob("*.py")) - {IN_BLENDER})
+WITH_NEWTON = ROOT / "examples" / "animate_skirt.py"
+"""The example of which another program simulates the cloth."""
+EXAMPLES = sorted(set((ROOT / "examples").glob("*.py")) - {IN_BLENDER, WITH_NEWTON})
 BY_DAY = ROOT / "examples" / "purl_a_band.py"
 """An example that makes stitches, edits them and relaxes their yarns, as most of the others do."""
 RECIPES = sorted((ROOT / "examples").glob("*.toml"))
@@ -35,6 +40,35 @@ def test_example_runs(path, tmp_path):
     assert np.isfinite(yarns.points).all()
     assert np.abs(yarns.strain).max() < 0.05  # The largest strain of a garment's yarn that the README allows.
     assert any(tmp_path.iterdir())
+
+
+@pytest.fixture
+def skirt_example():
+    """The example of a skirt whose cloth Newton simulates, loaded without Newton."""
+    spec = importlib.util.spec_from_file_location(WITH_NEWTON.stem, WITH_NEWTON)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_the_stitches_of_the_animated_skirt_lie_on_its_cloth(skirt_example, tmp_path, monkeypatch):
+    """The simulation is left out: its first frame is the skirt."""
+    monkeypatch.setattr(skirt_example, "simulate", lambda *given: None)
+    mesh = skirt_example.skirt()
+    skirt_example.main(tmp_path, mesh)
+    fabric = sm.read_stitches(tmp_path / "stitches.h5")
+    away = distances_from_mesh(mesh, fabric.vertices, device_named("cpu"))
+    assert away.max() < 0.1  # The stitches lie on the smooth surface, beside quads of about 1 cm.
+    np.testing.assert_array_equal(skirt_example.turned(mesh.vertices, 0.0, 100.0), mesh.vertices)
+
+
+def test_newton_simulates_the_skirt(skirt_example, tmp_path):
+    pytest.importorskip("newton")
+    skirt_example.simulate(skirt_example.skirt(), tmp_path / "cloth.usdc", 2)
+    cloth = sm.read_moving_mesh(tmp_path / "cloth.usdc")
+    first, second = cloth.motion.vertices
+    assert np.abs(first - skirt_example.skirt().vertices).max() < 1e-5  # The file has single precision, in metres.
+    assert 0.0 < np.abs(second - first).max() < 1.0
 
 
 @pytest.fixture

@@ -55,6 +55,8 @@ HEAVY = {
     "rich": {"cli"},
     "tyro": {"cli"},
     "msgspec": {"app", "io"},
+    "alembic3d": {"io"},
+    "imageio_ffmpeg": {"render"},
     "PIL": {"app", "mesh", "render", "patterns", "periodic"},
     "pxr": {"io"},
     "trimesh": {"io"},

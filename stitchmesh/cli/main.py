@@ -16,6 +16,7 @@ from contextlib import nullcontext, suppress
 from stitchmesh import __version__
 from stitchmesh.cli.arguments import BAD_INPUT, Command, parse
 from stitchmesh.cli.budget_options import mark_start
+from stitchmesh.cli.commands.animate import AnimateCommand
 from stitchmesh.cli.commands.application import AppCommand, ViewCommand
 from stitchmesh.cli.commands.drape import DrapeCommand
 from stitchmesh.cli.commands.edit import EditCommand
@@ -68,6 +69,7 @@ COMMANDS: dict[str, type[Command]] = {
     "stretch": StretchCommand,
     "drape": DrapeCommand,
     "follow": FollowCommand,
+    "animate": AnimateCommand,
     "run": RunCommand,
     "job": JobCommand,
     "status": StatusCommand,

@@ -12,7 +12,7 @@ import errno
 import logging
 import os
 import stat
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from os import PathLike, fspath
 from pathlib import Path
 
@@ -154,6 +154,23 @@ def check_points(place: str, points: FloatArray) -> None:
 def is_coordinate(value: float) -> bool:
     """Return whether a number is finite and at most ``LARGEST_LENGTH``."""
     return abs(value) <= LARGEST_LENGTH
+
+
+def check_one_mesh(path: FilePath, names: Sequence[str]) -> None:
+    """Check that a file of a mesh that moves has one mesh.
+
+    Args:
+        path: the file.
+        names: names of its meshes.
+
+    Raises:
+        FileError: it has none or several.
+    """
+    if len(names) == 1:
+        return
+    listed = ", ".join(name[:20] for name in names[:4]) + (", ..." if len(names) > 4 else "")
+    found = f"has {len(names)} meshes ({listed})" if names else "has no mesh"
+    raise FileError(f"{fspath(path)}: {found}; expected one mesh that moves; export it alone")
 
 
 def say_left_out(path: FilePath, counts: Mapping[str, int], what: str) -> None:

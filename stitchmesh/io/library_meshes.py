@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING, Any, TypeAlias, cast
 import numpy as np
 
 from stitchmesh.errors import FileError, MeshError, ParameterError, described
-from stitchmesh.io.mesh_formats.by_meshio import cells_of_faces, faces_of_cells, weld
+from stitchmesh.io.mesh_formats.by_meshio import cells_of_faces, faces_of_cells
 from stitchmesh.io.mesh_formats.cells import strip_triangles, used_points
+from stitchmesh.io.mesh_formats.welding import weld
 from stitchmesh.io.units import DEFAULT_UNIT, centimetres
 from stitchmesh.io.yarn_formats.gltf import tubes_of_colours
 from stitchmesh.io.yarn_formats.vtp import poly_data_of_yarns

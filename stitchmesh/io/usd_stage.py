@@ -8,7 +8,8 @@ the library composes the stage, because the library would wait for ever at a pip
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from os import fspath
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
-LIBRARIES = ("pxr.Usd", "pxr.UsdGeom")
+LIBRARIES = ("pxr.Usd", "pxr.UsdGeom", "pxr.UsdSkel")
 """Modules that a process loads before it reads a stage."""
 METRES_PER_UNIT = 0.01
 """Unit of the coordinates in files that are written [m]."""
@@ -62,12 +63,43 @@ def read_stage(path: FilePath, read: Callable[[str, Usd.Stage], T]) -> T:
 
 def new_stage() -> Usd.Stage:
     """Return an empty stage in centimetres with y up."""
-    from pxr import Usd, UsdGeom
+    from pxr import Usd
 
     stage = Usd.Stage.CreateInMemory()
+    _set_units(stage)
+    return stage
+
+
+def _set_units(stage: Usd.Stage) -> None:
+    from pxr import UsdGeom
+
     UsdGeom.SetStageMetersPerUnit(stage, METRES_PER_UNIT)
     UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.y)
-    return stage
+
+
+@contextmanager
+def growing_stage(path: FilePath) -> Iterator[Usd.Stage]:
+    """Provide an empty stage in centimetres with y up, and write it atomically after the block.
+
+    The stage lies in a binary file from the beginning. ``stage.Save()`` in the block moves all values there, so that
+    the memory does not grow with the number of time samples; the values that a text file holds are read from there.
+
+    Raises:
+        FileError: the file cannot be written.
+    """
+    from pxr import Tf, Usd
+
+    with atomic_path(path) as temporary:
+        is_text = temporary.suffix.lower() == ".usda"
+        try:
+            stage = Usd.Stage.CreateNew(str(temporary.with_suffix(".usdc") if is_text else temporary))
+            _set_units(stage)
+            yield stage
+            stage.Save()
+            if is_text:
+                stage.GetRootLayer().Export(str(temporary))
+        except Tf.ErrorException as error:
+            raise as_refusal(reason_of(error)) from error
 
 
 def export_stage(path: FilePath, stage: Usd.Stage) -> None:

@@ -39,6 +39,12 @@ class VertexMotion:
         object.__setattr__(self, "vertices", checked_numbers("motion", "vertices", self.vertices, shape))
         check_increasing(self.times)
 
+    @property
+    def frames_per_second(self) -> float:
+        """Mean number of keyframes for each second; 1 if there is only one."""
+        span = float(self.times[-1] - self.times[0])
+        return (len(self.times) - 1) / span if len(self.times) > 1 else 1.0
+
     def vertices_at(self, time: float) -> FloatArray:
         """Positions [cm] at a time [s], shape (V, 3)."""
         when = float(np.clip(time, self.times[0], self.times[-1]))
@@ -83,6 +89,38 @@ class MovingMesh:
         for number, frame in enumerate(frames):
             _check_same_faces(number, frame, frames[0])
         return MovingMesh(frames[0], VertexMotion(np.asarray(times), np.array([frame.vertices for frame in frames])))
+
+
+@dataclass(frozen=True, eq=False)
+class RigidPlace:
+    """A rigid motion x -> R x + t."""
+
+    rotation: FloatArray
+    """R, shape (3, 3)."""
+    shift: FloatArray
+    """t [cm], shape (3,)."""
+
+    def moved(self, points: FloatArray) -> FloatArray:
+        """Return points [cm] after the motion, shape (n, 3)."""
+        return points @ self.rotation.T + self.shift
+
+    def brought_back(self, points: FloatArray) -> FloatArray:
+        """Return points [cm] before the motion, shape (n, 3)."""
+        return (points - self.shift) @ self.rotation
+
+
+def best_rigid_place(before: FloatArray, after: FloatArray) -> RigidPlace:
+    """Return the rigid motion that takes points nearest to others, in the least-squares sense (Kabsch 1976).
+
+    Args:
+        before: points [cm], shape (n, 3).
+        after: the same points later [cm], shape (n, 3).
+    """
+    middles = before.mean(axis=0), after.mean(axis=0)
+    left, _, right = np.linalg.svd((before - middles[0]).T @ (after - middles[1]))
+    sign = np.array([1.0, 1.0, np.sign(np.linalg.det(left @ right))])
+    rotation = (left * sign @ right).T
+    return RigidPlace(rotation, middles[1] - rotation @ middles[0])
 
 
 def _check_same_faces(number: int, frame: Mesh, first: Mesh) -> None:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.mesh import Mesh, StitchMesh
+from stitchmesh.mesh import FloatArray, Mesh, StitchMesh
 from stitchmesh.mesh.palette import parse_colour
 from stitchmesh.render.close_up import CloseUpTarget, place_of
 from stitchmesh.render.view import View, view_angles
@@ -64,6 +64,9 @@ class PictureOptions:
     """Number of twisted strands of each yarn; a smooth tube by default."""
     occlusion: bool = True
     """Whether hollows are darker (ambient occlusion)."""
+    framed: FloatArray | None = None
+    """Points that a picture of whole yarns shows [cm], shape (n, 3), such as those of all frames of an animation; those
+    of the yarns and of the body by default."""
     colours: int | None = None
     """Number of different colours; a small file needs few. All by default."""
 

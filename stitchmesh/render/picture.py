@@ -120,7 +120,7 @@ def render_yarns(yarns: YarnSet, path: FilePath, options: PictureOptions = DEFAU
 def _render_whole(yarns: YarnSet, path: FilePath, options: PictureOptions, coloured: Coloured) -> None:
     """Draw all yarns and, beside a view from the front, a close-up of the middle of the front."""
     radius = float(np.median(yarns.drawn_radius))
-    towards, up = view_directions(yarns.points, options.view or FRONT)
+    towards, up = view_directions(yarns.points if options.framed is None else options.framed, options.view or FRONT)
     layout = _layout(yarns, towards, up, options)
     part = (layout.part[0] * (KEY_LEFT if coloured.key else 1.0), layout.part[1])
     with picture(path, options, panels=layout.panels, key=coloured.key) as plotter:
@@ -131,6 +131,8 @@ def _render_whole(yarns: YarnSet, path: FilePath, options: PictureOptions, colou
         if options.body is not None:
             add_body(plotter, options.body)
             framed = np.concatenate([framed, options.body.vertices])
+        if options.framed is not None:
+            framed = options.framed
         look(plotter, camera_around(framed, towards, up, options.aspect, part=part, clearance=radius))
         plotter.camera.SetWindowCenter(*_centre(layout, part))
         shade_hollows(plotter, 4 * radius, options)

@@ -6,9 +6,8 @@ In a time step the surface moves by at most a fifth of the reach of a contact sa
 between two evaluations of the forces. Candidate lists and step budgets are the same as in a relaxation
 (``relaxation_loop``), so no yarn passes through another one.
 
-The body may carry control points, each of which keeps its place relative to the nearest triangle. The body takes the
-whole force on such a point, and the step of the point leads to its place on the body. A waistband or a seam that is
-sewn on holds yarn in this way.
+The body may carry control points (``motion.carried_points``). The body takes the whole force on such a point, and the
+step of the point leads to its place on the body. A waistband or a seam that is sewn on holds yarn in this way.
 """
 
 from __future__ import annotations
@@ -26,7 +25,6 @@ from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.precision import Scalar, Vec3
 from stitchmesh.errors import SolverError
 from stitchmesh.quality import Quality
-from stitchmesh.simulation.bodies.body_surface import SurfaceArrays, anchor_at, anchor_place, single
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.collision.step_limit import smallest_distances, yarn_place
 from stitchmesh.yarnrelax.constraints.pins import held_coordinates, hold, pinned_points
@@ -37,6 +35,7 @@ from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.material import YarnMaterial
 from stitchmesh.yarnrelax.model.spline import place_contact_samples
 from stitchmesh.yarnrelax.model.state import State, shortened
+from stitchmesh.yarnrelax.motion.carried_points import CarryingSurface
 from stitchmesh.yarnrelax.motion.moving_body import MovingBody, MovingBodyTerm
 from stitchmesh.yarnrelax.motion.moving_surface import MovingSurface
 from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
@@ -45,32 +44,11 @@ from stitchmesh.yarnrelax.solvers.dynamics import YarnDynamics
 
 
 @kernel
-def attach(
-    # model
-    surface: SurfaceArrays,
-    carried: wp.array[wp.int32],
-    # state in
-    points: wp.array[Vec3],
-    # state out
-    face: wp.array[wp.int32],
-    local: wp.array[Vec3],
-) -> None:
-    """Find the nearest triangle of each carried point, and the coordinates of the point on it."""
-    k = wp.tid()
-    place = points[carried[k]]
-    query = wp.mesh_query_point_no_sign(surface.tree, single(place), 1.0e6)  # units, farther than any triangle
-    face[k] = query.face
-    local[k] = anchor_at(surface, query.face, place)
-
-
-@kernel
 def carry(
     # model
-    surface: SurfaceArrays,
     carried: wp.array[wp.int32],
-    face: wp.array[wp.int32],
-    local: wp.array[Vec3],
     # state in
+    places: wp.array[Vec3],
     points: wp.array[Vec3],
     limit: wp.array[Scalar],
     # state out
@@ -79,19 +57,21 @@ def carry(
     """Step of each carried point to its place on the body, no longer than its limit."""
     k = wp.tid()
     i = carried[k]
-    step[i] = shortened(anchor_place(surface, face[k], local[k]) - points[i], limit[i])
+    step[i] = shortened(places[k] - points[i], limit[i])
 
 
 class CarriedPoints(Constraint):
     """Control points that a body carries, on a device."""
 
     def __init__(self, model: Model, surface: MovingSurface, points: NDArray[np.int64]) -> None:
-        """Attach the control points where the yarns were given; the surface is at its first time."""
-        self.surface, self.carried = surface, model.integers(points)
+        """Bind the control points where the yarns were given; the surface is at its first time."""
+        self.carried = model.integers(points)
         self._coupling = held_coordinates(self.carried, model.point_count)
-        self.face, self.local = model.integers(np.zeros(len(points))), model.empty(len(points), 3)
-        given = model.upload(model.to_device(model.yarns.points), 3)
-        model.launch(attach, len(points), [surface.constants, self.carried, given], [self.face, self.local])
+        self.surface = CarryingSurface(model, surface.topology, surface.constants.corners)
+        self.places = model.upload(model.to_device(model.yarns.points[points]), 3)
+        """Where the body carries the points [units], shape (n, 3)."""
+        self.bound = self.surface.bind(self.places)
+        self._frames = model.empty(len(points), 3), model.empty(len(points), 3)
 
     def filter_forces(self, force: wp.array[Any], launcher: Launcher) -> list[Any]:
         """Return the launch that sets the forces on carried points to zero."""
@@ -102,9 +82,12 @@ class CarriedPoints(Constraint):
         return self._coupling
 
     def filter_steps(self, state: State, step: wp.array[Any], limit: wp.array[Any], launcher: Launcher) -> list[Any]:
-        """Return the launch that leads carried points to their places on the body."""
-        inputs = [self.surface.constants, self.carried, self.face, self.local, state.points, limit]
-        return [launcher(carry, len(self.carried), inputs, [step])]
+        """Return the launches that lead carried points to their places on the body."""
+        return [
+            *self.surface.launches(launcher),
+            self.bound.launch(self.places, *self._frames, launcher),
+            launcher(carry, len(self.carried), [self.carried, self.places, state.points, limit], [step]),
+        ]
 
 
 @dataclass(frozen=True, eq=False)

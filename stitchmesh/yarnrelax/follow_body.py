@@ -4,59 +4,31 @@
 
 from __future__ import annotations
 
-import logging
 import time
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
-from os import fspath
-from typing import Any, TypedDict
+from dataclasses import replace
 
 from stitchmesh import __version__
 from stitchmesh.compute.device import alone, device_named
 from stitchmesh.errors import ParameterError, check_kind
-from stitchmesh.io.checkpoint_file import (
-    CheckpointFile,
-    checked_header,
-    read_checkpoint,
-    was_written,
-    write_checkpoint,
-)
-from stitchmesh.io.contents import FilePath
+from stitchmesh.io.checkpoint_file import CheckpointFile
 from stitchmesh.linking.certificate import refuse_pull_through
-from stitchmesh.progress import shown_stages
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.run import SHOWN, Run
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.body_follower import BodyFollower, FollowInputs, FollowState
 from stitchmesh.yarnrelax.energies.term import YarnChoice
-from stitchmesh.yarnrelax.fingerprint import fingerprint, refuse_other_inputs, yarn_fingerprint
+from stitchmesh.yarnrelax.fingerprint import fingerprint, yarn_fingerprint
+from stitchmesh.yarnrelax.frame_run import FrameHeader, FrameRun, YarnFrame, checkpoint_of
 from stitchmesh.yarnrelax.model.material import YarnMaterial
 from stitchmesh.yarnrelax.motion.follow_defaults import DRAG, MOST_DRAG
 from stitchmesh.yarnrelax.motion.moving_body import MovingBody
 from stitchmesh.yarnrelax.motion.self_cuts import refuse_self_cuts
 
-logger = logging.getLogger(__name__)
 
-
-@dataclass(frozen=True, eq=False)
-class YarnFrame:
-    """The yarns at one frame of the body."""
-
-    number: int
-    """Number of the frame, from 0."""
-    time: float
-    """Time [s]."""
-    yarns: YarnSet
-    """The yarns."""
-    report: dict[str, Any]
-    """Figures of the frame as plain numbers."""
-
-
-class _Header(TypedDict):
+class _Header(FrameHeader):
     """The header of a checkpoint."""
 
-    inputs: dict[str, str]
-    frame: int
     steps: int
     margin: float
     lists_age: int
@@ -108,12 +80,12 @@ def follow_body(
         refuse_self_cuts(body.moving, inputs.device)
         follower = BodyFollower(inputs)
         written = _fingerprints(inputs) if run.checkpoints is not None or run.resume is not None else {}
-        resumed = run.resume is not None and was_written(run.resume)
-        if run.resume is not None and resumed:
-            _resume(follower, run.resume, written)
-        elif run.resume is not None:
-            logger.info("%s: is not there yet; the run begins at the first frame", run.resume)
-    return _frames(follower, run, written, resumed=resumed)
+        resumed = checkpoint_of(run, written, _Header)
+        if resumed is not None:
+            header, arrays = resumed
+            numbers = header["frame"], header["steps"], header["margin"], header["lists_age"]
+            follower.resume(FollowState(*numbers, arrays))
+    return _frames(follower, run, written, resumed=resumed is not None)
 
 
 def _with_drag(yarns: YarnSet, material: YarnMaterial | None, drag: float) -> YarnMaterial:
@@ -127,38 +99,28 @@ def _with_drag(yarns: YarnSet, material: YarnMaterial | None, drag: float) -> Ya
 def _frames(
     follower: BodyFollower, run: Run[YarnSet], written: dict[str, str], *, resumed: bool
 ) -> Iterator[YarnFrame]:  # fmt: skip
-    """Yield the frames; write a checkpoint after the caller has dealt with a frame."""
-    given, last = follower.inputs.yarns, len(follower.times) - 1
-    with shown_stages(run.progress) as report:
-        if not resumed:
-            yield _frame(follower, 0.0)
-        while follower.frame < last:
-            began = time.perf_counter()
-            with alone():
-                follower.advance()
-                frame = _frame(follower, time.perf_counter() - began)
-            report("follow", follower.frame / last, f"frame {follower.frame} of {last}")
-            yield frame
-            if run.checkpoints is not None and follower.frame % run.checkpoints.every == 0:
-                state = follower.state()
-                numbers = {name: value for name, value in vars(state).items() if name != "arrays"}
-                write_checkpoint(run.checkpoints.path, CheckpointFile({"inputs": written, **numbers}, state.arrays))
-    device = str(follower.inputs.device)
-    refuse_pull_through(given, follower.yarns(), device)
+    """Yield the frames; compare the linking at the end."""
+
+    def next_frame() -> YarnFrame:
+        began = time.perf_counter()
+        with alone():
+            follower.advance()
+            return _frame(follower, time.perf_counter() - began)
+
+    def checkpoint() -> CheckpointFile:
+        state = follower.state()
+        numbers = {name: value for name, value in vars(state).items() if name != "arrays"}
+        return CheckpointFile({"inputs": written, **numbers}, state.arrays)
+
+    first = None if resumed else lambda: _frame(follower, 0.0)
+    last = len(follower.times) - 1
+    yield from FrameRun("follow", last, first, next_frame, checkpoint, run).frames(follower.frame)
+    refuse_pull_through(follower.inputs.yarns, follower.yarns(), str(follower.inputs.device))
 
 
 def _frame(follower: BodyFollower, seconds: float) -> YarnFrame:
     report = {**follower.report(), "seconds": seconds}
     return YarnFrame(follower.frame, report["time"], follower.yarns(), report)
-
-
-def _resume(follower: BodyFollower, path: FilePath, written: dict[str, str]) -> None:
-    content = read_checkpoint(path)
-    header = checked_header(path, content, _Header)
-    refuse_other_inputs(fspath(path), header["inputs"], written)
-    follower.resume(FollowState(
-        header["frame"], header["steps"], header["margin"], header["lists_age"], content.arrays
-    ))  # fmt: skip
 
 
 def _fingerprints(inputs: FollowInputs) -> dict[str, str]:

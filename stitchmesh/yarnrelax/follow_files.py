@@ -1,11 +1,13 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The files of a run in which yarns follow a body: two for each frame, and at the end an animation and a report.
+"""The files of a run in which yarns follow a body or a cloth: two for each frame, an animation, and a report.
 
-frames/0000.bcc   the yarns of a frame, for other programs
+frames/0000.bcc   the yarns of a frame, for other programs, in the format of a choice
 frames/0000.smc   their control points without loss, and the figures of the frame
-animation.usdc    yarns and body with time samples
+animation.usdc    yarns and body or cloth with time samples
 report.json       the figures of all frames
+
+Frames are written and read one by one, so that the memory does not grow with their number.
 """
 
 from __future__ import annotations
@@ -26,7 +28,7 @@ from stitchmesh.io.yarn_formats.animated_usd import UsdFrame, write_animated_usd
 from stitchmesh.mesh.vertex_motion import MovingMesh
 from stitchmesh.simulation.bodies.mesh_features import feature_topology
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax.follow_body import YarnFrame
+from stitchmesh.yarnrelax.frame_run import YarnFrame
 
 ANIMATION, REPORT = "animation.usdc", "report.json"
 """Names in the output folder."""
@@ -41,9 +43,18 @@ class _Header(TypedDict):
 class FollowFiles:
     """Writes the files of a run, one frame after the other."""
 
-    def __init__(self, folder: str | PathLike[str], yarns: YarnSet, moving: MovingMesh) -> None:
-        """Write into a folder, which is made if it is missing."""
-        self.folder, self.yarns, self.moving = Path(folder), yarns, moving
+    def __init__(
+        self, folder: str | PathLike[str], yarns: YarnSet, moving: MovingMesh, *, frame_format: str = "bcc"
+    ) -> None:
+        """Write into a folder, which is made if it is missing.
+
+        Args:
+            folder: the folder.
+            yarns: the yarns.
+            moving: the body or the cloth.
+            frame_format: suffix of the files of yarns, without a dot.
+        """
+        self.folder, self.yarns, self.moving, self.frame_format = Path(folder), yarns, moving, frame_format
 
     def add(self, frame: YarnFrame) -> None:
         """Write the yarns of a frame.
@@ -51,7 +62,7 @@ class FollowFiles:
         Raises:
             FileError: a file cannot be written.
         """
-        write_yarns(self._path(frame.number, "bcc"), frame.yarns)
+        write_yarns(self._path(frame.number, self.frame_format), frame.yarns)
         content = CheckpointFile({"report": frame.report}, {"points": np.asarray(frame.yarns.points)})
         write_checkpoint(self._path(frame.number, "smc"), content)
 
@@ -61,8 +72,7 @@ class FollowFiles:
         Raises:
             FileError: a file cannot be written, or the file of a frame is missing.
         """
-        times = self.moving.motion.times
-        rate = (len(times) - 1) / float(times[-1] - times[0]) if len(times) > 1 else 1.0
+        rate = self.moving.motion.frames_per_second
         write_animated_usd(self.folder / ANIMATION, self._animated(), frames_per_second=rate)
         report = {"stitchmesh": __version__, "frames": [frame.report for frame in self.frames()]}
         write_json(self.folder / REPORT, report)

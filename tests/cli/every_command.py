@@ -29,6 +29,7 @@ WORDS: dict[str, list[list[str]]] = {
     "stretch": [["stockinette", "-o", "out", "--course", "0:4%", "--steps", "2"]],
     "drape": [["scene.toml", "-o", "out", "--no-picture"]],
     "follow": [["rest.h5", "frames", "-o", "out"]],
+    "animate": [["stitches.h5", "moving", "-o", "out"]],
     "run": [["job.toml", "-o", "out"]],
     "job": [["init", "tube.obj", "-o", "out.toml"]],
     "status": [["job"]],
@@ -79,6 +80,7 @@ def write_inputs(folder: Path) -> Path:
     sm.write_yarns(folder / "cell.h5", sm.swatch("stockinette", quality=brief, device="cpu").yarns)
     for frame in range(3):
         sm.write_mesh(folder / "frames" / f"b.{frame:04d}.obj", tube(8, 3, radius=10.0, height=12.0))
+        sm.write_mesh(folder / "moving" / f"m.{frame:04d}.obj", mesh)
     (folder / "deep.jsonl").write_text('{"edit": "flip_row", "arguments": {"face": ' + "[" * 900 + "]" * 900 + "}}\n")
     head, swatch = 'quality = "draft"\ndevice = "cpu"\n', 'pattern = "stockinette"\nmax_iterations = 2\n'
     (folder / "job.toml").write_text(f"{head}render = []\n[swatch]\n{swatch}")

@@ -31,7 +31,7 @@ REQUIRED: dict[str, list[str]] = {
     "instructions": ["a.h5"], "info": ["a.h5"], "select": ["a.h5"], "check": ["a.h5"],
     "app": [], "examples": [], "warm-up": [], "measure": ["plain"], "view": ["a.h5"],
     "swatch": ["plain"], "drape": ["a.toml"],
-    "follow": ["a.h5", "b.usdc", "-o", "c"],
+    "follow": ["a.h5", "b.usdc", "-o", "c"], "animate": ["a.h5", "b.usdc", "-o", "c"],
     "run": ["a.toml"], "job": ["init", "a.obj"], "status": ["a"], "batch": ["a.toml"],
     "relax-mesh": ["a.h5", "--surface", "b.h5", "-o", "c.h5"],
     "relax-edited": ["a.h5", "--before", "b.h5", "--after", "c.h5", "-o", "d.h5"],
@@ -39,7 +39,7 @@ REQUIRED: dict[str, list[str]] = {
 """Required words of the commands that need other words than a file and an output file."""
 POSITIONAL = (
     "mesh", "file", "pattern", "fabric", "yarns", "labeled", "output", "arguments", "selections", "scene", "job",
-    "action", "source", "folder", "sweep", "body", "piece",
+    "action", "source", "folder", "sweep", "body", "piece", "cloth",
 )  # fmt: skip
 """Fields of the commands that are words without a flag in one of them."""
 

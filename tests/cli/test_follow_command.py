@@ -50,9 +50,20 @@ def test_follow_writes_a_bcc_for_each_frame_and_time_samples(scene: tuple[Path, 
     assert surface.motion.vertices[1, :, 0].mean() - surface.motion.vertices[0, :, 0].mean() == pytest.approx(0.05)
 
 
+def test_follow_writes_frames_of_another_format_and_a_sheet(scene: tuple[Path, Path], tmp_path: Path) -> None:
+    from PIL import Image
+
+    out = tmp_path / "out"
+    assert main([*words_of(scene, out), "--frame-format", "vtp", "--sheet", "--picture-size", "96", "60"]) == 0
+    assert sorted(path.name for path in (out / "frames").glob("[!.]*.[!s]*")) == ["0000.vtp", "0001.vtp"]
+    assert read_yarns(out / "frames" / "0001.vtp").closed.all()
+    assert Image.open(out / "sheet.png").size == (2 * 96 // 3, 60 // 3)
+
+
 def test_follow_refuses_what_it_cannot_do_and_writes_nothing(scene: tuple[Path, Path], tmp_path: Path, capsys) -> None:
     words = words_of(scene, tmp_path / "out")
     message = refused_without_files(capsys, tmp_path, *words, "--carry", "hem 2")
     assert "got --carry without --fabric" in message
+    assert "frame format: got 'png'" in refused_without_files(capsys, tmp_path, *words, "--frame-format", "png")
     (scene[1] / "1.obj").rename(scene[1] / "2.obj")
     assert "frame 1 is missing" in refused_without_files(capsys, tmp_path, *words)

@@ -148,9 +148,9 @@ def _usd_mesh_seeds(folder: Path) -> list[bytes]:
 def _read_usd_mesh(path: Path) -> object:
     """Do in this process what ``read_moving_mesh`` does in a child, whose start takes longer than the reading."""
     from stitchmesh.io.mesh_formats.usd_mesh import packed_mesh, samples_of
-    from stitchmesh.io.mesh_sequences import moving_mesh_of_stage
+    from stitchmesh.io.mesh_sequences import moving_mesh_of_samples
 
-    return moving_mesh_of_stage(path, *samples_of(packed_mesh(str(path))))
+    return moving_mesh_of_samples(path, *samples_of(packed_mesh(str(path))))
 
 
 def _sewing_patterns(folder: Path) -> list[bytes]:
@@ -204,6 +204,23 @@ def _posed_glb(folder: Path) -> list[bytes]:
     return [write(folder / "posed.glb", tree, buffer).read_bytes()]
 
 
+def _moving_glb(folder: Path) -> list[bytes]:
+    """Return a square that morph targets lift, and points that turning joints carry."""
+    from tests.io.test_glb import skinned, write
+    from tests.io.test_moving_files import animated, square
+
+    lifted = animated(*square(), (0, "weights", [0.0, 0.25], [0.0, 1.0]))
+    turned = animated(*skinned(), (1, "rotation", [0.0, 0.25], [[0, 0, 0, 1], [0, 0, 1, 0]]))
+    return [write(folder / "moving.glb", *content).read_bytes() for content in (lifted, turned)]
+
+
+def _usd_skin(folder: Path) -> list[bytes]:
+    """Return a square that a joint and a blend shape move."""
+    from tests.io.test_moving_files import SKELETON
+
+    return [SKELETON.encode()]
+
+
 def _poly_data(folder: Path) -> list[bytes]:
     """Return polygons and a strip in VTK's legacy format, in text and binary, of the old and the new version."""
     from tests.io.test_read_all_that_is_understood import NEW, OLD, vtk_text
@@ -250,7 +267,8 @@ GEOMETRY_READERS: dict[str, Reader] = {
     "pyp": Reader(".pyp", read_yarns, written(write_yarns, small_yarns(True), suffix=".pyp"), errors=YARN_ERRORS),
     "usda": _usd(".usda"),
     "usdc": _usd(".usdc"),
-    "usd mesh": Reader(".usda", _read_usd_mesh, _usd_mesh_seeds, USD, (FileError, MeshError),
+    "moving glb": Reader(".glb", later("stitchmesh.read_moving_mesh"), _moving_glb, GLB, (FileError, MeshError)),
+    "usd mesh": Reader(".usda", _read_usd_mesh, joined(_usd_mesh_seeds, _usd_skin), USD, (FileError, MeshError),
                        has_own_process=True),
     "hdf5 yarns": hdf5(read_yarns, written(write_yarns, small_yarns, small_yarns(True), suffix=".h5"), _odd_hdf5),
     "hdf5 stitches": hdf5(read_stitches, written(write_stitches, small_fabric, suffix=".h5")),

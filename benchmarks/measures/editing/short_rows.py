@@ -15,10 +15,11 @@ import numpy as np
 import stitchmesh as sm
 from benchmarks.options import Output
 from benchmarks.scenes.large_pieces import quads
-from benchmarks.sheet import drawn, joined
+from benchmarks.sheet import drawn
 from benchmarks.table import Rows, note
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.mesh.courses import course_through
+from stitchmesh.render.animation_pictures import joined
 from stitchmesh.yarn import YarnSet
 
 WIDTH, HEIGHT = 1.0, 0.72

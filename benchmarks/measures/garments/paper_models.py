@@ -121,7 +121,8 @@ def row_of(model: Model, row: dict[str, Any]) -> tuple[object, ...]:
 
 def draw(models: list[Model], given: Options) -> None:
     """Draw the yarns that are in the folder."""
-    from benchmarks.sheet import drawn, joined
+    from benchmarks.sheet import drawn
+    from stitchmesh.render.animation_pictures import joined
 
     pictures = []
     for model in models:

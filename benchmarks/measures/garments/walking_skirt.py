@@ -13,7 +13,6 @@ from __future__ import annotations
 
 from collections.abc import Generator
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -24,7 +23,6 @@ from benchmarks.options import Output
 from benchmarks.scenes import walking_body
 from benchmarks.scenes.garments import Garment
 from benchmarks.scenes.walking_body import FRAMES_PER_SECOND, walking
-from benchmarks.sheet import drawn, joined
 from benchmarks.table import Rows
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.yarn import YarnSet
@@ -44,10 +42,8 @@ def walk(body: Path, /, *, output: Output, unit: str = "cm", frames: int = 60) -
     yield f"{output}: {frames} frames of {len(mesh.vertices):,} vertices"
 
 
-COLUMNS, SIZE, MOST = 12, (200, 260), 60
-"""Pictures in a row of the sheet, their size [pixels], and their largest number."""
-FINER = 3
-"""How much larger pictures are drawn than shown, because yarns are finer than a pixel there."""
+SHEET = sm.AnimationPictures(sheet=True, sheet_frames=60, sheet_columns=12, view="25,5", picture_size=(600, 780))
+"""The sheet of the frames."""
 
 
 def skirt_at_rest(
@@ -74,22 +70,6 @@ def material_of(given: Options, yarns: YarnSet) -> sm.YarnMaterial:
     """The usual material for the radius of the yarns, with contacts as stiff as asked for."""
     usual = sm.YarnMaterial.named().of_radius(float(yarns.radius.mean()))
     return replace(usual, k_contact=given.contact * usual.k_contact)
-
-
-def draw_sheet(files: sm.FollowFiles, moving: sm.MovingMesh, path: Path) -> None:
-    """Draw frames, evenly spaced in time, beside each other."""
-    frames = list(files.frames())
-    chosen = np.unique(np.linspace(0, len(frames) - 1, min(len(frames), MOST)).round().astype(int)).tolist()
-    pictures = []
-    for number in chosen:
-        body = sm.Mesh.from_polygons(moving.motion.vertices[number], _faces(moving.mesh))
-        large = (FINER * SIZE[0], FINER * SIZE[1])
-        pictures.append(drawn(partial(sm.render, frames[number].yarns, body=body, view="25,5", size=large), SIZE))
-    joined(pictures, COLUMNS).save(path)
-
-
-def _faces(mesh: sm.Mesh) -> list[list[int]]:
-    return [face.tolist() for face in np.split(mesh.face_vertex, mesh.face_start[1:-1])]
 
 
 @dataclass(frozen=True)
@@ -124,7 +104,7 @@ def follow(given: Options) -> Rows:
         yield f"mean of frames 2 to {given.frames - 1}: {np.mean(seconds):.3g} s"
     if not given.simulate_only:
         files.finish()
-        draw_sheet(files, moving, given.output / "sheet.png")
+        sm.draw_animation(files.frames(), moving, given.output, SHEET, body=True)
 
 
 def simulate(

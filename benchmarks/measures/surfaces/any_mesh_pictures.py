@@ -18,9 +18,10 @@ from benchmarks.options import Output
 from benchmarks.places import MESHES
 from benchmarks.scenes.surface_shapes import SHAPES
 from benchmarks.scenes.surfaces import Surface, garment, surfaces
-from benchmarks.sheet import drawn, joined
+from benchmarks.sheet import drawn
 from benchmarks.table import Rows
 from stitchmesh.mesh import Mesh, StitchMesh
+from stitchmesh.render.animation_pictures import joined
 from stitchmesh.render.fabric_pictures import render_stretch
 from stitchmesh.render.options import PictureOptions
 from stitchmesh.run import QUIET

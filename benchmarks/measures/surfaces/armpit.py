@@ -16,9 +16,10 @@ import numpy as np
 import stitchmesh as sm
 from benchmarks.options import Output
 from benchmarks.places import MESHES
-from benchmarks.sheet import drawn, joined
+from benchmarks.sheet import drawn
 from benchmarks.table import Rows
 from stitchmesh.mesh import StitchMesh
+from stitchmesh.render.animation_pictures import joined
 
 SWEATER = MESHES / "sweater.obj"
 WIDTH = 1.6

@@ -11,10 +11,11 @@ from functools import partial
 
 from PIL import ImageDraw, ImageFont
 
-from benchmarks.sheet import drawn, joined
+from benchmarks.sheet import drawn
 from benchmarks.table import Rows
 from stitchmesh.io import read_mesh
 from stitchmesh.labeling import PartialLabeling, start_labeling
+from stitchmesh.render.animation_pictures import joined
 from stitchmesh.render.labeling_picture import render_labeling
 from stitchmesh.render.lettering import INK
 from stitchmesh.render.stage import KEY_LEFT

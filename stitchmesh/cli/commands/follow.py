@@ -27,6 +27,7 @@ from stitchmesh.mesh.upright import Y
 from stitchmesh.mesh.vertex_motion import FRAMES_PER_SECOND
 from stitchmesh.quality import DEFAULT_QUALITY, PRESETS
 from stitchmesh.recipe.sections import MaterialSection
+from stitchmesh.render.animation_options import AnimationPictures
 from stitchmesh.yarnrelax.motion.follow_defaults import BODY_FRICTION, DRAG
 
 if TYPE_CHECKING:
@@ -39,17 +40,18 @@ class FollowCommand:
 
     yarns: Annotated[Positional[str], help_entry("YARNS", help=f"{READ_YARNS}, at the first frame of the body")]
     body: Annotated[Positional[str], help_entry("BODY")]
-    """folder with a mesh for each frame, such as walk.0001.obj, or a USD file with time samples of one mesh"""
+    """folder with a mesh for each frame, such as walk.0001.obj, or a USD, glTF (.glb) or Alembic file of one mesh that
+    moves"""
     output: Annotated[str, help_entry("DIR", short="-o")]
-    """output folder for the frames, an animation (USD), a report and a checkpoint"""
+    """output folder for the frames, an animation (USD), pictures, a report and a checkpoint"""
     resume: Flag = False
     """continue from the checkpoint in the output folder, if there is one; give the same other options as before"""
     frames_per_second: Annotated[float, help_entry("N")] = FRAMES_PER_SECOND
-    """frames of a folder for each second; a USD file states its times"""
+    """frames for each second of a folder or of a glTF animation; USD and Alembic state their times"""
     body_unit: Annotated[str, help_entry("UNIT")] = DEFAULT_UNIT
-    """unit of the files of a folder"""
+    """unit of the files of a folder, or of Alembic"""
     body_up: Annotated[DirectionWord, help_entry("AXIS|X,Y,Z", "y")] = None
-    """direction in the files of a folder that points up"""
+    """direction that points up in the files of a folder, or in Alembic"""
     body_friction: Annotated[float, help_entry("MU")] = BODY_FRICTION
     """coefficient of friction between the yarns and the body"""
     body_thickness: Annotated[float, help_entry("CM")] = 0.0
@@ -70,6 +72,7 @@ class FollowCommand:
     device: Device = None
     threads: Threads = None
     material: MaterialSection = field(default_factory=MaterialSection)
+    pictures: AnimationPictures = field(default_factory=AnimationPictures)
     json: AsJson = False
     overwrite: Overwrite = False
 
@@ -82,12 +85,14 @@ class FollowCommand:
         from stitchmesh.cli.progress import show_progress
         from stitchmesh.io import read_yarns
         from stitchmesh.io.mesh_sequences import read_moving_mesh
+        from stitchmesh.render.animation_pictures import draw_animation, picture_names
         from stitchmesh.run import Checkpoints, Run
         from stitchmesh.simulation.dead_load import Gravity
         from stitchmesh.yarnrelax.follow_body import follow_body
         from stitchmesh.yarnrelax.follow_files import ANIMATION, REPORT, FollowFiles
         from stitchmesh.yarnrelax.motion.moving_body import MovingBody
 
+        names = ANIMATION, REPORT, *picture_names(self.pictures)
         yarns = read_yarns(self.yarns, unit=self.unit, radius=self.yarn_radius)
         moving = read_moving_mesh(
             self.body, unit=self.body_unit, up=self.body_up or Y, frames_per_second=self.frames_per_second
@@ -96,23 +101,24 @@ class FollowCommand:
             moving, friction=self.body_friction, thickness=self.body_thickness, carried=self._carried()
         )  # fmt: skip
         material = self.material.yarn_material(float(yarns.radius.mean()), yarns.mass_per_length)
-        with output_folder(self.output, (ANIMATION, REPORT)) as folder, show_progress() as progress:
+        with output_folder(self.output, names) as folder, show_progress() as progress:
             kept = Checkpoints(folder, every=1)
             frames = follow_body(
                 yarns, body, material=material, quality=self.quality, device=self.device,
                 terms=[Gravity(self.gravity)], drag=self.drag,
                 run=Run(progress, checkpoints=kept, resume=kept.path if self.resume else None),
             )  # fmt: skip
-            files = FollowFiles(folder, yarns, moving)
+            files = FollowFiles(folder, yarns, moving, frame_format=self.pictures.frame_format)
             for frame in frames:
                 files.add(frame)
             report = files.finish()
+            draw_animation(files.frames(), moving, folder, self.pictures, body=True, progress=progress)
         seconds = sum(frame["seconds"] for frame in report["frames"])
         nearest = min(frame["body_gap_over_reach"] for frame in report["frames"])
         lines = [
             f"Simulated {len(report['frames'])} frames in {seconds:.3g} s.",
             f"Smallest distance of the yarns from the body, over the distance that they keep: {nearest:.2f}.",
-            f"Wrote {folder / 'animation.usdc'}; {folder / 'frames'} holds a BCC file for each frame.",
+            f"Wrote {folder / ANIMATION}; {folder / 'frames'} holds a file for each frame.",
         ]
         print_result(report, lines, as_json=self.json)
 

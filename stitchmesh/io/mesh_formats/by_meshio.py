@@ -115,25 +115,6 @@ def cells_of_faces(faces: list[list[int]]) -> list[tuple[str, NDArray[np.int64]]
     return [(types.get(size, "polygon"), np.array(run)) for size, run in runs]
 
 
-def weld(points: NDArray[np.float64], faces: list[list[int]]) -> tuple[NDArray[np.float64], list[list[int]]]:
-    """Merge points with exactly equal coordinates.
-
-    Args:
-        points: shape (P, 3).
-        faces: points of each face.
-
-    Returns:
-        The distinct points in the order of their first occurrence, shape (V, 3), and the faces with their new numbers.
-    """
-    comparable = points + 0.0  # This turns -0.0 into 0.0.
-    _, first, place = np.unique(comparable, axis=0, return_index=True, return_inverse=True)
-    order = np.argsort(first)
-    rank = np.empty_like(order)
-    rank[order] = np.arange(len(order))
-    number = rank[place.ravel()].tolist()
-    return points[first[order]], [[number[v] for v in face] for face in faces]
-
-
 def _check_counts(name: str, suffix: str, content: bytes) -> None:
     """Refuse a number of elements that the file cannot hold, because meshio would ask for memory for them."""
     for found in COUNTS[suffix].finditer(content):

@@ -19,7 +19,7 @@ from stitchmesh.errors import FileError
 from stitchmesh.io.atomic import write_bytes
 from stitchmesh.io.contents import FilePath, check_points, read_bytes
 from stitchmesh.io.float32 import from_float32, to_float32
-from stitchmesh.io.mesh_formats.by_meshio import weld
+from stitchmesh.io.mesh_formats.welding import weld
 from stitchmesh.mesh import FloatArray
 
 HEAD = 84

@@ -2,8 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Meshes of a USD stage, read in a process of its own (``stitchmesh.io.guarded_child``).
 
-A frame is a time sample of the points or of a transform above them. The faces must be the same at all samples. Several
-meshes are joined as they lie at their first samples. Faces of left-handed or mirrored meshes are reversed.
+A frame is a time sample of the points or of a transform above them. Meshes that a skeleton or blend shapes move
+(``UsdSkel``) are read where these put them. The faces must be the same at all samples. Several meshes are joined as
+they lie at their first samples. Faces of left-handed or mirrored meshes are reversed.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from numpy.typing import ArrayLike
 
 from stitchmesh.errors import FileError
 from stitchmesh.io.checkpoint_file import CheckpointFile
-from stitchmesh.io.contents import FilePath, check_points, say_left_out
+from stitchmesh.io.contents import FilePath, check_one_mesh, check_points, say_left_out
 from stitchmesh.io.float32 import to_float32
 from stitchmesh.io.guarded_child import answer_of_child, answer_parent
 from stitchmesh.io.usd_stage import LIBRARIES, export_stage, new_stage, read_stage, to_centimetres
@@ -38,10 +39,7 @@ def read_usd_mesh(path: FilePath) -> tuple[list[list[int]], FloatArray, FloatArr
         FileError: the file cannot be read, is malformed, or holds no mesh, several meshes, or faces that change.
     """
     packed = answer_of_child(__name__, path, in_place=True)
-    count = int(packed.arrays["meshes"][0])
-    if count != 1:
-        found = f"has {count} meshes" if count else "has no mesh"
-        raise FileError(f"{fspath(path)}: {found}; expected one prim of type Mesh; export the body alone")
+    check_one_mesh(path, [names[0] for names, _ in packed.header["names"]])
     return samples_of(packed)
 
 
@@ -147,6 +145,7 @@ def _meshes_of(name: str, stage: Usd.Stage) -> CheckpointFile:
     """Return the only mesh with all its samples, or all meshes at their first samples, and counts of other prims."""
     from pxr import Usd, UsdGeom
 
+    _put_skins(stage)
     prims = list(stage.Traverse(Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)))
     meshes = [UsdGeom.Mesh(prim) for prim in prims if prim.IsA(UsdGeom.Mesh)]
     curves = sum(prim.IsA(UsdGeom.BasisCurves) for prim in prims)
@@ -162,16 +161,33 @@ def _meshes_of(name: str, stage: Usd.Stage) -> CheckpointFile:
         positions = np.array([_places(name, mesh, code) for code in codes])
         counts.append(size)
         names.append((_names(mesh), len(size)))
-        corners.append(first + (_reversed(size, vertex) if _is_turned(mesh, codes[0]) else vertex))
+        corners.append(first + (reversed_faces(size, vertex) if _is_turned(mesh, codes[0]) else vertex))
         points.append(positions)
         first += positions.shape[1]
         times = np.array(codes) / stage.GetTimeCodesPerSecond() if len(made) == 1 else times
     arrays = {
-        "meshes": np.array([len(meshes)]), "curves": np.array([curves]), "counts": np.concatenate(counts),
+        "curves": np.array([curves]), "counts": np.concatenate(counts),
         "corners": np.concatenate(corners), "times": times,
         "points": np.concatenate([np.zeros((len(times), 0, 3)), *points], axis=1),
     }  # fmt: skip
     return CheckpointFile({"left out": dict(others), "names": names}, arrays)
+
+
+def _put_skins(stage: Usd.Stage) -> None:
+    """Replace the points of meshes with skeletons or blend shapes by the places to which these bring them.
+
+    The file stays as it is, because the new points are values of the session.
+    """
+    from pxr import UsdSkel
+
+    roots = [UsdSkel.Root(prim) for prim in stage.Traverse() if prim.IsA(UsdSkel.Root)]
+    if not roots:
+        return
+    session, rate = stage.GetSessionLayer(), stage.GetTimeCodesPerSecond()
+    session.timeCodesPerSecond = rate  # A layer without a rate of its own has 24.
+    stage.SetEditTarget(session)
+    for root in roots:
+        UsdSkel.BakeSkinning(root)
 
 
 def _names(mesh: UsdGeom.Mesh) -> list[str]:
@@ -188,8 +204,13 @@ def _is_turned(mesh: Any, code: float) -> bool:
     return bool((mesh.GetOrientationAttr().Get() == UsdGeom.Tokens.leftHanded) != (np.linalg.det(turn) < 0.0))
 
 
-def _reversed(size: IntArray, corners: IntArray) -> IntArray:
-    """Return the corners of faces in the other direction; their first corners stay first."""
+def reversed_faces(size: IntArray, corners: IntArray) -> IntArray:
+    """Return the corners of faces in the other direction; their first corners stay first.
+
+    Args:
+        size: number of corners of each face.
+        corners: the corners of all faces.
+    """
     if (size < 1).any() or size.sum() != len(corners):
         return corners  # The faces are damaged; the check of the mesh reports it.
     first = np.repeat(np.cumsum(size) - size, size)

@@ -23,10 +23,13 @@ import numpy as np
 from stitchmesh.errors import FileError
 from stitchmesh.io.contents import FilePath
 from stitchmesh.io.float32 import to_float32
-from stitchmesh.io.usd_stage import export_stage, new_stage
+from stitchmesh.io.usd_stage import growing_stage
 from stitchmesh.io.yarn_formats.usd import define_yarns
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.yarn import YarnSet
+
+MOST_UNSAVED = 2**26
+"""Size of the positions of which the stage keeps time samples in memory [bytes]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,33 +53,51 @@ def write_animated_usd(path: FilePath, frames: Iterable[UsdFrame], *, frames_per
 
     Args:
         path: the file.
-        frames: at least one, in the order of their times; they are read one by one.
+        frames: at least one, in the order of their times; they are read and written one by one.
         frames_per_second: number of time codes for each second.
 
     Raises:
         FileError: there is no frame, a coordinate is too large for float32, or the file cannot be written.
     """
-    from pxr import UsdGeom
-
-    stage = new_stage()
-    stage.SetTimeCodesPerSecond(frames_per_second)
-    stage.SetDefaultPrim(UsdGeom.Xform.Define(stage, "/yarns").GetPrim())
-    curves: list[tuple[Any, Any]] = []
-    surface = _Surface(path, stage)
-    code, count = 0.0, 0
-    for frame in frames:
-        code, count = frame.time * frames_per_second, count + 1
-        if count == 1:
-            curves = _define_curves(path, stage, frame)
-            stage.SetStartTimeCode(code)
-        for target, own in curves:
-            _set_points(target, to_float32(path, "the coordinates", frame.yarns.points[own]), frame.yarns, code)
-        surface.add(frame, code)
-    if not count:
-        raise FileError(f"{fspath(path)}: got no frame; expected at least one")
-    stage.SetEndTimeCode(code)
-    export_stage(path, stage)
+    count = 0
+    with growing_stage(path) as stage:
+        animation = _Animation(path, stage, frames_per_second)
+        for frame in frames:
+            animation.add(frame)
+            count += 1
+        if not count:
+            raise FileError(f"{fspath(path)}: got no frame; expected at least one")
     return count
+
+
+class _Animation:
+    """A stage to which frames are added, one after the other."""
+
+    def __init__(self, path: FilePath, stage: Any, frames_per_second: float) -> None:
+        from pxr import UsdGeom
+
+        self.path, self.stage, self.frames_per_second = path, stage, frames_per_second
+        stage.SetTimeCodesPerSecond(frames_per_second)
+        stage.SetDefaultPrim(UsdGeom.Xform.Define(stage, "/yarns").GetPrim())
+        self.curves: list[tuple[Any, Any]] | None = None
+        self.surface = _Surface(path, stage)
+        self.unsaved = 0
+
+    def add(self, frame: UsdFrame) -> None:
+        """Add a frame; values that fill ``MOST_UNSAVED`` go to the file."""
+        code = frame.time * self.frames_per_second
+        if self.curves is None:
+            self.curves = _define_curves(self.path, self.stage, frame)
+            self.stage.SetStartTimeCode(code)
+        for target, own in self.curves:
+            points = to_float32(self.path, "the coordinates", frame.yarns.points[own])
+            _set_points(target, points, frame.yarns, code)
+        self.surface.add(frame, code)
+        self.stage.SetEndTimeCode(code)
+        self.unsaved += frame.yarns.points.nbytes + frame.surface.nbytes
+        if self.unsaved > MOST_UNSAVED:
+            self.stage.Save()
+            self.unsaved = 0
 
 
 def _define_curves(path: FilePath, stage: Any, frame: UsdFrame) -> list[tuple[Any, Any]]:

@@ -143,6 +143,30 @@ def smallest_of_parts(
     least[cell] = smallest
 
 
+@kernel
+def keep_extremes(
+    # model
+    blocks: int,
+    broad: int,
+    # state in
+    results: wp.array2d[wp.float64],
+    # state out
+    extremes: wp.array2d[wp.float64],
+) -> None:
+    """Keep the largest maxima of several searches, and the least of their smallest clearances.
+
+    A search with the broad phase makes new near lists, for which the drift before it does not count.
+    """
+    row = wp.tid()
+    if row >= blocks:
+        extremes[row, 0] = wp.min(extremes[row, 0], results[row, 0])
+        return
+    for column in range(3):
+        extremes[row, column] = wp.max(extremes[row, column], results[row, column])
+    if broad == 0:
+        extremes[row, 3] = wp.max(extremes[row, 3], results[row, 3])
+
+
 @dataclass(frozen=True, eq=False)
 class SearchResults:
     """Results of a search that the host reads."""
@@ -183,10 +207,15 @@ class ContactSearch:
         self.parts = wp.zeros((model.cell_count, parts), dtype=wp.float64, device=model.device)
         self.least = self.parts[:, 0] if parts == 1 else wp.zeros(model.cell_count, wp.float64, device=model.device)
         self.collected = wp.zeros((BLOCKS + 5 * model.cell_count, 4), dtype=wp.float64, device=model.device)
+        self.no_extremes = np.zeros(self.collected.shape)
+        """The extremes of no search."""
+        self.no_extremes[BLOCKS:] = np.inf
+        self.extremes = wp.array(self.no_extremes, dtype=wp.float64, device=model.device)
+        """Extremes of the results of several searches (``unread_launches``), in the shape of ``collected``."""
         self.results: SearchResults | None = None
         self._margin = candidates.margin
         self._longest = 0.0
-        self._captures = Captures(self, ContactSearch._generations)
+        self._captures = Captures(self, ContactSearch.generations)
         self._table: SearchResults | None = None
         self._searched: SearchResults | None = None
         self._last_loss = 0.0
@@ -226,6 +255,35 @@ class ContactSearch:
         if periods is not None:
             self.candidates.near.invalidate()
 
+    def unread_launches(self, *, broad: bool) -> list[Any]:
+        """Return the launches of a search whose results the host does not read before ``extremes_hold``.
+
+        They are for yarns without a lattice. They depend on ``generations``. The launches before the first such search
+        set ``extremes`` to ``no_extremes``.
+        """
+        inputs = [BLOCKS, int(broad), self.collected]
+        kept = self.model.prepare(keep_extremes, len(self.collected), inputs, [self.extremes])
+        return [*self._prepared(broad=broad), kept]
+
+    def extremes_hold(self, extremes: NDArray[np.float64]) -> bool:
+        """Return whether all lists were complete in some searches with unread results, the first with the broad phase.
+
+        If they were not, the lists are out of date. What was too small is enlarged; the yarns must return to the places
+        before these searches, and be searched with the broad phase each time if the near lists did not last.
+
+        Args:
+            extremes: ``extremes`` after the searches.
+        """
+        near, (most, listed, longest, drift) = self.candidates.near, extremes[:BLOCKS].max(axis=0).tolist()
+        assert self.results is not None
+        found = replace(self.results, near=int(most), listed=int(listed), longest=longest, drift=drift)
+        near.reach = self._margin + SPARE_REACH
+        near.complete_within = near.reach - 2.0 * drift
+        if self._has_capacity(found) and near.complete_within >= self._margin:
+            return True
+        near.invalidate()
+        return False
+
     def too_close(self) -> dict[int, str]:
         """Return a message for each cell in which the clearance of an arc is used up; it names yarn and stitch face."""
         assert self.results is not None
@@ -249,8 +307,8 @@ class ContactSearch:
             self._last_loss = before - near.complete_within
         return found
 
-    def _generations(self) -> tuple[float, ...]:
-        """What the captured launches of a search depend on: arrays, the margin and the largest extent."""
+    def generations(self) -> tuple[float, ...]:
+        """Return what the captured launches of a search depend on: arrays, the margin and the largest extent."""
         return self.generation, self.candidates.near.lists.shape[1], self._margin, self._longest
 
     def _prepared(self, *, broad: bool) -> list[Any]:

@@ -185,6 +185,8 @@ class Shape(YarnTerm):
     """Tent weights, in the order of the owners."""
     whole: wp.array[Any]
     """Sum of each patch's weights over its control points, shape (K,)."""
+    centre: NDArray[np.int64]
+    """Stitch face at each patch's centre, shape (K,)."""
     normal: wp.array[Any]
     """Normal of the fabric at each patch's centre, shape (K, 3)."""
     kappa: tuple[float, float, float]
@@ -275,6 +277,7 @@ def put_shape(model: Model, fabric: StitchMesh, loops: Loops) -> Shape:
         owner_patches=model.integers(by_loop.entry),
         owner_weight=model.upload(by_loop.weight),
         whole=model.upload(whole),
+        centre=centres,
         normal=model.upload(normal / np.linalg.norm(normal, axis=1, keepdims=True), 3),
         kappa=_stiffness(model, loops, by_loop),
         threshold=model.number(1.0),

@@ -113,7 +113,7 @@ def place_outward(
 class Refit:
     """A launch that fits a tree of boxes to its points."""
 
-    tree: wp.Mesh
+    tree: wp.Mesh | wp.Bvh
 
     def launch(self) -> None:
         """Fit the tree."""

@@ -8,7 +8,7 @@ from zero.
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 import warp as wp
@@ -16,7 +16,7 @@ import warp as wp
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.launch import launch
 from stitchmesh.errors import ParameterError
-from stitchmesh.mesh import FloatArray
+from stitchmesh.mesh import FloatArray, Mesh
 from stitchmesh.mesh.vertex_motion import MovingMesh
 from stitchmesh.simulation.bodies.mesh_features import feature_topology
 
@@ -69,32 +69,64 @@ def find_cuts(
     cut[t] = first
 
 
+@dataclass(frozen=True)
+class SelfCut:
+    """A place where a surface cuts through itself."""
+
+    faces: tuple[int, int]
+    """Two faces of the mesh that cut through each other."""
+    triangles: int
+    """Number of triangles that are cut."""
+    middle: tuple[float, float, float]
+    """Middle of the first of them [cm]."""
+
+    def __str__(self) -> str:
+        one, other = self.faces
+        where = [round(value, 2) for value in self.middle]
+        return f"near {where} cm: face {one} cuts through face {other}, and {self.triangles - 1} more triangles do"
+
+
+class SelfCuts:
+    """Finds where a moving mesh cuts through itself."""
+
+    def __init__(self, mesh: Mesh, device: wp.Device) -> None:
+        """Divide the mesh into triangles, and put them on a device."""
+        self.topology, self.device = feature_topology(mesh), device
+        corners = mesh.vertices[self.topology.corner].reshape(-1, 3)
+        indices = wp.array(np.arange(len(corners)), dtype=wp.int32, device=device)
+        self._corners = wp.array(corners, dtype=wp.vec3d, device=device)
+        self._tree = wp.Mesh(wp.array(corners, dtype=wp.vec3, device=device), indices)
+        self._places = wp.array(self.topology.place.ravel().astype(np.int32), dtype=wp.int32, device=device)
+        self._cut = wp.zeros(len(corners) // 3, dtype=wp.int32, device=device)
+
+    def first(self, vertices: FloatArray) -> SelfCut | None:
+        """Return the first place where the mesh cuts through itself with its vertices at some places [cm], or None."""
+        corners = vertices[self.topology.corner].reshape(-1, 3)
+        self._corners.assign(corners)
+        self._tree.points.assign(corners.astype(np.float32))
+        self._tree.refit()
+        inputs = [self._tree.id, self._corners, self._places]
+        launch(find_cuts, len(self._cut), inputs, [self._cut], self.device)
+        cut = self._cut.numpy()
+        found = np.flatnonzero(cut >= 0)
+        if not len(found):
+            return None
+        first = int(found[0])
+        one, other = self.topology.face[[first, cut[first]]].tolist()
+        x, y, z = vertices[self.topology.corner[first]].mean(axis=0).tolist()
+        return SelfCut((one, other), len(found), (x, y, z))
+
+
 def refuse_self_cuts(moving: MovingMesh, device: wp.Device) -> None:
     """Check that no frame of a body cuts through itself.
 
     Raises:
         ParameterError: a frame does; the message names the frame, its time, two faces, and the place.
     """
-    topology = feature_topology(moving.mesh)
+    finder = SelfCuts(moving.mesh, device)
     for number, vertices in enumerate(moving.motion.vertices):
-        cut = _cuts(vertices[topology.corner].reshape(-1, 3), topology.place.ravel(), device)
-        found = np.flatnonzero(cut >= 0)
-        if not len(found):
-            continue
-        first = int(found[0])
-        where = vertices[topology.corner[first]].mean(axis=0)
-        at = f"frame {number} ({moving.motion.times[number]:g} s), near {np.round(where, 2).tolist()} cm"
-        one, other = topology.face[[first, cut[first]]]
-        pair = f"face {one} cuts through face {other}, and {len(found) - 1} more triangles do"
-        raise ParameterError(f"moving body: {at}: {pair}; expected a body that does not cut itself; bend it less there")
-
-
-def _cuts(corners: FloatArray, place: Any, device: wp.Device) -> Any:
-    """Return the triangle through which each triangle cuts, or -1, shape (T,)."""
-    indices = wp.array(np.arange(len(corners)), dtype=wp.int32, device=device)
-    tree = wp.Mesh(wp.array(corners, dtype=wp.vec3, device=device), indices)
-    count = len(corners) // 3
-    cut = wp.zeros(count, dtype=wp.int32, device=device)
-    places = wp.array(place.astype(np.int32), dtype=wp.int32, device=device)
-    launch(find_cuts, count, [tree.id, wp.array(corners, dtype=wp.vec3d, device=device), places], [cut], device)
-    return cut.numpy()
+        found = finder.first(vertices)
+        if found is not None:
+            at = f"frame {number} ({moving.motion.times[number]:g} s)"
+            expected = "expected a body that does not cut itself; bend it less there"
+            raise ParameterError(f"moving body: {at}, {found}; {expected}")

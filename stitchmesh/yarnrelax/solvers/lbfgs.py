@@ -42,9 +42,12 @@ from stitchmesh.compute.thread_block import THREADS, Products, Slots, sum_over_b
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.solvers.lbfgs_steps import (
     FIRST_GRADIENT,
+    GRADIENTS,
     ITERATION,
     LAST_GRADIENT,
     MOST_USED_UP,
+    PLAIN,
+    PRECONDITIONER_SCALE,
     PRODUCTS,
     STEP_SCALE,
     TENTH,
@@ -241,6 +244,27 @@ def apply_moves(
         apply_move(i, trial, points, memory)
 
 
+@kernel
+def begin_anew(
+    # model
+    wanted: int,
+    done: int,
+    step_scale: wp.float64,
+    # state in and out
+    record: wp.array2d[wp.float64],
+) -> None:
+    """Forget the pairs and the gradients of each cell, and begin an interval after ``done`` iterations."""
+    cell = wp.tid()
+    for column in range(8):
+        record[cell, column] = wp.float64(0.0)
+    record[cell, PLAIN] = wp.float64(1.0)
+    record[cell, STEP_SCALE] = step_scale
+    record[cell, GRADIENTS] = wp.float64(0.0)
+    record[cell, PRECONDITIONER_SCALE] = wp.float64(1.0)
+    record[cell, ITERATION] = wp.float64(done)
+    record[cell, WANTED] = wp.float64(wanted)
+
+
 class LBFGS(Solver):
     """Limited-memory quasi-Newton steps."""
 
@@ -308,6 +332,11 @@ class LBFGS(Solver):
         record[slice(None) if cells is None else cells, : len(FRESH)] = FRESH
         record[:, STEP_SCALE] = step_scale
         self.memory.record.assign(record)
+
+    def anew_launch(self, wanted: int, done: int, step_scale: float, launcher: Launcher) -> Any:
+        """Return the launch that does on the device what ``restart`` and ``begin`` do; the gradients begin anew too."""
+        inputs = [wanted, done, wp.float64(step_scale)]
+        return launcher(begin_anew, len(self.memory.record), inputs, [self.memory.record])
 
     def set_step_scale(self, step_scale: NDArray[np.float64]) -> None:
         """Scale the moves of each cell."""
