@@ -83,6 +83,15 @@ def row_totals(
         totals[row] = total[0]
 
 
+@wp.func
+def strands_of(count: int, most: int) -> int:
+    """``strands_for`` in a kernel, at most ``most``; the strands of a range do not depend on the other ranges."""
+    strands = int(wp.static(FEWEST_STRANDS))
+    while strands < most and strands < count // wp.static(VALUES_PER_STRAND):
+        strands *= 2
+    return strands
+
+
 @kernel
 def range_sums(
     # model
@@ -93,12 +102,14 @@ def range_sums(
     # state out
     sums: wp.array[wp.float64],
 ) -> None:
-    """Sum of a strand's values in its range, in ascending order; ``strands`` strands for each range."""
+    """Sum of a strand's values in its range, in ascending order; the longest range has ``strands`` strands."""
     cell = wp.tid() // strands
     strand = wp.tid() - cell * strands
+    own = strands_of(start[cell + 1] - start[cell], strands)
     total = wp.float64(0.0)
-    for k in range(start[cell] + strand, start[cell + 1], strands):
-        total += wp.float64(values[k])
+    if strand < own:
+        for k in range(start[cell] + strand, start[cell + 1], own):
+            total += wp.float64(values[k])
     sums[wp.tid()] = total
 
 

@@ -46,8 +46,8 @@ from numpy.typing import NDArray
 
 from stitchmesh.compute.captured import CapturedLaunches, CopyArray
 from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.partial_sums import chunk_of, least_parts, parts_for
 from stitchmesh.compute.precision import Scalar, Vec2, Vec3
-from stitchmesh.compute.reduction import strand_maxima, strands_for
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.mesh.vertex_motion import MovingMesh, RigidPlace, best_rigid_place
 from stitchmesh.quality import Quality
@@ -184,7 +184,7 @@ def begin_figures(
 def collect_figures(
     # state in
     progress: wp.array[wp.float64],
-    opposite: wp.array[wp.float64],
+    least: wp.array2d[wp.float64],
     record: wp.array2d[wp.float64],
     extremes: wp.array2d[wp.float64],
     # state out
@@ -197,8 +197,8 @@ def collect_figures(
         figures[k] = progress[k]
     if k == 3:
         nearest = wp.float64(2.0)
-        for n in range(opposite.shape[0]):
-            nearest = wp.min(nearest, -opposite[n])
+        for n in range(least.shape[0]):
+            nearest = wp.min(nearest, least[n, 0])
         figures[NEAREST] = nearest
         figures[FORCE_BEFORE] = record[0, FIRST_GRADIENT]
         figures[FORCE_AFTER] = record[0, LAST_GRADIENT]
@@ -263,8 +263,7 @@ class Animator:
         self._put_homes()
         self.guard = TravelGuard(self.model, self.state, simulation.candidates)
         self.nearest = self.model.empty(self.model.sample_count)
-        strands = strands_for(self.model.sample_count)
-        self.opposite = wp.zeros(strands, dtype=wp.float64, device=inputs.device)
+        self.least = parts_for(self.model.sample_count, inputs.device)
         count = int(FIGURES) + simulation.search.collected.size
         self.figures = wp.zeros(count, dtype=wp.float64, device=inputs.device)
         self._no_extremes = wp.array(simulation.search.no_extremes, dtype=wp.float64, device=inputs.device)
@@ -488,16 +487,17 @@ class Animator:
     def _distance_launches(self) -> list[Any]:
         """Return the launches that find the smallest distance of two yarns."""
         model, prepare, listed = self.model, self.model.prepare, self.simulation.candidates
+        chunk = chunk_of(model.sample_count, model.device)
         arcs = [model.constants, self.state.samples, self.guard.half_tangent, listed.count, listed.lists]
         return [
             self.guard.arc_launch(),
             prepare(nearest_arcs, model.sample_count, arcs, [self.nearest]),
-            prepare(strand_maxima, len(self.opposite), [wp.float64(-1.0), self.nearest], [self.opposite]),
+            prepare(least_parts, len(self.least), [chunk, self.nearest], [self.least]),
         ]
 
     def _collect_launch(self) -> Any:
         extremes = self.simulation.search.extremes
-        inputs = [self.guard.progress, self.opposite, self._solver.memory.record, extremes]
+        inputs = [self.guard.progress, self.least, self._solver.memory.record, extremes]
         return self.model.prepare(collect_figures, extremes.size, inputs, [self.figures])
 
     @property

@@ -49,6 +49,7 @@ from stitchmesh.yarnrelax.energies.term import Coupling
 from stitchmesh.yarnrelax.hessian.cell_matrices import CellMatrices, Owners
 from stitchmesh.yarnrelax.hessian.contact_hessian import TouchingPairs
 from stitchmesh.yarnrelax.hessian.couplings import CouplingRows, joined
+from stitchmesh.yarnrelax.hessian.dense_cells import DenseCells, MatricesOfSmallCells
 from stitchmesh.yarnrelax.hessian.matrices_on_host import MatricesOnHost
 from stitchmesh.yarnrelax.hessian.matrix_entries import block_launches, entry_launches
 from stitchmesh.yarnrelax.hessian.matrix_pattern import MatrixPattern
@@ -85,7 +86,14 @@ class HessianAssembly:
         self._values = wp.empty(0, dtype=wp.float64, device=model.device)
         self._on_gpu: tuple[MatrixPattern, PatternOnGpu] | None = None
         self._coupled = CouplingRows([])
-        self._groups = _groups(3 * np.diff(model.point_start), 3 if self._sums.relaxes else 0)
+        own, strains = 3 * np.diff(model.point_start), 3 if self._sums.relaxes else 0
+        self._groups = _groups(own, strains)
+        self._dense = DenseCells(own, strains, model.device) if self._are_dense(own + strains) else None
+
+    def _are_dense(self, sizes: NDArray[np.int64]) -> bool:
+        """Whether the matrices of cells with these numbers of coordinates are factored as dense ones."""
+        model = self._simulation.model
+        return model.on_lattice and DenseCells.suit(sizes, model.device)
 
     def matrix(
         self, exact: NDArray[np.float64] | None = None, *, forces_are_found: bool = False
@@ -114,7 +122,7 @@ class HessianAssembly:
     ) -> CellMatrices:  # fmt: skip
         """Return the Hessians of the current states of some cells, on the device that factors them.
 
-        Without cuDSS, the processor factors the matrices of a GPU.
+        A GPU factors small cells by itself, and others with cuDSS. Without cuDSS, the processor factors these.
 
         Args:
             exact: share of the exact Hessian in each segment (``matrix``).
@@ -125,6 +133,9 @@ class HessianAssembly:
         device = self._simulation.model.device
         if not self._coupled.are_of(couplings):
             self._coupled, self._on_gpu = CouplingRows(couplings), None
+        if self._dense is not None and not couplings:
+            entries, pattern = self._entries(exact, forces_are_found)
+            return MatricesOfSmallCells.of(self._dense, pattern, wp.clone(entries), owners)
         if not factors_on(device):
             host = MatricesOnHost(self.matrix(exact, forces_are_found=forces_are_found), owners)
             return replace(host, couplings=joined(couplings, self._coupled, host.diagonal()))
@@ -193,7 +204,8 @@ class HessianAssembly:
         simulation.captured("stiffnesses", launches, of=self._touching.segments).launch()
         while self._touching.make_room():
             simulation.captured("stiffnesses", launches, of=self._touching.segments).launch()
-        candidates = simulation.candidates if factors_on(model.device) and model.on_lattice else None
+        lasts = model.on_lattice and (self._dense is not None or factors_on(model.device))
+        candidates = simulation.candidates if lasts else None
         if self._touching.keep(candidates) or self._pattern is None:
             self._pattern = MatrixPattern(model, self._sums.relaxes, self._touching)
         return self._pattern

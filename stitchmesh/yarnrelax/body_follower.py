@@ -183,8 +183,8 @@ class BodyFollower:
     def state(self) -> FollowState:
         """Return everything that decides how the run continues after the present frame."""
         arrays = {name: array.numpy() for name, array in carried_arrays(self.simulation).items()}
-        margin = self.simulation.candidates.margin
-        return FollowState(self.frame, self.steps, margin, self.loop.lists_age, arrays)
+        margin = float(self.simulation.candidates.margins[0])
+        return FollowState(self.frame, self.steps, margin, int(self.loop.lists_age[0]), arrays)
 
     def resume(self, state: FollowState) -> None:
         """Continue from a state of the same run.
@@ -193,7 +193,7 @@ class BodyFollower:
             ParameterError: an array is missing or has another shape.
         """
         resume_from_arrays(self.simulation, state.arrays, state.margin)
-        self.loop.lists_age = state.lists_age
+        self.loop.lists_age[0] = state.lists_age
         self.frame = state.frame
         self.steps = state.steps
         self.term.surface.begin(max(self.frame - 1, 0))

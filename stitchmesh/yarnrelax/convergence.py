@@ -67,7 +67,8 @@ from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
 from stitchmesh.yarnrelax.energies import by_term, evaluation
 from stitchmesh.yarnrelax.energies.term import Constraint, OnYarns
 from stitchmesh.yarnrelax.model.cells import CONTACT
-from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.yarnrelax.model.constants import Model, YarnConstants
+from stitchmesh.yarnrelax.model.lattice_images import cell_of
 from stitchmesh.yarnrelax.model.spline import place_contact_samples
 from stitchmesh.yarnrelax.model.state import State
 from stitchmesh.yarnrelax.solvers.cell_strain import CellStrain
@@ -103,13 +104,15 @@ def add_effort(
 @kernel
 def perturb_coordinates(
     # model
+    model: YarnConstants,
+    cell_points: wp.array[wp.int32],
     precision: Scalar,
     # state out
     points: wp.array[Vec3],
 ) -> None:
-    """Change the last digit of each coordinate, up or down."""
+    """Change the last digit of each coordinate, up or down; equal cells change in the same way."""
     i = wp.tid()
-    digits = wp.rand_init(0, i)
+    digits = wp.rand_init(0, i - cell_points[cell_of(model.images, wp.max(model.point_segments[i]))])
     place = points[i]
     for axis in range(3):
         size = wp.abs(place[axis]) * precision
@@ -330,11 +333,11 @@ class Assessor:
         """Return the launches for the change of forces by the last digit of coordinates, which are then restored."""
         model, state = self.model, self.state
         n = model.point_count
-        kept, change2 = wp.clone(state.points), model.empty(n)
+        kept, change2, cells = wp.clone(state.points), model.empty(n), [model.constants, model.cell_points]
         arguments = (model, state, self.candidates, self.terms, self.point_stiffness)
         launches = [
             CopyArray(state.points, kept),
-            launcher(perturb_coordinates, n, [model.number(precision_of(model))], [state.points]),
+            launcher(perturb_coordinates, n, [*cells, model.number(precision_of(model))], [state.points]),
         ]
         launches += evaluation.force_launches(*arguments, launcher)
         launches.append(CopyArray(kept, state.points))

@@ -78,7 +78,7 @@ def resume_from_arrays(simulation: YarnSimulation, arrays: Mapping[str, NDArray[
         for name, array in carried_arrays(simulation).items()
     }
     check_arrays(shapes, arrays)
-    simulation.candidates.margin = margin
+    simulation.candidates.set_margins(margin)
     simulation.search.run_again(arrays.get("searched_points", arrays["listed_points"]), arrays.get("searched_periods"))
     for name, array in carried_arrays(simulation).items():
         if "." not in name or name.startswith("solver."):

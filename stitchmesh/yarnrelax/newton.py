@@ -139,7 +139,7 @@ class Newton:
                 elif step is not None:
                     self.shares.shrink(cell)
                 else:
-                    saddles[cell] |= balanced[cell] and self.shares.largest[cell] == 0.0
+                    saddles[cell] |= balanced[cell] and self.shares.is_exact(cell)
                     self._grow_shares(systems, cell)
             if not left.any():
                 return
@@ -147,6 +147,9 @@ class Newton:
 
     def _grow_shares(self, systems: NewtonSystems, cell: int) -> None:
         """Take a larger share of the Gauss-Newton matrix in a cell whose matrix has negative eigenvalues."""
+        if not self.shares.local:  # The shares of a batch do not need the places of thousands of cells.
+            self.shares.grow(cell)
+            return
         points = self.simulation.state.points.numpy()[: self.model.point_count].astype(np.float64)
         self.shares.grow(cell, systems.factors.negative_pivots, points)
 
@@ -308,7 +311,7 @@ class Newton:
         step = self.steps[cell]
         if step is None or not step.exact:
             return None
-        count = int(np.diff(self.model.point_start)[cell])
+        count = int(self.model.point_start[cell + 1] - self.model.point_start[cell])
         moved = step.motion[:count]
         rms = float(np.sqrt((moved**2).sum() / count))
         energy = 0.5 * step.work / size if size > 0.0 else 0.0

@@ -11,8 +11,8 @@ The sliding stitches of a large piece need many iterations to come to rest. Newt
 because their matrix is not the exact Hessian. The solver therefore also continues after these steps.
 
 Several cells take their Newton steps together, in every ``ROUND``-th assessment interval. In the intervals between, a
-cell iterates if it would also iterate alone. A cell whose last step was not shortened stands still, because iterations
-lead away from the minimum that Newton steps are about to find.
+cell iterates if it would also iterate alone, and stands still if its step is due. The way of a cell therefore does not
+depend on the other cells of its batch.
 
 In an interval the states of the cells are judged, and the cells move, move less, and follow their steps.
 Factors cost several times as much as forces and energies. If the energy rises in a step, a part of the step is
@@ -60,20 +60,22 @@ class Alternation:
         """Number of iterations that a Newton step counts as."""
         self.intervals, self.round = 0, 1 if cells == 1 else ROUND[device]
         """Number of assessment intervals that have begun, and number of intervals from one Newton step to the next."""
-        self.follows = np.zeros(cells, dtype=bool)
-        """Whether the next Newton step of each cell follows its last one without iterations, shape (C,)."""
         self.descent = np.zeros(cells, dtype=np.int64)
         """Iterations of the solver before the next Newton step of each cell, shape (C,)."""
         self.newton_fall = np.zeros(cells)
         """Relative fall of the energy in the last shortened Newton step of each cell over its cost, shape (C,)."""
 
-    def begin_interval(self, chosen: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    def begin_interval(self, chosen: NDArray[np.bool_], ending: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Begin an interval of some cells; return the cells that do not stand still in it, shape (C,).
 
         If all of them would stand still, their Newton steps come at once.
+
+        Args:
+            chosen: the cells, shape (C,).
+            ending: whether each cell takes Newton steps, shape (C,).
         """
         self.intervals += 1
-        standing = chosen & self.follows & (self.intervals % self.round != 0)
+        standing = chosen & ending & (self.descent == 0) & (self.intervals % self.round != 0)
         if (chosen & ~standing).any():
             return chosen & ~standing
         self.intervals += -self.intervals % self.round
@@ -95,7 +97,6 @@ class Alternation:
                 iterates, shape (C,).
             fall: relative fall of the energy in the steps, shape (C,).
         """
-        self.follows = (self.follows | stepping) & ~shortened
         self.descent[shortened] = self.step_cost
         self.newton_fall[shortened] = fall[shortened] / self.step_cost
 
@@ -111,7 +112,6 @@ class Alternation:
         goes_on = (self.newton_fall > 0.0) & (fall > interval * self.newton_fall)
         left = np.maximum(self.descent - interval, np.where(goes_on, interval, 0))
         self.descent = np.where(bad, 0, np.where(good, left, self.descent))
-        self.follows &= ~(good | bad)
 
 
 def alternation_of(model: Model) -> Alternation:
@@ -130,7 +130,7 @@ class Ending(Protocol):
     tolerance: float
     largest_change: float
     last: Assessments
-    lists_age: int
+    lists_age: NDArray[np.int64]
     step_scale: NDArray[np.float64]
     stalled: NDArray[np.bool_]
     remaining: list[RemainingChange | None]
@@ -140,8 +140,8 @@ class Ending(Protocol):
         """Whether each cell is at rest, shape (C,)."""
         ...
 
-    def search_contacts(self) -> None:
-        """Make new candidate lists."""
+    def search_contacts(self, *, cells: NDArray[np.bool_]) -> None:
+        """Make new candidate lists of some cells, shape (C,)."""
 
     def is_acceptable(self, now: Assessments, allowed: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Whether the energy of each cell has not risen too far, shape (C,)."""
@@ -164,8 +164,8 @@ def judge_and_move(loop: Ending, cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
     if newton is None or not cells.any():
         return np.zeros(len(cells), dtype=bool)
     check_time()
-    if loop.lists_age:
-        loop.search_contacts()
+    if (old := cells & (loop.lists_age > 0)).any():
+        loop.search_contacts(cells=old)
     newton.find_steps(cells, loop.last.residual < loop.tolerance, loop.last.size)
     for cell in np.flatnonzero(cells).tolist():
         loop.remaining[cell] = newton.remaining_change(cell, float(loop.last.size[cell]))
@@ -199,7 +199,7 @@ def move_less(
         for cell in np.flatnonzero(rising).tolist():
             newton.moves.begin_less(cell, float(rise[cell]))
         newton.moves.displace(rising)
-        loop.search_contacts()
+        loop.search_contacts(cells=rising)
         found = found.replaced(rising, loop.simulation.assess_cells(rising))
     return found
 
@@ -236,7 +236,7 @@ def follow_steps(loop: Ending, cells: NDArray[np.bool_], energy: NDArray[np.floa
             loop.accept(good)
             if (cells & ~good).any():
                 loop.simulation.restore(cells & ~good)
-                loop.search_contacts()
+                loop.search_contacts(cells=cells & ~good)
             cells = good
     newton.forget_steps()
 
@@ -248,5 +248,5 @@ def _move(loop: Ending, newton: Newton, cells: NDArray[np.bool_]) -> NDArray[np.
     shortened = newton.move(cells, loop.step_scale)
     for cell in np.flatnonzero(cells).tolist():
         loop.remaining[cell] = None
-    loop.search_contacts()
+    loop.search_contacts(cells=cells)
     return shortened

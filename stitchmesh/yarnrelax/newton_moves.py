@@ -127,7 +127,7 @@ class NewtonMoves:
                 matrix = deformation(strain.host_frame[cell], moves[model.point_count + cell] / float(STRAIN_UNIT))
                 points[own], periods[cell] = points[own] @ matrix, periods[cell] @ matrix
             strain.periods.assign(periods.reshape(-1, 3))
-            simulation.candidates.near.invalidate()
+            simulation.candidates.near.invalidate(cells)
         simulation.state.points.assign(points)
 
     def _constrained(self, moves: FloatArray) -> FloatArray:

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from stitchmesh.errors import OverloadError
 from stitchmesh.time_limit import check_time
 from stitchmesh.yarnrelax.assessment import Assessments, RemainingChange
-from stitchmesh.yarnrelax.collision.narrow_phase import LONG_LIFE, fitting_margin
+from stitchmesh.yarnrelax.collision.narrow_phase import LONG_LIFE, fitting_margins
 from stitchmesh.yarnrelax.convergence import has_converged, is_at_rest, is_level
 from stitchmesh.yarnrelax.loop_state import LoopState, carried_arrays, resume_from_arrays
 from stitchmesh.yarnrelax.newton import SMALLEST_NEWTON_SCALE, newton_of
@@ -59,8 +59,8 @@ class RelaxationLoop:
         """Number of iterations after which each cell begins nothing more, shape (C,)."""
         self.cut_short = False
         """Whether the last interval of a cell was shorter because of its limit of iterations."""
-        self.lists_age = 0
-        """Iterations since the candidate lists were made."""
+        self.lists_age = np.zeros(cells, dtype=np.int64)
+        """Iterations of each cell since its candidate lists were made, shape (C,)."""
         self.step_scale = np.ones(cells)
         """Scale of the steps of each cell, shape (C,)."""
         self.last = Assessments.of([])
@@ -116,7 +116,7 @@ class RelaxationLoop:
             SolverError: the only piece cannot continue.
         """
         chosen = (np.ones(len(self.last), dtype=bool) if cells is None else cells) & ~self.stalled
-        chosen = self.alternation.begin_interval(chosen)
+        chosen = self.alternation.begin_interval(chosen, self.ending)
         stepping, self.cut_short = chosen & self.takes_newton_step, False
         shortened = judge_and_move(self, stepping)
         self.iterations += np.where(stepping, self.alternation.step_cost, self._descend(chosen & ~stepping))
@@ -150,7 +150,7 @@ class RelaxationLoop:
         return wanted
 
     def iterate(self, count: int | NDArray[np.int64]) -> None:
-        """Do ``count`` iterations of all cells, or of each cell, and make new candidate lists when they are too old."""
+        """Do ``count`` iterations of all cells, or of each cell, and make new lists of cells whose lists are old."""
         wanted = np.full(self.simulation.model.cell_count, count)
         self.simulation.solver.begin(wanted)
         done, since_search = np.zeros(len(wanted)), 0
@@ -158,21 +158,24 @@ class RelaxationLoop:
             check_time()
             launched = self.simulation.iterate(int((wanted - done).max()) if self.cut_short else None)
             progress = self.simulation.solver.progress(self.simulation.inputs, launched)
-            self.lists_age += int((progress.done - done).max())
+            self.lists_age += (progress.done - done).astype(np.int64)
             done, since_search = progress.done, since_search + launched
-            needs_lists, margin = progress.needs_lists(wanted, since_search), self._fitting_margin()
-            if needs_lists or (self.lists_age > LONG_LIFE and margin != self.simulation.candidates.margin):
-                self.search_contacts(margin)
-                since_search = 0 if needs_lists else since_search
+            needed, margins = progress.needs_lists(since_search), self._fitting_margins()
+            old = (self.lists_age > LONG_LIFE) & (margins != self.simulation.candidates.margins)
+            if (renewed := needed | (old & (wanted > 0))).any():
+                self.search_contacts(np.where(renewed, margins, self.simulation.candidates.margins), renewed)
+                since_search = 0 if needed.any() else since_search
 
-    def search_contacts(self, margin: float | None = None) -> None:
-        """Make new candidate lists, with a new margin if one is given [units].
+    def search_contacts(
+        self, margins: NDArray[np.float64] | None = None, cells: NDArray[np.bool_] | None = None
+    ) -> None:
+        """Make new candidate lists of some cells, shape (C,), or of all, with new margins if they are given [units].
 
         Raises:
             SolverError: the yarns of the only piece are too close to each other.
         """
-        self.lists_age = 0
-        self._fail(self.simulation.search_contacts(margin))
+        self.lists_age[slice(None) if cells is None else cells] = 0
+        self._fail(self.simulation.search_contacts(margins, cells))
 
     def accept(self, cells: NDArray[np.bool_]) -> None:
         """Accept the current states of some cells, and let their steps become longer again."""
@@ -199,7 +202,7 @@ class RelaxationLoop:
         if self.newton is not None:
             self.newton.distrust(cells & stepping)
         self.simulation.solver.restart(self.step_scale, cells)
-        self.search_contacts()
+        self.search_contacts(cells=cells)
 
     @property
     def takes_newton_step(self) -> NDArray[np.bool_]:
@@ -229,8 +232,9 @@ class RelaxationLoop:
         """Whether each cell cannot continue, shape (C,)."""
         return np.isin(np.arange(len(self.last)), list(self.errors))
 
-    def _fitting_margin(self) -> float:
-        return fitting_margin(self.simulation.candidates.margin, self.lists_age)
+    def _fitting_margins(self) -> NDArray[np.float64]:
+        """Return the margins of the next candidate lists of each cell [units], shape (C,)."""
+        return fitting_margins(self.simulation.candidates.margins, self.lists_age)
 
     def _allowed_rise(self, stepping: NDArray[np.bool_]) -> NDArray[np.float64]:
         """Return how much each cell's energy may rise [erg], in a Newton step or in iterations, shape (C,)."""
@@ -271,8 +275,8 @@ class RelaxationLoop:
         return LoopState(
             iteration=self.iteration,
             last=self.last[0],
-            margin=self.simulation.candidates.margin,
-            lists_age=self.lists_age,
+            margin=float(self.simulation.candidates.margins[0]),
+            lists_age=int(self.lists_age[0]),
             step_scale=float(self.step_scale[0]),
             energy_fall=float(self.energy_fall[0]),
             arrays=arrays,
@@ -292,7 +296,7 @@ class RelaxationLoop:
         resume_from_arrays(self.simulation, state.arrays, state.margin)
         self.iterations[0] = state.iteration
         self.last = Assessments.of([state.last])
-        self.lists_age = state.lists_age
+        self.lists_age[0] = state.lists_age
         self.step_scale[0] = state.step_scale
         self.energy_fall[0] = state.energy_fall
         self.ending[0] = state.ending

@@ -25,7 +25,7 @@ def renew_at_rest(loop: RelaxationLoop, cells: NDArray[np.bool_] | None = None) 
         resting &= cells
     if not resting.any() or not any(term.lags for term in simulation.yarn_terms):
         return np.zeros_like(resting)
-    loop.search_contacts()
+    loop.search_contacts(cells=resting)
     renewed = renew_lagging(simulation, resting)
     if renewed.any():
         loop.last = loop.last.replaced(renewed, simulation.assess_cells(renewed))

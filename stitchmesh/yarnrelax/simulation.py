@@ -191,20 +191,26 @@ class YarnSimulation:
         launches.launch()
         return count
 
-    def search_contacts(self, margin: float | None = None) -> dict[int, str]:
-        """Make candidate lists and step budgets for the current state, with a new margin if one is given [units].
+    def search_contacts(
+        self, margins: NDArray[np.float64] | float | None = None, cells: NDArray[np.bool_] | None = None
+    ) -> dict[int, str]:
+        """Make candidate lists and step budgets for the current state.
+
+        Args:
+            margins: new margins of each cell, shape (C,), or of all [units]; None for the last ones.
+            cells: the cells that get lists, shape (C,); all by default.
 
         Returns:
-            A message for each cell whose yarns are too close to continue.
+            A message for each of these cells whose yarns are too close to continue.
 
         Raises:
             OverloadError: the yarns of the only piece are too close.
             SolverError: the lists do not fit the memory.
         """
-        if margin is not None:
-            self.candidates.margin = margin
-        self.search.run()
-        too_close = self.search.too_close()
+        if margins is not None:
+            self.candidates.set_margins(margins)
+        self.search.run(cells)
+        too_close = self.search.too_close(cells)
         if too_close and self.model.cell_count == 1:
             raise OverloadError(too_close[0])
         return too_close
@@ -236,7 +242,7 @@ class YarnSimulation:
         self._copy(chosen, self.good_points, self.state.points)
         if self.good_periods is not None:
             self._copy_where(np.repeat(chosen, 2), self.good_periods, self.model.constants.images.periods)
-            self.candidates.near.invalidate()
+            self.candidates.near.invalidate(chosen)
 
     def good_yarns(self, cell: int = 0) -> YarnSet:
         """Return the yarns of a cell, or of the only piece, in the last accepted state."""
@@ -260,10 +266,13 @@ class YarnSimulation:
         lattices = [Lattice(each[k] * cell.unit) for k, cell in enumerate(cells)]
         return [replace(yarns, lattice=lattice) for yarns, lattice in zip(moved, lattices, strict=True)]
 
-    def smallest_distances(self) -> NDArray[np.float64]:
-        """Return the smallest distance of yarns over their radius in the last accepted state, at most 2, shape (C,)."""
-        self.restore()
-        self.search_contacts()
+    def smallest_distances(self, cells: NDArray[np.bool_] | None = None) -> NDArray[np.float64]:
+        """Return the smallest distance of yarns over their radius in the last accepted state, at most 2, shape (C,).
+
+        With ``cells``, only the distances in these cells belong to that state.
+        """
+        self.restore(cells)
+        self.search_contacts(cells=cells)
         return smallest_distances(self.model, self.state, self.candidates)
 
     def largest_force(self, cell: int = 0) -> str:

@@ -93,6 +93,7 @@ class StepwiseLoop(RelaxationLoop):
         self.done += made
         self.lists_age += made
         self.left_of_launch = 0 if waits else max(left - made, 0)
-        is_old = self.lists_age > LONG_LIFE and self._fitting_margin() != self.simulation.candidates.margin
+        margins = self._fitting_margins()
+        is_old = bool(((self.lists_age > LONG_LIFE) & (margins != self.simulation.candidates.margins))[0])
         if waits or (is_old and (self.left_of_launch == 0 or self.done >= INTERVAL)):
-            self.search_contacts(self._fitting_margin())
+            self.search_contacts(margins)

@@ -24,14 +24,14 @@ from stitchmesh.yarnrelax.constraints.pins import Pins, pinned_points
 from stitchmesh.yarnrelax.energies.body import Body
 from stitchmesh.yarnrelax.energies.shape import KeepShape
 from stitchmesh.yarnrelax.friction.friction import Friction
+from stitchmesh.yarnrelax.hessian.cell_matrices import REFINED
 from stitchmesh.yarnrelax.newton import DESCENT, LARGE, LATE, NEWTON_RISE, SMALLEST_NEWTON_SCALE, Newton, newton_of
 from stitchmesh.yarnrelax.newton_interval import STEP_COST
 from stitchmesh.yarnrelax.newton_moves import deformation
 from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 from stitchmesh.yarnrelax.simulation import YarnSimulation
-from stitchmesh.yarnrelax.solvers.newton_system import REFINED
 from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL
-from stitchmesh.yarnrelax.together.cell_batch import learned_by, teach
+from stitchmesh.yarnrelax.together.carried_cells import put_into, taken_out
 from stitchmesh.yarnrelax.together.relax_cells import relax_cells
 from tests.yarnrelax.stockinette import fabric_of, flat_patch, periodic_patch, tube, woven_cell
 
@@ -272,7 +272,9 @@ def test_a_cell_goes_on_in_another_batch_with_what_is_known_of_it() -> None:
     both.ending[:] = [False, True]
     both.alternation.descent[:] = [0, 40]
     both.alternation.newton_fall[:] = [0.0, 1e-5]
-    teach(alone, learned_by(both)[1:])
+    both.start()
+    alone.start()
+    put_into(alone, {0: taken_out(both, [1])[0]})
     assert np.array_equal(alone.newton.memory, both.newton.memory[1:])
     for name in ("iterations", "ending"):
         assert getattr(alone, name).tolist() == getattr(both, name)[1:].tolist()

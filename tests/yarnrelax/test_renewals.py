@@ -56,7 +56,7 @@ def energies(simulation: YarnSimulation, term: FrictionTerm) -> np.ndarray:
 def make_another_table(simulation: YarnSimulation) -> None:
     """Make the table of images again, as a search does for yarns that have outgrown it."""
     before = simulation.model.constants.images.image.numpy()
-    renew_images(simulation.model, simulation.state.points, anyway=True)
+    renew_images(simulation.model, simulation.state.points)
     assert not np.array_equal(simulation.model.constants.images.image.numpy()[: len(before)], before)
     simulation.candidates.near.invalidate()
     generation = simulation.search.generation

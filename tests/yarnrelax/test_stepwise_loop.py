@@ -61,7 +61,7 @@ def test_parts_of_intervals_have_the_bits_of_whole_intervals(yarns, solver, cell
     assert np.array_equal(whole.simulation.good_yarns().points, divided.simulation.good_yarns().points)
     assert np.array_equal(divided.simulation.current_yarns().points, divided.simulation.good_yarns().points)
     assert list(whole.last) == list(divided.last)
-    assert whole.simulation.candidates.margin == divided.simulation.candidates.margin
+    assert whole.simulation.candidates.margins == divided.simulation.candidates.margins
 
 
 def test_the_current_yarns_move_within_an_interval_and_the_accepted_ones_do_not():

@@ -74,7 +74,7 @@ def measure(points: int, quality: Quality, device: wp.Device, settle: int) -> Ro
     touching = float(simulation.candidates.count.numpy().sum()) / 2
     samples = simulation.model.sample_count
     yield f"{n} points, {samples} samples, {touching:.0f} listed pairs, residual {residual:.4f}"
-    yield f"margin {simulation.candidates.margin:.2f} r, {quality.precision}, {device.name}"
+    yield f"margin {simulation.candidates.margins[0]:.2f} r, {quality.precision}, {device.name}"
     times = 20 if n < 100_000 else 2
     bound = traffic(simulation)
     bandwidth = BANDWIDTH["cuda" if device.is_cuda else "cpu"]

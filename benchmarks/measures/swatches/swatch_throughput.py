@@ -3,7 +3,7 @@
 """Throughput of many free swatches: small repeats of the library in several materials and loop lengths.
 
 All variants are made together by ``sm.relax_swatches``, and some of them one after another by ``sm.swatch``. The
-kernels are compiled, and the sizes of the swatches that were made both ways are compared.
+kernels are compiled, and the sizes and bits of the swatches that were made both ways are compared.
 
 For the call that makes all variants, lines say when the first result came, in which part of the time the GPU was busy
 (``nvidia-smi`` samples it; a dash on a CPU), and which stages took the time. A stage is a shared function
@@ -127,6 +127,13 @@ def together(requests: list[sm.SwatchRequest], device: str) -> tuple[list[sm.Swa
     return made, spent
 
 
+def has_bits_of(one: sm.Swatch | StitchMeshError, other: sm.Swatch | StitchMeshError) -> bool:
+    """Whether two results have the same control points to the last bit."""
+    if isinstance(one, StitchMeshError) or isinstance(other, StitchMeshError):
+        return type(one) is type(other)
+    return np.array_equal(one.yarns.points, other.yarns.points)
+
+
 def differs(one: sm.Swatch | StitchMeshError, other: sm.Swatch | StitchMeshError) -> str:
     """How two results of one request differ; empty if they are the same."""
     if isinstance(one, StitchMeshError) or isinstance(other, StitchMeshError):
@@ -172,7 +179,7 @@ def swatch_throughput(given: Options) -> Rows:
     left = {"preparation, kicks, reports": seconds - sum(call.stages.values())}
     for name, own in {**call.stages, **left}.items():
         yield name, f"{own:.1f}", f"{1e3 * own / len(made):.1f}"
-    spent, different = list[float](), 0
+    spent, different, same_bits = list[float](), 0, 0
     yield "alone", "s", "different"
     for number in evenly(len(requests), given.alone):
         began = time.perf_counter()
@@ -180,9 +187,11 @@ def swatch_throughput(given: Options) -> Rows:
         spent.append(time.perf_counter() - began)
         difference = differs(single, made[number])
         different += bool(difference)
+        same_bits += has_bits_of(single, made[number])
         yield requests[number].pattern, f"{spent[-1]:.2f}", difference
     if spent:
         ratio = float(np.mean(spent)) * len(made) / seconds
         times = f"{np.mean(spent):.2f} s each, {np.mean(spent) * len(made):.0f} s for all"
         yield f"{len(spent)} one after another: {times}; {different} differ in size by more than {100 * SAME_SIZE:g} %"
+        yield f"{same_bits} of {len(spent)} have the same bits as in the call for all"
         yield f"together {ratio:.1f} times the throughput"

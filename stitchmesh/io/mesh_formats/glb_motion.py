@@ -82,8 +82,7 @@ def read_moving_glb(path: FilePath, frames_per_second: float) -> tuple[list[list
     for number, points in enumerate(frames):
         check_points(f"{name}: frame {number}, point", points)
     used, corners = np.unique(triangles, return_inverse=True)  # Meshes may share their points.
-    faces: list[list[int]] = corners.reshape(triangles.shape).tolist()
-    return faces, times, frames[:, used]
+    return list(map(list, corners.reshape(-1, 3).tolist())), times, frames[:, used]
 
 
 def _check_placed_once(path: FilePath, head: GltfHead, placed: list[Placed]) -> None:

@@ -5,7 +5,8 @@
 Each segment lies in a ball around the yarn at its samples. A hash grid finds, for each ball, the balls that are nearer
 to it than a reach. The lists are kept as long as they contain all pairs within the margin that is needed: if no ball
 has moved and grown by more than d since the lists were made with a reach R, they contain all pairs within R - 2 d. The
-lists are ascending, so what is selected from them does not depend on when they were made.
+lists are ascending, so what is selected from them does not depend on when they were made. Each cell of a batch gets new
+lists when it needs them.
 """
 
 # overloads for fabrics without a lattice, which Warp distinguishes by the types of their arguments
@@ -19,15 +20,15 @@ from typing import Any
 
 import numpy as np
 import warp as wp
+from numpy.typing import NDArray
 
-from stitchmesh.compute.captured import CopyArray
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.launch import BLOCK
 from stitchmesh.compute.precision import Scalar, Vec3, Vec4
 from stitchmesh.errors import SolverError
 from stitchmesh.simulation.pair_lists import FIRST_CAPACITY, allocate_lists, insert_sorted
 from stitchmesh.yarnrelax.model.constants import Model, YarnConstants
-from stitchmesh.yarnrelax.model.lattice_images import LatticeImages, NoImages, cell_of, shifted_by
+from stitchmesh.yarnrelax.model.lattice_images import LatticeImages, NoImages, cell_of, rests, shifted_by
 
 SPARE_REACH = 1.0
 """The near lists reach farther than the margin by this, in mean radii, so that they last for several searches."""
@@ -141,6 +142,8 @@ def bound_segments(
 ) -> None:
     """A ball around the yarn of each segment: its centre and its radius."""
     s = wp.tid()
+    if rests(model.images, cell_of(model.images, s)):
+        return
     first, last = model.sample_start[s], model.sample_start[s + 1] - 1
     middle = (samples[first] + samples[last]) * type(extent[0])(0.5)
     farthest = type(extent[0])(0.0)
@@ -155,7 +158,7 @@ def bound_segments(
 def list_segments(
     # model
     model: YarnConstants,
-    margin: Scalar,
+    reaches: wp.array[wp.float64],
     search_radius: Scalar,
     pitch: Scalar,
     # state in
@@ -166,11 +169,16 @@ def list_segments(
     near_count: wp.array[wp.int32],
     near: wp.array2d[wp.int32],
 ) -> None:
-    """Segments near each segment, in ascending order; an entry counts images by the number of segments."""
+    """Segments near each segment, in ascending order; an entry counts images by the number of segments.
+
+    A cell with a negative reach keeps its lists.
+    """
     i = wp.tid()
     here = centre[i]
     cell = cell_of(model.images, i)
-    reach = margin + extent[i]
+    if reaches[cell] < wp.float64(0.0):
+        return
+    reach = type(search_radius)(reaches[cell]) + extent[i]
     found = int(0)
     for image in range(image_count(model.images)):
         seen_from = here + here - shifted_by(model.images, here, cell, image)
@@ -191,15 +199,23 @@ def list_segments(
 def place_in_grid(
     # model
     model: YarnConstants,
+    reaches: wp.array[wp.float64],
     pitch: Scalar,
     # state in
     centre: wp.array[Vec3],
+    extent: wp.array[Scalar],
     # state out
+    listed_centre: wp.array[Vec3],
+    listed_extent: wp.array[Scalar],
     place: wp.array[Vec3],
 ) -> None:
-    """Coordinates of each ball in the hash grid."""
+    """Coordinates of each ball in the hash grid; the balls are stored in the cells that get new lists."""
     s = wp.tid()
-    place[s] = grid_place(model.images, centre[s], cell_of(model.images, s), pitch)
+    cell = cell_of(model.images, s)
+    place[s] = grid_place(model.images, centre[s], cell, pitch)
+    if reaches[cell] >= wp.float64(0.0):
+        listed_centre[s] = centre[s]
+        listed_extent[s] = extent[s]
 
 
 @kernel(tile=BLOCK)
@@ -265,14 +281,18 @@ class NearSegments:
     """The hash grid."""
     grid_place: wp.array[Any]
     """Coordinates of each segment in the grid, shape (S, 3)."""
-    reach: float = 0.0
-    """Distance within which balls were listed when the lists were made [units]."""
-    complete_within: float = NOTHING_LISTED
-    """Distance within which the lists contain all pairs now [units]; negative if they must be made again."""
+    wanted: wp.array[Any]
+    """Distance within which the next broad phase lists the balls of each cell [units], shape (C,); negative for a cell
+    that keeps its lists."""
+    reach: NDArray[np.float64]
+    """Distance within which the balls of each cell were listed when its lists were made [units], shape (C,)."""
+    complete_within: NDArray[np.float64]
+    """Distance within which the lists of each cell contain all pairs now [units], shape (C,); negative if they must be
+    made again."""
 
-    def invalidate(self) -> None:
-        """Declare the lists out of date, because segments were moved elsewhere or the capacity is too small."""
-        self.complete_within = NOTHING_LISTED
+    def invalidate(self, cells: NDArray[np.bool_] | None = None) -> None:
+        """Declare the lists of some cells or all out of date: segments were moved, or the capacity is too small."""
+        self.complete_within[slice(None) if cells is None else cells] = NOTHING_LISTED
 
 
 def make_near_segments(model: Model) -> NearSegments:
@@ -289,28 +309,35 @@ def make_near_segments(model: Model) -> NearSegments:
         model.empty(count),
         grid,
         model.empty(count, 3),
+        wp.full(model.cell_count, NOTHING_LISTED, dtype=wp.float64, device=model.device),
+        np.zeros(model.cell_count),
+        np.full(model.cell_count, NOTHING_LISTED),
     )
 
 
 def grid_launches(model: Model, near: NearSegments, reach: float, longest: float) -> list[Any]:
-    """Return the launches that sort the balls, of radii up to ``longest``, into the grid and store their places."""
+    """Return the launches that sort the balls, of radii up to ``longest``, into the grid and store their places.
+
+    ``reach`` is the largest reach of all cells.
+    """
     count, launcher = model.segment_count, model.prepare
     radius = reach + 2.0 * longest
-    launches: list[Any] = [CopyArray(near.centre, near.listed_centre), CopyArray(near.extent, near.listed_extent)]
+    launches: list[Any] = []
     if model.on_lattice:
         box = model.constants.images.box
         launches.append(launcher(bound_cells, model.cell_count, [model.cell_segments, near.centre], [box]))
-    inputs = [model.constants, model.number(_pitch(radius)), near.centre]
-    launches.append(launcher(place_in_grid, count, inputs, [near.grid_place]))
+    inputs = [model.constants, near.wanted, model.number(_pitch(radius)), near.centre, near.extent]
+    outputs = [near.listed_centre, near.listed_extent, near.grid_place]
+    launches.append(launcher(place_in_grid, count, inputs, outputs))
     return [*launches, _GridBuild(near, CELL * radius)]
 
 
 def near_launches(model: Model, near: NearSegments, reach: float, longest: float) -> list[Any]:
-    """Return the launch that lists the balls that are nearer than a reach."""
+    """Return the launch that lists the balls that are nearer than the wanted reaches, of which one is ``reach``."""
     radius = reach + 2.0 * longest
     # places in the grid are rounded; a thousandth of a radius covers the rounding in the farthest cell
-    numbers = [model.number(value) for value in (reach, radius + 1e-3, _pitch(radius))]
-    inputs = [model.constants, *numbers, wp.uint64(near.grid.id), near.centre, near.extent]
+    numbers = [model.number(value) for value in (radius + 1e-3, _pitch(radius))]
+    inputs = [model.constants, near.wanted, *numbers, wp.uint64(near.grid.id), near.centre, near.extent]
     return [model.prepare(list_segments, model.segment_count, inputs, [near.count, near.lists])]
 
 

@@ -55,7 +55,7 @@ from stitchmesh.quality import MORE_DIGITS
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
 from stitchmesh.yarnrelax.model.constants import Model, YarnConstants
-from stitchmesh.yarnrelax.model.lattice_images import sample_number
+from stitchmesh.yarnrelax.model.lattice_images import cell_of, cell_of_sample, rests, sample_number
 from stitchmesh.yarnrelax.model.spline import LARGEST_REACH, from_entry, segment_corners, weight_row
 from stitchmesh.yarnrelax.model.state import State
 
@@ -121,6 +121,8 @@ def measure_arcs(
 ) -> None:
     """Half of each arc's tangent piece; its reach and its sag."""
     s = wp.tid()
+    if rests(model.images, cell_of(model.images, s)):
+        return
     q0, q1, q2, q3 = segment_corners(model, points, s)
     leg0, leg1, leg2 = q1 - q0, q2 - q1, q3 - q2
     first = model.sample_start[s]
@@ -139,7 +141,7 @@ def measure_arcs(
 def arc_clearances(
     # model
     model: YarnConstants,
-    margin: Scalar,
+    margins: wp.array[wp.float64],
     # state in
     samples: wp.array[Vec4],
     half_tangent: wp.array[Vec3],
@@ -151,8 +153,12 @@ def arc_clearances(
 ) -> None:
     """Clearance of each sample's arc; exact only where it limits a budget."""
     p = wp.tid()
+    cell = cell_of_sample(model.images, p)
+    if rests(model.images, cell):
+        return
     here = samples[p]
     reach, sag = slack[p][0], slack[p][1]
+    margin = type(reach)(margins[cell])
     least = type(margin)(2.0) * (here[3] - reach) + margin
     enough = margin / type(margin)(2.0 * SAFETY)
     for c in range(wp.min(candidate_count[p], candidates.shape[1])):  # a list beyond its capacity is made again
@@ -171,7 +177,8 @@ def arc_clearances(
 def set_budgets(
     # model
     model: YarnConstants,
-    largest: Scalar,
+    margins: wp.array[wp.float64],
+    part_of_margin: wp.float64,
     part: Scalar,
     # state in
     clearance: wp.array[Scalar],
@@ -181,7 +188,10 @@ def set_budgets(
     """Budget of each control point."""
     i = wp.tid()
     slots = model.point_segments[i]
-    least = largest
+    cell = cell_of(model.images, wp.max(slots))
+    if rests(model.images, cell):
+        return
+    least = type(part)(part_of_margin * margins[cell])
     for slot in range(4):
         s = slots[slot]
         if s >= 0:
@@ -201,8 +211,8 @@ def strain_budget(clearance: wp.float64, margin: wp.float64, apart: wp.float64) 
 def set_strain_budgets(
     # model
     point_count: int,
-    margin: wp.float64,
-    apart: wp.float64,
+    margins: wp.array[wp.float64],
+    apart: wp.array[wp.float64],
     # state in
     least: wp.array[wp.float64],
     # state out
@@ -210,7 +220,8 @@ def set_strain_budgets(
 ) -> None:
     """Budget of the strains of each cell."""
     cell = wp.tid()
-    budget[point_count + cell] = type(budget[0])(strain_budget(least[cell], margin, apart))
+    margin = margins[cell]
+    budget[point_count + cell] = type(budget[0])(strain_budget(least[cell], margin, apart[cell] + margin))
 
 
 @kernel
@@ -269,8 +280,8 @@ def nearest_entry(
 def clearance_launches(model: Model, state: State, candidates: Candidates, clearance: wp.array[Any]) -> list[Any]:
     """Return the launches that find each arc's clearance where it limits a budget; samples and lists are up to date."""
     half_tangent, slack = model.empty(model.sample_count, 3), model.empty(model.sample_count, 2)
-    inputs = [model.constants, model.number(candidates.margin), state.samples, half_tangent, slack,
-              candidates.count, candidates.lists]  # fmt: skip
+    inputs = [model.constants, candidates.margins_there, state.samples, half_tangent, slack, candidates.count,
+              candidates.lists]  # fmt: skip
     return [
         model.prepare(measure_arcs, model.segment_count, [model.constants, state.points], [half_tangent, slack]),
         model.prepare(arc_clearances, model.sample_count, inputs, [clearance]),
@@ -280,28 +291,30 @@ def clearance_launches(model: Model, state: State, candidates: Candidates, clear
 def budget_launch(model: Model, state: State, candidates: Candidates, clearance: wp.array[Any]) -> Any:
     """Return the launch that sets the budgets of all control points."""
     beside = PART_BESIDE_STRAIN if state.cell_relaxes else 1.0
-    numbers = [model.number(beside * candidates.margin / 2.0), model.number(beside * SAFETY)]
-    return model.prepare(set_budgets, model.point_count, [model.constants, *numbers, clearance], [state.budget])
+    numbers = [wp.float64(beside / 2.0), model.number(beside * SAFETY)]
+    inputs = [model.constants, candidates.margins_there, *numbers, clearance]
+    return model.prepare(set_budgets, model.point_count, inputs, [state.budget])
 
 
 def strain_budget_launches(model: Model, state: State, candidates: Candidates, least: wp.array[Any]) -> list[Any]:
     """Return the launch that sets the budgets of the strains of relaxing cells, from each cell's smallest clearance."""
     if not state.cell_relaxes:
         return []
-    apart = 2.0 * (float(model.radius.max()) + LARGEST_REACH) + candidates.margin
-    inputs = [model.point_count, wp.float64(candidates.margin), wp.float64(apart), least]
+    radii = np.maximum.reduceat(model.radius, model.yarn_start[:-1])
+    apart = wp.array(2.0 * (radii + LARGEST_REACH), dtype=wp.float64, device=model.device)
+    inputs = [model.point_count, candidates.margins_there, apart, least]
     return [model.prepare(set_strain_budgets, model.cell_count, inputs, [state.budget])]
 
 
 def too_close_cells(
-    model: Model, state: State, candidates: Candidates, clearance: wp.array[Any], least: NDArray[np.float64]
+    model: Model, state: State, candidates: Candidates, clearance: wp.array[Any], cells: NDArray[np.bool_]
 ) -> dict[int, str]:
-    """Return a message for each cell in which the clearance of an arc is used up; it names yarn and stitch face."""
+    """Return a message for each of some cells, in which the clearance of an arc is used up; it names the place."""
     failed = {}
-    for cell in np.flatnonzero(~(least >= SMALLEST_CLEARANCE)).tolist():
+    for cell in np.flatnonzero(cells).tolist():
         first, last = model.sample_start[model.segment_start[cell : cell + 2]]
         worst = int(first + clearance.numpy()[first:last].argmin())
-        failed[cell] = _too_close(model, state, candidates, worst)
+        failed[cell] = _too_close(model, state, candidates, worst, float(candidates.margins[cell]))
     return failed
 
 
@@ -323,7 +336,7 @@ def _arcs(model: Model, state: State) -> tuple[wp.array[Any], wp.array[Any]]:
     return half_tangent, slack
 
 
-def _too_close(model: Model, state: State, candidates: Candidates, sample: int) -> str:
+def _too_close(model: Model, state: State, candidates: Candidates, sample: int, margin: float) -> str:
     half_tangent, slack = _arcs(model, state)
     segment = _segment(model, sample)
     place = yarn_place(model.yarns, int(model.yarns.segment_points[segment, 1]))
@@ -331,7 +344,7 @@ def _too_close(model: Model, state: State, candidates: Candidates, sample: int) 
     reach = float(slack.numpy()[sample, 0])
     if not np.isfinite(reach):
         return f"{place}: its control points are not finite; {MORE_DIGITS}"
-    if 2.0 * (model.radius[model.yarns.segment_yarn[segment]] - reach) + candidates.margin < SMALLEST_CLEARANCE:
+    if 2.0 * (model.radius[model.yarns.segment_yarn[segment]] - reach) + margin < SMALLEST_CLEARANCE:
         found = f"{2 * reach * count:.3g} yarn radii between control points, too many for {count} contact samples"
         return f"{place}: {found}; give it longer rest lengths, or {FINER}"
     nearest, distance = model.integers(np.array([-1])), model.empty(1)

@@ -40,7 +40,6 @@ from stitchmesh.errors import ParameterError, check_positive
 from stitchmesh.lattice import lattice_frame
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.energies.term import InputPowers, YarnChoice, YarnTerm
-from stitchmesh.yarnrelax.model.cells import PeriodicCell
 from stitchmesh.yarnrelax.model.constants import Model, YarnConstants
 from stitchmesh.yarnrelax.model.lattice_images import cell_of
 from stitchmesh.yarnrelax.model.material import YarnMaterial, carried_lengths
@@ -77,19 +76,17 @@ def confinement_curvature(excess: Scalar, stiffness: Scalar) -> Any:
 
 @wp.struct
 class Planes32:
-    """Normals, heights and half distances of the planes of each cell, single precision."""
+    """Normals and half distances of the planes of each cell, single precision."""
 
     normal: wp.array[wp.vec3f]
-    middle: wp.array[wp.float32]
     half: wp.array[wp.float32]
 
 
 @wp.struct
 class Planes64:
-    """Normals, heights and half distances of the planes of each cell, double precision."""
+    """Normals and half distances of the planes of each cell, double precision."""
 
     normal: wp.array[wp.vec3d]
-    middle: wp.array[wp.float64]
     half: wp.array[wp.float64]
 
 
@@ -102,7 +99,7 @@ named_type("PlaneArrays", lambda form: [Planes32 if form.scalar is wp.float32 el
 def excess_of_point(planes: Any, cell: int, place: Vec3) -> Any:
     """Signed height of a control point of a cell beyond the nearer plane."""
     normal = planes.normal[cell]
-    return excess_height(place - normal * planes.middle[cell], normal, planes.half[cell])
+    return excess_height(place, normal, planes.half[cell])
 
 
 @wp.func
@@ -193,7 +190,7 @@ class Confinement(YarnChoice):
         """
         if not model.on_lattice or model.cell_count != 1:
             raise ParameterError("confinement: needs the yarns of one periodic fabric; leave it out")
-        return _Planes(model, [self], [None])
+        return _Planes(model, [self])
 
 
 @dataclass(frozen=True)
@@ -202,19 +199,11 @@ class CellConfinements(YarnChoice):
 
     choices: tuple[Confinement | None, ...]
     """The planes of each cell; None for a cell without planes."""
-    heights: tuple[float | None, ...]
-    """Height of each middle plane along the normal of the lattice [cm]; None for the middle of the given yarns."""
     in_free_cells = True
 
     def on(self, model: Model) -> YarnTerm:
         """Return the planes beside the cells of a model."""
-        return _Planes(model, self.choices, self.heights)
-
-
-def height_of_middle(cell: PeriodicCell) -> float:
-    """Height of the middle of a cell's yarns along the normal of its lattice [cm]."""
-    assert cell.yarns.lattice is not None
-    return float(cell.origin @ lattice_frame(cell.yarns.lattice.periods)[2])
+        return _Planes(model, self.choices)
 
 
 def plane_pressure(planes: Confinement, yarns: YarnSet, material: YarnMaterial) -> float:
@@ -248,7 +237,7 @@ class _Planes(YarnTerm):
     name = "confinement"
     gives_hessian = True
 
-    def __init__(self, model: Model, choices: Sequence[Confinement | None], heights: Sequence[float | None]) -> None:
+    def __init__(self, model: Model, choices: Sequence[Confinement | None]) -> None:
         cells = model.cells
         periods = np.stack([cell.yarns.lattice.periods for cell in cells if cell.yarns.lattice])
         # the material belongs to yarns whose mean radius is one unit
@@ -257,14 +246,12 @@ class _Planes(YarnTerm):
         nowhere = 1e30  # for a cell without planes
         half = [choice.half_thickness / cell.unit if choice else nowhere
                 for choice, cell in zip(choices, cells, strict=True)]  # fmt: skip
-        middle = [0.0 if height is None else (height - height_of_middle(cell)) / cell.unit
-                  for height, cell in zip(heights, cells, strict=True)]  # fmt: skip
         carried = carried_lengths(model.rest_length, model.yarns.segment_points, model.point_count)
         self.host_stiffness = np.repeat(stiffness, np.diff(model.point_start)) * carried
         self.model = model
         self.planes = (Planes32 if model.scalar is wp.float32 else Planes64)()
         self.planes.normal = model.upload(lattice_frame(periods)[:, 2], 3)
-        self.planes.middle, self.planes.half = model.upload(np.array(middle)), model.upload(np.array(half))
+        self.planes.half = model.upload(np.array(half))
         self.own_stiffness = model.upload(self.host_stiffness)
         self._energy = model.empty(model.point_count)
         self._blocks = wp.zeros(model.point_count, dtype=wp.mat33d, device=model.device)

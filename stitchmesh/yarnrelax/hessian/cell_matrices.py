@@ -20,6 +20,12 @@ from numpy.typing import NDArray
 from stitchmesh.mesh import FloatArray
 from stitchmesh.yarnrelax.hessian.negative_directions import negative_directions
 
+REFINEMENTS, REFINED = 8, 1e-3
+"""Largest number of conjugate gradients that remove the effect of a shift, and the part of the residual at which they
+end."""
+SOFTEST = 0.1
+"""If the curvature of a direction over the shift is below this, it has no stiffness: the fabric moves as a whole."""
+
 
 @dataclass(frozen=True, eq=False)
 class Owners:
@@ -46,10 +52,15 @@ class Owners:
         counts = np.bincount(self.cell_of_owned, minlength=self.cell_count)
         return np.split(self.owned[np.argsort(self.cell_of_owned, kind="stable")], np.cumsum(counts)[:-1])
 
+    @cached_property
+    def has_coordinates(self) -> NDArray[np.bool_]:
+        """Whether each cell has coordinates that are not left out, shape (C,)."""
+        return np.bincount(self.cell_of_owned, minlength=self.cell_count) > 0
+
     @property
     def cells(self) -> list[int]:
         """The cells that have coordinates."""
-        return [cell for cell, own in enumerate(self.coordinates) if len(own)]
+        return np.flatnonzero(self.has_coordinates).tolist()
 
     def only(self, cells: NDArray[np.bool_]) -> Owners:
         """Return these owners with the coordinates of the given cells only, shape (C,)."""
@@ -59,6 +70,17 @@ class Owners:
         """Whether each coordinate belongs to one of the given cells, shape (C,), and is not left out."""
         found = np.zeros(len(self.cell), dtype=bool)
         found[self.owned] = cells[self.cell_of_owned]
+        return found
+
+    def medians(self, values: FloatArray) -> FloatArray:
+        """Return the median of the values of each cell, shape (C,); zero for cells without coordinates."""
+        counts = np.bincount(self.cell_of_owned, minlength=self.cell_count)
+        own = values[self.owned]
+        ordered = own[np.lexsort((own, self.cell_of_owned))]
+        first, found = np.cumsum(counts) - counts, np.zeros(self.cell_count)
+        there = counts > 0
+        low, high = (ordered[(first + (counts - odd) // 2)[there]] for odd in (1, 0))
+        found[there] = np.where(low == high, low, (low + high) / 2.0)
         return found
 
     def sums(self, values: FloatArray) -> FloatArray:
@@ -77,6 +99,8 @@ class CellFactors(ABC):
     """The factors of the matrices of some cells."""
 
     owners: Owners
+    matrices: CellMatrices
+    """The matrices without their shifts."""
     negative_count: NDArray[np.int64]
     """Number of negative eigenvalues of each cell, shape (C,)."""
 
@@ -88,6 +112,51 @@ class CellFactors(ABC):
     @abstractmethod
     def solve(self, right: FloatArray, cells: NDArray[np.bool_]) -> FloatArray:
         """Return the solution of the linear systems of some cells, shape (C,), for a right-hand side, shape (n,)."""
+
+    def refined(
+        self, force: FloatArray, cells: NDArray[np.bool_], exact: NDArray[np.bool_], shift: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:  # fmt: skip
+        """Return the motions of some cells by their forces, and the work of the forces in them.
+
+        Args:
+            force: the forces, shape (n,).
+            cells: the cells, shape (C,).
+            exact: the cells in whose solutions conjugate gradients remove the effect of the shift, shape (C,).
+            shift: the multiple of the identity that was added to each cell's matrix, shape (C,).
+
+        Returns:
+            The motions, shape (n,), and the work of each cell, shape (C,).
+        """
+        found, exact = self.solve(force, cells), cells & exact
+        if exact.any():
+            found = self._without_shift(found, force, exact, shift)
+        return found, self.owners.sums(force * found)
+
+    def _without_shift(
+        self, start: FloatArray, force: FloatArray, cells: NDArray[np.bool_], shift: FloatArray
+    ) -> FloatArray:  # fmt: skip
+        """Return the solution for the matrices of some cells themselves, from the solution for the shifted matrices.
+
+        All cells do each conjugate gradient together, because a GPU takes as long for one cell as for many.
+        """
+        matrices, owners = self.matrices, self.owners
+        enough = REFINED**2 * np.abs(owners.sums(force * start))
+        residual = force - matrices.product(start)
+        direction = preconditioned = self.solve(residual, cells)
+        found, size = start, owners.sums(residual * preconditioned)
+        for _ in range(REFINEMENTS):
+            product = matrices.product(direction)
+            curvature = owners.sums(direction * product)
+            cells = cells & (size > enough) & (curvature > SOFTEST * shift * owners.sums(direction * direction))
+            if not cells.any():
+                break
+            ratio = owners.each(np.divide(size, curvature, out=np.zeros_like(size), where=cells))
+            found, residual = found + ratio * direction, residual - ratio * product
+            preconditioned = self.solve(residual, cells)
+            before, size = size, owners.sums(residual * preconditioned)
+            growth = np.divide(size, before, out=np.zeros_like(size), where=cells)
+            direction = preconditioned + owners.each(growth) * direction
+        return found
 
     def negative_directions(self, cells: Sequence[int]) -> Mapping[int, FloatArray]:
         """Return orthonormal bases of the directions along which the matrices of some cells are negative.
@@ -118,6 +187,10 @@ class CellMatrices(ABC):
     @abstractmethod
     def diagonal(self) -> FloatArray:
         """Return the entries on the diagonal without couplings, shape (n,), also of coordinates that are left out."""
+
+    def medians(self) -> FloatArray:
+        """Return the median of the diagonal of each cell, shape (C,); zero for cells without coordinates."""
+        return self.owners.medians(self.diagonal())
 
     @abstractmethod
     def product(self, vector: FloatArray) -> FloatArray:

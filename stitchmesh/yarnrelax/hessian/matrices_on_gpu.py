@@ -405,7 +405,8 @@ class FactorsOnGpu(CellFactors):
         Raises:
             SolverError: a pivot is zero or not finite.
         """
-        self._matrices, self._shift, self.owners = matrices, shift, matrices.owners
+        self.matrices: MatricesOnGpu = matrices
+        self._shift, self.owners = shift, matrices.owners
         self._parts = matrices.pattern.parts_for(self.owners.cell >= 0)
         self._mark = object()  # not the object itself: a cycle would keep its memory until garbage is collected
         negative, further = np.zeros(len(self.owners.cell)), 0
@@ -425,7 +426,7 @@ class FactorsOnGpu(CellFactors):
         return self._negative_pivots
 
     def _factor(self, part: PartOnGpu) -> None:
-        self._matrices.put_upper_triangle(part, self._shift, part.factors.values)
+        self.matrices.put_upper_triangle(part, self._shift, part.factors.values)
         part.factors.factor()
         part.factors.holder = self._mark
 

@@ -51,7 +51,7 @@ class MatricesOnHost(CellMatrices):
         """Factor the matrices plus multiples of the identity."""
         cells = self.owners.cells
         found = {cell: factored(self._of(cell), float(shift[cell]), self.couplings) for cell in cells}
-        return FactorsOnHost(found, self.owners)
+        return FactorsOnHost(found, self)
 
     def _of(self, cell: int) -> csc_array:
         own = self.owners.coordinates[cell]
@@ -63,7 +63,12 @@ class FactorsOnHost(CellFactors):
     """The factors of the matrices of cells."""
 
     factors: Mapping[int, FactoredMatrix]
-    owners: Owners
+    matrices: MatricesOnHost
+
+    @property
+    def owners(self) -> Owners:  # type: ignore[override]
+        """The cells to which coordinates belong."""
+        return self.matrices.owners
 
     @cached_property
     def negative_count(self) -> NDArray[np.int64]:  # type: ignore[override]

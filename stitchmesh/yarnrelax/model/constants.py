@@ -79,17 +79,30 @@ class Model(CellTables):
     def only_in(self, cells: NDArray[np.bool_] | None) -> Iterator[None]:
         """In this block, leave out all but ``cells``, shape (C,), and cells that launches mark; None changes nothing.
 
-        For a cell that is left out, the output of a launch keeps its last value.
+        For a cell that is left out, the output of a launch keeps its last value. A block within another one replaces
+        its choice.
         """
         if cells is None:
             yield
             return
-        if not cells.all():
-            self.resting.assign(~cells)
+        outer = self._left_out[-1] if self._left_out else np.zeros_like(cells)
+        self._leave_out(~cells, outer)
+        self._left_out.append(~cells)
         try:
             yield
         finally:
-            self.resting.zero_()
+            self._left_out.pop()
+            self._leave_out(outer, ~cells)
+
+    @cached_property
+    def _left_out(self) -> list[NDArray[np.bool_]]:
+        """The cells that the open blocks of ``only_in`` leave out, each of shape (C,)."""
+        return []
+
+    def _leave_out(self, cells: NDArray[np.bool_], before: NDArray[np.bool_]) -> None:
+        """Leave out these cells instead of those before, shape (C,)."""
+        if (cells != before).any():
+            self.resting.assign(cells)
 
     @cached_property
     def largest_cell(self) -> int:

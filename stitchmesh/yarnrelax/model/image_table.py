@@ -48,15 +48,28 @@ def put_images(model: Model, kind: Any) -> Any:
     return images
 
 
-def renew_images(model: Model, points: wp.array[Any], *, anyway: bool = False) -> bool:
-    """Make the table again if the yarns at ``points`` need another image, or ``anyway``; return whether it was made."""
+def renew_images(model: Model, points: wp.array[Any]) -> NDArray[np.int64]:
+    """Make the table again for the yarns at ``points``, and return the new numbers of its former images.
+
+    The table of several cells keeps its former images, because lists of cells that need no new lists name them. Images
+    that are left out get the number -1.
+    """
     images = model.constants.images
-    places, periods = points.numpy()[: model.point_count], images.periods.numpy().reshape(-1, 2, 3)
-    corners = corners_of(model, places, periods)
-    if not anyway and _numbers(near_images(corners, CONTACT_RANGE), images.image.numpy())[1].all():
-        return False
-    _put_table(model, images, corners)
-    return True
+    former = images.image.numpy().astype(np.int64)
+    _put_table(model, images, _corners_at(model, points), former if model.cell_count > 1 else former[:0])
+    return _numbers(former, images.image.numpy())[0]
+
+
+def has_images(model: Model, points: wp.array[Any]) -> bool:
+    """Return whether the table has all images that the yarns at ``points`` need now."""
+    needed = near_images(_corners_at(model, points), CONTACT_RANGE)
+    return bool(_numbers(needed, model.constants.images.image.numpy())[1].all())
+
+
+def _corners_at(model: Model, points: wp.array[Any]) -> Corners:
+    """Measure the corners of all cells for control points and the present periods."""
+    places, periods = points.numpy()[: model.point_count], model.constants.images.periods.numpy()
+    return corners_of(model, places, periods.reshape(-1, 2, 3))
 
 
 def has_room(model: Model, points: wp.array[Any], cells: NDArray[np.bool_]) -> bool:
@@ -68,9 +81,11 @@ def has_room(model: Model, points: wp.array[Any], cells: NDArray[np.bool_]) -> b
     return bool(_numbers(needed, images.image.numpy())[1].all())
 
 
-def _put_table(model: Model, images: Any, corners: Corners) -> None:
+def _put_table(model: Model, images: Any, corners: Corners, further: NDArray[np.int64] | None = None) -> None:
+    """Make the table of the images that yarns with these corners may need, and of further ones, shape (I, 2)."""
     segment, slot, image = model.wrapped
-    table = _distinct(np.concatenate([near_images(corners, CONTACT_RANGE + 2 * SPREAD, SHRINKAGE), image]))
+    needed = near_images(corners, CONTACT_RANGE + 2 * SPREAD, SHRINKAGE)
+    table = _distinct(np.concatenate([needed, image, *([] if further is None else [further])]))
     number = np.zeros((model.segment_count, 4), dtype=np.int32)
     number[segment, slot] = _numbers(image, table)[0]
     images.image = wp.array(table.astype(np.int32), dtype=wp.vec2i, device=model.device)

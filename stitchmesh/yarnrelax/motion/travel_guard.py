@@ -392,7 +392,7 @@ class TravelGuard:
         listed = [self.candidates.count, self.candidates.lists]
         arcs = [model.constants, state.samples, self.half_tangent, self.slack, self.travel, *listed]
         near = self.candidates.near
-        margin = model.number(self.candidates.margin)
+        margin = model.number(float(self.candidates.margins.max()))
         runs = [model.constants, self.run_start, margin, wp.uint64(self.tree.id), self.ball, self.run_travel,
                 self.low, self.high, near.centre, near.extent, state.samples, self.slack, self.travel,
                 self.way]  # fmt: skip

@@ -58,6 +58,8 @@ PARTS = 9
 HELD = wp.constant(wp.float64(1.0e20))
 """Stiffness of a held strain [erg]."""
 
+SAMPLES_PER_BLOCK = 4 * THREADS
+"""Contact samples of a cell for each block that sums over it."""
 Block = wp.types.vector(length=6, dtype=wp.float64)
 
 
@@ -117,16 +119,22 @@ def gather_strain_forces(
     # state out
     parts: wp.array3d[wp.float64],
 ) -> None:
-    """Partial sums of the forces on a cell's strains and of their stiffness; ``blocks`` blocks for each cell."""
+    """Partial sums of the forces on a cell's strains and of their stiffness; the largest cell has ``blocks`` blocks.
+
+    The number of blocks that sum over a cell does not depend on the other cells.
+    """
     number, lane = wp.tid()
     threads = wp.block_dim()
     cell = number // blocks
     block = number - cell * blocks
     first, last = cell_segments[cell], cell_segments[cell + 1]
-    thread = block * threads + lane
-    total = add_cell_virial(
-        VirialSums(), model, first, last, thread, blocks * threads, segment_virial, sample_virial
-    )  # fmt: skip
+    samples = model.sample_start[last] - model.sample_start[first]
+    own = wp.clamp(samples // wp.static(SAMPLES_PER_BLOCK), 1, blocks)
+    total = VirialSums()
+    if block < own:
+        total = add_cell_virial(
+            total, model, first, last, block * threads + lane, own * threads, segment_virial, sample_virial
+        )
     sum_over_block(total, parts[cell, block])
 
 
@@ -274,7 +282,7 @@ class CellStrain:
 
     def _blocks(self) -> int:
         """Return the number of blocks that sum over each cell; it suits the largest cell. Cores of a CPU share them."""
-        return int(np.clip(self.model.largest_cell // (4 * THREADS), 1, 64))
+        return int(np.clip(self.model.largest_cell // SAMPLES_PER_BLOCK, 1, 64))
 
     @property
     def periods(self) -> wp.array[Any]:

@@ -364,16 +364,6 @@ class LBFGS(Solver):
         part = np.divide(last, first, out=np.zeros_like(last), where=first > 0.0)
         return [count or None for count in tenth.astype(int).tolist()], part.tolist()
 
-    def recorded_gradients(self) -> NDArray[np.float64]:
-        """Return the recorded gradients, a row for each cell."""
-        return np.asarray(self.memory.record.numpy()[:, FIRST_GRADIENT:])
-
-    def record_gradients(self, cells: NDArray[np.int64], gradients: NDArray[np.float64]) -> None:
-        """Set the recorded gradients of the cells with the given numbers."""
-        record = self.memory.record.numpy()
-        record[cells, FIRST_GRADIENT:] = gradients
-        self.memory.record.assign(record)
-
     def arrays(self) -> dict[str, wp.array[Any]]:
         """Return the arrays of the memory."""
         names = ("moves", "gradient_change", "last_force", "record", "curvature")

@@ -293,11 +293,12 @@ class FusedLBFGS(CellLBFGS):
     """Limited-memory quasi-Newton steps of small cells: one launch for all iterations of an assessment interval."""
 
     def __init__(self, model: Model, further: NDArray[np.float64], strains: int = 0) -> None:
-        """Choose the threads: one for each sample and two for each segment of the largest cell, within bounds."""
+        """Choose the threads that suit the cell that needs most of them."""
         super().__init__(model, further, strains)
-        largest = int(np.diff(model.segment_start).max())
-        wanted = 32 * (-(-model.largest_cell // 32) + 2 * -(-largest // 32)) if model.device.is_cuda else 1
-        self.threads_of_cell = next((block for block in CELL_THREADS if block >= wanted), CELL_THREADS[-1])
+        samples, segments = np.diff(model.sample_start[model.segment_start]), np.diff(model.segment_start)
+        each = zip(samples.tolist(), segments.tolist(), strict=True)
+        suitable = (threads_of_cell(*counts) for counts in each)
+        self.threads_of_cell = max(suitable) if model.device.is_cuda else CELL_THREADS[0]
 
     def fused_launch(self, inputs: SolverInputs, point_stiffness: wp.array[Any], launcher: Launcher) -> Any:
         """Return one launch of all iterations of an assessment interval, with their forces."""
@@ -310,6 +311,12 @@ class FusedLBFGS(CellLBFGS):
                      int(ASSESSMENT_INTERVAL), candidates.count, candidates.lists,
                      strains_of(model, inputs.strain, candidates), inputs.state.arrays, self.memory]  # fmt: skip
         return launcher(kernel, model.cell_count, arguments, [])
+
+
+def threads_of_cell(samples: int, segments: int) -> int:
+    """Return the number of threads for a cell: one for each sample and two for each segment, within bounds."""
+    wanted = 32 * (-(-samples // 32) + 2 * -(-segments // 32))
+    return next((block for block in CELL_THREADS if block >= wanted), CELL_THREADS[-1])
 
 
 def suits_fusing(model: Model) -> bool:

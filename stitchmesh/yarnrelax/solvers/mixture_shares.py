@@ -88,17 +88,22 @@ class MixtureShares:
         """Take the exact Hessian of a cell."""
         self.of_segments[self._own(cell)] = 0.0
 
-    def grow(self, cell: int, pivots: NDArray[np.int64], points: FloatArray) -> None:
+    def is_exact(self, cell: int) -> bool:
+        """Whether the exact Hessian of a cell is taken."""
+        return not self.of_segments[self._own(cell)].any()
+
+    def grow(self, cell: int, pivots: NDArray[np.int64] | None = None, points: FloatArray | None = None) -> None:
         """Take larger shares where the mixture of a cell has negative eigenvalues.
 
         Args:
             cell: the cell.
-            pivots: the coordinates whose pivots are negative.
-            points: the control points [mean radii], shape (N, 3).
+            pivots: the coordinates of a large piece whose pivots are negative.
+            points: the control points of a large piece [mean radii], shape (N, 3).
         """
         own, reach = self._own(cell), REACH
         near = np.ones(own.stop - own.start, dtype=bool)
         if self.local:
+            assert pivots is not None and points is not None
             negative = np.unique(pivots // 3)
             away = cKDTree(points[negative]).query(points)[0][self._segment_points[own]].min(axis=1)
             near = away < reach

@@ -9,8 +9,8 @@ cell is A^-1 F with
 
 Eigenvalues between -t and t come from the roughness of sampled contacts, from rounding, and from motions of the fabric
 as a whole. If M is the exact Hessian H and A has no negative eigenvalue, some conjugate gradients with A as their
-preconditioner remove the effect of t. Then x = H^-1 F is the remaining motion to the minimum, up to its square. All
-cells do each conjugate gradient together, because a GPU takes as long for one cell as for many.
+preconditioner remove the effect of t (``cell_matrices``). Then x = H^-1 F is the remaining motion to the minimum, up to
+its square.
 """
 
 from __future__ import annotations
@@ -30,10 +30,6 @@ SIGNIFICANT = 5e-6
 eigenvalues is about a tenth of the median of the diagonal, and the softest motions have 3e-4 of the former."""
 SHIFTED = 8.0
 """Factor by which t grows until a matrix with negligible negative eigenvalues has none."""
-REFINEMENTS, REFINED = 8, 1e-3
-"""Largest number of conjugate gradients that remove the effect of t, and the part of the residual at which they end."""
-SOFTEST = 0.1
-"""If the curvature of a direction over t is below this, it has no stiffness: the fabric moves as a whole."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,11 +63,7 @@ class NewtonSystems:
     @cached_property
     def shift(self) -> FloatArray:
         """The multiple t of the identity that is added to each cell's matrix, shape (C,)."""
-        owners, diagonal = self.matrices.owners, self.matrices.diagonal()
-        medians = np.zeros(owners.cell_count)
-        for cell in owners.cells:
-            medians[cell] = np.median(diagonal[owners.coordinates[cell]])
-        return np.asarray(self.shifted * SIGNIFICANT * medians)
+        return np.asarray(self.shifted * SIGNIFICANT * self.matrices.medians())
 
     @cached_property
     def factors(self) -> CellFactors:
@@ -89,36 +81,13 @@ class NewtonSystems:
 
     def steps(self, cells: NDArray[np.bool_], exact: NDArray[np.bool_]) -> NewtonSteps:
         """Return the steps of cells without negative eigenvalues; ``exact``: whether a matrix is the exact Hessian."""
-        found, refined = self.factors.solve(self.force, cells), cells & exact
-        if refined.any():
-            found = self._refined(found, refined)
-        return NewtonSteps(found.reshape(-1, 3), self.matrices.owners.sums(self.force * found))
+        found, work = self.factors.refined(self.force, cells, exact, self.shift)
+        return NewtonSteps(found.reshape(-1, 3), work)
 
     def steps_by(self, force: FloatArray, cells: NDArray[np.bool_]) -> NewtonSteps:
         """Return the steps of some cells with other forces, shape (n,), without removing the effect of t."""
         found = self.factors.solve(force, cells)
         return NewtonSteps(found.reshape(-1, 3), self.matrices.owners.sums(force * found))
-
-    def _refined(self, start: FloatArray, cells: NDArray[np.bool_]) -> FloatArray:
-        """Return the solution for the matrices of some cells themselves, from the solution for the shifted matrices."""
-        matrices, owners, factors = self.matrices, self.matrices.owners, self.factors
-        enough = REFINED**2 * np.abs(owners.sums(self.force * start))
-        residual = self.force - matrices.product(start)
-        direction = preconditioned = factors.solve(residual, cells)
-        found, size = start, owners.sums(residual * preconditioned)
-        for _ in range(REFINEMENTS):
-            product = matrices.product(direction)
-            curvature = owners.sums(direction * product)
-            cells = cells & (size > enough) & (curvature > SOFTEST * self.shift * owners.sums(direction * direction))
-            if not cells.any():
-                break
-            ratio = owners.each(np.divide(size, curvature, out=np.zeros_like(size), where=cells))
-            found, residual = found + ratio * direction, residual - ratio * product
-            preconditioned = factors.solve(residual, cells)
-            before, size = size, owners.sums(residual * preconditioned)
-            growth = np.divide(size, before, out=np.zeros_like(size), where=cells)
-            direction = preconditioned + owners.each(growth) * direction
-        return found
 
     def ways_down(self, lengths: Mapping[int, float]) -> dict[int, FloatArray]:
         """Return motions of some cells along which the energy has a negative second derivative, shape (n / 3, 3).

@@ -25,7 +25,8 @@ ASSESSMENT_INTERVAL = wp.constant(20)
 UNLIMITED = np.iinfo(np.int64).max
 """Stands for the limit of iterations if there is none."""
 PATIENCE = 5
-"""Cells that need new candidate lists wait for cells that still move for at most this number of iterations."""
+"""Number of iterations after which a piece gets new candidate lists if some of its control points, but not enough for
+it to wait, have used up their budgets."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,16 +56,9 @@ class Progress:
     used_up: NDArray[np.bool_]
     """Whether any control point of the cell has used up its budget, shape (C,)."""
 
-    def needs_lists(self, wanted: NDArray[np.int64], since_search: int) -> bool:
-        """Whether cells wait for new candidate lists, and no other cell can still use the old lists.
-
-        Args:
-            wanted: number of iterations that each cell is to do, shape (C,).
-            since_search: iterations since the lists were made.
-        """
-        moving = (self.done < wanted) & ~self.waiting
-        patient = since_search < PATIENCE and bool(moving.any())
-        return bool((self.waiting | self.used_up).any()) and not patient
+    def needs_lists(self, since_search: int) -> NDArray[np.bool_]:
+        """Whether each cell needs new candidate lists, ``since_search`` iterations after the last ones, shape (C,)."""
+        return self.waiting | (self.used_up & (since_search >= PATIENCE))
 
 
 class Solver(ABC):

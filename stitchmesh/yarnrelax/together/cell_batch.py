@@ -4,15 +4,16 @@
 
 Cells at rest stand still, but launches still pass over them. When the cells that are not at rest are only a small part
 of all (``SMALL_PART``), they continue as a batch of their own. A launch of few cells takes hardly less time than a
-launch of many, so that the last cells of a batch cost most. If other cells will follow, the last cells
-(``LAST_PART``) are therefore left, to continue together with these. The solver starts anew with them, as it does after
-new candidate lists. The memory of Newton's method, and of its alternation with the solver, goes with the cell.
+launch of many, so that the last cells of a batch cost most. If other cells may follow, the rest of the cells
+(``LAST_PART``) is therefore left, to continue together with these. The swatches of the cells at rest go on meanwhile,
+so that the first of many are ready early. A cell continues with the same bits (``carried_cells``). Its result therefore
+depends on no other cell, and on no batch in which it takes part.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
 from typing import Any
@@ -27,20 +28,20 @@ from stitchmesh.quality import Quality
 from stitchmesh.time_limit import OutOfTime, without_limit
 from stitchmesh.yarn import YarnSet, segment_lengths
 from stitchmesh.yarnrelax.convergence import hidden_by_rounding, rest_text
-from stitchmesh.yarnrelax.energies.confinement import CellConfinements, Confinement, height_of_middle
-from stitchmesh.yarnrelax.model.cells import PeriodicCell
+from stitchmesh.yarnrelax.energies.confinement import CellConfinements, Confinement
 from stitchmesh.yarnrelax.model.material import YarnMaterial
 from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.cell_strain import RelaxCell
 from stitchmesh.yarnrelax.solvers.lbfgs import LBFGS
+from stitchmesh.yarnrelax.together.carried_cells import CarriedCell, put_into, taken_out
 
 CellProgress = Callable[[int, int], None]
 """Called with the number of cells at rest and the number of iterations."""
 SMALL_PART = {"cpu": 0.25, "cuda": 0.5}
 """The cells that are not at rest continue without the others if they have less than this part of all contact samples.
-On a GPU, most of the time of iterations goes into new candidate lists, which are made for all cells."""
-LAST_PART = 0.1
+On a GPU few cells take nearly as long as many."""
+LAST_PART = 0.5
 """Largest part of the cells that a batch may leave for the next one."""
 
 
@@ -67,12 +68,8 @@ class RelaxedCell:
 class BegunCell:
     """A cell between two batches."""
 
-    yarns: YarnSet
-    """The yarns in their last accepted state."""
-    height: float | None
-    """Height of the middle plane of the given yarns, between the planes [cm]; None without planes."""
-    learned: Mapping[str, NDArray[Any]]
-    """What the solvers have learned about the cell (``learned_by``)."""
+    carried: CarriedCell
+    """Everything that decides how the cell continues."""
     history: Sequence[HistoryEntry]
     """The figures of each assessment."""
     seconds: float
@@ -93,14 +90,13 @@ class CellBatch:
     samples: Sequence[int] | None = None
     """Number of contact samples in a segment, for each cell; None for the number of the quality."""
     begun: Sequence[BegunCell | None] | None = None
-    """The cells that another batch has begun, in their present state; None for cells that begin."""
+    """The cells that another batch has begun with the same given yarns; None for cells that begin."""
 
     def simulation(self) -> YarnSimulation:
         """Return a simulation of the cells on the device."""
         terms = []
         if self.planes is not None:
-            heights = tuple(None if own is None else own.height for own in self.begun or [None] * len(self.given))
-            terms = [CellConfinements(tuple(self.planes), heights)]
+            terms = [CellConfinements(tuple(self.planes))]
         return YarnSimulation(self.given, self.quality, self.device, terms, cells=self.free, samples=self.samples)
 
     def part(self, cells: NDArray[np.bool_]) -> CellBatch:
@@ -110,60 +106,13 @@ class CellBatch:
                        begun=_some(self.begun, cells))  # fmt: skip
 
     def continued(self, cells: NDArray[np.bool_], begun: Sequence[BegunCell]) -> CellBatch:
-        """Return a batch of some of the cells in their present state; ``begun`` holds all cells."""
-        given = [(own.yarns, material) for own, (_yarns, material) in zip(begun, self.given, strict=True)]
-        return replace(self, given=given, begun=begun).part(cells)
-
-    def middle_heights(self) -> list[float | None]:
-        """Return the height of the middle plane of each cell's given yarns [cm]; None without planes."""
-        if self.planes is None:
-            return [None] * len(self.given)
-        begun = self.begun or [None] * len(self.given)
-        return [height_of_middle(PeriodicCell(*given)) if own is None else own.height
-                for given, own in zip(self.given, begun, strict=True)]  # fmt: skip
+        """Return a batch of some of the cells in their present state, which ``begun`` holds."""
+        return replace(self.part(cells), begun=begun)
 
 
 def _some(each: Sequence[Any] | None, cells: NDArray[np.bool_]) -> Any:
     """Return the entries of some of the cells; None if there are no entries."""
     return None if each is None else [own for own, chosen in zip(each, cells.tolist(), strict=True) if chosen]
-
-
-def learned_by(loop: RelaxationLoop) -> list[dict[str, NDArray[Any]]]:
-    """Return what the solvers have learned about each cell of a batch, for ``teach``.
-
-    This includes the counts and gradients of each cell, because a relaxation reports them.
-    """
-    newton = loop.newton
-    solver = loop.simulation.solver
-    assert newton is not None and isinstance(solver, LBFGS)
-    columns = {
-        "iterations": loop.iterations, "ending": loop.ending, "descent": loop.alternation.descent,
-        "newton_fall": loop.alternation.newton_fall, "newton": newton.memory, "gradients": solver.recorded_gradients(),
-    }  # fmt: skip
-    return [{name: np.array(column[cell]) for name, column in columns.items()} for cell in range(len(loop.iterations))]
-
-
-def teach(loop: RelaxationLoop, cells: Sequence[Mapping[str, NDArray[Any]] | None]) -> None:
-    """Continue with what the solvers have learned about cells (``learned_by``); None for cells that begin."""
-    known = [(number, own) for number, own in enumerate(cells) if own is not None]
-    if not known:
-        return
-    newton = loop.newton
-    solver = loop.simulation.solver
-    assert newton is not None and isinstance(solver, LBFGS)
-    numbers = np.array([number for number, _own in known])
-
-    def column(name: str) -> NDArray[Any]:
-        return np.array([learned[name] for _number, learned in known])
-
-    memory = newton.memory
-    memory[numbers] = column("newton")
-    newton.memory = memory
-    loop.iterations[numbers] = column("iterations")
-    loop.ending[numbers] = column("ending")
-    loop.alternation.descent[numbers] = column("descent")
-    loop.alternation.newton_fall[numbers] = column("newton_fall")
-    solver.record_gradients(numbers, column("gradients"))
 
 
 def relax_batch(
@@ -194,14 +143,13 @@ def relax_batch(
                 progress(len(found) + int((~run.active).sum()), run.loop.iteration)
         launched = max(launched, run.loop.iteration)
         remaining = run.active
-        yarns = run.simulation.good_cells()
-        found |= {int(numbers[k]): cell for k, cell in run.relaxed(yarns, np.flatnonzero(~remaining)).items()}
+        begun = run.begun(remaining)
+        found |= {int(numbers[k]): cell for k, cell in run.relaxed(~remaining).items()}
         numbers = numbers[remaining]
         if not len(numbers):
             break
-        begun = run.begun(yarns)
         if len(numbers) <= few:
-            found |= zip(numbers.tolist(), _some(begun, remaining), strict=True)
+            found |= zip(numbers.tolist(), begun, strict=True)
             break
         batch = batch.continued(remaining, begun)
     return [found[number] for number in sorted(found)], launched
@@ -231,7 +179,7 @@ class _Run:
         self.loop = RelaxationLoop(simulation, quality.tolerance, quality.largest_change, most=batch.most)
         self.loop.start()
         begun = batch.begun or [None] * len(batch.given)
-        teach(self.loop, [None if own is None else own.learned for own in begun])
+        put_into(self.loop, {number: own.carried for number, own in enumerate(begun) if own is not None})
         self.began = time.perf_counter()
         self.before = [0.0 if own is None else own.seconds for own in begun]
         """Time that each cell has spent in other batches [s]."""
@@ -240,12 +188,11 @@ class _Run:
         self.active = ~self.loop.failed & (self.loop.iterations < batch.most)
         self._small = SMALL_PART["cuda" if simulation.model.device.is_cuda else "cpu"]
 
-    def begun(self, yarns: Sequence[YarnSet]) -> list[BegunCell]:
-        """Return all cells, to continue in another batch; ``yarns`` are their last accepted states."""
-        seconds = time.perf_counter() - self.began
-        parts = zip(yarns, self.batch.middle_heights(), learned_by(self.loop), self.history, self.before, strict=True)
-        return [BegunCell(own, height, learned, history, before + seconds)
-                for own, height, learned, history, before in parts]  # fmt: skip
+    def begun(self, cells: NDArray[np.bool_]) -> list[BegunCell]:
+        """Return some cells, shape (C,), to continue in another batch."""
+        seconds, numbers = time.perf_counter() - self.began, np.flatnonzero(cells).tolist()
+        return [BegunCell(own, self.history[cell], self.before[cell] + seconds)
+                for cell, own in zip(numbers, taken_out(self.loop, numbers), strict=True)]  # fmt: skip
 
     def advance(self) -> None:
         """Iterate and assess cells that are not at rest."""
@@ -275,8 +222,12 @@ class _Run:
         samples = np.diff(self.simulation.model.sample_start[self.simulation.model.segment_start])
         return bool(samples[self.active].sum() < self._small * samples.sum())
 
-    def relaxed(self, yarns: Sequence[YarnSet], cells: NDArray[np.int64]) -> dict[int, RelaxedCell]:
-        """Return some of the cells with their reports; ``yarns`` are the yarns of all cells."""
+    def relaxed(self, cells: NDArray[np.bool_]) -> dict[int, RelaxedCell]:
+        """Return some of the cells, shape (C,), with their reports, by their numbers."""
+        if not cells.any():
+            return {}
+        numbers: list[Any] = np.flatnonzero(cells).tolist()
+        yarns = self.simulation.good_cells()
         solver = self.simulation.solver
         assert isinstance(solver, LBFGS)
         tenth, gradient = solver.gradients()
@@ -284,7 +235,7 @@ class _Run:
         at_rest = self.loop.at_rest
         left = self.loop.remaining
         hidden = hidden_by_rounding(last, at_rest, self.loop.stalled, self.loop.tolerance)
-        distance = self.simulation.smallest_distances()
+        distance = self.simulation.smallest_distances(cells)
         strain = self._largest_strains()
         return {
             cell: RelaxedCell(yarns[cell], {
@@ -301,7 +252,7 @@ class _Run:
                 "min_distance_over_radius": float(distance[cell]),
                 "error": self.loop.errors.get(cell),
             }, self.history[cell])
-            for cell in cells.tolist()
+            for cell in numbers
         }  # fmt: skip
 
     def _largest_strains(self) -> NDArray[np.float64]:

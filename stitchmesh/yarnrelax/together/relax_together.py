@@ -3,9 +3,11 @@
 """Relaxations that many computations wait for (``work_together``), done together in batches of cells.
 
 A batch has one precision, one tolerance and one quadrature rule. Its cells come to the states that ``relax_yarns``
-finds, within the tolerance, but with other rounding: candidate lists and Newton steps serve all cells of a batch, so
-that the bits depend on the other cells in it. Some relaxations cannot be part of a batch and are done alone: yarns
-without a lattice, another solver, further terms, and yarns that cannot take their load at once (``loading``).
+finds. The bits of a cell depend on no other cell of its batch: its candidate lists, its Newton steps and its sums are
+its own, and it goes from batch to batch with all its memory (``carried_cells``). Larger cells, which a GPU does not
+factor as dense matrices (``dense_cells``), are factored in groups; only for them the bits depend on the others. Some
+relaxations cannot be part of a batch and are done alone: yarns without a lattice, another solver, further terms, and
+yarns that cannot take their load at once (``loading``).
 
 On a CPU only short work is done together. A launch costs little there, and launches also pass over cells at rest.
 """
@@ -32,9 +34,12 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.cell_stress import CellStress, cell_stress, cell_stresses
 from stitchmesh.yarnrelax.convergence import rest_text
 from stitchmesh.yarnrelax.energies.confinement import Confinement
+from stitchmesh.yarnrelax.hessian.dense_cells import LARGEST_DENSE
 from stitchmesh.yarnrelax.load_steps import StepAtRest, relax_through_steps
+from stitchmesh.yarnrelax.model.upload import sample_counts
 from stitchmesh.yarnrelax.relax import relax_partly, relax_yarns
 from stitchmesh.yarnrelax.relaxation_result import Relaxation
+from stitchmesh.yarnrelax.solvers.lbfgs_fused import MOST_POINTS, threads_of_cell
 from stitchmesh.yarnrelax.together.cell_batch import (
     BegunCell,
     CellBatch,
@@ -153,7 +158,18 @@ def _group_of(call: Call, number: int) -> Hashable:
     if not suits or not (lies or len(terms) == 0) or given["yarns"].lattice is None:
         return number
     quality = replace(given["quality"], max_iterations=0, contact_samples=0)
-    return quality, given.get("device"), given.get("cell") is None, lies, given.get("iterations")
+    yarns, is_free = given["yarns"], given.get("cell") is not None
+    # What decides the order of sums is the same in all cells of a batch, so that no cell depends on the others.
+    threads = None if lies else _threads_of(yarns, given["quality"].contact_samples)
+    is_small = 3 * (len(yarns.points) + is_free) <= LARGEST_DENSE
+    return quality, given.get("device"), is_free, lies, threads, is_small, given.get("iterations")
+
+
+def _threads_of(yarns: YarnSet, contact_samples: int) -> int | None:
+    """Return the threads of the block that iterates a cell without planes; None if the cell is too large for one."""
+    if len(yarns.points) > MOST_POINTS:
+        return None
+    return threads_of_cell(int(sample_counts(yarns, contact_samples).sum()), len(yarns.rest_length))
 
 
 def _alone(call: Call) -> Any:
@@ -168,11 +184,10 @@ def _batch(calls: Sequence[Call]) -> CellBatch:
     each = [call.arguments for call in calls]
     first = each[0]
     begun = [call.state if isinstance(call, Begun) else None for call in calls]
-    yarns = [given["yarns"] if own is None else own.yarns for given, own in zip(each, begun, strict=True)]
     free = [given["cell"] for given in each if given.get("cell") is not None]
     planes = [given["terms"][0] for given in each if given.get("terms")]
     return CellBatch(
-        [(own, given["material"]) for own, given in zip(yarns, each, strict=True)],
+        [(given["yarns"], given["material"]) for given in each],
         free or None, planes or None, first["quality"], device_named(first.get("device")),
         np.array([given["quality"].max_iterations for given in each]),
         [given["quality"].contact_samples for given in each], begun,

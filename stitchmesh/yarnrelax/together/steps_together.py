@@ -76,7 +76,7 @@ class _Path:
         others = [friction_and_others(given["terms"])[1] for given in each]
         planes = tuple(term for own in others for term in own if isinstance(term, Confinement))
         terms: list[YarnChoice] = [friction_and_others(first["terms"])[0]]
-        terms += [CellConfinements(planes, (None,) * len(planes))] if planes else []
+        terms += [CellConfinements(planes)] if planes else []
         simulation = YarnSimulation(
             [(given["yarns"], given["material"]) for given in each], first["quality"],
             device_named(first.get("device")), terms, cells=[given["cell"] for given in each],

@@ -81,7 +81,7 @@ def test_margins_that_change_to_and_fro_between_searches_leave_no_pair_out() -> 
     for margin in 2 * (NARROWEST_MARGIN, WIDEST_MARGIN, MARGIN):
         # moves that the near lists of the search before hardly allow
         state.points.assign(start + random.normal(scale=0.2, size=start.shape))
-        candidates.margin = margin
+        candidates.set_margins(margin)
         search.run()
         assert lists_of(candidates) == all_pairs(state.samples.numpy(), model, margin)
 

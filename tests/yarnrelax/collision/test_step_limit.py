@@ -58,7 +58,7 @@ def test_clearances_are_lower_bounds_of_the_distances_of_the_curves() -> None:
     yarns = replace(patch, points=patch.points + noise, radius=np.full(4, radius))
     quality = replace(DRAFT, precision="float64")
     simulation = YarnSimulation.start(yarns, YarnMaterial.named("kaldor-simulation"), quality, device_named("cpu"))
-    simulation.search_contacts(margin=2.0)  # wide enough that every clearance up to two radii is computed
+    simulation.search_contacts(2.0)  # wide enough that every clearance up to two radii is computed
     clearance = simulation.search.clearance.numpy() * simulation.model.unit
     assert (np.diff(simulation.model.sample_start) == 3).all()
     # eight points on each of the three arcs of a segment, from one end of the arc to the other

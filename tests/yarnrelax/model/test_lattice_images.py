@@ -16,7 +16,14 @@ from stitchmesh.yarnrelax import YarnMaterial, yarn_energies, yarn_forces
 from stitchmesh.yarnrelax.collision.captured_search import ContactSearch
 from stitchmesh.yarnrelax.collision.narrow_phase import make_candidates
 from stitchmesh.yarnrelax.model.constants import Model
-from stitchmesh.yarnrelax.model.image_table import CONTACT_RANGE, SPREAD, corners_of, near_images, renew_images
+from stitchmesh.yarnrelax.model.image_table import (
+    CONTACT_RANGE,
+    SPREAD,
+    corners_of,
+    has_images,
+    near_images,
+    renew_images,
+)
 from stitchmesh.yarnrelax.model.state import make_state
 from stitchmesh.yarnrelax.model.upload import neighbour_reach
 from tests.yarnrelax.one_term import on_device
@@ -200,14 +207,15 @@ def test_forces_on_a_cell_are_minus_the_gradient() -> None:
 def test_images_are_added_when_yarns_spread_over_more_cells() -> None:
     cell = periodic_patch(1, 1)
     model = on_device(cell)
-    assert not renew_images(model, model.upload(model.to_device(cell.points), 3))
+    assert has_images(model, model.upload(model.to_device(cell.points), 3))
     before = len(model.constants.images.image)
     extended = cell.points.copy()
     extended[0, 0] -= 2 * (2 * SPREAD + 5) * cell.radius.max() + np.ptp(cell.points[:, 0])
     spread, periods = model.upload(model.to_device(extended), 3), model.constants.images.periods.numpy()[None]
-    assert renew_images(model, spread)
+    assert not has_images(model, spread)
+    renew_images(model, spread)
     table = model.constants.images.image.numpy()
     assert len(table) > before and not table[0].any()
     needed = near_images(corners_of(model, spread.numpy(), periods), CONTACT_RANGE)
     assert {tuple(image) for image in needed} <= {tuple(image) for image in table}
-    assert not renew_images(model, spread)
+    assert has_images(model, spread)

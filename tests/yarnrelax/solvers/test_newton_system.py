@@ -11,10 +11,10 @@ import pytest
 from scipy.sparse import csc_array, csr_array
 
 from stitchmesh.yarnrelax.energies.term import Coupling
-from stitchmesh.yarnrelax.hessian.cell_matrices import Owners
+from stitchmesh.yarnrelax.hessian.cell_matrices import REFINED, Owners
 from stitchmesh.yarnrelax.hessian.couplings import CouplingRows, joined
 from stitchmesh.yarnrelax.hessian.matrices_on_host import MatricesOnHost
-from stitchmesh.yarnrelax.solvers.newton_system import REFINED, SIGNIFICANT, NewtonSystems
+from stitchmesh.yarnrelax.solvers.newton_system import SIGNIFICANT, NewtonSystems
 from tests.yarnrelax.hessian.places import Place
 
 pytestmark = pytest.mark.decides
