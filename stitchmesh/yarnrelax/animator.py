@@ -80,6 +80,8 @@ ATTEMPTS = 6
 """Times that the iterations of a frame are done if the guard stopped its travel."""
 LISTS_LAST = 5
 """Iterations between two searches."""
+NEAR_LISTS_LAST = 10
+"""Iterations after which a search makes new near lists too; older ones would often have lost pairs."""
 FIGURES = wp.constant(6)
 """Numbers that the host reads before the extremes of the searches: the progress of the guard, and those below."""
 NEAREST, FORCE_BEFORE, FORCE_AFTER = wp.constant(3), wp.constant(4), wp.constant(5)
@@ -480,7 +482,7 @@ class Animator:
         launches.append(self._solver.anew_launch(before + iterations, before, scale, self.model.prepare))
         for done in range(iterations):
             if done and done % LISTS_LAST == 0:
-                launches += search.unread_launches(broad=broad)
+                launches += search.unread_launches(broad=broad or done % NEAR_LISTS_LAST == 0)
             launches += simulation.iteration_launches()
         return [*launches, *search.unread_launches(broad=True), *self._distance_launches(), self._collect_launch()]
 

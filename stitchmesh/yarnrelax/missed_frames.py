@@ -30,7 +30,7 @@ def why_missed(yarns: YarnSet, fabric: StitchMesh, points: tuple[int, int], cut:
         cut: where the cloth of the frame cuts through itself, if it does.
     """
     one, other = (yarn_place(yarns, point) for point in points)
-    stopped = f"the guard stopped {one} before {other}"
+    stopped = f"the guard stopped {one} before {other}; give the cloth more frames there, or deform it less"
     if cut is not None:
         return f"cloth in cloth {cut}; {stopped}"
     first, second, angle = sharpest_fold(fabric)

@@ -43,7 +43,8 @@ ELSEWHERE = {
     "jobs/sweep/report_page.py", "mixed/scene/scene.py", "render/plots/plot_file.py", "yarngen/templates/table.py",
     # What this process writes.
     "app/guard.py", "app/pages/swatch/exports.py", "app/pages/downloads.py", "io/atomic.py",
-    "io/checkpoint_file.py", "io/own_files.py", "jobs/sweep/result_table.py", "render/thumbnails/rest_sheet.py",
+    "io/checkpoint_file.py", "io/own_files.py", "jobs/sweep/result_table.py", "render/animation_pictures.py",
+    "render/thumbnails/rest_sheet.py",
     # Contents that have been read, and copies or stages that a child process reads.
     "patterns/charts/other_images.py", "render/pattern_sheet.py",
     "io/guarded_child.py", "io/hdf5.py", "io/mesh_formats/by_meshio.py", "io/usd_stage.py",
