@@ -312,10 +312,10 @@ def relax_swatches(
     """Make swatches together, each as ``swatch`` makes it.
 
     On a GPU a launch costs more than the work of a small cell, so hundreds of swatches take little longer than one.
-    Each has the state of ``swatch`` within the tolerance, but with other rounding errors: cells of a batch share
-    candidate lists and Newton steps. The bits of a result depend on all requests of the call and on the device; the
-    same call gives the same bits. In the reports, ``seconds`` is the time from the begin of a swatch to its end, and
-    ``solver_seconds`` counts the batches in which it took part.
+    Each has the bits that ``swatch`` gives on the same device, whatever the other requests are. Only cells of more than
+    1,280 coordinates, and knits that are let go with friction, may have other rounding errors. In the reports,
+    ``seconds`` is the time from the begin of a swatch to its end, and ``solver_seconds`` counts the batches in which it
+    took part.
 
     Args:
         requests: the swatches.

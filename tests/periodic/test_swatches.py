@@ -62,7 +62,7 @@ def test_swatches_are_those_of_swatch(monkeypatch: pytest.MonkeyPatch) -> None:
         np.testing.assert_array_equal(points_of(made), one.yarns.points)
         for name in ("energy", "width", "height", "thickness"):
             assert made.report[name] == one.report[name]
-    assert {2, 5} <= set(cells), "the swatch that is left goes on with the four displaced starts of the other one"
+    assert {2, 8} <= set(cells), "both swatches, and all their displaced starts, are relaxed in one batch each"
 
 
 @pytest.mark.usefixtures("first_state", "together")

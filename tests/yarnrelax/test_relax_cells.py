@@ -184,6 +184,28 @@ def test_the_table_of_images_has_room_for_a_cell_until_its_yarns_spread() -> Non
     assert has_room(simulation.model, points, np.array([True, True, False, True]))
 
 
+def test_a_new_table_of_images_leaves_the_lists_of_other_cells_as_they_are() -> None:
+    simulation = YarnSimulation(list(zip(CELLS, MATERIALS, strict=True)), EXACT, device_named("cpu"))
+    model, candidates = simulation.model, simulation.candidates
+    first, last = model.sample_start[model.segment_start[[1, 2]]]
+
+    def pairs_of_second_cell() -> list[list[tuple[int, int, int]]]:
+        table, counts, lists = model.constants.images.image.numpy(), candidates.count.numpy(), candidates.lists.numpy()
+        return [
+            [(entry % model.sample_count, *table[entry // model.sample_count].tolist())
+             for entry in lists[p, : counts[p]].tolist()]
+            for p in range(first, last)
+        ]  # fmt: skip
+
+    before, images = pairs_of_second_cell(), len(model.constants.images.image)
+    points = simulation.state.points.numpy()
+    points[: model.point_start[1]] *= [1.0, 8.0, 1.0]
+    simulation.state.points.assign(points)
+    simulation.search_contacts(cells=np.array([True, False, False, False]))
+    assert len(model.constants.images.image) > images
+    assert pairs_of_second_cell() == before and any(before)
+
+
 def test_the_last_cell_of_a_batch_goes_on_with_other_cells() -> None:
     """Ten cells at rest leave the eleventh, which goes on beside a cell that begins, to the state of a single run."""
     (rested,) = relax_cells(CELLS[:1], materials=[KALDOR], free=[FREE], quality=EXACT, device="cpu").cells

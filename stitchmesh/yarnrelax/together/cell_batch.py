@@ -41,8 +41,9 @@ CellProgress = Callable[[int, int], None]
 SMALL_PART = {"cpu": 0.25, "cuda": 0.5}
 """The cells that are not at rest continue without the others if they have less than this part of all contact samples.
 On a GPU few cells take nearly as long as many."""
-LAST_PART = 0.5
-"""Largest part of the cells that a batch may leave for the next one."""
+LAST_PART, LAST_PART_OF_MANY, MANY = 0.1, 0.5, 128
+"""Largest part of the cells that a batch may leave for the next one: in general, and in a batch of at least ``MANY``
+cells. A batch of few cells takes nearly as long to begin as one of many, so that it should begin rarely."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,7 +132,8 @@ def relax_batch(
     found: dict[int, RelaxedCell | BegunCell] = {}
     numbers = np.arange(len(batch.given))
     launched = 0
-    few = LAST_PART * len(numbers) if others_follow else 0.0
+    part = LAST_PART_OF_MANY if len(numbers) >= MANY else LAST_PART
+    few = part * len(numbers) if others_follow else 0.0
     while True:
         run = _Run(batch.simulation(), batch)
         while run.active.sum() > few and not run.is_mostly_done:
