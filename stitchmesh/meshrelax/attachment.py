@@ -51,6 +51,7 @@ class SurfaceAttachment:
         allowed = np.empty_like(placement.shape)
 
         def project(some: slice) -> None:
+            """Find the projectors of some vertices."""
             normal, tangent, outward = placement.normal[some], placement.tangent[some], placement.outward[some]
             inner = np.eye(3) - normal[:, :, None] * normal[:, None, :]
             along = tangent[:, :, None] * tangent[:, None, :]

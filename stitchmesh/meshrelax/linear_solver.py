@@ -389,7 +389,8 @@ class StepSystem:
 
     def _capture(self, count: int, coarse: int) -> None:
         """Prepare the launches of an iteration before and after the solution of the patches."""
-        run, chunk, blocks = partial(prepare, device=self._device), *_blocks_of(3 * count, self._device)
+        run = partial(prepare, device=self._device)
+        chunk, blocks = chunk_of(3 * count, self._device), part_count(3 * count, self._device)
         parts = parts_for(3 * count, self._device)
         sums = wp.zeros_like(parts)
         solution, residual, direction, image, conditioned = (
@@ -439,16 +440,20 @@ class StepSystem:
         wp.copy(self._jacobian, jacobian)
         self._blocks.assign(np.ascontiguousarray(blocks))
         self._projector.assign(np.ascontiguousarray(projector))
-        count, pairs, matrix = len(self._patch), len(self._entries), [self._jacobian, self._blocks]
-        inputs = [*self._rows, self._motions, *matrix, self._projector]
-        launch(constrain_vertices, count, inputs, [self._inverse, self._allowed], self._device)
-        inputs = [*self._elements, self._patch, *self._patch_lists, *self._pair_lists, *matrix, self._allowed]
-        launch(multiply_patches(self._slots), pairs, inputs, [self._entries], self._device)
-        reduced = self._pairs.matrix(self._entries.numpy())
+        inputs = [*self._rows, self._motions, self._jacobian, self._blocks, self._projector]
+        launch(constrain_vertices, len(self._patch), inputs, [self._inverse, self._allowed], self._device)
+        reduced = self.patch_matrix()
         entries = reduced.diagonal()
         added = diags_array(np.where(entries > NO_MOTION * entries.max(), REGULARIZATION * entries, 1.0))
         regularized = (reduced + added).tocsc()
         self._factor = splu(regularized, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
+
+    def patch_matrix(self) -> bsr_array:
+        """Return Z^T A Z of the matrix that was set last, shape (2 patches, 2 patches)."""
+        matrix = [self._jacobian, self._blocks, self._allowed]
+        inputs = [*self._elements, self._patch, *self._patch_lists, *self._pair_lists, *matrix]
+        launch(multiply_patches(self._slots), len(self._entries), inputs, [self._entries], self._device)
+        return self._pairs.matrix(self._entries.numpy())
 
     def solve(self, right: FloatArray, *, tolerance: float, max_iterations: int) -> tuple[FloatArray, int]:
         """Solve A x = b within the allowed directions, for the matrix that was set last.
@@ -547,11 +552,6 @@ def _grouped(group: IntArray, count: int) -> tuple[IntArray, IntArray]:
     members = np.arange(len(group))
     lists = coo_array((np.ones(len(group), dtype=np.int8), (group, members)), shape=(count, len(group))).tocsr()
     return lists.indices, lists.indptr
-
-
-def _blocks_of(count: int, device: wp.Device) -> tuple[int, int]:
-    """Return the number of values that one block of threads sums, and the number of blocks."""
-    return chunk_of(count, device), part_count(count, device)
 
 
 def _flat(vectors: wp.array[Any]) -> wp.array[Any]:

@@ -10,7 +10,7 @@ from typing import Protocol, TypeVar
 from stitchmesh.mesh import FloatArray
 
 VERTICES_OF_BLOCK = 8192
-"""Vertices whose curvature, stiffness, inverse or row of a matrix is computed at once."""
+"""Vertices whose place, curvature, projector or stiffness is computed at once."""
 
 
 @dataclass(frozen=True, eq=False)

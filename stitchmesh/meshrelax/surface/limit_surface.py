@@ -16,10 +16,8 @@ from scipy.spatial import cKDTree
 from stitchmesh.compute.threads import each_block
 from stitchmesh.mesh import FloatArray, IntArray, Mesh
 from stitchmesh.mesh.arrays import unit_vectors
+from stitchmesh.meshrelax.placement import VERTICES_OF_BLOCK
 from stitchmesh.meshrelax.surface.catmull_clark import refine_surface
-
-POINTS_OF_BLOCK = 8192
-"""Points that are evaluated at once."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,7 +180,7 @@ class LimitSurface:
             position[some] = np.einsum("nc,nci->ni", own, self.vertices[corners])
             normal[some] = unit_vectors(np.einsum("nc,nci->ni", own, vertex_normals[corners]))
 
-        each_block(interpolate, len(triangle), POINTS_OF_BLOCK)
+        each_block(interpolate, len(triangle), VERTICES_OF_BLOCK)
         return position, normal
 
     def shape_operator(self, triangle: IntArray, normal: FloatArray) -> FloatArray:
