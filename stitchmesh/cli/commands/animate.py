@@ -31,7 +31,7 @@ CHECKPOINT_EVERY = 10
 
 @dataclass(frozen=True)
 class AnimateCommand:
-    """Carry the yarns of a fabric with a cloth that moves, so that no yarn passes through another one."""
+    """Carry yarns with a cloth that moves; no yarn passes through another one."""
 
     fabric: Annotated[Positional[str], help_entry("STITCHES", help=READ_STITCHES)]
     cloth: Annotated[Positional[str], help_entry("CLOTH")]
