@@ -308,27 +308,33 @@ class YarnSet:
             raise YarnError(f"lattice_step: got shape {self.lattice_step.shape}; expected ({self.yarn_count}, 2)")
 
     def _check_values(self) -> None:
-        if not all(max(column.max(), -column.min()) <= LARGEST_LENGTH for column in self.points.T):
+        if not _are_within(self.points, -LARGEST_LENGTH, LARGEST_LENGTH):
             bad = np.flatnonzero(~(np.abs(self.points) <= LARGEST_LENGTH).all(axis=1))
             yarn = np.searchsorted(self.start, bad[0], side="right") - 1
             found = f"coordinates are not finite or beyond {LARGEST_LENGTH:g}"
             raise YarnError(f"control point {first_few(bad)} (yarn {yarn}): {found}")
         for name in ("radius", "rest_length", "drawn_radius"):
             values = getattr(self, name)
-            bad = np.flatnonzero(~((values <= LARGEST_LENGTH) & (values > 0.0)))
-            if len(bad):
+            if not _are_within(values, np.nextafter(0.0, 1.0), LARGEST_LENGTH):
+                bad = np.flatnonzero(~((values <= LARGEST_LENGTH) & (values > 0.0)))
                 raise YarnError(f"{name} {first_few(bad)}: got {values[bad[0]]}; expected a positive number of cm")
         bad = np.flatnonzero((self.mass_per_length <= 0.0) | np.isinf(self.mass_per_length))
         if len(bad):
             found = f"got {self.mass_per_length[bad[0]]} g/cm"
             raise YarnError(f"mass_per_length {first_few(bad)}: {found}; expected a positive number, or nan for none")
-        bad = np.flatnonzero(~(np.abs(self.natural_curvature) <= LARGEST_LENGTH))
-        if len(bad):
-            found = self.natural_curvature[bad[0]]
+        natural = self.natural_curvature
+        if not _are_within(natural, -LARGEST_LENGTH, LARGEST_LENGTH):
+            bad = np.flatnonzero(~(np.abs(natural) <= LARGEST_LENGTH))
+            found = natural[bad[0]]
             raise YarnError(f"natural_curvature {first_few(bad)}: got {found}; expected finite numbers in 1/cm")
         bad = np.flatnonzero(self.colour < 0)
         if len(bad):
             raise YarnError(f"yarn {first_few(bad)}: got colour {self.colour[bad[0]]}; colours are numbered from 0")
+
+
+def _are_within(values: FloatArray, least: float, most: float) -> bool:
+    """Whether all values are finite and within bounds, without an array of answers: most sets are right."""
+    return bool(values.min() >= least and values.max() <= most)  # a minimum is not a number if a value is not one
 
 
 def _check_counts(start: IntArray, closed: NDArray[np.bool_]) -> None:

@@ -173,6 +173,22 @@ def turn_patches(
 
 
 @kernel
+def move_rigidly(
+    # model
+    turn: wp.mat33d,
+    shift: wp.vec3d,
+    # state in
+    points: wp.array[Vec3],
+    # state out
+    moved: wp.array[wp.vec3d],
+) -> None:
+    """Points after a rigid motion [cm], in double precision; ``turn`` holds the unit of the points too."""
+    i = wp.tid()
+    point = points[i]
+    moved[i] = turn * wp.vec3d(wp.float64(point[0]), wp.float64(point[1]), wp.float64(point[2])) + shift
+
+
+@kernel
 def begin_figures(
     # state out
     progress: wp.array[wp.float64],
@@ -313,8 +329,7 @@ class Animator:
 
     def yarns(self) -> YarnSet:
         """The yarns at the present frame."""
-        points = self.place.moved(self.model.from_device(self.state.points))
-        return replace(self.inputs.yarns, points=points)
+        return self._yarns_at(self.state.points, self.place)
 
     def carried(self, frame: int) -> tuple[YarnSet, StitchMesh]:
         """The yarns of the first frame and the fabric where the cloth of a frame carries them, without relaxation."""
@@ -327,7 +342,7 @@ class Animator:
         self.bound_fabric.launch(self.fabric_vertices, *self._spare, model.launch)
         vertices = self.fabric_vertices.numpy().astype(np.float64) * model.unit + model.cells[0].origin
         fabric = replace(self.inputs.fabric, vertices=place.moved(vertices))
-        return replace(self.inputs.yarns, points=place.moved(model.from_device(points))), fabric
+        return self._yarns_at(points, place), fabric
 
     def arrays(self) -> dict[str, NDArray[Any]]:
         """Return everything that decides how the run continues after the present frame, by name."""
@@ -347,6 +362,13 @@ class Animator:
         self.frame = frame
         self.place = self._place_cloth(frame)
         self.simulation.search_contacts()
+
+    def _yarns_at(self, points: wp.array[Any], place: RigidPlace) -> YarnSet:
+        """The yarns with control points on the device [units], moved to a place."""
+        model, origin = self.model, self.model.cells[0].origin
+        turn, shift = wp.mat33d(*(place.rotation * model.unit).ravel()), wp.vec3d(*place.moved(origin))
+        model.launch(move_rigidly, model.point_count, [turn, shift, points], [self.moved])
+        return replace(self.inputs.yarns, points=self.moved.numpy())
 
     def _carried(self) -> dict[str, wp.array[Any]]:
         return {
@@ -419,6 +441,8 @@ class Animator:
         """Where the cloth carries the control points [units], shape (N, 3)."""
         self.rest = model.empty(count, 3)
         """The control points at the first frame, where they are bound [units], shape (N, 3)."""
+        self.moved = wp.empty(count, dtype=wp.vec3d, device=model.device)
+        """The control points in space [cm], shape (N, 3)."""
         self.correction = model.empty(count, 3)
         """Correction of the last frame, in the frames of the points [units], shape (N, 3)."""
         self.start, self.end, self.target = (model.empty(count, 3) for _ in range(3))

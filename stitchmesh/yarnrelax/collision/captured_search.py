@@ -54,8 +54,8 @@ ROOM_TO_GROW = 1.1
 """Segments may grow by this factor before the search is widened."""
 BLOCKS = 128
 """Thread blocks that collect the results of a search."""
-SAMPLES_PER_PART = 4096
-"""Contact samples in a part of a cell on a CPU, whose cores share a cell; on a GPU a block takes the whole cell."""
+SAMPLES_PER_PART = {"cpu": 4096, "cuda": 32_768}
+"""Contact samples in a part of a cell, whose smallest clearance one core or one block of threads finds."""
 LARGEST_STRAIN = 0.2
 """Largest strain of a cell since its table of images was made; ``SHRINKAGE`` leaves room for it."""
 
@@ -249,7 +249,7 @@ class ContactSearch:
         """A number that changes when the candidate lists or the table of images are replaced."""
         self.drift = model.empty(model.segment_count)
         self.clearance = model.empty(model.sample_count)
-        parts = 1 if model.device.is_cuda else max(model.largest_cell // SAMPLES_PER_PART, 1)
+        parts = max(model.largest_cell // SAMPLES_PER_PART["cuda" if model.device.is_cuda else "cpu"], 1)
         self.parts = wp.zeros((model.cell_count, parts), dtype=wp.float64, device=model.device)
         self.least = self.parts[:, 0] if parts == 1 else wp.zeros(model.cell_count, wp.float64, device=model.device)
         self.collecting = max(BLOCKS // model.cell_count, 1)

@@ -20,9 +20,9 @@ only if
 
     min over s of |m_A - m_B + s (T_A - T_B)|  <=  r_A + r_B + v_A + v_B
 
-which a tree of boxes around the ways of the balls finds. The same is then asked of each segment of A and each segment
-of B, and in the end of their arcs, as above. Arcs of one strand that are neighbours along it are left out, as in the
-search for contacts. The balls are in single precision, with a thousandth for rounding.
+which a tree of boxes around the ways of the balls finds. Each segment asks the tree for the runs that it may meet, then
+each segment of such a run, and in the end the arcs of both, as above. Arcs of one strand that are neighbours along it
+are left out, as in the search for contacts. The balls are in single precision, with a thousandth for rounding.
 
 The yarns travel by the largest s <= 1 with which every approach is at most ``PART`` of the clearance, or not at all if
 it is below ``LEAST_STEP``: the last clearances would be used up for nothing. Candidate lists must be new at the start.
@@ -38,6 +38,7 @@ import warp as wp
 
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.precision import Scalar, Vec2, Vec3, Vec4
+from stitchmesh.compute.thread_block import THREADS, largest_over_block
 from stitchmesh.simulation.bodies.body_surface import single
 from stitchmesh.yarnrelax.collision.broad_phase import may_collide
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
@@ -54,8 +55,8 @@ LEAST_STEP = wp.constant(wp.float64(0.01))
 """Yarns do not travel if they could only pass less than this part of the way: they would be pressed together for it."""
 RUN = 8
 """Largest number of segments of a run."""
-STRANDS = 256
-"""Threads that find the largest need."""
+PARTS = 256
+"""Blocks of threads that find the largest need, each of a part."""
 SMALLEST = wp.constant(1.0e-6)
 """Clearance in mean radii that stands for none."""
 PASSED, STEP, LARGEST_NEED = wp.constant(0), wp.constant(1), wp.constant(2)
@@ -156,6 +157,15 @@ def need_of_pairs(
     partner[p] = nearest
 
 
+@wp.func
+def box_of_way(middle: wp.vec3, moved: wp.vec4, size: float) -> tuple[wp.vec3, wp.vec3]:
+    """Lower and upper corner of the box around the way of a ball; ``moved`` is the travel in it, with its spread."""
+    # a thousandth allows for rounding
+    wide = (size + moved[3]) * 1.001
+    around, end = wp.vec3(wide, wide, wide), middle + wp.vec3(moved[0], moved[1], moved[2])
+    return wp.min(middle, end) - around, wp.max(middle, end) + around
+
+
 @kernel
 def bound_runs(
     # model
@@ -184,11 +194,9 @@ def bound_runs(
             spread = wp.max(spread, wp.length(way[corner[k]] - moved))
     ball[run] = wp.vec4(float(middle[0]), float(middle[1]), float(middle[2]), float(size))
     travel[run] = wp.vec4(float(moved[0]), float(moved[1]), float(moved[2]), float(spread))
-    # a thousandth allows for the rounding of the boxes
-    wide = float(size + spread) * 1.001
-    around = wp.vec3(wide, wide, wide)
-    low[run] = wp.min(single(middle), single(middle + moved)) - around
-    high[run] = wp.max(single(middle), single(middle + moved)) + around
+    lower, upper = box_of_way(single(middle), travel[run], float(size))
+    low[run] = lower
+    high[run] = upper
 
 
 @wp.func
@@ -253,7 +261,7 @@ def single_stay_apart(here: Vec4, there: Vec4, apart: wp.vec3, reach: float) -> 
 
 
 @kernel
-def need_of_runs(
+def need_of_segments(
     # model
     model: YarnConstants,
     run_start: wp.array[wp.int32],
@@ -262,8 +270,6 @@ def need_of_runs(
     tree: wp.uint64,
     ball: wp.array[wp.vec4],
     run_travel: wp.array[wp.vec4],
-    low: wp.array[wp.vec3],
-    high: wp.array[wp.vec3],
     centre: wp.array[Vec3],
     extent: wp.array[Scalar],
     samples: wp.array[Vec4],
@@ -272,51 +278,58 @@ def need_of_runs(
     way: wp.array[Vec3],
     # state out
     need: wp.array[wp.float32],
-    nearest: wp.array[wp.vec2i],
+    nearest: wp.array[wp.int32],
 ) -> None:
-    """Largest need of the unlisted arcs in a run and in those that it may meet; and their segments."""
-    a = wp.tid()
+    """Largest need of the unlisted arcs of a segment and of the later ones that it may meet; and that segment."""
+    s = wp.tid()
     most = float(0.0)
-    segments = wp.vec2i(run_start[a], run_start[a])
-    here = ball[a]
-    query = wp.bvh_query_aabb(tree, low[a], high[a])
+    other = s
+    here, own, size = single(centre[s]), travel_of_segment(model, way, s), float(extent[s])
+    low, high = box_of_way(here, own, size)
+    query = wp.bvh_query_aabb(tree, low, high)
     b = wp.int32(0)
     while wp.bvh_query_next(query, b):
         there = ball[b]
-        apart = wp.vec3(here[0] - there[0], here[1] - there[1], here[2] - there[2])
-        if b >= a and balls_meet(apart, run_travel[a], run_travel[b], here[3] + there[3]):
-            for s in range(run_start[a], run_start[a + 1]):
-                own = travel_of_segment(model, way, s)
-                for t in range(run_start[b], run_start[b + 1]):
-                    between = single(centre[s] - centre[t])
-                    size = float(extent[s] + extent[t])
-                    if balls_meet(between, own, travel_of_segment(model, way, t), size) and may_collide(model, s, t, 0):
-                        found = need_of_arcs(model, samples, slack, travel, margin, s, t)
-                        if found > most:
-                            most = found
-                            segments = wp.vec2i(s, t)
-    need[a] = most
-    nearest[a] = segments
+        if balls_meet(here - wp.vec3(there[0], there[1], there[2]), own, run_travel[b], size + there[3]):
+            for t in range(wp.max(run_start[b], s), run_start[b + 1]):
+                between = here - single(centre[t])
+                both = size + float(extent[t])
+                if balls_meet(between, own, travel_of_segment(model, way, t), both) and may_collide(model, s, t, 0):
+                    found = need_of_arcs(model, samples, slack, travel, margin, s, t)
+                    if found > most:
+                        most = found
+                        other = t
+    need[s] = most
+    nearest[s] = other
 
 
-@kernel
+@wp.func
+def more_needed(most: wp.float64, need: Scalar) -> wp.float64:
+    """The larger of two needs; infinite if the second one is not a number."""
+    if need == need:
+        return wp.max(most, wp.float64(need))
+    return wp.float64(wp.inf)
+
+
+@kernel(tile=THREADS)
 def largest_needs(
     # state in
     of_pairs: wp.array[Scalar],
-    of_runs: wp.array[wp.float32],
+    of_segments: wp.array[wp.float32],
     # state out
     largest: wp.array[wp.float64],
 ) -> None:
-    """Largest need that each strand finds; infinite if one is not a number."""
-    strand = wp.tid()
+    """Largest need of each part; infinite if one is not a number."""
+    part, lane = wp.tid()
     most = wp.float64(0.0)
-    for k in range(strand, of_pairs.shape[0], largest.shape[0]):
-        if not (wp.float64(of_pairs[k]) <= most):
-            most = wp.where(of_pairs[k] == of_pairs[k], wp.float64(of_pairs[k]), wp.float64(wp.inf))
-    for k in range(strand, of_runs.shape[0], largest.shape[0]):
-        if not (wp.float64(of_runs[k]) <= most):
-            most = wp.where(of_runs[k] == of_runs[k], wp.float64(of_runs[k]), wp.float64(wp.inf))
-    largest[strand] = most
+    first, stride = part * wp.block_dim() + lane, largest.shape[0] * wp.block_dim()
+    for k in range(first, of_pairs.shape[0], stride):
+        most = more_needed(most, of_pairs[k])
+    for k in range(first, of_segments.shape[0], stride):
+        most = more_needed(most, of_segments[k])
+    whole = largest_over_block(most)
+    if lane == 0:
+        largest[part] = whole
 
 
 @kernel
@@ -378,13 +391,15 @@ class TravelGuard:
         self.half_tangent, self.slack = model.empty(model.sample_count, 3), model.empty(model.sample_count, 2)
         self.travel = model.empty(model.sample_count, 4)
         self.pair_need, self.partner = model.empty(model.sample_count), model.integers(np.zeros(model.sample_count))
-        types = wp.float32, wp.vec2i, wp.vec4, wp.vec4, wp.vec3, wp.vec3
+        types = wp.vec4, wp.vec4, wp.vec3, wp.vec3
         of_runs = [wp.zeros(self.run_count, dtype=each, device=model.device) for each in types]
-        self.run_need, self.run_nearest, self.ball, self.run_travel, self.low, self.high = of_runs
+        self.ball, self.run_travel, self.low, self.high = of_runs
+        self.segment_need = wp.zeros(model.segment_count, dtype=wp.float32, device=model.device)
+        self.nearest = model.integers(np.zeros(model.segment_count))
         for each in self._bound_launches():
             each.launch()
         self.tree = wp.Bvh(self.low, self.high, constructor="sah")  # the same tree on every device
-        self.largest = wp.zeros(STRANDS, dtype=wp.float64, device=model.device)
+        self.largest = wp.zeros(PARTS, dtype=wp.float64, device=model.device)
 
     def launches(self, target: wp.array[Any]) -> list[Any]:
         """Return the launches of one travel along the ways to ``target``; then the lists are out of date."""
@@ -394,15 +409,14 @@ class TravelGuard:
         near = self.candidates.near
         margin = model.number(float(self.candidates.margins.max()))
         runs = [model.constants, self.run_start, margin, wp.uint64(self.tree.id), self.ball, self.run_travel,
-                self.low, self.high, near.centre, near.extent, state.samples, self.slack, self.travel,
-                self.way]  # fmt: skip
+                near.centre, near.extent, state.samples, self.slack, self.travel, self.way]  # fmt: skip
         return [
             *self._bound_launches(),
             Refit(self.tree),
             prepare(travel_of_samples, model.segment_count, [model.constants, self.way], [self.travel]),
             prepare(need_of_pairs, model.sample_count, arcs, [self.pair_need, self.partner]),
-            prepare(need_of_runs, self.run_count, runs, [self.run_need, self.run_nearest]),
-            prepare(largest_needs, STRANDS, [self.pair_need, self.run_need], [self.largest]),
+            prepare(need_of_segments, model.segment_count, runs, [self.segment_need, self.nearest]),
+            prepare(largest_needs, PARTS, [self.pair_need, self.segment_need], [self.largest]),
             prepare(choose_step, 1, [self.largest], [self.progress]),
             prepare(travel_on, model.point_count, [self.progress, target], [self.way, state.points]),
         ]
@@ -423,11 +437,11 @@ class TravelGuard:
 
     def stopping_points(self) -> tuple[int, int]:
         """Return the control points of two arcs that limited the last travel most."""
-        pairs, runs = self.pair_need.numpy(), self.run_need.numpy()
-        segments = self.run_nearest.numpy()[int(runs.argmax())]
-        if runs.max() <= pairs.max():
+        pairs, unlisted = self.pair_need.numpy(), self.segment_need.numpy()
+        segments = [int(unlisted.argmax()), int(self.nearest.numpy()[unlisted.argmax()])]
+        if unlisted.max() <= pairs.max():
             samples = [int(pairs.argmax()), int(self.partner.numpy()[pairs.argmax()])]
-            segments = self.model.sample_start.searchsorted(samples, side="right") - 1
+            segments = (self.model.sample_start.searchsorted(samples, side="right") - 1).tolist()
         one, other = self.model.yarns.segment_points[segments, 1].tolist()
         return one, other
 
