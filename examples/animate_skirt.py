@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Knit a skirt, and let another program simulate its cloth while the waist turns to and fro.
+"""Knit a skirt, and let another program simulate its cloth while the waist turns to and fro, or on a moving body.
 
     pip install newton==1.8.0
     python examples/animate_skirt.py -o out/skirt
@@ -9,11 +9,14 @@
 The cloth solver (vertex block descent) and the writer of the USD file belong to Newton, a physics engine that
 StitchMesh does not need. The cloth is the surface on which the stitches lie, so its first frame is where they are.
 ``--mesh skirt.obj --unit dm`` takes another skirt, whose rows are modelled and whose highest border is the waist.
+``--body walk.usdc`` gives an animated body that is inside the skirt at its first frame: it carries the waist, and the
+cloth collides with it.
 """
 
 from __future__ import annotations
 
 import argparse
+from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
@@ -29,6 +32,8 @@ FRAMES_PER_SECOND, SUBSTEPS = 30, 10
 """Frames and time steps."""
 SWING, PERIOD, RAMP = 100.0, 1.2, 0.4
 """Largest turn of the waist [degrees], its period, and the time in which the turns grow to their full size [s]."""
+REACH = 0.1
+"""The part of a body that is higher or lower than the skirt by more than this [m] is left out."""
 
 
 def skirt() -> sm.Mesh:
@@ -50,26 +55,79 @@ def turned(points: np.ndarray, time: float, swing: float) -> np.ndarray:
     return points + (points - points.mean(axis=0)) @ (turn - np.eye(3)).T
 
 
-def simulate(mesh: sm.Mesh, path: Path, frames: int, swing: float = SWING) -> None:
-    """Simulate the cloth of a skirt whose highest border is held by a waist that turns, and write it in metres."""
+@dataclass(frozen=True)
+class Turning:
+    """A waist that turns to and fro, without a body."""
+
+    waist: np.ndarray
+    """Points of the waist at the first frame [m], shape (n, 3)."""
+    swing: float
+    """Largest turn [degrees]."""
+
+    def points(self, _time: float) -> np.ndarray:
+        """Points of the body [m]."""
+        return np.zeros((0, 3))
+
+    def waist_at(self, time: float) -> np.ndarray:
+        """Points of the waist at a time [s]."""
+        return turned(self.waist, time, self.swing)
+
+
+class Wearer:
+    """A moving body that carries the waist of a skirt."""
+
+    def __init__(self, body: sm.MovingMesh, skirt: np.ndarray, waist: np.ndarray) -> None:
+        """Take the part of the body that the skirt can reach; ``waist`` are its points at the first frame [m]."""
+        self.times, places = body.motion.times, 0.01 * body.motion.vertices
+        low, high = skirt[:, 1].min() - REACH, skirt[:, 1].max() + REACH
+        triangles = triangles_of(body.mesh)
+        height = places[:, :, 1].mean(axis=0)[triangles]
+        kept = triangles[((height > low) & (height < high)).all(axis=1)]
+        used, corners = np.unique(kept, return_inverse=True)
+        self.places, self.corners = places[:, used], corners.ravel()
+        self.waist = waist
+        self.carrier = np.array([np.linalg.norm(self.places[0] - point, axis=1).argmin() for point in waist])
+
+    def points(self, time: float) -> np.ndarray:
+        """Points of the body [m]."""
+        frame = np.clip(np.interp(time, self.times, np.arange(len(self.times))), 0, len(self.times) - 1)
+        first = min(int(frame), len(self.times) - 2)
+        return self.places[first] + (frame - first) * (self.places[first + 1] - self.places[first])
+
+    def waist_at(self, time: float) -> np.ndarray:
+        """Points of the waist at a time [s]: each moves with the nearest point of the body."""
+        return self.waist + (self.points(time) - self.places[0])[self.carrier]
+
+
+def triangles_of(mesh: sm.Mesh) -> np.ndarray:
+    """Triangles of the faces of a mesh, shape (n, 3)."""
+    return np.array([(face[0], *pair) for face in mesh.polygons for pair in pairwise(face[1:])])
+
+
+def simulate(mesh: sm.Mesh, path: Path, frames: int, swing: float = SWING, body: sm.MovingMesh | None = None) -> None:
+    """Simulate the cloth of a skirt whose highest border is held by the waist, and write it in metres."""
     import newton
     import warp as wp
     from newton.viewer import ViewerUSD
 
-    points = 0.01 * mesh.vertices
-    corners = np.array([(face[0], *pair) for face in mesh.polygons for pair in pairwise(face[1:])]).ravel()
-    builder = newton.ModelBuilder(up_axis=newton.Axis.Y)
-    builder.add_cloth_mesh(
-        pos=wp.vec3(), rot=wp.quat_identity(), scale=1.0, vel=wp.vec3(), vertices=[wp.vec3(*point) for point in points],
-        indices=corners.tolist(), density=0.3, tri_ke=3e2, tri_ka=3e2, tri_kd=1e-3, edge_ke=0.7, edge_kd=1e-5,
-        particle_radius=0.002,
-    )  # fmt: skip
-    builder.color(include_bending=True)
-    model = builder.finalize()
+    points, corners = 0.01 * mesh.vertices, triangles_of(mesh).ravel()
     borders = [mesh.face_vertex[loop] for loop in mesh.boundary_loops]
     waist = max(borders, key=lambda border: points[border, 1].mean())
+    held = Turning(points[waist], swing) if body is None else Wearer(body, points, points[waist])
+    builder = newton.ModelBuilder(up_axis=newton.Axis.Y)
+    # the body is a cloth too, whose points do not obey forces: the solver keeps cloths apart
+    cloths = [(points, corners), *([] if isinstance(held, Turning) else [(held.points(0.0), held.corners)])]
+    for places, indices in cloths:
+        builder.add_cloth_mesh(
+            pos=wp.vec3(), rot=wp.quat_identity(), scale=1.0, vel=wp.vec3(), particle_radius=0.002,
+            vertices=[wp.vec3(*place) for place in places], indices=indices.tolist(), density=0.3,
+            tri_ke=3e2, tri_ka=3e2, tri_kd=1e-3, edge_ke=0.7, edge_kd=1e-5,
+        )  # fmt: skip
+    builder.color(include_bending=True)
+    model = builder.finalize()
     flags = model.particle_flags.numpy()
-    flags[waist] &= ~int(newton.ParticleFlags.ACTIVE)
+    moved_by_hand = np.concatenate([waist, np.arange(len(points), len(flags))])
+    flags[moved_by_hand] &= ~int(newton.ParticleFlags.ACTIVE)
     model.particle_flags.assign(flags)
     solver = newton.solvers.SolverVBD(
         model, iterations=10, particle_enable_self_contact=True, particle_self_contact_margin=0.002,
@@ -81,11 +139,12 @@ def simulate(mesh: sm.Mesh, path: Path, frames: int, swing: float = SWING) -> No
     for frame in range(frames):
         time = frame / FRAMES_PER_SECOND
         viewer.begin_frame(time)
-        viewer.log_mesh("cloth", now.particle_q, wp.array(corners, dtype=wp.int32))
+        viewer.log_mesh("cloth", wp.clone(now.particle_q[: len(points)]), wp.array(corners, dtype=wp.int32))
         viewer.end_frame()
         for step in range(1, SUBSTEPS + 1):
             moved = now.particle_q.numpy()
-            moved[waist] = turned(points[waist], time + step / (SUBSTEPS * FRAMES_PER_SECOND), swing)
+            then = time + step / (SUBSTEPS * FRAMES_PER_SECOND)
+            moved[moved_by_hand] = np.concatenate([held.waist_at(then), held.points(then)])
             now.particle_q.assign(moved)
             after.particle_q.assign(moved)
             now.clear_forces()
@@ -94,13 +153,16 @@ def simulate(mesh: sm.Mesh, path: Path, frames: int, swing: float = SWING) -> No
     viewer.close()
 
 
-def main(folder: Path, mesh: sm.Mesh, stitch_width: float = 1.0, frames: int = 60, swing: float = SWING) -> None:
+def main(
+    folder: Path, mesh: sm.Mesh, stitch_width: float = 1.0, frames: int = 60, swing: float = SWING,
+    body: sm.MovingMesh | None = None,
+) -> None:  # fmt: skip
     """Write the stitches and the moving cloth."""
     fabric = sm.tessellate(sm.label(mesh), stitch_width=stitch_width)
     fabric = sm.relax_mesh(fabric, surface=mesh).fabric
     sm.write_stitches(folder / "stitches.h5", fabric)
     print(f"{fabric.face_count} stitches")
-    simulate(mesh, folder / "cloth.usdc", frames, swing)
+    simulate(mesh, folder / "cloth.usdc", frames, swing, body)
     print(f"{frames} frames in {folder / 'cloth.usdc'}")
 
 
@@ -112,6 +174,8 @@ if __name__ == "__main__":
     parser.add_argument("--stitch-width", type=float, default=1.0, help="width of a stitch [cm]")
     parser.add_argument("--frames", type=int, default=60, help="number of frames")
     parser.add_argument("--swing", type=float, default=SWING, help="largest turn of the waist [degrees]")
+    parser.add_argument("--body", type=Path, help="animated body inside the skirt (default: none)")
     given = parser.parse_args()
     own = skirt() if given.mesh is None else sm.read_mesh(given.mesh, unit=given.unit)
-    main(given.output, own, given.stitch_width, given.frames, given.swing)
+    wearer = None if given.body is None else sm.read_moving_mesh(given.body)
+    main(given.output, own, given.stitch_width, given.frames, given.swing, wearer)
