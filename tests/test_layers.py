@@ -46,7 +46,7 @@ LAYERS = [
 """Folders and files of the package from the bottom up; members of one layer do not import one another."""
 LEVEL = {name: level for level, names in enumerate(LAYERS) for name in names}
 HEAVY = {
-    "warp": {"compute", "linking", "meshrelax", "mixed", "simulation", "yarnrelax"},
+    "warp": {"compute", "linking", "meshrelax", "mixed", "simulation", "yarngen", "yarnrelax"},
     "pyvista": {"render", "io"},
     "vtkmodules": {"render", "io"},
     "vtk": {"render"},

@@ -55,7 +55,7 @@ def animate(
     """
     if yarns is None:
         refuse_wrong_cloth(fabric, cloth, device_named(device))  # before the work
-        drawn = generate_yarns(fabric, quality=quality)
+        drawn = generate_yarns(fabric, quality=quality, device=device)
         alone = replace(run, checkpoints=None, resume=None)
         yarns = relax_yarns(
             drawn, material=material, quality=quality, device=device, keep_shape=fabric, run=alone

@@ -17,7 +17,6 @@ from stitchmesh.yarn import APPARENT_OVER_CONTACT, FLOATING, YarnSet, segment_po
 from stitchmesh.yarngen.bind_off import DRAWN_HEIGHT, choose_edges, drawn_sides, with_bind_off
 from stitchmesh.yarngen.bridges import SLOTS, BridgePath, Bridges
 from stitchmesh.yarngen.cables import cross_loops, open_corners
-from stitchmesh.yarngen.clearance import smallest_distance
 from stitchmesh.yarngen.edge_tension import edge_tension, rest_length_ratios
 from stitchmesh.yarngen.embedding import PlacedParts, place_parts, points_per_width
 from stitchmesh.yarngen.finish import DEFAULT_FINISH, YarnFinish
@@ -60,7 +59,7 @@ def generate_yarns(
     fabric: StitchMesh, *, yarn_radius: float | None = None, drawn_radius: float | None = None,
     mass_per_length: float | None = None, quality: str | Quality = DEFAULT_QUALITY,
     bind_off: str = YarnFinish.bind_off, cast_on: str = YarnFinish.cast_on,
-    longest_float: int = YarnFinish.longest_float,
+    longest_float: int = YarnFinish.longest_float, device: str | None = "cpu",
 ) -> YarnSet:  # fmt: skip
     """Generate the yarn curves of a stitch mesh. Each yarn is one path, and the yarns interlock as the stitches define.
 
@@ -82,6 +81,8 @@ def generate_yarns(
         longest_float: largest number of stitches of other yarns behind which a yarn is carried along its row. A yarn
             that would pass more stitches, as between the blocks of intarsia, is cut and tied off. 0 cuts at every
             change of yarn.
+        device: where the distances of the yarns are checked: "cpu", "cuda:0" ...; None for the first GPU, or the CPU if
+            there is no GPU. The yarns do not depend on it.
 
     Returns:
         Yarns whose rest lengths are their generated lengths, except for the crossing legs of cables
@@ -90,8 +91,8 @@ def generate_yarns(
         the last row.
 
     Raises:
-        ParameterError: a radius or the mass is not positive, a radius is too large for the stitches, or an option is
-            unknown.
+        ParameterError: a radius or the mass is not positive, a radius is too large for the stitches, or an option or
+            the device is unknown.
         YarnError: a face is a panel or has no template, two yarns start closer than a quarter of the radius, or a
             fabric on a lattice has borders.
 
@@ -112,7 +113,7 @@ def generate_yarns(
     finish = YarnFinish(bind_off, cast_on, longest_float)
     routes = trace_yarn_routes(fabric, radius, quality_named(quality).control_points_per_stitch, finish)
     result = yarns_along_routes(routes, radius)
-    _check_clearance(result, radius)
+    _check_clearance(result, radius, device)
     mass = np.nan
     if mass_per_length is not None:
         check_positive("mass per length", mass_per_length, "g/cm")
@@ -366,9 +367,11 @@ class _Strands:
         )
 
 
-def _check_clearance(yarns: YarnSet, radius: float) -> None:
+def _check_clearance(yarns: YarnSet, radius: float, device: str | None) -> None:
     """Raise ``YarnError`` if two yarns start closer than the smallest permitted distance."""
-    distance, points = smallest_distance(yarns, SMALLEST_DISTANCE_OVER_RADIUS * radius)
+    from stitchmesh.yarngen.clearance import smallest_distance
+
+    distance, points = smallest_distance(yarns, SMALLEST_DISTANCE_OVER_RADIUS * radius, device)
     if distance < SMALLEST_DISTANCE_OVER_RADIUS * radius:
         place = yarns.points[points[0]].round(1).tolist()
         one, other = yarns.face[list(points)].tolist()

@@ -36,7 +36,6 @@ from stitchmesh.errors import YarnError, check_kind
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.yarn.yarn_set import YarnSet
-from stitchmesh.yarngen.clearance import crowded_points
 from stitchmesh.yarngen.finish import DEFAULT_FINISH, YarnFinish
 from stitchmesh.yarngen.generate import (
     SMALLEST_DISTANCE_OVER_RADIUS,
@@ -221,6 +220,8 @@ def _with_room(
         The fabric, None if its yarns are still crowded after ``MOST_ROUNDS``; the stitches that were crowded; and a
         stitch whose loops do not hold as they should, if there is one.
     """
+    from stitchmesh.yarngen.clearance import crowded_points
+
     found: set[int] = set()
     smooth = None
     for number in range(MOST_ROUNDS):

@@ -319,10 +319,9 @@ class Newton:
             spacing = float(np.abs(step.motion[-1]).max() / float(STRAIN_UNIT))
         else:
             own = slice(*self.model.point_start[cell : cell + 2])
-            points = self.simulation.state.points.numpy()[own].astype(np.float64)
             if cell not in self._spacing:
-                self._spacing[cell] = SpacingChange(self.model.cells[cell].yarns)
-            spacing = self._spacing[cell].of(points, moved)
+                self._spacing[cell] = SpacingChange(self.model.cells[cell].yarns, self.model.device)
+            spacing = self._spacing[cell].of(self.simulation.state.points[own], moved)
         return RemainingChange(spacing, energy, rms)
 
     def _couplings(self) -> list[Coupling]:

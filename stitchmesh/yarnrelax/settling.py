@@ -28,6 +28,7 @@ and 3,600 iterations, the spacings of a skirt, a hat and a sweater differed by 1
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import warp as wp
@@ -71,9 +72,9 @@ class Milestone:
 class Settling:
     """The marks of one piece."""
 
-    def __init__(self, yarns: YarnSet) -> None:
-        """Find the stitches and their neighbours in the given yarns."""
-        self.stitches = SpacingChange(yarns)
+    def __init__(self, yarns: YarnSet, device: wp.Device) -> None:
+        """Find the stitches and their neighbours in the given yarns; their middles are found on the device."""
+        self.stitches = SpacingChange(yarns, device)
         self.marks: list[Milestone] = []
         """Marks in the order of their iterations; those older than an estimate needs are dropped."""
 
@@ -83,15 +84,17 @@ class Settling:
 
     def note_state(self, simulation: YarnSimulation, iteration: int, now: Assessment) -> RemainingChange | None:
         """Make a mark of the current state of a simulation (``note``)."""
-        return self.note(iteration, now, simulation.state.points.numpy()[: len(self.stitches.group)].astype(np.float64))
+        return self.note(iteration, now, simulation.state.points)
 
-    def note(self, iteration: int, now: Assessment, points: NDArray[np.float64]) -> RemainingChange | None:
+    def note(
+        self, iteration: int, now: Assessment, points: NDArray[np.float64] | wp.array[Any]
+    ) -> RemainingChange | None:
         """Make a mark, and estimate the remaining change.
 
         Args:
             iteration: number of iterations of the solver with the present load.
             now: assessment of the present state.
-            points: control points [mean radii], shape (N, 3).
+            points: control points [mean radii], shape (N, 3), or (N,) on the device.
 
         Returns:
             The estimate, or None while the marks span too few iterations.
@@ -148,7 +151,7 @@ def settling_of(
     loose = min(tolerance, largest_change / SLIDE) > EXACT or model.scalar is wp.float32
     judges = newton is None or (newton.is_late and loose)
     settles = judges and not model.on_lattice and simulation.is_quasistatic and not lags
-    return Settling(model.cells[0].yarns) if settles else None
+    return Settling(model.cells[0].yarns, model.device) if settles else None
 
 
 def _left(change: NDArray[np.float64] | float, before: NDArray[np.float64] | float) -> NDArray[np.float64]:

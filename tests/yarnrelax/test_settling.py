@@ -26,13 +26,14 @@ KALDOR = YarnMaterial.named("kaldor-simulation")
 YARNS, FABRIC = tube(4, 10), fabric_of(4, 10, closed=True)
 PLACES = YARNS.points / float(YARNS.radius.mean())
 LAST = 20 * 2**8
+CPU = device_named("cpu")
 
 
 def noted(
     shape: Callable[[float], float], residual: float = 0.0, last: int = LAST
 ) -> tuple[Settling, RemainingChange | None]:
     """Marks of a piece that grows evenly: its size after n iterations is ``shape(n)`` times that of the start."""
-    settling, found, iteration = Settling(YARNS), None, 20.0
+    settling, found, iteration = Settling(YARNS, CPU), None, 20.0
     while round(iteration) <= last:
         now = round(iteration)
         found = settling.note(now, Assessment(residual, {"bend": shape(now)}), PLACES * shape(now))
@@ -63,7 +64,7 @@ def test_forces_that_are_left_bound_the_change_which_is_unknown_before_two_spans
 
 def test_marks_survive_a_checkpoint_with_their_bits() -> None:
     settling, found = noted(lambda n: 1.0 + 0.1 / n, residual=1e-5)
-    other = Settling(YARNS)
+    other = Settling(YARNS, CPU)
     other.resume(**settling.arrays())
     assert other.remaining_change() == found
     for mine, others in zip(settling.marks, other.marks, strict=True):

@@ -73,7 +73,7 @@ def _stages(
 
     fabric = timed(lambda: sm.tessellate(labeled, stitch_width=width))
     even = timed(lambda: sm.relax_mesh(fabric, surface=labeled, device=device))
-    yarns = timed(lambda: sm.generate_yarns(even.fabric, quality=quality))
+    yarns = timed(lambda: sm.generate_yarns(even.fabric, quality=quality, device=device))
     return seconds, timed(lambda: sm.relax_yarns(yarns, quality=quality, device=device, run=sm.Run(progress=False)))
 
 

@@ -81,7 +81,7 @@ class Scene:
 
     def spacings(self, yarns: YarnSet) -> np.ndarray:
         """Mean distances of neighbouring stitches along the yarns and across them [cm], shape (2,)."""
-        stitches = SpacingChange(self.yarns)
+        stitches = SpacingChange(self.yarns, device_named("cpu"))
         return stitches.mean_distances(stitches.middles(yarns.points))
 
 

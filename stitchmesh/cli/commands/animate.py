@@ -105,7 +105,7 @@ class AnimateCommand:
 
         if self.yarns is not None:
             return read_yarns(self.yarns, radius=self.yarn_radius)
-        drawn = generate_yarns(fabric, yarn_radius=self.yarn_radius, quality=self.quality)
+        drawn = generate_yarns(fabric, yarn_radius=self.yarn_radius, quality=self.quality, device=self.device)
         material = self.material.yarn_material(float(drawn.radius.mean()), drawn.mass_per_length)
         with show_progress() as progress:
             return relax_yarns(

@@ -25,7 +25,6 @@ from stitchmesh.mesh import FloatArray, StitchMesh
 from stitchmesh.mesh.connectivity import find_twins
 from stitchmesh.mesh.own_stitch import FIRST_OWN, OwnStitch, StitchType
 from stitchmesh.mesh.stitch import VOCABULARY, Making, Stitch
-from stitchmesh.yarngen.clearance import smallest_distance
 from stitchmesh.yarngen.generate import generate_yarns
 from stitchmesh.yarngen.templates.table import template_of_own
 from stitchmesh.yarngen.templates.template import (
@@ -217,6 +216,8 @@ def _check_layers(where: str, shape: Template, making: Making) -> None:
 
 def _check_distances(stitch: OwnStitch) -> None:
     """Check the distances of yarns among plain stitches."""
+    from stitchmesh.yarngen.clearance import smallest_distance
+
     for twists in itertools.product((0, 1, -1), repeat=stitch.making.n_top):
         for plain in (Stitch.KNIT, Stitch.PURL):
             fabric = surround_stitch(stitch, twists, plain)[0]

@@ -16,9 +16,12 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
+from stitchmesh.compute.threads import each_block
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.model.material import YarnMaterial
 
+POINTS_OF_BLOCK = 16384
+"""Points whose coordinates are changed at once."""
 CONTACT = 3
 """Column of contact in ``CellTables.stiffness``."""
 
@@ -33,9 +36,15 @@ class PeriodicCell:
     """Stiffnesses for lengths in units."""
 
     @cached_property
+    def bounds(self) -> NDArray[np.float64]:
+        """Least and largest coordinates of the control points [cm], shape (2, 3)."""
+        columns = self.yarns.points.T
+        return np.array([[column.min() for column in columns], [column.max() for column in columns]])
+
+    @cached_property
     def origin(self) -> NDArray[np.float64]:
         """Middle of the yarns [cm], the origin of coordinates on the device, shape (3,)."""
-        return (self.yarns.points.min(axis=0) + self.yarns.points.max(axis=0)) / 2
+        return (self.bounds[0] + self.bounds[1]) / 2
 
     @cached_property
     def unit(self) -> float:
@@ -111,7 +120,8 @@ class CellTables:
     @cached_property
     def size(self) -> float:
         """Largest coordinate of the given yarns in units; at least 1."""
-        return max(float(np.abs(self.to_device(self.yarns.points)).max()), 1.0)
+        farthest = [np.abs(cell.bounds - cell.origin).max() / cell.unit for cell in self.cells]
+        return max(float(np.max(farthest)), 1.0)
 
     @cached_property
     def radius(self) -> NDArray[np.float64]:
@@ -169,13 +179,24 @@ class CellTables:
 
     def to_device(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return positions [cm] of all control points, or any points of the only cell, in units from its origin."""
-        origin, unit = self._frames if self.cell_count > 1 else (self.cells[0].origin, self.unit)
-        return (points - origin) / unit
+        if self.cell_count > 1:
+            origin, units = self._frames
+            return (points - origin) / units
+        middle, unit, moved = self.cells[0].origin, self.unit, np.empty(points.shape)
+
+        def move(some: slice) -> None:
+            moved[some] = (points[some] - middle) / unit
+
+        each_block(move, len(points), POINTS_OF_BLOCK)
+        return moved
 
     def from_device(self, points: wp.array[Any]) -> NDArray[np.float64]:
         """Return the positions [cm] of the control points on the device, shape (N, 3)."""
+        places = points.numpy()[: self.point_count].astype(np.float64)
         origin, unit = self._frames if self.cell_count > 1 else (self.cells[0].origin, self.unit)
-        return points.numpy()[: self.point_count].astype(np.float64) * unit + origin
+        places *= unit
+        places += origin
+        return places
 
     @cached_property
     def _frames(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -18,6 +18,7 @@ import warp as wp
 from numpy.typing import NDArray
 
 from stitchmesh.compute.precision import ScalarType
+from stitchmesh.compute.threads import each_block
 from stitchmesh.errors import ParameterError
 from stitchmesh.yarn import YarnSet, basis
 from stitchmesh.yarnrelax.model.cells import CONTACT, PeriodicCell, starts_of
@@ -31,8 +32,8 @@ ROOM = 1e-4
 """Largest stiffness over the root of the largest number; the room is for sums of forces and for strains."""
 MOST_SAMPLES = 10_000
 """Largest number of contact samples of a segment; the table of their places grows with its square."""
-
-
+SEGMENTS_OF_BLOCK = 16384
+"""Segments whose contact samples are counted at once."""
 UNENDING = 1 << 30
 """Cycle of the segments of a yarn that does not return to its first segment, because it is open or leaves the cell."""
 
@@ -160,9 +161,14 @@ def _put_samples(model: Model, counts: NDArray[np.int64]) -> None:
 def _put_points(model: Model) -> None:
     yarns = model.yarns
     slots = np.full((len(yarns.points), 4), -1, dtype=np.int32)
-    segments = np.arange(model.segment_count)
-    for slot in range(4):
-        slots[yarns.segment_points[:, slot], slot] = segments
+
+    points = yarns.segment_points
+
+    def place(some: slice) -> None:
+        for slot in range(4):
+            slots[points[some, slot], slot] = np.arange(some.start, some.stop)
+
+    each_block(place, model.segment_count, SEGMENTS_OF_BLOCK)  # a control point is in a slot of one segment only
     model.constants.point_segments = wp.array(slots, dtype=wp.vec4i, device=model.device)
 
 
@@ -186,13 +192,16 @@ def sample_places(most: int) -> NDArray[np.float64]:
 
 def sample_counts(yarns: YarnSet, contact_samples: int) -> NDArray[np.int64]:
     """Return the number of contact samples of each segment, from ``contact_samples`` to one too many, shape (S,)."""
-    corners = yarns.points[yarns.segment_points]
-    if yarns.point_shift is not None:
-        corners = corners + yarns.point_shift
-    leg = np.linalg.norm(np.diff(corners, axis=1), axis=2).max(axis=1)
-    reach = np.maximum(leg, yarns.rest_length) / (2 * yarns.radius[yarns.segment_yarn])
-    counts = np.maximum(contact_samples, np.ceil(reach / LARGEST_REACH))
-    return np.minimum(counts, MOST_SAMPLES + 1).astype(np.int64)  # More may not fit into an integer.
+    yarn, counts = yarns.segment_yarn, np.empty(len(yarns.segment_points), dtype=np.int64)
+
+    def measure(some: slice) -> None:
+        leg = np.linalg.norm(np.diff(yarns.corners_of(some), axis=1), axis=2).max(axis=1)
+        reach = np.maximum(leg, yarns.rest_length[some]) / (2 * yarns.radius[yarn[some]])
+        wanted = np.maximum(contact_samples, np.ceil(reach / LARGEST_REACH))
+        counts[some] = np.minimum(wanted, MOST_SAMPLES + 1)  # More may not fit into an integer.
+
+    each_block(measure, len(counts), SEGMENTS_OF_BLOCK)
+    return counts
 
 
 def neighbour_reach(yarns: YarnSet) -> NDArray[np.int64]:

@@ -45,15 +45,21 @@ from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.kernel_variants import named_type
 from stitchmesh.compute.precision import ScalarType, Vec3, Vec6, Vec7, vector
+from stitchmesh.compute.threads import each_block
 from stitchmesh.yarn import basis_derivative
 from stitchmesh.yarnrelax.model.constants import Model, YarnConstants
 from stitchmesh.yarnrelax.model.spline import weight_row
 from stitchmesh.yarnrelax.model.state import State
 
+SEGMENTS_OF_BLOCK = 16384
+"""Segments whose row sums are made at once."""
+
 
 def stiffness_row_sums(model: Model) -> NDArray[np.float64]:
     """Row sums of the stiffness of stretch, length and bending at each control point [erg / unit^2], shape (N,)."""
-    return _at_points(model, stretch_row_sums(model) + bend_row_sums(model))
+    along, across = stretch_row_sums(model), bend_row_sums(model)
+    along += across
+    return _at_points(model, along)
 
 
 def bend_stiffness(model: Model) -> NDArray[np.float64]:
@@ -68,13 +74,26 @@ def _at_points(model: Model, rows: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def stretch_row_sums(model: Model) -> NDArray[np.float64]:
     """Row sums along the yarn, for each of a segment's four control points [erg / unit^2], shape (S, 4)."""
-    stiffness = model.segment_stiffness[:, :2].sum(axis=1, keepdims=True)
-    return 2 * stiffness * _swept_rows(1) / model.rest_length[:, None] ** 2
+    return _row_sums(model, slice(0, 2), _swept_rows(1), 2)
 
 
 def bend_row_sums(model: Model) -> NDArray[np.float64]:
     """Row sums across the yarn, for each of a segment's four control points [erg / unit^2], shape (S, 4)."""
-    return 2 * model.segment_stiffness[:, 2:] * _swept_rows(2) / model.rest_length[:, None] ** 3
+    return _row_sums(model, slice(2, 3), _swept_rows(2), 3)
+
+
+def _row_sums(
+    model: Model, columns: slice, swept: NDArray[np.float64], power: int
+) -> NDArray[np.float64]:
+    """Return four integrals times 2 k / l^power, where k is the sum of some columns of the stiffness, shape (S, 4)."""
+    stiffness, length, rows = model.segment_stiffness, model.rest_length, np.empty((model.segment_count, 4))
+
+    def fill(some: slice) -> None:
+        own = stiffness[some, columns].sum(axis=1, keepdims=True)
+        rows[some] = 2 * own * swept / length[some, None] ** power
+
+    each_block(fill, len(rows), SEGMENTS_OF_BLOCK)
+    return rows
 
 
 def _swept_rows(order: int) -> NDArray[np.float64]:
