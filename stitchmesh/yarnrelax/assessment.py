@@ -2,14 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Residuals and energies of states, which ``convergence`` judges.
 
-A batch has thousands of cells, and each of them is assessed every few iterations. Their assessments are therefore
-arrays over the cells (``Assessments``), and the assessment of one cell (``Assessment``) is made from them when needed.
+A batch has thousands of cells, and each of them is assessed every few iterations. Their assessments and remaining
+changes are therefore arrays over the cells (``Assessments``, ``RemainingChanges``), and the assessment or the remaining
+change of one cell (``Assessment``, ``RemainingChange``) is made from them when needed.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +35,45 @@ class RemainingChange:
     """Relative change of the energy."""
     rms_radii: float
     """The rms displacement in yarn radii: of the control points, or of the stitches if Newton's method does not end."""
+
+
+@dataclass(frozen=True, eq=False)
+class RemainingChanges:
+    """Estimates of the remaining changes of C cells; an index gives that of a cell, or None if it is unknown."""
+
+    spacing: NDArray[np.float64]
+    """Relative changes of the spacing, as in ``RemainingChange``; infinite where they are unknown, shape (C,)."""
+    energy: NDArray[np.float64]
+    """Relative changes of the energy, shape (C,)."""
+    rms_radii: NDArray[np.float64]
+    """The rms displacements in yarn radii, shape (C,)."""
+
+    @classmethod
+    def unknown(cls, count: int) -> RemainingChanges:
+        """Return the estimates of cells of which nothing is known."""
+        return cls(np.full(count, np.inf), np.full(count, np.inf), np.full(count, np.inf))
+
+    def __getitem__(self, cell: int) -> RemainingChange | None:
+        """Return the estimate of a cell; None if it is unknown."""
+        own = (float(self.spacing[cell]), float(self.energy[cell]), float(self.rms_radii[cell]))
+        return RemainingChange(*own) if np.isfinite(own[0]) else None
+
+    def forgotten(self, cells: NDArray[np.bool_]) -> RemainingChanges:
+        """Return these estimates, unknown in some cells, shape (C,)."""
+        return replace(self, spacing=np.where(cells, np.inf, self.spacing))
+
+    def replaced(self, cells: NDArray[np.bool_], others: RemainingChanges) -> RemainingChanges:
+        """Return these estimates, with those of ``others`` in some cells, shape (C,)."""
+        return RemainingChanges(*(np.where(cells, getattr(others, each.name), getattr(self, each.name))
+                                  for each in fields(self)))  # fmt: skip
+
+    def with_cell(self, cell: int, left: RemainingChange | None) -> RemainingChanges:
+        """Return these estimates with another one of a cell."""
+        chosen = np.arange(len(self.spacing)) == cell
+        if left is None:
+            return self.forgotten(chosen)
+        one = RemainingChanges(*(np.full(len(chosen), value) for value in astuple(left)))
+        return self.replaced(chosen, one)
 
 
 @dataclass(frozen=True)

@@ -210,8 +210,7 @@ class LoadedCells:
         loop.energy_fall[cells], loop.stalled[cells] = np.inf, False
         found = loop.simulation.assess_cells(cells)
         loop.last = loop.last.replaced(cells, found) if len(loop.last) else found
-        for cell in np.flatnonzero(cells).tolist():
-            loop.remaining[cell] = None
+        loop.remaining = loop.remaining.forgotten(cells)
         if loop.newton is not None:
             loop.newton.forget(cells)
 

@@ -27,7 +27,6 @@ its end would differ by a part as small as the step.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -37,14 +36,15 @@ from numpy.typing import NDArray
 from stitchmesh.compute.cudss import factors_on
 from stitchmesh.mesh import FloatArray
 from stitchmesh.yarnrelax.assembled_hessian import HessianAssembly
-from stitchmesh.yarnrelax.assessment import RemainingChange
+from stitchmesh.yarnrelax.assessment import RemainingChanges
 from stitchmesh.yarnrelax.collision.step_limit import STRAIN_UNIT
 from stitchmesh.yarnrelax.energies.term import Coupling
 from stitchmesh.yarnrelax.hessian.cell_matrices import Owners
-from stitchmesh.yarnrelax.newton_moves import NewtonMoves, entries_of
+from stitchmesh.yarnrelax.model.cell_entries import CellEntries
+from stitchmesh.yarnrelax.newton_moves import NewtonMoves
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.mixture_shares import MixtureShares
-from stitchmesh.yarnrelax.solvers.newton_system import NewtonStep, NewtonSystems
+from stitchmesh.yarnrelax.solvers.newton_system import NewtonSteps, NewtonSystems
 from stitchmesh.yarnrelax.solvers.spacing_change import SpacingChange
 
 BALANCED = 0.01
@@ -75,8 +75,6 @@ class Newton:
         """Begin without a step or a memory of any cell."""
         self.simulation, model = simulation, simulation.model
         self.model = model
-        self.steps: list[NewtonStep | None] = [None] * model.cell_count
-        """The step of each cell from its current state; None if it is not known."""
         self.is_late = not model.on_lattice and model.point_count > LARGE
         """Whether the only piece is large, so that the method begins late."""
         self.shares = MixtureShares(model, local=self.is_late)
@@ -95,8 +93,10 @@ class Newton:
         """Whether states of rest are renewed and judged again."""
         self.moves = NewtonMoves(simulation)
         """The present move of each cell along its step."""
-        self._kept: list[NewtonSystems | None] = [None] * model.cell_count
-        """The systems of the last step of each cell."""
+        self.steps = self.moves.last.steps
+        """The step of each cell from its current state, if it is known."""
+        self._kept: list[tuple[NewtonSystems, NDArray[np.bool_]]] = []
+        """The systems of the last steps, with the cells whose steps came from them, shape (C,)."""
 
     @property
     def descent(self) -> float:
@@ -124,34 +124,38 @@ class Newton:
         if not cells.any():
             return
         self._find_forces(cells)
-        left, saddles, systems = cells.copy(), np.zeros_like(cells), self._systems(cells)
-        exact = systems
+        self.steps, left, saddles = self.steps.forgotten(cells), cells, np.zeros_like(cells)
+        exact = systems = self._systems(cells)
         while True:
-            for cell, step in self._steps(systems, left, exact, saddles).items():
-                self._kept[cell] = None if saddles[cell] else systems
-                self.steps[cell], left[cell] = step, step is None
-                self.leaving[cell] = step is not None and step.leaves_balance
-                gains_nothing = step is not None and step.exact and abs(step.work) <= self._rounding(size[cell])
-                is_tiny = step is not None and np.linalg.norm(step.motion, axis=1).max() < SMALLEST_MOVE
-                self.gains_nothing[cell] = gains_nothing and is_tiny
-                if step is not None and step.leaves_balance:
-                    self.shares.clear(cell)
-                elif step is not None:
-                    self.shares.shrink(cell)
-                else:
-                    saddles[cell] |= balanced[cell] and self.shares.is_exact(cell)
-                    self._grow_shares(systems, cell)
+            found = self._steps(systems, left, exact, saddles)
+            self._take(found, size)
+            self._kept.append((systems, found.known & ~saddles))
+            left = left & ~found.known
             if not left.any():
                 return
+            saddles |= left & balanced & self.shares.is_exact
+            self._grow_shares(systems, left)
             systems = self._systems(left)
 
-    def _grow_shares(self, systems: NewtonSystems, cell: int) -> None:
-        """Take a larger share of the Gauss-Newton matrix in a cell whose matrix has negative eigenvalues."""
-        if not self.shares.local:  # The shares of a batch do not need the places of thousands of cells.
-            self.shares.grow(cell)
-            return
-        points = self.simulation.state.points.numpy()[: self.model.point_count].astype(np.float64)
-        self.shares.grow(cell, systems.factors.negative_pivots, points)
+    def _take(self, found: NewtonSteps, size: NDArray[np.float64]) -> None:
+        """Take the steps that were found, and choose the shares of the next steps of their cells."""
+        own = self.moves.entries_of(found.known)
+        self.steps = self.steps.replaced(own, found)
+        self.leaving = np.where(found.known, found.leaves_balance, self.leaving)
+        is_tiny = np.zeros_like(found.known)
+        is_tiny[own.cells] = _farthest(found, own) < SMALLEST_MOVE
+        gains_nothing = found.exact & (np.abs(found.work) <= self._rounding(size)) & is_tiny
+        self.gains_nothing = np.where(found.known, gains_nothing, self.gains_nothing)
+        self.shares.clear(found.known & found.leaves_balance)
+        self.shares.shrink(found.known & ~found.leaves_balance)
+
+    def _grow_shares(self, systems: NewtonSystems, cells: NDArray[np.bool_]) -> None:
+        """Take larger shares of the Gauss-Newton matrix in some cells, whose matrices have negative eigenvalues."""
+        if self.shares.local:
+            points = self.simulation.state.points.numpy()[: self.model.point_count].astype(np.float64)
+            self.shares.grow_near(systems.factors.negative_pivots, points)
+        else:
+            self.shares.grow(cells)
 
     def _find_forces(self, cells: NDArray[np.bool_]) -> None:
         """Find the forces on the control points and the strains of some cells."""
@@ -169,8 +173,8 @@ class Newton:
 
     def _steps(
         self, systems: NewtonSystems, cells: NDArray[np.bool_], exact: NewtonSystems, saddles: NDArray[np.bool_]
-    ) -> dict[int, NewtonStep | None]:
-        """Return the steps of some cells with their present shares; None if the matrix has negative eigenvalues.
+    ) -> NewtonSteps:
+        """Return the steps of those of some cells whose matrices have no negative eigenvalues.
 
         Args:
             systems: the systems with the present shares.
@@ -179,31 +183,24 @@ class Newton:
             saddles: whether the exact Hessian of each balanced cell has negative eigenvalues, shape (C,).
         """
         solved = cells & ((systems.negative_count == 0) | (self.shares.least >= 1.0))
-        is_exact = self.shares.part <= FEW
-        found = systems.steps(solved, is_exact)
-        steps: dict[int, NewtonStep | None] = dict.fromkeys(np.flatnonzero(cells).tolist())
-        balanced = np.zeros_like(cells)
-        for cell in np.flatnonzero(solved).tolist():
-            steps[cell] = step = found.of(cell, entries_of(self.simulation, cell), exact=bool(is_exact[cell]))
-            balanced[cell] = saddles[cell] and np.linalg.norm(step.motion, axis=1).max() < BALANCED
-        if balanced.any():
-            steps |= self._steps_at_balance(exact, balanced, steps)
-        return steps
+        found = systems.steps(solved, self.shares.part <= FEW)
+        own = self.moves.entries_of(solved & saddles)
+        balanced = own.cells[_farthest(found, own) < BALANCED]
+        if not len(balanced):
+            return found
+        return self._steps_at_balance(exact, np.isin(np.arange(len(cells)), balanced), found)
 
     def _steps_at_balance(
-        self, exact: NewtonSystems, cells: NDArray[np.bool_], steps: Mapping[int, NewtonStep | None]
-    ) -> dict[int, NewtonStep]:
+        self, exact: NewtonSystems, cells: NDArray[np.bool_], steps: NewtonSteps
+    ) -> NewtonSteps:  # fmt: skip
         """Return the steps of cells that balance at a saddle, from the exact Hessians and the steps by forces."""
-        is_minimum, found = cells & (self.away < SMALLEST_MOVE), dict[int, NewtonStep]()
-        leaving = np.flatnonzero(cells & ~is_minimum).tolist()
-        for cell, motion in exact.ways_down({cell: float(self.away[cell]) for cell in leaving}).items():
-            step = steps[cell]
-            assert step is not None
-            found[cell] = replace(step, motion=motion[entries_of(self.simulation, cell)], leaves_balance=True)
+        is_minimum = cells & (self.away < SMALLEST_MOVE)
+        leaving = cells & ~is_minimum
+        down = replace(steps, motion=exact.ways_down(leaving, self.away), leaves_balance=leaving)
+        found = steps.replaced(self.moves.entries_of(leaving), down)
         if is_minimum.any():
             last = exact.without_negative_eigenvalues(is_minimum).steps(is_minimum, is_minimum)
-            for cell in np.flatnonzero(is_minimum).tolist():
-                found[cell] = last.of(cell, entries_of(self.simulation, cell), exact=True)
+            found = found.replaced(self.moves.entries_of(is_minimum), last)
         return found
 
     def _systems(self, cells: NDArray[np.bool_]) -> NewtonSystems:
@@ -255,38 +252,23 @@ class Newton:
         Returns:
             Whether the step of each cell was shortened, or is the step of a mixture in a large piece, shape (C,).
         """
-        shortened, budget = np.zeros(len(cells), dtype=bool), self.simulation.state.budget.numpy().astype(np.float64)
-        for cell in np.flatnonzero(cells).tolist():
-            step, self.steps[cell] = self.steps[cell], None
-            assert step is not None
-            part = self.moves.begin(cell, step, float(step_scale[cell]), budget)
-            shortened[cell] = part < 1.0 or (self.is_late and not step.exact)
+        part = self.moves.begin(cells, self.steps, step_scale)
+        shortened = cells & ((part < 1.0) | (self.is_late & ~self.steps.exact))
+        self.steps = self.steps.forgotten(cells)
         self.moves.displace(cells)
         return shortened
 
     def find_steps_by_kept_factors(self, cells: NDArray[np.bool_]) -> None:
         """Find the next steps of some cells by their last factors; there are none after a step away from a balance."""
         self._find_forces(cells)
-        left = cells & np.array([kept is not None for kept in self._kept])
-        while left.any():
-            systems = self._kept[int(np.flatnonzero(left)[0])]
-            assert systems is not None
-            own = left & np.array([kept is systems for kept in self._kept])
-            found = systems.steps_by(self._forces(systems.matrices.owners), own)
-            for cell in np.flatnonzero(own).tolist():
-                last = self.moves.of[cell]
-                assert last is not None
-                self.steps[cell] = found.of(cell, entries_of(self.simulation, cell), exact=last.step.exact)
-            left &= ~own
-
-    def made_whole_steps(self) -> NDArray[np.bool_]:
-        """Whether the last move of each cell was its whole step, shape (C,)."""
-        return np.array([move is not None and move.part == 1.0 for move in self.moves.of])
+        for systems, served in self._kept:
+            if (chosen := cells & served).any():
+                found = systems.steps_by(self._forces(systems.matrices.owners), chosen, self.moves.last.steps.exact)
+                self.steps = self.steps.replaced(self.moves.entries_of(chosen), found)
 
     def forget_steps(self) -> None:
         """Forget the steps that were found but not taken, and the factors of the last ones."""
-        count = self.model.cell_count
-        self.steps, self._kept = [None] * count, [None] * count
+        self.steps, self._kept = self.steps.forgotten(self.steps.known), []
 
     def factors_hold(self, cells: NDArray[np.bool_], fall: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Whether the factors of the last steps of some cells serve for the next ones, shape (C,).
@@ -295,34 +277,35 @@ class Newton:
             cells: the cells, whose next steps were found by these factors.
             fall: decrease of their energies in the last moves [erg], shape (C,).
         """
-        found = cells.copy()
-        for cell in np.flatnonzero(cells).tolist():
-            last, step = self.moves.of[cell], self.steps[cell]
-            found[cell] = last is not None and step is not None and last.leads_on(step, float(fall[cell]))
+        found, own = np.zeros_like(cells), self.moves.entries_of(cells)
+        found[own.cells] = self.moves.last.lead_on(own, self.steps, fall)
         return found
 
-    def remaining_change(self, cell: int, size: float) -> RemainingChange | None:
-        """Return the estimate of the remaining change of a cell; None if its last step was not exact.
+    def remaining_changes(self, cells: NDArray[np.bool_], size: NDArray[np.float64]) -> RemainingChanges:
+        """Return the estimates of the remaining changes of some cells; unknown where the step is not exact.
 
         Args:
-            cell: the cell.
-            size: sum of the magnitudes of its energies [erg].
+            cells: the cells, shape (C,).
+            size: sum of the magnitudes of the energies of each cell [erg], shape (C,).
         """
-        step = self.steps[cell]
-        if step is None or not step.exact:
-            return None
-        count = int(self.model.point_start[cell + 1] - self.model.point_start[cell])
-        moved = step.motion[:count]
-        rms = float(np.sqrt((moved**2).sum() / count))
-        energy = 0.5 * step.work / size if size > 0.0 else 0.0
+        judged = cells & self.steps.known & self.steps.exact
+        found, own = RemainingChanges.unknown(len(cells)), self.moves.entries_of(judged)
+        motion, counts = self.steps.motion[own.number], own.points
+        squares = np.where(own.is_point[:, None], motion**2, 0.0).sum(axis=1)
+        found.rms_radii[judged] = np.sqrt(own.sums(squares) / counts)
+        work = 0.5 * self.steps.work[judged]
+        found.energy[judged] = np.divide(work, size[judged], out=np.zeros_like(work), where=size[judged] > 0.0)
         if self.simulation.strain is not None:
-            spacing = float(np.abs(step.motion[-1]).max() / float(STRAIN_UNIT))
-        else:
-            own = slice(*self.model.point_start[cell : cell + 2])
+            strains = np.abs(self.steps.motion[own.strains])
+            found.spacing[judged] = strains.max(axis=1) / float(STRAIN_UNIT)
+            return found
+        for cell in own.cells.tolist():
+            place = slice(*self.model.point_start[cell : cell + 2])
             if cell not in self._spacing:
                 self._spacing[cell] = SpacingChange(self.model.cells[cell].yarns, self.model.device)
-            spacing = self._spacing[cell].of(self.simulation.state.points[own], moved)
-        return RemainingChange(spacing, energy, rms)
+            points, moved = self.simulation.state.points[place], self.steps.motion[place]
+            found.spacing[cell] = self._spacing[cell].of(points, moved)
+        return found
 
     def _couplings(self) -> list[Coupling]:
         """Return the couplings of many coordinates of the only piece."""
@@ -337,6 +320,11 @@ class Newton:
             free = self.simulation.strain.host_free > 0.0
             owner = np.append(owner, np.where(free, numbers[:, None], np.int32(-1)))
         return Owners(owner, len(cells))
+
+
+def _farthest(steps: NewtonSteps, own: CellEntries) -> FloatArray:
+    """Return the largest move of an entry of some cells in their steps [units], shape (K,)."""
+    return own.largest(np.linalg.norm(steps.motion[own.number], axis=1))
 
 
 def newton_of(simulation: YarnSimulation) -> Newton | None:

@@ -28,7 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.time_limit import check_time
-from stitchmesh.yarnrelax.assessment import Assessments, RemainingChange
+from stitchmesh.yarnrelax.assessment import Assessments, RemainingChanges
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.newton import Newton
 from stitchmesh.yarnrelax.simulation import YarnSimulation
@@ -133,7 +133,7 @@ class Ending(Protocol):
     lists_age: NDArray[np.int64]
     step_scale: NDArray[np.float64]
     stalled: NDArray[np.bool_]
-    remaining: list[RemainingChange | None]
+    remaining: RemainingChanges
 
     @property
     def at_rest(self) -> NDArray[np.bool_]:
@@ -167,8 +167,7 @@ def judge_and_move(loop: Ending, cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
     if (old := cells & (loop.lists_age > 0)).any():
         loop.search_contacts(cells=old)
     newton.find_steps(cells, loop.last.residual < loop.tolerance, loop.last.size)
-    for cell in np.flatnonzero(cells).tolist():
-        loop.remaining[cell] = newton.remaining_change(cell, float(loop.last.size[cell]))
+    loop.remaining = loop.remaining.replaced(cells, newton.remaining_changes(cells, loop.last.size))
     loop.stalled |= newton.count_idle(cells, loop.at_rest)
     return _move(loop, newton, cells & ~(loop.at_rest | loop.stalled))
 
@@ -195,9 +194,7 @@ def move_less(
         if not rising.any():
             break
         loop.simulation.restore(rising)
-        rise = found.energy - loop.last.energy
-        for cell in np.flatnonzero(rising).tolist():
-            newton.moves.begin_less(cell, float(rise[cell]))
+        newton.moves.begin_less(rising, found.energy - loop.last.energy)
         newton.moves.displace(rising)
         loop.search_contacts(cells=rising)
         found = found.replaced(rising, loop.simulation.assess_cells(rising))
@@ -221,9 +218,11 @@ def follow_steps(loop: Ending, cells: NDArray[np.bool_], energy: NDArray[np.floa
     while cells.any():
         newton.find_steps_by_kept_factors(cells)
         balanced = loop.last.residual < loop.tolerance
-        for cell in np.flatnonzero(cells & balanced & newton.made_whole_steps() & newton.judges_twice).tolist():
-            left = newton.remaining_change(cell, float(loop.last.size[cell]))
-            loop.remaining[cell] = left if left is not None and left.spacing < KEPT * loop.largest_change else None
+        if newton.judges_twice:
+            judged = cells & balanced & newton.moves.last.are_whole
+            left = newton.remaining_changes(judged, loop.last.size)
+            left = left.forgotten(left.spacing >= KEPT * loop.largest_change)
+            loop.remaining = loop.remaining.replaced(judged, left)
         cells = newton.factors_hold(cells, energy - loop.last.energy) & ~loop.at_rest
         if not newton.judges_twice:
             cells &= loop.last.residual > NEAR
@@ -246,7 +245,6 @@ def _move(loop: Ending, newton: Newton, cells: NDArray[np.bool_]) -> NDArray[np.
     if not cells.any():
         return np.zeros_like(cells)
     shortened = newton.move(cells, loop.step_scale)
-    for cell in np.flatnonzero(cells).tolist():
-        loop.remaining[cell] = None
+    loop.remaining = loop.remaining.forgotten(cells)
     loop.search_contacts(cells=cells)
     return shortened

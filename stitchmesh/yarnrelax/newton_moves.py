@@ -22,7 +22,7 @@ fell by ``AS_SAID`` of the fall of the model: then the model holds, and only the
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import warp as wp
@@ -31,8 +31,9 @@ from numpy.typing import NDArray
 from stitchmesh.compute.captured import CapturedLaunches
 from stitchmesh.mesh import FloatArray
 from stitchmesh.yarnrelax.collision.step_limit import STRAIN_UNIT
+from stitchmesh.yarnrelax.model.cell_entries import CellEntries
 from stitchmesh.yarnrelax.simulation import YarnSimulation
-from stitchmesh.yarnrelax.solvers.newton_system import NewtonStep
+from stitchmesh.yarnrelax.solvers.newton_system import NewtonSteps
 
 SHORTEST_LIMIT = 0.05
 """If the limit of a control point is below this, in mean radii times the scale of the limits, its move is shortened by
@@ -47,30 +48,62 @@ the energy over the fall of the model."""
 
 
 @dataclass(frozen=True, eq=False)
-class Move:
-    """The move of a cell along a part of its step."""
+class Moves:
+    """The last moves of the cells along parts of their steps."""
 
-    step: NewtonStep
+    steps: NewtonSteps
+    """The steps; those of cells that have not moved are not known."""
     motion: FloatArray
-    """Motion of the control points, and then of the strains [units], shape (n, 3)."""
-    part: float
-    """The part of the step that the move takes."""
+    """Motion of the control points, and then of the strains [units], shape (E, 3)."""
+    part: FloatArray
+    """The part of its step that the move of each cell takes, shape (C,)."""
 
     @property
-    def said(self) -> float:
-        """Fall of the energy by the quadratic model [erg]; 0 for a move away from a balance, of which it is unknown."""
-        return 0.0 if self.step.leaves_balance else self.step.work * self.part * (1.0 - 0.5 * self.part)
+    def said(self) -> FloatArray:
+        """Fall of each energy by the quadratic model [erg], shape (C,).
 
-    def less(self, rise: float) -> Move:
-        """Return the part of this move to try next if the energy rises by ``rise`` [erg], or does not fall enough."""
-        work = self.part * self.step.work
-        factor = float(np.clip(0.5 * work / (work + rise), *LESS)) if work + rise > 0.0 else LESS[0]
-        return replace(self, motion=factor * self.motion, part=factor * self.part)
+        It is 0 for a move away from a balance, of which it is unknown.
+        """
+        fall = self.steps.work * self.part * (1.0 - 0.5 * self.part)
+        return np.where(self.steps.leaves_balance, 0.0, fall)
 
-    def leads_on(self, step: NewtonStep, fall: float) -> bool:
-        """Whether the factors of this move serve for the next step, if the energy fell in it by ``fall`` [erg]."""
-        is_short = bool(np.abs(step.motion).max() < CONTRACTION * np.abs(self.motion).max())
-        return is_short or (self.part < 1.0 and fall > AS_SAID * self.said)
+    @property
+    def are_whole(self) -> NDArray[np.bool_]:
+        """Whether the last move of each cell was its whole step, shape (C,)."""
+        return self.steps.known & (self.part == 1.0)
+
+    def replaced(self, own: CellEntries, steps: NewtonSteps, motion: FloatArray, part: FloatArray) -> Moves:
+        """Return these moves, with others of the cells of some entries: their motion (M, 3) and parts (K,)."""
+        moved, parts = self.motion.copy(), self.part.copy()
+        moved[own.number], parts[own.cells] = motion, part
+        return Moves(self.steps.replaced(own, steps), moved, parts)
+
+    def less(self, own: CellEntries, rise: FloatArray) -> Moves:
+        """Return the parts of moves to try next if energies rise, or do not fall enough.
+
+        Args:
+            own: the entries of the cells that move less.
+            rise: rise of the energy of each cell [erg], shape (C,).
+        """
+        work = (self.part * self.steps.work)[own.cells]
+        bent = work + rise[own.cells]
+        best = np.divide(0.5 * work, bent, out=np.full(len(work), LESS[0]), where=bent > 0.0)
+        factor = np.clip(best, *LESS)
+        motion = factor[own.cell, None] * self.motion[own.number]
+        return self.replaced(own, self.steps, motion, factor * self.part[own.cells])
+
+    def lead_on(self, own: CellEntries, steps: NewtonSteps, fall: FloatArray) -> NDArray[np.bool_]:
+        """Whether the factors of the moves of some cells serve for their next steps, shape (K,).
+
+        Args:
+            own: the entries of the cells.
+            steps: the next steps.
+            fall: fall of each energy in the last moves [erg], shape (C,).
+        """
+        longest, last = (own.largest(np.abs(motion[own.number]).max(axis=1)) for motion in (steps.motion, self.motion))
+        as_said = (self.part < 1.0) & (fall > AS_SAID * self.said)
+        are_known = self.steps.known & steps.known
+        return are_known[own.cells] & ((longest < CONTRACTION * last) | as_said[own.cells])
 
 
 class NewtonMoves:
@@ -79,94 +112,99 @@ class NewtonMoves:
     def __init__(self, simulation: YarnSimulation) -> None:
         """Begin without a move of any cell."""
         self.simulation = simulation
-        self.of: list[Move | None] = [None] * simulation.model.cell_count
+        cells, entries = simulation.model.cell_count, simulation.model.point_count
+        entries += 0 if simulation.strain is None else cells
+        self.last = Moves(NewtonSteps.unknown(entries, cells), np.zeros((entries, 3)), np.zeros(cells))
         """The last move of each cell."""
 
-    def begin(self, cell: int, step: NewtonStep, scale: float, budget: FloatArray) -> float:
-        """Plan the move of a cell along its step; return the part of the step that the move takes.
+    def entries_of(self, cells: NDArray[np.bool_]) -> CellEntries:
+        """Return the entries of some cells, shape (C,)."""
+        return CellEntries.of(self.simulation.model, cells, relaxes=self.simulation.strain is not None)
+
+    def begin(self, cells: NDArray[np.bool_], steps: NewtonSteps, scale: FloatArray) -> FloatArray:
+        """Plan the moves of some cells along their steps; return the part of its step that each move takes, shape (C,).
 
         Args:
-            cell: the cell.
-            step: its step.
-            scale: factor of the largest move.
-            budget: the step budgets of all entries [units], shape (E,).
+            cells: the cells, shape (C,).
+            steps: their steps.
+            scale: factor of the largest move of each cell, shape (C,).
         """
-        limit = np.minimum(self.simulation.step_fraction * scale, budget[entries_of(self.simulation, cell)])
-        motion, part = shortened_motion(step.motion, limit, SHORTEST_LIMIT * scale)
-        self.of[cell] = Move(step, motion, part)
-        return part
+        own, budget = self.entries_of(cells), self.simulation.state.budget.numpy().astype(np.float64)
+        scales = scale[own.cells]
+        limit = np.minimum((self.simulation.step_fraction * scales)[own.cell], budget[own.number])
+        motion, part = shortened_motions(steps.motion[own.number], limit, SHORTEST_LIMIT * scales, own)
+        self.last = self.last.replaced(own, steps, motion, part)
+        return self.last.part
 
-    def begin_less(self, cell: int, rise: float) -> None:
-        """Plan a shorter move of a cell, whose energy has risen in the last one [erg]."""
-        last = self.of[cell]
-        assert last is not None
-        self.of[cell] = last.less(rise)
+    def begin_less(self, cells: NDArray[np.bool_], rise: FloatArray) -> None:
+        """Plan shorter moves of some cells, whose energies have risen in the last ones [erg], both of shape (C,)."""
+        self.last = self.last.less(self.entries_of(cells), rise)
 
-    def enough(self, cells: NDArray[np.bool_]) -> NDArray[np.float64]:
+    def enough(self, cells: NDArray[np.bool_]) -> FloatArray:
         """Return how much the energies of some cells must fall in their moves, up to rounding [erg], shape (C,)."""
-        found = np.zeros(len(cells))
-        for cell in np.flatnonzero(cells).tolist():
-            move = self.of[cell]
-            found[cell] = 0.0 if move is None else max(ENOUGH * move.said, 0.0)
-        return found
+        return np.where(cells & self.last.steps.known, np.maximum(ENOUGH * self.last.said, 0.0), 0.0)
 
     def displace(self, cells: NDArray[np.bool_]) -> None:
         """Displace some cells by their moves."""
-        simulation, strain = self.simulation, self.simulation.strain
+        simulation, strain, own = self.simulation, self.simulation.strain, self.entries_of(cells)
         points = simulation.state.points.numpy().astype(np.float64)
-        moves = np.zeros_like(points)
-        for cell in np.flatnonzero(cells).tolist():
-            move = self.of[cell]
-            assert move is not None
-            moves[entries_of(simulation, cell)] = move.motion
-        points += self._constrained(moves)
+        moved = points[own.number] + self._constrained(own)
         if strain is not None:
-            periods, model = strain.periods.numpy().astype(np.float64).reshape(-1, 2, 3), simulation.model
-            for cell in np.flatnonzero(cells).tolist():
-                own = slice(*model.point_start[cell : cell + 2])
-                matrix = deformation(strain.host_frame[cell], moves[model.point_count + cell] / float(STRAIN_UNIT))
-                points[own], periods[cell] = points[own] @ matrix, periods[cell] @ matrix
+            changes = self.last.motion[own.strains] / float(STRAIN_UNIT)
+            matrices = deformations(strain.host_frame[own.cells], changes)
+            places, by = moved[own.is_point], matrices[own.cell[own.is_point]]
+            moved[own.is_point] = sum(places[:, axis, None] * by[:, axis] for axis in range(3))
+            periods = strain.periods.numpy().astype(np.float64).reshape(-1, 2, 3)
+            periods[own.cells] = periods[own.cells] @ matrices
             strain.periods.assign(periods.reshape(-1, 3))
             simulation.candidates.near.invalidate(cells)
+        points[own.number] = moved
         simulation.state.points.assign(points)
 
-    def _constrained(self, moves: FloatArray) -> FloatArray:
-        """Return the moves of all entries after the constraints have changed them."""
-        simulation = self.simulation
+    def _constrained(self, own: CellEntries) -> FloatArray:
+        """Return the moves of some entries after the constraints have changed them, shape (M, 3)."""
+        simulation, model, motion = self.simulation, self.simulation.model, self.last.motion[own.number]
         if not simulation.constraints:
-            return moves
-        model = simulation.model
+            return motion
+        moves = np.zeros((len(simulation.state.points), 3))
+        moves[own.number] = motion
         step, limit = model.upload(moves, 3), wp.clone(simulation.state.budget)
         launches = []
         for constraint in simulation.constraints:
             launches += constraint.filter_steps(simulation.state, step, limit, model.prepare)
         CapturedLaunches(launches, model.device).launch()
-        return np.asarray(step.numpy().astype(np.float64))
+        return np.asarray(step.numpy().astype(np.float64)[own.number])
 
 
-def entries_of(simulation: YarnSimulation, cell: int) -> NDArray[np.int64]:
-    """Return the numbers of the control points of a cell, and of its strain if cells relax."""
-    own = np.arange(*simulation.model.point_start[cell : cell + 2])
-    return own if simulation.strain is None else np.append(own, simulation.model.point_count + cell)
-
-
-def shortened_motion(motion: FloatArray, limit: FloatArray, shortest: float) -> tuple[FloatArray, float]:
-    """Return the motion of a cell, shortened by one factor to the limits of its moves, and this factor.
+def shortened_motions(
+    motion: FloatArray, limit: FloatArray, shortest: FloatArray, own: CellEntries
+) -> tuple[FloatArray, FloatArray]:  # fmt: skip
+    """Return the motions of cells, each shortened by one factor to the limits of its moves, and these factors.
 
     Args:
-        motion: the motion, shape (n, 3).
-        limit: largest move of each entry, shape (n,).
-        shortest: an entry with a limit below this is shortened by itself.
+        motion: the motions, shape (M, 3).
+        limit: largest move of each entry, shape (M,).
+        shortest: an entry of a cell with a limit below this is shortened by itself, shape (K,).
+        own: the entries.
     """
     length = np.linalg.norm(motion, axis=1)
-    factor = min(1.0, 1.0 / max(float((length / np.maximum(limit, shortest)).max()), 1e-30))
-    own = np.minimum(1.0, limit / np.maximum(factor * length, 1e-30))
-    return motion * (factor * own)[:, None], factor
+    ratio = own.largest(length / np.maximum(limit, shortest[own.cell]))
+    factor = np.minimum(1.0, 1.0 / np.maximum(ratio, 1e-30))
+    each = factor[own.cell]
+    by_itself = np.minimum(1.0, limit / np.maximum(each * length, 1e-30))
+    return motion * (each * by_itself)[:, None], factor
 
 
-def deformation(frame: FloatArray, strain: FloatArray) -> FloatArray:
-    """Return the matrix (3, 3) by which a strain (a, b, c), in a frame of directions (2, 3), deforms row vectors."""
-    e1, e2 = frame
-    return np.asarray(
-        np.eye(3) + strain[0] * np.outer(e1, e1) + strain[1] * np.outer(e2, e2) + strain[2] * np.outer(e2, e1)
-    )
+def deformations(frames: FloatArray, strains: FloatArray) -> FloatArray:
+    """Return the matrices by which strains (a, b, c) deform row vectors, shape (K, 3, 3).
+
+    Args:
+        frames: directions of each cell, shape (K, 2, 3).
+        strains: the strains in these frames, shape (K, 3).
+    """
+    e1, e2 = frames[:, 0], frames[:, 1]
+    outer = e1[:, :, None] * e1[:, None], e2[:, :, None] * e2[:, None], e2[:, :, None] * e1[:, None]
+    found = np.eye(3)
+    for number, own in enumerate(outer):
+        found = found + strains[:, number, None, None] * own
+    return np.asarray(found)

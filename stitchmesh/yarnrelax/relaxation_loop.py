@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from stitchmesh.errors import OverloadError
 from stitchmesh.time_limit import check_time
-from stitchmesh.yarnrelax.assessment import Assessments, RemainingChange
+from stitchmesh.yarnrelax.assessment import Assessments, RemainingChanges
 from stitchmesh.yarnrelax.collision.narrow_phase import LONG_LIFE, fitting_margins
 from stitchmesh.yarnrelax.convergence import has_converged, is_at_rest, is_level
 from stitchmesh.yarnrelax.loop_state import LoopState, carried_arrays, resume_from_arrays
@@ -74,8 +74,8 @@ class RelaxationLoop:
         """How Newton steps alternate with iterations of the solver."""
         self.stalled = np.zeros(cells, dtype=bool)
         """Whether no step lowers the energy of a cell that is not at rest, shape (C,)."""
-        self.remaining: list[RemainingChange | None] = [None] * cells
-        """Estimate of the remaining change of each cell; None if it is unknown."""
+        self.remaining = RemainingChanges.unknown(cells)
+        """Estimate of the remaining change of each cell."""
         self.newton = newton_of(simulation) if by_newton else None
         """Newton's method, if it ends the relaxation."""
         self.settling = settling_of(simulation, self.newton, tolerance, largest_change)
@@ -219,8 +219,7 @@ class RelaxationLoop:
         """Whether the conditions of ``convergence`` hold in each cell, shape (C,)."""
         if self.newton is None and self.settling is None:
             return self._is_near_rest(self.tolerance)
-        spacing = np.array([np.inf if left is None else left.spacing for left in self.remaining])
-        at_rest = is_at_rest(self.last.residual, spacing, self.tolerance, self.largest_change)
+        at_rest = is_at_rest(self.last.residual, self.remaining.spacing, self.tolerance, self.largest_change)
         return at_rest | (self.stalled & self.last.is_noise & (self.last.residual < self.tolerance))
 
     def _is_near_rest(self, tolerance: float) -> NDArray[np.bool_]:
@@ -258,7 +257,7 @@ class RelaxationLoop:
         self.last = self.last.replaced(cells, now)
         done, level = self.iteration - self.before, is_level(self.energy_fall, self.tolerance)
         if self.settling is not None and cells.any() and not self.ending[0] and self.settling.is_due(done):
-            self.remaining[0] = self.settling.note_state(self.simulation, done, now[0])
+            self.remaining = self.remaining.with_cell(0, self.settling.note_state(self.simulation, done, now[0]))
         if self.newton is not None:
             beginning = cells & ~self.ending & self._is_near_rest(self.newton.descent)
             self.ending, self.step_scale[beginning] = self.ending | beginning, 1.0
@@ -303,7 +302,7 @@ class RelaxationLoop:
         self.alternation.descent[0] = state.descent
         self.alternation.newton_fall[0] = state.newton_fall
         self.stalled[0] = state.stalled
-        self.remaining[0] = state.remaining
+        self.remaining = self.remaining.with_cell(0, state.remaining)
         self.kinetic_energy = self.simulation.solver.kinetic_energy()
         if self.newton is not None:
             self.newton.memory = np.array(state.arrays["newton"], dtype=np.float64)

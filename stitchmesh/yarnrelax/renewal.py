@@ -29,8 +29,7 @@ def renew_at_rest(loop: RelaxationLoop, cells: NDArray[np.bool_] | None = None) 
     renewed = renew_lagging(simulation, resting)
     if renewed.any():
         loop.last = loop.last.replaced(renewed, simulation.assess_cells(renewed))
-        for cell in np.flatnonzero(renewed & loop.ending).tolist():
-            loop.remaining[cell] = None
+        loop.remaining = loop.remaining.forgotten(renewed & loop.ending)
         if loop.newton is not None:
             loop.newton.idle[renewed] = 0
     return renewed

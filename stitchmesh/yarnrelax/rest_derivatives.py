@@ -46,7 +46,7 @@ from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.relaxation_inputs import RelaxationInputs
 from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 from stitchmesh.yarnrelax.simulation import YarnSimulation
-from stitchmesh.yarnrelax.solvers.newton_system import NewtonStep, NewtonSystems
+from stitchmesh.yarnrelax.solvers.newton_system import NewtonSteps, NewtonSystems
 
 NEAR = 1e-6
 """Newton's method brings a state to this residual, and to this estimate of the remaining change of the spacing."""
@@ -212,7 +212,7 @@ def _end(loop: RelaxationLoop) -> None:
     for _ in range(8 if loop.last.residual[0] > RESIDUAL else 0):  # steps with the exact Hessian
         force = forces.now()
         motion = RestSystem(simulation, assembly).motions(force[:, None])[:, 0]
-        newton.steps[0] = NewtonStep(motion.reshape(-1, 3), exact=True, work=float(force @ motion))
+        newton.steps = NewtonSteps(motion.reshape(-1, 3), np.array([force @ motion]), everyone, everyone, ~everyone)
         newton.move(everyone, np.ones(1))
         simulation.search_contacts()
         found = simulation.assess_cells()

@@ -246,25 +246,28 @@ class YarnSimulation:
 
     def good_yarns(self, cell: int = 0) -> YarnSet:
         """Return the yarns of a cell, or of the only piece, in the last accepted state."""
-        return self.good_cells()[cell]
+        return self.good_cells(np.arange(self.model.cell_count) == cell)[0]
 
-    def good_cells(self) -> list[YarnSet]:
-        """Return the yarns of each cell in the last accepted state."""
-        return self._cells_at(self.good_points, self.good_periods)
+    def good_cells(self, cells: NDArray[np.bool_] | None = None) -> list[YarnSet]:
+        """Return the yarns of some cells, shape (C,), or of all, in the last accepted state."""
+        return self._cells_at(self.good_points, self.good_periods, cells)
 
     def current_yarns(self) -> YarnSet:
         """Return the yarns of the only cell or piece in the current state, which is not assessed yet."""
         periods = self.model.constants.images.periods if self.model.on_lattice else None
         return self._cells_at(self.state.points, periods)[0]
 
-    def _cells_at(self, points: wp.array[Any], periods: wp.array[Any] | None) -> list[YarnSet]:
-        start, places, cells = self.model.point_start, self.model.from_device(points), self.model.cells
-        moved = [replace(cell.yarns, points=places[start[k] : start[k + 1]]) for k, cell in enumerate(cells)]
+    def _cells_at(
+        self, points: wp.array[Any], periods: wp.array[Any] | None, cells: NDArray[np.bool_] | None = None
+    ) -> list[YarnSet]:  # fmt: skip
+        start, places = self.model.point_start, self.model.from_device(points)
+        numbers = range(self.model.cell_count) if cells is None else np.flatnonzero(cells).tolist()
+        own = [(self.model.cells[k], places[start[k] : start[k + 1]]) for k in numbers]
         if self.strain is None or periods is None:
-            return moved
+            return [replace(cell.yarns, points=place) for cell, place in own]
         each = periods.numpy().astype(np.float64).reshape(-1, 2, 3)
-        lattices = [Lattice(each[k] * cell.unit) for k, cell in enumerate(cells)]
-        return [replace(yarns, lattice=lattice) for yarns, lattice in zip(moved, lattices, strict=True)]
+        return [replace(cell.yarns, points=place, lattice=Lattice(each[k] * cell.unit))
+                for k, (cell, place) in zip(numbers, own, strict=True)]  # fmt: skip
 
     def smallest_distances(self, cells: NDArray[np.bool_] | None = None) -> NDArray[np.float64]:
         """Return the smallest distance of yarns over their radius in the last accepted state, at most 2, shape (C,).

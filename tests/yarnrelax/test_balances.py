@@ -88,16 +88,15 @@ def test_a_move_away_from_a_balance_has_the_given_length() -> None:
     assert newton is not None
     before = loop.simulation.state.points.numpy().copy()
     newton.find_steps(every, every, np.ones(len(every)))
-    assert newton.leaving[0] and newton.remaining_change(0, loop.last[0].energy) is None
+    assert newton.leaving[0] and newton.remaining_changes(every, loop.last.size)[0] is None
     newton.move(every, np.ones(1))
     moved = np.linalg.norm(loop.simulation.state.points.numpy() - before, axis=1)
     assert moved.max() == pytest.approx(MOVE, rel=1e-9)  # coordinates of some tens of radii are rounded
     loop.step_back(every)
     newton.note_moves(lowered=~every)
     newton.find_steps(every, every, np.ones(len(every)))
-    step = newton.steps[0]
-    assert step is not None and step.leaves_balance
-    assert np.linalg.norm(step.motion, axis=1).max() == pytest.approx(MOVE * SHORTER, rel=1e-12)
+    assert newton.steps.known[0] and newton.steps.leaves_balance[0]
+    assert np.linalg.norm(newton.steps.motion, axis=1).max() == pytest.approx(MOVE * SHORTER, rel=1e-12)
 
 
 def test_a_balance_that_only_leads_down_by_tiny_moves_counts_as_rest(monkeypatch: pytest.MonkeyPatch) -> None:

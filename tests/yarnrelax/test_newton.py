@@ -27,7 +27,7 @@ from stitchmesh.yarnrelax.friction.friction import Friction
 from stitchmesh.yarnrelax.hessian.cell_matrices import REFINED
 from stitchmesh.yarnrelax.newton import DESCENT, LARGE, LATE, NEWTON_RISE, SMALLEST_NEWTON_SCALE, Newton, newton_of
 from stitchmesh.yarnrelax.newton_interval import STEP_COST
-from stitchmesh.yarnrelax.newton_moves import deformation
+from stitchmesh.yarnrelax.newton_moves import deformations
 from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL
@@ -120,16 +120,17 @@ def test_a_step_near_rest_is_the_motion_that_is_left(scene: tuple[YarnSet, dict[
         moved = rest.copy()
         moved[:count] += h * shaken
         if strain is not None and periods is not None:
-            deformed = deformation(strain.host_frame[0], h * given)
+            deformed = deformations(strain.host_frame, h * given[None])[0]
             moved[:count] = moved[:count] @ deformed
             strain.periods.assign(periods @ deformed)
             simulation.candidates.near.invalidate()
         simulation.state.points.assign(moved)
         simulation.search_contacts()
         now, newton = simulation.assess_cells()[0], Newton(simulation)
-        newton.find_steps(np.ones(1, dtype=bool), np.ones(1, dtype=bool), loop.last.size)
-        step, left = newton.steps[0], newton.remaining_change(0, now.size)
-        assert step is not None and step.exact and left is not None
+        every = np.ones(1, dtype=bool)
+        newton.find_steps(every, every, loop.last.size)
+        step, left = newton.steps, newton.remaining_changes(every, np.array([now.size]))[0]
+        assert step.known[0] and step.exact[0] and left is not None
         missing = step.motion[:count] / h + shaken
         if model.on_lattice:
             missing -= missing.mean(axis=0)
@@ -274,7 +275,7 @@ def test_a_cell_goes_on_in_another_batch_with_what_is_known_of_it() -> None:
     both.alternation.newton_fall[:] = [0.0, 1e-5]
     both.start()
     alone.start()
-    put_into(alone, {0: taken_out(both, [1])[0]})
+    put_into(alone, np.array([True]), taken_out(both, np.array([False, True])))
     assert np.array_equal(alone.newton.memory, both.newton.memory[1:])
     for name in ("iterations", "ending"):
         assert getattr(alone, name).tolist() == getattr(both, name)[1:].tolist()
@@ -290,7 +291,7 @@ def test_each_cell_of_a_batch_steps_as_it_does_alone() -> None:
         simulation = YarnSimulation(own, DOUBLE, device_named("cpu"), cells=[FREE] * len(own))
         newton, every = Newton(simulation), np.ones(len(numbers), dtype=bool)
         newton.find_steps(every, every, np.ones(len(every)))
-        ends.append([step.motion for step in newton.steps if step is not None])
+        ends.append([newton.steps.motion[newton.moves.entries_of(cell).number] for cell in np.diag(every)])
     for together, alone in zip(ends[0], ends[1] + ends[2], strict=True):
         # The table of images of a batch is another one, and with it the order of sums; the softest motions amplify it.
         np.testing.assert_allclose(together, alone, atol=1e-6 * np.abs(alone).max())

@@ -91,8 +91,7 @@ def test_a_move_in_which_the_energy_rises_is_tried_shorter_with_the_same_factors
     found = len(factors)
     assert len(shortened) == 2 < TRIES
     assert (loop.last.energy < before).all() and (loop.step_scale == 1.0).all()
-    first = loop.newton.moves.of[0] if loop.newton is not None else None
-    assert first is not None and first.part < 0.5
+    assert loop.newton is not None and loop.newton.moves.last.part[0] < 0.5
     assert found <= 2  # one where no Hessian is negative, and one with a mixture
 
 
@@ -113,6 +112,5 @@ def test_a_step_that_leads_to_the_other_side_of_a_valley_is_shortened(monkeypatc
     monkeypatch.setattr(Newton, "factors_hold", lambda newton, cells, fall: cells & False)
     before = loop.last.energy[0]
     loop.advance()
-    move = loop.newton.moves.of[0] if loop.newton is not None else None
-    assert len(shortened) == 1 and move is not None and move.part == 0.5
+    assert loop.newton is not None and len(shortened) == 1 and loop.newton.moves.last.part[0] == 0.5
     assert loop.last.energy[0] == found[1] < before

@@ -517,8 +517,10 @@ class DenseCells:
         """Two values of each cell, which a launch returns, shape (C, 2)."""
         self.found_solution, self.found_work = HostCopy(self.vectors.solution), HostCopy(self.work)
         self.found_pairs, self.found_pivots = HostCopy(self.pairs), HostCopy(self.pivots)
-        self.holder = np.full(count, None, dtype=object)
-        """The mark of the factors that each cell has at present, shape (C,)."""
+        self.holder = np.zeros(count, dtype=np.int64)
+        """The number of the factors that each cell has at present, shape (C,); 0 for none."""
+        self.factored = 0
+        """How many factors have taken the memory."""
 
     @staticmethod
     def suit(sizes: NDArray[np.int64], device: wp.Device) -> bool:
@@ -632,7 +634,8 @@ class FactorsOfSmallCells(CellFactors):
         self.matrices: MatricesOfSmallCells = matrices
         self.owners, self._room = matrices.owners, matrices.room
         self._shift = wp.array(shift, dtype=wp.float64, device=self._room.device)
-        self._mark = object()  # not the object itself: a cycle would keep its memory until garbage is collected
+        self._room.factored += 1
+        self._number = self._room.factored
         cells = self.owners.has_coordinates
         self._factor(cells)
         room = self._room
@@ -651,11 +654,11 @@ class FactorsOfSmallCells(CellFactors):
     def _factor(self, cells: NDArray[np.bool_]) -> None:
         inputs = [self._shift, self.matrices.sparse, DenseMatrices]
         self._room.launch(factor_cells, cells, inputs, [self._room.pivots])
-        self._room.holder[cells] = self._mark
+        self._room.holder[cells] = self._number
 
     def _find_again(self, cells: NDArray[np.bool_]) -> None:
         """Factor the matrices of those cells again whose memory others have taken."""
-        taken = cells & np.array([holder is not self._mark for holder in self._room.holder.tolist()])
+        taken = cells & (self._room.holder != self._number)
         if taken.any():
             self._factor(taken)
 

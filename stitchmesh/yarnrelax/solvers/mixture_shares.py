@@ -76,53 +76,56 @@ class MixtureShares:
         """Give all segments of each cell the same share, shape (C,)."""
         self.of_segments = np.repeat(shares, np.diff(self.model.segment_start))
 
-    def shrink(self, cell: int) -> None:
-        """Take a smaller share after a step of a cell; in a large piece, take the exact Hessian again."""
-        own = self._own(cell)
-        mixed = self.of_segments[own] > 0.0
-        self._sufficient[own] = np.where(mixed, self.of_segments[own], self._sufficient[own])
-        lower = self.of_segments[own] * FASTER
-        self.of_segments[own] = np.where((lower > LEAST_SHARE) & (not self.local), lower, 0.0)
+    @property
+    def is_exact(self) -> NDArray[np.bool_]:
+        """Whether the exact Hessian of each cell is taken, shape (C,)."""
+        return self.largest == 0.0
 
-    def clear(self, cell: int) -> None:
-        """Take the exact Hessian of a cell."""
-        self.of_segments[self._own(cell)] = 0.0
+    def shrink(self, cells: NDArray[np.bool_]) -> None:
+        """Take smaller shares after steps of some cells, shape (C,); in a large piece, take the exact Hessian again."""
+        chosen = self._segments_of(cells)
+        self._sufficient = np.where(chosen & (self.of_segments > 0.0), self.of_segments, self._sufficient)
+        lower = self.of_segments * FASTER
+        lower = np.where((lower > LEAST_SHARE) & (not self.local), lower, 0.0)
+        self.of_segments = np.where(chosen, lower, self.of_segments)
 
-    def is_exact(self, cell: int) -> bool:
-        """Whether the exact Hessian of a cell is taken."""
-        return not self.of_segments[self._own(cell)].any()
+    def clear(self, cells: NDArray[np.bool_]) -> None:
+        """Take the exact Hessians of some cells, shape (C,)."""
+        self.of_segments = np.where(self._segments_of(cells), 0.0, self.of_segments)
 
-    def grow(self, cell: int, pivots: NDArray[np.int64] | None = None, points: FloatArray | None = None) -> None:
-        """Take larger shares where the mixture of a cell has negative eigenvalues.
+    def grow(self, cells: NDArray[np.bool_]) -> None:
+        """Take larger shares in some cells whose mixtures have negative eigenvalues, shape (C,)."""
+        self._grow(self._segments_of(cells), self._sufficient)
+
+    def grow_near(self, pivots: NDArray[np.int64], points: FloatArray) -> None:
+        """Take larger shares of a large piece near its negative pivots.
 
         Args:
-            cell: the cell.
-            pivots: the coordinates of a large piece whose pivots are negative.
-            points: the control points of a large piece [mean radii], shape (N, 3).
+            pivots: the coordinates whose pivots are negative.
+            points: the control points [mean radii], shape (N, 3).
         """
-        own, reach = self._own(cell), REACH
-        near = np.ones(own.stop - own.start, dtype=bool)
-        if self.local:
-            assert pivots is not None and points is not None
-            negative = np.unique(pivots // 3)
-            away = cKDTree(points[negative]).query(points)[0][self._segment_points[own]].min(axis=1)
+        negative, reach = np.unique(pivots // 3), REACH
+        away = cKDTree(points[negative]).query(points)[0][self._segment_points].min(axis=1)
+        near = away < reach
+        while (self.of_segments[near] >= 1.0).all() and not near.all():
+            reach *= 2.0
             near = away < reach
-            while (self.of_segments[own][near] >= 1.0).all() and not near.all():
-                reach *= 2.0
-                near = away < reach
-        before = self.of_segments[own]
-        first = 1.0 if self.local else self._sufficient[own]
-        grown = np.where(before > 0.0, np.minimum(before * SLOWER, 1.0), first)
-        self.of_segments[own] = np.where(near, grown, before)
+        self._grow(near, np.ones(len(near)))
+
+    def _grow(self, chosen: NDArray[np.bool_], first: NDArray[np.float64]) -> None:
+        """Take larger shares in some segments, shape (S,); ``first`` where the share was 0."""
+        grown = np.where(self.of_segments > 0.0, np.minimum(self.of_segments * SLOWER, 1.0), first)
+        self.of_segments = np.where(chosen, grown, self.of_segments)
 
     def distrust(self, cells: NDArray[np.bool_]) -> None:
         """Take larger shares in the next steps of some cells, whose last steps were refused.
 
         The steps of a large piece only become shorter.
         """
-        chosen = np.repeat(cells & (not self.local), np.diff(self.model.segment_start))
+        chosen = self._segments_of(cells & (not self.local))
         grown = np.clip(self.of_segments * SLOWER, DISTRUSTED, 1.0)
         self.of_segments = np.where(chosen, grown, self.of_segments)
 
-    def _own(self, cell: int) -> slice:
-        return slice(int(self.model.segment_start[cell]), int(self.model.segment_start[cell + 1]))
+    def _segments_of(self, cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Whether each segment belongs to one of some cells, shape (S,)."""
+        return np.repeat(cells, np.diff(self.model.segment_start))

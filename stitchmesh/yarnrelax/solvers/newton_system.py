@@ -15,8 +15,7 @@ its square.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 
 import numpy as np
@@ -24,6 +23,7 @@ from numpy.typing import NDArray
 
 from stitchmesh.mesh import FloatArray
 from stitchmesh.yarnrelax.hessian.cell_matrices import CellFactors, CellMatrices
+from stitchmesh.yarnrelax.model.cell_entries import CellEntries
 
 SIGNIFICANT = 5e-6
 """Smallest magnitude of an eigenvalue that counts, over the median of the diagonal. In knits the median of all
@@ -33,17 +33,37 @@ SHIFTED = 8.0
 
 
 @dataclass(frozen=True, eq=False)
-class NewtonStep:
-    """The step of one cell from its current state."""
+class NewtonSteps:
+    """The steps of the cells of a batch from their states; cells whose steps are not known have zeros or old steps."""
 
     motion: FloatArray
-    """Motion of the control points, and then of the strains [units], shape (n, 3)."""
-    exact: bool
-    """Whether the step leads to the minimum of the energy to second order."""
-    work: float
-    """Work of the forces in the step [erg]."""
-    leaves_balance: bool = False
-    """Whether the step leaves a balance; no force belongs to such a step."""
+    """Motion of the control points, and then of the strains, of all cells [units], shape (n / 3, 3)."""
+    work: FloatArray
+    """Work of the forces in the step of each cell [erg], shape (C,)."""
+    exact: NDArray[np.bool_]
+    """Whether each step leads to the minimum of the energy to second order, shape (C,)."""
+    known: NDArray[np.bool_]
+    """Whether the step of each cell is known, shape (C,)."""
+    leaves_balance: NDArray[np.bool_]
+    """Whether each step leaves a balance; no force belongs to such a step, shape (C,)."""
+
+    @classmethod
+    def unknown(cls, entries: int, cells: int) -> NewtonSteps:
+        """Return the steps of cells of which nothing is known."""
+        no = np.zeros(cells, dtype=bool)
+        return cls(np.zeros((entries, 3)), np.zeros(cells), no, no, no)
+
+    def forgotten(self, cells: NDArray[np.bool_]) -> NewtonSteps:
+        """Return these steps without those of some cells, shape (C,)."""
+        return replace(self, known=self.known & ~cells)
+
+    def replaced(self, own: CellEntries, others: NewtonSteps) -> NewtonSteps:
+        """Return these steps, with those of ``others`` in the cells of some entries."""
+        found = {each.name: getattr(self, each.name).copy() for each in fields(self)}
+        for name, values in found.items():
+            chosen = own.number if name == "motion" else own.cells
+            values[chosen] = getattr(others, name)[chosen]
+        return NewtonSteps(**found)
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,27 +102,26 @@ class NewtonSystems:
     def steps(self, cells: NDArray[np.bool_], exact: NDArray[np.bool_]) -> NewtonSteps:
         """Return the steps of cells without negative eigenvalues; ``exact``: whether a matrix is the exact Hessian."""
         found, work = self.factors.refined(self.force, cells, exact, self.shift)
-        return NewtonSteps(found.reshape(-1, 3), work)
+        return NewtonSteps(found.reshape(-1, 3), work, cells & exact, cells, np.zeros_like(cells))
 
-    def steps_by(self, force: FloatArray, cells: NDArray[np.bool_]) -> NewtonSteps:
+    def steps_by(self, force: FloatArray, cells: NDArray[np.bool_], exact: NDArray[np.bool_]) -> NewtonSteps:
         """Return the steps of some cells with other forces, shape (n,), without removing the effect of t."""
-        found = self.factors.solve(force, cells)
-        return NewtonSteps(found.reshape(-1, 3), self.matrices.owners.sums(force * found))
+        found, work = self.factors.refined(force, cells, np.zeros_like(cells), self.shift)
+        return NewtonSteps(found.reshape(-1, 3), work, cells & exact, cells, np.zeros_like(cells))
 
-    def ways_down(self, lengths: Mapping[int, float]) -> dict[int, FloatArray]:
+    def ways_down(self, cells: NDArray[np.bool_], lengths: FloatArray) -> FloatArray:
         """Return motions of some cells along which the energy has a negative second derivative, shape (n / 3, 3).
 
         A motion is the part of a random vector in the negative directions of the matrix. It is scaled so that the
-        control point that moves farthest moves by the given length [units].
+        control point that moves farthest moves by the length of its cell, shape (C,) [units].
         """
-        owners, found = self.matrices.owners, dict[int, FloatArray]()
-        for cell, down in self.factors.negative_directions(list(lengths)).items():
-            motion, own = np.zeros(len(self.force)), owners.coordinates[cell]
+        owners, motion = self.matrices.owners, np.zeros(len(self.force))
+        for cell, down in self.factors.negative_directions(np.flatnonzero(cells).tolist()).items():
+            own = owners.coordinates[cell]
             along = down @ (down.T @ np.random.default_rng(0).normal(size=len(own)))
             farthest = np.sqrt(np.bincount(own // 3 - own[0] // 3, along**2).max())
             motion[own] = along * (lengths[cell] / farthest)
-            found[cell] = motion.reshape(-1, 3)
-        return found
+        return motion.reshape(-1, 3)
 
     def without_negative_eigenvalues(self, cells: NDArray[np.bool_]) -> NewtonSystems:
         """Return the systems of some cells, with shifts so large that no matrix has negative eigenvalues."""
@@ -111,16 +130,3 @@ class NewtonSystems:
             found = replace(found, shifted=np.where(negative, SHIFTED, 1.0) * found.shifted)
         return found
 
-
-@dataclass(frozen=True, eq=False)
-class NewtonSteps:
-    """The steps of some cells; zero for all others."""
-
-    motion: FloatArray
-    """Motion of the control points, and then of the strains, of all cells [units], shape (n / 3, 3)."""
-    work: FloatArray
-    """Work of the forces in the step of each cell [erg], shape (C,)."""
-
-    def of(self, cell: int, entries: NDArray[np.int64], *, exact: bool) -> NewtonStep:
-        """Return the step of a cell whose control points and strains have the numbers ``entries``."""
-        return NewtonStep(self.motion[entries], exact, float(self.work[cell]))

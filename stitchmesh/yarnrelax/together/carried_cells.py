@@ -11,17 +11,16 @@ batch starts with the same given yarns, so that both have the same units, origin
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stitchmesh.yarnrelax.assessment import Assessment, Assessments, RemainingChange
+from stitchmesh.yarnrelax.assessment import Assessments, RemainingChanges
 from stitchmesh.yarnrelax.loop_state import carried_arrays
-from stitchmesh.yarnrelax.newton_moves import entries_of
+from stitchmesh.yarnrelax.model.cell_entries import CellEntries
 from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
-from stitchmesh.yarnrelax.simulation import YarnSimulation
 
 OF_PERIODS = {"periods", "good_periods", "searched_periods"}
 """Arrays with a row for each period of a cell."""
@@ -29,6 +28,8 @@ OF_CELLS = {"solver.record", "solver.curvature"}
 """Arrays with a row for each cell."""
 OF_SLOTS = {"solver.moves", "solver.gradient_change"}
 """Arrays with a column for each control point and strain; all others have a row for each."""
+ENERGY = "energy of "
+"""Begin of the names of the columns with the energies of the last assessment."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,13 +37,9 @@ class CarriedCell:
     """Everything that decides how a cell continues."""
 
     arrays: Mapping[str, NDArray[Any]]
-    """Its part of ``carried_arrays``."""
-    columns: Mapping[str, NDArray[Any]]
+    """Its part of ``carried_arrays``, by name; of arrays with columns for each entry, the columns as rows."""
+    columns: Mapping[str, Any]
     """What the loop and Newton's method remember of it."""
-    last: Assessment
-    """Assessment of its last accepted state."""
-    remaining: RemainingChange | None
-    """Estimate of the remaining change."""
 
     @property
     def iterations(self) -> int:
@@ -50,65 +47,93 @@ class CarriedCell:
         return int(self.columns["iterations"])
 
 
-def taken_out(loop: RelaxationLoop, cells: Sequence[int]) -> list[CarriedCell]:
-    """Return some cells of a batch between two intervals."""
-    arrays = {name: array.numpy() for name, array in carried_arrays(loop.simulation).items()}
-    columns = _columns(loop)
+def taken_out(loop: RelaxationLoop, cells: NDArray[np.bool_]) -> list[CarriedCell]:
+    """Return some cells of a batch, shape (C,), between two intervals."""
+    if not cells.any():
+        return []
+    places = _Places.of(loop, cells)
+    arrays = {name: places.divided(name, array.numpy()) for name, array in carried_arrays(loop.simulation).items()}
+    columns = {name: list(column[cells]) for name, column in _columns(loop).items()}
     return [
-        CarriedCell(
-            {name: array[_own(loop.simulation, name, cell)].copy() for name, array in arrays.items()},
-            {name: np.array(column[cell]) for name, column in columns.items()}, loop.last[cell], loop.remaining[cell],
-        )
-        for cell in cells
-    ]  # fmt: skip
+        CarriedCell(dict(zip(arrays, own, strict=True)), dict(zip(columns, values, strict=True)))
+        for own, values in zip(zip(*arrays.values(), strict=True), zip(*columns.values(), strict=True), strict=True)
+    ]
 
 
-def put_into(loop: RelaxationLoop, cells: Mapping[int, CarriedCell]) -> None:
-    """Continue with some cells, by their numbers, in a loop that has started with all of them."""
-    if not cells:
+def put_into(loop: RelaxationLoop, cells: NDArray[np.bool_], carried: Sequence[CarriedCell]) -> None:
+    """Continue with some cells, shape (C,), in a loop that has started with all of them."""
+    if not cells.any():
         return
-    simulation, newton = loop.simulation, loop.newton
+    simulation, newton, places = loop.simulation, loop.newton, _Places.of(loop, cells)
     assert newton is not None
-    carried = carried_arrays(simulation)
-    arrays = {name: array.numpy().copy() for name, array in carried.items()}
+    own = carried_arrays(simulation)
+    arrays = {name: array.numpy().copy() for name, array in own.items()}
     columns = {name: column.copy() for name, column in _columns(loop).items()}
-    chosen, others = np.zeros(len(loop.iterations), dtype=bool), list(loop.last)
-    for number, own in cells.items():
-        chosen[number], others[number], loop.remaining[number] = True, own.last, own.remaining
-        for name, array in arrays.items():
-            array[_own(simulation, name, number)] = own.arrays[name]
-        for name, column in columns.items():
-            column[number] = own.columns[name]
-    simulation.candidates.set_margins(columns["margin"])
-    places = arrays.get("searched_points", arrays["listed_points"])
-    simulation.search.run_again(places, arrays.get("searched_periods"), chosen)
     for name, array in arrays.items():
-        carried[name].assign(array)
-    loop.last = Assessments.of(others)
+        places.put(name, array, [each.arrays[name] for each in carried])
+    for name, column in columns.items():
+        column[cells] = [each.columns[name] for each in carried]
+    simulation.candidates.set_margins(columns["margin"])
+    searched = arrays.get("searched_points", arrays["listed_points"])
+    simulation.search.run_again(searched, arrays.get("searched_periods"), cells)
+    for name, array in arrays.items():
+        own[name].assign(array)
+    energies = {name.removeprefix(ENERGY): each for name, each in columns.items() if name.startswith(ENERGY)}
+    loop.last = Assessments(columns["residual"], energies, columns["rounding"], columns["hidden"])
+    loop.remaining = RemainingChanges(*(columns[each.name] for each in fields(RemainingChanges)))
     loop.iterations, loop.lists_age, loop.step_scale = (columns[name] for name in ("iterations", "age", "scale"))
     loop.energy_fall, loop.ending, loop.stalled = (columns[name] for name in ("fall", "ending", "stalled"))
     loop.alternation.descent, loop.alternation.newton_fall = columns["descent"], columns["newton_fall"]
     newton.memory = columns["newton"]
-    for number in cells:
+    for number in np.flatnonzero(cells).tolist():
         loop.errors.pop(number, None)
 
 
 def _columns(loop: RelaxationLoop) -> dict[str, NDArray[Any]]:
     """Return what a loop remembers, each with a row for each cell."""
     assert loop.newton is not None
+    last = loop.last
     return {
         "iterations": loop.iterations, "age": loop.lists_age, "margin": loop.simulation.candidates.margins,
         "scale": loop.step_scale, "fall": loop.energy_fall, "ending": loop.ending, "stalled": loop.stalled,
         "descent": loop.alternation.descent, "newton_fall": loop.alternation.newton_fall,
-        "newton": loop.newton.memory,
+        "newton": loop.newton.memory, "residual": last.residual, "rounding": last.rounding, "hidden": last.hidden,
+        **{f"{ENERGY}{name}": values for name, values in last.energies.items()},
+        **{each.name: getattr(loop.remaining, each.name) for each in fields(loop.remaining)},
     }  # fmt: skip
 
 
-def _own(simulation: YarnSimulation, name: str, cell: int) -> Any:
-    """Return the index of the part of a cell in an array."""
-    if name in OF_PERIODS:
-        return slice(2 * cell, 2 * cell + 2)
-    if name in OF_CELLS:
-        return cell
-    entries = entries_of(simulation, cell)
-    return (slice(None), entries) if name in OF_SLOTS else entries
+@dataclass(frozen=True, eq=False)
+class _Places:
+    """Where the parts of some cells stand in the arrays of a simulation, one cell after another."""
+
+    cells: NDArray[np.int64]
+    """Numbers of the cells, shape (K,)."""
+    entries: CellEntries
+    """Their control points and strains."""
+
+    @classmethod
+    def of(cls, loop: RelaxationLoop, cells: NDArray[np.bool_]) -> _Places:
+        assert loop.newton is not None
+        return cls(np.flatnonzero(cells), loop.newton.moves.entries_of(cells))
+
+    def divided(self, name: str, array: NDArray[Any]) -> list[NDArray[Any]]:
+        """Return a copy of the part of each cell in an array."""
+        rows = array.swapaxes(0, 1) if name in OF_SLOTS else array
+        return np.split(rows[self._rows(name)], self._starts(name)[1:])
+
+    def put(self, name: str, array: NDArray[Any], parts: Sequence[NDArray[Any]]) -> None:
+        """Write the part of each cell into an array."""
+        rows = array.swapaxes(0, 1) if name in OF_SLOTS else array
+        rows[self._rows(name)] = np.concatenate(parts)
+
+    def _rows(self, name: str) -> NDArray[np.int64]:
+        """Return the rows of the cells in an array."""
+        if name in OF_PERIODS:
+            return np.repeat(2 * self.cells, 2) + np.tile([0, 1], len(self.cells))
+        return self.cells if name in OF_CELLS else self.entries.number
+
+    def _starts(self, name: str) -> NDArray[np.int64]:
+        """Return the place of the first row of each cell among these rows."""
+        each = 2 if name in OF_PERIODS else 1
+        return each * np.arange(len(self.cells)) if name in OF_PERIODS | OF_CELLS else self.entries.start

@@ -27,6 +27,7 @@ from stitchmesh.io.history import HistoryEntry
 from stitchmesh.quality import Quality
 from stitchmesh.time_limit import OutOfTime, without_limit
 from stitchmesh.yarn import YarnSet, segment_lengths
+from stitchmesh.yarnrelax.assessment import Assessments
 from stitchmesh.yarnrelax.convergence import hidden_by_rounding, rest_text
 from stitchmesh.yarnrelax.energies.confinement import CellConfinements, Confinement
 from stitchmesh.yarnrelax.model.material import YarnMaterial
@@ -66,12 +67,62 @@ class RelaxedCell:
 
 
 @dataclass(frozen=True, eq=False)
+class CellHistory:
+    """The figures of the assessments of a cell, as a table: a batch assesses thousands of cells in each interval."""
+
+    terms: tuple[str, ...]
+    """Names of the energies."""
+    table: NDArray[np.float64]
+    """A row for each assessment: iteration, seconds, residual, and the energy of each term [erg]."""
+
+    def entries(self) -> list[HistoryEntry]:
+        """Return the entry of each assessment."""
+        return [
+            HistoryEntry(iteration=int(iteration), seconds=seconds, residual=residual,
+                         energies=dict(zip(self.terms, energies, strict=True)))
+            for iteration, seconds, residual, *energies in self.table.tolist()
+        ]  # fmt: skip
+
+
+class CellHistories:
+    """The histories of the cells of a batch."""
+
+    def __init__(self, before: Sequence[CellHistory | None]) -> None:
+        """Begin with what was noted in other batches."""
+        self._before = before
+        self._terms: tuple[str, ...] = ()
+        self._cells: list[NDArray[np.int64]] = []
+        self._tables: list[NDArray[np.float64]] = []
+
+    def note(
+        self, cells: NDArray[np.bool_], iterations: NDArray[np.int64], seconds: NDArray[np.float64], last: Assessments
+    ) -> None:  # fmt: skip
+        """Add the last assessments of some cells; all arguments have a row for each cell of the batch."""
+        self._terms = tuple(last.energies)
+        columns = iterations, seconds, last.residual, *last.energies.values()
+        self._cells.append(np.flatnonzero(cells))
+        self._tables.append(np.column_stack([column[cells] for column in columns]))
+
+    def of(self, cells: NDArray[np.bool_]) -> list[CellHistory]:
+        """Return the histories of some cells, shape (C,)."""
+        of_row = np.concatenate(self._cells)
+        order = np.argsort(of_row, kind="stable")
+        table, start = np.concatenate(self._tables)[order], np.searchsorted(of_row[order], np.arange(len(cells) + 1))
+        found = list[CellHistory]()
+        for cell in np.flatnonzero(cells).tolist():
+            before, own = self._before[cell], table[start[cell] : start[cell + 1]]
+            whole = own if before is None else np.concatenate([before.table, own])
+            found.append(CellHistory(self._terms, whole))
+        return found
+
+
+@dataclass(frozen=True, eq=False)
 class BegunCell:
     """A cell between two batches."""
 
     carried: CarriedCell
     """Everything that decides how the cell continues."""
-    history: Sequence[HistoryEntry]
+    history: CellHistory
     """The figures of each assessment."""
     seconds: float
     """Time that the cell has spent in batches [s]."""
@@ -181,20 +232,21 @@ class _Run:
         self.loop = RelaxationLoop(simulation, quality.tolerance, quality.largest_change, most=batch.most)
         self.loop.start()
         begun = batch.begun or [None] * len(batch.given)
-        put_into(self.loop, {number: own.carried for number, own in enumerate(begun) if own is not None})
+        goes_on = np.array([own is not None for own in begun])
+        put_into(self.loop, goes_on, [own.carried for own in begun if own is not None])
         self.began = time.perf_counter()
-        self.before = [0.0 if own is None else own.seconds for own in begun]
-        """Time that each cell has spent in other batches [s]."""
-        self.history: list[list[HistoryEntry]] = [[] if own is None else list(own.history) for own in begun]
-        self._note(~self.loop.failed & np.array([own is None for own in begun]))
+        self.before = np.array([0.0 if own is None else own.seconds for own in begun])
+        """Time that each cell has spent in other batches [s], shape (C,)."""
+        self.history = CellHistories([None if own is None else own.history for own in begun])
+        self._note(~self.loop.failed & ~goes_on)
         self.active = ~self.loop.failed & (self.loop.iterations < batch.most)
         self._small = SMALL_PART["cuda" if simulation.model.device.is_cuda else "cpu"]
 
     def begun(self, cells: NDArray[np.bool_]) -> list[BegunCell]:
         """Return some cells, shape (C,), to continue in another batch."""
-        seconds, numbers = time.perf_counter() - self.began, np.flatnonzero(cells).tolist()
-        return [BegunCell(own, self.history[cell], self.before[cell] + seconds)
-                for cell, own in zip(numbers, taken_out(self.loop, numbers), strict=True)]  # fmt: skip
+        seconds = (self.before + (time.perf_counter() - self.began))[cells].tolist()
+        each = zip(taken_out(self.loop, cells), self.history.of(cells), seconds, strict=True)
+        return [BegunCell(carried, history, spent) for carried, history, spent in each]
 
     def advance(self) -> None:
         """Iterate and assess cells that are not at rest."""
@@ -207,16 +259,8 @@ class _Run:
 
     def _note(self, cells: NDArray[np.bool_]) -> None:
         """Add the last assessments of some cells to their histories."""
-        seconds = time.perf_counter() - self.began
-        numbers = np.flatnonzero(cells)
-        last = self.loop.last
-        names = tuple(last.energies)
-        columns = self.loop.iterations, last.residual, *last.energies.values()
-        rows = zip(numbers.tolist(), *(column[numbers].tolist() for column in columns), strict=True)
-        for cell, count, residual, *energies in rows:
-            own = dict(zip(names, energies, strict=True))
-            entry = HistoryEntry(iteration=count, seconds=self.before[cell] + seconds, residual=residual, energies=own)
-            self.history[cell].append(entry)
+        seconds = self.before + (time.perf_counter() - self.began)
+        self.history.note(cells, self.loop.iterations, seconds, self.loop.last)
 
     @property
     def is_mostly_done(self) -> bool:
@@ -228,34 +272,34 @@ class _Run:
         """Return some of the cells, shape (C,), with their reports, by their numbers."""
         if not cells.any():
             return {}
-        numbers: list[Any] = np.flatnonzero(cells).tolist()
-        yarns = self.simulation.good_cells()
-        solver = self.simulation.solver
+        loop, last, solver = self.loop, self.loop.last, self.simulation.solver
         assert isinstance(solver, LBFGS)
         tenth, gradient = solver.gradients()
-        last = self.loop.last
-        at_rest = self.loop.at_rest
-        left = self.loop.remaining
-        hidden = hidden_by_rounding(last, at_rest, self.loop.stalled, self.loop.tolerance)
+        at_rest = loop.at_rest
+        hidden = hidden_by_rounding(last, at_rest, loop.stalled, loop.tolerance)
         distance = self.simulation.smallest_distances(cells)
         strain = self._largest_strains()
-        return {
-            cell: RelaxedCell(yarns[cell], {
-                "iterations": int(self.loop.iterations[cell]),
+        found = dict[int, RelaxedCell]()
+        numbers: list[int] = np.flatnonzero(cells).tolist()
+        for cell, yarns, history in zip(
+            numbers, self.simulation.good_cells(cells), self.history.of(cells), strict=True
+        ):  # fmt: skip
+            own, left = last[cell], loop.remaining[cell]
+            found[cell] = RelaxedCell(yarns, {
+                "iterations": int(loop.iterations[cell]),
                 "tenth_iterations": tenth[cell],
                 "gradient": gradient[cell],
                 "converged": bool(at_rest[cell]),
-                "residual": last[cell].residual,
+                "residual": own.residual,
                 "hidden_by_rounding": bool(hidden[cell]),
-                "remaining_change": None if left[cell] is None else asdict(left[cell]),
-                "energy": last[cell].energy,
-                "energies": last[cell].energies,
+                "remaining_change": None if left is None else asdict(left),
+                "energy": own.energy,
+                "energies": own.energies,
                 "max_strain": float(strain[cell]),
                 "min_distance_over_radius": float(distance[cell]),
-                "error": self.loop.errors.get(cell),
-            }, self.history[cell])
-            for cell in numbers
-        }  # fmt: skip
+                "error": loop.errors.get(cell),
+            }, history.entries())  # fmt: skip
+        return found
 
     def _largest_strains(self) -> NDArray[np.float64]:
         """Return the largest strain of the segments of each cell in its last accepted state, shape (C,)."""

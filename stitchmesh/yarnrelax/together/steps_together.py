@@ -144,15 +144,15 @@ class _Path:
         loop = self.cells.loop
         simulation = loop.simulation
         seconds = time.perf_counter() - self.began
-        yarns = simulation.good_cells()
+        yarns = simulation.good_cells(cells)
         nearest = simulation.smallest_distances()
         forces = self.cells.border_forces()
         device = str(simulation.model.device)
-        for cell in np.flatnonzero(cells).tolist():
+        for cell, own in zip(np.flatnonzero(cells).tolist(), yarns, strict=True):
             last = loop.last[cell]
             count = int(loop.iterations[cell] - self.before[cell])
             self.found[cell].append(StepAtRest(
-                yarns[cell], last.energies, last.residual, bool(loop.at_rest[cell]), count, float(nearest[cell]),
+                own, last.energies, last.residual, bool(loop.at_rest[cell]), count, float(nearest[cell]),
                 (float(forces[cell, 0]), float(forces[cell, 1])), device, seconds, self.history[cell],
                 loop.remaining[cell], out_of_time=self.out_of_time,
             ))  # fmt: skip

@@ -31,17 +31,17 @@ def test_in_a_large_piece_shares_grow_near_negative_pivots_and_at_last_everywher
     simulation = tube_that_keeps_its_shape(9, 40)
     shares = MixtureShares(simulation.model, local=True)
     points = simulation.state.points.numpy()[: simulation.model.point_count].astype(np.float64)
-    shares.grow(0, np.array([300, 301]), points)
+    shares.grow_near(np.array([300, 301]), points)
     corner = np.asarray(simulation.model.yarns.segment_points)
     away = np.linalg.norm(points - points[100], axis=1)[corner].min(axis=1)
     np.testing.assert_array_equal(shares.of_segments, np.where(away < REACH, 1.0, 0.0))
     assert 0.0 < shares.part[0] < 0.2
     before = shares.part[0]
     while shares.least[0] < 1.0:
-        shares.grow(0, np.array([300, 301]), points)
+        shares.grow_near(np.array([300, 301]), points)
         assert shares.part[0] > before
         before = shares.part[0]
-    shares.shrink(0)
+    shares.shrink(np.ones(1, dtype=bool))
     assert not shares.of_segments.any()
 
 
@@ -52,8 +52,8 @@ def test_the_step_of_a_large_piece_far_from_rest_descends_and_is_not_the_last_on
     simulation, every = tube_that_keeps_its_shape(4, 10), np.ones(1, dtype=bool)
     newton = Newton(simulation)
     newton.find_steps(every, ~every, np.ones(1))
-    step = newton.steps[0]
-    assert step is not None and step.work > 0.0 and not step.exact
-    assert newton.remaining_change(0, 1.0) is None
+    steps = newton.steps
+    assert steps.known[0] and steps.work[0] > 0.0 and not steps.exact[0]
+    assert newton.remaining_changes(every, np.ones(1))[0] is None
     assert newton.move(every, np.ones(1)).all()  # so that the solver iterates before the next step
     assert not newton.shares.of_segments.any()  # which begins with the exact Hessian

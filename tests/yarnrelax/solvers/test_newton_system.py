@@ -62,8 +62,10 @@ def test_cells_that_are_not_asked_for_do_not_move_and_do_not_matter(place: Place
 
 def test_a_way_down_has_its_length_and_lies_along_the_negative_eigenvectors(place: Place) -> None:
     given = matrix(-0.5, -0.1)
-    for cell, motion in systems(place, given).ways_down({0: 0.25, 1: 0.5}).items():
-        values, vectors = np.linalg.eigh(given)
+    values, vectors = np.linalg.eigh(given)
+    found = systems(place, given).ways_down(EVERY, np.array([0.25, 0.5]))
+    for cell in range(2):
+        motion = np.where((CELL == cell).reshape(-1, 3), found, 0.0)
         direction = vectors[:, (values < 0.0) & (np.abs(vectors[CELL == cell]).max(axis=0) > 1e-6)]
         along = direction @ (direction.T @ motion.ravel())
         np.testing.assert_allclose(along, motion.ravel(), atol=1e-9)  # Lanczos' method ends at rounding
