@@ -16,7 +16,6 @@ cloth collides with it.
 from __future__ import annotations
 
 import argparse
-from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
@@ -55,14 +54,12 @@ def turned(points: np.ndarray, time: float, swing: float) -> np.ndarray:
     return points + (points - points.mean(axis=0)) @ (turn - np.eye(3)).T
 
 
-@dataclass(frozen=True)
 class Turning:
     """A waist that turns to and fro, without a body."""
 
-    waist: np.ndarray
-    """Points of the waist at the first frame [m], shape (n, 3)."""
-    swing: float
-    """Largest turn [degrees]."""
+    def __init__(self, waist: np.ndarray, swing: float) -> None:
+        """Turn the points of a waist [m], at most by ``swing`` degrees."""
+        self.waist, self.swing = waist, swing
 
     def points(self, _time: float) -> np.ndarray:
         """Points of the body [m]."""

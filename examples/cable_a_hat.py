@@ -27,7 +27,7 @@ def main(folder: Path = Path("out/cables"), stitch_width: float = 1.6) -> sm.Yar
     fabric = sm.tessellate(sm.label(mesh), stitch_width=stitch_width)
     fabric = sm.apply_pattern(fabric, sm.parse_pattern(PATTERN))  # Columns of the pattern follow the wales of the hat.
     fabric = sm.relax_mesh(fabric, surface=mesh).fabric
-    yarns = sm.generate_yarns(fabric, quality="draft", bind_off="chain")
+    yarns = sm.generate_yarns(fabric, quality="draft", finish=sm.YarnFinish(bind_off="chain"))
     result = sm.relax_yarns(yarns, quality="draft", device="cpu", keep_shape=fabric)
     sm.write_stitches(folder / "stitches.h5", fabric)
     sm.write_yarns(folder / "yarns.h5", result.yarns)

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from stitchmesh.errors import SolverError, StitchMeshError, YarnError
@@ -79,7 +79,7 @@ def relax_edited(
     """
     with shown_stages(run.progress) as shown:
         edit = _Edit(
-            relaxed, before, after, surface, {"quality": quality, **asdict(finish or YarnFinish())},
+            relaxed, before, after, surface, {"quality": quality, "finish": finish or YarnFinish()},
             {"options": options or RelaxOptions(), "quality": quality, "device": device},
             replace(run, progress=shown),
         )  # fmt: skip

@@ -271,7 +271,7 @@ def _generated(garment: Garment, fabric: StitchMesh, radius: float | None) -> Ya
     options = garment.options
     yarns = generate_yarns(
         fabric, yarn_radius=radius, drawn_radius=options.drawn_radius, mass_per_length=options.mass_per_length,
-        quality=garment.quality, **asdict(options.finish), device=garment.device,
+        quality=garment.quality, finish=options.finish, device=garment.device,
     )  # fmt: skip
     if options.panels is not None:
         check_loops(fabric, yarns, finish=options.finish)

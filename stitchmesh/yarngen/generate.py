@@ -58,8 +58,7 @@ class YarnRoutes:
 def generate_yarns(
     fabric: StitchMesh, *, yarn_radius: float | None = None, drawn_radius: float | None = None,
     mass_per_length: float | None = None, quality: str | Quality = DEFAULT_QUALITY,
-    bind_off: str = YarnFinish.bind_off, cast_on: str = YarnFinish.cast_on,
-    longest_float: int = YarnFinish.longest_float, device: str | None = "cpu",
+    finish: YarnFinish = DEFAULT_FINISH, device: str | None = "cpu",
 ) -> YarnSet:  # fmt: skip
     """Generate the yarn curves of a stitch mesh. Each yarn is one path, and the yarns interlock as the stitches define.
 
@@ -75,12 +74,9 @@ def generate_yarns(
             ``APPARENT_OVER_CONTACT`` contact radii if not given.
         mass_per_length: mass of a length of yarn [g/cm] that the yarns state (``YarnSet``); none if not given.
         quality: its ``control_points_per_stitch`` is the number of control points of a plain stitch.
-        bind_off: ``chain``: each loop is knitted, and the loop before it is passed over it; or ``drawn``, a yarn
-            through the last loops.
-        cast_on: ``backward`` loops, or ``open`` yarn-overs.
-        longest_float: largest number of stitches of other yarns behind which a yarn is carried along its row. A yarn
-            that would pass more stitches, as between the blocks of intarsia, is cut and tied off. 0 cuts at every
-            change of yarn.
+        finish: how the first and the last rows are finished, and the largest number of stitches of other yarns behind
+            which a yarn is carried along its row. A yarn that would pass more stitches, as between the blocks of
+            intarsia, is cut and tied off. 0 cuts at every change of yarn.
         device: where the distances of the yarns are checked: "cpu", "cuda:0" ...; None for the first GPU, or the CPU if
             there is no GPU. The yarns do not depend on it.
 
@@ -91,8 +87,8 @@ def generate_yarns(
         the last row.
 
     Raises:
-        ParameterError: a radius or the mass is not positive, a radius is too large for the stitches, or an option or
-            the device is unknown.
+        ParameterError: a radius or the mass is not positive, a radius is too large for the stitches, or the
+            device is unknown.
         YarnError: a face is a panel or has no template, two yarns start closer than a quarter of the radius, or a
             fabric on a lattice has borders.
 
@@ -110,7 +106,6 @@ def generate_yarns(
             f"{fabric.side_name(border[0])}: is a border of a fabric on a lattice; a periodic fabric has no "
             "borders, remove the lattice or close the fabric"
         )
-    finish = YarnFinish(bind_off, cast_on, longest_float)
     routes = trace_yarn_routes(fabric, radius, quality_named(quality).control_points_per_stitch, finish)
     result = yarns_along_routes(routes, radius)
     _check_clearance(result, radius, device)

@@ -20,7 +20,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -29,7 +28,7 @@ from stitchmesh.errors import ParameterError, check_kind
 from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarngen.finish import YarnFinish
+from stitchmesh.yarngen.finish import DEFAULT_FINISH, YarnFinish
 from stitchmesh.yarngen.generate import generate_yarns, mean_stitch_width, trace_yarn_routes, yarns_along_routes
 
 NEIGHBOURS = 64
@@ -53,7 +52,8 @@ class WarmStart:
 
 
 def regenerate_yarns(
-    relaxed: YarnSet, before: StitchMesh, after: StitchMesh, *, quality: str | Quality = DEFAULT_QUALITY, **options: Any
+    relaxed: YarnSet, before: StitchMesh, after: StitchMesh, *, quality: str | Quality = DEFAULT_QUALITY,
+    finish: YarnFinish = DEFAULT_FINISH,
 ) -> tuple[YarnSet, YarnSet]:
     """Yarns of an edited fabric: as generated, and at the positions at which a new relaxation starts.
 
@@ -65,7 +65,7 @@ def regenerate_yarns(
         before: the stitch mesh before the edit.
         after: the edited stitch mesh.
         quality: the quality with which the relaxed yarns were generated.
-        **options: the other arguments of ``generate_yarns`` with which the relaxed yarns were generated.
+        finish: the finish with which the relaxed yarns were generated.
 
     Returns:
         The yarns of ``after`` as generated, with the rest lengths and natural curvatures of ``relaxed`` for unchanged
@@ -78,7 +78,7 @@ def regenerate_yarns(
 
     Source: Leaf et al. 2018 (the limitation). Moving least squares is described by Levin 1998.
     """
-    made = warm_start(relaxed, before, after, quality=quality, **options)
+    made = warm_start(relaxed, before, after, quality=quality, finish=finish)
     if made.start is None:
         raise ParameterError("edit: leaves next to no stitch as it was; relax the edited fabric anew")
     return made.generated, made.start
@@ -86,7 +86,7 @@ def regenerate_yarns(
 
 def warm_start(
     relaxed: YarnSet, before: StitchMesh, after: StitchMesh, *, evened: StitchMesh | None = None,
-    quality: str | Quality = DEFAULT_QUALITY, **options: Any,
+    quality: str | Quality = DEFAULT_QUALITY, finish: YarnFinish = DEFAULT_FINISH,
 ) -> WarmStart:  # fmt: skip
     """Generate the yarns of an edited fabric, and place them by the relaxed yarns before the edit if that is possible.
 
@@ -98,7 +98,7 @@ def warm_start(
             of ``after``. Yarns start as generated in the stitches that the edit has changed. Elsewhere they start with
             the displacement from generated to relaxed positions before the edit, which fades towards the changes.
         quality: the quality with which the relaxed yarns were generated.
-        **options: the other arguments of ``generate_yarns`` with which the relaxed yarns were generated.
+        finish: the finish with which the relaxed yarns were generated.
 
     Raises:
         ParameterError: the relaxed yarns were not generated from ``before`` with this quality.
@@ -110,7 +110,7 @@ def warm_start(
     # the mean of equal radii could differ by rounding
     generate: Callable[[StitchMesh], YarnSet] = partial(
         generate_yarns, quality=quality, yarn_radius=float(relaxed.radius[0]),
-        drawn_radius=float(relaxed.drawn_radius[0]), **options,
+        drawn_radius=float(relaxed.drawn_radius[0]), finish=finish,
     )  # fmt: skip
     old = generate(before)
     if not np.array_equal(old.start, relaxed.start):
@@ -122,7 +122,7 @@ def warm_start(
     # Largest distance between a new control point and the old control point that it continues, over the yarn
     # radius.
     within = 0.02 * float(relaxed.radius[0])
-    old_number = unchanged_points(old, _as_edited(new, after, evened, quality, options), within)
+    old_number = unchanged_points(old, _as_edited(new, after, evened, quality, finish), within)
     # generated yarn is straight without load
     natural = np.where(old_number >= 0, relaxed.natural_curvature[old_number], 0.0)
     new = replace(
@@ -145,7 +145,7 @@ def warm_start(
 
 
 def _as_edited(
-    new: YarnSet, after: StitchMesh, evened: StitchMesh | None, quality: str | Quality, options: dict[str, Any]
+    new: YarnSet, after: StitchMesh, evened: StitchMesh | None, quality: str | Quality, finish: YarnFinish
 ) -> YarnSet:
     """Return the yarns of the edited fabric before its stitches were evened out, whose points coincide with old ones.
 
@@ -155,7 +155,6 @@ def _as_edited(
     if evened is None:
         return new
     radius = float(new.radius[0])
-    finish = YarnFinish(**options)
     routes = trace_yarn_routes(after, radius, quality_named(quality).control_points_per_stitch, finish)
     edited = yarns_along_routes(routes, radius)
     return edited if np.array_equal(edited.start, new.start) else new

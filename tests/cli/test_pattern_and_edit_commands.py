@@ -24,6 +24,7 @@ from stitchmesh.quality import quality_named
 from stitchmesh.run import Run
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen import generate_yarns, regenerate_yarns
+from stitchmesh.yarngen.finish import YarnFinish
 from stitchmesh.yarnrelax import relax_yarns
 from tests.cli.calls import refused_without_files, run
 from tests.gallery import ROOT
@@ -201,7 +202,8 @@ def test_a_bad_finish_is_an_error_before_the_computation(folder, tmp_path, capsy
 def test_the_options_of_the_finish_reach_the_yarns(folder, tmp_path):
     words = ["yarns", folder / "flat.h5", *DRAFT, "-o", tmp_path / "yarns.h5"]
     run(*words, "--bind-off", "chain", "--cast-on", "open")
-    expected = generate_yarns(read_stitches(folder / "flat.h5"), quality="draft", bind_off="chain", cast_on="open")
+    finish = YarnFinish(bind_off="chain", cast_on="open")
+    expected = generate_yarns(read_stitches(folder / "flat.h5"), quality="draft", finish=finish)
     np.testing.assert_array_equal(read_yarns(tmp_path / "yarns.h5").points, expected.points)
 
 
@@ -213,7 +215,7 @@ def test_knit_makes_a_spiral_of_a_tube(tmp_path):
     run(*words)
     fabric, yarns = (read(tmp_path / "out" / name) for read, name in
                      ((read_stitches, "stitches.h5"), (read_yarns, "yarns.h5")))  # fmt: skip
-    expected = generate_yarns(fabric, quality="draft", bind_off="chain")
+    expected = generate_yarns(fabric, quality="draft", finish=YarnFinish(bind_off="chain"))
     assert fabric.row.max() > 1 and yarns.yarn_count == expected.yarn_count == 1
     assert json.loads((tmp_path / "out" / "report.json").read_text())["spiral"]["spirals"] == 1
 

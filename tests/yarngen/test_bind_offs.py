@@ -102,7 +102,7 @@ def test_a_chain_from_the_right_is_the_mirror_image():
 @pytest.mark.parametrize("piece", [lambda: flat(4), lambda: flat(5), round_piece])
 def test_a_chain_starts_at_least_one_radius_apart(piece, quality):
     """As plain stitches do; touching yarns are two radii apart. A flat piece in a chain is one yarn with two ends."""
-    yarns = generate_yarns(piece(), quality=quality, bind_off="chain")
+    yarns = generate_yarns(piece(), quality=quality, finish=CHAIN)
     assert piece is round_piece or (yarns.yarn_count == 1 and not yarns.closed[0])
     radius = yarns.radius[0]
     assert radius < smallest_distance(yarns, within=2 * radius)[0] < 2 * radius
@@ -111,7 +111,8 @@ def test_a_chain_starts_at_least_one_radius_apart(piece, quality):
 def test_the_last_loops_of_a_small_ring_are_always_drawn_together():
     fabric = tessellate(label(tube(8, 2, radius=1.0, height=0.8)), stitch_width=0.6)
     assert (fabric.row == fabric.row.max()).sum() <= SMALL_RING_LOOPS
-    drawn, chained = (generate_yarns(fabric, quality="draft", bind_off=kind) for kind in ("drawn", "chain"))
+    each = (YarnFinish(bind_off=kind) for kind in ("drawn", "chain"))
+    drawn, chained = (generate_yarns(fabric, quality="draft", finish=finish) for finish in each)
     np.testing.assert_array_equal(drawn.points, chained.points)
 
 
@@ -126,7 +127,7 @@ def test_open_cast_on_loops_do_not_cross_and_backward_loops_do():
 
 
 def test_open_loops_start_at_least_one_radius_apart():
-    yarns = generate_yarns(flat(4), quality="draft", cast_on="open")
+    yarns = generate_yarns(flat(4), quality="draft", finish=YarnFinish(cast_on="open"))
     assert yarns.yarn_count == 1
     assert smallest_distance(yarns, within=2 * yarns.radius[0])[0] > yarns.radius[0]
 
@@ -139,4 +140,4 @@ def test_open_loops_start_at_least_one_radius_apart():
 )  # fmt: skip
 def test_unknown_finishes_are_refused(choice, message):
     with pytest.raises(ParameterError, match=message):
-        generate_yarns(flat(4), **choice)
+        generate_yarns(flat(4), finish=YarnFinish(**choice))

@@ -22,6 +22,7 @@ from stitchmesh.yarngen import generate_yarns
 from stitchmesh.yarngen.bridges import crossing_number
 from stitchmesh.yarngen.cables import REST_LENGTH_RATIO, open_corners
 from stitchmesh.yarngen.clearance import smallest_distance
+from stitchmesh.yarngen.finish import YarnFinish
 from stitchmesh.yarngen.generate import trace_yarn_routes
 from stitchmesh.yarnrelax import YarnMaterial, relax_yarns
 from tests.gallery import tube
@@ -144,7 +145,7 @@ def test_loops_of_the_last_row_cross_below_the_bind_off():
     fabric = crossed(plain(6, 3), 3, 1, turned(2, 2))
     assert (fabric.twin[cable_groups(fabric)[0].sides] == -1).all()
     for bind_off in ("drawn", "chain"):
-        assert generate_yarns(fabric, yarn_radius=RADIUS, bind_off=bind_off).yarn_count == 1
+        assert generate_yarns(fabric, yarn_radius=RADIUS, finish=YarnFinish(bind_off=bind_off)).yarn_count == 1
 
 
 def test_twisted_loops_cross():

@@ -109,10 +109,10 @@ def test_a_corner_on_a_straight_border_is_moved_away_from_its_stitch_and_nothing
     # A chain leans out of the fabric there and has room; a yarn that is drawn through the loops has none.
     drawn = YarnFinish(bind_off="drawn")
     with pytest.raises(YarnError, match=r"start .* radii apart"):
-        sm.generate_yarns(straight, bind_off="drawn")
+        sm.generate_yarns(straight, finish=drawn)
     room = sm.make_room(straight, finish=drawn)
     roomy = room.fabric
-    sm.check_loops(roomy, sm.generate_yarns(roomy, bind_off="drawn"), finish=drawn)
+    sm.check_loops(roomy, sm.generate_yarns(roomy, finish=drawn), finish=drawn)
     sm.check_loops(straight, sm.generate_yarns(straight))
     moved = roomy.vertices - vertices
     assert np.flatnonzero(np.abs(moved).max(axis=1)).tolist() == [corner]

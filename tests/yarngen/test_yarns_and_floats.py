@@ -23,6 +23,7 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen import generate_yarns
 from stitchmesh.yarngen.bridges import SLOTS
 from stitchmesh.yarngen.clearance import smallest_distance
+from stitchmesh.yarngen.finish import YarnFinish
 from stitchmesh.yarngen.floats_and_tails import LANE_SHARES
 from stitchmesh.yarngen.generate import YarnRoutes, trace_yarn_routes
 from tests.gallery import grid, tube
@@ -155,14 +156,14 @@ def test_yarns_of_a_row_start_apart_however_many_they_are(chart, distance):
     """Lanes of six yarns are a sixth of a course apart: 1.05 radii, and less where a yarn passes between two lanes."""
     pattern = parse_pattern("\n".join(["chart colours:", *chart]))
     fabric = torus_mesh(pattern, stitch_width=8 * 0.125, stitch_height=0.77 * 8 * 0.125)
-    yarns = generate_yarns(fabric, yarn_radius=0.125, quality="standard", longest_float=7)
+    yarns = generate_yarns(fabric, yarn_radius=0.125, quality="standard", finish=YarnFinish(longest_float=7))
     assert smallest_distance(yarns, 2 * 0.125)[0] > distance * 0.125
 
 
 def test_a_yarn_is_cut_where_it_would_float_too_far():
     blocks = with_yarns(FLAT, lambda row, place: int(3 <= place <= 6))
-    carried = generate_yarns(blocks, quality="draft", longest_float=4)
-    cut = generate_yarns(blocks, quality="draft", longest_float=2)
+    carried = generate_yarns(blocks, quality="draft", finish=YarnFinish(longest_float=4))
+    cut = generate_yarns(blocks, quality="draft", finish=YarnFinish(longest_float=2))
     assert carried.yarn_count == 2
     # the block is three stitches from the row ends, so its yarn is not carried to them: each of its rows is one yarn
     assert (cut.colour == 1).sum() == (FLAT.row.max() + 1)
@@ -172,7 +173,7 @@ def test_a_yarn_is_cut_where_it_would_float_too_far():
 def test_no_floats_are_laid_where_none_are_allowed():
     routes = trace_yarn_routes(FABRICS["pairs around"], 0.07, 12)
     assert routes.bridges.paths
-    yarns = generate_yarns(FABRICS["pairs around"], quality="draft", longest_float=0)
+    yarns = generate_yarns(FABRICS["pairs around"], quality="draft", finish=YarnFinish(longest_float=0))
     changes = (FABRICS["pairs around"].yarn != 0).sum() // 2
     # every pair of stitches is a yarn of its own, and the bind-off is a ring
     assert yarns.yarn_count == 2 * changes + 1 and yarns.closed.sum() == 1

@@ -20,6 +20,7 @@ from stitchmesh.periodic.repeat.torus import torus_mesh
 from stitchmesh.yarn import YarnSet, segment_points
 from stitchmesh.yarngen import embedding, generate_yarns
 from stitchmesh.yarngen.clearance import smallest_distance
+from stitchmesh.yarngen.finish import YarnFinish
 from stitchmesh.yarngen.loop_check.loop_linking import check_loops
 from stitchmesh.yarngen.loop_check.unrolled_loops import supercell
 from stitchmesh.yarngen.splines import control_points_through
@@ -96,8 +97,8 @@ def test_a_cable_across_the_border_of_the_cell_has_the_images_of_its_loops():
 
 def test_a_float_longer_than_allowed_is_cut_on_a_torus_too():
     fabric = FABRICS["one stitch of a yarn"]
-    carried = generate_yarns(fabric, yarn_radius=RADIUS, longest_float=4)
-    cut = generate_yarns(fabric, yarn_radius=RADIUS, longest_float=3)
+    carried = generate_yarns(fabric, yarn_radius=RADIUS, finish=YarnFinish(longest_float=4))
+    cut = generate_yarns(fabric, yarn_radius=RADIUS, finish=YarnFinish(longest_float=3))
     assert carried.closed.all()
     assert cut.closed[cut.colour == 1].tolist() == [False] and cut.closed[cut.colour == 0].all()
     # an open yarn has no lattice step

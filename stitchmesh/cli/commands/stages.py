@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Annotated
 
 from tyro.conf import Positional, UseAppendAction
@@ -139,7 +139,7 @@ class YarnsCommand:
         else:
             yarns = generate_yarns(
                 read_stitches(self.fabric), yarn_radius=size.yarn_radius, drawn_radius=size.drawn_radius,
-                mass_per_length=size.mass_per_length, quality=self.quality, **asdict(self.finish),
+                mass_per_length=size.mass_per_length, quality=self.quality, finish=self.finish,
             )  # fmt: skip
         write_yarns(self.output, yarns)
         say(f"{yarns.yarn_count} yarns, {len(yarns.points)} control points, {yarns.lengths.sum():.1f} cm")

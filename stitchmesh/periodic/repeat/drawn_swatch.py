@@ -28,6 +28,7 @@ from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING
 from stitchmesh.yarn import APPARENT_OVER_CONTACT, YarnSet
 from stitchmesh.yarn.rest_length import RestLengths, apply_rest_lengths, carried_segments, plain_stitches, segment_faces
 from stitchmesh.yarngen import belongs_to_loop_below, generate_yarns
+from stitchmesh.yarngen.finish import YarnFinish
 
 LOOP_OVER_WIDTH = 4.07
 """Yarn length of a generated plain loop over the stitch width, for a yarn radius of an eighth of the width."""
@@ -78,7 +79,8 @@ def _draw(
     check_floats(fabric, options.longest_float)
     radius = min(options.yarn_radius, LARGEST_RADIUS_OVER_WIDTH * width)
     yarns = generate_yarns(
-        fabric, yarn_radius=radius, drawn_radius=drawn * radius, quality=quality, longest_float=options.longest_float
+        fabric, yarn_radius=radius, drawn_radius=drawn * radius, quality=quality,
+        finish=YarnFinish(longest_float=options.longest_float),
     )
     if not plain_stitches(fabric).any():
         # no plain stitch can be measured; a plain stitch generated at this width would have the loop length

@@ -247,7 +247,7 @@ def test_yarns_of_another_fabric_are_refused() -> None:
 
 def test_yarns_are_checked_with_the_finish_that_they_have() -> None:
     fabric = swatch("k", "p")
-    yarns = generate_yarns(fabric, quality="draft", bind_off="chain", cast_on="open")
+    yarns = generate_yarns(fabric, quality="draft", finish=YarnFinish(bind_off="chain", cast_on="open"))
     check_loops(fabric, yarns, finish=YarnFinish(bind_off="chain", cast_on="open"))
     with pytest.raises(YarnError, match="and the finish with which"):
         check_loops(fabric, yarns, finish=YarnFinish(bind_off="drawn"))
