@@ -33,6 +33,9 @@ VARIABLE = "STITCHMESH_THREADS"
 QUOTA_FILE = Path("/sys/fs/cgroup/cpu.max")
 """On Linux: processor time that a container may use in a period, or ``max``, and the period [microseconds]."""
 
+BLOCK = 16384
+"""Number of elements of a block, if nothing else is asked for."""
+
 T = TypeVar("T")
 Work = Callable[[int], object]
 """Work that threads share. It is called with the number of the thread; the thread that offers the work has number 0."""
@@ -161,7 +164,7 @@ def share(work: Work, threads: int) -> None:
     _team_of(thread_count()).share(work, threads)
 
 
-def each_block(work: Callable[[slice], T], count: int, size: int) -> list[T]:
+def each_block(work: Callable[[slice], T], count: int, size: int = BLOCK) -> list[T]:
     """Do work on the elements of long arrays, one block after another, shared among ``thread_count()`` threads.
 
     Args:

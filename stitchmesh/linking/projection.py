@@ -44,8 +44,6 @@ difference of two legs between control points. If these differences are at most 
 smallest clearance of a relaxation, a thousandth of a radius."""
 LONG = 2.0
 """A segment longer than this, over the mean length, is divided into more edges, so that one grid suits all edges."""
-POINTS_OF_BLOCK = 16384
-"""Control points that are projected at once."""
 SPAN = 2.0**48
 """Largest coordinate [units], so that the error of a sample before rounding is below half a unit."""
 CELLS = 2.0**30
@@ -121,7 +119,7 @@ class _Seen:
         def see(some: slice) -> None:
             seen[some] = yarns.points[some] @ view
 
-        each_block(see, len(seen), POINTS_OF_BLOCK)
+        each_block(see, len(seen))
         (low, high), (origin, farthest) = _bounds(yarns.points), _bounds(seen)
         middle = (low + high) / 2 @ view - origin
         seen -= origin
@@ -232,7 +230,7 @@ def _sample(
 
 def _bounds(points: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the least and the largest coordinate along each axis."""
-    blocks = each_block(lambda some: [(c.min(), c.max()) for c in points[some].T], len(points), POINTS_OF_BLOCK)
+    blocks = each_block(lambda some: [(c.min(), c.max()) for c in points[some].T], len(points))
     bounds = np.array(blocks)
     return bounds[:, :, 0].min(axis=0), bounds[:, :, 1].max(axis=0)
 

@@ -20,8 +20,6 @@ from stitchmesh.compute.threads import each_block
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.model.material import YarnMaterial
 
-POINTS_OF_BLOCK = 16384
-"""Points whose coordinates are changed at once."""
 CONTACT = 3
 """Column of contact in ``CellTables.stiffness``."""
 
@@ -187,7 +185,7 @@ class CellTables:
         def move(some: slice) -> None:
             moved[some] = (points[some] - middle) / unit
 
-        each_block(move, len(points), POINTS_OF_BLOCK)
+        each_block(move, len(points))
         return moved
 
     def from_device(self, points: wp.array[Any]) -> NDArray[np.float64]:

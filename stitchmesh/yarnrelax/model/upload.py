@@ -32,8 +32,6 @@ ROOM = 1e-4
 """Largest stiffness over the root of the largest number; the room is for sums of forces and for strains."""
 MOST_SAMPLES = 10_000
 """Largest number of contact samples of a segment; the table of their places grows with its square."""
-SEGMENTS_OF_BLOCK = 16384
-"""Segments whose contact samples are counted at once."""
 UNENDING = 1 << 30
 """Cycle of the segments of a yarn that does not return to its first segment, because it is open or leaves the cell."""
 
@@ -168,7 +166,7 @@ def _put_points(model: Model) -> None:
         for slot in range(4):
             slots[points[some, slot], slot] = np.arange(some.start, some.stop)
 
-    each_block(place, model.segment_count, SEGMENTS_OF_BLOCK)  # a control point is in a slot of one segment only
+    each_block(place, model.segment_count)  # a control point is in a slot of one segment only
     model.constants.point_segments = wp.array(slots, dtype=wp.vec4i, device=model.device)
 
 
@@ -200,7 +198,7 @@ def sample_counts(yarns: YarnSet, contact_samples: int) -> NDArray[np.int64]:
         wanted = np.maximum(contact_samples, np.ceil(reach / LARGEST_REACH))
         counts[some] = np.minimum(wanted, MOST_SAMPLES + 1)  # More may not fit into an integer.
 
-    each_block(measure, len(counts), SEGMENTS_OF_BLOCK)
+    each_block(measure, len(counts))
     return counts
 
 

@@ -51,9 +51,6 @@ from stitchmesh.yarnrelax.model.constants import Model, YarnConstants
 from stitchmesh.yarnrelax.model.spline import weight_row
 from stitchmesh.yarnrelax.model.state import State
 
-SEGMENTS_OF_BLOCK = 16384
-"""Segments whose row sums are made at once."""
-
 
 def stiffness_row_sums(model: Model) -> NDArray[np.float64]:
     """Row sums of the stiffness of stretch, length and bending at each control point [erg / unit^2], shape (N,)."""
@@ -92,7 +89,7 @@ def _row_sums(
         own = stiffness[some, columns].sum(axis=1, keepdims=True)
         rows[some] = 2 * own * swept / length[some, None] ** power
 
-    each_block(fill, len(rows), SEGMENTS_OF_BLOCK)
+    each_block(fill, len(rows))
     return rows
 
 
