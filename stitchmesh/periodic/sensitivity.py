@@ -11,7 +11,8 @@ If all stiffnesses are multiplied by one factor, all forces are too. If all leng
 of Leaf et al. 2018, section 6.2):
 
     d k_len + d k_length + d k_bend + d k_contact = 0        without loads
-    d L + d r + d h + d k_bend - 2 d k_contact    = 1        for straight yarns; loads [dyn] fall by the same factor
+    d L + d r + d h + d k_bend - 2 d k_contact
+                    - d k_len - d k_length        = 1        for straight yarns; loads [dyn] fall by the same factor
 """
 
 from __future__ import annotations

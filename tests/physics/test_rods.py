@@ -30,8 +30,8 @@ EXACT = Quality("float64", 3, 4, 12, 0.2, 1e-4, 20_000)
 
 
 def material(*, k_bend: float, k_len: float, weight: float) -> YarnMaterial:
-    """A yarn with a given weight [dyn/cm] and without contact energy."""
-    return YarnMaterial(k_len, 0.0, k_bend, 0.0, 0.0, 0.0, 0.0, weight / FALL)
+    """A yarn with a given weight [dyn/cm], without contact energy, for segments of length 1."""
+    return YarnMaterial(k_len, 0.0, k_bend, 0.0, 0.0, 0.0, 0.0, weight / FALL, segment_length=1.0)
 
 
 def straight_yarn(segments: int, spacing: float = 1.0) -> YarnSet:
@@ -116,14 +116,12 @@ def test_catenary() -> None:
 
 
 def test_the_strain_of_a_yarn_under_tension() -> None:
-    """The tension is dE / d(lambda l) = 2 (k_len + k_length) (lambda - 1) / l.
-
-    E = (k_len + k_length) (lambda - 1)^2 is the energy of a segment of rest length l.
-    """
+    """The tension is EA (lambda - 1), with EA = 2 (k_len + k_length) / l0, whatever the length of the segments."""
     yarns, tension = straight_yarn(30), 500.0
-    matter = YarnMaterial(2000.0, 1000.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    matter = YarnMaterial(1000.0, 500.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, segment_length=0.5)
     pulled = len(yarns.points) - np.arange(1, 5)
     found = at_rest(yarns, matter, [PointLoad((tension, 0.0, 0.0), pulled), Pins(np.arange(4))])
-    strain = tension / (2.0 * (matter.k_len + matter.k_length))
+    strain = tension / 6000.0
+    assert matter.axial_stiffness == 6000.0
     # Near the held control points, the strain of the spline is not uniform; ten segments away it is.
     np.testing.assert_allclose(found.yarns.strain[10:-10], strain, rtol=1e-3)

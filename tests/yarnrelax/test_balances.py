@@ -68,8 +68,9 @@ def test_a_ring_that_is_curled_more_than_its_circle_leaves_its_plane_and_another
 
 
 def test_a_state_of_rest_stays_in_place() -> None:
-    rest = relaxed(CURLED)
-    again = relaxed(rest.yarns)
+    exact = replace(DOUBLE, tolerance=1e-3, largest_change=4e-3)  # at the tolerance of draft, rings still fold a little
+    rest = relaxed(CURLED, quality=exact)
+    again = relaxed(rest.yarns, quality=exact)
     assert rest.report["converged"] and again.report["converged"]
     moved = np.linalg.norm(again.yarns.points - rest.yarns.points, axis=1).max()
     assert moved < MOVE * RADIUS

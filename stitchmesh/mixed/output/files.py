@@ -15,7 +15,7 @@ the yarns themselves is
 For B-spline yarns, with the length L and the rest length l of a segment, it is the derivative of the stretch energy and
 the length penalty by L, for a uniform parameter speed (``yarnrelax.energies.segment_forces``),
 
-    2 (k_len + k_length) (L / l - 1) / l [dyn].
+    EA (L / l - 1) [dyn].
 """
 
 from __future__ import annotations
@@ -127,9 +127,8 @@ def spline_tension(curves: YarnSet, material: SplineMaterial) -> FloatArray:
         curves: the yarns.
         material: material of the yarns.
     """
-    stiffness = 2.0 * (material.yarn.k_len + material.yarn.k_length)
     tension = np.zeros(len(curves.points))
-    tension[curves.segment_points[:, 1]] = stiffness * curves.strain / curves.rest_length
+    tension[curves.segment_points[:, 1]] = material.yarn.axial_stiffness * curves.strain
     return tension
 
 

@@ -97,10 +97,8 @@ def blocking(drawn: YarnSet, options: SwatchOptions, material: YarnMaterial) -> 
     """
     assert drawn.lattice is not None and options.blocked is not None
     width, height = (size / options.gamma for size in size_of(drawn.lattice))
-    length = drawn.rest_length / options.gamma
-    force = 2.0 * options.blocked * width * height / float(length.sum())
-    stiffness = material.k_len + material.k_length
-    strain = force * float(np.mean(length)) / (2.0 * stiffness) if stiffness > 0.0 else np.inf
+    force = 2.0 * options.blocked * width * height * options.gamma / float(drawn.rest_length.sum())
+    strain = force / material.axial_stiffness if material.axial_stiffness > 0.0 else np.inf
     refuse_tearing(strain, options)
     return RelaxCell(options.blocked * height, options.blocked * width, shear=False)
 

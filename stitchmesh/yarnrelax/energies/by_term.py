@@ -49,7 +49,7 @@ def segment_energies(
     q0, q1, q2, q3 = segment_corners(model, points, s)
     leg0, leg1, leg2 = q1 - q0, q2 - q1, q3 - q2
     rest_length = model.segment_rest_length[s]
-    k = model.segment_stiffness[s]
+    k = model.segment_stiffness[s] * rest_length
     natural = natural_ends(model, s)
     in_stretch, in_bend, long = rest_length - rest_length, rest_length - rest_length, rest_length - rest_length
     for g in range(model.quadrature_points):
@@ -60,7 +60,7 @@ def segment_energies(
         long += speed * rule[5]
         in_stretch += stretch_energy(speed, rest_length, k[0] * rule[5])
         curvature = wp.abs(natural[0] * rule[3] + natural[1] * rule[4])
-        in_bend += bend_energy(tangent, turn, k[2] * rest_length * rule[5], curvature)
+        in_bend += bend_energy(tangent, turn, k[2] * rule[5], curvature)
     stretch[s] = in_stretch
     length[s] = length_energy(long, rest_length, k[1])
     bend[s] = in_bend

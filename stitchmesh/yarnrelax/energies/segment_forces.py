@@ -5,12 +5,13 @@
 Stretch is the resistance of a yarn to another length, or distribution of length, than at rest (L eq 8; Kaldor 2008).
 The energy of one segment of rest length l, with y' the derivative by its parameter s in [0, 1], is
 
-    E = k_len int (1 - |y'| / l)^2 ds        [erg]
+    E = k_len (l / l0) int (1 - |y'| / l)^2 ds        [erg]
 
-Under a uniform stretch by lambda every segment has the energy k_len (1 - lambda)^2. The length penalty depends on the
-length of the whole segment. It replaces the constraint of inextensible segments (L eq 1):
+where k_len is the coefficient of a segment of length l0 (``material``). Under a uniform stretch by lambda a yarn of
+length L has the energy k_len (L / l0) (1 - lambda)^2, however it is cut into segments. The length penalty depends on
+the length of the whole segment. It replaces the constraint of inextensible segments (L eq 1):
 
-    E = k_length (1 - (1 / l) int |y'| ds)^2        [erg]
+    E = k_length (l / l0) (1 - (1 / l) int |y'| ds)^2        [erg]
 
 Bending is the resistance of a yarn that is straight at rest (L eq 7; Kaldor 2008), or has a natural curvature k:
 
@@ -118,7 +119,8 @@ def leg_force_function(quadrature_points: int) -> Any:
         model: YarnConstants, k: Vec3, rest_length: Scalar, natural: Vec2, leg0: Vec3, leg1: Vec3, leg2: Vec3
     ) -> tuple[Any, Any, Any]:
         """Force on the end of each leg; the start of the leg feels its opposite."""
-        k_len, k_length, k_bend = k[0], k[1], k[2] * rest_length
+        of_segment = k * rest_length
+        k_len, k_length, k_bend = of_segment[0], of_segment[1], of_segment[2]
         turn0, turn1 = leg1 - leg0, leg2 - leg1
         force0, force1, force2 = type(leg0)(), type(leg0)(), type(leg0)()
         along0, along1, along2 = type(leg0)(), type(leg0)(), type(leg0)()
@@ -208,7 +210,7 @@ def segment_force_function(quadrature_points: int, cell_relaxes: bool) -> Any:
         if wp.static(cell_relaxes):
             cell = cell_of(model.images, s)
             e1, e2 = model.images.frame[2 * cell], model.images.frame[2 * cell + 1]
-            third = (k[0] + k[1]) * type(rest_length)(2.0 / 3.0)
+            third = (k[0] + k[1]) * rest_length * type(rest_length)(2.0 / 3.0)
             virial = add_leg_virial(type(segment_virial[0])(), e1, e2, q1 - q0, force0, third)
             virial = add_leg_virial(virial, e1, e2, q2 - q1, force1, third)
             segment_virial[s] = add_leg_virial(virial, e1, e2, q3 - q2, force2, third)

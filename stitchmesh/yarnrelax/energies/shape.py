@@ -19,9 +19,9 @@ its centre, and w = 1 - sides / (RINGS + 1).
 
 Stiffness: the force of one stitch at a strain of one hundredth, bent to a loop of four radii, is
 
-    F = 0.02 k_len / l + 2 k_bend / (4 r)^2        [dyn]
+    F = 0.02 k_len / l0 + 2 k_bend / (4 r)^2        [dyn]
 
-(l is the mean rest length of a segment). If a stitch is displaced by one radius, the patches pull it back with
+(l0 is ``segment_length`` of the material). If a stitch is displaced by one radius, the patches pull it back with
 TANGENTIAL F along the fabric and NORMAL F across it, and with STIFFENED times NORMAL F per radius beyond one radius.
 The stitches thus move by a fraction of a radius under forces that would move the garment by many radii. F scales with
 the radius like all forces of the material, so the similarity of L section 6.2 stays exact.
@@ -289,8 +289,7 @@ def put_shape(model: Model, fabric: StitchMesh, loops: Loops) -> Shape:
 
 def _stiffness(model: Model, loops: Loops, by_loop: WeightedRows) -> tuple[float, float, float]:
     """Return kappa_T, kappa_N and kappa_S [erg / unit^2] from the pull on one stitch; the unit is the mean radius."""
-    length = float(model.rest_length.mean())
-    pull = 0.02 * model.material.k_len / length + 2 * model.material.k_bend / 4**2
+    pull = 0.02 * model.material.k_len / model.material.segment_length + 2 * model.material.k_bend / 4**2
     # a displacement of one radius gives a stitch 2 kappa radius (its control points) (the weights on it)
     points_per_stitch = len(loops.points.entry) / len(loops.face)
     weight_per_stitch = by_loop.weight.sum() / len(loops.face)

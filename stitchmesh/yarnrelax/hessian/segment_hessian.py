@@ -9,7 +9,7 @@ t = y' = sum of w_j d_j and a = y'' = sum of v_j d_j. The second derivatives the
 
 With s = |t|, l the rest length and P = I - t t^T / s^2, stretch has (``segment_forces``)
 
-    E_tt = 2 k_len / l^2 (t t^T / s^2 + (1 - l / s) P)
+    E_tt = 2 k_len / (l l0) (t t^T / s^2 + (1 - l / s) P)
 
 and bending with phi = kappa^2 = (s^2 |a|^2 - (t . a)^2) / s^6 and the natural curvature k
 
@@ -134,7 +134,8 @@ def find_leg_hessians(
         return
     q0, q1, q2, q3 = segment_corners(model, points, s)
     leg0, leg1, leg2 = q1 - q0, q2 - q1, q3 - q2
-    rest_length, k = model.segment_rest_length[s], model.segment_stiffness[s]
+    rest_length = model.segment_rest_length[s]
+    k = model.segment_stiffness[s] * rest_length
     natural = natural_ends(model, s)
     wanted = exact[s]
     zero, one, two = type(rest_length)(0.0), type(rest_length)(1.0), type(rest_length)(2.0)
@@ -152,7 +153,7 @@ def find_leg_hessians(
         a = (leg1 - leg0) * rule[3] + (leg2 - leg1) * rule[4]
         speed = wp.length(t)
         curvature = wp.abs(natural[0] * rule[3] + natural[1] * rule[4])
-        tt, ta, aa = bend_hessian(t, a, k[2] * rest_length * rule[5], curvature, wanted)
+        tt, ta, aa = bend_hessian(t, a, k[2] * rule[5], curvature, wanted)
         at = wp.transpose(ta)
         direction = wp.outer(t, t) / (speed * speed)
         pull = two * k[0] * rule[5] * per_length * per_length

@@ -106,13 +106,14 @@ class CellTables:
 
     @cached_property
     def stiffness(self) -> NDArray[np.float64]:
-        """k_len, k_length, k_bend and k_contact of each cell, shape (C, 4)."""
+        """Stiffness of stretch, length penalty, bending and contact of each cell, for a unit of length, shape (C, 4)."""
         materials = [cell.material for cell in self.cells]
-        return np.array([[m.k_len, m.k_length, m.k_bend, m.k_contact] for m in materials])
+        along = [(m.k_len / m.segment_length, m.k_length / m.segment_length) for m in materials]
+        return np.array([[*two, m.k_bend, m.k_contact] for two, m in zip(along, materials, strict=True)])
 
     @cached_property
     def segment_stiffness(self) -> NDArray[np.float64]:
-        """k_len, k_length and k_bend of each segment, shape (S, 3)."""
+        """Stiffness of stretch, length penalty and bending of each segment, for a unit of length, shape (S, 3)."""
         return np.repeat(self.stiffness[:, :CONTACT], np.diff(self.segment_start), axis=0)
 
     @cached_property

@@ -2,6 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """The material of yarns: stiffnesses of Kaldor 2008 and Leaf 2018 (L) in CGS units, and the mass of control points.
 
+Both papers state the stiffness against stretch, k_len and L's k_l, for one segment of their own splines. A yarn cut into
+shorter segments would be stiffer. Here both coefficients hold for a segment of the rest length l0 (``segment_length``),
+and a segment of length l has l / l0 of them. The axial stiffness EA = 2 (k_len + k_length) / l0 is then a property of
+the yarn, like the flexural rigidity EI = 2 k_bend, and a finer spline has the same limit. A plain stitch of L has about
+14 segments. In a loop of 16.67 diameters they have 2.4 radii each, which lies between the segments of a garment (12 in
+a stitch) and of a free swatch (16) at ``draft``.
+
 A yarn has the mass m per rest length: the mass that the yarn states (``YarnSet.mass_per_length``), or else the mass of
 its material. Over a segment the four basis functions have the integrals (1, 11, 11, 1) / 24. These are the row sums of
 its mass matrix over m l (L, appendix B). A control point has the mass
@@ -44,9 +51,9 @@ class YarnMaterial:
     """
 
     k_len: float
-    """Resistance to a drift of the parametrisation along a segment [erg]."""
+    """Resistance to a drift of the parametrisation along a segment of ``segment_length`` [erg]."""
     k_length: float
-    """Length penalty of a segment, L's k_l [erg]; 0 for none."""
+    """Length penalty of a segment of ``segment_length``, L's k_l [erg]; 0 for none."""
     k_bend: float
     """Bending [erg cm]; the flexural rigidity EI is twice as large."""
     k_contact: float
@@ -59,12 +66,25 @@ class YarnMaterial:
     """Damping of approach in contacts (no effect on a state of rest)."""
     mass_per_length: float
     """Mass of a length of yarn [g / cm]."""
+    segment_length: float = 2.4 * REFERENCE_RADIUS
+    """Rest length of the segments for which ``k_len`` and ``k_length`` are stated [cm]."""
 
     def __post_init__(self) -> None:
         for field in fields(self):
             value = getattr(self, field.name)
             if not (np.isfinite(value) and value >= 0.0):
                 raise ParameterError(f"material: {field.name} is {value}; expected a finite number of at least 0")
+        check_positive("material: segment_length", self.segment_length, "cm")
+
+    @property
+    def axial_stiffness(self) -> float:
+        """EA, the tension over the strain [dyn]."""
+        return 2.0 * (self.k_len + self.k_length) / self.segment_length
+
+    @property
+    def flexural_rigidity(self) -> float:
+        """EI, the bending moment over the curvature [dyn cm^2]."""
+        return 2.0 * self.k_bend
 
     @staticmethod
     def named(name: str = DEFAULT_MATERIAL, stiffness: Mapping[str, float] | None = None) -> YarnMaterial:
@@ -121,6 +141,7 @@ class YarnMaterial:
             k_dt=self.k_dt / gamma**4,
             k_dn=self.k_dn / gamma**4,
             mass_per_length=self.mass_per_length / gamma,
+            segment_length=self.segment_length * gamma,
         )
 
 

@@ -23,7 +23,7 @@ points and their listed places. The strains are one more entry after the control
 ``STRAIN_UNIT``. Their stiffness is the stiffness of yarns that follow F. There, a segment that points along t, or a
 pair in contact along t, has the strain m = (t1^2, t2^2, t1 t2):
 
-    K = sum over segments of 2 (k_len + k_length) m m^T + sum over pairs of E'' d^2 m m^T
+    K = sum over segments of 2 (k_len + k_length) (l / l0) m m^T + sum over pairs of E'' d^2 m m^T
 
 K only scales moves. While candidate lists last, two arcs at the distance D approach by the size of F - I times D, in
 addition to the moves of their control points; ``step_limit`` divides the clearance between the strain and the points.

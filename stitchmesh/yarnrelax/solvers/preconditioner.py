@@ -6,8 +6,8 @@ The solver needs no true masses; it scales its steps by upper bounds of the stif
 energy with Hessian H, the row sums D_i = sum_j |H_ij| bound H by the diagonal D (Gershgorin), so steps F_i / D_i lower
 the energy. For each segment, with B' and B'' the derivatives of the four basis functions at the rest shape:
 
-    stretch, length   2 (k_len + k_length) / l^2  int |B'_i| sum_j |B'_j|      along the yarn
-    bending           2 k_bend / l^3              int |B''_i| sum_j |B''_j|    across the yarn
+    stretch, length   2 (k_len + k_length) / (l l0)  int |B'_i| sum_j |B'_j|      along the yarn
+    bending           2 k_bend / l^3                 int |B''_i| sum_j |B''_j|    across the yarn
 
 The sums of both hold in all directions, even with the dependence of bending on y', because stretch is much stiffer.
 Contact adds its own row sums, which change (``contact``).
@@ -71,7 +71,7 @@ def _at_points(model: Model, rows: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def stretch_row_sums(model: Model) -> NDArray[np.float64]:
     """Row sums along the yarn, for each of a segment's four control points [erg / unit^2], shape (S, 4)."""
-    return _row_sums(model, slice(0, 2), _swept_rows(1), 2)
+    return _row_sums(model, slice(0, 2), _swept_rows(1), 1)
 
 
 def bend_row_sums(model: Model) -> NDArray[np.float64]:

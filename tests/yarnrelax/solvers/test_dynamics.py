@@ -98,7 +98,7 @@ def straight_yarn(spacing: float) -> YarnSet:
 
 
 def test_the_time_step_is_a_fraction_of_two_over_the_highest_frequency() -> None:
-    simulation, solver = started(straight_yarn(0.2), replace(LEAF, k_global=0.0))
+    simulation, solver = started(straight_yarn(0.1), replace(LEAF, k_global=0.0))
     iterate(simulation, 1)
     stiffness = stiffness_row_sums(simulation.model) / simulation.model.unit**2
     highest = np.sqrt((stiffness / point_masses(simulation.model)).max())

@@ -200,12 +200,12 @@ def test_a_stretched_straight_yarn_relaxes_in_few_iterations() -> None:
     yarns = YarnSet.from_curves(
         [place[:, None] * [1.0, 0.0, 0.0]], closed=[False], radius=0.125, rest_lengths=[rest]
     )
-    simulation = started(yarns, YarnMaterial(2000.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.006))
+    simulation = started(yarns, YarnMaterial(2000.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.006, segment_length=0.3))
     nodes, weights = np.polynomial.legendre.leggauss(3)
     speeds = np.zeros((3 * segments, len(place)))
     for segment in range(segments):
         speeds[3 * segment : 3 * segment + 3, segment : segment + 4] = basis_derivative((nodes + 1) / 2)
-    factors = np.sqrt(2000.0 * np.tile(weights / 2, segments))
+    factors = np.sqrt(2000.0 / 0.3 * np.repeat(rest, 3) * np.tile(weights / 2, segments))
     strains = speeds * (factors / np.repeat(rest, 3))[:, None]
     least = ((strains @ np.linalg.lstsq(strains, factors, rcond=None)[0] - factors) ** 2).sum()
     start = energy(simulation) - least
