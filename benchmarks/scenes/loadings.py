@@ -116,7 +116,7 @@ def sheared(solver: SceneSolverSection, *, shear: float = 0.35, edge: float = 0.
     def by_hand(size: float) -> NDArray[np.int64]:
         return np.flatnonzero(inside(centre, size))
 
-    return Loading("sheared", prepared, 0.2, inside(position, 2.0), (1.5, 2.0, 2.6), by_hand)
+    return Loading("sheared", prepared, 0.2, inside(position, 2.0), (1.5, 2.0, 2.6, 3.2), by_hand)
 
 
 def puckering(solver: SceneSolverSection, *, longer: float = 0.3, edge: float = 0.6) -> Loading:

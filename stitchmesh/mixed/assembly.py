@@ -25,7 +25,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from stitchmesh.compute.precision import ScalarType
 from stitchmesh.errors import ParameterError
-from stitchmesh.mesh import FloatArray, Mesh
+from stitchmesh.mesh import FloatArray, IntArray, Mesh
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.contact.body import SolidBody
 from stitchmesh.mixed.contact.body_distance import BodyContact
@@ -141,7 +141,13 @@ class YarnPart:
 
 
 def loaded_system(
-    fabric: MixedFabric, region: Region, loads: Loads, *, scalar: ScalarType = wp.float64, device: wp.Device
+    fabric: MixedFabric,
+    region: Region,
+    loads: Loads,
+    *,
+    scalar: ScalarType = wp.float64,
+    device: wp.Device,
+    always_held: Sequence[Attachment] | None = None,
 ) -> MixedSystem:
     """Return the system of a fabric with yarns in a region, with everything that acts on it.
 
@@ -151,6 +157,8 @@ def loaded_system(
         loads: gravity, attachments, bodies and contact.
         scalar: Warp's floating-point type.
         device: where the terms run.
+        always_held: attachments that hold more than the result of this system, by which the base motion of hybrid nodes
+            is chosen (``embed``); by default the attachments of the loads.
 
     Raises:
         ParameterError: an attachment holds what does not exist, masses do not fit, or a load is not possible.
@@ -165,16 +173,20 @@ def loaded_system(
         *_dead_loads(fabric, masses, without_weight, loads, scalar, device),
         *_contact_terms(fabric, region, loads, scalar, device),
     ]
-    none = np.zeros(0, dtype=np.int64)
-    free = FreeUnknowns.of(
-        region,
-        fixed_vertices=np.concatenate([none, *(each.vertices for each in loads.held)]),
-        fixed_nodes=np.concatenate([none, *(each.nodes for each in loads.held)]),
-    )
+    fixed_vertices, fixed_nodes = fixed_points(loads.held)
+    free = FreeUnknowns.of(region, fixed_vertices=fixed_vertices, fixed_nodes=fixed_nodes)
     free = replace(free, sliding=free.sliding & of_yarns.slides)
     return MixedSystem(
-        embed(region), free, masses, terms, node_masses=of_yarns.node_masses, scalar=scalar, device=device
-    )
+        embed(region, *fixed_points(loads.held if always_held is None else always_held)), free, masses, terms,
+        node_masses=of_yarns.node_masses, scalar=scalar, device=device,
+    )  # fmt: skip
+
+
+def fixed_points(held: Sequence[Attachment]) -> tuple[IntArray, IntArray]:
+    """Return the vertices and the nodes that attachments hold."""
+    none = np.zeros(0, dtype=np.int64)
+    vertices = np.concatenate([none, *(each.vertices for each in held)])
+    return vertices, np.concatenate([none, *(each.nodes for each in held)])
 
 
 def _dead_loads(

@@ -48,7 +48,7 @@ from scipy.sparse.linalg import spsolve
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import FloatArray, IntArray
-from stitchmesh.mixed.assembly import Loads, MixedFabric, contact_points, loaded_system
+from stitchmesh.mixed.assembly import Loads, MixedFabric, contact_points, fixed_points, loaded_system
 from stitchmesh.mixed.contact.body_friction import BodyFriction
 from stitchmesh.mixed.contact.contact_points import ContactPoints
 from stitchmesh.mixed.contact.motion import Attachment, PrescribedMotion
@@ -386,15 +386,16 @@ def settle_changed(
         time_step: length of the step [s].
     """
     old, new = change.old, change.new
-    same = np.flatnonzero(old.node_kind == new.node_kind)
-    nodes = np.unique(np.concatenate([same, *(each.nodes for each in loads.held)]))
-    known = np.flatnonzero(old.unknown_vertices)
-    corners = np.unique(np.concatenate([known, *(each.vertices for each in loads.held)]))
+    fixed_vertices, fixed_nodes = fixed_points(loads.held)
+    nodes = np.union1d(np.flatnonzero(old.node_kind == new.node_kind), fixed_nodes)
+    corners = np.union1d(np.flatnonzero(old.unknown_vertices), fixed_vertices)
     if np.isin(new.nodes, nodes).all() and np.isin(np.flatnonzero(new.unknown_vertices), corners).all():
         return
     stays = Attachment(corners, nodes)
     held = replace(loads, held=[stays], gravity=(0.0, 0.0, 0.0), terms=())
-    system = loaded_system(fabric, change.new, held, scalar=positions.scalar, device=positions.device)
+    system = loaded_system(
+        fabric, change.new, held, scalar=positions.scalar, device=positions.device, always_held=loads.held
+    )
     carry_terms(old_terms, system.terms, change)
     # three iterations bring new nodes near to their equilibrium
     settings = EquilibriumSettings(most_iterations=3, first_time_step=time_step, longest_time_step=time_step)

@@ -286,9 +286,8 @@ def refine_for_tension(quality: Quality) -> Quality:
     """Return a quality that is at least as fine as tensions need."""
     own, most = quality.control_points_per_stitch, PRESETS["reference"].control_points_per_stitch
     # A plain stitch has half as many control points again, up to the number of ``reference``: with 12 of them loops
-    # resist up to 80 % too much. Fewer control points make the yarn softer along its axis, because a material gives the
-    # stretch stiffness for each segment (``energies/segment_forces``); this matters for weaves. A segment has at least
-    # five contact samples: with three, samples of touching yarns interlock, and the tension varies by some dyn/cm.
+    # resist up to 80 % too much. A segment has at least five contact samples: with three, samples of touching yarns
+    # interlock, and the tension varies by some dyn/cm.
     return replace(
         quality, tolerance=min(quality.tolerance, TOLERANCE),
         # A stiff fabric turns a small strain into a large tension.

@@ -107,7 +107,9 @@ def test_they_are_the_changes_of_size_of_relaxations_with_changed_inputs(case: s
 
 @pytest.mark.parametrize("case", ["stockinette", "leaning rib", "rib of held width", "plain weave"])
 def test_the_size_does_not_change_with_all_stiffnesses_and_changes_like_all_lengths(case: str) -> None:
-    """Forces without loads are proportional to the stiffnesses; L section 6.2 scales k_bend and k_contact with lengths.
+    """Forces without loads are proportional to the stiffnesses; k_bend grows with lengths, as in L section 6.2.
+
+    k_contact falls with the square of lengths, and the stiffness along the yarn falls with lengths.
 
     A held width is a length too, and the height follows it as the stiffness of the cell says.
     """
@@ -117,7 +119,8 @@ def test_the_size_does_not_change_with_all_stiffnesses_and_changes_like_all_leng
     for values, by_lengths in rules:  # rounding over the steps of 1e-6
         assert sum(values[name] for name in STIFFNESSES) == pytest.approx(0.0, abs=1e-8)
         lengths = sum(values[name] for name in ("loop_length", "radius", "planes", "k_bend"))
-        assert lengths - 2.0 * values["k_contact"] == pytest.approx(by_lengths, abs=1e-8)
+        lengths -= values["k_len"] + values["k_length"] + 2.0 * values["k_contact"]
+        assert lengths == pytest.approx(by_lengths, abs=1e-8)
 
 
 @pytest.mark.parametrize("case", ["stockinette", *at_night("plain weave")])

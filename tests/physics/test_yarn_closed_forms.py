@@ -73,7 +73,7 @@ def test_the_bending_energy_of_a_ring() -> None:
 
 @pytest.mark.parametrize("stretch", [0.9, 1.1])
 def test_the_energy_of_a_uniform_stretch(stretch: float) -> None:
-    """E_len = N k_len (1 - lambda)^2 and E_length = N k_length (1 - lambda)^2 for a yarn as long as N segments of l0."""
+    """The energies are N k_len (1 - lambda)^2 and N k_length (1 - lambda)^2 for a yarn as long as N segments of l0."""
     line = straight((0.0, 1.0, 0.0), (0.0, 0.0, 0.0))
     rest = [np.full(len(line) - 3, 0.1 / stretch)]
     yarns = YarnSet.from_curves([line], closed=[False], radius=0.01, rest_lengths=rest)

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -113,3 +114,14 @@ def accuracy_table() -> Iterable[list[object]]:
         material = YarnMaterial.named(MATERIAL)
         curve = stretch_test("stockinette", path, quality=quality, device="cpu", material=material)
         yield [quality, *(f"{tension:.1f}" for tension in curve.tension[1:])]
+
+
+def sampling_table() -> Iterable[list[object]]:
+    """Compare numbers of control points, which the axial stiffness of a yarn must not depend on."""
+    yield ["pattern", "control points", "10 %", "20 %"]
+    path = StretchPath(course=(0.0, 0.2), other="held", steps=3)
+    for pattern in ("plain", "stockinette"):
+        for count in (24, 48, 96):
+            quality = replace(PRESETS["standard"], precision="float64", control_points_per_stitch=count)
+            curve = stretch_test(pattern, path, quality=quality, device="cpu")
+            yield [pattern, count, *(f"{tension:.1f}" for tension in curve.tension[1:])]

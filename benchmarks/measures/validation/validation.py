@@ -30,6 +30,7 @@ TABLES: dict[Section, dict[str, Callable[[], Iterable[str | list[object]]]]] = {
         "Orders of stiffness": stretch.orders_table,
         "Spacings, and another yarn": stretch.lines,
         "Stockinette by quality [dyn/cm]": stretch.accuracy_table,
+        "Plain weave and stockinette by control points [dyn/cm]": stretch.sampling_table,
     },
     "loads": {
         "Modulus at rest by loop length": loads.modulus_table,

@@ -27,6 +27,10 @@ stored: positions v and p have the form p = B v + F x if and only if
 
 and ``constraint`` and the solver keep this equation.
 
+The motion of a vertex that is held is known, so its column of B is not needed to make the form unique. If nodes around
+it are held as well, its row of E would only hold the mean of the other nodes there, and a cloth that is sheared at its
+border would be up to twice as stiff. C leaves these columns out (``embed``).
+
 ``FreeUnknowns`` says which coordinates of the mixed system are unknown, and which have prescribed velocities.
 """
 
@@ -46,6 +50,9 @@ TRIANGLES, HYBRID, YARNS = 0, 1, 2
 """Kinds of triangles, and of the yarn nodes in them."""
 SMALLEST_ALPHA = 0.01
 """Smallest weight of a yarn element (Casafranca et al. 2020, section 5.1)."""
+
+ON_EDGE = 1e-9
+"""A node whose weight on a vertex is at most this lies on the opposite edge."""
 
 Integers = NDArray[np.int64]
 Numbers = NDArray[np.float64]
@@ -224,7 +231,7 @@ class Embedding:
     basis: csr_array
     """B, shape (H, V)."""
     columns: Integers
-    """Vertices whose columns are independent and span the columns of all vertices, ascending, shape (K,)."""
+    """Vertices whose columns are independent and span the columns of all chosen vertices, ascending, shape (K,)."""
 
     @property
     def independent(self) -> csr_array:
@@ -256,14 +263,26 @@ class Embedding:
         return residual
 
 
-def embed(region: Region) -> Embedding:
-    """The embedding of the hybrid nodes of a region."""
+def embed(region: Region, fixed_vertices: ArrayLike = (), fixed_nodes: ArrayLike = ()) -> Embedding:
+    """The embedding of the hybrid nodes of a region.
+
+    Args:
+        region: the region of interest.
+        fixed_vertices: numbers of vertices.
+        fixed_nodes: layout numbers of nodes. A fixed vertex with fixed nodes in its hybrid triangles has no row of E.
+    """
     simulated = region.nodes
     hybrid = np.flatnonzero(region.node_kind[simulated] == HYBRID)
     corners = region.triangles[region.node_triangle[simulated[hybrid]]]
     weight = region.node_weight[simulated[hybrid]]
     basis = basis_of(corners, weight, len(region.vertex_alpha))
-    return Embedding(len(region.vertex_alpha), len(simulated), hybrid, basis, independent_columns(basis))
+    chosen = np.ones(len(region.vertex_alpha), dtype=bool)
+    chosen[np.asarray(fixed_vertices, dtype=np.int64)] = False
+    held = np.isin(simulated[hybrid], fixed_nodes)
+    chosen |= basis[held].sum(axis=0) <= ON_EDGE
+    columns = np.flatnonzero(chosen)
+    columns = columns[independent_columns(csr_array(basis[:, columns]))]
+    return Embedding(len(region.vertex_alpha), len(simulated), hybrid, basis, columns)
 
 
 def basis_of(corners: Integers, weight: Numbers, vertex_count: int) -> csr_array:

@@ -106,7 +106,7 @@ class CellTables:
 
     @cached_property
     def stiffness(self) -> NDArray[np.float64]:
-        """Stiffness of stretch, length penalty, bending and contact of each cell, for a unit of length, shape (C, 4)."""
+        """Stiffness of stretch, length penalty, bending and contact of each cell for a unit of length, shape (C, 4)."""
         materials = [cell.material for cell in self.cells]
         along = [(m.k_len / m.segment_length, m.k_length / m.segment_length) for m in materials]
         return np.array([[*two, m.k_bend, m.k_contact] for two, m in zip(along, materials, strict=True)])

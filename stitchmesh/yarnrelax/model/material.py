@@ -2,12 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """The material of yarns: stiffnesses of Kaldor 2008 and Leaf 2018 (L) in CGS units, and the mass of control points.
 
-Both papers state the stiffness against stretch, k_len and L's k_l, for one segment of their own splines. A yarn cut into
-shorter segments would be stiffer. Here both coefficients hold for a segment of the rest length l0 (``segment_length``),
-and a segment of length l has l / l0 of them. The axial stiffness EA = 2 (k_len + k_length) / l0 is then a property of
-the yarn, like the flexural rigidity EI = 2 k_bend, and a finer spline has the same limit. A plain stitch of L has about
-14 segments. In a loop of 16.67 diameters they have 2.4 radii each, which lies between the segments of a garment (12 in
-a stitch) and of a free swatch (16) at ``draft``.
+Both papers state the stiffness against stretch, k_len and L's k_l, for one segment of their own splines, so that a yarn
+of shorter segments would be stiffer. Here both hold for a segment of the rest length l0 (``segment_length``), and a
+segment of length l has l / l0 of them. The axial stiffness EA = 2 (k_len + k_length) / l0 is then a property of the
+yarn, like the flexural rigidity EI = 2 k_bend, and finer splines have one limit. A plain stitch of L has about 14
+segments. In a loop of 16.67 diameters they are 2.4 radii long, between the segments of a garment (12 in a stitch) and
+those of a free swatch (16) at ``draft``.
 
 A yarn has the mass m per rest length: the mass that the yarn states (``YarnSet.mass_per_length``), or else the mass of
 its material. Over a segment the four basis functions have the integrals (1, 11, 11, 1) / 24. These are the row sums of
