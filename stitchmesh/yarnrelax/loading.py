@@ -129,7 +129,7 @@ class LoadPath:
         """Return the stiffnesses at share 0."""
         own = self.asked.material
         usual = YarnMaterial.named().of_radius(float(self.asked.yarns.radius.mean()))
-        level = own.k_length / usual.k_length if own.k_length > 0.0 else own.k_len / usual.k_len
+        level = own.axial_stiffness / usual.axial_stiffness
         k_bend, k_contact = min(own.k_bend, level * usual.k_bend), max(own.k_contact, level * usual.k_contact)
         return replace(own, k_bend=k_bend, k_contact=k_contact)
 
