@@ -195,8 +195,10 @@ from .yarn.rest_length import RestLengths as RestLengths
 from .yarn.rest_length import apply_rest_lengths as apply_rest_lengths
 from .yarn.strand_distance import strand_distance as strand_distance
 from .yarn.tiling import tile_yarns as tile_yarns
+from .yarn.yarn_description import described_yarn as described_yarn
 from .yarn.yarn_presets import Gauge as Gauge
 from .yarn.yarn_presets import Yarn as Yarn
+from .yarn.yarn_presets import YarnMechanics as YarnMechanics
 from .yarn.yarn_presets import yarn_names as yarn_names
 from .yarngen import YarnFinish as YarnFinish
 from .yarngen import check_loops as check_loops

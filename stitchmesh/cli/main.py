@@ -36,6 +36,7 @@ from stitchmesh.cli.commands.stages import RelaxMeshCommand, TessellateCommand, 
 from stitchmesh.cli.commands.stretch import StretchCommand
 from stitchmesh.cli.commands.swatch import SwatchCommand
 from stitchmesh.cli.commands.warm_up import WarmUpCommand
+from stitchmesh.cli.commands.yarn import YarnCommand
 from stitchmesh.cli.say import say
 from stitchmesh.cli.stop_signal import INTERRUPTED, interrupt_noted
 from stitchmesh.compute.threads import set_threads
@@ -78,6 +79,7 @@ COMMANDS: dict[str, type[Command]] = {
     "select": SelectCommand,
     "check": CheckCommand,
     "patterns": PatternsCommand,
+    "yarn": YarnCommand,
     "examples": ExamplesCommand,
     "instructions": InstructionsCommand,
     "convert": ConvertCommand,

@@ -38,7 +38,7 @@ class SwatchTable(RepeatSettings, ReleaseSettings):
         ("free", "free"), "width and height of the repeat, each a number or the word free", unit="cm", form="CM CM",
         unset="as generated",
     )  # fmt: skip
-    material: str = declared_in(MaterialSection, "name")
+    material: str | None = declared_in(MaterialSection, "name")
     stiffness: tuple[str, ...] = declared_in(MaterialSection, "stiffness")
     max_iterations: int | None = declared_in(SolverSection, "max_iterations")
 

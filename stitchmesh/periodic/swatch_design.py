@@ -28,7 +28,7 @@ STIFFNESSES = ("k_len", "k_length", "k_bend", "k_contact")
 """Dials that are fields of ``YarnMaterial``, as factors of the default material."""
 FACTORS = ("floats", "held", "warp", "weft")
 """Dials that are factors of rest lengths."""
-STIFFNESS_FACTORS = (0.01, 100.0)
+STIFFNESS_FACTORS = (0.001, 1000.0)
 """Smallest and largest factor of a stiffness."""
 SIZES = (0.01, 1000.0)
 """Smallest and largest width or height of a repeat [cm]."""

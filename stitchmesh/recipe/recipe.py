@@ -150,14 +150,15 @@ def recipe_options(recipe: Recipe, up: Direction = Y) -> KnitOptions:
         spiral=recipe.spiral,
         finish=recipe.finish,
         relaxation=relax_options(
-            recipe.material, recipe.physics, recipe.rest_lengths.rest_lengths(size.loop_length), up
+            recipe.material, recipe.physics, recipe.rest_lengths.rest_lengths(size.loop_length), up, yarn=recipe.yarn
         ),
     )
 
 
 def relax_options(
-    material: MaterialSection, physics: PhysicsSection, rest_lengths: RestLengths, up: Direction = Y
-) -> RelaxOptions:
+    material: MaterialSection, physics: PhysicsSection, rest_lengths: RestLengths, up: Direction = Y,
+    yarn: str | None = None,
+) -> RelaxOptions:  # fmt: skip
     """Return the options of the relaxation of yarns.
 
     Args:
@@ -165,13 +166,14 @@ def relax_options(
         physics: additional energies.
         rest_lengths: changes of the rest lengths.
         up: direction that points up in the file of a body whose format does not fix it.
+        yarn: name of the yarn, or path of its description.
 
     Raises:
         FileError: the body cannot be read.
         ParameterError: a name or a number is not accepted.
     """
     return RelaxOptions(
-        material=material.name, stiffness=material.values(), rest_lengths=rest_lengths,
+        material=material.chosen(yarn), stiffness=material.values(), rest_lengths=rest_lengths,
         terms=tuple(physics.terms(up)),
     )  # fmt: skip
 

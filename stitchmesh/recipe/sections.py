@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.mesh_reading import MeshReading
 from stitchmesh.io.units import DEFAULT_UNIT
+from stitchmesh.io.yarn_files import yarn_of
 from stitchmesh.mesh.shaping_stitches import DEFAULT_INCREASE, Increase
 from stitchmesh.mesh.upright import Direction, Y, upright_turn
 from stitchmesh.meshrelax.options import MeshRelaxOptions
@@ -171,9 +172,9 @@ class StitchesSection:
 class MaterialSection:
     """Material of the yarn."""
 
-    name: str = setting(
-        DEFAULT_MATERIAL, f"material, scaled to the yarn radius: {', '.join(sorted(NAMED))}", flag="material",
-        form="NAME",
+    name: str | None = setting(
+        None, f"material, scaled to the yarn radius: {', '.join(sorted(NAMED))}; or a yarn, or its file",
+        flag="material", form="NAME", unset=f"that of the yarn, or {DEFAULT_MATERIAL}", example=DEFAULT_MATERIAL,
     )  # fmt: skip
     stiffness: tuple[str, ...] = setting(
         (), f"one value of the material, of a yarn with a radius of {REFERENCE_RADIUS} cm; the values are "
@@ -188,19 +189,26 @@ class MaterialSection:
         """
         return parse_stiffnesses(self.stiffness)
 
-    def yarn_material(self, yarn_radius: float, mass_per_length: ArrayLike | None) -> YarnMaterial:
+    def chosen(self, yarn: str | None) -> str:
+        """Return the name of the material, by default that of the yarn, whose name or None is given."""
+        return self.name or yarn or DEFAULT_MATERIAL
+
+    def yarn_material(
+        self, yarn_radius: float, mass_per_length: ArrayLike | None, yarn: str | None = None
+    ) -> YarnMaterial:
         """Return the material of a yarn.
 
         Args:
             yarn_radius: radius of the yarn [cm].
             mass_per_length: mass of a length that the yarn states [g/cm], as for ``check_one_mass``.
+            yarn: name of the yarn, or path of its description.
 
         Raises:
             ParameterError: the material or a value is unknown, a value is out of bounds, or the yarn has two masses.
         """
         stiffness = self.values()
         check_one_mass(stiffness, mass_per_length)
-        return YarnMaterial.named(self.name, stiffness).of_radius(yarn_radius)
+        return YarnMaterial.named(self.chosen(yarn), stiffness).of_radius(yarn_radius)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -367,7 +375,8 @@ class YarnAndGauge:
     """A yarn and a gauge, which decide all sizes that are not given."""
 
     yarn: str | None = setting(
-        None, f"hand-knitting yarn: {', '.join(yarn_names())}", form="NAME", unset="none", example="dk"
+        None, f"yarn: {', '.join(yarn_names())}; more with `stitchmesh yarn list`, or a file yarn.toml", form="NAME",
+        unset="none", example="dk",
     )
     gauge: str | None = setting(
         None, "stitches and rows in 10 cm of stockinette, for example 22 or 22x30", form="STITCHES[xROWS]",
@@ -380,7 +389,7 @@ class YarnAndGauge:
         Raises:
             ParameterError: the yarn is unknown, the gauge is malformed, or a gauge and a stitch size are both given.
         """
-        return stitch_size(self.yarn, self.gauge, **lengths)
+        return stitch_size(self.named(), self.gauge, **lengths)
 
     def named(self) -> Yarn | None:
         """Return the yarn of the given name; None without a name.
@@ -388,7 +397,7 @@ class YarnAndGauge:
         Raises:
             ParameterError: the yarn is unknown.
         """
-        return None if self.yarn is None else Yarn.named(self.yarn)
+        return None if self.yarn is None else yarn_of(self.yarn)
 
 
 @dataclass(frozen=True, kw_only=True)

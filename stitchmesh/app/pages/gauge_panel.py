@@ -13,13 +13,15 @@ from collections.abc import Callable
 
 from stitchmesh.app.controls.controls import Control, Controls
 from stitchmesh.app.controls.field_panel import setting_field
-from stitchmesh.app.controls.html_pieces import paragraph
+from stitchmesh.app.controls.html_pieces import figures, paragraph
 from stitchmesh.app.project.project import Project
 from stitchmesh.markup import Markup
 from stitchmesh.mesh.shaping_stitches import Increase
 from stitchmesh.recipe.sections import StitchesSection
 from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING
+from stitchmesh.yarn.yarn_description import LIBRARY
 from stitchmesh.yarn.yarn_presets import CENTIMETRES_PER_INCH, Gauge, Yarn, yarn_names
+from stitchmesh.yarnrelax.yarn_figures import yarn_figures
 
 GROUP = "Yarn and gauge"
 """Name of the group, and of the project's settings that hold the yarn."""
@@ -43,7 +45,7 @@ FOUR_INCHES = 4.0 * CENTIMETRES_PER_INCH / 10.0
 def yarn_of(project: Project) -> Yarn | None:
     """Return the yarn of a project; None without a named yarn."""
     name = project.settings(GROUP).get("yarn")
-    return Yarn.named(name) if name in yarn_names() else None
+    return Yarn.named(name) if name in yarn_names() or name in LIBRARY else None
 
 
 def name_of(yarn: Yarn | None) -> str:
@@ -52,11 +54,23 @@ def name_of(yarn: Yarn | None) -> str:
 
 
 def add_yarn_choice(controls: Controls, yarn: Yarn | None, changed: Callable[[Yarn | None], object]) -> Control:
-    """Add the list of yarns; ``changed`` is called with the chosen yarn, or None."""
-    return controls.choice(
-        "Yarn", "A hand-knitting yarn, at its usual gauge.", (OWN_YARN, *yarn_names()), name_of(yarn),
-        lambda name: changed(None if name == OWN_YARN else Yarn.named(name)),
+    """Add the list of yarns and the figures of the chosen one; ``changed`` is called with the yarn, or None."""
+
+    def take(name: str) -> None:
+        taken = None if name == OWN_YARN else Yarn.named(name)
+        table.content = _figures(taken)
+        changed(taken)
+
+    choice = controls.choice(
+        "Yarn", "A yarn, at its usual gauge.", (OWN_YARN, *yarn_names(), *LIBRARY), name_of(yarn), take
     )  # fmt: skip
+    table = controls.html(_figures(yarn))
+    return choice
+
+
+def _figures(yarn: Yarn | None) -> Markup:
+    """Return the table of a yarn in all units, and what follows from it; nothing without a yarn."""
+    return Markup() if yarn is None else figures((figure.name, figure.value) for figure in yarn_figures(yarn))
 
 
 def take_yarn(project: Project, yarn: Yarn | None) -> None:

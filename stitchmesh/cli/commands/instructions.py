@@ -53,8 +53,8 @@ class InstructionsCommand:
         """Write the PDF."""
         from stitchmesh.io import read_stitches, read_yarns
         from stitchmesh.io.contents import read_bytes
+        from stitchmesh.io.yarn_files import yarn_of
         from stitchmesh.render.pattern_sheet import garment_sheet, write_pattern_sheet
-        from stitchmesh.yarn.yarn_presets import Yarn
 
         folder = Path(self.fabric).parent
         yarns = self.yarns or _beside(folder / "yarns.h5")
@@ -63,7 +63,7 @@ class InstructionsCommand:
             read_stitches(self.fabric),
             None if yarns is None else read_yarns(yarns),
             title=Path(output).stem.replace("-", " ").capitalize(),
-            yarn=None if self.yarn is None else Yarn.named(self.yarn),
+            yarn=None if self.yarn is None else yarn_of(self.yarn),
             picture=None if picture is None else read_bytes(picture),
         )
         write_pattern_sheet(output, sheet)

@@ -98,7 +98,7 @@ class MeasureCommand:
         from stitchmesh.periodic.weave.weave import Weave
 
         fabric = self.fabric.options(woven=isinstance(resolve_pattern(self.piece), Weave))
-        material = self.material.yarn_material(fabric["yarn_radius"], fabric["mass_per_length"])
+        material = self.material.yarn_material(fabric["yarn_radius"], fabric["mass_per_length"], self.fabric.yarn.yarn)
         return {"material": material, "period": self.period, **vars(self.state), **fabric}
 
 

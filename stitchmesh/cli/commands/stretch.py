@@ -64,7 +64,8 @@ class StretchCommand:
 
         pattern = resolve_pattern(self.pattern)
         options = self.fabric.options(woven=isinstance(pattern, Weave))
-        material = self.material.yarn_material(options["yarn_radius"], options["mass_per_length"])
+        yarn = self.fabric.yarn.yarn
+        material = self.material.yarn_material(options["yarn_radius"], options["mass_per_length"], yarn)
         path = StretchPath(**directions, **vars(self.way))
         with output_folder(self.output, (TABLE, PLOT)) as folder:
             run: Run[StretchPoint] = Run(on_state=_print_state)

@@ -55,6 +55,7 @@ if TYPE_CHECKING:
     from stitchmesh.periodic.weave.weave import Weave
     from stitchmesh.progress import Progress
     from stitchmesh.yarn import YarnSet
+    from stitchmesh.yarnrelax import YarnMaterial
 
 PICTURE = "preview.png"
 """Picture of the tiled repeat in the output folder."""
@@ -192,7 +193,7 @@ class SwatchCommand:
         options = replace(options, relaxation=options.relaxation or "frictionless", relax_cell=True)
         with output_folder(self.output, RESTS) as folder, show_progress() as progress:
             found = explore(
-                source, starts, material=self.material.yarn_material(options.yarn_radius, options.mass_per_length),
+                source, starts, material=self._material(options),
                 quality=quality, device=self.device, progress=progress, **vars(options),
             )  # fmt: skip
             head = {"pattern": self.pattern, "name": source.name, "quality": self._name, "version": __version__}
@@ -207,6 +208,10 @@ class SwatchCommand:
 
                 drawn = draw_if_possible(lambda: draw_rests(found, folder / "rests.png"))
         print_result(report, exploration_summary(found, folder, drawn=drawn), as_json=self.json)
+
+    def _material(self, options: SwatchOptions) -> YarnMaterial:
+        """Return the material of the yarn."""
+        return self.material.yarn_material(options.yarn_radius, options.mass_per_length, self.fabric.yarn.yarn)
 
     def _refuse_others(self, effective: SwatchCommand, beside: str, reason: str) -> None:
         """Refuse an option that has no effect beside another one.
@@ -302,7 +307,7 @@ class SwatchCommand:
         from stitchmesh.periodic.swatch import swatch
         from stitchmesh.progress import with_work_after
 
-        material = self.material.yarn_material(options.yarn_radius, options.mass_per_length)
+        material = self._material(options)
         return swatch(
             source, material=material, quality=self._quality, device=self.device, shaken=self.release.shaken,
             budget=budget,
@@ -311,7 +316,7 @@ class SwatchCommand:
 
     def _report(self, source: Pattern | Weave, options: SwatchOptions, made: Swatch) -> dict[str, Any]:
         """Return the report: the pattern, the options, the version, and the figures of the swatch."""
-        yarn = {"material": self.material.name, "stiffness": self.material.values()}
+        yarn = {"material": self.material.chosen(self.fabric.yarn.yarn), "stiffness": self.material.values()}
         name = chosen_setting(made.report) or self._name
         asked = {"quality": name, **yarn}
         head = {"pattern": self.pattern, "name": source.name, "source": source.source, "version": __version__}

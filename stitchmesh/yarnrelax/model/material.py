@@ -21,6 +21,7 @@ which is m l for an inner control point between segments of length l.
 from __future__ import annotations
 
 import difflib
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING
@@ -29,6 +30,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stitchmesh.errors import ParameterError, check_positive
+from stitchmesh.io.yarn_files import yarn_of
+from stitchmesh.yarn.yarn_presets import Yarn, yarn_names
 
 if TYPE_CHECKING:
     from stitchmesh.yarnrelax.model.constants import Model
@@ -88,29 +91,52 @@ class YarnMaterial:
 
     @staticmethod
     def named(name: str = DEFAULT_MATERIAL, stiffness: Mapping[str, float] | None = None) -> YarnMaterial:
-        """Return a named material, for yarn of ``REFERENCE_RADIUS``, with some of its values changed.
+        """Return a named material, or that of a named yarn, for ``REFERENCE_RADIUS``, with some values changed.
 
         Args:
-            name: name of the material.
+            name: name of the material, name of a yarn (``Yarn.named``), or path of the description of a yarn.
             stiffness: new values of single fields, by name, for a yarn of ``REFERENCE_RADIUS``; ``of_radius`` then
                 changes them together with the others.
 
         Raises:
-            ParameterError: no material or no field has that name, or a value is negative, not finite, or above
-                ``MOST_OVER_DEFAULT`` times the value of the default material.
+            ParameterError: no material, yarn or field has that name, a value of a description is wrong, or a value is
+                negative, not finite, or above ``MOST_OVER_DEFAULT`` times the value of the default material.
+            FileError: the description of a yarn cannot be read.
         """
-        if name not in NAMED:
-            near = difflib.get_close_matches(name, NAMED, n=1) or [f"one of {', '.join(NAMED)}"]
-            raise ParameterError(f"material: got {name!r}; expected {near[0]}")
+        found = NAMED[name] if name in NAMED else _of_named_yarn(name)
         for field, value in (stiffness or {}).items():
             _check_field(field)
             most = MOST_OVER_DEFAULT * getattr(NAMED[DEFAULT_MATERIAL], field)
             if not 0.0 <= value <= most:
                 raise ParameterError(f"material: {field} is {value:g}; expected a number from 0 to {most:g}")
-        return replace(NAMED[name], **dict(stiffness or {}))
+        return replace(found, **dict(stiffness or {}))
 
-    def of_radius(self, radius: float) -> YarnMaterial:
-        """Return the material of yarn of a radius [cm]; this material describes yarn of ``REFERENCE_RADIUS``.
+    @staticmethod
+    def of_yarn(yarn: Yarn) -> YarnMaterial:
+        """Return the material of a yarn, for its core radius.
+
+        k_length is five times k_len, as in the default material. Without a transverse modulus, contact is as stiff over
+        bending as in the default material. With it, parallel yarns whose axes are 0.9 diameters apart carry a tenth of
+        the modulus on their diameter (``pressure_of_parallel_yarns``).
+        """
+        radius, usual = yarn.core_radius, YarnMaterial.named().of_radius(yarn.core_radius)
+        made = replace(usual, mass_per_length=yarn.mass_per_length)
+        if yarn.mechanics is None:
+            return made
+        along = yarn.mechanics.axial_stiffness * usual.segment_length / 2.0
+        k_bend = yarn.mechanics.flexural_rigidity / 2.0
+        k_contact = usual.k_contact * k_bend / usual.k_bend
+        if yarn.mechanics.transverse_modulus is not None:
+            k_contact = 0.1 * yarn.mechanics.transverse_modulus / pressure_of_parallel_yarns(0.9, radius)
+        return replace(made, k_len=along / 6.0, k_length=along * 5.0 / 6.0, k_bend=k_bend, k_contact=k_contact)
+
+    @property
+    def transverse_modulus(self) -> float:
+        """Pressure between parallel yarns of ``segment_length`` / 2.4 over their compression by a tenth [dyn/cm^2]."""
+        return 10.0 * self.k_contact * pressure_of_parallel_yarns(0.9, self.segment_length / 2.4)
+
+    def of_radius(self, radius: float, own: float = REFERENCE_RADIUS) -> YarnMaterial:
+        """Return the material of yarn of a radius [cm]; this material describes yarn of the radius ``own`` [cm].
 
         Stiffnesses and damping follow the similarity of ``scaled``. The yarn has the same density, so its mass per
         length is proportional to the square of the radius.
@@ -119,7 +145,7 @@ class YarnMaterial:
             ParameterError: the radius is not a positive finite number.
         """
         check_positive("material: yarn radius", radius, "cm")
-        thicker = radius / REFERENCE_RADIUS
+        thicker = radius / own
         return replace(self.scaled(thicker), mass_per_length=self.mass_per_length * thicker**2)
 
     def scaled(self, gamma: float) -> YarnMaterial:
@@ -143,6 +169,35 @@ class YarnMaterial:
             mass_per_length=self.mass_per_length / gamma,
             segment_length=self.segment_length * gamma,
         )
+
+
+def _of_named_yarn(name: str) -> YarnMaterial:
+    """Return the material of a yarn for ``REFERENCE_RADIUS``."""
+    try:
+        yarn = yarn_of(name)
+    except ParameterError as error:
+        if name.lower().endswith(".toml"):
+            raise
+        near = difflib.get_close_matches(name, [*NAMED, *yarn_names()], n=1)
+        expected = near[0] if near else f"one of {', '.join(NAMED)}, or a yarn"
+        raise ParameterError(f"material: got {name!r}; expected {expected}") from error
+    return YarnMaterial.of_yarn(yarn).of_radius(REFERENCE_RADIUS, yarn.core_radius)
+
+
+def pressure_of_parallel_yarns(distance: float, radius: float) -> float:
+    """Return the pressure between two parallel yarns over ``k_contact`` [1 / cm].
+
+    Their force on a length is the derivative of the energy of two straight yarns, which is the integral of
+    f(rho) = 1 / rho^2 + rho^2 - 2 along one of them (``energies.contact``), and the pressure is the force over the
+    diameter.
+
+    Args:
+        distance: distance of the axes over the diameter, below 1.
+        radius: radius of both yarns [cm].
+    """
+    half = math.sqrt(1.0 - distance**2)
+    force = 2.0 * half / distance + 2.0 * math.atan2(half, distance) / distance**2 - 4.0 * distance * half
+    return force / (2.0 * radius)
 
 
 _SIMULATION = YarnMaterial(2000.0, 0.0, 5.0, 3250.0, 1.5, 0.003, 0.03, 0.006)

@@ -10,25 +10,28 @@ from typing import TypeAlias
 
 from stitchmesh.app.controls.controls import Controls
 from stitchmesh.app.controls.field_panel import Field, FieldPanel, Number, TickBox, setting_field
-from stitchmesh.app.pages.gauge_panel import DIGITS, GROUP, add_yarn_choice, name_of
+from stitchmesh.app.pages.gauge_panel import GROUP, add_yarn_choice, name_of
 from stitchmesh.periodic.session.frames import Frame
+from stitchmesh.periodic.swatch_design import STIFFNESSES as STIFFNESS_FACTORS
 from stitchmesh.periodic.swatch_design import SwatchDesign, SwatchDials, acting_dials
+from stitchmesh.yarn.yarn_description import LIBRARY
 from stitchmesh.yarn.yarn_presets import Yarn, yarn_names
+from stitchmesh.yarnrelax import YarnMaterial
 
 OPENED = ("Fabric", "Yarn lengths (factors)")
 """Groups that are open at first."""
 LENGTH = Number(0.1, 2.0, 0.01, slider=True)
 """Factor of a length."""
-STIFFNESS = Number(0.01, 100.0, 0.1)
+STIFFNESS = Number(0.001, 1000.0, 0.1)
 """Factor of a stiffness."""
 Dial: TypeAlias = tuple[str, str, Number]
 """Field of ``SwatchDials``, label and useful values of a dial."""
 FABRIC: tuple[Dial, ...] = (
     ("gamma", "Tightness", Number(0.6, 2.0, 0.01, slider=True)),
-    ("loop_length", "Loop length", Number(1.0, 10.0, 0.01, slider=True)),
+    ("loop_length", "Loop length", Number(0.1, 10.0, 0.01, slider=True)),
     ("warp_spacing", "Warp spacing", LENGTH),
     ("weft_spacing", "Weft spacing", LENGTH),
-    ("yarn_radius", "Yarn radius", Number(0.02, 0.4, 0.001, slider=True)),
+    ("yarn_radius", "Yarn radius", Number(0.005, 0.4, 0.001, slider=True)),
 )
 """Dials of the fabric as a whole."""
 LENGTHS: tuple[Dial, ...] = (
@@ -54,18 +57,19 @@ SIZES = (
 
 
 def dials_of_yarn(yarn: Yarn, design: SwatchDesign) -> dict[str, float]:
-    """Return the dials that a yarn sets: its contact thickness, its weight, and in a knit the loops of its gauge."""
+    """Return the dials that a yarn sets: thickness, weight, stiffnesses, and in a knit the loops of its gauge."""
+    own, usual = YarnMaterial.of_yarn(yarn), YarnMaterial.named().of_radius(yarn.core_radius)
     dials = {
         "yarn_radius": yarn.core_radius, "loop_length": yarn.gauge.loop_length,
         "mass": 100.0 * yarn.grams_per_metre,  # g/m to g/100 m
-    }  # fmt: skip
+    } | {name: getattr(own, name) / getattr(usual, name) for name in STIFFNESS_FACTORS}  # fmt: skip
     acting = acting_dials(design.pattern)
-    return {name: round(value, DIGITS) for name, value in dials.items() if name in acting}
+    return {name: float(f"{value:.4g}") for name, value in dials.items() if name in acting}
 
 
 def yarn_of_dials(design: SwatchDesign) -> Yarn | None:
     """Return the yarn to which the dials of a design are set; None if they match no yarn."""
-    for yarn in map(Yarn.named, yarn_names()):
+    for yarn in map(Yarn.named, (*yarn_names(), *LIBRARY)):
         if all(getattr(design.dials, name) == value for name, value in dials_of_yarn(yarn, design).items()):
             return yarn
     return None

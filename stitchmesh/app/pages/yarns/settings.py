@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stitchmesh.app.controls.field_panel import Field, Number, TickBox, same_words, setting_field
+from stitchmesh.app.pages.gauge_panel import yarn_of
 from stitchmesh.app.pages.typed import file_name
 from stitchmesh.compute.device import device_names
 from stitchmesh.errors import StitchMeshError
@@ -55,7 +56,7 @@ class YarnSettings:
     """Yarn radius [cm]."""
     bind_off: str = declared_in(YarnFinish, "bind_off")
     cast_on: str = declared_in(YarnFinish, "cast_on")
-    material: str = declared_in(MaterialSection, "name")
+    material: str | None = declared_in(MaterialSection, "name")
     rest_length: float = declared_in(RestLengthsSection, "factor")
     keep_shape: bool = True
     """Whether the borders and the shape of the garment are held."""
@@ -115,8 +116,10 @@ class YarnSettings:
             body=str(body_path(project.folder, self.body)) if self.body else None,
             body_unit=self.body_unit if self.body else DEFAULT_UNIT,
         )
-        lengths = RestLengths(factor=self.rest_length)
-        options = relax_options(MaterialSection(name=self.material), physics, lengths, project.up)
+        lengths, yarn = RestLengths(factor=self.rest_length), yarn_of(project)
+        options = relax_options(
+            MaterialSection(name=self.material), physics, lengths, project.up, None if yarn is None else yarn.name
+        )
         pins = (Pins(faces=self.pins),) if self.pins else ()
         return replace(options, terms=(*options.terms, *pins), keep_shape=self.keep_shape)
 
@@ -151,7 +154,8 @@ def accuracy_fields(usual_radius: float) -> tuple[Field, ...]:
                       Number(0.001, 5.0, 0.005, without=0.0, box=radius)),
         setting_field(YarnFinish, "cast_on", "Cast-on"),
         setting_field(YarnFinish, "bind_off", "Bind-off"),
-        setting_field(MaterialSection, "name", "Material", same_words(tuple(NAMED)), at="material"),
+        setting_field(MaterialSection, "name", "Material",
+                      {"of the yarn": None, **same_words(tuple(NAMED))}, at="material"),
         Field("device", "Device", "Processor that relaxes; automatic takes a GPU if there is one",
               same_words((AUTOMATIC, *device_names()))),
         setting_field(SolverSection, "max_iterations", "Most iterations",

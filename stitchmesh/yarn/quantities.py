@@ -1,0 +1,86 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Quantities of yarns with the units that people use, as numbers in CGS units.
+
+Pint knows the units of length, force and pressure, and the counts of yarns: tex, denier, metric (Nm) and English (Ne)
+counts. Counts of plied yarns are written as the trade does: ``2/28 Nm`` has two plies of Nm 28, and so has ``28/2 Ne``
+two plies of Ne 28.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+import re
+from typing import Any
+
+from stitchmesh.errors import ParameterError
+
+LINEAR_DENSITY, LENGTH, PER_LENGTH = "g/cm", "cm", "1/cm"
+FORCE, PRESSURE, RIGIDITY, SPECIFIC_STIFFNESS = "dyn", "dyn/cm^2", "dyn*cm^2", "dyn*cm/g"
+EXAMPLES = {
+    LINEAR_DENSITY: "72 tex, 2/28 Nm, 20/2 Ne or 70 denier",
+    LENGTH: "0.17 mm or 22 um",
+    PER_LENGTH: "850/m or 12 wpi",
+    FORCE: "17 N or 500 cN",
+    PRESSURE: "815 MPa or 50 kPa",
+    RIGIDITY: "0.004 cN cm2 or 1e-9 N m2",
+    SPECIFIC_STIFFNESS: "220 cN/tex",
+}
+"""What a user writes, by the unit of the result."""
+NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+UNIT = r"[A-Za-zµμ]+(?:\^?[2-4])?"
+QUANTITY = re.compile(rf"({NUMBER})\s*(/?\s*{UNIT}(?:\s*[*/ ]\s*{UNIT})*)")
+PLIED = re.compile(r"(\d+)\s*/\s*(\d+(?:\.\d+)?)\s*(Nm|Ne)")
+
+
+@functools.cache
+def _registry() -> Any:
+    """Return Pint's registry with the words of yarns; it takes half a second, and is made when first used."""
+    import pint
+
+    registry: Any = pint.UnitRegistry()
+    registry.enable_contexts("textile")
+    registry.define("wraps_per_inch = 1 / inch = wpi")
+    registry.define("turns_per_inch = 1 / inch = tpi")
+    registry.define("turns_per_metre = 1 / meter = tpm")
+    return registry
+
+
+def in_cgs(value: float | str, unit: str, what: str) -> float:
+    """Return a quantity in a CGS unit.
+
+    Args:
+        value: a number in that unit, or a text with a unit, such as ``0.17 mm``.
+        unit: the unit of the result, a key of ``EXAMPLES``.
+        what: name of the quantity, for the message.
+
+    Raises:
+        ParameterError: the text is no number with a unit, the unit measures something else, or the number is not
+            positive and finite.
+    """
+    number = value if isinstance(value, int | float) else _parsed(value, unit, what)
+    if not (math.isfinite(number) and number > 0.0):
+        raise ParameterError(f"{what}: got {value}; expected a positive number, for example {EXAMPLES[unit]}")
+    return float(number)
+
+
+def _parsed(text: str, unit: str, what: str) -> float:
+    import pint
+
+    plied = PLIED.fullmatch(text.strip())
+    if plied:
+        first, second, count = plied.groups()
+        plies, single = (first, second) if count == "Nm" else (second, first)
+        text = f"{float(single) / max(float(plies), 1.0)} {count}"
+    found = QUANTITY.fullmatch(text.strip())
+    refusal = ParameterError(f"{what}: got {text!r}; expected for example {EXAMPLES[unit]}")
+    if not found:
+        raise refusal
+    powers = re.sub(r"(?<=[a-zµμ])([234])", r"^\1", found[2])  # cm2 as cm^2
+    per = powers.removeprefix("turns").lstrip()
+    units = "1" + per if per.startswith("/") else powers
+    try:
+        return float(_registry().Quantity(float(found[1]), units).to(unit).magnitude)
+    except (pint.PintError, ArithmeticError) as error:
+        raise refusal from error
