@@ -44,9 +44,9 @@ def test_units_of_the_trade(text: str, unit: str, expected: float) -> None:
     assert in_cgs(text, unit, "quantity") == pytest.approx(expected, rel=1e-9)  # pint's factors
 
 
-@pytest.mark.parametrize("text", ["28 mm", "28", "tex", "-3 tex", "0 tex", "9**9**9 tex", "1/0 Nm", "3 ells", "nan tex"])
+@pytest.mark.parametrize("text", ["28 mm", "28", "tex", "-3 tex", "0 tex", "9**9 tex", "1/0 Nm", "3 ells", "nan tex"])
 def test_other_texts_are_refused_in_one_line(text: str) -> None:
-    with pytest.raises(ParameterError, match="linear_density: got .*for example 72 tex, 2/28 Nm") as caught:
+    with pytest.raises(ParameterError, match=r"linear_density: got .*for example 72 tex, 2/28 Nm") as caught:
         in_cgs(text, LINEAR_DENSITY, "linear_density")
     assert "\n" not in str(caught.value)
 
