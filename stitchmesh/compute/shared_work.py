@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
-from functools import wraps
+from functools import cache, wraps
 from typing import Any, ParamSpec, TypeVar
 
 from stitchmesh.errors import StitchMeshError
@@ -36,12 +36,12 @@ class Call:
     @classmethod
     def of(cls, function: Callable[P, Any], *args: P.args, **kwargs: P.kwargs) -> Call:
         """Return the call of a function with these arguments."""
-        return cls(function, inspect.signature(function).bind(*args, **kwargs).arguments)
+        return cls(function, _signature(function).bind(*args, **kwargs).arguments)
 
     def do(self) -> Any:
         """Do the work at once."""
         with done_by(AT_ONCE):
-            bound = inspect.BoundArguments(inspect.signature(self.function), dict(self.arguments))
+            bound = inspect.BoundArguments(_signature(self.function), dict(self.arguments))
             return self.function(*bound.args, **bound.kwargs)
 
 
@@ -55,6 +55,12 @@ class Worker:
     def compute_each(self, computations: Sequence[Callable[[], T]]) -> list[T | StitchMeshError]:
         """Return the result of each computation, or its error."""
         return [_result_or_error(computation) for computation in computations]
+
+
+@cache
+def _signature(function: Callable[..., Any]) -> inspect.Signature:
+    """Return the signature of a shared function; to read it takes longer than to bind arguments."""
+    return inspect.signature(function)
 
 
 AT_ONCE = Worker()

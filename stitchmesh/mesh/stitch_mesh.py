@@ -145,6 +145,17 @@ class StitchMesh(Mesh):
         return (self.twin != BORDER) & (self.side_role == self.side_role[across])
 
     @cached_property
+    def slipped_from(self) -> IntArray:
+        """The bottom side from which the slipped loop at each top side comes, ``BORDER`` for no slip, shape (C,)."""
+        result = np.full(self.side_count, BORDER)
+        for stitch, making in self.makings.items():
+            for loop in (place for place, made in enumerate(making.made) if made == "s"):
+                # a stitch that slips a loop has one bottom side, the first side of its face
+                first = self.face_start[:-1][self.stitch == stitch]
+                result[first + making.n_bottom + making.n_top - loop] = first  # top sides run from right to left
+        return result
+
+    @cached_property
     def face_stretch(self) -> FloatArray | None:
         """Mean stretch of the edges of each face, shape (F,); None before mesh relaxation."""
         if self.stretch is None:

@@ -114,7 +114,8 @@ class FlatFabric:
         """
         length = float(drawn.rest_length.sum())
         diameter = 2.0 * float(drawn.radius.mean())
-        diameters, common = thickness_of(drawn) / diameter, common_thickness(drawn) / diameter
+        heights = _heights(drawn)
+        diameters, common = _thickness(heights, drawn) / diameter, _common_thickness(heights, drawn) / diameter
         if fabric is None:
             crossings = int(np.prod((drawn.lattice_step != 0).sum(axis=0))) if drawn.lattice_step is not None else 1
             layers = source.layer_count if isinstance(source, Weave) else 1
@@ -145,19 +146,26 @@ class FlatFabric:
 
 def thickness_of(yarns: YarnSet) -> float:
     """Return the extent of yarns on a lattice along the normal of the fabric, at the contact radius [cm]."""
+    return _thickness(_heights(yarns), yarns)
+
+
+def _heights(yarns: YarnSet) -> list[FloatArray]:
+    """Return how far samples of each yarn lie out along the normal of the fabric [cm]."""
     assert yarns.lattice is not None
-    normal = lattice_frame(yarns.lattice.periods)[2]
     curves = yarns.sampled(SAMPLES)
-    out = np.concatenate(curves) @ normal
-    radius = np.repeat(yarns.radius, [len(curve) for curve in curves])
+    out = np.concatenate(curves) @ lattice_frame(yarns.lattice.periods)[2]
+    return np.split(out, np.cumsum([len(curve) for curve in curves])[:-1])
+
+
+def _thickness(heights: list[FloatArray], yarns: YarnSet) -> float:
+    """Return the extent of yarns along the normal at the contact radius [cm], from their heights."""
+    out, radius = np.concatenate(heights), np.repeat(yarns.radius, [len(each) for each in heights])
     return float((out + radius).max() - (out - radius).min())
 
 
-def common_thickness(yarns: YarnSet) -> float:
+def _common_thickness(heights: list[FloatArray], yarns: YarnSet) -> float:
     """Return the distance of two planes [cm]; only ``RARE`` of the yarn lies outside, both sides together."""
-    assert yarns.lattice is not None
-    out = np.concatenate(yarns.sampled(SAMPLES)) @ lattice_frame(yarns.lattice.periods)[2]
-    low, high = np.quantile(out, [RARE / 2.0, 1.0 - RARE / 2.0])
+    low, high = np.quantile(np.concatenate(heights), [RARE / 2.0, 1.0 - RARE / 2.0])
     return float(high - low + 2.0 * yarns.radius.mean())
 
 

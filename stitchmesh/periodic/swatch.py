@@ -174,7 +174,8 @@ def relax_shaken(prepared: PreparedSwatch, shaken: int, run: Run[YarnSet] = QUIE
     """
     if shaken < 0:
         raise ParameterError(f"shaken: got {shaken} starts; expected 0 or more")
-    check_kept_states("swatch", shaken, prepared.yarns)
+    if shaken:
+        check_kept_states("swatch", shaken, prepared.yarns)
     made = relax_prepared(prepared, prepared.yarns, run)
     if not shaken:
         return made

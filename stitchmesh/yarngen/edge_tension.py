@@ -38,6 +38,8 @@ CAST_ON, CHAIN, RIB = 0.7, 0.9, 0.9
 LONGEST = 1.1
 """Longest loop of a first or last row over the median of its row; longer ones are shortened to it."""
 PLAIN = (Stitch.KNIT, Stitch.PURL)
+EDGES = (Stitch.CAST_ON, Stitch.BIND_OFF)
+"""Stitches of first and last rows."""
 HELD = 1.05
 """Length of the yarn in a decrease, divided by the length in a plain stitch, because it lies around several loops."""
 SHORTEST_RATIO = 0.6
@@ -53,6 +55,8 @@ def edge_tension(fabric: StitchMesh, edge: IntArray, parts: PlacedParts) -> Floa
         parts: the yarn parts of the fabric.
     """
     tension = np.ones(fabric.face_count)
+    if not np.isin(fabric.stitch, EDGES).any():
+        return tension
     tension[_edge_rib_rows(fabric)[fabric.row]] = RIB
     cast_on = (fabric.stitch == Stitch.CAST_ON) & (edge == Edge.BY_STITCH)
     for faces, value in ((cast_on, CAST_ON), (edge >= Edge.CHAIN, CHAIN)):
@@ -87,7 +91,7 @@ def _edge_rib_rows(fabric: StitchMesh) -> NDArray[np.bool_]:
     joined = both[below] & both[above] & (same >= 0.9)
     rib = linked_groups(rows, below[joined], above[joined])
     is_edge = np.ones(rows, dtype=bool)
-    is_edge[fabric.row[~np.isin(fabric.stitch, (Stitch.CAST_ON, Stitch.BIND_OFF))]] = False
+    is_edge[fabric.row[~np.isin(fabric.stitch, EDGES)]] = False
     begins, ends = (np.zeros(rib.max() + 1, dtype=bool) for _ in range(2))
     for one, other in ((below, above), (above, below)):
         beside = rib[one] != rib[other]

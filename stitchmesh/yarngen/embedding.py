@@ -9,12 +9,12 @@ which is interpolated by the same coordinates (Yuksel et al. 2012, section 4).
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
+from stitchmesh.mesh import FloatArray, IntArray, StitchMesh, frozen_array
 from stitchmesh.mesh.arrays import distinct_rows
 from stitchmesh.mesh.mean_value import mean_value_weights
 from stitchmesh.yarn import FLOATING, YarnSet
@@ -57,7 +57,13 @@ class PlacedParts:
 
 def points_per_width(points_per_stitch: int) -> float:
     """Number of points along one stitch width of yarn, if a plain loop has ``points_per_stitch`` points."""
-    return points_per_stitch / sum(part.length for part in knit().parts)
+    return points_per_stitch / _plain_length()
+
+
+@cache
+def _plain_length() -> float:
+    """Length of a plain loop [stitch widths]."""
+    return sum(part.length for part in knit().parts)
 
 
 def place_parts(
@@ -114,18 +120,17 @@ def _place_template(
     position, normal = _columns(corner_position[corners]), _columns(fabric.vertex_normal[fabric.face_vertex[corners]])
     groups = []
     for index, part in enumerate(shape.parts):
-        flat = part.resampled(max(FEWEST_POINTS, round(density * part.length)))
-        weights = mean_value_weights(shape.polygon, flat[:, :2])
-        points = (weights @ position).reshape(len(flat), 3, -1)
+        weights, heights = _sampled_part(shape, index, max(FEWEST_POINTS, round(density * part.length)))
+        points = (weights @ position).reshape(len(heights), 3, -1)
         out = (weights @ normal).reshape(points.shape)
-        height = flat[:, 2, None] * radius / np.maximum(np.sqrt((out**2).sum(axis=1)), 1e-12)
+        height = heights[:, None] * radius / np.maximum(np.sqrt((out**2).sum(axis=1)), 1e-12)
         points += np.multiply(out, height[:, None], out=out)
         sides = np.stack([first + part.start.place, first + part.end.place], axis=1)
         rows = _rows_below(fabric, sides[:, 0]) if part.is_head else fabric.row[faces]
         groups.append(
             PlacedParts(
                 points=points.transpose(2, 0, 1).reshape(-1, 3),
-                start=np.arange(len(faces) + 1) * len(flat),
+                start=np.arange(len(faces) + 1) * len(heights),
                 face=faces,
                 row=rows,
                 index=np.full(len(faces), index),
@@ -134,6 +139,14 @@ def _place_template(
             )
         )
     return groups
+
+
+@lru_cache(maxsize=1024)
+def _sampled_part(shape: Template, index: int, count: int) -> tuple[FloatArray, FloatArray]:
+    """Mean value coordinates of ``count`` points of a part, shape (count, corners), and their heights [radii]."""
+    flat = shape.parts[index].resampled(count)
+    weights, heights = mean_value_weights(shape.polygon, flat[:, :2]), flat[:, 2]
+    return frozen_array(weights, np.float64), frozen_array(heights, np.float64)
 
 
 def _columns(vectors: FloatArray) -> FloatArray:
@@ -146,25 +159,13 @@ def _rows_below(fabric: StitchMesh, sides: IntArray) -> IntArray:
 
     The search follows slipped loops down to the row that made them. At a border the result is the face's own row.
     """
-    slipped_from = _slipped_from(fabric)
     for _ in range(fabric.face_count):  # a loop that is slipped in every row of a closed ring of rows has no beginning
         across = np.where(fabric.twin[sides] < 0, sides, fabric.twin[sides])
-        slipped = slipped_from[across] >= 0
+        slipped = fabric.slipped_from[across] >= 0
         if not slipped.any():
             break
-        sides = np.where(slipped, slipped_from[across], sides)
+        sides = np.where(slipped, fabric.slipped_from[across], sides)
     return fabric.row[fabric.side_face[across]]
-
-
-def _slipped_from(fabric: StitchMesh) -> IntArray:
-    """For the top side of each slipped loop the bottom side where the loop enters, -1 for other sides, shape (C,)."""
-    result = np.full(fabric.side_count, -1)
-    for stitch, definition in fabric.makings.items():
-        for loop, made in enumerate(definition.made):
-            if made == "s":  # a stitch that slips a loop has one bottom side, the first side of its face
-                first = fabric.face_start[:-1][fabric.stitch == stitch]
-                result[first + definition.n_bottom + definition.n_top - loop] = first
-    return result
 
 
 def _concatenated(groups: list[PlacedParts]) -> PlacedParts:

@@ -11,7 +11,7 @@ import pytest
 
 from stitchmesh.errors import LabelError, MeshError
 from stitchmesh.labeling import label
-from stitchmesh.lattice import Lattice
+from stitchmesh.lattice import Lattice, cross_product
 from stitchmesh.mesh import BORDER, Mesh
 from stitchmesh.mesh.connectivity import linked_groups
 from stitchmesh.mesh.polygon_mesh import outline_sides
@@ -96,6 +96,12 @@ def test_twins_that_are_not_the_same_edge_are_refused():
     twin[0], twin[2] = 2, 0
     with pytest.raises(MeshError, match="not the same edge reversed"):
         replace(mesh, twin=twin)
+
+
+def test_cross_products_have_the_bits_of_numpy():
+    first, second = np.random.default_rng(0).normal(size=(2, 5, 3))
+    assert np.array_equal(cross_product(first, second), np.cross(first, second))
+    assert np.array_equal(cross_product(first[0], second[0]), np.cross(first[0], second[0]))
 
 
 def test_a_one_quad_torus_is_a_mesh_with_a_lattice():

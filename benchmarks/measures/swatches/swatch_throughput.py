@@ -2,8 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Throughput of many free swatches: small repeats of the library in several materials and loop lengths.
 
-All variants are made together by ``sm.relax_swatches``, and some of them one after another by ``sm.swatch``. The
-kernels are compiled, and the sizes and bits of the swatches that were made both ways are compared.
+All variants are prepared one after another (``prepare_swatch``), then made together by ``sm.relax_swatches``, and some
+of them one after another by ``sm.swatch``. The kernels are compiled, and the sizes and bits of the swatches that were
+made both ways are compared.
 
 For the call that makes all variants, lines say when the first result came, in which part of the time the GPU was busy
 (``nvidia-smi`` samples it; a dash on a CPU), and which stages took the time. A stage is a shared function
@@ -35,6 +36,7 @@ from stitchmesh.compute.device import device_named
 from stitchmesh.compute.shared_work import Call
 from stitchmesh.compute.work_together import Together
 from stitchmesh.errors import StitchMeshError
+from stitchmesh.periodic.relaxation.prepared_swatch import prepare_swatch
 from stitchmesh.yarnrelax.together.relax_together import ways_together
 
 WARM = 4
@@ -127,6 +129,17 @@ def together(requests: list[sm.SwatchRequest], device: str) -> tuple[list[sm.Swa
     return made, spent
 
 
+def prepared(requests: Sequence[sm.SwatchRequest], device: str) -> float:
+    """Prepare swatches one after another, without their relaxation; return the time [s]."""
+    began = time.perf_counter()
+    for request in requests:
+        prepare_swatch(
+            request.pattern, material=request.material, quality=request.quality, device=device,
+            relax_cell=request.relax_cell, **request.options,
+        )  # fmt: skip
+    return time.perf_counter() - began
+
+
 def has_bits_of(one: sm.Swatch | StitchMeshError, other: sm.Swatch | StitchMeshError) -> bool:
     """Whether two results have the same control points to the last bit."""
     if isinstance(one, StitchMeshError) or isinstance(other, StitchMeshError):
@@ -152,6 +165,8 @@ class Options:
     variants: int = 1000
     alone: int = 50
     """variants that are also made one after another"""
+    only_prepared: bool = False
+    """end when all variants are prepared"""
 
 
 def swatch_throughput(given: Options) -> Rows:
@@ -161,6 +176,11 @@ def swatch_throughput(given: Options) -> Rows:
     yield f"{device.name or platform.machine()}, {os.cpu_count()} cores; {given.quality}"
     requests = [requested(variant, given.quality) for variant in variants(given.variants)]
     first = [requests[number] for number in evenly(len(requests), WARM)]
+    prepared(first, str(device))
+    seconds = prepared(requests, str(device))
+    yield f"{len(requests)} prepared: {seconds:.2f} s, {1e3 * seconds / len(requests):.2f} ms each"
+    if given.only_prepared:
+        return
     for request in first:
         alone(request, str(device))
     together(first, str(device))

@@ -145,8 +145,9 @@ def prepare_swatch(
     similar = material.scaled(chosen.gamma)
     thicker = chosen.gamma * (1.0 if fabric is None else chosen.yarn_radius / float(first.radius[0]))
     # wefts and warps are nearly straight, so their relaxation starts with their generated lengths as rest lengths
-    straight = even_lengths(first, generated.lengths, generated.segment_start)
-    natural = first if fabric is not None else replace(first, rest_length=straight)
+    natural = first
+    if fabric is None:
+        natural = replace(first, rest_length=even_lengths(first, generated.lengths, generated.segment_start))
     period = period_to_reach(first, chosen)
     between = planes(chosen, flat, natural.radius * thicker)
     acting = [*between, *chosen.terms]

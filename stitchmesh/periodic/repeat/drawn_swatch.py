@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from stitchmesh.errors import ParameterError, PatternError
-from stitchmesh.mesh import BORDER, IntArray, StitchMesh
+from stitchmesh.mesh import BORDER, StitchMesh
 from stitchmesh.mesh.courses import find_courses
 from stitchmesh.patterns import Pattern
 from stitchmesh.periodic.repeat.torus import torus_mesh
@@ -74,9 +74,7 @@ def _draw(
         raise ParameterError("spacing: got one for a knitted swatch, whose spacing follows from loop_length; give that")
     loop_length = options.plain_loop
     width = loop_length / LOOP_OVER_WIDTH
-    fabric = _fabric(source, options.columns, options.rows, width)
-    check_loops_begin(fabric)
-    check_floats(fabric, options.longest_float)
+    fabric = _fabric(source, options.columns, options.rows, width, options.longest_float)
     radius = min(options.yarn_radius, LARGEST_RADIUS_OVER_WIDTH * width)
     yarns = generate_yarns(
         fabric, yarn_radius=radius, drawn_radius=drawn * radius, quality=quality,
@@ -90,11 +88,13 @@ def _draw(
 
 
 @functools.lru_cache(KEPT)
-def _fabric(source: Pattern, columns: int, rows: int, width: float) -> StitchMesh:
-    """The stitch mesh of a repeat, whose yarns are generated with several qualities."""
-    return torus_mesh(
-        source, stitch_width=width, stitch_height=COURSE_OVER_WALE_SPACING * width, columns=columns, rows=rows
-    )
+def _fabric(source: Pattern, columns: int, rows: int, width: float, longest_float: int) -> StitchMesh:
+    """The stitch mesh of a repeat that can be knitted; its yarns are generated with several qualities."""
+    height = COURSE_OVER_WALE_SPACING * width
+    fabric = torus_mesh(source, stitch_width=width, stitch_height=height, columns=columns, rows=rows)
+    check_loops_begin(fabric)
+    check_floats(fabric, longest_float)
+    return fabric
 
 
 def even_rest_lengths(yarns: YarnSet, fabric: StitchMesh) -> YarnSet:
@@ -122,7 +122,7 @@ def check_loops_begin(fabric: StitchMesh) -> None:
     Raises:
         PatternError: a loop is slipped in every row; the message gives the row and the stitch.
     """
-    below = _slipped_from(fabric)
+    below = fabric.slipped_from
     side = np.flatnonzero(below != BORDER)
     for _ in range(len(side) + 1):
         if not len(side):
@@ -163,13 +163,3 @@ def _place(fabric: StitchMesh, face: int) -> str:
     """Return the words for the place of a face in its repeat."""
     number = np.flatnonzero(np.flatnonzero(fabric.row == fabric.row[face]) == face)[0]
     return f"row {fabric.row[face] + 1}, stitch {number + 1} from the left"
-
-
-def _slipped_from(fabric: StitchMesh) -> IntArray:
-    """Return the bottom side from which the slipped loop at each top side comes, shape (C,); ``BORDER`` for no slip."""
-    result = np.full(fabric.side_count, BORDER)
-    for stitch, making in fabric.makings.items():
-        first = fabric.face_start[:-1][fabric.stitch == stitch]
-        for loop in (place for place, made in enumerate(making.made) if made == "s"):
-            result[first + making.n_bottom + making.n_top - loop] = first  # top sides run from right to left
-    return result

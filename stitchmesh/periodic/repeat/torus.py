@@ -10,6 +10,9 @@ it is one stitch whose four corners are one vertex. An image of each corner give
 
 from __future__ import annotations
 
+from dataclasses import replace
+from functools import lru_cache
+
 import numpy as np
 
 from stitchmesh.errors import check_kind
@@ -40,12 +43,24 @@ def torus_mesh(
     """
     check_kind("torus_mesh", pattern, Pattern)
     check_swatch_size(columns, rows, stitch_width, stitch_height)
+    unit, size = _unit_torus(pattern, columns, rows), np.array([stitch_width, stitch_height, 1.0])
+    assert unit.lattice is not None
+    return replace(unit, vertices=unit.vertices * size, lattice=Lattice(unit.lattice.periods * size))
+
+
+@lru_cache(maxsize=16)
+def _unit_torus(pattern: Pattern, columns: int, rows: int) -> StitchMesh:
+    """The mesh with stitches of 1 cm, which is kept because variants of a pattern often differ in size alone.
+
+    Raises:
+        PatternError: as for ``torus_mesh``.
+    """
     tile = pattern.without_borders()
     check_closes(tile)
     # Index of the tile among the sections of a row
     block = block_of(tile, 1)
     assert block is not None  # no row of a pattern has a tile without loops
-    return _Tiling(block, tile, columns, rows).mesh(stitch_width, stitch_height)
+    return _Tiling(block, tile, columns, rows).mesh()
 
 
 class _Tiling:
@@ -62,27 +77,20 @@ class _Tiling:
         """Number of loops of each course line."""
         self.first_corner = np.concatenate([[0], np.cumsum(block.face_size)])
 
-    def mesh(self, stitch_width: float, stitch_height: float) -> StitchMesh:
-        """Return the copies as one stitch mesh."""
+    def mesh(self) -> StitchMesh:
+        """Return the copies as one stitch mesh, with stitches of 1 cm."""
         block, count = self.block, len(self.copy)
         corner_count = len(block.corners)
         vertex, image = self._corners()
-        lattice = Lattice(
-            np.array(
-                [
-                    [self.count[0] * block.width * stitch_width, 0.0, 0.0],
-                    [0.0, self.count[1] * block.height * stitch_height, 0.0],
-                ]
-            )
-        )
+        width, height = self.count * [block.width, block.height]
         twist, shift, layer = (np.tile(marks, count) for marks in self._marks())
         starts = (np.arange(count)[:, None] * corner_count + self.first_corner[:-1]).ravel()
         return StitchMesh(
-            vertices=self._vertices(stitch_width, stitch_height),
+            vertices=self._vertices(),
             face_start=np.append(starts, count * corner_count),
             face_vertex=vertex,
             twin=self._twins(),
-            lattice=lattice,
+            lattice=Lattice(np.array([[width, 0.0, 0.0], [0.0, height, 0.0]])),
             corner_image=image,
             n_bottom=np.tile(block.n_bottom, count),
             n_top=np.tile(block.n_top, count),
@@ -96,14 +104,13 @@ class _Tiling:
             own_stitches=self.tile.own_stitches,
         )
 
-    def _vertices(self, stitch_width: float, stitch_height: float) -> FloatArray:
+    def _vertices(self) -> FloatArray:
         """Return the ends of the loops [cm], by copy; the last end of each line and the last line are left out."""
         x = np.concatenate([line[:-1] for line in self.block.lines[:-1]])
         y = np.repeat(np.arange(self.block.height), self.size[:-1])
         own = np.stack([x, y], axis=1)
         place = own + (self.copy * [self.block.width, self.block.height])[:, None, :]
-        flat = place.reshape(-1, 2) * [stitch_width, stitch_height]
-        return np.concatenate([flat, np.zeros((len(flat), 1))], axis=1)
+        return np.pad(place.reshape(-1, 2), [(0, 0), (0, 1)])
 
     def _corners(self) -> tuple[IntArray, IntArray]:
         """Return the vertex and the lattice image of each corner, shapes (C,) and (C, 2)."""

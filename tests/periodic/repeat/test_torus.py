@@ -44,6 +44,17 @@ def torus_yarns(name: str) -> YarnSet:
     return generate_yarns(torus(name), yarn_radius=RADIUS, quality="draft")
 
 
+def test_repeats_of_one_pattern_differ_in_their_size_alone() -> None:
+    pattern = read_pattern("slip-stitch-honeycomb")
+    sizes = (0.3, 0.2), (0.6, 0.8)
+    small, large = (torus_mesh(pattern, stitch_width=width, stitch_height=height, columns=2) for width, height in sizes)
+    assert small.lattice is not None and large.lattice is not None
+    # twice as wide and four times as high: powers of two round nothing
+    assert np.array_equal(large.vertices, small.vertices * [2.0, 4.0, 1.0])
+    assert np.array_equal(large.lattice.periods, small.lattice.periods * [2.0, 4.0, 1.0])
+    assert np.array_equal(large.face_vertex, small.face_vertex) and np.array_equal(large.twin, small.twin)
+
+
 def in_cell(points: FloatArray, lattice_of: StitchMesh) -> cKDTree:
     """Return a search tree of points modulo a lattice along x and y; its period along z is too long to matter."""
     size = cell_size(lattice_of)
