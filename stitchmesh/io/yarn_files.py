@@ -46,7 +46,10 @@ def read_curve(path: FilePath) -> tuple[tuple[float, float], ...]:
     Raises:
         FileError: the file cannot be read, or a line has no two numbers.
     """
-    lines = csv.reader(StringIO(read_bytes(path).decode("utf-8", errors="replace")))
+    try:
+        lines = list(csv.reader(StringIO(read_bytes(path).decode("utf-8", errors="replace"))))
+    except csv.Error as error:
+        raise FileError(f"{fspath(path)}: {error}; expected a head and two columns of numbers") from error
     pairs = []
     for number, line in enumerate(lines, start=1):
         if number == 1 or not line:

@@ -16,7 +16,6 @@ from numpy.typing import ArrayLike
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.mesh_reading import MeshReading
 from stitchmesh.io.units import DEFAULT_UNIT
-from stitchmesh.io.yarn_files import yarn_of
 from stitchmesh.mesh.shaping_stitches import DEFAULT_INCREASE, Increase
 from stitchmesh.mesh.upright import Direction, Y, upright_turn
 from stitchmesh.meshrelax.options import MeshRelaxOptions
@@ -397,6 +396,8 @@ class YarnAndGauge:
         Raises:
             ParameterError: the yarn is unknown.
         """
+        from stitchmesh.io.yarn_files import yarn_of
+
         return None if self.yarn is None else yarn_of(self.yarn)
 
 

@@ -31,6 +31,8 @@ EXAMPLES = {
 NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 UNIT = r"[A-Za-zµμ]+(?:\^?[2-4])?"
 QUANTITY = re.compile(rf"({NUMBER})\s*(/?\s*{UNIT}(?:\s*[*/ ]\s*{UNIT})*)")
+LONGEST = 60
+"""Longest text of a quantity; pint calls itself for each factor of a unit."""
 PLIED = re.compile(r"(\d+)\s*/\s*(\d+(?:\.\d+)?)\s*(Nm|Ne)")
 
 
@@ -75,12 +77,12 @@ def _parsed(text: str, unit: str, what: str) -> float:
         text = f"{float(single) / max(float(plies), 1.0)} {count}"
     found = QUANTITY.fullmatch(text.strip())
     refusal = ParameterError(f"{what}: got {text!r}; expected for example {EXAMPLES[unit]}")
-    if not found:
+    if not found or len(text) > LONGEST:
         raise refusal
     powers = re.sub(r"(?<=[a-zµμ])([234])", r"^\1", found[2])  # cm2 as cm^2
     per = powers.removeprefix("turns").lstrip()
     units = "1" + per if per.startswith("/") else powers
     try:
         return float(_registry().Quantity(float(found[1]), units).to(unit).magnitude)
-    except (pint.PintError, ArithmeticError) as error:
+    except (pint.PintError, ArithmeticError, ValueError) as error:
         raise refusal from error

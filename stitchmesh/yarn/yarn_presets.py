@@ -25,7 +25,7 @@ from __future__ import annotations
 
 import difflib
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from stitchmesh.errors import ParameterError, check_positive
 
@@ -189,12 +189,12 @@ class Yarn:
     """Stitches and rows in 10 cm of stockinette."""
     needle: tuple[float, float] = (math.nan, math.nan)
     """Thinnest and thickest needle that is recommended for the yarn [mm]; not a number if unknown."""
-    mechanics: YarnMechanics | None = None
+    mechanics: YarnMechanics | None = field(default=None, repr=False)
     """Stiffnesses of the yarn; None for the default material, scaled to the radius."""
 
     def __post_init__(self) -> None:
-        for field in ("core_radius", "apparent_radius", "grams_per_metre"):
-            check_positive(f"yarn {self.name!r}: {field}", getattr(self, field))
+        for size in ("core_radius", "apparent_radius", "grams_per_metre"):
+            check_positive(f"yarn {self.name!r}: {size}", getattr(self, size))
         if self.core_radius > self.apparent_radius:
             found = f"core_radius {self.core_radius:g} cm and apparent_radius {self.apparent_radius:g} cm"
             raise ParameterError(f"yarn {self.name!r}: got {found}; expected a core inside the apparent radius")

@@ -40,6 +40,7 @@ WORDS: dict[str, list[list[str]]] = {
     "render": [["yarns.h5", "-o", "out.png", "--size", "32", "32"], ["cell.h5", "-o", "out.png", "--size", "32", "32"]],
     "view": [["yarns.h5", "--no-browser"]], "app": [["tube.obj", "--project", "out", "--no-browser"]],
     "warm-up": [["--device", "cpu"]], "measure": [["stockinette", "-o", "out", "--quality", "draft"]],
+    "yarn": [["list"], ["show", "dk"]],
 }  # fmt: skip
 """The words after the name of each command; every output begins with ``out``."""
 SCENE = """

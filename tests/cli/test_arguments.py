@@ -29,7 +29,7 @@ from tests.gallery import ROOT
 REQUIRED: dict[str, list[str]] = {
     "convert": ["a.h5", "b.h5"], "pattern": ["a.h5", "rib2x2", "-o", "b.h5"], "patterns": [], "edit": ["a.h5"],
     "instructions": ["a.h5"], "info": ["a.h5"], "select": ["a.h5"], "check": ["a.h5"],
-    "app": [], "examples": [], "warm-up": [], "measure": ["plain"], "view": ["a.h5"],
+    "app": [], "examples": [], "warm-up": [], "measure": ["plain"], "view": ["a.h5"], "yarn": ["list"],
     "swatch": ["plain"], "drape": ["a.toml"],
     "follow": ["a.h5", "b.usdc", "-o", "c"], "animate": ["a.h5", "b.usdc", "-o", "c"],
     "run": ["a.toml"], "job": ["init", "a.obj"], "status": ["a"], "batch": ["a.toml"],
@@ -39,7 +39,7 @@ REQUIRED: dict[str, list[str]] = {
 """Required words of the commands that need other words than a file and an output file."""
 POSITIONAL = (
     "mesh", "file", "pattern", "fabric", "yarns", "labeled", "output", "arguments", "selections", "scene", "job",
-    "action", "source", "folder", "sweep", "body", "piece", "cloth",
+    "action", "source", "folder", "sweep", "body", "piece", "cloth", "name",
 )  # fmt: skip
 """Fields of the commands that are words without a flag in one of them."""
 
@@ -69,7 +69,7 @@ def test_defaults_are_those_of_the_library():
     assert knit.garment.stitch_width is None and knit.garment.size == StitchMeasures()  # so the library decides
     assert knit.pattern_remainder == RecipePattern(pattern="rib2x2").remainder
     assert knit.garment.finish == library.finish == YarnFinish()
-    assert knit.garment.material.name == RelaxOptions().material
+    assert knit.garment.material.chosen(None) == RelaxOptions().material
     assert knit.garment.rest_lengths.rest_lengths() == RestLengths()
     assert SwatchOptions(**swatch.fabric.options(woven=False), period=swatch.period) == SwatchOptions()
 

@@ -77,6 +77,11 @@ READERS: dict[str, Reader] = {
                              files(*CLOTH_MATERIALS), TOML),
     "yarn materials": Reader(".toml", lambda path: sm.CrossingMaterial.read(path, "jersey"),
                              files(*YARN_MATERIALS), TOML, (FileError, ParameterError)),
+    "yarn": Reader(".toml", later("stitchmesh.io.yarn_files.read_yarn"), lambda folder: [
+        b'linear_density = "2/28 Nm"\ndiameter = "0.3 mm"\naxial_stiffness = "15 N"\nbending_rigidity = 4.5\n'],
+                   TOML, (FileError, ParameterError)),
+    "curve of a yarn": Reader(".csv", later("stitchmesh.io.yarn_files.read_curve"), lambda folder: [
+        b"strain %,tension cN\n0,0\n1,15\n2,30\n"]),
     "edits": Reader(".jsonl", later("stitchmesh.editing.history.read_log"), _edits, JSON),
     "labeling steps": Reader(".jsonl", later("stitchmesh.read_label_steps"), _steps, JSON),
     "history": Reader(".csv", later("stitchmesh.io.history.read_history"), lambda folder: [

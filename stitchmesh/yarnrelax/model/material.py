@@ -30,7 +30,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stitchmesh.errors import ParameterError, check_positive
-from stitchmesh.io.yarn_files import yarn_of
 from stitchmesh.yarn.yarn_presets import Yarn, yarn_names
 
 if TYPE_CHECKING:
@@ -173,6 +172,8 @@ class YarnMaterial:
 
 def _of_named_yarn(name: str) -> YarnMaterial:
     """Return the material of a yarn for ``REFERENCE_RADIUS``."""
+    from stitchmesh.io.yarn_files import yarn_of
+
     try:
         yarn = yarn_of(name)
     except ParameterError as error:
