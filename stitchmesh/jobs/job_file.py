@@ -26,7 +26,7 @@ from stitchmesh.jobs.sections import SwatchTable
 from stitchmesh.periodic.charts.chart_files import CHART_SUFFIXES
 from stitchmesh.recipe.recipe import Recipe
 from stitchmesh.recipe.recipe_file import (
-    pattern_with_path,
+    name_with_path,
     pop_edits,
     read_recipe,
     recipe_with_paths,
@@ -181,8 +181,10 @@ def job_with_paths(job: Job, change: Callable[[str], str]) -> Job:
     """Return a job with all paths of its input files changed, including the paths in selections."""
     swatch, changes = job.swatch, dict[str, Any]()
     if swatch is not None:  # A sweep has many jobs, and most of them are swatches of the library, without paths.
-        pattern = pattern_with_path(swatch.pattern, change)
-        changes |= {} if pattern == swatch.pattern else {"swatch": replace(swatch, pattern=pattern)}
+        pattern = name_with_path(swatch.pattern, change)
+        material = None if swatch.material is None else name_with_path(swatch.material, change)
+        if (pattern, material) != (swatch.pattern, swatch.material):
+            changes |= {"swatch": replace(swatch, pattern=pattern, material=material)}
     if job.garment is not None:
         changes |= {"garment": recipe_with_paths(job.garment, change)}
     if job.recipe is not None:

@@ -39,8 +39,8 @@ class RelaxOptions:
         ParameterError: there is no material or no value of that name, or a value is out of bounds.
     """
 
-    material: str = DEFAULT_MATERIAL
-    """Name of a material, which is scaled to the radius of the yarns."""
+    material: str | YarnMaterial = DEFAULT_MATERIAL
+    """A material for a yarn of ``REFERENCE_RADIUS``, or its name; it is scaled to the radius of the yarns."""
     stiffness: Mapping[str, float] = field(default_factory=dict)
     """New values of single fields of the material, by name, for a yarn of ``REFERENCE_RADIUS``."""
     rest_lengths: RestLengths = field(default_factory=RestLengths)
@@ -51,7 +51,11 @@ class RelaxOptions:
     """Whether the borders and the shape of the fabric from which the yarns were made are kept, if it is known."""
 
     def __post_init__(self) -> None:
-        YarnMaterial.named(self.material, self.stiffness)
+        self._reference.changed(self.stiffness)
+
+    @property
+    def _reference(self) -> YarnMaterial:
+        return YarnMaterial.named(self.material) if isinstance(self.material, str) else self.material
 
     def yarn_material(self, yarns: YarnSet) -> YarnMaterial:
         """Return the material of yarns, for their mean radius.
@@ -61,7 +65,7 @@ class RelaxOptions:
         """
         check_one_mass(self.stiffness, yarns.mass_per_length)
         yarn_radius = float(yarns.radius.mean())
-        return YarnMaterial.named(self.material, self.stiffness).of_radius(yarn_radius)
+        return self._reference.changed(self.stiffness).of_radius(yarn_radius)
 
 
 @dataclass(frozen=True)

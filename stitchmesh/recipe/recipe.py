@@ -28,6 +28,7 @@ from stitchmesh.recipe.sections import GarmentSettings, MaterialSection, Physics
 from stitchmesh.selection import parse_selection
 from stitchmesh.tessellate import STITCH_WIDTH
 from stitchmesh.yarn.rest_length import RestLengths
+from stitchmesh.yarnrelax.model.material import NAMED, YarnMaterial
 
 if TYPE_CHECKING:
     from stitchmesh.mesh import Mesh
@@ -172,9 +173,11 @@ def relax_options(
         FileError: the body cannot be read.
         ParameterError: a name or a number is not accepted.
     """
+    name = material.chosen(yarn)
     return RelaxOptions(
-        material=material.chosen(yarn), stiffness=material.values(), rest_lengths=rest_lengths,
-        terms=tuple(physics.terms(up)),
+        # the values of a yarn and not its name, so that a stage is made again when its description changes
+        material=name if name in NAMED else YarnMaterial.named(name), stiffness=material.values(),
+        rest_lengths=rest_lengths, terms=tuple(physics.terms(up)),
     )  # fmt: skip
 
 

@@ -97,7 +97,7 @@ def _edit(table: dict[str, Any], place: str) -> Edit:
 
 def recipe_with_paths(recipe: Recipe, change: Callable[[str], str]) -> Recipe:
     """Return a recipe with all paths changed: paths of files, and paths in selections."""
-    edges, body = recipe.stitches.edges, recipe.physics.body
+    edges, body, yarn, material = recipe.stitches.edges, recipe.physics.body, recipe.yarn, recipe.material.name
     return replace(
         recipe,
         mesh=change(recipe.mesh),
@@ -106,6 +106,8 @@ def recipe_with_paths(recipe: Recipe, change: Callable[[str], str]) -> Recipe:
         colours=tuple(replace(part, on=_selection_with_paths(part.on, change)) for part in recipe.colours),
         stitches=replace(recipe.stitches, edges=None if edges is None else change(edges)),
         physics=replace(recipe.physics, body=None if body is None else change(body)),
+        yarn=None if yarn is None else name_with_path(yarn, change),
+        material=replace(recipe.material, name=None if material is None else name_with_path(material, change)),
     )
 
 
@@ -113,7 +115,7 @@ def patterns_with_paths(parts: Sequence[RecipePattern], change: Callable[[str], 
     """Return patterns with all paths changed: paths of pattern files, and paths in selections."""
     return tuple(
         replace(
-            part, pattern=pattern_with_path(part.pattern, change),
+            part, pattern=name_with_path(part.pattern, change),
             on=None if part.on is None else _selection_with_paths(part.on, change),
         )
         for part in parts
@@ -130,11 +132,11 @@ def _arguments_with_paths(edit: Edit, change: Callable[[str], str]) -> dict[str,
     if ON in values:
         values[ON] = _selection_with_paths(str(values[ON]), change)
     if edit.name == "paste_pattern" and "\n" not in str(values["pattern"]):
-        values["pattern"] = pattern_with_path(str(values["pattern"]), change)
+        values["pattern"] = name_with_path(str(values["pattern"]), change)
     return values
 
 
-def pattern_with_path(name: str, change: Callable[[str], str]) -> str:
+def name_with_path(name: str, change: Callable[[str], str]) -> str:
     """Return a name of the library unchanged, and a path changed."""
     return change(name) if Path(name).suffix or Path(name).name != name else name
 

@@ -227,16 +227,16 @@ def described_yarn(**keys: Any) -> Yarn:
 LIBRARY: dict[str, dict[str, Any]] = {
     "acrylic-77-tex": {
         "linear_density": "77 tex", "diameter": "0.524 mm", "tensile_modulus": "79 MPa",
-        "bending_modulus": "0.249 MPa",
+        "bending_modulus": "0.249 MPa", "gauge": "56",
         "source": "Ding, Sanchez, Bertoldi, Rycroft 2023 (arXiv 2307.12360), from secondary texts; their radius is "
-        "taken for a diameter, because loops of 7.23 mm would not exist otherwise",
+        "taken for a diameter, because loops of 7.23 mm would not exist otherwise; gauge from these loops",
     },
     "acrylic-worsted": {
         "linear_density": "502 tex", "diameter": "1.48 mm", "core_diameter": "0.65 mm",
-        "bending_rigidity": "0.09 N mm2", "specific_stiffness": "22 cN/tex",
+        "bending_rigidity": "0.09 N mm2", "specific_stiffness": "22 cN/tex", "gauge": "36",
         "source": "Singal et al. 2024 (Nat. Commun. 15:2622), their published input for stockinette: radii, and an "
         "energy of 0.045 N mm2 times the square of the curvature; linear density as its maker states it; stiffness "
-        "along the yarn as acrylic-77-tex",
+        "along the yarn as acrylic-77-tex; gauge from loops of 11.28 mm",
     },
     "cotton-28-tex": {
         "linear_density": "28.1 tex", "diameter": "0.169 mm", "tensile_modulus": "815 MPa", "fibre": "cotton",

@@ -37,7 +37,7 @@ def yarn_figures(yarn: Yarn) -> list[Figure]:
                f"for a segment of {material.segment_length:.3g} cm: EA = 2 (k_len + k_length) / segment"),
         Figure("k_bend", f"{material.k_bend:.4g} erg cm", "EI / 2"),
         Figure("k_contact", f"{material.k_contact:.4g} erg/cm2",
-               f"a transverse modulus of {material.transverse_modulus / 1e4:.3g} kPa"
+               f"a transverse modulus of {material.transverse_modulus(yarn.core_radius) / 1e4:.3g} kPa"
                + ("" if mechanics is not None and mechanics.transverse_modulus else ", assumed: none is given")),
     ]  # fmt: skip
     return found

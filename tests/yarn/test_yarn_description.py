@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,10 +14,12 @@ import pytest
 import stitchmesh as sm
 from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.io.yarn_files import read_yarn, yarn_of
+from stitchmesh.recipe.recipe import recipe_options
 from stitchmesh.yarn.quantities import LENGTH, LINEAR_DENSITY, PER_LENGTH, PRESSURE, RIGIDITY, in_cgs
 from stitchmesh.yarn.yarn_description import LIBRARY
 from stitchmesh.yarnrelax.model.material import pressure_of_parallel_yarns
 from stitchmesh.yarnrelax.yarn_figures import yarn_figures
+from tests.nightly import at_night
 from tests.physics.test_yarn_closed_forms import straight
 
 COTTON: dict[str, Any] = {"linear_density": "28.1 tex", "diameter": "0.169 mm", "tensile_modulus": "815 MPa",
@@ -65,7 +68,7 @@ def test_the_material_has_the_stiffnesses_of_the_yarn() -> None:
     area = math.pi * 0.0169**2 / 4.0
     assert material.axial_stiffness == pytest.approx(8.15e9 * area, rel=1e-9)
     assert material.flexural_rigidity == pytest.approx(1.3, rel=1e-9)
-    assert material.transverse_modulus == pytest.approx(3e6, rel=1e-9)
+    assert material.transverse_modulus(yarn.core_radius) == pytest.approx(3e6, rel=1e-9)
     assert material.mass_per_length == pytest.approx(28.1e-5, rel=1e-9)
 
 
@@ -136,6 +139,47 @@ def test_unknown_keys_and_bad_files_are_refused(tmp_path: Path) -> None:
         read_yarn(tmp_path / "bad.toml")
     with pytest.raises(ParameterError, match="yarn: got 'coton'; expected"):
         yarn_of("coton")
+
+
+def test_a_recipe_finds_a_yarn_beside_itself_and_holds_its_values(tmp_path: Path) -> None:
+    """A kept stage is made again when the description changes, because its options hold the values."""
+    (tmp_path / "garment.toml").write_text('mesh = "hat"\nyarn = "mine.toml"\n')
+    found = []
+    for rigidity in (1.0, 2.0):
+        (tmp_path / "mine.toml").write_text(
+            f'linear_density = "72 tex"\ndiameter = "1 mm"\naxial_stiffness = "15 N"\nbending_rigidity = {rigidity}\n'
+        )
+        recipe = sm.read_recipe(tmp_path / "garment.toml")
+        assert recipe.yarn == str(tmp_path / "mine.toml")
+        found.append(recipe_options(recipe).relaxation.material)
+    soft, stiff = found
+    assert isinstance(soft, sm.YarnMaterial)
+    assert stiff == replace(soft, k_bend=2.0 * soft.k_bend, k_contact=2.0 * soft.k_contact)
+
+
+@pytest.mark.parametrize(("name", "least", "most"), [("cotton-28-tex", 5.0, 54.0), *at_night(("wool-2-28", 4.0, 54.0))])
+def test_industrial_yarns_carry_as_much_as_measured_knits(name: str, least: float, most: float) -> None:
+    """Wang et al. 2011 measured 5 to 54 N/m at 10 % for five knits, along both directions."""
+    yarn = sm.Yarn.named(name)
+    size = {"yarn_radius": yarn.core_radius, "loop_length": yarn.loop_length}
+    for direction in ("course", "wale"):
+        curve = sm.stretch_test(
+            "stockinette", sm.StretchPath(**{direction: (0.0, 0.1)}, steps=2), quality="draft", device="cpu",
+            material=sm.YarnMaterial.of_yarn(yarn), **size,
+        )  # fmt: skip
+        assert least < curve.tension[-1] / 1e3 < most
+
+
+@pytest.mark.parametrize("name", ["dk", *at_night("lace", "super-bulky")])
+def test_hand_knitting_yarns_come_to_their_gauge_with_their_own_stiffness(name: str) -> None:
+    yarn = sm.Yarn.named(name)
+    made = sm.swatch(
+        "stockinette", relaxation="full", quality="draft", device="cpu", progress=False,
+        material=sm.YarnMaterial.of_yarn(yarn), yarn_radius=yarn.core_radius, loop_length=yarn.loop_length,
+    )  # fmt: skip
+    found = (10.0 / made.report["wale_spacing"], 10.0 / made.report["course_spacing"])
+    # the bar for gauges; draft is 0.5 % off
+    assert found == pytest.approx((yarn.gauge.stitches, yarn.gauge.rows), rel=0.05)
 
 
 @pytest.mark.parametrize("name", LIBRARY)

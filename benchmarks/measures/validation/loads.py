@@ -27,8 +27,8 @@ LOADS = (500.0, 1e3, 1500.0)
 """Tensions under which extensions are compared [dyn/cm]."""
 REST = 0.02
 """Largest strain for the measurement of the modulus of the relaxed fabric."""
-MOST = {"course": {"stockinette": 1.6, "garter": 1.2, "seed": 1.6, "rib1x1": 3.6},
-        "wale": {"stockinette": 0.7, "garter": 1.5, "seed": 1.3, "rib1x1": 0.8}}  # fmt: skip
+MOST = {"course": {"stockinette": 2.0, "garter": 1.6, "seed": 2.0, "rib1x1": 4.2},
+        "wale": {"stockinette": 1.0, "garter": 1.9, "seed": 1.7, "rib1x1": 1.1}}  # fmt: skip
 """Strains at which the largest load has been reached."""
 STEP = 0.05
 """Difference of successive strains of a curve."""

@@ -127,10 +127,12 @@ class YarnsCommand:
         from stitchmesh.io.stitch_formats.face_libraries import read_face_libraries
         from stitchmesh.io.stitch_formats.face_meshes import holds_foreign_faces, read_face_mesh
         from stitchmesh.io.stitches import READABLE
+        from stitchmesh.io.yarn_files import yarn_of
         from stitchmesh.yarngen import generate_yarns
         from stitchmesh.yarngen.face_yarns.generate import face_yarns
 
-        size = stitch_size(self.yarn, yarn_radius=self.yarn_radius, drawn_radius=self.drawn_radius)
+        yarn = None if self.yarn is None else yarn_of(self.yarn)
+        size = stitch_size(yarn, yarn_radius=self.yarn_radius, drawn_radius=self.drawn_radius)
         if self.faces or (suffix_of(self.fabric, READABLE) == ".smobj" and holds_foreign_faces(self.fabric)):
             library = read_face_libraries(self.faces)
             yarns = face_yarns(

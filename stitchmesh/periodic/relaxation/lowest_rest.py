@@ -82,7 +82,7 @@ def waves(yarns: YarnSet, random: Random) -> FloatArray:
     # rows of ``dual`` take a place in the frame to its coordinates in periods
     dual = np.linalg.inv(yarns.lattice.periods @ frame.T).T
     angles = (2j * np.pi * (yarns.points @ frame.T @ dual.T) @ numbers.T).imag
-    turns = np.cos(angles) + 1j * np.sin(angles)  # the bits of the exponential function, in a tenth of its time
+    turns = np.cos(angles) + 1j * np.sin(angles)  # a tenth of the time of a complex exponential
     slopes = 2j * np.pi * np.einsum("pw,wk,wd->pdk", turns, size, numbers @ dual)
     displacement: FloatArray = (turns @ size).real * (STEEPEST / _steepest(slopes.real))
     return displacement

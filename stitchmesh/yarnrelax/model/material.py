@@ -98,17 +98,28 @@ class YarnMaterial:
                 changes them together with the others.
 
         Raises:
-            ParameterError: no material, yarn or field has that name, a value of a description is wrong, or a value is
-                negative, not finite, or above ``MOST_OVER_DEFAULT`` times the value of the default material.
+            ParameterError: no material or yarn has that name, a value of a description is wrong, or as for ``changed``.
             FileError: the description of a yarn cannot be read.
         """
         found = NAMED[name] if name in NAMED else _of_named_yarn(name)
-        for field, value in (stiffness or {}).items():
+        return found.changed(stiffness or {})
+
+    def changed(self, stiffness: Mapping[str, float]) -> YarnMaterial:
+        """Return this material, for yarn of ``REFERENCE_RADIUS``, with some of its values changed.
+
+        Args:
+            stiffness: new values of single fields, by name.
+
+        Raises:
+            ParameterError: no field has that name, or a value is negative, not finite, or above ``MOST_OVER_DEFAULT``
+                times the value of the default material.
+        """
+        for field, value in stiffness.items():
             _check_field(field)
             most = MOST_OVER_DEFAULT * getattr(NAMED[DEFAULT_MATERIAL], field)
             if not 0.0 <= value <= most:
                 raise ParameterError(f"material: {field} is {value:g}; expected a number from 0 to {most:g}")
-        return replace(found, **dict(stiffness or {}))
+        return replace(self, **dict(stiffness))
 
     @staticmethod
     def of_yarn(yarn: Yarn) -> YarnMaterial:
@@ -129,10 +140,9 @@ class YarnMaterial:
             k_contact = 0.1 * yarn.mechanics.transverse_modulus / pressure_of_parallel_yarns(0.9, radius)
         return replace(made, k_len=along / 6.0, k_length=along * 5.0 / 6.0, k_bend=k_bend, k_contact=k_contact)
 
-    @property
-    def transverse_modulus(self) -> float:
-        """Pressure between parallel yarns of ``segment_length`` / 2.4 over their compression by a tenth [dyn/cm^2]."""
-        return 10.0 * self.k_contact * pressure_of_parallel_yarns(0.9, self.segment_length / 2.4)
+    def transverse_modulus(self, radius: float) -> float:
+        """Return the pressure between parallel yarns of a radius [cm] over their compression by a tenth [dyn/cm^2]."""
+        return 10.0 * self.k_contact * pressure_of_parallel_yarns(0.9, radius)
 
     def of_radius(self, radius: float, own: float = REFERENCE_RADIUS) -> YarnMaterial:
         """Return the material of yarn of a radius [cm]; this material describes yarn of the radius ``own`` [cm].
