@@ -11,14 +11,14 @@ import numpy as np
 import pytest
 
 from stitchmesh.compute.device import device_named
-from stitchmesh.errors import ParameterError
+from stitchmesh.errors import ParameterError, SolverError
 from stitchmesh.lattice import Lattice
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, relax_yarns, yarn_energies, yarn_forces
 from stitchmesh.yarnrelax.energies import evaluation as all_terms
 from stitchmesh.yarnrelax.energies.confinement import Confinement
-from stitchmesh.yarnrelax.model.image_table import has_room
+from stitchmesh.yarnrelax.model.image_table import has_room, renew_images
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers import lbfgs_steps
 from stitchmesh.yarnrelax.solvers.lbfgs_fused import FusedLBFGS
@@ -182,6 +182,23 @@ def test_the_table_of_images_has_room_for_a_cell_until_its_yarns_spread() -> Non
     points.assign(spread)
     assert not has_room(simulation.model, points, every)
     assert has_room(simulation.model, points, np.array([True, True, False, True]))
+
+
+def test_a_cell_that_has_left_the_numbers_leaves_the_images_of_the_others() -> None:
+    simulation = YarnSimulation(list(zip(CELLS, MATERIALS, strict=True)), EXACT, device_named("cpu"))
+    model, state = simulation.model, simulation.state
+    points = state.points.numpy()
+    points[: model.point_start[1]] *= [1.0, 8.0, 1.0]
+    state.points.assign(points)
+    simulation.search_contacts(cells=np.array([True, False, False, False]))
+    expected = model.constants.images.image.numpy()
+    points[model.point_start[2] : model.point_start[3]] = np.nan
+    state.points.assign(points)
+    renew_images(model, state.points)
+    assert np.array_equal(model.constants.images.image.numpy(), expected)
+    state.points.assign(np.full_like(points, np.nan))
+    with pytest.raises(SolverError, match="a place of the yarns is not finite"):
+        renew_images(model, state.points)
 
 
 def test_a_new_table_of_images_leaves_the_lists_of_other_cells_as_they_are() -> None:

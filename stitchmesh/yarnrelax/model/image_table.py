@@ -148,10 +148,18 @@ def corners_of(
         model: the cells.
         places: control points of all cells.
         periods: periods of all cells [units], shape (C, 2, 3).
-        cells: numbers of the cells that are measured; all by default.
+        cells: numbers of the cells that are measured; all by default. A cell that has left the numbers is not measured,
+            so that it ends alone and not with the whole batch (``too_close`` refuses it).
+
+    Raises:
+        SolverError: no cell has finite places and periods.
     """
     start, point, image = model.segment_corners
     chosen = np.arange(model.cell_count) if cells is None else cells
+    lost = np.add.reduceat(~np.isfinite(places).all(axis=1), model.point_start[:-1]) > 0
+    chosen = chosen[~lost[chosen] & np.isfinite(periods[chosen]).all(axis=(1, 2))]
+    if not len(chosen):
+        raise SolverError("images of the cell: a place of the yarns is not finite; take softer yarns or smaller loads")
     counts = np.diff(start)[chosen]
     first = np.concatenate([[0], np.cumsum(counts)[:-1]])
     corner = np.arange(counts.sum()) + np.repeat(start[chosen] - first, counts)
@@ -171,8 +179,6 @@ def near_images(corners: Corners, reach: float, shrinkage: float = 1.0) -> NDArr
     """
     within = reach * corners.radius[:, None]
     turns = corners.turns + within * np.linalg.norm(corners.dual, axis=2)
-    if not np.isfinite(turns).all():
-        raise SolverError("images of the cell: a place of the yarns is not finite; take softer yarns or smaller loads")
     most = np.ceil(turns / shrinkage)
     images = images_up_to(most.max(axis=0))
     shift = np.einsum("ia,cad->cid", images, corners.periods * shrinkage)
