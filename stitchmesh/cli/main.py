@@ -23,6 +23,7 @@ from stitchmesh.cli.commands.edit import EditCommand
 from stitchmesh.cli.commands.fabric_parts import CaptureCommand, PatternCommand, SelectCommand
 from stitchmesh.cli.commands.files import CheckCommand, ConvertCommand, InfoCommand
 from stitchmesh.cli.commands.follow import FollowCommand
+from stitchmesh.cli.commands.grade import GradeCommand
 from stitchmesh.cli.commands.instructions import InstructionsCommand
 from stitchmesh.cli.commands.jobs import BatchCommand, JobCommand, RunCommand, StatusCommand
 from stitchmesh.cli.commands.knit import KnitCommand
@@ -82,6 +83,7 @@ COMMANDS: dict[str, type[Command]] = {
     "yarn": YarnCommand,
     "examples": ExamplesCommand,
     "instructions": InstructionsCommand,
+    "grade": GradeCommand,
     "convert": ConvertCommand,
     "render": RenderCommand,
     "view": ViewCommand,

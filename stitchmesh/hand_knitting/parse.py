@@ -16,6 +16,7 @@ from functools import cache
 from stitchmesh.errors import PatternError, check_kind
 from stitchmesh.hand_knitting.rhythm import MARKER
 from stitchmesh.hand_knitting.rows import WrittenStitch
+from stitchmesh.hand_knitting.sizes import instructions_of_size, names_of_sizes
 from stitchmesh.hand_knitting.words import MADE_ONES, ONE_LOOP, stitch_word
 from stitchmesh.hand_knitting.written_pieces import (
     WrittenCrossing,
@@ -56,19 +57,26 @@ _ORDER = re.compile(r"cross to ([\d-]+) front to back ([\d-]+)")
 _TURNS = re.compile(r"[LR]\d{1,2}")
 
 
-def parse_instructions(text: str, name: str = "instructions") -> tuple[WrittenPiece, ...]:
+def parse_instructions(text: str, name: str = "instructions", *, size: str | None = None) -> tuple[WrittenPiece, ...]:
     """Read the stitches of written instructions.
 
     ``parse_instructions(knitting_instructions(fabric))`` gives ``written_pieces(fabric)``.
 
     Args:
-        text: a text of ``knitting_instructions``.
+        text: a text of ``knitting_instructions`` or of ``graded_instructions``.
         name: name of the text in messages.
+        size: name of the size that is read; None if the text is of one garment without a size.
 
     Raises:
-        PatternError: the text holds no pieces, or a row cannot be read; the message gives the line.
+        PatternError: the text holds no pieces, or a row cannot be read; the message gives the line. Or the text has
+            several sizes and none is named, or it does not have the named one.
     """
     check_kind("parse_instructions", text, str, "pathlib.Path(file).read_text()")
+    sizes = names_of_sizes(text)
+    if size is None and sizes:
+        raise PatternError(f"{name}: got the sizes {', '.join(sizes)}; name one of them, such as size={sizes[0]!r}")
+    if size is not None:
+        text = instructions_of_size(text, size, name)
     parser = _Parser()
     for number, line in enumerate(text.splitlines(), start=1):
         try:

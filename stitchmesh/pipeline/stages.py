@@ -135,7 +135,10 @@ def _pattern_entry(region: PatternRegion, laid: LaidPattern, options: KnitOption
                 for part in laid.left_out]  # fmt: skip
     on = None if region.on is None else str(region.on)
     words = [*left_out_lines(laid.left_out), *_multiple_line(region, laid, options)]
-    return {"name": region.pattern.name, "on": on, "faces": laid.faces_laid, "summary": words, "left_out": left_out}
+    return {
+        "name": region.pattern.name, "on": on, "faces": laid.faces_laid, "breaks_rounds": laid.breaks_rounds,
+        "summary": words, "left_out": left_out,
+    }  # fmt: skip
 
 
 def _multiple_line(region: PatternRegion, laid: LaidPattern, options: KnitOptions) -> list[str]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import logging
 import textwrap
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from io import BytesIO
 from typing import TYPE_CHECKING
@@ -21,11 +21,10 @@ from stitchmesh.hand_knitting.chart import PieceChart, piece_charts
 from stitchmesh.hand_knitting.pieces import Piece, find_pieces
 from stitchmesh.hand_knitting.rows import CableCrossings
 from stitchmesh.hand_knitting.text import knitting_instructions
-from stitchmesh.hand_knitting.words import colour_letter
+from stitchmesh.hand_knitting.yarn_amounts import YarnAmount, yarn_amounts, yarn_lengths
 from stitchmesh.io.atomic import atomic_path
 from stitchmesh.io.contents import FilePath, suffix_of
 from stitchmesh.mesh import TOP, FloatArray, StitchMesh
-from stitchmesh.mesh.palette import Palette, colour_text, colours_of
 from stitchmesh.patterns import Pattern, pattern_mesh
 from stitchmesh.patterns.charts.chart_symbols import word_instruction
 from stitchmesh.periodic.charts.chart_drawing import draw_chart
@@ -56,18 +55,6 @@ text only."""
 LINE_HEIGHT = 1.35 * 9.0 / POINTS
 """Height of a line of text [inch]."""
 INK, LINE = "#26241f", "#b9b3a6"
-
-
-@dataclass(frozen=True)
-class YarnAmount:
-    """The yarn of one colour."""
-
-    letter: str
-    """Name of the yarn in charts and rows."""
-    colour: str
-    """Colour as ``#rrggbb``."""
-    metres: float
-    grams: float
 
 
 @dataclass(frozen=True)
@@ -117,12 +104,12 @@ def garment_sheet(
     facts = [("Finished size", _finished_size(np.ptp(fabric.vertices, axis=0), gauge))]
     facts += [(f"Piece {number}", _piece_size(fabric, piece)) for number, piece in enumerate(pieces, start=1)]
     facts += [*_knitted_at(gauge, known), ("Stitches", f"{fabric.face_count:,} in {len(np.unique(fabric.row)):,} rows")]
-    lengths = _loop_lengths(fabric, gauge) if yarns is None else _yarn_lengths(yarns)
+    lengths = _loop_lengths(fabric, gauge) if yarns is None else yarn_lengths(yarns)
     return PatternSheet(
         title=title,
         picture=picture,
         facts=tuple(facts),
-        amounts=_amounts(lengths, fabric.palette, known),
+        amounts=yarn_amounts(lengths, fabric.palette, known.grams_per_metre),
         charts=tuple(chart for piece in pieces for chart in piece_charts(fabric, piece, crossings)),
         text=knitting_instructions(fabric, charts=False),
     )
@@ -153,7 +140,7 @@ def swatch_sheet(
             *_knitted_at(gauge, known),
             ("Yarn below", "for one repeat"),
         ),
-        amounts=_amounts(_yarn_lengths(yarns), yarns.palette, known),
+        amounts=yarn_amounts(yarn_lengths(yarns), yarns.palette, known.grams_per_metre),
         charts=(ChartPicture("Chart", chart_picture(chart), tuple((word, word_instruction(word)) for word in words)),),
         text=_written_repeat(source, gauge),
     )
@@ -227,20 +214,6 @@ def _loop_lengths(fabric: StitchMesh, gauge: Gauge) -> dict[int, float]:
     """Return the length of each yarn number of a fabric whose yarns are not known [cm]."""
     numbers, counts = np.unique(fabric.yarn, return_counts=True)
     return dict(zip(numbers.tolist(), (gauge.loop_length * counts).tolist(), strict=True))
-
-
-def _yarn_lengths(yarns: YarnSet) -> dict[int, float]:
-    """Return the length of each yarn number [cm]."""
-    of_segment = yarns.colour[yarns.segment_yarn]
-    return {int(number): float(yarns.lengths[of_segment == number].sum()) for number in np.unique(yarns.colour)}
-
-
-def _amounts(lengths: Mapping[int, float], palette: Palette, yarn: Yarn) -> tuple[YarnAmount, ...]:
-    amounts = []
-    for number, length in sorted(lengths.items()):
-        colour, metres = colour_text(colours_of([number], palette)[0]), length / 100.0
-        amounts.append(YarnAmount(colour_letter(number), colour, metres, metres * yarn.grams_per_metre))
-    return tuple(amounts)
 
 
 def _write(paper: _Paper, sheet: PatternSheet) -> None:

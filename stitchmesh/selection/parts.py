@@ -171,19 +171,19 @@ class Parts:
         Args:
             hand: ``left`` or ``right``; None for all.
         """
-        rows = [self._sleeve(border) for border in named_borders(self.borders, "cuffs", hand)]
-        return np.array(sorted({row for sleeve in rows for row in sleeve}), dtype=np.int64)
+        tubes = [self.tube_from(border) for border in named_borders(self.borders, "cuffs", hand)]
+        return np.array(sorted({row for rows, meets_body in tubes if meets_body for row in rows}), dtype=np.int64)
 
-    def _sleeve(self, cuff: Border) -> list[int]:
-        """Return the rows of the sleeve that ends in a cuff; none if its tube meets no body."""
-        touching = self.row_index[self.fabric.side_face[cuff.sides]]
+    def tube_from(self, border: Border) -> tuple[list[int], bool]:
+        """Return the rows of the tube that begins at a border, and whether it meets rows of a body at its other end."""
+        touching = self.row_index[self.fabric.side_face[border.sides]]
         rows = [int(np.bincount(touching).argmax())]
         while True:
             further = [row for row in self.rows_beside[rows[-1]] if row not in rows[-3:]]
             if not further:
-                return []
+                return rows, False
             if len(further) > 1 or not self._continues(rows, further[0]):
-                return rows
+                return rows, True
             rows.append(further[0])
 
     def _continues(self, rows: list[int], row: int) -> bool:

@@ -41,6 +41,7 @@ WORDS: dict[str, list[list[str]]] = {
     "view": [["yarns.h5", "--no-browser"]], "app": [["tube.obj", "--project", "out", "--no-browser"]],
     "warm-up": [["--device", "cpu"]], "measure": [["stockinette", "-o", "out", "--quality", "draft"]],
     "yarn": [["list"], ["show", "dk"]],
+    "grade": [["tube.toml", "--sizes", "sizes.csv", "-o", "out", "--no-picture"]],
 }  # fmt: skip
 """The words after the name of each command; every output begins with ``out``."""
 SCENE = """
@@ -89,5 +90,7 @@ def write_inputs(folder: Path) -> Path:
         f"picture = false\n[job]\n{head}[job.swatch]\n{swatch}[grid]\nswatch.gamma = [1.0]\n"
     )
     (folder / "scene.toml").write_text(SCENE)
+    (folder / "tube.toml").write_text(f'mesh = "tube.obj"\nstitch_width = 8.0\n{head}')
+    (folder / "sizes.csv").write_text("size,girth [cm]\nS,110\nM,130\n")
     assert main(["run", str(folder / "job.toml"), "-o", str(folder / "job")]) == 0
     return folder

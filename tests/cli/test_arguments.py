@@ -33,13 +33,14 @@ REQUIRED: dict[str, list[str]] = {
     "swatch": ["plain"], "drape": ["a.toml"],
     "follow": ["a.h5", "b.usdc", "-o", "c"], "animate": ["a.h5", "b.usdc", "-o", "c"],
     "run": ["a.toml"], "job": ["init", "a.obj"], "status": ["a"], "batch": ["a.toml"],
+    "grade": ["a.toml", "--sizes", "b.csv", "-o", "c"],
     "relax-mesh": ["a.h5", "--surface", "b.h5", "-o", "c.h5"],
     "relax-edited": ["a.h5", "--before", "b.h5", "--after", "c.h5", "-o", "d.h5"],
 }  # fmt: skip
 """Required words of the commands that need other words than a file and an output file."""
 POSITIONAL = (
     "mesh", "file", "pattern", "fabric", "yarns", "labeled", "output", "arguments", "selections", "scene", "job",
-    "action", "source", "folder", "sweep", "body", "piece", "cloth", "name",
+    "action", "source", "folder", "sweep", "body", "piece", "cloth", "name", "recipe",
 )  # fmt: skip
 """Fields of the commands that are words without a flag in one of them."""
 

@@ -78,6 +78,21 @@ def _instructions(folder: Path) -> list[bytes]:
     return [sm.knitting_instructions(piece).encode() for piece in pieces]
 
 
+def _graded_instructions(folder: Path) -> list[bytes]:
+    """Return instructions of two sizes."""
+    from stitchmesh.patterns import pattern_mesh, read_pattern
+
+    pieces = {
+        size: pattern_mesh(read_pattern("eyelet-lace"), width, height, stitch_width=1.0, stitch_height=1.0)
+        for size, width, height in (("S", 2, 2), ("M", 3, 3))
+    }
+    return [sm.graded_instructions(pieces, ["Finished measures: chest 92.5 (100.0) cm."]).encode()]
+
+
+def _read_second_size(path: Path) -> object:
+    return sm.parse_instructions(path.read_text(encoding="utf-8", errors="replace"), size="M")
+
+
 def read_chart(name: str, path: Path) -> object:
     return sm.read_chart(name, path.read_bytes())
 
@@ -104,6 +119,7 @@ PATTERN_READERS: dict[str, Reader] = {
     "own stitches": Reader(".json", later("stitchmesh.io.own_stitches.read_own_drawings"),
                            files("examples/stitches/daisy.json"), JSON),
     "instructions": Reader(".txt", RESOLVED, _instructions, errors=PATTERN_ERRORS),
+    "graded instructions": Reader(".txt", _read_second_size, _graded_instructions, errors=PATTERN_ERRORS),
     "tile codes": Reader(".leaf", RESOLVED, lambda folder: [b"KPKP\nPKPK\n", b"Y3YK\n2UYS\n"], errors=PATTERN_ERRORS),
     "digits": Reader(".txt", RESOLVED, lambda folder: [b"0011\n1100\n"], errors=PATTERN_ERRORS),
     "png tile codes": Reader(".leaf.png", RESOLVED, _leaf_png, PNG, PATTERN_ERRORS),

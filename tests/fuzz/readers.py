@@ -82,6 +82,8 @@ READERS: dict[str, Reader] = {
                    TOML, (FileError, ParameterError)),
     "curve of a yarn": Reader(".csv", later("stitchmesh.io.yarn_files.read_curve"), lambda folder: [
         b"strain %,tension cN\n0,0\n1,15\n2,30\n"]),
+    "sizes": Reader(".csv", later("stitchmesh.read_sizes"), lambda folder: [
+        b"size,chest [cm],length [in]\nS,92,24\n2-4 y,100,24.5\n"]),
     "edits": Reader(".jsonl", later("stitchmesh.editing.history.read_log"), _edits, JSON),
     "labeling steps": Reader(".jsonl", later("stitchmesh.read_label_steps"), _steps, JSON),
     "history": Reader(".csv", later("stitchmesh.io.history.read_history"), lambda folder: [
