@@ -20,6 +20,7 @@ from .faces.face_mesh import FaceMesh as FaceMesh
 from .first_use import WarmUp as WarmUp
 from .first_use import warm_up as warm_up
 from .hand_knitting import WrittenPiece as WrittenPiece
+from .hand_knitting import graded_instructions as graded_instructions
 from .hand_knitting import knitting_instructions as knitting_instructions
 from .hand_knitting import parse_instructions as parse_instructions
 from .hand_knitting import written_pieces as written_pieces
@@ -134,6 +135,8 @@ from .periodic.swatch import relax_swatches as relax_swatches
 from .periodic.swatch import swatch as swatch
 from .periodic.swatch_design import SwatchDesign as SwatchDesign
 from .periodic.swatch_design import SwatchDials as SwatchDials
+from .periodic.swatch_to import SizedSwatch as SizedSwatch
+from .periodic.swatch_to import swatch_to as swatch_to
 from .periodic.textures.textures import texture_maps as texture_maps
 from .periodic.weave.library import read_weave as read_weave
 from .periodic.weave.library import weave_names as weave_names
@@ -149,10 +152,19 @@ from .pipeline.options import RelaxOptions as RelaxOptions
 from .quality import Quality as Quality
 from .recipe.estimate import GarmentEstimate as GarmentEstimate
 from .recipe.estimate import estimate_garment as estimate_garment
+from .recipe.grade import Graded as Graded
+from .recipe.grade import GradedSize as GradedSize
+from .recipe.grade import grade as grade
+from .recipe.grade import write_graded as write_graded
 from .recipe.knit_recipe import knit_recipe as knit_recipe
 from .recipe.recipe import Recipe as Recipe
 from .recipe.recipe_file import read_recipe as read_recipe
 from .recipe.recipe_file import write_recipe as write_recipe
+from .recipe.sizes import Ease as Ease
+from .recipe.sizes import GarmentSize as GarmentSize
+from .recipe.sizes import parse_ease as parse_ease
+from .recipe.sizes import read_sizes as read_sizes
+from .recipe.sizes import standard_sizes as standard_sizes
 from .render import PictureOptions as PictureOptions
 from .render import render as render
 from .render.animation_options import AnimationPictures as AnimationPictures

@@ -27,6 +27,8 @@ import difflib
 import math
 from dataclasses import dataclass, field, replace
 
+import numpy as np
+
 from stitchmesh.errors import ParameterError, check_positive
 
 GAUGE_LENGTH = 10.0
@@ -303,3 +305,16 @@ def yarn_names() -> tuple[str, ...]:
 def yarn_for_gauge(gauge: Gauge) -> Yarn:
     """Return the named yarn whose usual number of stitches is nearest, by ratio, to the number of a gauge."""
     return min(_NAMED.values(), key=lambda yarn: abs(math.log(yarn.gauge.stitches / gauge.stitches)))
+
+
+def needle_for(loop_length: float) -> float:
+    """Return the diameter of the needle [mm] on which hand knitters make loops of a length [cm].
+
+    It is interpolated, on logarithmic scales, between the middles of the table. Beyond the table it is proportional to
+    the loop length. Knitters differ by a size or two, so that this is where a first swatch begins.
+    """
+    yarns = [row.yarn() for row in _TABLE]
+    loops, needles = np.log([each.loop_length for each in yarns]), np.log([_middle(each.needle) for each in yarns])
+    beyond = math.log(loop_length) - float(np.clip(math.log(loop_length), loops[0], loops[-1]))
+    return math.exp(float(np.interp(math.log(loop_length), loops, needles)) + beyond)
+
