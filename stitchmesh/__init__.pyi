@@ -126,6 +126,8 @@ from .periodic.resolve_pattern import resolve_pattern as resolve_pattern
 from .periodic.sensitivity import Sensitivity as Sensitivity
 from .periodic.sensitivity import sensitivity as sensitivity
 from .periodic.session.session import SwatchSession as SwatchSession
+from .periodic.squeeze import SqueezeCurve as SqueezeCurve
+from .periodic.squeeze import squeeze_test as squeeze_test
 from .periodic.stretch import StretchCurve as StretchCurve
 from .periodic.stretch import StretchPath as StretchPath
 from .periodic.stretch import stretch_test as stretch_test

@@ -33,6 +33,7 @@ from stitchmesh.cli.commands.measure import MeasureCommand
 from stitchmesh.cli.commands.outline import OutlineCommand
 from stitchmesh.cli.commands.relax import RelaxCommand, RelaxEditedCommand
 from stitchmesh.cli.commands.render import RenderCommand
+from stitchmesh.cli.commands.squeeze import SqueezeCommand
 from stitchmesh.cli.commands.stages import RelaxMeshCommand, TessellateCommand, YarnsCommand
 from stitchmesh.cli.commands.stretch import StretchCommand
 from stitchmesh.cli.commands.swatch import SwatchCommand
@@ -69,6 +70,7 @@ COMMANDS: dict[str, type[Command]] = {
     "outline": OutlineCommand,
     "swatch": SwatchCommand,
     "stretch": StretchCommand,
+    "squeeze": SqueezeCommand,
     "drape": DrapeCommand,
     "follow": FollowCommand,
     "animate": AnimateCommand,

@@ -26,7 +26,9 @@ from __future__ import annotations
 import csv
 import io
 import logging
+import math
 from dataclasses import asdict, dataclass, replace
+from itertools import pairwise
 from typing import Any, get_args
 
 import numpy as np
@@ -40,6 +42,7 @@ from stitchmesh.linking.certificate import refuse_pull_through
 from stitchmesh.memory_need import BASE_MEMORY, BYTES_PER_KEPT_POINT, check_memory
 from stitchmesh.mesh import FloatArray
 from stitchmesh.patterns import Pattern
+from stitchmesh.periodic.hysteresis import StretchLoop, closed_loops
 from stitchmesh.periodic.relaxation.continuation import size_of
 from stitchmesh.periodic.relaxation.drawn_cell import (
     Direction,
@@ -78,14 +81,16 @@ class StretchPath(StretchSettings):
     """The strains that a stretch test goes through, one after another, with the size across and the friction.
 
     Raises:
-        ParameterError: not exactly one direction is given, a strain is out of bounds, the strains are equal, there are
-            fewer than two steps or a negative number of cycles, or no yarn has this friction.
+        ParameterError: not exactly one direction is given, a strain is out of bounds, there is one strain only, two
+            strains one after another are equal, there are fewer than two steps or a negative number of cycles, cycles
+            are given for a path that turns, or no yarn has this friction.
     """
 
-    course: tuple[float, float] | None = None
-    """First and last strain along the courses, for example 0.4 for 40 %."""
-    wale: tuple[float, float] | None = None
-    """First and last strain along the wales. Either ``course`` or ``wale`` must be given."""
+    course: tuple[float, ...] | None = None
+    """First and last strain along the courses, for example 0.4 for 40 %. Strains between them are turning points:
+    (0.0, 0.4, 0.2, 0.4) stretches to 40 %, lets back to 20 % and stretches to 40 % again."""
+    wale: tuple[float, ...] | None = None
+    """The same along the wales. Either ``course`` or ``wale`` must be given."""
     other: Other = "free"
     """``free`` relaxes the size across the stretch direction; ``held`` keeps its value in the free cell."""
 
@@ -93,21 +98,32 @@ class StretchPath(StretchSettings):
         if (self.course is None) == (self.wale is None):
             got = "neither" if self.course is None else "both"
             raise ParameterError(f"stretch: got {got} of course and wale; expected strains of one of them")
-        first, last = self.ends
+        if len(self.ends) < 2:
+            raise ParameterError(f"{self.direction}: got {len(self.ends)} strains; expected two or more")
         low, high = min(self.ends), max(self.ends)
-        if not (np.isfinite([first, last]).all() and LEAST_STRAIN <= low and high <= MOST_STRAIN):
-            found = f"{100 * first:g} % to {100 * last:g} %"
+        if not (np.isfinite(self.ends).all() and LEAST_STRAIN <= low and high <= MOST_STRAIN):
+            found = " to ".join(f"{100 * strain:g} %" for strain in self.ends)
             bounds = f"{100 * LEAST_STRAIN:g} % to {100 * MOST_STRAIN:g} %"
             raise ParameterError(f"{self.direction}: got {found}; expected strains of {bounds}")
-        if first == last:
-            raise ParameterError(f"{self.direction}: got {100 * first:g} % twice; expected two different strains")
+        for before, after in pairwise(self.ends):
+            if before == after:
+                raise ParameterError(f"{self.direction}: got {100 * after:g} % twice; expected two different strains")
         check_settings(self)
+        if self.cycles and len(self.ends) > 2:
+            found = f"cycles: got {self.cycles} for a path of {len(self.ends)} strains"
+            raise ParameterError(f"{found}; expected 0: write the way back into the path")
         if self.other not in get_args(Other):
             raise ParameterError(f"other: got {self.other!r}; expected free or held")
-        states = self.steps + max(2 * self.cycles - 1, 0) * (self.steps - 1)
+        states = 1 + sum(steps for _, _, steps in self._parts)
         need = BASE_MEMORY + BYTES_PER_KEPT_POINT * states
         check_memory(f"a stretch test of {states:,} strains", need, "fewer steps")
-        Friction(self.friction or 0.0)
+        Friction(self.friction or 0.0, self.slip_length or Friction.slip_length)
+
+    @property
+    def rubbing(self) -> Friction | None:
+        """The friction between the yarns; None without friction."""
+        friction = Friction(self.friction or 0.0, self.slip_length or Friction.slip_length)
+        return friction if self.friction else None
 
     @property
     def direction(self) -> Direction:
@@ -115,19 +131,38 @@ class StretchPath(StretchSettings):
         return "wale" if self.course is None else "course"
 
     @property
-    def ends(self) -> tuple[float, float]:
-        """The first and the last strain."""
+    def ends(self) -> tuple[float, ...]:
+        """The first and the last strain, and the turning points between them."""
         ends = self.wale if self.course is None else self.course
         assert ends is not None
         return ends
 
     @property
+    def _parts(self) -> list[tuple[float, float, int]]:
+        """Where each part of the path begins and ends, and its number of steps.
+
+        A way that passes a turning point of the path has parts before and behind it: the tension there is then known.
+        """
+        ends = [*self.ends, *self.ends * self.cycles][: len(self.ends) + max(2 * self.cycles - 1, 0)]
+        spacing = max(abs(after - before) for before, after in pairwise(ends)) / (self.steps - 1)
+        parts: list[tuple[float, float, int]] = []
+        for before, after in pairwise(ends):
+            between = {strain for strain in ends if min(before, after) < strain < max(before, after)}
+            stops = [before, *sorted(between, reverse=after < before), after]
+            # Rounding error of a number of steps
+            parts += [(here, there, max(math.ceil(abs(there - here) / spacing - 1e-9), 1))
+                      for here, there in pairwise(stops)]  # fmt: skip
+        return parts
+
+    @property
     def strains(self) -> FloatArray:
         """The strains one after another, shape (n,); each turning point occurs once."""
-        there = np.linspace(*self.ends, self.steps)
-        back = there[::-1]
-        ways = [there, *([back, there] * self.cycles)[: 2 * self.cycles - 1]] if self.cycles else [there]
-        return np.concatenate([there[:1], *(way[1:] for way in ways)])
+        ways: dict[tuple[float, float], FloatArray] = {}
+        for before, after, steps in self._parts:
+            # The way back has the strains of the way there, to the last bit.
+            ways.setdefault((before, after), ways[after, before][::-1] if (after, before) in ways else
+                            np.linspace(before, after, steps + 1))  # fmt: skip
+        return np.concatenate([self.ends[:1], *(ways[before, after][1:] for before, after, _ in self._parts)])
 
 
 @dataclass(frozen=True)
@@ -189,6 +224,11 @@ class StretchCurve:
     def tension(self) -> FloatArray:
         """Tension in the stretch direction [dyn/cm], shape (steps,)."""
         return self.column(f"{self.direction}_tension")
+
+    @property
+    def loops(self) -> tuple[StretchLoop, ...]:
+        """The loops of the curve, which say what work friction takes and whether they close (``hysteresis``)."""
+        return closed_loops(self.column("strain"), self.tension)
 
     @property
     def snaps(self) -> list[int]:
@@ -256,14 +296,14 @@ def _stretch(
     prepared: PreparedSwatch, path: StretchPath, device: str | None, run: Run[StretchPoint]
 ) -> StretchCurve:  # fmt: skip
     """Stretch a swatch in the remaining time; other arguments and errors as for ``stretch_test``."""
-    strains, friction = path.strains, path.friction or 0.0
+    strains, friction = path.strains, path.rubbing
     relaxing: Run[YarnSet] = Run(run.progress)
     check_kept_states("stretch", len(strains), prepared.yarns)
     free, own = relax_prepared(prepared, prepared.yarns, relaxing), prepared.smallest
     drawn = DrawnCell(own.part_of(free.yarns), path.direction, path.other, prepared.material, prepared.quality,
                       planes_of(free, prepared), device, relaxing)  # fmt: skip
-    if friction:
-        found = draw_with_friction(drawn, strains.tolist(), Friction(friction))
+    if friction is not None:
+        found = draw_with_friction(drawn, strains.tolist(), friction)
     else:
         found = draw_without_friction(drawn, strains.tolist())
     points, states = list[StretchPoint](), list[YarnSet]()
@@ -276,7 +316,8 @@ def _stretch(
         raise SolverError("stretch: the time was over before one state was at rest; give more, or a coarser quality")
     refuse_pull_through(free.yarns, states[-1], device)
     out_of_time = len(points) < len(strains)
-    curve = StretchCurve(path.direction, path.other, free, tuple(points), tuple(states), friction, out_of_time)
+    curve = StretchCurve(path.direction, path.other, free, tuple(points), tuple(states), path.friction or 0.0,
+                         out_of_time)  # fmt: skip
     for text in curve.snap_texts:
         logger.warning("stretch: %s; friction may hold it (--friction)", text)
     return curve

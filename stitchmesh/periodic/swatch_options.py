@@ -192,3 +192,7 @@ class StretchSettings:
     friction: float | None = setting(
         None, "coefficient of friction between yarns; loading then differs from unloading", form="MU", unset="off"
     )
+    slip_length: float | None = setting(
+        None, "slip from which on friction is full, in yarn radii; the shorter it is, the better the fabric remembers "
+        "where the stretch turned", form="RADII", unset="0.05", positive=True,
+    )  # fmt: skip

@@ -8,7 +8,7 @@ The names of the fields are the keys of recipes, of jobs and of sweeps, and the 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from numpy.typing import ArrayLike
@@ -36,6 +36,7 @@ from stitchmesh.yarnrelax.model.material import (
     YarnMaterial,
     check_one_mass,
     parse_stiffnesses,
+    stiffness_names,
 )
 
 if TYPE_CHECKING:
@@ -47,7 +48,7 @@ FACTORS = (
     "(floats=F, held=F)"
 )
 """What the factors of rest lengths are for."""
-MATERIAL_VALUES = ", ".join(part.name for part in fields(YarnMaterial))
+MATERIAL_VALUES = ", ".join(stiffness_names())
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -129,7 +129,7 @@ def contact_shares(
         distance2, reach2 = wp.dot(gap, gap), gap4[3] * gap4[3]
         if distance2 < reach2:
             weight = model.sample_weight[sample_number(model.images, entry)]
-            size, _stiff, _inverse = contact_force_scale(distance2, reach2, weight * stiffness)
+            size, _stiff, _inverse = contact_force_scale(model.contact, p, distance2, reach2, weight * stiffness)
             middle = wp.vec3d(here[0], here[1], here[2]) - gap * half
             share = with_element(share, frame, wp.vec3d(), middle, gap, gap * size)
     for k in range(5):

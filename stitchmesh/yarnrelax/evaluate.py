@@ -135,7 +135,7 @@ def contact_magnitudes(
         reach2 = apart[3] * apart[3]
         if distance2 < reach2:
             weight = model.sample_weight[sample_number(model.images, entry)]
-            push, _stiff, _inverse = contact_force_scale(distance2, reach2, weight)
+            push, _stiff, _inverse = contact_force_scale(model.contact, p, distance2, reach2, weight)
             total += push * wp.sqrt(distance2)
     magnitude[p] = total * scale
 

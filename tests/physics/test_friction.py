@@ -200,6 +200,41 @@ def test_a_renewal_keeps_the_friction_of_a_slip_that_is_held() -> None:
         np.testing.assert_allclose(after, before, atol=0.02 * np.abs(before).max())
 
 
+def test_a_contact_remembers_where_it_turned() -> None:
+    """A yarn is dragged by 5 slip lengths e, let back by 2 e, dragged to where it turned, and beyond.
+
+    Along the yarn that it crosses, so N stays. The force is f (1 - (1 - s / e)^2) at a slip of s < e from the anchor.
+    On the way back the anchor lies e behind the turn, so the force at a distance d from the turn is f (1 - (d / e)^2)
+    up to d = e, and -f at 2 e. A shorter way back that stays within e leads to the same force again, and a cycle
+    between two points loses 2 f (L - 2 e).
+    """
+    length, scene = 0.05, FrictionScene.of(crossing(90.0), Friction(0.3), contact_samples=11)
+    start, half = scene.start, len(ARC_LENGTHS)
+
+    def dragged(way: np.ndarray) -> np.ndarray:
+        found = []
+        for place in way * length:
+            points = start.copy()
+            points[half:, 0] += place
+            found.append(-scene.friction_forces(points)[half:, 0].sum())
+            scene.begin_step(points)
+        return np.array(found)
+
+    there, back = np.linspace(0.0, 5.0, 51), np.linspace(5.0, 3.0, 21)
+    full = dragged(there)[-1]
+    away = 5.0 - back
+    expected = full * np.where(away < 1.0, 1.0 - away**2, (2.0 - away) ** 2 - 1.0)
+    # N changes by the error of the midpoint rule, one per cent, while other samples come into contact
+    np.testing.assert_allclose(dragged(back), expected, atol=0.02 * full)
+    again = dragged(back[::-1])
+    assert again[-1] == pytest.approx(full, rel=0.01)
+    assert dragged(np.array([4.5, 4.8, 4.6, 5.0]))[-1] == pytest.approx(full, rel=0.01)
+    cycle = np.concatenate([np.linspace(5.0, 0.0, 51), np.linspace(0.1, 5.0, 50)])
+    force = dragged(cycle)
+    lost = ((force[1:] + force[:-1]) / 2 * np.diff(cycle)).sum()
+    assert lost == pytest.approx(2 * full * (5.0 - 2.0), rel=0.02)
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [

@@ -11,10 +11,10 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Literal
 
-from benchmarks.measures.validation import cells, friction, knits, loads, plots, stretch, weaves
+from benchmarks.measures.validation import cells, friction, knits, loads, memory, plots, squeeze, stretch, weaves
 from benchmarks.table import Rows
 
-Section = Literal["loops", "tiling", "knits", "stretch", "loads", "friction", "weave", "cells"]
+Section = Literal["loops", "tiling", "knits", "stretch", "loads", "friction", "memory", "squeeze", "weave", "cells"]
 TABLES: dict[Section, dict[str, Callable[[], Iterable[str | list[object]]]]] = {
     "loops": {
         "Stockinette at loop length 16.67 d": knits.presets_table,
@@ -46,6 +46,14 @@ TABLES: dict[Section, dict[str, Callable[[], Iterable[str | list[object]]]]] = {
         "Work of dry stockinette": friction.work_table,
         "Extension of dry fabrics": friction.stiffness_tables,
     },
+    "memory": {
+        "Loops of a stretch test that turns": memory.memory_table,
+        "1x1 rib along its courses in fewer and more steps": memory.rates_table,
+    },
+    "squeeze": {
+        "Thickness against pressure": squeeze.squeeze_table,
+        "Stockinette of soft yarn by quality": squeeze.sampling_table,
+    },
     "weave": {"Plain weave of taut yarns": weaves.peirce_table, "Below jamming": weaves.jam_table},
 }
 """The tables of each section, by their titles."""
@@ -59,6 +67,8 @@ CELL_TABLES: dict[str, Callable[[Path], Iterable[list[object]]]] = {
 PICTURES: dict[Section, tuple[str, Callable[[Path], None]]] = {
     "loops": ("validation-loops.png", plots.draw_loops),
     "stretch": ("validation-stretch.png", plots.draw_curves),
+    "memory": ("contact-memory.png", memory.draw_memory),
+    "squeeze": ("contact-squeeze.png", squeeze.draw_squeeze),
     "weave": ("validation-crimp.png", plots.draw_crimp),
 }
 """The picture of a section."""

@@ -25,7 +25,10 @@ if TYPE_CHECKING:
 
 FREE, HELD = "free", "held"
 """Words for the direction in which the swatch is not stretched: no tension, or constant size."""
-STRAINS = "0:40% or 0:0.4 (=-10:40% if the first is negative); free or held if the swatch is stretched in the other"
+STRAINS = (
+    "0:40% or 0:0.4 (=-10:40% if the first is negative), 0:40:20:40% if the stretch turns; free or held if the swatch "
+    "is stretched in the other"
+)
 TABLE, PLOT = "stretch.csv", "stretch.png"
 """Files in the output folder."""
 
@@ -38,8 +41,8 @@ class StretchCommand:
     """pattern or weave: a name of `stitchmesh patterns`, or a file"""
     output: Annotated[str, help_entry("DIR", short="-o")]
     """output folder for stretch.csv and stretch.png"""
-    course: Annotated[str, help_entry("FROM:TO", help=f"strains along the courses: {STRAINS} direction")] = FREE
-    wale: Annotated[str, help_entry("FROM:TO", help=f"strains along the wales: {STRAINS} direction")] = FREE
+    course: Annotated[str, help_entry("FROM:TO[:TO]", help=f"strains along the courses: {STRAINS} direction")] = FREE
+    wale: Annotated[str, help_entry("FROM:TO[:TO]", help=f"strains along the wales: {STRAINS} direction")] = FREE
     way: Annotated[StretchSettings, arg(name="")] = field(default_factory=StretchSettings)
     material: MaterialSection = field(default_factory=MaterialSection)
     quality: QualityName = DEFAULT_QUALITY
@@ -56,6 +59,7 @@ class StretchCommand:
             The exit status if the time ended the curve before its last strain, otherwise None.
         """
         directions = stretch_directions(self.course, self.wale)
+        from stitchmesh.periodic.hysteresis import loop_texts
         from stitchmesh.periodic.resolve_pattern import resolve_pattern
         from stitchmesh.periodic.stretch import StretchPath, stretch_test, write_stretch
         from stitchmesh.periodic.weave.weave import Weave
@@ -75,6 +79,9 @@ class StretchCommand:
             )  # fmt: skip
             write_stretch(folder / TABLE, curve)
             plot_stretch(curve, folder / PLOT)
+        if curve.friction:
+            for text in loop_texts(curve.loops):
+                say(f"Loop {text}.")
         if not curve.out_of_time:
             return None
         say(f"Not good: the time was over after {len(curve.points)} strains; allow more time.")
@@ -85,8 +92,8 @@ def stretch_directions(course: str, wale: str) -> dict[str, Any]:
     """Return the fields of a ``StretchPath`` for the options of the two directions.
 
     Args:
-        course: ``FROM:TO``, ``free`` or ``held``.
-        wale: ``FROM:TO``, ``free`` or ``held``.
+        course: ``FROM:TO``, ``FROM:TO:TO``..., ``free`` or ``held``.
+        wale: the same.
 
     Raises:
         ParameterError: not exactly one option is a range of strains, or a range is malformed.
@@ -101,21 +108,21 @@ def stretch_directions(course: str, wale: str) -> dict[str, Any]:
     return {**ranges, "other": other}
 
 
-def strains(name: str, text: str) -> tuple[float, float]:
-    """Return the first and the last strain of a text such as ``0:40%`` or ``0:0.4``; a percent sign applies to both.
+def strains(name: str, text: str) -> tuple[float, ...]:
+    """Return the strains of a text such as ``0:40%``, ``0:0.4`` or ``0:40:20:40%``; a percent sign applies to all.
 
     Raises:
         ParameterError: the text is malformed.
     """
     words = text.split(":")
     try:
-        first, last = (float(word.strip().removesuffix("%")) for word in words)
+        found = [float(word.strip().removesuffix("%")) for word in words]
     except ValueError:
-        first = last = math.nan
-    if not (math.isfinite(first) and math.isfinite(last)):
+        found = []
+    if len(found) < 2 or not all(math.isfinite(strain) for strain in found):
         raise ParameterError(f"--{name}: got {text!r}; expected two strains such as 0:40% or 0:0.4, free or held")
     unit = 0.01 if "%" in text else 1.0
-    return first * unit, last * unit
+    return tuple(strain * unit for strain in found)
 
 
 def _print_state(point: StretchPoint) -> None:

@@ -89,7 +89,7 @@ def contact_energies(
         reach2 = apart[3] * apart[3]
         if distance2 < reach2:
             stiffness = weight * model.sample_weight[sample_number(model.images, entry)]
-            energy += contact_energy(distance2, reach2, stiffness)
+            energy += contact_energy(model.contact, p, distance2, reach2, stiffness)
     sample_energy[p] = energy * type(energy)(0.5)
 
 

@@ -62,7 +62,7 @@ def press_of_pair(model: YarnConstants, samples: wp.array[Vec4], tangent: wp.arr
     if distance2 < reach2:
         q = sample_number(model.images, entry)
         stiffness = model.sample_stiffness[p] * model.sample_weight[q]
-        push, _stiff, _inverse = contact_force_scale(distance2, reach2, stiffness)
+        push, _stiff, _inverse = contact_force_scale(model.contact, p, distance2, reach2, stiffness)
         press = across_both(away, tangent[p], tangent[q]) * push
     return press
 

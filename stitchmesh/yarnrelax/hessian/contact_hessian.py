@@ -59,7 +59,7 @@ def find_touching_pairs(
             q = sample_number(model.images, entry)
             weight = own * model.sample_weight[q]
             wanted = wp.min(of_segment, exact[model.sample_segment[q]])
-            push, stiff, inverse = contact_force_scale(distance2, reach2, weight)
+            push, stiff, inverse = contact_force_scale(model.contact, p, distance2, reach2, weight)
             push = push * wanted
             size = wp.sqrt((stiff + push) * inverse)
             touching[p, found] = entry

@@ -29,6 +29,8 @@ from stitchmesh.yarnrelax.model.material import carried_lengths, point_masses
 
 YarnConstants: TypeAlias = Any
 """The struct of ``constants_struct``, in either precision, with or without images."""
+YarnContact: TypeAlias = Any
+"""``StiffContact`` or ``SoftContact``."""
 CellConstants: TypeAlias = Any
 """``YarnConstants`` with images: those of yarns on a lattice."""
 ExactConstants: TypeAlias = Any
@@ -161,14 +163,30 @@ def entries_at_once(*, on_gpu: bool) -> int:
     return 4 if on_gpu else 1
 
 
+@wp.struct
+class StiffContact:
+    """The usual law of contact, for which the kernels are compiled without any other law."""
+
+    unused: wp.int32
+
+
+@wp.struct
+class SoftContact:
+    """Samples of which some have van Wyk's law."""
+
+    soft: wp.array[wp.int32]
+    """1 for a sample with van Wyk's law, shape (P,)."""
+
+
 @functools.cache
-def constants_struct(scalar: ScalarType, images: Any) -> Any:
+def constants_struct(scalar: ScalarType, images: Any, contact: Any = StiffContact) -> Any:
     """Return the struct of constants in one precision, with or without images; lengths are in units."""
     scalars = wp.array(dtype=scalar)
     integers = wp.array(dtype=wp.int32)
     indices = wp.array(dtype=wp.vec4i)
     annotations = {
         "images": images,
+        "contact": contact,
         "segment_points": indices,
         "segment_rest_length": scalars,
         "segment_yarn": integers,
@@ -190,6 +208,7 @@ def constants_struct(scalar: ScalarType, images: Any) -> Any:
         "quadrature_points": wp.int32,
     }
     name = f"YarnConstants_{scalar.__name__}_{images.__name__ if hasattr(images, '__name__') else images.key}"
+    name += "_soft" * (contact is SoftContact)
     return wp.struct(type(name, (), {"__annotations__": annotations}))
 
 

@@ -24,7 +24,7 @@ import difflib
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -42,6 +42,10 @@ MOST_OVER_DEFAULT = 1e6
 stiff, a step of the solver would leave the numbers of single precision."""
 REFERENCE_RADIUS = 0.125
 """Radius [cm] of the yarn that the named materials describe."""
+
+
+Compression: TypeAlias = Literal["stiff", "van-wyk"]
+"""Laws of contact (``energies.contact``)."""
 
 
 @dataclass(frozen=True)
@@ -70,12 +74,17 @@ class YarnMaterial:
     """Mass of a length of yarn [g / cm]."""
     segment_length: float = 2.4 * REFERENCE_RADIUS
     """Rest length of the segments for which ``k_len`` and ``k_length`` are stated [cm]."""
+    compression: Compression = "stiff"
+    """How yarns in contact resist: ``stiff`` (Kaldor 2008), or ``van-wyk``, a soft mass of fibres (``contact``)."""
 
     def __post_init__(self) -> None:
-        for field in fields(self):
-            value = getattr(self, field.name)
+        for name in stiffness_names():
+            value = getattr(self, name)
             if not (np.isfinite(value) and value >= 0.0):
-                raise ParameterError(f"material: {field.name} is {value}; expected a finite number of at least 0")
+                raise ParameterError(f"material: {name} is {value}; expected a finite number of at least 0")
+        if self.compression not in get_args(Compression):
+            found = f"material: compression is {self.compression!r}"
+            raise ParameterError(f"{found}; expected one of {', '.join(get_args(Compression))}")
         check_positive("material: segment_length", self.segment_length, "cm")
 
     @property
@@ -119,7 +128,8 @@ class YarnMaterial:
             most = MOST_OVER_DEFAULT * getattr(NAMED[DEFAULT_MATERIAL], field)
             if not 0.0 <= value <= most:
                 raise ParameterError(f"material: {field} is {value:g}; expected a number from 0 to {most:g}")
-        return replace(self, **dict(stiffness))
+        changed: dict[str, Any] = dict(stiffness)
+        return replace(self, **changed)
 
     @staticmethod
     def of_yarn(yarn: Yarn) -> YarnMaterial:
@@ -142,7 +152,17 @@ class YarnMaterial:
 
     def transverse_modulus(self, radius: float) -> float:
         """Return the pressure between parallel yarns of a radius [cm] over their compression by a tenth [dyn/cm^2]."""
-        return 10.0 * self.k_contact * pressure_of_parallel_yarns(0.9, radius)
+        return 10.0 * self.k_contact * pressure_of_parallel_yarns(0.9, radius, self.compression)
+
+    def compressed_by(self, compression: Compression) -> YarnMaterial:
+        """Return this material with another law of compression, and the same transverse modulus.
+
+        Raises:
+            ParameterError: there is no such law.
+        """
+        made = replace(self, compression=compression)
+        same = self.transverse_modulus(1.0) / made.transverse_modulus(1.0) if self.k_contact > 0.0 else 1.0
+        return replace(made, k_contact=self.k_contact * same)
 
     def of_radius(self, radius: float, own: float = REFERENCE_RADIUS) -> YarnMaterial:
         """Return the material of yarn of a radius [cm]; this material describes yarn of the radius ``own`` [cm].
@@ -177,6 +197,7 @@ class YarnMaterial:
             k_dn=self.k_dn / gamma**4,
             mass_per_length=self.mass_per_length / gamma,
             segment_length=self.segment_length * gamma,
+            compression=self.compression,
         )
 
 
@@ -195,17 +216,26 @@ def _of_named_yarn(name: str) -> YarnMaterial:
     return YarnMaterial.of_yarn(yarn).of_radius(REFERENCE_RADIUS, yarn.core_radius)
 
 
-def pressure_of_parallel_yarns(distance: float, radius: float) -> float:
+def stiffness_names() -> list[str]:
+    """Return the names of the values of a material that are numbers."""
+    return [field.name for field in fields(YarnMaterial) if field.name != "compression"]
+
+
+def pressure_of_parallel_yarns(distance: float, radius: float, compression: Compression = "stiff") -> float:
     """Return the pressure between two parallel yarns over ``k_contact`` [1 / cm].
 
     Their force on a length is the derivative of the energy of two straight yarns, which is the integral of
     f(rho) = 1 / rho^2 + rho^2 - 2 along one of them (``energies.contact``), and the pressure is the force over the
-    diameter.
+    diameter. By van Wyk's law the force over ``k_contact`` is
+    distance^-3 - 4 + 3 distance.
 
     Args:
         distance: distance of the axes over the diameter, below 1.
         radius: radius of both yarns [cm].
+        compression: the law.
     """
+    if compression == "van-wyk":
+        return (distance**-3 - 4.0 + 3.0 * distance) / (2.0 * radius)
     half = math.sqrt(1.0 - distance**2)
     force = 2.0 * half / distance + 2.0 * math.atan2(half, distance) / distance**2 - 4.0 * distance * half
     return force / (2.0 * radius)
@@ -265,7 +295,7 @@ def parse_stiffnesses(words: Iterable[str]) -> dict[str, float]:
 
 def _check_field(name: str) -> None:
     """Raise an error if a material has no field of that name."""
-    known = [field.name for field in fields(YarnMaterial)]
+    known = stiffness_names()
     if name not in known:
         near = difflib.get_close_matches(name, known, n=1, cutoff=0.5) or [f"one of {', '.join(known)}"]
         raise ParameterError(f"stiffness {name!r}: is no value of a material; expected {near[0]}")

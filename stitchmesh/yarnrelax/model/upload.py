@@ -22,7 +22,7 @@ from stitchmesh.compute.threads import each_block
 from stitchmesh.errors import ParameterError
 from stitchmesh.yarn import YarnSet, basis
 from stitchmesh.yarnrelax.model.cells import CONTACT, PeriodicCell, starts_of
-from stitchmesh.yarnrelax.model.constants import Model, constants_struct
+from stitchmesh.yarnrelax.model.constants import Model, SoftContact, StiffContact, constants_struct
 from stitchmesh.yarnrelax.model.image_table import put_images
 from stitchmesh.yarnrelax.model.lattice_images import images_struct
 from stitchmesh.yarnrelax.model.material import YarnMaterial
@@ -84,6 +84,7 @@ def put_cells(
     counts = np.concatenate([sample_counts(cell.yarns, own) for cell, own in zip(cells, samples, strict=True)])
     _refuse_slender(counts)
     kind = images_struct(scalar, on_lattice=cells[0].yarns.lattice is not None)
+    is_soft = any(cell.material.compression == "van-wyk" for cell in cells)
     model = Model(
         cells[0].yarns if len(cells) == 1 else join_yarns([cell.yarns for cell in cells]),
         cells,
@@ -91,11 +92,14 @@ def put_cells(
         scalar,
         np.concatenate([[0], np.cumsum(counts)]),
         quadrature_points,
-        constants_struct(scalar, kind)(),
+        constants_struct(scalar, kind, SoftContact if is_soft else StiffContact)(),
     )
     model.constants.images = put_images(model, kind)
     _put_segments(model)
     _put_samples(model, counts)
+    if is_soft:
+        soft = [cell.material.compression == "van-wyk" for cell in cells]
+        model.constants.contact.soft = model.integers(np.repeat(np.repeat(soft, np.diff(model.segment_start)), counts))
     _put_points(model)
     model.constants.rule = model.upload(gauss_rule(quadrature_points), 6)
     model.constants.quadrature_points = quadrature_points
