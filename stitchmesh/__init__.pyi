@@ -34,12 +34,16 @@ from .io.library_meshes import as_mesh as as_mesh
 from .io.library_meshes import to_meshio as to_meshio
 from .io.library_meshes import to_pyvista as to_pyvista
 from .io.library_meshes import to_trimesh as to_trimesh
+from .io.measured_curves import MeasuredCurve as MeasuredCurve
+from .io.measured_curves import read_measured_curves as read_measured_curves
+from .io.measured_curves import write_measured_curves as write_measured_curves
 from .io.mesh_sequences import read_moving_mesh as read_moving_mesh
 from .io.mesh_sequences import write_moving_mesh as write_moving_mesh
 from .io.meshes import read_repaired_mesh as read_repaired_mesh
 from .io.stitch_formats.face_libraries import read_face_library as read_face_library
 from .io.stitch_formats.face_meshes import read_face_mesh as read_face_mesh
 from .io.stitch_formats.face_meshes import write_face_mesh as write_face_mesh
+from .io.yarn_files import write_yarn as write_yarn
 from .jobs.job import Job as Job
 from .jobs.job_file import read_job as read_job
 from .jobs.run_job import run_job as run_job
@@ -145,6 +149,8 @@ from .periodic.weave.library import weave_names as weave_names
 from .periodic.weave.weave import Weave as Weave
 from .periodic.weave.weave_chart import WeaveChart as WeaveChart
 from .periodic.weave.yarns import weave_yarns as weave_yarns
+from .periodic.yarn_fit import YarnFit as YarnFit
+from .periodic.yarn_fit import fit_yarn as fit_yarn
 from .pipeline.animate import animate as animate
 from .pipeline.dressed import Dressed as Dressed
 from .pipeline.dressed import dressed as dressed
@@ -209,6 +215,7 @@ from .yarn.rest_length import RestLengths as RestLengths
 from .yarn.rest_length import apply_rest_lengths as apply_rest_lengths
 from .yarn.strand_distance import strand_distance as strand_distance
 from .yarn.tiling import tile_yarns as tile_yarns
+from .yarn.yarn_description import YarnDescription as YarnDescription
 from .yarn.yarn_description import described_yarn as described_yarn
 from .yarn.yarn_presets import Gauge as Gauge
 from .yarn.yarn_presets import Yarn as Yarn

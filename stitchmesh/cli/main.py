@@ -22,6 +22,7 @@ from stitchmesh.cli.commands.drape import DrapeCommand
 from stitchmesh.cli.commands.edit import EditCommand
 from stitchmesh.cli.commands.fabric_parts import CaptureCommand, PatternCommand, SelectCommand
 from stitchmesh.cli.commands.files import CheckCommand, ConvertCommand, InfoCommand
+from stitchmesh.cli.commands.fit import FitCommand
 from stitchmesh.cli.commands.follow import FollowCommand
 from stitchmesh.cli.commands.grade import GradeCommand
 from stitchmesh.cli.commands.instructions import InstructionsCommand
@@ -71,6 +72,7 @@ COMMANDS: dict[str, type[Command]] = {
     "swatch": SwatchCommand,
     "stretch": StretchCommand,
     "squeeze": SqueezeCommand,
+    "fit": FitCommand,
     "drape": DrapeCommand,
     "follow": FollowCommand,
     "animate": AnimateCommand,

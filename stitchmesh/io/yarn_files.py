@@ -11,8 +11,9 @@ from os import fspath
 from pathlib import Path
 
 from stitchmesh.errors import FileError
+from stitchmesh.io.atomic import write_text
 from stitchmesh.io.contents import FilePath, read_bytes
-from stitchmesh.io.toml_file import SUFFIX, read_dataclass
+from stitchmesh.io.toml_file import SUFFIX, changed_fields, read_dataclass, table_lines
 from stitchmesh.yarn.yarn_description import YarnDescription
 from stitchmesh.yarn.yarn_presets import Yarn
 
@@ -38,6 +39,19 @@ def read_yarn(path: FilePath) -> Yarn:
     if isinstance(found.load_extension, str):
         found = replace(found, load_extension=read_curve(place.parent / found.load_extension))
     return replace(found, name=found.name or place.stem).yarn()
+
+
+def write_yarn(path: FilePath, yarn: YarnDescription) -> None:
+    """Write the description of a yarn, for ``--yarn`` and ``read_yarn``.
+
+    Args:
+        path: a ``.toml`` file; missing folders are made.
+        yarn: the description.
+
+    Raises:
+        FileError: the file cannot be written.
+    """
+    write_text(path, "".join(f"{line}\n" for line in table_lines(changed_fields(yarn))))
 
 
 def read_curve(path: FilePath) -> tuple[tuple[float, float], ...]:

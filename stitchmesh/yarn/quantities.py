@@ -18,11 +18,13 @@ from stitchmesh.errors import ParameterError
 
 LINEAR_DENSITY, LENGTH, PER_LENGTH = "g/cm", "cm", "1/cm"
 FORCE, PRESSURE, RIGIDITY, SPECIFIC_STIFFNESS = "dyn", "dyn/cm^2", "dyn*cm^2", "dyn*cm/g"
+TENSION = "dyn/cm"
 EXAMPLES = {
     LINEAR_DENSITY: "72 tex, 2/28 Nm, 20/2 Ne or 70 denier",
     LENGTH: "0.17 mm or 22 um",
     PER_LENGTH: "850/m or 12 wpi",
     FORCE: "17 N or 500 cN",
+    TENSION: "5 N/m or 0.2 N/cm",
     PRESSURE: "815 MPa or 50 kPa",
     RIGIDITY: "0.004 cN cm2 or 1e-9 N m2",
     SPECIFIC_STIFFNESS: "220 cN/tex",

@@ -69,6 +69,9 @@ class RestDerivatives:
     strains: Mapping[str, FloatArray]
     """Strains (course, wale, shear) of the cell over the relative change of each of ``INPUTS``, shape (3,); 0 for
     strains that are held."""
+    reactions: Mapping[str, FloatArray]
+    """Forces on the three strains over the relative change of each of ``INPUTS``, while all strains are held and the
+    points follow [erg], shape (3,)."""
     stiffness: FloatArray
     """Second derivatives of the energy by the three strains while the points follow [erg], shape (3, 3)."""
     negative_eigenvalues: int
@@ -89,6 +92,7 @@ class ForcesByInput:
         launches = simulation.balance_launches()
         launches += strain.force_launches(simulation.state, simulation.candidates, model.prepare)
         self._launches, self._state = CapturedLaunches(launches, model.device), simulation.state
+        self._strain, self._held_strains = strain, strain.host_free[0] == 0.0
         self._powers = _powers_of_model(model)
         for term in simulation.terms:
             if not isinstance(term, YarnTerm):
@@ -97,10 +101,14 @@ class ForcesByInput:
         self._kept = [own.constants.numpy().copy() for own in self._powers]
 
     def at(self, name: str, factor: float) -> FloatArray:
-        """Return the forces [erg / unit] with one input multiplied by a factor near 1, shape (3 N + 3,)."""
+        """Return the forces [erg / unit] with one input multiplied by a factor near 1, shape (3 N + 3,).
+
+        Held strains have the forces with which the yarns act on them.
+        """
         self._multiply(name, factor)
         self._launches.launch()
         found = self._state.force.numpy().astype(np.float64).ravel()
+        found[-3:][self._held_strains] = self._strain.totals.numpy()[0, :3][self._held_strains] / float(STRAIN_UNIT)
         self._multiply(name, 1.0)
         return found
 
@@ -139,11 +147,23 @@ class RestSystem:
 
     def motions(self, forces: FloatArray) -> FloatArray:
         """Return the motions with which the cell gives way to forces, both of shape (3 N + 3, m)."""
-        count = len(self._border)
-        moved, strains = self._solved(forces[:count]), np.zeros((3, forces.shape[1]))
-        left = forces[count:] - self._border.T @ moved
+        moved, left = self.reactions(forces)
+        strains = np.zeros((3, forces.shape[1]))
         strains[self.free] = np.linalg.solve(self.stiffness[np.ix_(self.free, self.free)], left[self.free])
         return np.concatenate([moved + self._following @ strains, strains])
+
+    def reactions(self, forces: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return how the points give way to forces while all strains are held, and the forces then on the strains.
+
+        Args:
+            forces: forces on the points and the strains, shape (3 N + 3, m).
+
+        Returns:
+            The motions of the points, shape (3 N, m), and the forces on the strains, shape (3, m).
+        """
+        count = len(self._border)
+        moved = self._solved(forces[:count])
+        return moved, forces[count:] - self._border.T @ moved
 
     @property
     def negative_eigenvalues(self) -> int:
@@ -236,9 +256,11 @@ def rest_derivatives(simulation: YarnSimulation) -> RestDerivatives:
         SolverError: the Hessian has no factors.
     """
     system, forces = RestSystem(simulation, HessianAssembly(simulation)), ForcesByInput(simulation)
-    found = system.motions(np.column_stack([forces.slope(name) for name in INPUTS]))
-    strains = dict(zip(INPUTS, found[-3:].T / float(STRAIN_UNIT), strict=True))
-    return RestDerivatives(strains, system.stiffness * float(STRAIN_UNIT) ** 2, system.negative_eigenvalues)
+    slopes = np.column_stack([forces.slope(name) for name in INPUTS])
+    unit = float(STRAIN_UNIT)
+    strains = dict(zip(INPUTS, system.motions(slopes)[-3:].T / unit, strict=True))
+    reactions = dict(zip(INPUTS, system.reactions(slopes)[1].T * unit, strict=True))
+    return RestDerivatives(strains, reactions, system.stiffness * unit**2, system.negative_eigenvalues)
 
 
 def _powers_of_model(model: Model) -> list[InputPowers]:

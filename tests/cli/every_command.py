@@ -28,6 +28,7 @@ WORDS: dict[str, list[list[str]]] = {
                ["stockinette", "-o", "out", "--no-picture", "--relaxation", "dry"]],
     "stretch": [["stockinette", "-o", "out", "--course", "0:4%", "--steps", "2"]],
     "squeeze": [["stockinette", "-o", "out", "--to", "0.9", "--steps", "1"]],
+    "fit": [["--pattern", "stockinette", "-o", "out.toml", "--gauge", "20x26"]],
     "drape": [["scene.toml", "-o", "out", "--no-picture"]],
     "follow": [["rest.h5", "frames", "-o", "out"]],
     "animate": [["stitches.h5", "moving", "-o", "out"]],

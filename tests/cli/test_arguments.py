@@ -30,7 +30,7 @@ REQUIRED: dict[str, list[str]] = {
     "convert": ["a.h5", "b.h5"], "pattern": ["a.h5", "rib2x2", "-o", "b.h5"], "patterns": [], "edit": ["a.h5"],
     "instructions": ["a.h5"], "info": ["a.h5"], "select": ["a.h5"], "check": ["a.h5"],
     "app": [], "examples": [], "warm-up": [], "measure": ["plain"], "view": ["a.h5"], "yarn": ["list"],
-    "swatch": ["plain"], "drape": ["a.toml"],
+    "swatch": ["plain"], "drape": ["a.toml"], "fit": ["--pattern", "rib1x1", "-o", "b.toml"],
     "follow": ["a.h5", "b.usdc", "-o", "c"], "animate": ["a.h5", "b.usdc", "-o", "c"],
     "run": ["a.toml"], "job": ["init", "a.obj"], "status": ["a"], "batch": ["a.toml"],
     "grade": ["a.toml", "--sizes", "b.csv", "-o", "c"],
@@ -40,7 +40,7 @@ REQUIRED: dict[str, list[str]] = {
 """Required words of the commands that need other words than a file and an output file."""
 POSITIONAL = (
     "mesh", "file", "pattern", "fabric", "yarns", "labeled", "output", "arguments", "selections", "scene", "job",
-    "action", "source", "folder", "sweep", "body", "piece", "cloth", "name", "recipe",
+    "action", "source", "folder", "sweep", "body", "piece", "cloth", "name", "recipe", "curves",
 )  # fmt: skip
 """Fields of the commands that are words without a flag in one of them."""
 

@@ -84,6 +84,9 @@ READERS: dict[str, Reader] = {
         b"strain %,tension cN\n0,0\n1,15\n2,30\n"]),
     "sizes": Reader(".csv", later("stitchmesh.read_sizes"), lambda folder: [
         b"size,chest [cm],length [in]\nS,92,24\n2-4 y,100,24.5\n"]),
+    "measured curves": Reader(".csv", later("stitchmesh.io.measured_curves.read_measured_curves"), lambda folder: [
+        b"# width: 50 mm\n# length: 10 cm\ndirection,other,extension [mm],load [N]\nwale,free,5,0.1\ncourse,held,9,1\n",
+        b"# direction: wale\nstrain [%],load [N/m]\n0,0\n10,2\n20,5\n"]),
     "edits": Reader(".jsonl", later("stitchmesh.editing.history.read_log"), _edits, JSON),
     "labeling steps": Reader(".jsonl", later("stitchmesh.read_label_steps"), _steps, JSON),
     "history": Reader(".csv", later("stitchmesh.io.history.read_history"), lambda folder: [

@@ -149,7 +149,7 @@ def spring(drawn: Any, shape: Any, strain: float) -> Relaxation:
 def test_a_shape_that_does_not_come_back_is_another_branch(
     strains: list[float], branches: list[int], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(drawn_cell, "_relaxed_at", spring)
+    monkeypatch.setattr(drawn_cell, "relax_at", spring)
     monkeypatch.setattr(drawn_cell, "_tension", lambda drawn, yarns: (0.0, 0.0))
     cell: Any = type("Cell", (), {"free": "low"})()
     assert [state.branch for state in draw_without_friction(cell, strains)] == branches

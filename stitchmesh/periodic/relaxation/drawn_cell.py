@@ -118,7 +118,7 @@ def draw_without_friction(drawn: DrawnCell, strains: Sequence[float]) -> Iterato
     found: list[DrawnState] = []
     yarns = drawn.free
     for strain in strains:
-        rest = _relaxed_at(drawn, yarns, strain)
+        rest = relax_at(drawn, yarns, strain)
         if rest.report["out_of_time"]:
             return
         yarns, energy = rest.yarns, rest.report["energy"]
@@ -128,8 +128,12 @@ def draw_without_friction(drawn: DrawnCell, strains: Sequence[float]) -> Iterato
         yield found[-1]
 
 
-def _relaxed_at(drawn: DrawnCell, yarns: YarnSet, strain: float) -> Relaxation:
-    """Draw yarns to a strain and relax them."""
+def relax_at(drawn: DrawnCell, yarns: YarnSet, strain: float) -> Relaxation:
+    """Draw yarns to a strain and relax them.
+
+    Raises:
+        SolverError: the yarns cannot be drawn or relaxed.
+    """
     given: dict[str, Any] = {"material": drawn.material, "quality": drawn.quality, "device": drawn.device}
     yarns = change_period(yarns, drawn.size_at(strain), **given)
     return relax_with_digits(yarns, cell=drawn.cell, terms=drawn.terms, run=drawn.run, **given)
@@ -142,7 +146,7 @@ def _branch(drawn: DrawnCell, found: Sequence[DrawnState], strain: float, rest: 
              if each.strain == strain and abs(each.energy - rest.report["energy"]) <= same]  # fmt: skip
     if before.branch in equal:
         return before.branch
-    back = _relaxed_at(drawn, rest.yarns, before.strain)
+    back = relax_at(drawn, rest.yarns, before.strain)
     if not back.report["converged"] or abs(back.report["energy"] - before.energy) <= same:
         return before.branch
     return equal[-1] if equal else max(state.branch for state in found) + 1
