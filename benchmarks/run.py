@@ -6,9 +6,9 @@
     python benchmarks/run.py NAME --help
     python benchmarks/run.py NAME [OPTION ...]
 
-A measure is a file of ``benchmarks/measures``, and its name is that of the file. Its function, which has the same name,
-yields the rows of a table; the parameters of the function are the options. A measure with several actions lists their
-functions in ``ACTIONS``, and the first word after the name says which of them runs.
+A measure is a file of ``benchmarks/measures`` or ``benchmarks/published``, and its name is that of the file. Its
+function, which has the same name, yields the rows of a table; the parameters of the function are the options. A measure
+with several actions lists their functions in ``ACTIONS``, and the first word after the name says which of them runs.
 """
 
 from __future__ import annotations
@@ -27,7 +27,8 @@ if str(ROOT) not in sys.path:
 from benchmarks.options import begun  # noqa: E402
 from benchmarks.table import Rows, show  # noqa: E402
 
-FOLDER = ROOT / "benchmarks" / "measures"
+FOLDERS = (*sorted((ROOT / "benchmarks" / "measures").glob("*/")), ROOT / "benchmarks" / "published")
+"""The folders of the measures, by topic."""
 
 
 def main(words: Sequence[str]) -> int:
@@ -56,7 +57,7 @@ def named(words: Sequence[str]) -> Rows:
 
 def paths() -> Iterator[Path]:
     """Yield the files of all measures, topic by topic; a file without a measure has functions that measures share."""
-    for path in sorted(FOLDER.glob("*/*.py")):
+    for path in (each for folder in FOLDERS for each in sorted(folder.glob("*.py"))):
         text = path.read_text(encoding="utf-8")
         if f"\ndef {path.stem}(" in text or "\nACTIONS = " in text:
             yield path

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks.measures.validation import cells, weaves
-from benchmarks.measures.validation import rod_model as rods
+from benchmarks.published import cells, weaves
+from benchmarks.published import rod_model as rods
 from stitchmesh.patterns import parse_pattern, read_pattern
 from stitchmesh.periodic.repeat.drawn_swatch import draw_swatch
 from stitchmesh.periodic.sampling.sampling import close_contacts

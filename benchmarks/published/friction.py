@@ -5,14 +5,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
 
 import numpy as np
 
-from benchmarks.measures.validation.knits import DIAMETER, MATERIAL, MUNDEN, Gauge, gauge
-from benchmarks.measures.validation.stretch import PATTERNS, PUBLISHED
+from benchmarks.published.knits import DIAMETER, MATERIAL, MUNDEN, Gauge, gauge
+from benchmarks.published.stretch import PATTERNS, PUBLISHED
 from stitchmesh.periodic.fabric_shape import FlatFabric
 from stitchmesh.periodic.relaxation.continuation import change_period, size_of
 from stitchmesh.periodic.relaxation.off_needles import LAST_FORCE, ON_NEEDLES, RELEASE_STEPS, TOLERANCE, falling
@@ -36,9 +36,12 @@ STATES: tuple[KnitState, ...] = ("dry", "wet", "full", "frictionless")
 NEEDLES = ((4.4, 3.0), (4.6, 3.0), (5.0, 3.0), (4.6, 3.4))
 """Loop length over course and wale spacing on the needles."""
 STIFF_LOOPS = (14, 15, COMPACT_LOOP)
-"""Loop lengths for orders of stiffness, as without friction (``validation_loads``)."""
-LOADS = (100.0, 500.0, 1e3, 1500.0)
+"""Loop lengths for orders of stiffness, as without friction (``loads``)."""
+STIFF_COEFFICIENTS = (0.3, 0.5)
+LOADS = (500.0, 1e3, 1500.0)
 """Tensions under which extensions are compared [dyn/cm]."""
+CYCLE_STEPS = 20
+"""Steps of a cycle from rest to its largest tension."""
 LOAD_STEPS = 20
 """Steps in equal ratios from a thousandth of the largest load."""
 QUALITY = replace(refine_for_tension(PRESETS["standard"]), tolerance=TOLERANCE)
@@ -56,8 +59,11 @@ def let_go(pattern: str, loop: float, state: KnitState, mu: float = YARN_FRICTIO
 def munden_table() -> Iterable[list[object]]:
     """Compare stockinette of several loop lengths with Munden's constants."""
     yield ["loop length / d", *(f"K_c, K_w, K_s {state}" for state in STATES)]
-    for loop in LOOPS:
-        yield [loop, *(_constants(gauge(let_go("stockinette", loop, state))) for state in STATES)]
+    found = {state: [gauge(let_go("stockinette", loop, state)) for loop in LOOPS] for state in STATES}
+    for number, loop in enumerate(LOOPS):
+        yield [loop, *(_constants(found[state][number]) for state in STATES)]
+    means = [np.mean([(each.k_c, each.k_w, each.k_s) for each in found[state]], axis=0) for state in STATES]
+    yield ["mean", *(f"{k_c:.2f}, {k_w:.2f}, {k_s:.1f}" for k_c, k_w, k_s in means)]
     yield ["Munden", *(_constants(MUNDEN[state]) for state in STATES if state in MUNDEN), ""]
 
 
@@ -145,33 +151,59 @@ def strains(found: list[StepAtRest], direction: str) -> np.ndarray:
     return sizes[1:] / sizes[0] - 1.0
 
 
+@dataclass(frozen=True, eq=False)
+class WorkCycle:
+    """The second of two cycles of dry stockinette, from rest and back."""
+
+    strain: np.ndarray
+    tension: np.ndarray
+    """[dyn/cm]"""
+
+    @property
+    def returned(self) -> float:
+        """Work returned over work given."""
+        work = (self.tension[1:] + self.tension[:-1]) / 2 * np.diff(self.strain)
+        return float(-work[CYCLE_STEPS:].sum() / work[:CYCLE_STEPS].sum())
+
+    @property
+    def stiffer(self) -> float:
+        """Tension on the way out over the tension on the way back, in the middle of the cycle."""
+        middle = (self.strain.min() + self.strain.max()) / 2
+        out, back = slice(0, CYCLE_STEPS + 1), slice(CYCLE_STEPS, None)
+        forth = np.interp(middle, self.strain[out], self.tension[out])
+        return float(forth / np.interp(middle, self.strain[back][::-1], self.tension[back][::-1]))
+
+
+@cache
+def work_of_cycle(direction: str, most: float, mu: float) -> WorkCycle:
+    """Draw dry stockinette up to a tension [dyn/cm] and let it go, twice."""
+    up = np.linspace(1.0 / CYCLE_STEPS, 1.0, CYCLE_STEPS)
+    tension = most * np.tile(np.concatenate([up, up[-2::-1], [0.0]]), 2)
+    strain = strains(drawn("stockinette", COMPACT_LOOP, "dry", direction, tension, mu), direction)
+    second = slice(2 * CYCLE_STEPS - 1, None)
+    return WorkCycle(strain[second], tension[second])
+
+
 def work_table() -> Iterable[list[object]]:
-    """Draw dry stockinette and let it go, twice; compare the work given and returned in the second cycle."""
+    """Compare the work given and returned in the second cycle."""
     yield ["drawn along", "largest tension [dyn/cm]", "strain", "coefficient", "work returned", "published"]
-    up = np.linspace(0.05, 1.0, 20)
-    cycle = np.concatenate([up, up[-2::-1], [0.0]])
     for direction in PUBLISHED:
         for most, mu in ((300.0, 0.1), (300.0, 0.2), (300.0, 0.3), (1e3, 0.2)):
-            tension = most * np.concatenate([cycle, cycle])
-            found = drawn("stockinette", COMPACT_LOOP, "dry", direction, tension, mu)
-            strain = np.concatenate([[0.0], strains(found, direction)])
-            work = (np.concatenate([[0.0], tension[:-1]]) + tension) / 2 * np.diff(strain)
-            given, back = work[40:60].sum(), -work[60:].sum()
-            yield [f"{direction}s", most, f"{strain[60] - strain[40]:.1%}", mu, f"{back / given:.0%}", "about half"]
+            found = work_of_cycle(direction, most, mu)
+            strain = found.strain[CYCLE_STEPS] - found.strain[0]
+            yield [f"{direction}s", most, f"{strain:.1%}", mu, f"{found.returned:.0%}", "about half"]
 
 
-def stiffness_tables() -> Iterable[str | list[object]]:
+def stiffness_table() -> Iterable[list[object]]:
     """Extensions of dry fabrics under several loads, when they are drawn first and when they are drawn again."""
-    for mu in (YARN_FRICTION, 0.3, 0.5):
+    yield ["coefficient", "loop length / d", "drawn along", *(f"at {load / 1000:g} N/m" for load in LOADS)]
+    for mu in STIFF_COEFFICIENTS:
         for again in (False, True):
-            loads = [f"at {load / 1000:g} N/m" for load in LOADS]
-            yield f"In %, coefficient {mu:g}, {'drawn again' if again else 'drawn first'}"
-            yield ["loop length / d", "drawn along", *loads, "published"]
             for loop in STIFF_LOOPS:
-                for direction, published in PUBLISHED.items():
+                for direction in PUBLISHED:
                     found = {pattern: extensions(pattern, loop, direction, mu)[again] for pattern in PATTERNS}
                     orders = [_order({pattern: found[pattern][k] for pattern in PATTERNS}) for k in range(len(LOADS))]
-                    yield [loop, f"{direction}s", *orders, published]
+                    yield [f"{mu:g}{', drawn again' if again else ''}", loop, f"{direction}s", *orders]
 
 
 @cache

@@ -15,8 +15,8 @@ from functools import cache
 
 import numpy as np
 
-from benchmarks.measures.validation.knits import DIAMETER, MATERIAL
-from benchmarks.measures.validation.stretch import PATTERNS, PUBLISHED
+from benchmarks.published.knits import DIAMETER, MATERIAL
+from benchmarks.published.stretch import PATTERNS, PUBLISHED
 from stitchmesh.periodic.stretch import StretchCurve, StretchPath, stretch_test
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarnrelax import YarnMaterial

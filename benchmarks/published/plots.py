@@ -1,17 +1,19 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures of the validation: gauge against loop length, stretch curves, and crimp of a plain weave."""
+"""Pictures of the validation: gauge against loop length, stretch curves, crimp of a plain weave, and kept curves."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from benchmarks.measures.validation.knits import MUNDEN, loops
-from benchmarks.measures.validation.stretch import PATTERNS, curves
-from benchmarks.measures.validation.weaves import SPACINGS, Peirce, taut_weave
+from benchmarks.published.comparison import Curve
+from benchmarks.published.knits import MUNDEN, loops
+from benchmarks.published.stretch import PATTERNS, curves
+from benchmarks.published.weaves import SPACINGS, Peirce, taut_weave
 
 NORMAL = (16.0, 17.0)
 """Loop lengths for which Munden's constants hold [yarn diameters]."""
@@ -68,6 +70,30 @@ def draw_crimp(path: Path) -> None:
     panel.set_ylabel("crimp [%]")
     panel.grid(alpha=0.3)
     panel.legend(frameon=False, fontsize=9)
+    _save(figure, path)
+
+
+def draw_panels(curves: Sequence[Curve], axes: tuple[str, str], path: Path) -> None:
+    """Draw curves by panel; published ones are grey, and equal labels are named once."""
+    names = list(dict.fromkeys(curve.panel for curve in curves))
+    columns = min(len(names), 2)
+    figure, panels = _figure(-(-len(names) // columns), columns, (4.6 * columns, 3.4 * -(-len(names) // columns)))
+    for panel in panels.ravel()[len(names) :]:
+        panel.axis("off")
+    for panel, name in zip(panels.ravel(), names, strict=False):
+        shown: set[str] = set()
+        for number, curve in enumerate(each for each in curves if each.panel == name):
+            label = curve.label if curve.label not in shown else None
+            shown.add(curve.label)
+            style = {"color": f"C{number}", "marker": "o", "markersize": 3.5}
+            if not curve.ours:
+                style = {"color": "0.45", "linestyle": (0, (4, 2))}
+            panel.plot(curve.x, curve.y, label=label, **style)
+        panel.set_title(name, fontsize=10)
+        panel.set_xlabel(axes[0])
+        panel.set_ylabel(axes[1])
+        panel.grid(alpha=0.3)
+        panel.legend(frameon=False, fontsize=8)
     _save(figure, path)
 
 

@@ -10,6 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.options import OptionalOutput
+from benchmarks.table import Rows
 from stitchmesh.periodic.hysteresis import StretchLoop
 from stitchmesh.periodic.stretch import StretchCurve, StretchPath, stretch_test
 from stitchmesh.render.plots.plot_file import INK, PALE_INK, plot_file, style_axes
@@ -82,3 +84,17 @@ def draw_memory(path: Path) -> None:
             axes.set_xlabel("strain [%]", color=PALE_INK)
             axes.legend(frameon=False, fontsize=9, labelcolor=INK)
             style_axes(axes, "tension [dyn/cm]")
+
+
+def friction_memory(picture: OptionalOutput = None) -> Rows:
+    """Stretch a rib and stockinette through loops.
+
+    Args:
+        picture: a picture of the curves.
+    """
+    yield "Loops of a stretch test that turns"
+    yield from memory_table()
+    yield "1x1 rib along its courses in fewer and more steps"
+    yield from rates_table()
+    if picture is not None:
+        draw_memory(picture)

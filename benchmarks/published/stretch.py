@@ -10,7 +10,7 @@ from functools import cache
 
 import numpy as np
 
-from benchmarks.measures.validation.knits import MATERIAL
+from benchmarks.published.knits import MATERIAL
 from stitchmesh.periodic.stretch import NEWTONS_PER_METRE, StretchCurve, StretchPath, stretch_test
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarnrelax import YarnMaterial
@@ -26,7 +26,8 @@ HYLC = {("stockinette", "course"): 10.26, ("stockinette", "wale"): 8.30, ("rib1x
         ("rib1x1", "wale"): 2.86}  # fmt: skip
 """Tension at 20 % with the other direction held [N/m], of another yarn and rib, from the data of Sperl et al. 2020."""
 POINCLOUX = 0.86
-"""Decrease of course spacing over increase of wale spacing in stretched stockinette (Poincloux et al. 2018)."""
+"""Decrease of wale spacing over increase of course spacing in stretched stockinette (Poincloux et al. 2018), if their c
+is the width of a stitch (``loose_monofilament``)."""
 
 Curves = dict[tuple[str, str, str], StretchCurve]
 
@@ -85,25 +86,25 @@ def _order(drawn: dict[str, StretchCurve], strain: float) -> str:
     return " > ".join(pattern.removesuffix("1x1") for pattern in order)
 
 
-def lines() -> Iterable[str]:
+def ratios_table() -> Iterable[list[object]]:
     """Compare the course spacing with the wale spacing of stretched stockinette, and tensions with another yarn."""
+    yield ["measure", "here", "published"]
     made = curves()
     for direction in ("course", "wale"):
         curve = made["stockinette", direction, "free"]
         report = curve.free.report
         wale, course = curve.column("width") / report["wales"], curve.column("height") / report["courses"]
-        slopes = -np.diff(course) / np.diff(wale)
-        yield (
-            f"- drawn along the {direction}s to {100 * MOST:g} %: - d(course spacing) / d(wale spacing) "
-            f"{slopes[0]:.2f} at first, {slopes[-1]:.2f} at last (Poincloux: {POINCLOUX})"
-        )
+        slopes, whole = np.diff(wale) / np.diff(course), (wale[-1] - wale[0]) / (course[-1] - course[0])
+        yield [
+            f"stockinette drawn along the {direction}s to {100 * MOST:g} %: - d(wale spacing) / d(course spacing)",
+            f"{-slopes[0]:.2f} at first, {-slopes[-1]:.2f} at last, {-whole:.2f} in all",
+            f"{POINCLOUX}, or {1 / POINCLOUX:.2f} in the other reading (Poincloux et al. 2018)",
+        ]
     for pattern in ("stockinette", "rib1x1"):
         course, wale = (tension_at(made[pattern, way, "held"]) * NEWTONS_PER_METRE for way in ("course", "wale"))
         other = HYLC[pattern, "course"] / HYLC[pattern, "wale"]
-        yield (
-            f"- {pattern}, {100 * AT:g} %, other held: course {course:.3f} N/m, wale {wale:.3f} N/m, "
-            f"course over wale {course / wale:.2f} (HYLC {other:.2f})"
-        )
+        yield [f"{pattern}, {100 * AT:g} %, other direction held: course, wale", f"{course:.3f}, {wale:.3f} N/m", ""]
+        yield [f"{pattern}, course over wale", f"{course / wale:.2f}", f"{other:.2f} (HYLC)"]
 
 
 def accuracy_table() -> Iterable[list[object]]:

@@ -19,7 +19,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.measures.validation import rod_model
+from benchmarks.published import rod_model
 from stitchmesh.io.yarn_formats.pyp import read_pyp
 from stitchmesh.periodic.relaxation.continuation import size_of
 from stitchmesh.quality import PRESETS, Quality

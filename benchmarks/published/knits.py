@@ -23,6 +23,8 @@ MATERIAL = "kaldor-simulation"
 DIAMETER = 2 * YARN_RADIUS
 """Diameter of the yarn [cm]."""
 PATTERNS = ("stockinette", "garter", "seed", "rib1x1", "rib2x2")
+CELLS = {"between planes": {"planes": True}, "right angles": {}, "free": {"shear": True}}
+"""Cells by name; cells at right angles and free cells lie on nothing."""
 LOOPS = (10, 11, 12, 13, 14, 15, 16, COMPACT_LOOP, 17, 18, 20, 22, 24, 27, 30)
 """Loop lengths [yarn diameters]; below about 13.7, swatches start with a smaller yarn radius that then grows."""
 
@@ -53,12 +55,13 @@ MUNDEN = {"dry": Gauge(5.0, 3.8), "wet": Gauge(5.3, 4.1), "full": Gauge(5.5, 4.2
 
 def relaxed(
     pattern: str | Pattern, *, material: str = MATERIAL, quality: str | Quality = "reference", shear: bool = False,
-    **options: Any,
+    planes: bool = False, **options: Any,
 ) -> Swatch:  # fmt: skip
-    """A swatch in a free cell, on the CPU."""
+    """A swatch in a free cell, on nothing or between two planes, on the CPU."""
     return swatch(
         pattern, material=YarnMaterial.named(material), quality=quality, device="cpu",
-        relax_cell=RelaxCell(shear=shear), **options,
+        relax_cell=RelaxCell(shear=shear) if not planes else True, relaxation="frictionless", progress=False,
+        **options,
     )  # fmt: skip
 
 
@@ -70,7 +73,7 @@ def gauge(found: Swatch) -> Gauge:
 
 def presets_table() -> Iterable[list[object]]:
     """Compare presets and materials for stockinette at the compact loop."""
-    yield ["material", "quality", "K_c", "K_w", "K_s", "R", "course moment [dyn]", "wale moment [dyn]", "seconds"]
+    yield ["material", "quality", "K_c", "K_w", "K_s", "R", "course moment [dyn]", "wale moment [dyn]"]
     runs = [(MATERIAL, name) for name in PRESETS] + [(name, "reference") for name in ("leaf", "stitchmesh")]
     for material, quality in runs:
         yield _gauge_row(relaxed("stockinette", material=material, quality=quality), material, quality)
@@ -83,7 +86,7 @@ def _gauge_row(found: Swatch, material: str, quality: str) -> list[object]:
     constants, report = gauge(found), found.report
     moments = [round(report[f"{name}_moment"], 1) for name in ("course", "wale")]
     sizes = [f"{value:.2f}" for value in (constants.k_c, constants.k_w, constants.k_s, constants.ratio)]
-    return [material, quality, *sizes, *moments, round(report["seconds"], 1)]
+    return [material, quality, *sizes, *moments]
 
 
 @cache
@@ -118,11 +121,11 @@ def knits_table() -> Iterable[list[object]]:
            "wale moment", "energy a stitch [erg]"]  # fmt: skip
     plain = relaxed("stockinette").report
     for pattern in PATTERNS:
-        for shear in (False, True):
-            report = relaxed(pattern, shear=shear).report
+        for cell, freedom in CELLS.items():
+            report = relaxed(pattern, **freedom).report
             ratios = [f"{report[name] / plain[name]:.3f}" for name in ("wale_spacing", "course_spacing")]
             moments = [f"{100 * report[name] / abs(plain[name]):.1f} %" for name in ("course_moment", "wale_moment")]
-            yield [pattern, "free" if shear else "right angles", *ratios, f"{report['thickness'] / DIAMETER:.2f}",
+            yield [pattern, cell, *ratios, f"{report['thickness'] / DIAMETER:.2f}",
                    f"{report['shear']:.3f}", *moments, f"{report['energy_per_stitch']:.2f}"]  # fmt: skip
 
 

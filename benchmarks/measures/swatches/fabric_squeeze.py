@@ -10,7 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.measures.validation.knits import MATERIAL
+from benchmarks.options import OptionalOutput
+from benchmarks.published.knits import MATERIAL
+from benchmarks.table import Rows
 from stitchmesh.periodic.squeeze import LIGHT, SqueezeCurve, squeeze_test
 from stitchmesh.render.plots.plot_file import INK, PALE_INK, plot_file, style_axes
 from stitchmesh.yarn.colours import DYES
@@ -74,3 +76,17 @@ def draw_squeeze(path: Path) -> None:
         axes.set_xlabel("pressure [kPa]", color=PALE_INK)
         axes.legend(frameon=False, fontsize=8, labelcolor=INK, ncols=2)
         style_axes(axes, "thickness [cm]")
+
+
+def fabric_squeeze(picture: OptionalOutput = None) -> Rows:
+    """Squeeze fabrics between plates.
+
+    Args:
+        picture: a picture of thickness against pressure.
+    """
+    yield "Thickness against pressure"
+    yield from squeeze_table()
+    yield "Stockinette of soft yarn by quality"
+    yield from sampling_table()
+    if picture is not None:
+        draw_squeeze(picture)
