@@ -210,6 +210,8 @@ from .tessellate import tessellate as tessellate
 from .time_limit import TimeLimit as TimeLimit
 from .time_limit import limited_to as limited_to
 from .yarn import YarnSet as YarnSet
+from .yarn.lasting_bend import set_yarns as set_yarns
+from .yarn.lasting_bend import yielded_yarns as yielded_yarns
 from .yarn.radius_estimate import estimate_radius as estimate_radius
 from .yarn.rest_length import RestLengths as RestLengths
 from .yarn.rest_length import apply_rest_lengths as apply_rest_lengths

@@ -116,9 +116,24 @@ def swatch_summary(made: Swatch, name: str, yarn: Yarn | None) -> list[str]:
         f"Relaxed one repeat of {name}: {repeat}, {size}.",
         f"{spacing}. Yarn: {_length(made.yarns)}{weight}.",
         _physics(report),
+        *spirality_lines(report),
         *_spread_lines(report),
         state_of(report),
     ]
+
+
+def spirality_lines(report: Mapping[str, Any]) -> list[str]:
+    """Return one line on the lean of the wales, if the yarn has a torque or the wales lean."""
+    angle, torque = report.get("spirality", 0.0), report.get("torque")
+    if torque is None and abs(angle) < 0.05:
+        return []
+    side = "right" if angle > 0.0 else "left"
+    how = "stand upright" if abs(angle) < 0.05 else f"lean {abs(angle):.1f} degrees to the {side}"
+    twisted = "" if torque is None else (
+        f" under a torque of {1e2 * abs(torque):.3g} nN m ({'Z' if torque > 0.0 else 'S'} twist), "
+        f"{100.0 * report['snarling']:.2g} % of what makes free loops snarl"
+    )  # fmt: skip
+    return [f"Spirality: the wales {how}{twisted}."]
 
 
 def _spread_lines(report: Mapping[str, Any]) -> list[str]:

@@ -4,8 +4,9 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,6 +20,9 @@ from stitchmesh.yarn.yarn_presets import Gauge
 from stitchmesh.yarnrelax import YarnMaterial
 from stitchmesh.yarnrelax.cell_stress import cell_stress
 
+if TYPE_CHECKING:
+    from stitchmesh.yarnrelax.energies.twist import Twist
+
 
 @dataclass(frozen=True, kw_only=True)
 class FabricMeasures:
@@ -30,6 +34,8 @@ class FabricMeasures:
     """Height of the repeat, at right angles to its width [cm]."""
     shear: float
     """Displacement of the wales along the courses over the height."""
+    spirality: float
+    """Angle of the wales to the normal of the courses [degrees]; positive if the wales lean to the right."""
     wales: int
     """Number of wales, or of warps of a weave."""
     courses: int
@@ -62,11 +68,11 @@ def measure_fabric(yarns: YarnSet, fabric: StitchMesh | None, mass_per_length: f
     """
     assert yarns.lattice is not None
     width, height = size_of(yarns.lattice)
-    along = lattice_frame(yarns.lattice.periods)[0]
+    shear = float(yarns.lattice.periods[1] @ lattice_frame(yarns.lattice.periods)[0]) / height
     wales, courses, stitches = counts_of(yarns, fabric)
     length = float(yarns.lengths.sum())
     return FabricMeasures(
-        width=width, height=height, shear=float(yarns.lattice.periods[1] @ along) / height,
+        width=width, height=height, shear=shear, spirality=math.degrees(math.atan(shear)),
         wales=wales, courses=courses, stitches=stitches, control_points=len(yarns.points),
         wale_spacing=width / wales, course_spacing=height / courses,
         gauge=Gauge.of_stitch(width / wales, height / courses),
@@ -78,7 +84,7 @@ def measure_fabric(yarns: YarnSet, fabric: StitchMesh | None, mass_per_length: f
 
 def swatch_report(
     yarns: YarnSet, fabric: StitchMesh | None, material: YarnMaterial, quality: Quality, energy: float,
-    device: str | None = None,
+    device: str | None = None, twist: Twist | None = None,
 ) -> dict[str, Any]:  # fmt: skip
     """Measure a swatch; all values are plain numbers.
 
@@ -89,6 +95,7 @@ def swatch_report(
         quality: resolution that was used for the relaxation.
         energy: energy of the relaxed repeat [erg].
         device: device of the kernels, for example ``cpu`` or ``cuda:0``.
+        twist: the twist of the yarns; None for yarns without torque.
 
     Returns:
         - the fields of ``FabricMeasures``;
@@ -101,7 +108,7 @@ def swatch_report(
     measures = measure_fabric(yarns, fabric, material.mass_per_length)
     stress = cell_stress(
         yarns, material, quadrature_points=quality.quadrature_points,
-        contact_samples=quality.contact_samples, device=device,
+        contact_samples=quality.contact_samples, device=device, **({} if twist is None else {"twist": twist}),
     )  # fmt: skip
     report = asdict(measures) | {
         "course_tension": stress.course,

@@ -283,6 +283,9 @@ def stretch_test(
         raise ParameterError("error: got one for a stretch test, whose tensions are not measured by it; give a quality")
     for name in {"period", "blocked"} & options.keys():
         raise ParameterError(f"{name}: got one for a stretch test, which begins at the free cell; leave it out")
+    if options.get("residual_twist"):
+        found = "residual_twist: got one for a stretch test, whose cell does not shear"
+        raise ParameterError(f"{found}; leave it out")
     with limited_to(limit_of(budget)):
         quality = refine_for_tension(quality_named(quality))
         prepared = prepare_swatch(

@@ -42,6 +42,8 @@ from stitchmesh.periodic.gauge import swatch_report
 from stitchmesh.periodic.relaxation.continuation import size_of
 from stitchmesh.periodic.relaxation.off_needles import let_go, needle_size, state_of_rest
 from stitchmesh.periodic.relaxation.prepared_swatch import CellAtRest, PreparedSwatch, check_kept_states, prepare_swatch
+from stitchmesh.periodic.relaxation.spirality import torque, torque_report
+from stitchmesh.periodic.relaxation.steaming import keeps_bends, state_before, with_lasting_bends
 from stitchmesh.periodic.relaxation.support import planes_report, refuse_tearing, remedy_of, tearing
 from stitchmesh.periodic.relaxation.way_to_rest import relax_along
 from stitchmesh.periodic.repeat.smallest_cell import SmallestCell
@@ -226,6 +228,11 @@ def relax_prepared(prepared: PreparedSwatch, yarns: YarnSet, run: Run[YarnSet] =
             )  # fmt: skip
         else:
             relaxed = relax_along(prepared, yarns, run)
+        before: dict[str, Any] = {}
+        if keeps_bends(prepared):
+            before = {"steamed": chosen.steamed or 0.0, "before_steam": state_before(relaxed, prepared)}
+            prepared, relaxed = with_lasting_bends(prepared, relaxed, run)
+            chosen = prepared.options
     own = prepared.smallest
     at_rest = CellAtRest.of(prepared, relaxed.yarns)
     drawn = prepared.drawn if len(prepared.path) == 1 else sample_evenly(prepared.drawn, relaxed.yarns)
@@ -237,17 +244,20 @@ def relax_prepared(prepared: PreparedSwatch, yarns: YarnSet, run: Run[YarnSet] =
         relaxed = whole_repeat(relaxed, own, like)
     result = in_fabric(relaxed.yarns, chosen)
     measures = swatch_report(
-        result, prepared.fabric, prepared.material, prepared.quality, relaxed.report["energy"], prepared.device
-    )
+        result, prepared.fabric, prepared.material, prepared.quality, relaxed.report["energy"], prepared.device,
+        twist=next(iter(torque(chosen, prepared.material, 1.0)), None),
+    )  # fmt: skip
     if isinstance(prepared.source, Weave):
         measures |= jam_report(prepared.source, result)
     acting = {"relaxation": "frictionless", "friction": 0.0}
+    acting |= torque_report(chosen, prepared.material, measures["loop_length"])
     acting |= planes_report(prepared.terms, at_rest.yarns, prepared.similar, chosen.gamma)
     flat = replace(FlatFabric.of(drawn, prepared.fabric, prepared.source), diameters=prepared.flat.diameters)
     shape = flat.shape_of(result)
     if shape.name != "flat":
         logger.warning("%s; %s", shape.text, remedy_of(prepared.cell, lies=acting["planes_distance"] is not None))
-    report = measures | shape.report() | acting | relaxed.report | {"solver_seconds": relaxed.report["seconds"]}
+    report = measures | shape.report() | acting | before | relaxed.report
+    report |= {"solver_seconds": relaxed.report["seconds"]}
     return Swatch(result, report, prepared.fabric, relaxed.history, at_rest)
 
 

@@ -32,6 +32,8 @@ TAKE_UP = (0.1, 2.0)
 LONGEST_FLOAT = 7
 """Default largest number of stitches behind which a yarn floats. Knitters carry a yarn behind 5 to 7 stitches. Longer
 floats catch fingers and pull the fabric together, so knitters weave them in behind a stitch."""
+MOST_TURNS = 1e6
+"""Largest residual twist [turns/m]."""
 LetGo = Literal["dry", "wet", "full"]
 """States of a knit of free size after it was let go off the needles with friction (``off_needles``)."""
 KnitState = Literal["dry", "wet", "full", "frictionless"]
@@ -92,6 +94,20 @@ class StateSettings:
         None, "pin the repeat out along courses and wales with this tension; its size then relaxes too",
         unit="dyn/cm", form="TENSION", unset="not blocked", example=50.0, least=1e-6,
         expected="a positive tension",
+    )  # fmt: skip
+    residual_twist: float | None = setting(
+        None, "turns that a length of the yarn would lose if it hung free, positive for Z twist and negative for S "
+        "twist; their torque shears a repeat of free size (spirality)", unit="turns/m", form="TURNS",
+        unset="yarn without torque", example=100.0, least=-MOST_TURNS, most=MOST_TURNS,
+    )  # fmt: skip
+    steamed: float | None = setting(
+        None, "share of the bending and of the residual twist that steam or a wash sets in the state at rest; a swatch "
+        "that is blocked is then freed of its pins, and comes to rest again", form="SHARE", unset="not steamed",
+        example=0.6, least=0.0, most=1.0, expected="a share from 0 to 1",
+    )  # fmt: skip
+    yield_curvature: float | None = setting(
+        None, "curvature of the yarn beyond which its bending lasts", unit="1/cm", form="K", unset="elastic yarn",
+        positive=True, example=10.0,
     )  # fmt: skip
     relax_cell: bool = setting(False, "relax the width and the height of the repeat too, except those that are given")
 

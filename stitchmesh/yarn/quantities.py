@@ -17,7 +17,7 @@ from typing import Any
 from stitchmesh.errors import ParameterError
 
 LINEAR_DENSITY, LENGTH, PER_LENGTH = "g/cm", "cm", "1/cm"
-FORCE, PRESSURE, RIGIDITY, SPECIFIC_STIFFNESS = "dyn", "dyn/cm^2", "dyn*cm^2", "dyn*cm/g"
+FORCE, PRESSURE, RIGIDITY, SPECIFIC_STIFFNESS, TORQUE = "dyn", "dyn/cm^2", "dyn*cm^2", "dyn*cm/g", "dyn*cm"
 TENSION = "dyn/cm"
 EXAMPLES = {
     LINEAR_DENSITY: "72 tex, 2/28 Nm, 20/2 Ne or 70 denier",
@@ -28,6 +28,7 @@ EXAMPLES = {
     PRESSURE: "815 MPa or 50 kPa",
     RIGIDITY: "0.004 cN cm2 or 1e-9 N m2",
     SPECIFIC_STIFFNESS: "220 cN/tex",
+    TORQUE: "2 nN m or 0.02 dyn cm",
 }
 """What a user writes, by the unit of the result."""
 NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"

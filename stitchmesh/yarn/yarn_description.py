@@ -11,6 +11,8 @@ and from a tensile modulus E or a specific stiffness e (of the linear density), 
 
     EA = E A = e m        [dyn],        EI = E_b pi D^4 / 64        [dyn cm^2]
 
+A yarn that hangs free loses its residual twist tau [turns in a length]. Held, it carries the torque 2 pi GJ tau.
+
 A yarn whose fibres slide over one another has the bending rigidity of all its fibres together. For round fibres of the
 diameter f with the specific modulus e_f this is the least rigidity that a yarn can have:
 
@@ -35,11 +37,13 @@ from stitchmesh.yarn.quantities import (
     PRESSURE,
     RIGIDITY,
     SPECIFIC_STIFFNESS,
+    TORQUE,
     in_cgs,
 )
 from stitchmesh.yarn.yarn_presets import (
     FIBRES,
     LOOP_OVER_WIDTH,
+    TWIST_OVER_BEND,
     Fibre,
     Gauge,
     Yarn,
@@ -94,6 +98,12 @@ class YarnDescription:
     """Pressure between parallel yarns over their compression by a tenth; as in the default material if not given."""
     twist: Quantity | None = None
     """Turns in a length, for example ``850/m``."""
+    torsional_rigidity: Quantity | None = None
+    """Torque over twist in a length, GJ; two thirds of the bending rigidity if it is not given."""
+    residual_twist: Quantity | None = None
+    """Turns that a length of yarn would lose if it hung free, for example ``120/m``, or ``-120/m`` for S twist."""
+    torque: Quantity | None = None
+    """Torque of the yarn, in the place of the residual twist."""
     friction: float | None = None
     """Coefficient of friction of the yarn on itself."""
     gauge: str | None = None
@@ -120,6 +130,8 @@ class YarnDescription:
             transverse_modulus=self._cgs("transverse_modulus", PRESSURE),
             twist=self._cgs("twist", PER_LENGTH),
             friction=self.friction,
+            torsional_rigidity=self._cgs("torsional_rigidity", RIGIDITY),
+            residual_twist=self._residual_twist(self._rigidity(mass, diameter)),
             least_rigidity=self._free_fibres(mass),
             source=self.source,
         )
@@ -128,6 +140,19 @@ class YarnDescription:
     def _cgs(self, name: str, unit: str) -> float | None:
         value = getattr(self, name)
         return None if value is None else in_cgs(value, unit, self._what(name))
+
+    def _residual_twist(self, bending: float) -> float | None:
+        """Return the residual twist [1/cm]; a torque is divided by the torsional rigidity."""
+        given = self._one_of("residual_twist", "torque")
+        if given is None:
+            return None
+        value = getattr(self, given)
+        negative = value.strip().startswith("-") if isinstance(value, str) else value < 0.0
+        size = value.strip().lstrip("-") if isinstance(value, str) else abs(value)
+        found = in_cgs(size, PER_LENGTH if given == "residual_twist" else TORQUE, self._what(given))
+        if given == "torque":
+            found /= 2.0 * math.pi * (self._cgs("torsional_rigidity", RIGIDITY) or TWIST_OVER_BEND * bending)
+        return -found if negative else found
 
     def _what(self, name: str) -> str:
         return f"yarn {self.name!r}: {name}"

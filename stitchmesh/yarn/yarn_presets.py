@@ -141,6 +141,10 @@ def free_fibres(mass_per_length: float, fibre: Fibre, diameter: float) -> float:
     return mass_per_length * fibre.specific_modulus * NEWTON_PER_TEX * diameter**2 / 16.0
 
 
+TWIST_OVER_BEND = 2.0 / 3.0
+"""Torsional over flexural rigidity of a round rod of an isotropic material that keeps its volume, 2 G / E."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class YarnMechanics:
     """What a laboratory measures of a yarn.
@@ -159,13 +163,20 @@ class YarnMechanics:
     """Turns in a length [1/cm]."""
     friction: float | None = None
     """Coefficient of friction of the yarn on itself."""
+    torsional_rigidity: float | None = None
+    """GJ, torque over twist in a length [dyn cm^2]; None for two thirds of EI, as in a solid rod."""
+    residual_twist: float | None = None
+    """Turns that a length of yarn would lose if it hung free [1/cm]; positive for Z twist, negative for S twist."""
     least_rigidity: float | None = None
     """EI of its free fibres [dyn cm^2], if they are known."""
     source: str = ""
     """Where the values come from."""
 
     def __post_init__(self) -> None:
-        for part in ("axial_stiffness", "flexural_rigidity", "transverse_modulus", "twist", "friction"):
+        if self.residual_twist is not None and not math.isfinite(self.residual_twist):
+            raise ParameterError(f"yarn: residual_twist is {self.residual_twist}; expected a finite number")
+        for part in ("axial_stiffness", "flexural_rigidity", "transverse_modulus", "twist", "friction",
+                     "torsional_rigidity"):  # fmt: skip
             value = getattr(self, part)
             if value is not None and not (math.isfinite(value) and value > 0.0):
                 raise ParameterError(f"yarn: {part} is {value}; expected a positive number")

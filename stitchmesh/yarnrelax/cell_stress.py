@@ -17,7 +17,9 @@ and x belong to its middle. x is relative to the middle of the leg's segment; th
 segment exerts a torque. Pairs push along their gap, and add to the first term only. Yarns at rest deform to first order
 without a change of energy, so the moment of the fabric is Q over the area [dyn]. Where it is positive, a free edge
 across e1 curls towards the normal, the right side. Under tension the moment depends on the plane in which z is zero;
-here this plane goes through the middle of the yarn.
+here this plane goes through the middle of the yarn. The twist of yarns adds to the forces on the strains. Its torque on
+each segment would make the choice of x matter, so that the moments leave it out; where they are at rest, this share is
+of the second order in the torque.
 """
 
 from __future__ import annotations
@@ -39,6 +41,7 @@ from stitchmesh.lattice import lattice_frame
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.energies import evaluation
 from stitchmesh.yarnrelax.energies.contact import contact_force_scale
+from stitchmesh.yarnrelax.energies.twist import Twist
 from stitchmesh.yarnrelax.evaluate import put_evaluations
 from stitchmesh.yarnrelax.model.cells import PeriodicCell
 from stitchmesh.yarnrelax.model.constants import ExactConstants
@@ -145,21 +148,23 @@ def cell_stress(
     quadrature_points: int = 11,
     contact_samples: int = 11,
     device: str | None = None,
+    twist: Twist | None = None,
 ) -> CellStress:
     """Stress and bending moment of yarns on a lattice in their current state, in double precision.
 
-    The arguments are the same as for ``yarn_energies``; use the sampling with which the yarns were relaxed.
+    The arguments are the same as for ``yarn_energies``; use the sampling with which the yarns were relaxed. ``twist``
+    adds the tension and shear of twisted yarns.
 
     Raises:
         ParameterError: the yarns have no lattice.
     """
-    return cell_stresses([(yarns, material)], quadrature_points, contact_samples, device)[0]
+    return cell_stresses([(yarns, material)], quadrature_points, contact_samples, device, twist)[0]
 
 
 @alone()
 def cell_stresses(
     given: Sequence[tuple[YarnSet, YarnMaterial]], quadrature_points: int, contact_samples: int | Sequence[int],
-    device: str | None,
+    device: str | None, twist: Twist | None = None,
 ) -> list[CellStress]:  # fmt: skip
     """Return the stress and bending moment of many cells, in the same launches; errors as in ``cell_stress``."""
     if any(yarns.lattice is None for yarns, _material in given):
@@ -177,6 +182,12 @@ def cell_stresses(
     model.launch(contact_shares, model.sample_count, inputs, [of_contacts])
     first = model.segment_start[:-1]
     sums = np.add.reduceat(of_segments.numpy(), first, axis=1)
+    if twist is not None:
+        state.leg_force.zero_()
+        twist.on(model).forces(state, state.forces, model.launch)
+        inputs = [model.constants, frames, state.points, state.leg_force]
+        model.launch(segment_shares, model.segment_count, inputs, [of_segments])
+        sums[:3] += np.add.reduceat(of_segments.numpy()[:3], first, axis=1)
     sums += np.add.reduceat(of_contacts.numpy(), model.sample_start[first], axis=1)
     return [_stress(cell, frame[2], total) for cell, frame, total in zip(model.cells, own, sums.T, strict=True)]
 

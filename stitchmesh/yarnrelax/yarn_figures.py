@@ -7,7 +7,7 @@ from __future__ import annotations
 import math
 
 from stitchmesh.reporting.figures import Figure
-from stitchmesh.yarn.yarn_presets import CENTIMETRES_PER_INCH, Yarn, YarnMechanics
+from stitchmesh.yarn.yarn_presets import CENTIMETRES_PER_INCH, TWIST_OVER_BEND, Yarn, YarnMechanics
 from stitchmesh.yarnrelax.model.material import YarnMaterial
 
 ENGLISH_COUNT = 590.5
@@ -67,8 +67,24 @@ def _mechanics(mechanics: YarnMechanics, yarn: Yarn, tex: float, thick: float) -
         angle = math.degrees(math.atan(math.pi * thick * mechanics.twist))
         turns = f"{100.0 * mechanics.twist:.4g} turns/m"
         found.append(Figure("twist", turns, f"the outer fibres lie at {angle:.3g} degrees"))
+    if mechanics.residual_twist is not None:
+        found += _torque(mechanics)
     if mechanics.friction is not None:
         found.append(Figure("friction", f"{mechanics.friction:.3g}", "of the yarn on itself; ask for it (--friction)"))
     if mechanics.source:
         found.append(Figure("source", mechanics.source, "where the values come from"))
     return found
+
+
+def _torque(mechanics: YarnMechanics) -> list[Figure]:
+    """Return the figures of a yarn that hangs under a torque."""
+    assert mechanics.residual_twist is not None
+    rigidity = mechanics.torsional_rigidity or TWIST_OVER_BEND * mechanics.flexural_rigidity
+    torque = 2.0 * math.pi * rigidity * mechanics.residual_twist
+    given = "measured" if mechanics.torsional_rigidity else "two thirds of the bending rigidity"
+    turns = f"{100.0 * abs(mechanics.residual_twist):.4g} turns/m {'Z' if mechanics.residual_twist > 0.0 else 'S'}"
+    return [
+        Figure("residual twist", turns, "lost if the yarn hung free; ask for it (--residual-twist)"),
+        Figure("torque", f"{torque * 1e2:.3g} nN m, {torque:.3g} dyn cm",
+               f"with a torsional rigidity (GJ) of {rigidity:.3g} dyn cm2, {given}"),
+    ]  # fmt: skip

@@ -9,7 +9,7 @@ import dataclasses
 import pytest
 
 import stitchmesh as sm
-from stitchmesh.cli.summary import knit_summary, relax_summary, state_of, swatch_summary
+from stitchmesh.cli.summary import knit_summary, relax_summary, spirality_lines, state_of, swatch_summary
 from stitchmesh.yarn.stitch_size import fabric_gauge
 from tests.editing.fabrics import flat
 
@@ -24,6 +24,27 @@ def fabric() -> sm.StitchMesh:
 @pytest.fixture(scope="module")
 def yarns(fabric) -> sm.YarnSet:
     return sm.generate_yarns(fabric, quality="draft")
+
+
+@pytest.mark.parametrize(
+    ("changed", "lines"),
+    [
+        ({"spirality": 0.0}, []),
+        ({"spirality": 3.0}, ["Spirality: the wales lean 3.0 degrees to the right."]),
+        (
+            {"spirality": -7.25, "torque": -8.4, "snarling": 0.32},
+            ["Spirality: the wales lean 7.2 degrees to the left under a torque of 840 nN m (S twist), 32 % of what "
+             "makes free loops snarl."],
+        ),
+        (
+            {"spirality": 0.0, "torque": 8.4, "snarling": 0.32},
+            ["Spirality: the wales stand upright under a torque of 840 nN m (Z twist), 32 % of what makes free loops "
+             "snarl."],
+        ),
+    ],
+)  # fmt: skip
+def test_the_lean_of_the_wales_is_said_with_its_sign(changed: dict[str, float], lines: list[str]) -> None:
+    assert spirality_lines(changed) == lines
 
 
 def test_a_good_relaxation_is_said_to_be_good():

@@ -270,6 +270,17 @@ def test_a_knit_off_the_needles_writes_its_path(tmp_path) -> None:
     assert int(history[-1]["iteration"]) == report["iterations"]
 
 
+def test_torque_and_steam_reach_the_yarns_and_the_summary(tmp_path, capsys) -> None:
+    words = ["--residual-twist", "-4", "--steamed", "0.5", "--relax-cell", "--relaxation", "frictionless"]
+    with from_generated_yarns():
+        yarns = swatch(tmp_path / "out", "stockinette", *words)
+    report = json.loads((tmp_path / "out" / "report.json").read_text())
+    assert report["spirality"] < 0.0 and report["torque"] < 0.0 and report["steamed"] == 0.5
+    assert (report["options"]["residual_twist"], report["options"]["steamed"]) == (-4.0, 0.5)
+    assert "degrees to the left under a torque of" in capsys.readouterr().out
+    assert yarns.natural_curvature.any()
+
+
 def test_a_pattern_to_take_home_is_written_where_it_is_asked_for(tmp_path):
     """It states the size of the report and all yarn of the repeat, by colour."""
     yarns = swatch(tmp_path / "out", "checks", "--sheet", "--yarn", "dk", "--max-iterations", 5)

@@ -72,6 +72,25 @@ def test_the_material_has_the_stiffnesses_of_the_yarn() -> None:
     assert material.mass_per_length == pytest.approx(28.1e-5, rel=1e-9)
 
 
+def test_a_torque_is_that_of_its_residual_twist() -> None:
+    """M = 2 pi GJ tau, and Z twist is positive."""
+    z_twist = sm.described_yarn(**COTTON, torsional_rigidity="0.5 cN mm2", residual_twist="120/m")
+    assert z_twist.mechanics is not None and z_twist.mechanics.residual_twist == pytest.approx(1.2)
+    assert sm.YarnMaterial.of_yarn(z_twist).torsional_rigidity == pytest.approx(5.0, rel=1e-9)
+    torque = f"{-2.0 * math.pi * 5.0 * 1.2 * 1e-7} N m"
+    s_twist = sm.described_yarn(**COTTON, torsional_rigidity="0.5 cN mm2", torque=torque)
+    assert s_twist.mechanics is not None and s_twist.mechanics.residual_twist == pytest.approx(-1.2, rel=1e-9)
+    shown = {figure.name: figure.value for figure in yarn_figures(s_twist)}
+    assert shown["residual twist"] == "120 turns/m S" and shown["torque"].startswith("-3.77e+03 nN m")
+
+
+def test_without_a_torsional_rigidity_a_yarn_is_a_solid_rod_in_torsion() -> None:
+    yarn = sm.described_yarn(**COTTON, residual_twist=1.2)
+    material = sm.YarnMaterial.of_yarn(yarn)
+    assert material.torsional_rigidity == pytest.approx(2.0 / 3.0 * material.flexural_rigidity)
+    assert material.changed({"k_twist": 0.1}).scaled(2.0).k_twist == pytest.approx(0.2)
+
+
 def test_parallel_yarns_press_with_the_transverse_modulus() -> None:
     """The pressure between two straight yarns, from the forces of the simulation on the middle of one of them."""
     radius, distance = 0.125, 0.9

@@ -140,7 +140,8 @@ class SwatchCommand:
             **self.fabric.options(woven=woven, drawn_radius=self.drawn_radius),
             rest_lengths=parse_rest_lengths(self.rest_length), period=self.period,
             relaxation=release.relaxation, friction=release.friction, unsupported=release.unsupported,
-            blocked=release.blocked, relax_cell=release.relax_cell,
+            blocked=release.blocked, relax_cell=release.relax_cell, residual_twist=release.residual_twist,
+            steamed=release.steamed, yield_curvature=release.yield_curvature,
         )  # fmt: skip
         self._check_memory(source, options, tiles, pixels)
         if self.explore is not None:

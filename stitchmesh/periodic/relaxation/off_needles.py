@@ -34,6 +34,7 @@ import numpy as np
 from stitchmesh.errors import ParameterError, SolverError
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.periodic.relaxation.continuation import change_period
+from stitchmesh.periodic.relaxation.spirality import sheared_by_torque
 from stitchmesh.periodic.swatch_options import YARN_FRICTION, KnitState, LetGo, SwatchOptions
 from stitchmesh.quality import Quality
 from stitchmesh.run import QUIET, SHOWN, Run
@@ -108,7 +109,7 @@ def chosen_release(options: SwatchOptions, *, woven: bool) -> Release | None:
         raise ParameterError("relaxation: got one for a weave, which comes off no needles; leave it out")
     if options.period != (None, None) or options.blocked is not None:
         raise ParameterError("relaxation: got a period or blocking beside it; a knit off the needles finds its size")
-    cell = options.relax_cell if isinstance(options.relax_cell, RelaxCell) else RelaxCell(shear=False)
+    cell = options.relax_cell if isinstance(options.relax_cell, RelaxCell) else sheared_by_torque(options)
     if (cell.course, cell.wale) != (0.0, 0.0):
         raise ParameterError("relaxation: got a load or a held size beside it; a knit off the needles has neither")
     mu = YARN_FRICTION if options.friction is None else options.friction
@@ -154,13 +155,7 @@ def let_go(
     Raises:
         SolverError: the yarns cannot be drawn to that size, or a yarn passed through another one.
     """
-    # Largest change of the size that may remain after each step, as the exact step to rest predicts it. A rope cable
-    # that balances on its way has 2 % to go by the forces there, and goes 30 %; ribs fold on the way where larger
-    # changes remain.
-    quality = replace(
-        quality, tolerance=min(quality.tolerance, TOLERANCE),
-        largest_change=min(quality.largest_change, 2e-3),
-    )  # fmt: skip
+    quality = _on_the_way(quality)
     start = on_needles(yarns, needles, release, material, quality, device, terms)
     found = _release(start, release, material, quality, device, terms, run)
     on_the_way = [start.converged, *(step.converged for step in found[:-1])]
@@ -172,6 +167,51 @@ def let_go(
     report = _steps_report(found, quality) | own
     report["seconds"] += start.seconds
     return Relaxation(found[-1].yarns, report, [entry for step in found for entry in step.history])
+
+
+def rest_with_friction(
+    yarns: YarnSet, release: Release, material: YarnMaterial, quality: Quality, device: str | None,
+    terms: Sequence[YarnChoice], run: Run[YarnSet], before: Relaxation,
+) -> Relaxation:  # fmt: skip
+    """Let yarns that were let go come to rest once more, with the friction that their state has left.
+
+    Args:
+        yarns: the yarns, changed since they came to rest; their contacts hold no slip.
+        release: the state, and friction.
+        material: material of the yarns.
+        quality: resolution.
+        device: device of the kernels.
+        terms: further energies.
+        run: progress, states and checkpoints.
+        before: the relaxation to the state, whose report, iterations, seconds and history go on.
+
+    Raises:
+        SolverError: a yarn passed through another one.
+    """
+    quality = _on_the_way(quality)
+    share = [1.0, *friction_left(release.state)][-1]
+    found = relax_through_steps(
+        yarns, [LoadStep(friction=share)], terms=[Friction(release.friction), *terms], material=material,
+        quality=quality, cell=release.cell, device=device, run=run,
+    )  # fmt: skip
+    report = before.report | _steps_report(found, quality)
+    report["steps"] += 1
+    report["iterations"] += before.report["iterations"]
+    report["seconds"] += before.report["seconds"]
+    return Relaxation(found[-1].yarns, report, [*before.history, *found[-1].history])
+
+
+def _on_the_way(quality: Quality) -> Quality:
+    """Return the quality of each step.
+
+    Its largest change is that of the size that may remain after each step, as the exact step to rest predicts it. A
+    rope cable that balances on its way has 2 % to go by the forces there, and goes 30 %; ribs fold on the way where
+    larger changes remain.
+    """
+    return replace(
+        quality, tolerance=min(quality.tolerance, TOLERANCE),
+        largest_change=min(quality.largest_change, 2e-3),
+    )  # fmt: skip
 
 
 def on_needles(

@@ -29,6 +29,7 @@ from stitchmesh.patterns import Pattern
 from stitchmesh.periodic.fabric_shape import FlatFabric
 from stitchmesh.periodic.relaxation.continuation import change_period, change_radius, change_rest_length, size_of
 from stitchmesh.periodic.relaxation.off_needles import Release, chosen_release
+from stitchmesh.periodic.relaxation.spirality import sheared_by_torque, torque
 from stitchmesh.periodic.relaxation.support import blocking, planes
 from stitchmesh.periodic.repeat.drawn_swatch import draw_swatch
 from stitchmesh.periodic.repeat.smallest_cell import SmallestCell
@@ -150,7 +151,7 @@ def prepare_swatch(
         natural = replace(first, rest_length=even_lengths(first, generated.lengths, generated.segment_start))
     period = period_to_reach(first, chosen)
     between = planes(chosen, flat, natural.radius * thicker)
-    acting = [*between, *chosen.terms]
+    acting = [*between, *torque(chosen, material, chosen.gamma), *chosen.terms]
     alone = (chosen.columns, chosen.rows) == (1, 1)
     lies_alike = smallest and alone and bool(between) and fabric is not None and release is None
     own = smallest_cell(generated, first, wanted, chosen, lies_alike=lies_alike)
@@ -272,7 +273,7 @@ def free_cell(options: SwatchOptions, drawn: YarnSet, material: YarnMaterial) ->
         free = blocking(drawn, options, material)
     if free is False:
         return None
-    cell = RelaxCell(shear=False) if free is True else free
+    cell = sheared_by_torque(options) if free is True else free
     pulls = [
         None if pull is None or size is not None else pull / options.gamma
         for pull, size in zip((cell.course, cell.wale), options.period, strict=True)

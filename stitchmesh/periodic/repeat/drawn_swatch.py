@@ -37,7 +37,7 @@ LARGEST_RADIUS_OVER_WIDTH = 0.16
 
 WITHOUT_EFFECT = {
     "rest_lengths", "gamma", "period", "relax_cell", "relaxation", "friction", "unsupported", "blocked",
-    "mass_per_length", "terms",
+    "residual_twist", "steamed", "yield_curvature", "mass_per_length", "terms",
 }  # fmt: skip
 """Options that do not change the yarns as they are generated."""
 KEPT = 16

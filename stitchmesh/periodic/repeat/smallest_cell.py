@@ -127,16 +127,18 @@ class SmallestCell:
             return yarns
         assert yarns.lattice is not None and like.lattice_step is not None
         t, lattice = yarns.lattice.periods[1], self.whole_lattice(yarns.lattice)
-        points, rest = [], []
+        points, rest, natural = [], [], []
         for yarn, own in enumerate(self.origin):
             curve = yarns.points[yarns.start[own] : yarns.start[own + 1]]
             place = np.arange(len(curve)) - round(float(self.roll[yarn]) * len(curve))
             turn = (place // len(curve))[:, None] * lattice.shift(like.lattice_step[yarn])
             moved = self.image[yarn, 0] * t + lattice.shift(self.image[yarn, 1:])
             points.append(curve[place % len(curve)] + turn + moved)
+            natural.append(yarns.natural_curvature[yarns.start[own] + place % len(curve)])
             rest.append(yarns.rest_length[yarns.segment_start[own] : yarns.segment_start[own + 1]])
         return replace(
             like, points=np.concatenate(points), rest_length=np.concatenate(rest), lattice=lattice,
+            natural_curvature=np.concatenate(natural),
             radius=yarns.radius[self.origin], drawn_radius=yarns.drawn_radius[self.origin],
             mass_per_length=yarns.mass_per_length[self.origin],
         )  # fmt: skip

@@ -38,6 +38,10 @@ class SwatchSettings:
 
     def __post_init__(self) -> None:
         solver_named(self.quality.solver)
+        for name in ("steamed", "yield_curvature"):
+            if getattr(self.options, name):
+                found = f"{name}: got one for a live swatch, which is not at rest"
+                raise ParameterError(f"{found}; steam the swatch that is made from it")
         if self.quality.solver == "dynamics" and self.options.freedom is not False:
             found = "solver: got dynamics for a free cell, which has no mass to move with"
             raise ParameterError(f"{found}; take quasistatic, or set relax_cell to False")

@@ -32,6 +32,7 @@ from stitchmesh.periodic.relaxation.prepared_swatch import (
     smallest_cell,
     take_up_rest_lengths,
 )
+from stitchmesh.periodic.relaxation.spirality import torque
 from stitchmesh.periodic.relaxation.support import planes
 from stitchmesh.periodic.repeat.drawn_swatch import draw_swatch
 from stitchmesh.periodic.repeat.smallest_cell import SmallestCell
@@ -157,7 +158,7 @@ def make_target(settings: SwatchSettings, generated: GeneratedRepeat) -> Target:
         gamma=options.gamma,
         material=material.scaled(options.gamma),
         cell=None if cell is None else own.cell_of(cell),
-        terms=(*between, *options.terms),
+        terms=(*between, *torque(options, material, options.gamma), *options.terms),
         release=release,
         colour=yarns.colour,
         palette=yarns.palette,

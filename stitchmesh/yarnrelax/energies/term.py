@@ -68,7 +68,8 @@ class YarnTerm(OnYarns):
     """A term that gives the entries of the assembled Hessian, or that lags; lengths in ``model.unit``.
 
     The fourth component of ``YarnForces.samples`` is the row sum of stiffness. A term that acts in relaxing cells also
-    adds to ``YarnForces.virial`` if that is not empty.
+    adds to ``YarnForces.virial`` for its samples, and to ``YarnForces.leg_virial`` for its legs, if these are not
+    empty.
     """
 
     keeps_stitches: bool = False

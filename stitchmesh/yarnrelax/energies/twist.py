@@ -17,6 +17,21 @@ force on a chord between knots,
 
 acts through the three legs of its segment with weights (1, 4, 1) / 6. The force on a straight yarn is zero.
 
+A yarn with residual twist holds a torque M = GJ theta / L: if it hung free, it would untwist by ``residual`` turns for
+each length. Right-handed twist is Z twist, and left-handed twist is S twist.
+
+Yarn that runs through a periodic cell has as many turns in each repeat as in all others, so no turn passes from repeat
+to repeat: the turns of a period are fixed. Where the yarn writhes, it loses as much twist. ``laid`` says from which
+state these turns count. The yarn was laid straight, along its lattice step a, and then formed into loops, so psi is the
+area that its tangent t encloses with a on the unit sphere (Fuller 1978, "Decomposition of the linking number of a
+closed ribbon"): the sum over corners of the signed areas of the spherical triangles a, t, t'. This value does not
+depend on the way on which the yarn came to its present shape, while t does not pass -a. For loops that are mirror
+images of themselves it is zero.
+
+The energy depends on the chords alone. In relaxing cells the twist therefore adds F chord^T to the virial
+(``solvers.cell_strain``). A loop of stockinette that is sheared turns about itself, so that torque shears the cell: the
+spirality of single jersey.
+
 psi is the holonomy of the centreline. The yarn is represented by the polyline through its knots. The chord of this
 polyline over a segment with legs d0, d1, d2 is (d0 + 4 d1 + d2) / 6. From chord to chord a frame turns by the smallest
 rotation (Bergou 2008, section 4.2). For unit directions a, b this is the quaternion
@@ -54,11 +69,13 @@ from numpy.typing import NDArray
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.compute.precision import Vec3
+from stitchmesh.compute.precision import Vec3, Vec9
 from stitchmesh.errors import ParameterError, first_few
 from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax.energies.cell_virial import add_leg_virial
 from stitchmesh.yarnrelax.energies.term import YarnChoice, YarnTerm
-from stitchmesh.yarnrelax.model.constants import Model, YarnConstants
+from stitchmesh.yarnrelax.model.constants import CellConstants, Model, YarnConstants
+from stitchmesh.yarnrelax.model.lattice_images import cell_of
 from stitchmesh.yarnrelax.model.spline import segment_corners
 from stitchmesh.yarnrelax.model.state import State, YarnForces
 
@@ -139,6 +156,35 @@ def smallest_rotations(first: NDArray[np.float64], second: NDArray[np.float64]) 
     opposite = scalar < 1e-9
     turn = np.concatenate([np.where(opposite, aside, axis), np.where(opposite, 0.0, scalar)], axis=1)
     return turn / np.linalg.norm(turn, axis=1, keepdims=True)
+
+
+def turned_from_straight(
+    yarns: YarnSet, chords: NDArray[np.float64]
+) -> tuple[NDArray[np.bool_], NDArray[np.float64]]:  # fmt: skip
+    """Return which yarns run through the lattice, and psi of each since it lay straight along its lattice step [rad].
+
+    Args:
+        yarns: the yarns.
+        chords: the chord of each segment, shape (S, 3).
+
+    Returns:
+        Both of shape (Y,); psi is 0 for yarns that do not run through the lattice.
+    """
+    step = np.zeros((yarns.yarn_count, 3))
+    if yarns.lattice is not None and yarns.lattice_step is not None:
+        step = yarns.lattice.shift(yarns.lattice_step)
+    length = np.linalg.norm(step, axis=1, keepdims=True)
+    through = (length[:, 0] > 0.0) & yarns.closed
+    axis = np.where(through[:, None], step / np.where(length > 0.0, length, 1.0), [1.0, 0.0, 0.0])[yarns.segment_yarn]
+    here = chords / np.linalg.norm(chords, axis=1, keepdims=True)
+    after = np.arange(1, len(here) + 1)
+    after[yarns.segment_start[1:] - 1] = yarns.segment_start[:-1]
+    following = here[after]
+    # signed area of the spherical triangle of three unit vectors (Van Oosterom and Strackee 1983)
+    volume = (axis * np.cross(here, following)).sum(axis=1)
+    size = 1.0 + (axis * here).sum(axis=1) + (here * following).sum(axis=1) + (following * axis).sum(axis=1)
+    area = 2.0 * np.arctan2(volume, size)
+    return through, np.where(through, np.add.reduceat(area, yarns.segment_start[:-1]), 0.0)
 
 
 def _strands(segment_start: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -242,6 +288,19 @@ def total_holonomy(
     holonomy[y] = angle + period * wp.round((holonomy[y] - angle) / period)
 
 
+@wp.func
+def chord_force(
+    model: YarnConstants, before: wp.array[wp.int32], after: wp.array[wp.int32], untwisted: wp.array[wp.float64],
+    softness: wp.array[wp.float64], holonomy: wp.array[wp.float64], chord: wp.array[Vec3], s: int
+) -> Any:  # fmt: skip
+    """A sixth of the force of twist on a chord [erg / unit]."""
+    yarn = model.segment_yarn[s]
+    here = chord[s]
+    corners = binormal(chord[before[s]], here) + binormal(here, chord[after[s]])
+    size = wp.length(here)
+    return corners * (type(size)((holonomy[yarn] - untwisted[yarn]) / softness[yarn]) / (type(size)(6.0) * size))
+
+
 @kernel
 def add_twist_forces(
     # model
@@ -258,14 +317,33 @@ def add_twist_forces(
 ) -> None:
     """Add the force of twist on the end of each leg [erg / unit]."""
     s = wp.tid()
-    yarn = model.segment_yarn[s]
-    here = chord[s]
-    corners = binormal(chord[before[s]], here) + binormal(here, chord[after[s]])
-    size = wp.length(here)
-    pull = corners * (type(size)((holonomy[yarn] - untwisted[yarn]) / softness[yarn]) / (type(size)(6.0) * size))
+    pull = chord_force(model, before, after, untwisted, softness, holonomy, chord, s)
     leg_force[0, s] += pull
-    leg_force[1, s] += pull * type(size)(4.0)
+    leg_force[1, s] += pull * type(pull[0])(4.0)
     leg_force[2, s] += pull
+
+
+@kernel
+def add_twist_virial(
+    # model
+    model: CellConstants,
+    before: wp.array[wp.int32],
+    after: wp.array[wp.int32],
+    untwisted: wp.array[wp.float64],
+    softness: wp.array[wp.float64],
+    # state in
+    holonomy: wp.array[wp.float64],
+    chord: wp.array[Vec3],
+    # state out
+    segment_virial: wp.array[Vec9],
+) -> None:
+    """Add the virial of twist in relaxing cells; the moves of their strains do not count its stiffness."""
+    s = wp.tid()
+    pull = chord_force(model, before, after, untwisted, softness, holonomy, chord, s)
+    cell = cell_of(model.images, s)
+    e1, e2 = model.images.frame[2 * cell], model.images.frame[2 * cell + 1]
+    none = pull[0] - pull[0]
+    segment_virial[s] = add_leg_virial(segment_virial[s], e1, e2, chord[s], pull * type(none)(6.0), none)
 
 
 @kernel
@@ -296,12 +374,21 @@ class Twist(YarnChoice):
     """Twist stiffness [erg cm]; the torsional rigidity GJ is twice as large."""
     imposed: float | Sequence[float] | NDArray[np.float64] = 0.0
     """Twist of the given yarns, right-handed, from end to end [rad]: one angle, or one for each yarn."""
+    residual: float = 0.0
+    """Twist in a length of yarn that would be lost if the yarn hung free, beside ``imposed`` [rad/cm]; right-handed, so
+    positive for Z twist."""
+    laid: bool = False
+    """Whether yarns that run through the lattice have this twist when they are straight, instead of as they are
+    given."""
+    in_free_cells = True
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.k_twist) and self.k_twist > 0.0):
             raise ParameterError(f"twist: got k_twist {self.k_twist}; expected a positive number of erg cm")
         if not np.isfinite(self.imposed).all():
             raise ParameterError("twist: an imposed angle is not finite; expected radians from end to end")
+        if not np.isfinite(self.residual):
+            raise ParameterError(f"twist: got a residual twist of {self.residual}; expected radians in 1 cm of yarn")
 
     def on(self, model: Model) -> YarnTerm:
         """Return the twist of a model's yarns.
@@ -313,7 +400,8 @@ class Twist(YarnChoice):
         angles = np.asarray(self.imposed, dtype=np.float64)
         if angles.shape not in ((), (count,)):
             raise ParameterError(f"twist: got imposed angles of shape {angles.shape}; expected one, or {count}")
-        return _Twist(model, self.k_twist / model.unit, np.broadcast_to(angles, count))
+        length = np.add.reduceat(model.yarns.rest_length, model.yarns.segment_start[:-1])
+        return _Twist(model, self.k_twist / model.unit, angles + self.residual * length, laid=self.laid)
 
 
 class _Twist(YarnTerm):
@@ -321,7 +409,7 @@ class _Twist(YarnTerm):
 
     name = "twist"
 
-    def __init__(self, model: Model, k_twist: float, imposed: NDArray[np.float64]) -> None:
+    def __init__(self, model: Model, k_twist: float, imposed: NDArray[np.float64], *, laid: bool) -> None:
         self.model, self.k_twist, self.imposed = model, k_twist, imposed
         self.path = put_path(model)
         self.length = np.add.reduceat(model.rest_length, model.yarns.segment_start[:-1])
@@ -330,7 +418,14 @@ class _Twist(YarnTerm):
         self._energy = self._doubles(np.zeros(len(imposed)))
         points = model.upload(model.to_device(model.yarns.points), 3)
         self._follow(points, model.launch)
-        self.untwisted = self._doubles(imposed + self.holonomy.numpy())
+        given = self.holonomy.numpy()
+        if laid:
+            chords = self.path.chord.numpy()[: model.segment_count].astype(np.float64)
+            through, turned = turned_from_straight(model.yarns, chords)
+            given = given + 4.0 * np.pi * np.rint((turned - given) / (4.0 * np.pi))
+            self.holonomy.assign(given)
+            given = np.where(through, 0.0, given)
+        self.untwisted = self._doubles(imposed + given)
 
     def forces(self, state: State, force: YarnForces, launcher: Launcher) -> list[Any]:
         """Add the force of twist to the legs."""
@@ -338,7 +433,10 @@ class _Twist(YarnTerm):
         inputs = [self.model.constants, path.before, path.after, self.untwisted, self.softness, self.holonomy,
                   path.chord]  # fmt: skip
         launches = self._follow(state.points, launcher)
-        return [*launches, launcher(add_twist_forces, self.model.segment_count, inputs, [force.legs])]
+        launches.append(launcher(add_twist_forces, self.model.segment_count, inputs, [force.legs]))
+        if len(force.leg_virial):
+            launches.append(launcher(add_twist_virial, self.model.segment_count, inputs, [force.leg_virial]))
+        return launches
 
     def element_energies(self, state: State, launcher: Launcher) -> tuple[list[Any], wp.array[Any]]:
         """Return the launches that find the energy of each yarn, and the array of the energies."""

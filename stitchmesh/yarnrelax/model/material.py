@@ -5,9 +5,9 @@
 Both papers state the stiffness against stretch, k_len and L's k_l, for one segment of their own splines, so that a yarn
 of shorter segments would be stiffer. Here both hold for a segment of the rest length l0 (``segment_length``), and a
 segment of length l has l / l0 of them. The axial stiffness EA = 2 (k_len + k_length) / l0 is then a property of the
-yarn, like the flexural rigidity EI = 2 k_bend, and finer splines have one limit. A plain stitch of L has about 14
-segments. In a loop of 16.67 diameters they are 2.4 radii long, between the segments of a garment (12 in a stitch) and
-those of a free swatch (16) at ``draft``.
+yarn, like the flexural rigidity EI = 2 k_bend and the torsional rigidity GJ = 2 k_twist, and finer splines have one
+limit. A plain stitch of L has about 14 segments. In a loop of 16.67 diameters they are 2.4 radii long, between the
+segments of a garment (12 in a stitch) and those of a free swatch (16) at ``draft``.
 
 A yarn has the mass m per rest length: the mass that the yarn states (``YarnSet.mass_per_length``), or else the mass of
 its material. Over a segment the four basis functions have the integrals (1, 11, 11, 1) / 24. These are the row sums of
@@ -30,7 +30,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stitchmesh.errors import ParameterError, check_positive
-from stitchmesh.yarn.yarn_presets import Yarn, yarn_names
+from stitchmesh.yarn.yarn_presets import TWIST_OVER_BEND, Yarn, yarn_names
 
 if TYPE_CHECKING:
     from stitchmesh.yarnrelax.model.constants import Model
@@ -76,10 +76,15 @@ class YarnMaterial:
     """Rest length of the segments for which ``k_len`` and ``k_length`` are stated [cm]."""
     compression: Compression = "stiff"
     """How yarns in contact resist: ``stiff`` (Kaldor 2008), or ``van-wyk``, a soft mass of fibres (``contact``)."""
+    k_twist: float | None = None
+    """Twist [erg cm], which acts on request only; the torsional rigidity GJ is twice as large. None for
+    ``TWIST_OVER_BEND`` times ``k_bend``."""
 
     def __post_init__(self) -> None:
         for name in stiffness_names():
             value = getattr(self, name)
+            if value is None:
+                continue
             if not (np.isfinite(value) and value >= 0.0):
                 raise ParameterError(f"material: {name} is {value}; expected a finite number of at least 0")
         if self.compression not in get_args(Compression):
@@ -96,6 +101,16 @@ class YarnMaterial:
     def flexural_rigidity(self) -> float:
         """EI, the bending moment over the curvature [dyn cm^2]."""
         return 2.0 * self.k_bend
+
+    @property
+    def twist_stiffness(self) -> float:
+        """``k_twist``, or its value if it is not given [erg cm]."""
+        return TWIST_OVER_BEND * self.k_bend if self.k_twist is None else self.k_twist
+
+    @property
+    def torsional_rigidity(self) -> float:
+        """GJ, the torque over the twist in a length [dyn cm^2]."""
+        return 2.0 * self.twist_stiffness
 
     @staticmethod
     def named(name: str = DEFAULT_MATERIAL, stiffness: Mapping[str, float] | None = None) -> YarnMaterial:
@@ -125,7 +140,8 @@ class YarnMaterial:
         """
         for field, value in stiffness.items():
             _check_field(field)
-            most = MOST_OVER_DEFAULT * getattr(NAMED[DEFAULT_MATERIAL], field)
+            default = NAMED[DEFAULT_MATERIAL]
+            most = MOST_OVER_DEFAULT * (default.twist_stiffness if field == "k_twist" else getattr(default, field))
             if not 0.0 <= value <= most:
                 raise ParameterError(f"material: {field} is {value:g}; expected a number from 0 to {most:g}")
         changed: dict[str, Any] = dict(stiffness)
@@ -146,9 +162,11 @@ class YarnMaterial:
         along = yarn.mechanics.axial_stiffness * usual.segment_length / 2.0
         k_bend = yarn.mechanics.flexural_rigidity / 2.0
         k_contact = usual.k_contact * k_bend / usual.k_bend
+        rigidity = yarn.mechanics.torsional_rigidity
         if yarn.mechanics.transverse_modulus is not None:
             k_contact = 0.1 * yarn.mechanics.transverse_modulus / pressure_of_parallel_yarns(0.9, radius)
-        return replace(made, k_len=along / 6.0, k_length=along * 5.0 / 6.0, k_bend=k_bend, k_contact=k_contact)
+        return replace(made, k_len=along / 6.0, k_length=along * 5.0 / 6.0, k_bend=k_bend, k_contact=k_contact,
+                       k_twist=None if rigidity is None else rigidity / 2.0)  # fmt: skip
 
     def transverse_modulus(self, radius: float) -> float:
         """Return the pressure between parallel yarns of a radius [cm] over their compression by a tenth [dyn/cm^2]."""
@@ -198,6 +216,7 @@ class YarnMaterial:
             mass_per_length=self.mass_per_length / gamma,
             segment_length=self.segment_length * gamma,
             compression=self.compression,
+            k_twist=None if self.k_twist is None else self.k_twist * gamma,
         )
 
 

@@ -37,6 +37,8 @@ class YarnForces:
     """Part of each sample in the virial of its cell and in its stiffness, shape (P, 9), or empty."""
     legs: wp.array[Any]
     """Force on the end of each of a segment's three legs, shape (3, S, 3)."""
+    leg_virial: wp.array[Any]
+    """Part of each segment in the virial of its cell and in its stiffness, shape (S, 9), or empty."""
 
     @property
     def parts(self) -> tuple[wp.array[Any]]:
@@ -88,8 +90,9 @@ class State:
     def forces(self) -> YarnForces:
         """The arrays to which terms add their forces."""
         return YarnForces(
-            self.external_force, self.sample_force, self.sample_block, self.sample_virial, self.leg_force
-        )
+            self.external_force, self.sample_force, self.sample_block, self.sample_virial, self.leg_force,
+            self.segment_virial,
+        )  # fmt: skip
 
     @property
     def parts(self) -> tuple[wp.array[Any]]:

@@ -68,16 +68,17 @@ def ways_together() -> dict[Callable[..., Any], Together]:
 
 @alone()
 def cell_stresses_together(calls: Sequence[Call]) -> list[CellStress | StitchMeshError]:
-    """Do calls of ``cell_stress``; calls with the same quality and device are done together."""
+    """Do calls of ``cell_stress``; calls with the same quality and device are done together, twisted yarns alone."""
 
-    def quality_of(call: Call, _number: int) -> Hashable:
-        return call.arguments["quadrature_points"], call.arguments["device"]
+    def quality_of(call: Call, number: int) -> Hashable:
+        given = call.arguments
+        return given["quadrature_points"], given["device"], None if given.get("twist") is None else number
 
     def stresses(group: Sequence[Call]) -> list[CellStress]:
         each = [call.arguments for call in group]
         cells = [(given["yarns"], given["material"]) for given in each]
         samples = [given["contact_samples"] for given in each]
-        return cell_stresses(cells, each[0]["quadrature_points"], samples, each[0]["device"])
+        return cell_stresses(cells, each[0]["quadrature_points"], samples, each[0]["device"], each[0].get("twist"))
 
     return _in_groups(calls, stresses, quality_of)
 
