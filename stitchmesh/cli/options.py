@@ -170,8 +170,8 @@ class SwatchFabric(RepeatSettings):
         """
         gauge = self.yarn.gauge
         if gauge is not None and "x" in gauge.lower():
-            found = f"gauge: got {gauge!r} for a swatch, which finds its rows by itself"
-            raise ParameterError(f"{found}; give the stitches alone, or hold its size (--period)")
+            found = f"gauge: got {gauge!r}, which only the command swatch brings true"
+            raise ParameterError(f"{found}; give the stitches alone, or the loop length")
         size = self.yarn.measures(yarn_radius=self.yarn_radius, drawn_radius=drawn_radius, loop_length=self.loop_length)
         only_yarn = self.loop_length is None and self.yarn.gauge is None
         return {

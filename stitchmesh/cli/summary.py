@@ -26,6 +26,7 @@ from stitchmesh.yarn.yarn_presets import Gauge, Yarn, yarn_for_gauge
 if TYPE_CHECKING:
     from stitchmesh.periodic.explore import Exploration
     from stitchmesh.periodic.swatch import Swatch
+    from stitchmesh.periodic.swatch_to import SizedSwatch
 
 AsJson = Annotated[bool, arg(help="print the report as JSON instead of a summary", help_behavior_hint="")]
 """Option of a command that prints a summary."""
@@ -134,6 +135,21 @@ def spirality_lines(report: Mapping[str, Any]) -> list[str]:
         f"{100.0 * report['snarling']:.2g} % of what makes free loops snarl"
     )  # fmt: skip
     return [f"Spirality: the wales {how}{twisted}."]
+
+
+def sized_lines(made: SizedSwatch) -> list[str]:
+    """Return the lines about a size that came true: the piece, what gives it, and what is not possible."""
+    asked = ", ".join(f"{name} {value:g}" for name, value in made.asked.items())
+    piece = []
+    if {"width", "height"} & set(made.asked):
+        width, height = made.size
+        piece = [f"Piece: {made.stitches:,} stitches x {made.rows:,} rows, {width:.4g} x {height:.4g} cm."]
+    yarn = f"loops of {10 * made.loop_length:.4g} mm, needle about {made.needle:.2g} mm"
+    return [
+        f"Asked for {asked}: {yarn}, yarn radius {10 * made.yarn_radius:.3g} mm, after {made.relaxations} swatches.",
+        *piece,
+        *(f"Not possible: {note}." for note in made.notes),
+    ]
 
 
 def _spread_lines(report: Mapping[str, Any]) -> list[str]:

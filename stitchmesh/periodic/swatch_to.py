@@ -332,13 +332,16 @@ class _Search:
 
     def _residual(self, trial: _Trial) -> float:
         """Return the error that the looseness has to remove, as a logarithm."""
-        (own_width, own_height), (width, height) = trial.spacing, self._wanted
-        if width is not None and (self._given or height is None):
-            return math.log(own_width / width) if self._given else 0.0
-        if width is None:
-            assert height is not None
-            return math.log(own_height / height) if self._given else 0.0
-        return math.log(own_width / width * height / own_height)
+        own_width, own_height = trial.spacing
+        width, height = self._wanted
+        if width is not None and height is not None and not self._given:
+            return math.log(own_width / width * height / own_height)
+        if not self._given:
+            return 0.0
+        if width is not None:
+            return math.log(own_width / width)
+        assert height is not None
+        return math.log(own_height / height)
 
     def _errors(self, trial: _Trial) -> list[float]:
         """Return the relative errors of the sizes that can be met, the width first."""

@@ -38,7 +38,7 @@ from stitchmesh.cli.output_folder import (
 )
 from stitchmesh.cli.say import say
 from stitchmesh.cli.setting_flags import flag_of
-from stitchmesh.cli.summary import AsJson, exploration_summary, files_to_open, print_result, swatch_summary
+from stitchmesh.cli.summary import AsJson, exploration_summary, files_to_open, print_result, sized_lines, swatch_summary
 from stitchmesh.cli.words import Flag, Period, help_entry
 from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.jobs.sections import SwatchTable
@@ -52,6 +52,7 @@ if TYPE_CHECKING:
     from stitchmesh.budget.budget import Budget
     from stitchmesh.patterns import Pattern
     from stitchmesh.periodic.swatch import Swatch
+    from stitchmesh.periodic.swatch_to import SizedSwatch
     from stitchmesh.periodic.weave.weave import Weave
     from stitchmesh.progress import Progress
     from stitchmesh.yarn import YarnSet
@@ -63,6 +64,8 @@ SHEET = "pattern.pdf"
 """Pattern to take home there."""
 OUTPUTS = ("cell.h5", "cell.pyp", "tiled.bcc", "report.json", "convergence.csv", "convergence.png")
 """Other files that one relaxation writes there."""
+_FOUND = ("loop_length", "period", "relax_cell", "columns", "rows", "gamma", "spacing")
+"""Options that a search for a size finds, or that weaves have."""
 RESTS = ("rests.json", "rests.png")
 """Files that a search for states of rest writes there, beside the yarns of each state."""
 
@@ -89,6 +92,11 @@ class SwatchCommand:
     """relax the free repeat, without friction unless --relaxation says otherwise, from N perturbed starts too, and list
     and draw its distinct states of rest instead"""
     period: Annotated[Period, flag_of(SwatchTable, "period")] = SwatchOptions.period
+    width: Annotated[float | None, help_entry("CM", "as the yarn gives")] = None
+    """width of a piece of whole repeats, which comes true: the loop length, the numbers of stitches and rows and the
+    needle are found; a --gauge with rows, such as 22x30, comes true in this pattern likewise"""
+    height: Annotated[float | None, help_entry("CM", "as the yarn gives")] = None
+    """height of that piece"""
     quality: ChosenQuality = None
     budget: Annotated[BudgetOptions, arg(name="")] = field(default_factory=BudgetOptions)
     max_iterations: MaxIterations = None
@@ -136,8 +144,11 @@ class SwatchCommand:
         tiles, pixels = check_tiles(self.tile), check_texture(self.texture)
         source = self._source()
         woven = isinstance(source, Weave)
+        fabric = self.fabric
+        if self._sized:
+            fabric = replace(fabric, yarn=replace(fabric.yarn, gauge=None))
         options = SwatchOptions(
-            **self.fabric.options(woven=woven, drawn_radius=self.drawn_radius),
+            **fabric.options(woven=woven, drawn_radius=self.drawn_radius),
             rest_lengths=parse_rest_lengths(self.rest_length), period=self.period,
             relaxation=release.relaxation, friction=release.friction, unsupported=release.unsupported,
             blocked=release.blocked, relax_cell=release.relax_cell, residual_twist=release.residual_twist,
@@ -150,10 +161,19 @@ class SwatchCommand:
         after, draws = time_after(None if self.no_picture else self._picture_seconds(source), self.budget.within)
         budget = self.budget.budget(after, chooses=self._leaves_quality)
         outputs = [*OUTPUTS, *([] if self.no_picture else [PICTURE]), *([SHEET] if self.sheet else [])]
+        sized = None
         with output_folder(self.output, outputs) as folder, show_progress() as progress:
             compile_before_relaxing(self.device, on_lattice=True, progress=progress)
-            made = self._relaxed(source, options, budget, progress)
+            if self._sized:
+                sized = self._to_size(source, options, progress)
+                made = sized.swatch
+                found = {"loop_length": sized.loop_length, "yarn_radius": sized.yarn_radius}
+                options = replace(options, relax_cell=True, **found)
+            else:
+                made = self._relaxed(source, options, budget, progress)
             report = self._report(source, options, made)
+            if sized is not None:
+                report["sized"] = sized.report()
             _write(folder, made, report, tiles, pixels)
             drawn = False
             if draws:
@@ -164,6 +184,8 @@ class SwatchCommand:
             if self.sheet:
                 self._write_sheet(folder, source, made, drawn)
         lines = swatch_summary(made, report["name"], self.fabric.yarn.named())
+        if sized is not None:
+            lines += sized_lines(sized)
         print_result(report, [*lines, files_to_open(folder, drawn)], as_json=self.json)
         return exit_status(report)
 
@@ -186,6 +208,8 @@ class SwatchCommand:
         from stitchmesh.periodic.explore import explore
 
         assert self.output is not None and self.explore is not None
+        if self._sized:
+            raise ParameterError("explore: got a size that comes true beside it; leave one of both out")
         effective = replace(self, tile=SwatchCommand.tile, texture=None, release=replace(self.release, shaken=0))
         self._refuse_others(effective, "--explore", "it writes and draws each state")
         if self.budget.budget() is not None:
@@ -313,6 +337,43 @@ class SwatchCommand:
             source, material=material, quality=self._quality, device=self.device, shaken=self.release.shaken,
             budget=budget,
             progress=progress if self.no_picture else with_work_after(progress, START_OF_RENDERER), **vars(options),
+        )  # fmt: skip
+
+    @property
+    def _sized(self) -> bool:
+        """Whether a size is asked for that comes true: a width, a height, or a gauge with rows."""
+        gauge = self.fabric.yarn.gauge
+        return self.width is not None or self.height is not None or (gauge is not None and "x" in gauge.lower())
+
+    def _to_size(self, source: Pattern | Weave, options: SwatchOptions, progress: Progress) -> SizedSwatch:
+        """Find the loop length that gives the size, and report the progress.
+
+        Raises:
+            ParameterError: an option is given that the search finds or does not obey.
+        """
+        from stitchmesh.periodic.swatch_to import swatch_to
+        from stitchmesh.progress import with_work_after
+
+        fabric, release = self.fabric, self.release
+        others = {
+            "period": self.period != SwatchOptions.period, "loop-length": fabric.loop_length is not None,
+            "gamma": fabric.gamma != 1.0, "columns": fabric.columns != 1, "rows": fabric.rows != 1,
+            "shaken": release.shaken != 0, "within": self.budget.budget() is not None,
+        }  # fmt: skip
+        for name in (name for name, given in others.items() if given):
+            raise ParameterError(f"swatch: {name} has no effect beside a size that comes true; leave one of both out")
+        yarn = fabric.yarn.named()
+        given = yarn is not None or fabric.yarn_radius is not None
+        if not given and self.material != MaterialSection():
+            raise ParameterError("swatch: got a material without a yarn; give --yarn or --yarn-radius too")
+        kept = {name: value for name, value in vars(options).items() if name not in _FOUND and value is not None}
+        if not given:
+            kept.pop("yarn_radius")
+        return swatch_to(
+            source, gauge=fabric.yarn.gauge, width=self.width, height=self.height, yarn=yarn, quality=self._quality,
+            device=self.device,
+            progress=progress if self.no_picture else with_work_after(progress, START_OF_RENDERER),
+            **({"material": self._material(options)} if given else {}), **kept,
         )  # fmt: skip
 
     def _report(self, source: Pattern | Weave, options: SwatchOptions, made: Swatch) -> dict[str, Any]:
