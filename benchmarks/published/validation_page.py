@@ -6,6 +6,7 @@ On the page a table stands between markers, which name its section, and after a 
 several; text around them is written by hand:
 
     <!-- table V1 --> or <!-- table loops: Stockinette by loop length --> or <!-- table summary -->
+    or <!-- table ranges -->, of ``periodic.validated_range``
     ...
     <!-- end of table -->
 """
@@ -32,6 +33,7 @@ from benchmarks.published.comparison import (
 from benchmarks.published.plots import draw_panels
 from benchmarks.table import row
 from stitchmesh.io.atomic import write_text
+from stitchmesh.periodic.validated_range import RANGES, range_words
 
 PAGE = DOCS / "validation.md"
 PICTURES = DOCS
@@ -86,13 +88,32 @@ def summary(tables: Iterable[Section]) -> Iterable[Sequence[object]]:
         if not items:
             yield [section.name, section.title, "not run", section.accepted, "", section.verdict]
             continue
-        yield [f"[{section.name}](#{_anchor(section)})", section.title, number, section.accepted, f"{good} of {count}",
+        anchor = anchor_of(f"{section.name}: {section.title}")
+        yield [f"[{section.name}](#{anchor})", section.title, number, section.accepted, f"{good} of {count}",
                section.verdict]  # fmt: skip
 
 
-def _anchor(section: Section) -> str:
-    words = f"{section.name}: {section.title}".lower()
-    return re.sub(r"[^a-z0-9 -]", "", words).replace(" ", "-")
+def ranges() -> Iterable[Sequence[object]]:
+    """Yield a row for each comparison that the library knows: where it was made, and the error to expect there."""
+    yield ["what", "fabric", "loops / d", "strain", "yarn [N/tex]", "error to expect", "source"]
+    for each in RANGES:
+        along = "" if each.direction is None else f", {each.direction}s"
+        strain = "" if each.strains is None else f"{range_words([100.0 * end for end in each.strains])} %{along}"
+        state = f" ({', '.join(each.states)})" if each.states else ""
+        rubs = "" if each.friction is None else f", friction {range_words(each.friction)}"
+        loops, stretch = ("" if ends is None else range_words(ends) for ends in (each.loops, each.stretch))
+        page = "" if each.page == PAGE.name else each.page
+        source = f"[{each.section}]({page}#{anchor_of(each.heading)})"
+        yield [f"{each.quantity}{state}", f"{', '.join(each.fabrics)}{rubs}", loops, strain, stretch, each.off, source]
+
+
+def anchor_of(heading: str) -> str:
+    """Return the anchor of a heading."""
+    return re.sub(r"[^a-z0-9 -]", "", heading.lower()).replace(" ", "-")
+
+
+def _plain_table(rows: Iterable[Sequence[object]]) -> str:
+    return "\n".join(row(cells) + ("\n|" + "---|" * len(cells) if k == 0 else "") for k, cells in enumerate(rows))
 
 
 def page_with_tables(page: str, tables: Iterable[Section]) -> str:
@@ -105,8 +126,9 @@ def page_with_tables(page: str, tables: Iterable[Section]) -> str:
     def made(match: re.Match[str]) -> str:
         name, _, title = match["name"].partition(": ")
         if name == "summary":
-            text = "\n".join([row(cells) + ("\n|" + "---|" * len(cells) if k == 0 else "")
-                              for k, cells in enumerate(summary(tables))])  # fmt: skip
+            text = _plain_table(summary(tables))
+        elif name == "ranges":
+            text = _plain_table(ranges())
         else:
             items = found(name)
             text = table_of(items, title or None) if items else match["old"].strip("\n")

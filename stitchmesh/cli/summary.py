@@ -18,7 +18,7 @@ from tyro.conf import arg
 
 from stitchmesh.cli.say import say
 from stitchmesh.mesh import StitchMesh, extent
-from stitchmesh.reporting.verdict import Kind, relaxation_verdict
+from stitchmesh.reporting.verdict import Finding, Kind, relaxation_verdict
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.stitch_size import fabric_gauge
 from stitchmesh.yarn.yarn_presets import Gauge, Yarn, yarn_for_gauge
@@ -120,7 +120,18 @@ def swatch_summary(made: Swatch, name: str, yarn: Yarn | None) -> list[str]:
         *spirality_lines(report),
         *_spread_lines(report),
         state_of(report),
+        *range_lines(report),
     ]
+
+
+def range_lines(report: Mapping[str, Any]) -> list[str]:
+    """Return one line on what lies where no measurement was compared; none if nothing does."""
+    found = tuple(Finding(**entry) for entry in report.get("ranges", ()))
+    if not found:
+        return []
+    from stitchmesh.periodic.validated_range import RangeVerdict
+
+    return [str(RangeVerdict(found, ""))]
 
 
 def spirality_lines(report: Mapping[str, Any]) -> list[str]:

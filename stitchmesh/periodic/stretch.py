@@ -56,6 +56,7 @@ from stitchmesh.periodic.relaxation.prepared_swatch import PreparedSwatch, check
 from stitchmesh.periodic.relaxation.support import planes
 from stitchmesh.periodic.swatch import Swatch, relax_prepared
 from stitchmesh.periodic.swatch_options import StretchSettings
+from stitchmesh.periodic.validated_range import NOT_JUDGED, RangeVerdict, fabric_of, tension_verdict
 from stitchmesh.periodic.weave.weave import Weave
 from stitchmesh.quality import DEFAULT_QUALITY, PRESETS, Quality, quality_named
 from stitchmesh.run import SHOWN, Run
@@ -210,6 +211,8 @@ class StretchCurve:
     """Coefficient of friction between yarns."""
     out_of_time: bool = False
     """Whether a limit on the time ended the curve before its last strain."""
+    ranges: RangeVerdict = NOT_JUDGED
+    """Whether tensions were compared with measurements, and the error to expect (``validated_range``)."""
 
     def __repr__(self) -> str:
         """Return one line: the direction and the strains."""
@@ -292,7 +295,11 @@ def stretch_test(
             pattern, material=material, quality=quality, device=device, relax_cell=True, relaxation="frictionless",
             **options,
         )  # fmt: skip
-        return _stretch(prepared, path, device, run)
+        curve = _stretch(prepared, path, device, run)
+    radius = prepared.options.yarn_radius
+    loops = curve.free.report["loop_length"] / (2.0 * radius)
+    ranges = tension_verdict(fabric_of(prepared.source), loops, path, prepared.material, radius, quality)
+    return replace(curve, ranges=ranges)
 
 
 def _stretch(

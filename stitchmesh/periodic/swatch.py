@@ -50,6 +50,7 @@ from stitchmesh.periodic.repeat.smallest_cell import SmallestCell
 from stitchmesh.periodic.resolve_pattern import resolve_pattern, stitches_of
 from stitchmesh.periodic.sampling.even_sampling import sample_evenly
 from stitchmesh.periodic.swatch_options import KnitState, SwatchOptions
+from stitchmesh.periodic.validated_range import swatch_verdict
 from stitchmesh.periodic.weave.jamming import jam_report
 from stitchmesh.periodic.weave.weave import Weave
 from stitchmesh.progress import Progress, shown_progress
@@ -258,6 +259,7 @@ def relax_prepared(prepared: PreparedSwatch, yarns: YarnSet, run: Run[YarnSet] =
         logger.warning("%s; %s", shape.text, remedy_of(prepared.cell, lies=acting["planes_distance"] is not None))
     report = measures | shape.report() | acting | before | relaxed.report
     report |= {"solver_seconds": relaxed.report["seconds"]}
+    report |= swatch_verdict(prepared.source, chosen, measures["loop_length"], prepared.material).report()
     return Swatch(result, report, prepared.fabric, relaxed.history, at_rest)
 
 

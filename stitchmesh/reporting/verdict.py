@@ -16,7 +16,7 @@ SMALLEST_DISTANCE = 1.5
 Kind = Literal[
     "too few stitches", "too many stitches", "too few rows", "too many rows",
     "uneven stitches", "stopped", "out of time", "hidden by rounding", "not at rest", "strained", "crowded", "not flat",
-    "drawn in", "change not known", "moved on the way",
+    "drawn in", "change not known", "moved on the way", "not validated", "unmeasured yarn", "assumed contact", "coarse",
 ]  # fmt: skip
 """What can be wrong with a fabric, and with relaxed yarns."""
 

@@ -10,6 +10,7 @@ import pytest
 
 import stitchmesh as sm
 from stitchmesh.cli.summary import knit_summary, relax_summary, spirality_lines, state_of, swatch_summary
+from stitchmesh.periodic.validated_range import gauge_verdict
 from stitchmesh.yarn.stitch_size import fabric_gauge
 from tests.editing.fabrics import flat
 
@@ -116,6 +117,14 @@ def test_a_swatch_says_what_acted_on_it(acting, line):
     named = zip(("relaxation", "friction", "planes_distance", "planes_pressure"), acting, strict=True)
     report = GOOD | SIZES | dict(named) | {"areal_density": 0.04}
     assert swatch_summary(sm.Swatch(plain_cell(), report, None, []), "plain", None)[2] == line
+
+
+def test_a_swatch_says_what_was_not_compared_with_measurements():
+    entries = gauge_verdict("stockinette", 25.0, "wet").report()
+    line = swatch_summary(sm.Swatch(plain_cell(), GOOD | SIZES | entries, None, []), "plain", None)[-1]
+    assert line.startswith("Not validated: the size of stockinette with loops of 25 core diameters")
+    inside = GOOD | SIZES | gauge_verdict("stockinette", 16.67, "wet").report()
+    assert not any("alidated" in line for line in swatch_summary(sm.Swatch(plain_cell(), inside, None, []), "", None))
 
 
 def test_one_yarn_is_counted_as_one():

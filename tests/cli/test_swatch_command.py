@@ -77,6 +77,9 @@ def test_the_report_holds_the_options_and_the_results(made):
     report = json.loads((made / "report.json").read_text())
     assert (report["pattern"], report["name"], report["source"]) == ("stockinette", "Stockinette", "Common knowledge")
     assert report["version"] and report["options"]["gamma"] == 1.1 and report["options"]["relax_cell"] is True
+    # Its loops are 16.67 / 1.1 diameters long.
+    assert [entry["kind"] for entry in report["ranges"]] == ["not validated"] and report["expected_error"] is None
+    assert "loops of 15.2 core diameters" in report["ranges"][0]["text"]
     cell = read_yarns(made / "cell.h5")
     assert size_of(cell.lattice) == pytest.approx((report["width"], report["height"]), rel=1e-12)  # All digits.
     assert np.abs(cell.strain).max() == pytest.approx(report["max_strain"], rel=1e-6)  # Scaled by gamma and back.

@@ -224,6 +224,12 @@ def verdict_html(verdict: Verdict, good: str, doubtful: str, *, action: str | No
     )
 
 
+def range_html(verdict: Verdict, name: str = "") -> Markup:
+    """Return a box that says whether figures were compared with measurements; ``name`` is that of their fabric."""
+    of = f"{name}: " if name else ""
+    return verdict_html(verdict, f"{of}Validated", f"{of}Not validated")
+
+
 def figures_html(figures: Sequence[Figure]) -> Markup:
     """Return a table of figures, with the meaning of each below it."""
     rows = joined(

@@ -13,14 +13,15 @@ from collections.abc import Callable
 
 from stitchmesh.app.controls.controls import Control, Controls
 from stitchmesh.app.controls.field_panel import setting_field
-from stitchmesh.app.controls.html_pieces import figures, paragraph
+from stitchmesh.app.controls.html_pieces import figures, paragraph, range_html
 from stitchmesh.app.project.project import Project
 from stitchmesh.markup import Markup
 from stitchmesh.mesh.shaping_stitches import Increase
+from stitchmesh.periodic.validated_range import gauge_verdict
 from stitchmesh.recipe.sections import StitchesSection
 from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING
 from stitchmesh.yarn.yarn_description import LIBRARY
-from stitchmesh.yarn.yarn_presets import CENTIMETRES_PER_INCH, Gauge, Yarn, yarn_names
+from stitchmesh.yarn.yarn_presets import CENTIMETRES_PER_INCH, GAUGE_LENGTH, Gauge, Yarn, yarn_names
 from stitchmesh.yarnrelax.yarn_figures import yarn_figures
 
 GROUP = "Yarn and gauge"
@@ -124,7 +125,8 @@ class GaugePanel:
         self._width.value, self._height.value = round(width, DIGITS), round(drawn_height(width, height), DIGITS)
         self._usual.value, self._height.visible = height is None, height is not None
         gauge = gauge_words(Gauge.of_stitch(width, drawn_height(width, height)))
-        self._text.content = paragraph(f"{gauge}{_yarn_words(yarn_of(self._project))}")
+        yarn = yarn_of(self._project)
+        self._text.content = paragraph(f"{gauge}{_yarn_words(yarn)}") + _loops_html(yarn, width)
 
     def _take(self, width: float, height: float | None, what: str = "") -> None:
         self.show(width, height)
@@ -137,6 +139,15 @@ class GaugePanel:
     def _set_usual(self, usual: bool) -> None:
         width, height = self._size
         self._take(width, None if usual else round(drawn_height(width, height), DIGITS))
+
+
+def _loops_html(yarn: Yarn | None, width: float) -> Markup:
+    """Return a box if stockinette of a yarn was not compared with measurements at this stitch width [cm]."""
+    if yarn is None:
+        return Markup()
+    loops = Gauge(GAUGE_LENGTH / width).loop_length / (2.0 * yarn.core_radius)
+    verdict = gauge_verdict("stockinette", loops, "wet")
+    return Markup() if verdict.good else range_html(verdict)
 
 
 def drawn_height(width: float, height: float | None) -> float:

@@ -82,6 +82,8 @@ class StretchCommand:
         if curve.friction:
             for text in loop_texts(curve.loops):
                 say(f"Loop {text}.")
+        if not curve.ranges.good:
+            say(str(curve.ranges))
         if not curve.out_of_time:
             return None
         say(f"Not good: the time was over after {len(curve.points)} strains; allow more time.")

@@ -283,3 +283,6 @@ def test_a_yarn_gives_its_gauge(page):
     assert "10 cm" in text(page) and "4 inches" in text(page)
     knit(page)
     assert page.project.shaping.stitch_width == yarn.stitch_width
+    assert "Not validated" not in page.controls.text_shown()
+    set_value(page, "Stitch width [cm]", 1.5 * yarn.stitch_width)
+    assert "The size of stockinette with loops of 24.4 core diameters was compared" in page.controls.text_shown()

@@ -10,7 +10,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from stitchmesh.app.controls.field_panel import FieldPanel
-from stitchmesh.app.controls.html_pieces import legend_of_key, message
+from stitchmesh.app.controls.html_pieces import legend_of_key, message, range_html
 from stitchmesh.app.pages.chart_panel import ChartPanel
 from stitchmesh.app.pages.gauge_panel import FOUR_INCHES
 from stitchmesh.app.pages.page import Page
@@ -34,6 +34,7 @@ from stitchmesh.periodic.gauge import FabricMeasures
 from stitchmesh.periodic.resolve_pattern import Source
 from stitchmesh.periodic.session.frames import Frame
 from stitchmesh.periodic.swatch_design import SwatchDesign, SwatchDials
+from stitchmesh.periodic.validated_range import fabric_of, gauge_verdict
 
 if TYPE_CHECKING:
     from stitchmesh.app.application import App
@@ -48,11 +49,25 @@ MEASURES_STYLE = markup("""<style>
 
 
 def measures_html(variants: Sequence[Variant]) -> Markup:
-    """Return a line on each variant, and a table with a column of measures for each."""
+    """Return a line on each variant, a table with a column of measures for each, and the errors to expect."""
     several = len(variants) > 1
     states = joined(_state(variant, several) for variant in variants)
     shown = [variant for variant in variants if variant.frame is not None]
-    return MEASURES_STYLE + states + (_table(shown, several) if shown else Markup())
+    table = _table(shown, several) if shown else Markup()
+    return MEASURES_STYLE + states + table + joined(_ranges(variant, several) for variant in shown)
+
+
+def _ranges(variant: Variant, several: bool) -> Markup:
+    """Return a box that says whether the size of a free fabric at rest was compared with measurements."""
+    frame, design = variant.frame, variant.design
+    if frame is None or design is None or not frame.report["at_rest"] or design.dials.width or design.dials.height:
+        return Markup()
+    loops = frame.measures.loop_length / (2.0 * design.dials.yarn_radius)
+    verdict = gauge_verdict(
+        fabric_of(design.pattern), loops, frame.report["relaxation"], design.options()["material"],
+        design.dials.yarn_radius,
+    )  # fmt: skip
+    return range_html(verdict, variant.name if several else "")
 
 
 def state_of(variant: Variant) -> tuple[str, bool]:

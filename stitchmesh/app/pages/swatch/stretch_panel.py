@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from stitchmesh.app.controls.html_pieces import message
+from stitchmesh.app.controls.html_pieces import message, range_html
 from stitchmesh.app.task import Task, TaskControl
 from stitchmesh.markup import Markup, joined, markup
 from stitchmesh.periodic.stretch import NEWTONS_PER_METRE, StretchCurve, StretchPath, StretchPoint, stretch_test
@@ -112,7 +112,10 @@ class StretchPanel:
         self._show_running(False)
         self._save.visible = True
         self._show([Curve(name, curve.points, curve.direction) for name, curve in curves])
-        self._snaps.content = joined(message(text, "doubtful") for text in snap_texts(curves))
+        snaps = joined(message(text, "doubtful") for text in snap_texts(curves))
+        names = [name if len(curves) > 1 else "" for name, _ in curves]
+        ranges = joined(range_html(curve.ranges, name) for name, (_, curve) in zip(names, curves, strict=True))
+        self._snaps.content = snaps + ranges
 
     def _failed(self, error: Exception | None) -> None:
         if not self._left:

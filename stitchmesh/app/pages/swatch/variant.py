@@ -90,6 +90,8 @@ class Variant:
         """The drawing of the newest frame in the scene."""
         self.legend: tuple[tuple[str, Colour], ...] = ()
         """Names and colours of the legend of the drawing; empty if it has the colours of the yarns."""
+        self.design: SwatchDesign | None = None
+        """The design to which the session moves; None before the first change."""
         self.refusal: str | None = None
         """Why the design is not relaxed; None if it is relaxed."""
         self.session = SwatchSession(PLAIN, quality="draft", stopped=True, iterations_per_frame=iterations)
@@ -104,6 +106,7 @@ class Variant:
     def change(self, design: SwatchDesign) -> None:
         """Move to another design; start from the present state if the yarns are the same."""
         self._watcher.hurry()
+        self.design = design
         try:
             check_size(design)
         except ParameterError as error:

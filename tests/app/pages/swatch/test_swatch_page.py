@@ -168,6 +168,17 @@ def test_a_dial_moves_the_fabric_from_its_present_state_and_is_set_back(rig):
     assert rig.front.controls.find("Tightness").value == 1.0
 
 
+def test_a_fabric_at_rest_says_which_error_to_expect(rig):
+    rig.rest()
+    assert "Validated: the crimp is off measured ones by 0.7 %" in rig.text()
+    rig.choose("garter")
+    rig.rest()
+    assert "Not validated" in rig.text() and "The size of garter with loops of" in rig.text()
+    rig.set("Hold the width", True)
+    rig.rest()
+    assert "alidated" not in rig.text()
+
+
 def test_a_held_width_is_that_of_the_fabric_until_another_is_typed_and_an_impossible_one_is_said(rig):
     rig.rest()
     width = rig.page.variant.frame.size[0]
@@ -317,6 +328,7 @@ def test_a_stretch_test_gives_the_curve_of_the_library(rig, monkeypatch):
     curve = sm.stretch_test(design.pattern, sm.StretchPath(course=(0.0, 0.05), steps=2), quality="draft", **options)
     np.testing.assert_array_equal(plot.data[0].x, 100.0 * curve.column("strain"))
     np.testing.assert_array_equal(plot.data[0].y, 1e-3 * curve.tension)
+    assert "Not validated" in rig.text() and "The tension of plain weave along the courses" in rig.text()
     rig.press("Download the curve (CSV)")
     assert rig.front.downloads[-1][0] == "plain-weave-A-course.csv"
 
