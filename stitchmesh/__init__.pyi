@@ -160,6 +160,8 @@ from .pipeline.options import RelaxOptions as RelaxOptions
 from .quality import Quality as Quality
 from .recipe.estimate import GarmentEstimate as GarmentEstimate
 from .recipe.estimate import estimate_garment as estimate_garment
+from .recipe.finished import FinishedGarment as FinishedGarment
+from .recipe.finished import finished_garment as finished_garment
 from .recipe.grade import Graded as Graded
 from .recipe.grade import GradedSize as GradedSize
 from .recipe.grade import grade as grade

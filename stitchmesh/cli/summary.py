@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from stitchmesh.periodic.explore import Exploration
     from stitchmesh.periodic.swatch import Swatch
     from stitchmesh.periodic.swatch_to import SizedSwatch
+    from stitchmesh.recipe.finished import FinishedGarment
 
 AsJson = Annotated[bool, arg(help="print the report as JSON instead of a summary", help_behavior_hint="")]
 """Option of a command that prints a summary."""
@@ -62,6 +63,16 @@ def knit_summary(fabric: StitchMesh, yarns: YarnSet, report: Mapping[str, Any], 
         *_pattern_lines(report),
         *(f"Repair: {entry['text']}." for entry in report.get("repair", ())),
         *shape_lines(report),
+    ]
+
+
+def finished_lines(made: FinishedGarment) -> list[str]:
+    """Return the lines about finished measures: what a garment has that nothing holds, and what is not possible."""
+    measures = ", ".join(f"{name} {made.measures[name]:.4g} cm ({asked:g} asked)" for name, asked in made.asked.items())
+    gauges = ", ".join(f"{name} {each.stitches:.3g} x {each.rows:.3g}" for name, each in made.gauges.items())
+    return [
+        f"Finished, when nothing holds it: {measures}; gauges at rest: {gauges} in 10 cm.",
+        *(f"Not possible: {note}." for note in made.notes),
     ]
 
 

@@ -14,8 +14,9 @@ the sizes, and if both are asked for, u is found from their ratio, F(u) - G(u) =
 
 Newton's method finds u, and a swatch is relaxed at each step. F' and G' are the derivatives by the loop length of
 ``sensitivity`` for a swatch without friction. Friction lets the size depend on the path, and has no such derivative:
-the first step then takes Munden's law, in which both sizes are proportional to the loop length. The next steps take the
-secant. Between two swatches on both sides of the size, the cubic with their values and derivatives leads to it.
+the first step then takes Munden's law, in which both sizes are proportional to the loop length, and the next steps take
+the secant. Without friction each swatch relaxes from the one before it, and stays in its state of rest if there are
+several. Where two swatches lie on both sides of the size, the next one lies between them.
 """
 
 from __future__ import annotations
@@ -25,18 +26,19 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
-import numpy as np
-from scipy.interpolate import CubicHermiteSpline
-
 from stitchmesh.errors import ParameterError, check_positive
+from stitchmesh.lattice import Lattice
 from stitchmesh.patterns import Pattern
+from stitchmesh.periodic.relaxation.prepared_swatch import PreparedSwatch, prepare_swatch
 from stitchmesh.periodic.resolve_pattern import resolve_pattern
 from stitchmesh.periodic.sensitivity import sensitivity
-from stitchmesh.periodic.swatch import Swatch, swatch
+from stitchmesh.periodic.swatch import Swatch, relax_prepared
 from stitchmesh.periodic.swatch_options import COMPACT_LOOP, YARN_RADIUS
 from stitchmesh.periodic.weave.weave import Weave
 from stitchmesh.progress import Progress, shown_stages
-from stitchmesh.quality import DEFAULT_QUALITY, Quality
+from stitchmesh.quality import DEFAULT_QUALITY
+from stitchmesh.run import Run
+from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.stitch_size import stitch_size
 from stitchmesh.yarn.yarn_presets import GAUGE_LENGTH, Gauge, Yarn, needle_for, parse_gauge
 from stitchmesh.yarnrelax import YarnMaterial
@@ -127,14 +129,12 @@ class SizedSwatch:
 
 
 def swatch_to(
-    pattern: str | Pattern,
+    pattern: str | Pattern | Weave,
     *,
     gauge: str | float | Gauge | None = None,
     width: float | None = None,
     height: float | None = None,
     yarn: str | Yarn | None = None,
-    quality: str | Quality = DEFAULT_QUALITY,
-    device: str | None = None,
     progress: Progress | Literal[False] | None = None,
     **options: Any,
 ) -> SizedSwatch:
@@ -150,11 +150,9 @@ def swatch_to(
         width: width of the piece [cm], of whole repeats.
         height: height of the piece [cm], of whole repeats.
         yarn: a yarn, or the name of one.
-        quality: a preset or a ``Quality``.
-        device: device of the kernels.
         progress: as for ``swatch``.
-        options: other fields of ``SwatchOptions`` and the ``material``, as for ``swatch``. The size relaxes; the state
-            is ``dry`` unless ``relaxation`` is given.
+        options: ``quality``, ``device``, ``material`` and other options of ``swatch``. The size relaxes; the state is
+            ``dry`` unless ``relaxation`` is given.
 
     Raises:
         ParameterError: nothing is asked for, a size is not positive, the pattern is a weave, an option is given that
@@ -179,7 +177,8 @@ def swatch_to(
     radius = sizes.yarn_radius or YARN_RADIUS
     loop = sizes.loop_length or 2 * COMPACT_LOOP * radius
     with shown_stages(progress) as shown:
-        search = _Search(source, asked, given, {**options, "quality": quality, "device": device}, shown)
+        usual = {"material": None, "quality": DEFAULT_QUALITY, "device": None}
+        search = _Search(source, asked, given, usual | options, shown)
         return search.run(math.log(loop / (2.0 * radius)), radius)
 
 
@@ -273,16 +272,32 @@ class _Search:
             which = f"swatch {number} of at most {MOST_RELAXATIONS}"
             self._shown(stage, (number - 1 + done) / MOST_RELAXATIONS, f"{which}, {note}")
 
-        made = swatch(
+        prepared = prepare_swatch(
             self._source, loop_length=2.0 * radius * math.exp(looseness), yarn_radius=radius, relax_cell=True,
-            progress=show, **self._options,
+            **self._options,
         )  # fmt: skip
+        made = relax_prepared(prepared, self._start(prepared, radius), Run(show))
         slopes = None
         rest = made.at_rest
         if rest is not None and not rest.rubs and len(rest.yarns.points) <= LARGEST_CELL:
             found = sensitivity(made)
             slopes = (found.width["loop_length"], found.height["loop_length"])
         self._trials.append(_Trial(made, looseness, radius, slopes))
+
+    def _start(self, prepared: PreparedSwatch, radius: float) -> YarnSet:
+        """Return the yarns from which a swatch relaxes: without friction those of the swatch before it.
+
+        Fabrics with several states of rest then stay in one of them, in which the size changes steadily.
+        """
+        last = self._trials[-1] if self._trials else None
+        rest = None if last is None else last.made.at_rest
+        if last is None or rest is None or rest.rubs or len(rest.yarns.points) != len(prepared.yarns.points):
+            return prepared.yarns
+        factor = radius / last.radius
+        assert rest.yarns.lattice is not None
+        return replace(
+            prepared.yarns, points=factor * rest.yarns.points, lattice=Lattice(factor * rest.yarns.lattice.periods)
+        )
 
     def _choose_repeats(self) -> None:
         """Choose whole repeats of the piece, and from them the spacings that come true."""
@@ -349,13 +364,9 @@ class _Search:
         return [abs(math.log(own / size)) for own, size in zip(trial.spacing, met, strict=True) if size is not None]
 
     def _slopes(self, trial: _Trial) -> tuple[float, float]:
-        """Return the derivatives of ln w and ln h by u at constant radius: of the secant, where there is one.
-
-        A fabric may be jammed along one direction, and lose that at a neighbouring loop length. The secant then says
-        more about the next step than the derivative.
-        """
+        """Return the derivatives of ln w and ln h by u at constant radius, or those of the secant with friction."""
         others = [each for each in self._trials if abs(each.looseness - trial.looseness) > 1e-3]
-        if not others:
+        if trial.slopes is not None or not others:
             return trial.slopes or (1.0 + RATIO_BY_LOOP / 2.0, 1.0 - RATIO_BY_LOOP / 2.0)
         near = min(others, key=lambda each: abs(each.looseness - trial.looseness))
         apart = trial.looseness - near.looseness
@@ -371,20 +382,17 @@ class _Search:
         if residual == 0.0:
             return last.looseness
         beyond = [each for each in self._trials if self._residual(each) * residual <= 0.0]
-        if beyond:
-            return self._between(min(beyond, key=lambda each: abs(each.looseness - last.looseness)), last)
-        step = -residual / max(self._slope(*self._slopes(last)), LEAST_SLOPE)
-        return last.looseness + min(max(step, -LARGEST_STEP), LARGEST_STEP)
+        if not beyond:
+            return last.looseness + min(max(self._step(last), -LARGEST_STEP), LARGEST_STEP)
+        other = min(beyond, key=lambda each: abs(each.looseness - last.looseness))
+        near = min((last, other), key=lambda each: abs(self._residual(each)))
+        found = near.looseness + self._step(near)
+        least, most = sorted((last.looseness, other.looseness))
+        return found if least < found < most else (least + most) / 2.0
 
-    def _between(self, one: _Trial, other: _Trial) -> float:
-        """Return the looseness between two swatches where the curve through both, with their derivatives, is zero."""
-        ends = sorted((one, other), key=lambda each: each.looseness)
-        at, values = [each.looseness for each in ends], [self._residual(each) for each in ends]
-        if any(each.slopes is None for each in ends):
-            return at[0] + (at[1] - at[0]) * values[0] / (values[0] - values[1])
-        slopes = [self._slope(*each.slopes) for each in ends if each.slopes is not None]
-        zeros = CubicHermiteSpline(at, values, slopes).roots(extrapolate=False)
-        return float(np.median(zeros))
+    def _step(self, trial: _Trial) -> float:
+        """Return the change of the looseness at whose end the derivative expects the size."""
+        return -self._residual(trial) / max(self._slope(*self._slopes(trial)), LEAST_SLOPE)
 
     def _slope(self, by_width: float, by_height: float) -> float:
         """Return the derivative of the residual by the looseness."""

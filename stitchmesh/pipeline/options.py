@@ -64,7 +64,10 @@ class RelaxOptions:
             ParameterError: as for ``check_one_mass``.
         """
         check_one_mass(self.stiffness, yarns.mass_per_length)
-        yarn_radius = float(yarns.radius.mean())
+        return self.material_of_radius(float(yarns.radius.mean()))
+
+    def material_of_radius(self, yarn_radius: float) -> YarnMaterial:
+        """Return the material of yarn of a radius [cm]."""
         return self._reference.changed(self.stiffness).of_radius(yarn_radius)
 
 

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from os import PathLike, fspath
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -27,12 +27,12 @@ from stitchmesh.mesh.upright import Y
 from stitchmesh.pipeline.garment import Garment, whole_mesh
 from stitchmesh.pipeline.options import KnitOptions
 from stitchmesh.pipeline.stage_table import LABEL, STITCHES, YARNS, run_stages
-from stitchmesh.progress import Progress, no_progress
+from stitchmesh.progress import Progress, shown_stages
 from stitchmesh.recipe.garment_measures import GarmentMeasures, Girth, row_heights
 from stitchmesh.recipe.recipe import Recipe, recipe_options
 from stitchmesh.recipe.recipe_file import read_recipe, write_recipe
 from stitchmesh.recipe.sections import RecipeColour, RecipePattern
-from stitchmesh.recipe.size_counts import covered_rounds, size_counts
+from stitchmesh.recipe.size_counts import EdgeCounts, covered_rounds, size_counts
 from stitchmesh.recipe.sizes import TABLE, Ease, GarmentSize, checked_sizes, read_sizes, standard_sizes
 from stitchmesh.run import Run
 from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING
@@ -110,7 +110,7 @@ class Graded:
 
 def grade(
     recipe: Recipe | FilePath, sizes: FilePath | Sequence[GarmentSize], *, ease: Sequence[Ease] = (),
-    progress: Progress | None = None,
+    progress: Progress | Literal[False] | None = None,
 ) -> Graded:  # fmt: skip
     """Make the stitches of a garment in several sizes, and one text of instructions for all.
 
@@ -122,7 +122,7 @@ def grade(
         sizes: sizes; the path of a table (``read_sizes``); or standard sizes such as ``women:S,M,L``, of which the
             measures are taken that the garment has.
         ease: additions to the measures of all sizes.
-        progress: function that is told how far the work is.
+        progress: as for ``swatch``.
 
     Raises:
         FileError: the recipe, its mesh or the table cannot be read.
@@ -131,22 +131,20 @@ def grade(
         StitchMeshError: a stage cannot continue for a size; the message names the size.
     """
     given = recipe if isinstance(recipe, Recipe) else read_recipe(recipe)
-    _check_gradable(given)
-    tell = progress or no_progress
-    tell("grade", 0.0, given.mesh)
-    found = given.read_mesh()
-    mesh, options = whole_mesh(found.mesh), recipe_options(given, found.up)
-    measures = GarmentMeasures(
-        label(mesh, borders=options.borders, seeds=options.seeds, flip=options.flip)
-    )
-    wanted = _with_ease(_sizes(sizes, measures), ease)
-    made = []
-    for number, size in enumerate(wanted):
-        tell("grade", number / len(wanted), f"size {size.name}")
-        try:
-            made.append(_graded_size(given, replace(options, quality=given.quality), mesh, measures, size))
-        except StitchMeshError as error:
-            raise type(error)(f"size {size.name}: {error}") from error
+    check_gradable(given)
+    with shown_stages(progress) as tell:
+        tell("grade", 0.0, given.mesh)
+        found = given.read_mesh()
+        mesh, options = whole_mesh(found.mesh), recipe_options(given, found.up)
+        measures = GarmentMeasures(label(mesh, borders=options.borders, seeds=options.seeds, flip=options.flip))
+        wanted = _with_ease(_sizes(sizes, measures), ease)
+        made = []
+        for number, size in enumerate(wanted):
+            tell("grade", number / len(wanted), f"size {size.name}")
+            try:
+                made.append(_graded_size(given, replace(options, quality=given.quality), mesh, measures, size))
+            except StitchMeshError as error:
+                raise type(error)(f"size {size.name}: {error}") from error
     height = options.stitch_height or COURSE_OVER_WALE_SPACING * options.stitch_width
     gauge = Gauge.of_stitch(options.stitch_width, height)
     yarn = (given.named() or yarn_for_gauge(gauge)).name
@@ -177,7 +175,7 @@ def write_graded(folder: str | PathLike[str], graded: Graded) -> None:
     write_json(place / REPORT, graded.report())
 
 
-def _check_gradable(recipe: Recipe) -> None:
+def check_gradable(recipe: Recipe) -> None:
     """Refuse what holds for one size only.
 
     Raises:
@@ -248,10 +246,6 @@ def _graded_size(
         (LABEL, *STITCHES, *YARNS), Garment.begin(scaled, own), lambda stage, done: stage.run(done, Run(None))
     )
     yarns = apply_rest_lengths(garment.yarns, options.relaxation.rest_lengths, fabric=garment.fabric)
-    size_recipe = replace(
-        recipe, unit="cm", up=Y, objects=(), layer="outer", label=replace(recipe.label, turn_inside_out=False),
-        stitches=replace(recipe.stitches, counts=tuple(f"{a},{b}={count}" for (a, b), count in counts.items())),
-    )  # fmt: skip
     laid = garment.report.get("patterns", {}).get("laid", ())
     return GradedSize(
         size=size,
@@ -259,7 +253,7 @@ def _graded_size(
         mesh=scaled,
         fabric=garment.fabric,
         yarns=yarns,
-        recipe=size_recipe,
+        recipe=recipe_of_size(recipe, counts),
         amounts=yarn_amounts(
             yarn_lengths(yarns, at_rest=True), garment.fabric.palette, _grams_per_metre(recipe, options)
         ),
@@ -269,6 +263,14 @@ def _graded_size(
             if entry["breaks_rounds"] and covered_rounds(garment.fabric, region)
         ),
     )
+
+
+def recipe_of_size(recipe: Recipe, counts: EdgeCounts) -> Recipe:
+    """Return the recipe of a size for a mesh that was read, scaled and written again, with its numbers of stitches."""
+    return replace(
+        recipe, unit="cm", up=Y, objects=(), layer="outer", label=replace(recipe.label, turn_inside_out=False),
+        stitches=replace(recipe.stitches, counts=tuple(f"{a},{b}={count}" for (a, b), count in counts.items())),
+    )  # fmt: skip
 
 
 def _grams_per_metre(recipe: Recipe, options: KnitOptions) -> float:

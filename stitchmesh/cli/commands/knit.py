@@ -42,7 +42,7 @@ from stitchmesh.cli.output_folder import (
 )
 from stitchmesh.cli.say import say
 from stitchmesh.cli.setting_flags import flag_of
-from stitchmesh.cli.summary import AsJson, files_to_open, knit_summary, print_result
+from stitchmesh.cli.summary import AsJson, files_to_open, finished_lines, knit_summary, print_result
 from stitchmesh.cli.words import Flag, help_entry
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.examples import mesh_file
@@ -64,6 +64,8 @@ OUTPUTS = (
     "stitches.h5", "yarns.h5", "yarns.bcc", "report.json", "convergence.csv", "convergence.png", "garment.toml",
 )  # fmt: skip
 """Files that the command writes into its output folder."""
+FINISHED = ("finished.obj", "finished.json")
+"""The mesh at the finished measures, and these measures with the gauges of the swatches."""
 PICTURES = ("preview.png", SHAPING_PICTURE)
 """Pictures of the garment and of its found rows there."""
 
@@ -85,6 +87,9 @@ class KnitCommand:
     pattern_shift: Shift = (0, 0)
     pattern_mirror: Mirror = False
     pattern_centre: Centre = False
+    finished: Annotated[str | None, help_entry("MEASURES", "the mesh as it is")] = None
+    """measures of the finished garment when nothing holds it, such as chest=96,length=62 [cm] or chest=38in; swatches
+    of its patterns give the numbers of stitches and rows, and the mesh is scaled to the measures"""
     stripes: Annotated[str | None, help_entry("BANDS", "no stripes")] = None
     """rows and colours of stripes from the first row up, which repeat: '4 cream, 2 navy'"""
     quality: Annotated[QualityName | None, help_entry("NAME", f"that of the recipe, or {DEFAULT_QUALITY}")] = None
@@ -106,6 +111,9 @@ class KnitCommand:
         """
         from stitchmesh.cli.progress import show_progress
         from stitchmesh.first_use import compile_before_relaxing
+        from stitchmesh.io.atomic import write_json
+        from stitchmesh.io.meshes import write_mesh
+        from stitchmesh.recipe.finished import finished_garment, parse_measures
         from stitchmesh.recipe.knit_recipe import knit_recipe
 
         recipe = self._recipe_of_file() if self._is_recipe else self.recipe()
@@ -113,9 +121,16 @@ class KnitCommand:
         seconds_after = picture_seconds if draws else None
         budget = self._budget(recipe, after)
         remedy = f"write auto = true under [rows] into {self.mesh}" if self._is_recipe else REMEDY
-        outputs = [*OUTPUTS, *([] if self.no_picture else PICTURES)]
+        asked = None if self.finished is None else parse_measures(self.finished)
+        outputs = [*OUTPUTS, *([] if self.no_picture else PICTURES), *([] if asked is None else FINISHED)]
         with output_folder(self.output, outputs) as folder, show_progress() as progress, faults_drawn(folder, remedy):
             compile_before_relaxing(recipe.device, on_lattice=False, progress=progress)
+            sized = None
+            if asked is not None:
+                sized = finished_garment(recipe, asked, quality=recipe.quality, progress=progress)
+                recipe = replace(sized.recipe, mesh=fspath(folder / FINISHED[0]))
+                write_mesh(recipe.mesh, sized.mesh)
+                write_json(folder / FINISHED[1], sized.report())
             run = replace(self.kept.run(Path(self.output)), progress=progress)
             made = knit_recipe(recipe, folder, budget=budget, run=run, seconds_after=seconds_after)
             plot_history(made.history, folder, chosen_setting(made.report) or recipe.quality)
@@ -125,6 +140,8 @@ class KnitCommand:
             elif not self.no_picture:
                 say(NO_TIME_FOR_PICTURE, file=sys.stderr)
         lines = knit_summary(made.fabric, made.yarns, made.report, recipe.named())
+        if sized is not None:
+            lines += finished_lines(sized)
         print_result(made.report, [*lines, files_to_open(folder, drawn)], as_json=self.json)
         return exit_status(made.report["yarnrelax"])
 
@@ -153,7 +170,7 @@ class KnitCommand:
         free = KnitCommand(
             self.mesh, self.output, quality=self.quality, device=self.device, threads=self.threads,
             budget=self.budget, no_picture=self.no_picture, json=self.json, kept=self.kept,
-            overwrite=self.overwrite,
+            finished=self.finished, overwrite=self.overwrite,
         )  # fmt: skip
         others = [part.name for part in fields(self) if getattr(self, part.name) != getattr(free, part.name)]
         for name in (*changed_settings(self.garment), *(name.replace("_", "-") for name in others)):

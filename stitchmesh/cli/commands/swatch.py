@@ -167,8 +167,9 @@ class SwatchCommand:
             if self._sized:
                 sized = self._to_size(source, options, progress)
                 made = sized.swatch
-                found = {"loop_length": sized.loop_length, "yarn_radius": sized.yarn_radius}
-                options = replace(options, relax_cell=True, **found)
+                options = replace(
+                    options, relax_cell=True, loop_length=sized.loop_length, yarn_radius=sized.yarn_radius
+                )
             else:
                 made = self._relaxed(source, options, budget, progress)
             report = self._report(source, options, made)

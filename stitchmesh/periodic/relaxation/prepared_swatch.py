@@ -29,7 +29,7 @@ from stitchmesh.patterns import Pattern
 from stitchmesh.periodic.fabric_shape import FlatFabric
 from stitchmesh.periodic.relaxation.continuation import change_period, change_radius, change_rest_length, size_of
 from stitchmesh.periodic.relaxation.off_needles import Release, chosen_release
-from stitchmesh.periodic.relaxation.spirality import sheared_by_torque, torque
+from stitchmesh.periodic.relaxation.spirality import sheared_by_torque, torque, well_balanced
 from stitchmesh.periodic.relaxation.support import blocking, planes
 from stitchmesh.periodic.repeat.drawn_swatch import draw_swatch
 from stitchmesh.periodic.repeat.smallest_cell import SmallestCell
@@ -125,7 +125,7 @@ def prepare_swatch(
     ``smallest`` says whether a free repeat comes to rest in its smallest cell.
     """
     chosen = SwatchOptions(**options)
-    quality = quality_named(quality)
+    quality = well_balanced(quality_named(quality), chosen)
     if material is not None:
         check_kind("swatch, material", material, YarnMaterial)
     material = chosen.yarn_material(material)

@@ -7,7 +7,8 @@ torque M = 2 pi GJ tau. A loop of stockinette that leans has turned about itself
 encloses (``energies.twist``), psi, is zero for an upright loop, which is its own mirror image. The torque does the work
 M psi, so that a cell whose size is free shears until the loops resist. With Z twist the wales of the right side lean to
 the right, and with S twist to the left. In 1x1 rib, interlock and garter, half turns of the fabric about an axis in its
-plane exchange the two sides and reverse the lean, but keep the yarn as it is. They have no spirality.
+plane exchange the two sides and reverse the lean, but keep the yarn as it is. They have no spirality: what they lean,
+they lean to one of two sides by themselves, and with either twist.
 
 The turns of each period of yarn are fixed, because no turn passes from repeat to repeat. The twist of a yarn that
 writhes therefore falls a little, and its torque with it.
@@ -21,9 +22,11 @@ from __future__ import annotations
 
 import logging
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from stitchmesh.periodic.swatch_options import SwatchOptions
+from stitchmesh.quality import Quality
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
 
 if TYPE_CHECKING:
@@ -32,7 +35,18 @@ if TYPE_CHECKING:
 PER_METRE = 2.0 * math.pi / 100.0
 """Twist of one turn in a metre [rad/cm]."""
 
+LIVELY_TOLERANCE = 2e-4
+"""Largest residual at rest under a torque. No Hessian of twist tells what remains to go, and at the residual of
+``draft`` a rib may still stand degrees from where it comes to rest."""
+
 logger = logging.getLogger(__name__)
+
+
+def well_balanced(quality: Quality, options: SwatchOptions) -> Quality:
+    """Return the quality with the tolerance that a torque needs; the same quality without a torque."""
+    if not options.residual_twist:
+        return quality
+    return replace(quality, tolerance=min(quality.tolerance, LIVELY_TOLERANCE))
 
 
 def sheared_by_torque(options: SwatchOptions) -> RelaxCell:

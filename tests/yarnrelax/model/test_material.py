@@ -17,6 +17,8 @@ def test_a_changed_value_scales_as_the_value_of_the_material_does():
     """L section 6.2, eq 4: the ratio of the two values does not depend on the scale."""
     plain, soft = YarnMaterial.named("leaf"), YarnMaterial.named("leaf", {"k_bend": 2.5})
     for name in stiffness_names():
+        if getattr(plain, name) is None:
+            continue  # It follows from another value.
         ratio = 0.5 if name == "k_bend" else 1.0
         assert getattr(soft, name) == ratio * getattr(plain, name)
         before, after = (getattr(material.scaled(0.5), name) for material in (plain, soft))
