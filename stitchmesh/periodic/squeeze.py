@@ -18,18 +18,15 @@ is not wider at the next.
 
 from __future__ import annotations
 
-import csv
-import io
 import logging
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
 from stitchmesh.errors import ParameterError, check_kind
-from stitchmesh.io.atomic import write_text
 from stitchmesh.io.contents import FilePath
 from stitchmesh.lattice import lattice_frame
 from stitchmesh.linking.certificate import refuse_pull_through
@@ -37,7 +34,7 @@ from stitchmesh.mesh import FloatArray
 from stitchmesh.patterns import Pattern
 from stitchmesh.periodic.relaxation.prepared_swatch import prepare_swatch
 from stitchmesh.periodic.relaxation.way_to_rest import relax_with_digits
-from stitchmesh.periodic.stretch import refine_for_tension
+from stitchmesh.periodic.stretch import refine_for_tension, write_points
 from stitchmesh.periodic.swatch import Swatch, relax_prepared
 from stitchmesh.periodic.weave.weave import Weave
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
@@ -220,10 +217,5 @@ def write_squeeze(path: FilePath, curve: SqueezeCurve) -> None:
     Raises:
         FileError: the file cannot be written.
     """
-    text = io.StringIO()
-    table = csv.writer(text, lineterminator="\n")
-    rows = [asdict(point) for point in curve.points]
-    table.writerow([*(f"{name}_{UNITS[name]}" if name in UNITS else name for name in rows[0]), "pressure_kilopascal"])
-    for row in rows:
-        table.writerow([*row.values(), row["pressure"] * 1e-4])
-    write_text(path, text.getvalue())
+    kilopascal = [point.pressure * 1e-4 for point in curve.points]
+    write_points(path, curve.points, UNITS, {"pressure_kilopascal": kilopascal})

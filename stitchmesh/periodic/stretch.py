@@ -27,6 +27,7 @@ import csv
 import io
 import logging
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from itertools import pairwise
 from typing import Any, get_args
@@ -388,12 +389,32 @@ def write_stretch(path: FilePath, curve: StretchCurve) -> None:
     Raises:
         FileError: the file cannot be written.
     """
+    columns = {
+        f"{name}_newton_per_metre": [float(value) * NEWTONS_PER_METRE for value in curve.column(name)]
+        for name in NEWTONS
+    }
+    snapped = [number in curve.snaps for number in range(len(curve.points))]
+    write_points(path, curve.points, UNITS, columns | {"snapped": snapped})
+
+
+def write_points(
+    path: FilePath, points: Sequence[Any], units: Mapping[str, str], columns: Mapping[str, Sequence[object]]
+) -> None:
+    """Write the points of a test as a table: their fields, named with their units, and further columns.
+
+    Args:
+        path: a ``.csv`` file; missing folders are made.
+        points: dataclasses of one kind.
+        units: unit of each field that has one.
+        columns: further columns by title, with a value for each point.
+
+    Raises:
+        FileError: the file cannot be written.
+    """
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")
-    rows = [asdict(point) for point in curve.points]
-    titles = [f"{name}_{UNITS[name]}" if name in UNITS else name for name in rows[0]]
-    table.writerow([*titles, *(f"{name}_newton_per_metre" for name in NEWTONS), "snapped"])
-    for number, row in enumerate(rows):
-        newtons = [row[name] * NEWTONS_PER_METRE for name in NEWTONS]
-        table.writerow([*row.values(), *newtons, number in curve.snaps])
+    rows = [asdict(point) for point in points]
+    table.writerow([*(f"{name}_{units[name]}" if name in units else name for name in rows[0]), *columns])
+    for row, *further in zip(rows, *columns.values(), strict=True):
+        table.writerow([*row.values(), *further])
     write_text(path, text.getvalue())

@@ -91,8 +91,11 @@ def parse_measures(text: str) -> dict[str, float]:
     """
     measures: dict[str, float] = {}
     for part in text.split(","):
-        found = parse_ease(part, "finished")
-        if found.part or found.length <= 0.0 or found.measure in measures:
+        try:
+            found = parse_ease(part)
+        except ParameterError:
+            found = None
+        if found is None or found.part or found.length <= 0.0 or found.measure in measures:
             raise ParameterError(f"finished: got {part[:60]!r}; expected each measure once: chest=96,length=62")
         measures[found.measure] = found.length
     return measures

@@ -187,12 +187,8 @@ def names_of_sizes_in(sizes: FilePath) -> tuple[str, ...]:
     return tuple(size.name for size in standard_sizes(name, titles))
 
 
-def parse_ease(text: str, what: str = "ease") -> Ease:
+def parse_ease(text: str) -> Ease:
     """Parse an ease as a user writes it: ``chest=8`` [cm], ``chest=3in`` or ``head=-6%``.
-
-    Args:
-        text: the text.
-        what: the word for it in an error.
 
     Raises:
         ParameterError: the text has another form.
@@ -204,7 +200,7 @@ def parse_ease(text: str, what: str = "ease") -> Ease:
         value = math.nan
     unit = (match[3] or "cm") if match else ""
     if match is None or not math.isfinite(value) or unit not in (*UNITS, "%"):
-        raise ParameterError(f"{what}: got {text[:60]!r}; expected a measure and a length or a part: chest=8, head=-6%")
+        raise ParameterError(f"ease: got {text[:60]!r}; expected a measure and a length or a part: chest=8, head=-6%")
     return Ease(match[1], part=value / 100.0) if unit == "%" else Ease(match[1], value * UNITS[unit])
 
 

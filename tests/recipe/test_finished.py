@@ -65,12 +65,12 @@ def test_rib_draws_in_when_nothing_holds_it(made: FinishedGarment) -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("", "expected a measure and a length"),
-        ("chest", "expected a measure and a length"),
+        ("", "expected each measure once"),
+        ("chest", "expected each measure once"),
         ("chest=96,chest=95", "expected each measure once"),
         ("chest=-5", "expected each measure once"),
         ("chest=5%", "expected each measure once"),
-        ("chest=5 parsec", "expected a measure and a length"),
+        ("chest=5 parsec", "expected each measure once"),
     ],
 )
 def test_measures_that_say_nothing_are_refused(text: str, message: str) -> None:

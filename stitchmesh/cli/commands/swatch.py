@@ -64,7 +64,7 @@ SHEET = "pattern.pdf"
 """Pattern to take home there."""
 OUTPUTS = ("cell.h5", "cell.pyp", "tiled.bcc", "report.json", "convergence.csv", "convergence.png")
 """Other files that one relaxation writes there."""
-_FOUND = ("loop_length", "period", "relax_cell", "columns", "rows", "gamma", "spacing")
+FOUND_BY_SIZE = ("loop_length", "period", "relax_cell", "columns", "rows", "gamma", "spacing")
 """Options that a search for a size finds, or that weaves have."""
 RESTS = ("rests.json", "rests.png")
 """Files that a search for states of rest writes there, beside the yarns of each state."""
@@ -365,16 +365,15 @@ class SwatchCommand:
             raise ParameterError(f"swatch: {name} has no effect beside a size that comes true; leave one of both out")
         yarn = fabric.yarn.named()
         given = yarn is not None or fabric.yarn_radius is not None
-        if not given and self.material != MaterialSection():
-            raise ParameterError("swatch: got a material without a yarn; give --yarn or --yarn-radius too")
-        kept = {name: value for name, value in vars(options).items() if name not in _FOUND and value is not None}
+        named = given or self.material != MaterialSection()
+        kept = {name: value for name, value in vars(options).items() if name not in FOUND_BY_SIZE and value is not None}
         if not given:
             kept.pop("yarn_radius")
         return swatch_to(
             source, gauge=fabric.yarn.gauge, width=self.width, height=self.height, yarn=yarn, quality=self._quality,
             device=self.device,
             progress=progress if self.no_picture else with_work_after(progress, START_OF_RENDERER),
-            **({"material": self._material(options)} if given else {}), **kept,
+            **({"material": self._material(options)} if named else {}), **kept,
         )  # fmt: skip
 
     def _report(self, source: Pattern | Weave, options: SwatchOptions, made: Swatch) -> dict[str, Any]:
