@@ -10,7 +10,7 @@ export WARP_CACHE_PATH ?= $(CURDIR)/.cache/warp
 # the tests start many interpreters, and each of them would compile all that it imports
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: knit test pytest test-kernels test-nightly lint docs setup lock clean
+.PHONY: knit test pytest test-kernels test-gpu test-nightly lint docs setup lock clean
 
 knit: setup
 	$(RUN) -m stitchmesh knit assets/meshes/sweater.obj --stitch-width 1.5 --quality draft --device cpu -o out/sweater
@@ -30,6 +30,10 @@ test-kernels: setup
 		OPENBLAS_CORETYPE=$$kernel $(RUN) -m pytest -m 'decides and not nightly' -n auto --dist worksteal \
 			$$(grep -rl --include='test_*.py' 'pytest\.mark\.decides' tests) || exit 1; \
 	done
+
+# what only a CUDA device shows: replayed graphs, and the kernels that only a GPU has
+test-gpu: setup
+	$(RUN) -m pytest -m gpu
 
 # what takes minutes: the fuzzers of all readers (20 minutes on two cores, with another seed each day), every command in a
 # folder of traps and with hostile words, and the long cases of tests of which `make test` runs the telling ones

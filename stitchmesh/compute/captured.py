@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Launches that are prepared once and repeated: one graph on a GPU, tables that all cores work through on a CPU."""
+"""Launches that are prepared once and repeated: graphs on a GPU, tables that all cores work through on a CPU."""
 
 from __future__ import annotations
 
@@ -75,6 +75,34 @@ class CopyArray:
         return _of_words(copy_words, self.source, self.target)
 
 
+class Uncaptured:
+    """A launch that no graph can hold, so that it runs between two graphs; it is not part of ``Branches``."""
+
+    def launch(self) -> None:
+        """Do the work on the present stream."""
+        raise NotImplementedError
+
+
+@dataclass(frozen=True, eq=False)
+class GridBuild(Uncaptured):
+    """A launch that sorts points into a hash grid.
+
+    Warp copies the description of the grid (its arrays, and the width of its cells) from one place on the host, which
+    all grids of a precision share. The replay of a graph would therefore describe the grid as the one that was built
+    last, with other arrays or cells of another width, and a query would not find all neighbours.
+    """
+
+    grid: wp.HashGrid
+    places: wp.array[Any]
+    """Coordinates of the points, shape (N, 3)."""
+    width: float
+    """Width of a cell of the grid, in the unit of the coordinates."""
+
+    def launch(self) -> None:
+        """Sort the points."""
+        self.grid.build(self.places, self.width)
+
+
 @dataclass(frozen=True, eq=False)
 class Branches:
     """Two independent sequences of launches: neither reads what the other writes. A GPU runs them side by side."""
@@ -120,24 +148,29 @@ class CapturedLaunches:
     """Prepared launches in a fixed order."""
 
     def __init__(self, launches: Sequence[Any], device: wp.Device, *, times: int = 1) -> None:
-        """Capture the launches, ``times`` times in a row, as a graph on a GPU and as tables on a CPU."""
+        """Capture the launches, ``times`` times in a row, as graphs on a GPU and as tables on a CPU."""
         self.launches = list(launches)
-        self.graph: Any = None
-        self.tables: list[Any] = []
+        """They hold the arrays of the graphs."""
         if device.is_cuda:
-            streams = _streams_for(self.launches * times, device)
-            with wp.ScopedCapture(device=device) as capture:
-                _launch_all(self.launches * times, streams)
-            self.graph = capture.graph
+            self._parts = _in_graphs(self.launches * times, device)
         else:
-            self.tables = _in_tables(_in_a_row(self.launches) * times)
+            self._parts = _in_tables(_in_a_row(self.launches) * times)
 
     def launch(self) -> None:
         """Run all launches."""
-        if self.graph is not None:
-            wp.capture_launch(self.graph)
-        for table in self.tables:
-            table.launch()
+        for part in self._parts:
+            part.launch()
+
+
+@dataclass(frozen=True, eq=False)
+class _Graph:
+    """Launches that a GPU runs as one."""
+
+    graph: Any
+
+    def launch(self) -> None:
+        """Run the launches."""
+        wp.capture_launch(self.graph)
 
 
 class CapturedLoop:
@@ -183,13 +216,30 @@ class CapturedLoop:
             self._batch.launch()
 
 
+def _in_graphs(launches: Sequence[Any], device: wp.Device) -> list[Any]:
+    """Join neighbouring launches into graphs, and keep those that no graph can hold as they are."""
+
+    def graph(members: Sequence[Any]) -> _Graph:
+        streams = _streams_for(members, device)
+        with wp.ScopedCapture(device=device) as capture:
+            _launch_all(members, streams)
+        return _Graph(capture.graph)
+
+    return _joined(launches, lambda launch: not isinstance(launch, Uncaptured), graph)
+
+
 def _in_tables(launches: Sequence[Any]) -> list[Any]:
     """Join neighbouring launches of kernels into tables, and keep all other launches as they are."""
     kernels = [each.as_kernel() if _is_of_words(each) else each for each in launches]
+    return _joined(kernels, lambda launch: isinstance(launch, wp.Launch), LaunchTable)
+
+
+def _joined(launches: Sequence[Any], suits: Callable[[Any], bool], join: Callable[[list[Any]], Any]) -> list[Any]:
+    """Join neighbouring launches that suit, and keep all others as they are."""
     result: list[Any] = []
-    for of_kernels, group in groupby(kernels, key=lambda launch: isinstance(launch, wp.Launch)):
+    for suitable, group in groupby(launches, key=suits):
         members = list(group)
-        result += [LaunchTable(members)] if of_kernels else members
+        result += [join(members)] if suitable else members
     return result
 
 

@@ -6,10 +6,11 @@ from __future__ import annotations
 
 from functools import partial
 
+import numpy as np
 import pytest
 import warp as wp
 
-from stitchmesh.compute.captured import Branches, CapturedLaunches, CapturedLoop
+from stitchmesh.compute.captured import Branches, CapturedLaunches, CapturedLoop, GridBuild
 from stitchmesh.compute.device import device_named
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.launch import prepare
@@ -35,6 +36,15 @@ def count_down(active: wp.array[wp.int32], rounds: wp.array[wp.int32]) -> None:
         rounds[0] = rounds[0] + 1
 
 
+@kernel
+def count_neighbours(grid: wp.uint64, reach: float, places: wp.array[wp.vec3], found: wp.array[wp.int32]) -> None:
+    count = int(0)
+    for j in wp.hash_grid_query(grid, places[wp.tid()], reach):
+        if wp.length(places[j] - places[wp.tid()]) < reach:
+            count += 1
+    found[wp.tid()] = count
+
+
 def number() -> wp.array:
     return wp.zeros(1, dtype=wp.int32, device=CPU)
 
@@ -58,3 +68,19 @@ def test_a_loop_repeats_as_long_as_the_number_is_not_zero(rounds, batch):
     for _ in range(2):
         loop.launch()
         assert (active.numpy()[0], done.numpy()[0]) == (0, rounds)
+
+
+@pytest.mark.parametrize("device", ["cpu", pytest.param("cuda:0", marks=pytest.mark.gpu)])
+def test_a_replay_sorts_into_its_own_grid_after_other_grids_were_built(device):
+    there, reaches, searches = device_named(device), (0.1, 0.5), []
+    points = np.random.default_rng(1).random((300, 3), dtype=np.float32)
+    for reach in reaches:
+        places = wp.array(points, dtype=wp.vec3, device=there)
+        grid, found = wp.HashGrid(16, 16, 16, device=there), wp.zeros(300, dtype=wp.int32, device=there)
+        query = prepare(count_neighbours, 300, [wp.uint64(grid.id), reach, places], [found], there)
+        searches.append((CapturedLaunches([GridBuild(grid, places, reach), query], there), found))
+    apart = np.linalg.norm(points[:, None] - points, axis=2)
+    for (search, found), reach in zip(searches, reaches, strict=True):
+        search.launch()
+        expected = (apart < reach).sum(axis=1)
+        assert np.abs(found.numpy() - expected).max() <= (np.abs(apart - reach) < 1e-6).sum()

@@ -75,6 +75,17 @@ def test_the_bits_of_a_swatch_depend_on_no_other_swatch_of_the_call() -> None:
         np.testing.assert_array_equal(points_of(made), alone(request).yarns.points)
 
 
+@pytest.mark.gpu
+def test_stiff_ribs_with_friction_have_the_same_bits_in_all_cells_of_a_gpu() -> None:
+    """Their size changes so much that their near lists are made with several reaches, by several captured searches."""
+    yarn = sm.Yarn.named("dk")
+    options = {"relaxation": "dry", "loop_length": yarn.loop_length, "yarn_radius": yarn.core_radius}
+    request = sm.SwatchRequest("rib1x1", material=YarnMaterial.of_yarn(yarn), **DRAFT, options=options)
+    first, *others = sm.relax_swatches([request] * 4, device="cuda:0", progress=False)
+    for made in others:
+        np.testing.assert_array_equal(points_of(made), points_of(first))
+
+
 @pytest.mark.parametrize("way", ["together", "as on a CPU"])
 def test_an_error_is_in_the_place_of_a_swatch_that_cannot_be_made(way: str, request: pytest.FixtureRequest) -> None:
     if way == "together":

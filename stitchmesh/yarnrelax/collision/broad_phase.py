@@ -22,6 +22,7 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
+from stitchmesh.compute.captured import GridBuild
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.launch import BLOCK
 from stitchmesh.compute.precision import Scalar, Vec3, Vec4
@@ -299,7 +300,6 @@ def make_near_segments(model: Model) -> NearSegments:
     """Return empty lists."""
     cells, count = SMALL_GRID if model.segment_count <= MANY_SEGMENTS else LARGE_GRID, model.segment_count
     grid = wp.HashGrid(cells, cells, cells, device=model.device, dtype=model.scalar)
-    grid.reserve(count)  # a capture must not allocate
     return NearSegments(
         wp.zeros(count, dtype=wp.int32, device=model.device),
         allocate_lists(count, FIRST_CAPACITY, model.device),
@@ -329,7 +329,7 @@ def grid_launches(model: Model, near: NearSegments, reach: float, longest: float
     inputs = [model.constants, near.wanted, model.number(_pitch(radius)), near.centre, near.extent]
     outputs = [near.listed_centre, near.listed_extent, near.grid_place]
     launches.append(launcher(place_in_grid, count, inputs, outputs))
-    return [*launches, _GridBuild(near, CELL * radius)]
+    return [*launches, GridBuild(near.grid, near.grid_place, CELL * radius)]
 
 
 def near_launches(model: Model, near: NearSegments, reach: float, longest: float) -> list[Any]:
@@ -344,18 +344,6 @@ def near_launches(model: Model, near: NearSegments, reach: float, longest: float
 def _pitch(radius: float) -> float:
     """Distance between the cells of several fabrics in the hash grid."""
     return APART * CELL * radius
-
-
-@dataclass(frozen=True, eq=False)
-class _GridBuild:
-    """A launch that sorts the balls into the hash grid."""
-
-    near: NearSegments
-    width: float
-
-    def launch(self) -> None:
-        """Sort the balls."""
-        self.near.grid.build(self.near.grid_place, self.width)
 
 
 def checked_length(model: Model, count: wp.array[Any], needed: int) -> int:

@@ -2,11 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """A search for contacts as captured launches: samples, broad phase, narrow phase and step limit.
 
-On a GPU a search is one graph, because the host reads no intermediate results. The launches make four assumptions: the
-lists have enough capacity, no segment is longer than the search expects, the near lists of the broad phase are still
-complete, and the table of images contains every image that can touch. The last launch collects the values that show
-whether the assumptions hold, and the host reads them once. If an assumption fails, the host enlarges the arrays or
-makes new lists and tables, and repeats the launches.
+On a GPU a search is one graph, or two with the hash grid of a broad phase between them (``GridBuild``), because the
+host reads no intermediate results. The launches make four assumptions: the lists have enough capacity, no segment is
+longer than the search expects, the near lists of the broad phase are still complete, and the table of images contains
+every image that can touch. The last launch collects the values that show whether the assumptions hold, and the host
+reads them once. If an assumption fails, the host enlarges the arrays or makes new lists and tables, and repeats the
+launches.
 
 A search serves some cells of a batch, or all. The lists, budgets and places of the other cells stay as they are.
 """
