@@ -44,6 +44,8 @@ from .io.stitch_formats.face_libraries import read_face_library as read_face_lib
 from .io.stitch_formats.face_meshes import read_face_mesh as read_face_mesh
 from .io.stitch_formats.face_meshes import write_face_mesh as write_face_mesh
 from .io.yarn_files import write_yarn as write_yarn
+from .jobs.book.swatch_book import SwatchBook as SwatchBook
+from .jobs.book.swatch_book import write_book as write_book
 from .jobs.job import Job as Job
 from .jobs.job_file import read_job as read_job
 from .jobs.run_job import run_job as run_job

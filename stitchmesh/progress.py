@@ -43,6 +43,7 @@ STAGE_TEXTS = {
     "follow": "following the body",
     "animate": "carrying the yarns with the cloth",
     "swatches": "relaxing swatches",
+    "book": "writing the swatch book",
     "grade": "making the sizes",
     "fit": "fitting the yarn",
     "picture": "drawing the picture",

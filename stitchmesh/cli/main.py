@@ -26,7 +26,7 @@ from stitchmesh.cli.commands.fit import FitCommand
 from stitchmesh.cli.commands.follow import FollowCommand
 from stitchmesh.cli.commands.grade import GradeCommand
 from stitchmesh.cli.commands.instructions import InstructionsCommand
-from stitchmesh.cli.commands.jobs import BatchCommand, JobCommand, RunCommand, StatusCommand
+from stitchmesh.cli.commands.jobs import BatchCommand, BookCommand, JobCommand, RunCommand, StatusCommand
 from stitchmesh.cli.commands.knit import KnitCommand
 from stitchmesh.cli.commands.label import LabelCommand
 from stitchmesh.cli.commands.library import ExamplesCommand, PatternsCommand
@@ -80,6 +80,7 @@ COMMANDS: dict[str, type[Command]] = {
     "job": JobCommand,
     "status": StatusCommand,
     "batch": BatchCommand,
+    "book": BookCommand,
     "info": InfoCommand,
     "select": SelectCommand,
     "check": CheckCommand,

@@ -142,12 +142,17 @@ def swatch_sheet(
         ),
         amounts=yarn_amounts(yarn_lengths(yarns), yarns.palette, known.grams_per_metre),
         charts=(ChartPicture("Chart", chart_picture(chart), tuple((word, word_instruction(word)) for word in words)),),
-        text=_written_repeat(source, gauge),
+        text=written_repeat(source, gauge),
     )
 
 
-def _written_repeat(source: Source, gauge: Gauge) -> str:
-    """Return the rows of one repeat in words, or the text of the chart for a weave or rows that do not close."""
+def written_repeat(source: Source, gauge: Gauge) -> str:
+    """Return the rows of one repeat in words, or the text of the chart for a weave or rows that do not close.
+
+    Args:
+        source: the pattern or the weave.
+        gauge: stitches and rows in 10 cm, with which the instructions begin.
+    """
     if not isinstance(source, Pattern) or not source.closes:
         return write_chart(chart_of(source)).text
     width, height = gauge.stitch_width, gauge.stitch_height

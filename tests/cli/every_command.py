@@ -36,6 +36,7 @@ WORDS: dict[str, list[list[str]]] = {
     "job": [["init", "tube.obj", "-o", "out.toml"]],
     "status": [["job"]],
     "batch": [["sweep.toml", "-o", "out", "--workers", "0"]],
+    "book": [["stockinette", "-o", "out", "--no-stretch", "--relaxation", "frictionless", "--workers", "0"]],
     "info": [["yarns.h5"]], "check": [["yarns.h5"]], "select": [["stitches.h5", "row 1", "-o", "out.txt"]],
     "patterns": [[]], "examples": [[], ["-o", "out"]], "instructions": [["stitches.h5", "-o", "out.txt"]],
     "convert": [["cell.h5", "out.bcc"]],

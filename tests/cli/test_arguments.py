@@ -32,7 +32,7 @@ REQUIRED: dict[str, list[str]] = {
     "app": [], "examples": [], "warm-up": [], "measure": ["plain"], "view": ["a.h5"], "yarn": ["list"],
     "swatch": ["plain"], "drape": ["a.toml"], "fit": ["--pattern", "rib1x1", "-o", "b.toml"],
     "follow": ["a.h5", "b.usdc", "-o", "c"], "animate": ["a.h5", "b.usdc", "-o", "c"],
-    "run": ["a.toml"], "job": ["init", "a.obj"], "status": ["a"], "batch": ["a.toml"],
+    "run": ["a.toml"], "job": ["init", "a.obj"], "status": ["a"], "batch": ["a.toml"], "book": ["-o", "b"],
     "grade": ["a.toml", "--sizes", "b.csv", "-o", "c"],
     "relax-mesh": ["a.h5", "--surface", "b.h5", "-o", "c.h5"],
     "relax-edited": ["a.h5", "--before", "b.h5", "--after", "c.h5", "-o", "d.h5"],
@@ -41,6 +41,7 @@ REQUIRED: dict[str, list[str]] = {
 POSITIONAL = (
     "mesh", "file", "pattern", "fabric", "yarns", "labeled", "output", "arguments", "selections", "scene", "job",
     "action", "source", "folder", "sweep", "body", "piece", "cloth", "name", "recipe", "curves",
+    "patterns",
 )  # fmt: skip
 """Fields of the commands that are words without a flag in one of them."""
 

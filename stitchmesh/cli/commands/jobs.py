@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The commands for jobs and sweeps, which run long: ``run``, ``job``, ``status`` and ``batch``."""
+"""The commands for what runs long: ``run``, ``job``, ``status``, ``batch`` and ``book``."""
 
 from __future__ import annotations
 
@@ -13,12 +13,13 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from tyro.conf import Positional, UseAppendAction
 
 from stitchmesh.cli.budget_options import exit_status, load_of_machine, start_of_command
-from stitchmesh.cli.options import Overwrite, Threads
+from stitchmesh.cli.options import Device, Overwrite, QualityName, Threads
 from stitchmesh.cli.say import say
 from stitchmesh.cli.stop_signal import TERMINATED, stopped_by_signal
 from stitchmesh.cli.summary import AsJson, files_to_open, knit_summary, swatch_summary
 from stitchmesh.cli.words import Flag, help_entry
 from stitchmesh.errors import FileError, ParameterError
+from stitchmesh.periodic.swatch_options import KnitState
 
 if TYPE_CHECKING:
     from stitchmesh.jobs.job_status import JobStatus
@@ -248,3 +249,49 @@ def _sweep_lines(ended: FinishedSweep, folder: Path) -> str:
              f"Table: {folder / 'rows.parquet'}; `stitchmesh batch report {folder}` makes a page of it."]  # fmt: skip
     lines += [f"No job has a result; the first error: {ended.first_error}"] if ended.all_failed else []
     return "\n".join(lines)
+
+
+@dataclass(frozen=True)
+class BookCommand:
+    """Make a swatch book: a page of the library, with fabrics that turn."""
+
+    output: Annotated[str, help_entry("DIR", short="-o")]
+    """folder of the book; the same command continues a book that was stopped"""
+    patterns: Annotated[Positional[tuple[str, ...]], help_entry("PATTERN", "the whole library")] = ()
+    """knits and weaves of the library"""
+    yarn: Annotated[str, help_entry("NAME")] = "dk"
+    """yarn of all swatches (`stitchmesh yarn list`)"""
+    relaxation: Annotated[KnitState, help_entry("STATE")] = "dry"
+    """state in which knits come to rest (docs/swatches.md)"""
+    quality: QualityName = "draft"
+    device: Device = None
+    no_stretch: Flag = False
+    """do not draw the patterns by 20 % along courses and wales, which takes most of the time"""
+    workers: Annotated[int | None, help_entry("N", "one for each GPU, or for each core without a GPU")] = None
+    """processes on this machine; 0 makes the swatches in this process"""
+    overwrite: Overwrite = False
+
+    def run(self) -> int | None:
+        """Make the book.
+
+        Returns:
+            The exit status if a signal stopped the work, otherwise None.
+        """
+        from stitchmesh.cli.progress import show_reports
+        from stitchmesh.jobs.book.swatch_book import SwatchBook, write_book
+        from stitchmesh.jobs.job_status import JobStopped
+
+        book = SwatchBook(
+            patterns=self.patterns, yarn=self.yarn, relaxation=self.relaxation, quality=self.quality,
+            device=self.device, stretched=not self.no_stretch,
+        )  # fmt: skip
+        try:
+            with stopped_by_signal() as stop, show_reports() as listener:
+                page = write_book(
+                    book, self.output, workers=self.workers, stop=stop, listener=listener, overwrite=self.overwrite
+                )
+        except JobStopped:
+            say(f"stopped; the same command with -o {self.output} continues the book", file=sys.stderr)
+            return TERMINATED
+        _print_beside_reports(f"Wrote {page}; open it in a browser.")
+        return None
