@@ -32,7 +32,7 @@ from stitchmesh.io.hdf5 import read_dataclass, write_dataclass
 from stitchmesh.io.path_kind import refuse_folder
 from stitchmesh.io.units import DEFAULT_UNIT, centimetres, check_unit_left_out
 from stitchmesh.io.yarn_formats import bcc
-from stitchmesh.io.yarn_formats.gltf import tubes_error, write_glb
+from stitchmesh.io.yarn_formats.gltf import Detail, tubes_error, write_glb
 from stitchmesh.io.yarn_formats.midpoint_curve import knots_of_polyline, polyline_of_knots
 from stitchmesh.io.yarn_formats.obj import read_obj_polylines, write_obj_polylines
 from stitchmesh.io.yarn_formats.pyp import check_pyp, read_pyp, write_pyp
@@ -72,6 +72,8 @@ class _Writing:
     """Kind of curve in a BCC file."""
     tiles: Tiles
     """Periods of periodic yarns that are written."""
+    detail: Detail
+    """Level of detail of tubes."""
 
 
 @dataclass(frozen=True)
@@ -115,8 +117,9 @@ def read_yarns(path: FilePath, *, unit: str = DEFAULT_UNIT, radius: float | None
 
 
 def write_yarns(
-    path: FilePath, yarns: YarnSet, *, unit: str = DEFAULT_UNIT, curve: str = "catmull-rom", tiles: Tiles = None
-) -> None:
+    path: FilePath, yarns: YarnSet, *, unit: str = DEFAULT_UNIT, curve: str = "catmull-rom", tiles: Tiles = None,
+    detail: Detail = "fine",
+) -> None:  # fmt: skip
     """Write yarns.
 
     Args:
@@ -129,10 +132,11 @@ def write_yarns(
             ``bspline``, which is exact but which fewer programs read.
         tiles: numbers of periods of periodic yarns to write along the courses and along the wales, as a finite piece.
             If it is None, HDF5 and ``.pyp`` files keep the lattice, and the other formats hold one period.
+        detail: level of detail of tubes in a glTF file: ``fine``, or ``coarse`` for a small file.
 
     Raises:
-        ParameterError: the unit or the kind of curve is unknown, a unit or tiles are given for a format that cannot
-            have them, or the tiles are not two whole numbers from 1.
+        ParameterError: the unit, the kind of curve or the level of detail is unknown, a unit or tiles are given for a
+            format that cannot have them, or the tiles are not two whole numbers from 1.
         YarnError: tiles are given for yarns that are not periodic.
         FileError: the suffix is unknown, the format cannot hold these yarns, or the file cannot be written.
     """
@@ -143,7 +147,7 @@ def write_yarns(
     check_kind("write_yarns", yarns, YarnSet)
     if yarn_format.has_unit:
         check_unit_left_out(path, scale)
-    yarn_format.write(path, yarns, _Writing(scale, curve, tiles))
+    yarn_format.write(path, yarns, _Writing(scale, curve, tiles, detail))
 
 
 def check_writable(path: FilePath, yarns: YarnSet) -> None:
@@ -295,7 +299,7 @@ def _read_glb(path: FilePath, _: float, __: float | None) -> YarnSet:
 
 
 def _write_glb(path: FilePath, yarns: YarnSet, how: _Writing) -> None:
-    write_glb(path, _finite(path, yarns, how.tiles))
+    write_glb(path, _finite(path, yarns, how.tiles), how.detail)
 
 
 FORMATS: dict[str, YarnFormat] = {

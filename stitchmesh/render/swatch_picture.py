@@ -4,7 +4,10 @@
 
 from __future__ import annotations
 
+import tempfile
 from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,6 +20,9 @@ from stitchmesh.render.picture import detail_for, yarn_tubes
 from stitchmesh.render.stage import add_tubes, dim_colours, look, picture, shade_hollows
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.tiling import check_tiled_memory, tile_yarns
+
+if TYPE_CHECKING:
+    from PIL.Image import Image as Picture
 
 LONGER_SIDE = 1400
 """Pixels along the longer side of a picture."""
@@ -61,6 +67,28 @@ def render_swatch(
         add_tubes(plotter, tubes, dim_colours(coloured.points)[control_point])
         look(plotter, camera_at(middle, frame[2], frame[1], float(extent[1])))
         shade_hollows(plotter, 2.5 * radius, options)
+
+
+def swatch_image(yarns: YarnSet, tiles: tuple[int, int], side: int) -> Picture:
+    """Return a picture of tiles of a fabric, at most ``side`` pixels wide and high.
+
+    Args:
+        yarns: a set of yarns on a lattice, as for ``render_swatch``.
+        tiles: number of visible periods along the courses and along the wales.
+        side: largest side [pixels].
+
+    Raises:
+        DisplayError, ParameterError, YarnError: as for ``render_swatch``.
+    """
+    from PIL import Image
+
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "swatch.png"
+        render_swatch(yarns, file, tiles)
+        with Image.open(file) as drawn:
+            image = drawn.convert("RGB")
+    image.thumbnail((side, side), Image.Resampling.LANCZOS)
+    return image
 
 
 def _in_cell(tiles: YarnSet, fabric: StitchMesh | None) -> YarnSet:

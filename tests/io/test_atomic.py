@@ -167,7 +167,7 @@ def test_two_writes_of_every_format_give_the_same_bytes(tmp_path, name, write):
 MAKERS = re.compile(r"tempfile\.(TemporaryDirectory|mkdtemp|NamedTemporaryFile)|import .*TemporaryDirectory")
 WITHOUT_NAMES = {
     "io/atomic.py", "io/guarded_child.py", "io/part_folder.py", "render/animation_pictures.py",
-    "render/thumbnails/rest_sheet.py", "jobs/sweep/workers.py", "app/guard.py",
+    "render/swatch_picture.py", "jobs/sweep/workers.py", "app/guard.py",
 }  # fmt: skip
 """Modules that make temporary folders; the files in them have no name of the user's, and no error shows them."""
 

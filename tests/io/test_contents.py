@@ -44,7 +44,7 @@ ELSEWHERE = {
     # What this process writes.
     "app/guard.py", "app/pages/swatch/exports.py", "app/pages/downloads.py", "io/atomic.py",
     "io/checkpoint_file.py", "io/own_files.py", "jobs/sweep/result_table.py", "render/animation_pictures.py",
-    "render/thumbnails/rest_sheet.py",
+    "render/swatch_picture.py",
     # Contents that have been read, and copies or stages that a child process reads.
     "patterns/charts/other_images.py", "render/pattern_sheet.py",
     "io/guarded_child.py", "io/hdf5.py", "io/mesh_formats/by_meshio.py", "io/usd_stage.py",

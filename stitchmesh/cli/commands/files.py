@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass, field
-from typing import Annotated
+from typing import Annotated, Literal
 
 import numpy as np
 from tyro.conf import Positional, arg
@@ -73,6 +73,8 @@ class ConvertCommand:
     """output file in the format of its suffix; for a stitch mesh also .k for a knitting machine"""
     tile: Annotated[tuple[int, int] | None, help_entry("C R", "the lattice or one period")] = None
     """for periodic yarns: numbers of periods to write along the courses and along the wales"""
+    detail: Annotated[Literal["fine", "coarse"], help_entry("fine|coarse")] = "fine"
+    """level of detail of the tubes in a .glb file of yarns"""
     reading: Annotated[FileReading, arg(name="")] = field(default_factory=FileReading)
     overwrite: Overwrite = False
 
@@ -90,7 +92,7 @@ class ConvertCommand:
         if isinstance(content, FaceMesh) and suffix_of(self.output, (".smobj", *YARNS)) != ".smobj":
             content = face_yarns(content).yarns
         if isinstance(content, YarnSet):
-            write_yarns(self.output, content, tiles=self.tile)
+            write_yarns(self.output, content, tiles=self.tile, detail=self.detail)
         elif isinstance(content, FaceMesh):
             write_face_mesh(self.output, content)
         elif self.tile is not None:

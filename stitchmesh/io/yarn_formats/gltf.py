@@ -2,79 +2,214 @@
 # SPDX-License-Identifier: Apache-2.0
 """Binary glTF (``.glb``): yarns as tubes of triangles, in metres and y up as the format prescribes.
 
-The yarns of one colour are one mesh with one rough material of this colour. Tubes have the apparent radius of the
-yarns. Sets with more segments get tubes with fewer sides and sections, so that viewers can load the file.
+The yarns of one colour have one rough material of this colour. Tubes have the apparent radius of the yarns. Sets with
+more segments get tubes with fewer sides and sections, so that viewers can load the file. A mesh has at most 65,535
+vertices, so that 16 bits number them.
+
+The coarse level of detail is for web pages. Its tubes have two sections in three segments. Its coordinates are 16-bit
+numbers and its normals 8-bit numbers (the extension KHR_mesh_quantization, which browsers and Blender read, and
+VTK does not). The node of a mesh holds its scale and its place. A step is the 65,534th part of the box around the mesh,
+which is below a hundredth of the radius of the yarns of a garment.
 """
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Iterable, Iterator
 from os import fspath
+from typing import Any, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
-from stitchmesh.errors import FileError
+from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.io.atomic import write_bytes
 from stitchmesh.io.contents import FilePath
 from stitchmesh.io.float32 import to_float32
+from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.mesh.palette import colours_of, linear_colour
 from stitchmesh.mesh.tube_mesh import TubeMesh, tubes_around
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.polyline import polylines_of_segments
 
+Detail = Literal["fine", "coarse"]
+DETAILS: tuple[Detail, ...] = ("fine", "coarse")
+"""Levels of detail."""
 DETAIL = ((20_000, 12, 4), (60_000, 8, 2), (160_000, 6, 1), (math.inf, 4, 1))
-"""Largest number of segments, sides of a tube, sections of a segment; a file has at most about a million vertices,
-unless it has very many segments."""
+"""Largest number of segments, sides of a tube, sections of a segment of the fine level; a file has at most about a
+million vertices, unless it has very many segments."""
+COARSE_SIDES, COARSE_SAMPLES, COARSE_STRIDE = 5, 2, 3
+"""Sides of a tube of the coarse level, samples of a segment, and samples from one of its sections to the next. With a
+section for every second segment, the legs of a stitch would no longer be told apart."""
 ROUGHNESS = 0.9
 """Roughness of wool in glTF and USD, from 0 (mirror) to 1 (matt)."""
 TUBES = "yarns"
 """First word of the names of meshes of tubes; ``read_mesh`` recognises a file of yarns by this word."""
+STEPS, MOST_VERTICES = 32_767, 65_535
+"""Steps from the middle of a box to its border, and the largest number of vertices that 16 bits number."""
+QUANTISATION = "KHR_mesh_quantization"
+KINDS, UNSIGNED_SHORT = {"|i1": 5120, "<i2": 5122, "<f4": 5126}, 5123
+"""Kinds of the numbers of vertices, by NumPy's names, and of those of corners."""
+VERTICES, CORNERS = 34_962, 34_963
+"""Targets of the bytes of vertices, and of the bytes of corners of triangles."""
 
 
-def write_glb(path: FilePath, yarns: YarnSet) -> None:
+def write_glb(path: FilePath, yarns: YarnSet, detail: Detail = "fine") -> None:
     """Write yarns as tubes with the apparent radius of the yarns.
 
     Args:
         path: a ``.glb`` file.
         yarns: a set without a lattice.
+        detail: level of detail, ``fine`` or ``coarse``.
 
     Raises:
         FileError: a coordinate is too large for float32, or the file cannot be written.
+        ParameterError: the level of detail is unknown.
     """
-    import trimesh
-    from trimesh.exchange.gltf import export_glb
-    from trimesh.visual.material import PBRMaterial
-
-    scene = trimesh.Scene()
-    for number, tubes in tubes_of_colours(yarns):
-        colour = linear_colour(colours_of([number], yarns.palette)[0] / 255)
-        material = PBRMaterial(
-            name=f"wool {number}", baseColorFactor=[*colour, 1.0], metallicFactor=0.0, roughnessFactor=ROUGHNESS
-        )
-        mesh = trimesh.Trimesh(
-            vertices=to_float32(path, "the coordinates", 0.01 * tubes.vertices),  # Metres in a centimetre.
-            faces=tubes.triangles,
-            vertex_normals=tubes.normals,
-            visual=trimesh.visual.TextureVisuals(material=material),
-            process=False,
-        )
-        name = f"{TUBES} {number}"
-        scene.add_geometry(mesh, node_name=name, geom_name=name)
-    write_bytes(path, export_glb(scene, include_normals=True))
+    if detail not in DETAILS:
+        raise ParameterError(f"detail: got {detail!r}; expected one of {', '.join(DETAILS)}")
+    file = _Glb(is_quantised=detail == "coarse")
+    for number, tubes in tubes_of_colours(yarns, detail):
+        to_float32(path, "the coordinates", 0.01 * tubes.vertices)
+        material = file.add("materials", {
+            "name": f"wool {number}", "pbrMetallicRoughness": {
+                "baseColorFactor": [*linear_colour(colours_of([number], yarns.palette)[0] / 255).tolist(), 1.0],
+                "metallicFactor": 0.0, "roughnessFactor": ROUGHNESS,
+            },
+        })  # fmt: skip
+        for part, (vertices, normals, triangles) in enumerate(_parts(tubes)):
+            file.add_mesh(f"{TUBES} {number}" + (f" part {part + 1}" if part else ""), material, vertices, normals,
+                          triangles)  # fmt: skip
+    write_bytes(path, file.content())
 
 
-def tubes_of_colours(yarns: YarnSet) -> Iterator[tuple[int, TubeMesh]]:
+def tubes_of_colours(yarns: YarnSet, detail: Detail = "fine") -> Iterator[tuple[int, TubeMesh]]:
     """Yield each colour number with tubes of the apparent radius around its yarns [cm].
 
     Args:
         yarns: a set without a lattice.
+        detail: level of detail.
     """
     count = len(yarns.segment_points)
     sides, samples = next((sides, samples) for most, sides, samples in DETAIL if count <= most)
+    stride = 1
+    if detail == "coarse":
+        sides, samples, stride = min(sides, COARSE_SIDES), COARSE_SAMPLES, COARSE_STRIDE
     for number in np.unique(yarns.colour).tolist():
         curves = polylines_of_segments(yarns, np.flatnonzero((yarns.colour == number)[yarns.segment_yarn]), samples)
-        yield number, tubes_around(curves.points, curves.closed, yarns.drawn_radius[curves.yarn], sides=sides)
+        points = [_thinned(own, stride, closed) for own, closed in zip(curves.points, curves.closed, strict=True)]
+        yield number, tubes_around(points, curves.closed, yarns.drawn_radius[curves.yarn], sides=sides)
+
+
+def _thinned(points: FloatArray, stride: int, closed: bool) -> FloatArray:
+    """Return every ``stride``-th point of a curve and the last point of an open one, as many as a tube needs."""
+    if stride == 1 or len(points) < 3 * stride:
+        return points
+    if closed:
+        return points[::stride]
+    return np.concatenate([points[:-1:stride], points[-1:]])
+
+
+def _parts(tubes: TubeMesh) -> Iterator[tuple[FloatArray, FloatArray, IntArray]]:
+    """Yield vertices [m], normals and triangles of parts that 16 bits can number."""
+    farthest = tubes.triangles.max(axis=1)
+    order = np.argsort(farthest, kind="stable")
+    triangles, farthest = tubes.triangles[order], farthest[order]
+    first = 0
+    while first < len(triangles):
+        # Triangles join neighbouring rings, so that few vertices lie before the first one of a part.
+        last = int(np.searchsorted(farthest, farthest[first] + MOST_VERTICES))
+        used = np.unique(triangles[first:last])
+        while len(used) > MOST_VERTICES:
+            last -= max((last - first) // 16, 1)
+            used = np.unique(triangles[first:last])
+        yield 0.01 * tubes.vertices[used], tubes.normals[used], np.searchsorted(used, triangles[first:last])
+        first = last
+
+
+class _Glb:
+    """A glTF file under way: the entries of its head, and its bytes."""
+
+    def __init__(self, *, is_quantised: bool) -> None:
+        self._is_quantised = is_quantised
+        self._entries: dict[str, list[dict[str, Any]]] = {}
+        self._bytes = bytearray()
+
+    def add(self, kind: str, entry: dict[str, Any]) -> int:
+        """Add an entry to a list of the head, and return its number."""
+        entries = self._entries.setdefault(kind, [])
+        entries.append(entry)
+        return len(entries) - 1
+
+    def add_mesh(
+        self, name: str, material: int, vertices: FloatArray, normals: FloatArray, triangles: IntArray
+    ) -> None:
+        """Add a mesh and the node that places it.
+
+        Args:
+            name: name of both.
+            material: number of its material.
+            vertices: positions [m], shape (V, 3).
+            normals: unit normals, shape (V, 3).
+            triangles: corners, shape (T, 3).
+        """
+        node: dict[str, Any] = {"name": name}
+        if self._is_quantised:
+            low, high = vertices.min(axis=0), vertices.max(axis=0)
+            middle = 0.5 * (low + high)
+            step = max(float((high - middle).max()), 1e-12) / STEPS  # one scale for all axes keeps normals upright
+            node |= {"scale": [step] * 3, "translation": middle.tolist()}
+            places: NDArray[Any] = np.rint((vertices - middle) / step).astype("<i2")
+            directions: NDArray[Any] = np.rint(127.0 * normals).astype("i1")
+        else:
+            places, directions = vertices.astype("<f4"), normals.astype("<f4")
+        bounds = {"min": places.min(axis=0).tolist(), "max": places.max(axis=0).tolist()}
+        attributes = {
+            "POSITION": self._of_vertices(places, **bounds),
+            "NORMAL": self._of_vertices(directions, **({"normalized": True} if self._is_quantised else {})),
+        }
+        corners = self._view(triangles.astype("<u2").tobytes(), CORNERS)
+        indices = self.add("accessors", {"bufferView": corners, "componentType": UNSIGNED_SHORT,
+                                         "count": triangles.size, "type": "SCALAR"})  # fmt: skip
+        primitive = {"attributes": attributes, "indices": indices, "material": material, "mode": 4}
+        mesh = self.add("meshes", {"name": name, "primitives": [primitive]})
+        self.add("nodes", node | {"mesh": mesh})
+
+    def _of_vertices(self, numbers: NDArray[Any], **stated: Any) -> int:
+        """Add numbers of vertices, shape (V, 3), whose rows are filled up to whole words of four bytes."""
+        rows = np.zeros((len(numbers), -(-3 * numbers.itemsize // 4) * 4 // numbers.itemsize), dtype=numbers.dtype)
+        rows[:, :3] = numbers
+        view = self._view(rows.tobytes(), VERTICES, byteStride=rows.strides[0])
+        own = {"bufferView": view, "componentType": KINDS[numbers.dtype.str], "count": len(numbers), "type": "VEC3"}
+        return self.add("accessors", own | stated)
+
+    def _view(self, content: bytes, target: int, **stated: Any) -> int:
+        """Add bytes, which begin at a whole word."""
+        start = len(self._bytes)
+        self._bytes += content + bytes(-len(content) % 4)
+        own = {"buffer": 0, "byteOffset": start, "byteLength": len(content), "target": target}
+        return self.add("bufferViews", own | stated)
+
+    def content(self) -> bytes:
+        """Return the bytes of the file."""
+        from stitchmesh import __version__
+
+        nodes, used = self._entries.get("nodes", []), ("extensionsUsed", "extensionsRequired")
+        head = {
+            "asset": {"version": "2.0", "generator": f"StitchMesh {__version__}"}, "scene": 0,
+            "scenes": [{"nodes": list(range(len(nodes)))}], "buffers": [{"byteLength": len(self._bytes)}],
+            **self._entries, **({key: [QUANTISATION] for key in used} if self._is_quantised else {}),
+        }  # fmt: skip
+        text = json.dumps(head, separators=(",", ":")).encode()
+        text += b" " * (-len(text) % 4)
+        size = 12 + 8 + len(text) + 8 + len(self._bytes)
+        parts = [b"glTF", _word(2), _word(size), _word(len(text)), b"JSON", text, _word(len(self._bytes)), b"BIN\0"]
+        return b"".join(parts) + bytes(self._bytes)
+
+
+def _word(number: int) -> bytes:
+    return number.to_bytes(4, "little")
 
 
 def holds_tubes(names: Iterable[str]) -> bool:

@@ -28,7 +28,7 @@ from stitchmesh.periodic.charts.chart_picture import chart_picture
 from stitchmesh.periodic.resolve_pattern import Source
 from stitchmesh.render.colouring import colour_yarns
 from stitchmesh.render.pattern_sheet import written_repeat
-from stitchmesh.render.swatch_picture import render_swatch
+from stitchmesh.render.swatch_picture import swatch_image
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.polyline import polylines_of_segments
 from stitchmesh.yarn.tiling import tile_yarns
@@ -136,20 +136,11 @@ def _tiles(row: Mapping[str, Any]) -> tuple[int, int]:
 
 def _draw(yarns: YarnSet, tiles: tuple[int, int], stem: Path) -> None:
     """Write a large and a small picture of the right side."""
-    import tempfile
-
-    from PIL import Image
-
-    with tempfile.TemporaryDirectory() as scratch:
-        file = Path(scratch) / "swatch.png"
-        render_swatch(yarns, file, tiles)
-        with Image.open(file) as drawn:
-            picture = drawn.convert("RGB")
+    image = swatch_image(yarns, tiles, LARGE)
     for side, ending in ((LARGE, ""), (SMALL, "-small")):
-        scaled = picture.copy()
-        scaled.thumbnail((side, side), Image.Resampling.LANCZOS)
+        image.thumbnail((side, side))
         content = BytesIO()
-        scaled.save(content, "JPEG", quality=82, optimize=True)
+        image.save(content, "JPEG", quality=82, optimize=True)
         write_bytes(stem.with_name(f"{stem.name}{ending}.jpg"), content.getvalue())
 
 

@@ -4,18 +4,11 @@
 
 from __future__ import annotations
 
-import tempfile
-from pathlib import Path
-from typing import TYPE_CHECKING
-
 from stitchmesh.io.atomic import atomic_path
 from stitchmesh.io.contents import FilePath
 from stitchmesh.periodic.explore import Exploration, Rest
 from stitchmesh.render.lettering import INK
-from stitchmesh.render.swatch_picture import render_swatch
-
-if TYPE_CHECKING:
-    from PIL.Image import Image
+from stitchmesh.render.swatch_picture import swatch_image
 
 COLUMNS = 4
 """Largest number of pictures in a row."""
@@ -42,7 +35,7 @@ def draw_rests(exploration: Exploration, path: FilePath) -> None:
     """
     from PIL import Image, ImageDraw, ImageFont
 
-    pictures = [_picture(rest) for rest in exploration.rests]
+    pictures = [swatch_image(rest.swatch.yarns, _tiles(rest), SIDE) for rest in exploration.rests]
     rows = [pictures[first : first + COLUMNS] for first in range(0, len(pictures), COLUMNS)]
     text, widest = LINES * (LETTERS + 4), max(map(len, rows))
     heights = [text + GAP + max(picture.height for picture in row) for row in rows]
@@ -55,19 +48,6 @@ def draw_rests(exploration: Exploration, path: FilePath) -> None:
         sheet.paste(picture, (x, y + text))
     with atomic_path(path) as temporary:
         sheet.save(temporary, format="PNG")
-
-
-def _picture(rest: Rest) -> Image:
-    """Return a picture of a state, at most ``SIDE`` pixels wide and high."""
-    from PIL import Image
-
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "rest.png"
-        render_swatch(rest.swatch.yarns, file, _tiles(rest))
-        with Image.open(file) as drawn:
-            picture = drawn.convert("RGB")
-    picture.thumbnail((SIDE, SIDE))
-    return picture
 
 
 def caption(number: int, rest: Rest, starts: int) -> str:

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from stitchmesh.errors import FileError
+from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.io import read_yarns, write_yarns
 from stitchmesh.io.any_file import read_any
 from stitchmesh.io.yarn_formats import gltf
@@ -34,9 +34,11 @@ def linked_and_open() -> YarnSet:
 
 
 def loaded(path: Path) -> trimesh.Trimesh:
+    """Return the meshes of a file as one, each at its place; only a single mesh without a place keeps its normals."""
     scene = trimesh.load_scene(path, process=False)
-    (mesh,) = scene.geometry.values()
-    return mesh
+    (first, *others) = scene.geometry.values()
+    place, _ = scene.graph[scene.graph.nodes_geometry[0]]
+    return first if not others and np.array_equal(place, np.eye(4)) else scene.to_mesh()
 
 
 def header(path: Path) -> dict:
@@ -83,7 +85,7 @@ def test_each_colour_is_a_mesh_with_a_material_in_linear_light(tmp_path):
         (primitive,) = mesh["primitives"]
         surface = tree["materials"][primitive["material"]]["pbrMetallicRoughness"]
         light = ((np.array(palette[number]) / 255 + 0.055) / 1.055) ** 2.4  # These colours lie above the linear part.
-        np.testing.assert_allclose(surface["baseColorFactor"], [*light, 1.0], atol=0.5 / 255)  # trimesh keeps bytes.
+        np.testing.assert_allclose(surface["baseColorFactor"], [*light, 1.0], rtol=1e-12)
     scene = trimesh.load_scene(tmp_path / "y.glb", process=False)
     counts = [SIDES * len(points) for points in yarns.sampled(SECTIONS)]
     assert [len(mesh.vertices) for mesh in scene.geometry.values()] == [counts[1], counts[0] + counts[2]]
@@ -99,13 +101,54 @@ def test_tubes_have_the_apparent_radius(tmp_path):
     np.testing.assert_allclose(radius, np.broadcast_to(expected, radius.shape), atol=0.2 * FLOAT32)
 
 
-def test_the_coarsest_tubes_are_closed(tmp_path, monkeypatch):
-    monkeypatch.setattr(gltf, "DETAIL", gltf.DETAIL[-1:])
+def test_a_mesh_of_more_vertices_than_16_bits_number_has_parts_that_fit_together(tmp_path, monkeypatch):
+    """The triangles of all parts are those of the whole mesh, so that the volume is the same."""
     yarns = linked_and_open()
-    write_yarns(tmp_path / "y.glb", yarns)
-    mesh = loaded(tmp_path / "y.glb")
-    assert len(mesh.vertices) == 4 * (len(yarns.segment_points) + 1)  # The last section is the end of the open yarn.
+    write_yarns(tmp_path / "whole.glb", yarns)
+    monkeypatch.setattr(gltf, "MOST_VERTICES", 500)
+    write_yarns(tmp_path / "parts.glb", yarns)
+    tree = header(tmp_path / "parts.glb")
+    counts = [accessor["count"] for accessor in tree["accessors"] if accessor["type"] == "VEC3"]
+    assert max(counts) <= 500 and len(tree["meshes"]) > 2
+    whole, parts = loaded(tmp_path / "whole.glb"), loaded(tmp_path / "parts.glb")
+    assert len(parts.faces) == len(whole.faces)
+    assert parts.volume == pytest.approx(whole.volume, rel=1e-12)  # the same numbers in another order
+
+
+def test_the_coarse_level_has_few_sections_and_small_numbers(tmp_path):
+    yarns = linked_and_open()
+    write_yarns(tmp_path / "y.glb", yarns, detail="coarse")
+    mesh, tree = loaded(tmp_path / "y.glb"), header(tmp_path / "y.glb")
+    sides, stride = gltf.COARSE_SIDES, gltf.COARSE_STRIDE
+    kept = [points[::stride] for points in yarns.sampled(gltf.COARSE_SAMPLES)]
+    kept[2] = np.concatenate([kept[2], yarns.sampled(1)[2][-1:]])  # the end of the open yarn
     assert mesh.is_watertight and mesh.volume > 0
+    middles = mesh.vertices.reshape(-1, sides, 3).mean(axis=1)
+    # Half a step of the box, which is at most 0.5 cm wider than the yarns; metres.
+    rounding = 0.5 * 0.01 * (np.ptp(np.concatenate(kept), axis=0).max() + 0.5) / (2.0 * gltf.STEPS)
+    np.testing.assert_allclose(middles, 0.01 * np.concatenate(kept), atol=rounding)
+    assert tree["extensionsRequired"] == ["KHR_mesh_quantization"]
+    normals = normals_of(tmp_path / "y.glb", tree)
+    outward = mesh.vertices.reshape(-1, sides, 3) - middles[:, None]
+    outward /= np.linalg.norm(outward, axis=2, keepdims=True)
+    # Half a step of 127, and two roundings of a place over the radius.
+    np.testing.assert_allclose(normals, outward, atol=0.5 / 127 + 4.0 * rounding / (0.01 * min(RADII)))
+
+
+def normals_of(path: Path, tree: dict) -> np.ndarray:
+    """Return the normals of the only mesh of a coarse file, shape (rings, sides, 3): rows of four bytes, in 127ths."""
+    content = path.read_bytes()
+    accessor = tree["accessors"][tree["meshes"][0]["primitives"][0]["attributes"]["NORMAL"]]
+    assert accessor["normalized"] and accessor["componentType"] == 5120
+    view = tree["bufferViews"][accessor["bufferView"]]
+    start = 20 + struct.unpack_from("<I", content, 12)[0] + 8 + view["byteOffset"]
+    rows = np.frombuffer(content, dtype="i1", count=4 * accessor["count"], offset=start)
+    return rows.reshape(-1, gltf.COARSE_SIDES, 4)[:, :, :3] / 127.0
+
+
+def test_an_unknown_level_of_detail_is_refused(tmp_path):
+    with pytest.raises(ParameterError, match="detail: got 'rough'; expected one of fine, coarse"):
+        write_yarns(tmp_path / "y.glb", linked_and_open(), detail="rough")
 
 
 @pytest.mark.parametrize("read", [read_yarns, read_any])
@@ -125,8 +168,7 @@ def test_a_published_glove_becomes_closed_tubes(tmp_path):
     glove = read_yarns(shared("yarns/glove.bcc"), radius=radius)
     write_yarns(tmp_path / "glove.glb", glove)
     mesh = loaded(tmp_path / "glove.glb")
-    assert len(mesh.vertices) == sides * sections * len(glove.points)
-    assert mesh.is_watertight
+    assert len(mesh.faces) == 2 * sides * sections * len(glove.points)
     expected, turns = 0.0, []
     for points in glove.sampled(sections):
         chord = np.roll(points, -1, axis=0) - points
