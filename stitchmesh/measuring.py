@@ -34,6 +34,7 @@ from stitchmesh.recipe.recipe_file import read_recipe
 from stitchmesh.run import Run
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial
+from stitchmesh.yarnrelax.model.material import material_of
 from stitchmesh.yarnrelax.state_difference import (
     cell_distances,
     distances,
@@ -249,7 +250,7 @@ def _swatch(
     made = swatch(source, material=material, quality=name, device=device, progress=progress, **options)
     seconds, memory = perf_counter() - began, peak_memory()
     relaxing = made.report.get("solver_seconds", seconds)
-    yarn = material or YarnMaterial.named().of_radius(float(made.yarns.radius.mean()))
+    yarn = material or material_of(made.yarns)
     return _Made(_measure(
         name, made.report, seconds=seconds, stages={"yarnrelax": relaxing},
         memory_bytes=memory, control_points=len(made.yarns.points),

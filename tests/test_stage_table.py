@@ -21,6 +21,7 @@ from stitchmesh.pipeline.stage_table import LABEL, RELAX_YARNS, ROWS, STITCHES, 
 from stitchmesh.run import QUIET
 from stitchmesh.shaping.options import ShapingOptions
 from stitchmesh.shaping.panels.options import PanelOptions
+from stitchmesh.yarn.yarn_presets import Yarn
 from stitchmesh.yarngen import YarnFinish
 from tests.gallery import grid
 
@@ -28,6 +29,7 @@ STAGES = (*ROWS, *STITCHES, *YARNS, RELAX_YARNS)
 OTHER: dict[str, Any] = {
     "stitch_width": 0.7, "stitch_height": 0.6, "counts": {(0, 1): 5}, "marked": ((0, 1),), "increase": "kfb",
     "mesh_relaxation": MeshRelaxOptions(alpha=0.8), "yarn_radius": 0.1, "drawn_radius": 0.2, "mass_per_length": 0.01,
+    "yarn": Yarn.named("dk"),
     "borders": (1,), "seeds": (1,), "flip": (0,), "shaping": ShapingOptions(multiple=4), "panels": PanelOptions(),
     "palette": ("navy",), "patterns": (PatternRegion(parse_pattern("row 1 RS: k, p")),),
     "edits": (Edit("stripes", {"bands": "2 navy"}),), "edge_forms": (EdgeForm("hem", "fold", 4),), "spiral": True,

@@ -22,6 +22,7 @@ from stitchmesh.io.atomic import write_bytes
 from stitchmesh.io.contents import FilePath, check_expansion, read_bytes
 from stitchmesh.io.own_stitches import format_own_drawings, parse_own_drawings
 from stitchmesh.lattice import Lattice
+from stitchmesh.yarn.yarn_presets import Yarn, format_yarn, parse_yarn
 
 if TYPE_CHECKING:
     import h5py
@@ -32,6 +33,8 @@ SIGNATURE = b"\x89HDF\r\n\x1a\n"
 VERSION = 1
 DRAWINGS = "own_stitches"
 """Field with the drawings of the user's own stitches; its dataset, if there is one, holds their JSON text as bytes."""
+MADE_OF = "made_of"
+"""Field with the yarn of a set of yarns; its dataset, if there is one, holds the JSON text of the yarn as bytes."""
 FREE_CHUNKS, SMALLEST_CHUNK = 1000, 1024
 """Number of chunks that each file may have, and least mean size of further chunks [bytes]; h5py chooses 8 kB and
 more."""
@@ -63,6 +66,8 @@ def write_dataclass(path: FilePath, data: object, format_name: str) -> None:
                 file.create_dataset(field.name, data=value.periods if isinstance(value, Lattice) else value)
         if getattr(data, DRAWINGS, ()):
             file.create_dataset(DRAWINGS, data=np.frombuffer(format_own_drawings(getattr(data, DRAWINGS)), np.uint8))
+        if isinstance(yarn := getattr(data, MADE_OF, None), Yarn):
+            file.create_dataset(MADE_OF, data=np.frombuffer(format_yarn(yarn).encode(), np.uint8))
     write_bytes(path, content.getbuffer())
 
 
@@ -89,11 +94,13 @@ def read_dataclass(path: FilePath, kind: type[Data], format_name: str) -> Data:
         with h5py.File(io.BytesIO(content), "r") as file:
             _check_format(name, file, format_name)
             datasets = {field.name: _dataset(name, file, field.name) for field in _stored_fields(kind)}
-            drawings = _dataset(name, file, DRAWINGS)
-            _check_sizes(name, len(content), [*datasets.values(), drawings])
+            drawings, made_of = (_dataset(name, file, label) for label in (DRAWINGS, MADE_OF))
+            _check_sizes(name, len(content), [*datasets.values(), drawings, made_of])
             fields = {field.name: _value(name, datasets[field.name], field, kind) for field in _stored_fields(kind)}
             if drawings is not None:
                 fields[DRAWINGS] = parse_own_drawings(name, np.asarray(drawings[()], dtype=np.uint8).tobytes())
+            if made_of is not None:
+                fields[MADE_OF] = parse_yarn(np.asarray(made_of[()], dtype=np.uint8).tobytes())
     except FileError:
         raise
     except Exception as error:  # h5py raises exceptions of many types for damaged files.

@@ -20,10 +20,11 @@ from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING, STITCH_WIDTH
 from stitchmesh.tessellate.counts import EdgeName
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.rest_length import RestLengths
+from stitchmesh.yarn.yarn_presets import Yarn
 from stitchmesh.yarngen import YarnFinish
 from stitchmesh.yarnrelax import YarnMaterial
 from stitchmesh.yarnrelax.energies.term import Choice
-from stitchmesh.yarnrelax.model.material import DEFAULT_MATERIAL, check_one_mass
+from stitchmesh.yarnrelax.model.material import DEFAULT_MATERIAL, material_of
 
 OF_LABELED_MESHES = {
     "borders": "start border", "seeds": "start edge", "flip": "flip", "counts": "count", "marked": "mark",
@@ -39,8 +40,9 @@ class RelaxOptions:
         ParameterError: there is no material or no value of that name, or a value is out of bounds.
     """
 
-    material: str | YarnMaterial = DEFAULT_MATERIAL
-    """A material for a yarn of ``REFERENCE_RADIUS``, or its name; it is scaled to the radius of the yarns."""
+    material: str | YarnMaterial | None = None
+    """A material for a yarn of ``REFERENCE_RADIUS``, or its name; it is scaled to the radius of the yarns. None
+    for that of the yarn of which they were made, or the default material (``material_of``)."""
     stiffness: Mapping[str, float] = field(default_factory=dict)
     """New values of single fields of the material, by name, for a yarn of ``REFERENCE_RADIUS``."""
     rest_lengths: RestLengths = field(default_factory=RestLengths)
@@ -55,16 +57,16 @@ class RelaxOptions:
 
     @property
     def _reference(self) -> YarnMaterial:
-        return YarnMaterial.named(self.material) if isinstance(self.material, str) else self.material
+        given = self.material
+        return given if isinstance(given, YarnMaterial) else YarnMaterial.named(given or DEFAULT_MATERIAL)
 
     def yarn_material(self, yarns: YarnSet) -> YarnMaterial:
         """Return the material of yarns, for their mean radius.
 
         Raises:
-            ParameterError: as for ``check_one_mass``.
+            ParameterError: as for ``material_of``.
         """
-        check_one_mass(self.stiffness, yarns.mass_per_length)
-        return self.material_of_radius(float(yarns.radius.mean()))
+        return material_of(yarns, self.material, self.stiffness)
 
     def material_of_radius(self, yarn_radius: float) -> YarnMaterial:
         """Return the material of yarn of a radius [cm]."""
@@ -98,6 +100,8 @@ class KnitOptions:
     """Radius of the yarn in pictures and files for renderers [cm]; by default 1.7 yarn radii (``generate_yarns``)."""
     mass_per_length: float | None = None
     """Mass of a length of yarn [g/cm]; by default the mass of the material."""
+    yarn: Yarn | None = None
+    """The yarn, which the yarns then carry (``YarnSet.made_of``); its stiffnesses are in ``relaxation``."""
     quality: str | Quality = DEFAULT_QUALITY
     """Name of a preset of ``quality.py``, or a ``Quality``."""
     device: str | None = None

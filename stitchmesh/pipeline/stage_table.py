@@ -158,7 +158,7 @@ GENERATE_YARNS = Stage(
     name="generate_yarns", kind=YarnSet, make=stages.generate_yarns_stage,
     inputs=lambda garment: (garment.fabric, garment.quality.control_points_per_stitch),
     settings=lambda options: (
-        options.yarn_radius, options.drawn_radius, options.mass_per_length, options.finish,
+        options.yarn_radius, options.drawn_radius, options.mass_per_length, options.yarn, options.finish,
     ),
 )  # fmt: skip
 RELAX_YARNS = Stage(

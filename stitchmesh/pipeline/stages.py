@@ -278,7 +278,7 @@ def _generated(garment: Garment, fabric: StitchMesh, radius: float | None) -> Ya
     )  # fmt: skip
     if options.panels is not None:
         check_loops(fabric, yarns, finish=options.finish)
-    return yarns
+    return replace(yarns, made_of=options.yarn)
 
 
 @contextmanager

@@ -60,7 +60,8 @@ def relax_with_options(
         terms=options.terms,
         run=run,
     )
-    return replace(relaxed, report=relaxed.report | moved)
+    carried = {"made_of": yarns.made_of.name} if options.material is None and yarns.made_of is not None else {}
+    return replace(relaxed, report=relaxed.report | carried | moved)
 
 
 def relax_within_budget(

@@ -17,6 +17,7 @@ from stitchmesh.editing.edit import Edit
 from stitchmesh.editing.on_selection import ON
 from stitchmesh.editing.pattern_regions import PatternRegion
 from stitchmesh.errors import ParameterError, StitchMeshError
+from stitchmesh.io.yarn_files import yarn_of
 from stitchmesh.mesh.palette import STOCK, colour_text, make_palette, parse_colour
 from stitchmesh.mesh.upright import Direction, Y
 from stitchmesh.patterns import read_pattern
@@ -137,6 +138,7 @@ def recipe_options(recipe: Recipe, up: Direction = Y) -> KnitOptions:
         yarn_radius=size.yarn_radius,
         drawn_radius=size.drawn_radius,
         mass_per_length=size.mass_per_length,
+        yarn=None if recipe.yarn is None else yarn_of(recipe.yarn),
         quality=recipe.solver.quality(recipe.quality),
         device=recipe.device,
         borders=recipe.label.start_borders,
@@ -173,10 +175,10 @@ def relax_options(
         FileError: the body cannot be read.
         ParameterError: a name or a number is not accepted.
     """
-    name = material.chosen(yarn)
+    name = material.name or yarn
     return RelaxOptions(
         # the values of a yarn and not its name, so that a stage is made again when its description changes
-        material=name if name in NAMED else YarnMaterial.named(name), stiffness=material.values(),
+        material=name if name is None or name in NAMED else YarnMaterial.named(name), stiffness=material.values(),
         rest_lengths=rest_lengths, terms=tuple(physics.terms(up)),
     )  # fmt: skip
 

@@ -141,9 +141,9 @@ def _by_number(
 def contact_of_yarns(yarns: YarnSet, material: YarnMaterial | None = None) -> FloatArray:
     """Return the contact force per length on each segment [dyn/cm], shape (S,); ``contact_load`` with defaults."""
     from stitchmesh.yarnrelax.evaluate import contact_load
-    from stitchmesh.yarnrelax.model.material import YarnMaterial
+    from stitchmesh.yarnrelax.model.material import material_of
 
-    given = material or YarnMaterial.named().of_radius(float(yarns.radius.mean()))
+    given = material or material_of(yarns)
     return contact_load(yarns, given, contact_samples=5)  # The presets of the solver have 3 to 11.
 
 

@@ -51,4 +51,5 @@ def yarns_beside(sets: Sequence[YarnSet]) -> YarnSet:
         palette=sets[0].palette,
         drawn_radius=np.concatenate([yarns.drawn_radius for yarns in sets]),
         mass_per_length=np.concatenate([yarns.mass_per_length for yarns in sets]),
+        made_of=sets[0].made_of if all(yarns.made_of == sets[0].made_of for yarns in sets) else None,
     )

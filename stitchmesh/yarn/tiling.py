@@ -88,6 +88,7 @@ def tile_yarns(yarns: YarnSet, columns: int, rows: int, *, periodic: bool = Fals
         palette=yarns.palette,
         drawn_radius=yarns.drawn_radius[owner],
         mass_per_length=yarns.mass_per_length[owner],
+        made_of=yarns.made_of,
     )
     if not periodic:
         return plain

@@ -24,8 +24,9 @@ apparent radius, 1.2 to 2 times the core radius, is the radius in a picture; fib
 from __future__ import annotations
 
 import difflib
+import json
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 
 import numpy as np
 
@@ -253,6 +254,28 @@ class Yarn:
     def knitted_at(self, gauge: Gauge) -> Yarn:
         """Return the same yarn at another gauge: the radii stay, the stitches change."""
         return replace(self, gauge=gauge)
+
+
+def format_yarn(yarn: Yarn) -> str:
+    """Return a yarn as the JSON text that files of yarns hold; ``parse_yarn`` reads it without loss."""
+    return json.dumps(asdict(yarn))
+
+
+def parse_yarn(text: str | bytes) -> Yarn:
+    """Return the yarn of a text of ``format_yarn``.
+
+    Raises:
+        ValueError, TypeError, KeyError: the text is no JSON, or lacks a value.
+        ParameterError: a value is out of bounds.
+    """
+    values = json.loads(text)
+    mechanics = values["mechanics"]
+    # the one not-a-number of ``math``, so that yarns with an unknown needle are equal
+    needle = tuple(math.nan if math.isnan(size) else size for size in values["needle"])
+    return Yarn(**values | {
+        "gauge": Gauge(**values["gauge"]), "needle": needle,
+        "mechanics": None if mechanics is None else YarnMechanics(**mechanics),
+    })  # fmt: skip
 
 
 @dataclass(frozen=True)

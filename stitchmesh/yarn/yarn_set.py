@@ -26,6 +26,7 @@ from stitchmesh.errors import YarnError, first_few
 from stitchmesh.lattice import LARGEST_LENGTH, Lattice
 from stitchmesh.mesh import FloatArray, IntArray, extent, frozen_array
 from stitchmesh.mesh.palette import Palette, checked_palette, empty_palette
+from stitchmesh.yarn.yarn_presets import Yarn
 
 UNKNOWN_FACE = -1
 """Stitch face of a control point that no stitch made."""
@@ -121,6 +122,8 @@ class YarnSet:
     """Mass of a length of each yarn [g/cm], shape (Y,); NaN where a yarn states no mass, which is the default.
 
     A stated mass has precedence over the mass of the material."""
+    made_of: Yarn | None = field(default=None, metadata={"stored": False})
+    """The yarn of which all were made, if it is known; its stiffnesses hold where no other material is given."""
 
     def __post_init__(self) -> None:
         kinds = {"points": np.float64, "start": np.int64, "closed": np.bool_, "radius": np.float64,

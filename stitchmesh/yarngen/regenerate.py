@@ -127,7 +127,7 @@ def warm_start(
     natural = np.where(old_number >= 0, relaxed.natural_curvature[old_number], 0.0)
     new = replace(
         new, rest_length=_rest_lengths(relaxed, old, new, old_number), natural_curvature=natural,
-        mass_per_length=np.full(new.yarn_count, relaxed.mass_per_length[0]),
+        mass_per_length=np.full(new.yarn_count, relaxed.mass_per_length[0]), made_of=relaxed.made_of,
     )  # fmt: skip
     known, moved = np.flatnonzero(old_number >= 0), np.flatnonzero(old_number < 0)
     if len(known) < NEIGHBOURS:

@@ -34,7 +34,7 @@ from stitchmesh.yarnrelax.animator import AnimationInputs, Animator, FrameFigure
 from stitchmesh.yarnrelax.fingerprint import fingerprint, yarn_fingerprint
 from stitchmesh.yarnrelax.frame_run import FrameHeader, FrameRun, YarnFrame, checkpoint_of
 from stitchmesh.yarnrelax.missed_frames import why_missed
-from stitchmesh.yarnrelax.model.material import YarnMaterial
+from stitchmesh.yarnrelax.model.material import YarnMaterial, material_of
 from stitchmesh.yarnrelax.motion.animation_options import AnimationOptions
 from stitchmesh.yarnrelax.motion.carried_points import distances_from_mesh
 from stitchmesh.yarnrelax.motion.self_cuts import SelfCuts
@@ -101,7 +101,7 @@ def animate_yarns(
     if yarns.lattice is not None:
         raise ParameterError("animate: got yarns on a lattice; expected a piece without one, as knit makes it")
     run.refuse_all_but("animate", "checkpoints", "resume")
-    chosen, own = quality_named(quality), material or YarnMaterial.named().of_radius(float(yarns.radius.mean()))
+    chosen, own = quality_named(quality), material or material_of(yarns)
     given = options or AnimationOptions()
     inputs = AnimationInputs(yarns, fabric, cloth, own, chosen, given.iterations, device_named(device))
     with alone():

@@ -36,7 +36,7 @@ def fingerprint(name: str, value: Any, *, without: tuple[str, ...] = ()) -> dict
 def yarn_fingerprint(yarns: YarnSet) -> dict[str, str]:
     """Return the fields of yarns that decide a run; a mass that no yarn states is left out, like a missing field."""
     unstated = ("mass_per_length",) if np.isnan(yarns.mass_per_length).all() else ()
-    return fingerprint("yarns", yarns, without=("palette", "drawn_radius", *unstated))
+    return fingerprint("yarns", yarns, without=("palette", "drawn_radius", "made_of", *unstated))
 
 
 def refuse_other_inputs(name: str, written: Mapping[str, str], inputs: Mapping[str, str]) -> None:

@@ -20,7 +20,7 @@ from stitchmesh.yarnrelax.body_follower import BodyFollower, FollowInputs, Follo
 from stitchmesh.yarnrelax.energies.term import YarnChoice
 from stitchmesh.yarnrelax.fingerprint import fingerprint, yarn_fingerprint
 from stitchmesh.yarnrelax.frame_run import FrameHeader, FrameRun, YarnFrame, checkpoint_of
-from stitchmesh.yarnrelax.model.material import YarnMaterial
+from stitchmesh.yarnrelax.model.material import YarnMaterial, material_of
 from stitchmesh.yarnrelax.motion.follow_defaults import DRAG, MOST_DRAG
 from stitchmesh.yarnrelax.motion.moving_body import MovingBody
 from stitchmesh.yarnrelax.motion.self_cuts import refuse_self_cuts
@@ -91,7 +91,7 @@ def follow_body(
 def _with_drag(yarns: YarnSet, material: YarnMaterial | None, drag: float) -> YarnMaterial:
     """Return the material with the global damping that slows a uniform motion down at the rate of the drag."""
     check_kind("follow_body", yarns, YarnSet)
-    chosen = material or YarnMaterial.named().of_radius(float(yarns.radius.mean()))
+    chosen = material or material_of(yarns)
     mass = yarns.masses_per_length(chosen.mass_per_length)[yarns.segment_yarn] * yarns.rest_length
     return replace(chosen, k_global=0.5 * drag * float(mass.mean()))
 

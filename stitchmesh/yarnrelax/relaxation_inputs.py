@@ -27,7 +27,7 @@ from stitchmesh.yarnrelax.energies.term import (
     terms_and_constraints,
 )
 from stitchmesh.yarnrelax.fingerprint import fingerprint, yarn_fingerprint
-from stitchmesh.yarnrelax.model.material import YarnMaterial
+from stitchmesh.yarnrelax.model.material import YarnMaterial, material_of
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.cell_strain import RelaxCell
 
@@ -100,7 +100,7 @@ def checked_inputs(
     place = f"a relaxation of {len(yarns.points):,} control points"
     check_relaxation_memory(place, len(yarns.points), chosen, device)
     if material is None:
-        material = YarnMaterial.named().of_radius(float(yarns.radius.mean()))
+        material = material_of(yarns)
     check_kind("relax_yarns, material", material, YarnMaterial)
     terms, constraints = terms_and_constraints(choices)
     if keep_shape is not None:

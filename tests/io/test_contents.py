@@ -40,7 +40,8 @@ ELSEWHERE = {
     # Files and folders of the system and of the program itself.
     "app/browser/bridge.py", "budget/calibration.py", "budget/tables.py", "cli/budget_options.py", "cli/main.py",
     "compute/device.py", "compute/free_memory.py", "compute/threads.py", "first_use.py",
-    "jobs/sweep/report_page.py", "mixed/scene/scene.py", "render/plots/plot_file.py", "yarngen/templates/table.py",
+    "jobs/book/swatch_book.py", "jobs/sweep/report_page.py", "mixed/scene/scene.py", "render/plots/plot_file.py",
+    "yarngen/templates/table.py",
     # What this process writes.
     "app/guard.py", "app/pages/swatch/exports.py", "app/pages/downloads.py", "io/atomic.py",
     "io/checkpoint_file.py", "io/own_files.py", "jobs/sweep/result_table.py", "render/animation_pictures.py",

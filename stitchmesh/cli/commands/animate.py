@@ -70,6 +70,7 @@ class AnimateCommand:
         from stitchmesh.run import Checkpoints, Run
         from stitchmesh.yarnrelax.animate_yarns import refuse_wrong_cloth
         from stitchmesh.yarnrelax.follow_files import ANIMATION, REPORT, FollowFiles
+        from stitchmesh.yarnrelax.model.material import material_of
 
         names = ANIMATION, REPORT, *picture_names(self.pictures)
         fabric = read_stitches(self.fabric)
@@ -78,7 +79,7 @@ class AnimateCommand:
         )  # fmt: skip
         refuse_wrong_cloth(fabric, cloth, device_named(self.device))  # before the work
         yarns = self._yarns(fabric)
-        material = self.material.yarn_material(float(yarns.radius.mean()), yarns.mass_per_length)
+        material = material_of(yarns, self.material.name, self.material.values())
         with output_folder(self.output, names) as folder, show_progress() as progress:
             kept = Checkpoints(folder, every=CHECKPOINT_EVERY)
             frames = animate(
@@ -102,11 +103,12 @@ class AnimateCommand:
         from stitchmesh.run import Run
         from stitchmesh.yarngen import generate_yarns
         from stitchmesh.yarnrelax import relax_yarns
+        from stitchmesh.yarnrelax.model.material import material_of
 
         if self.yarns is not None:
             return read_yarns(self.yarns, radius=self.yarn_radius)
         drawn = generate_yarns(fabric, yarn_radius=self.yarn_radius, quality=self.quality, device=self.device)
-        material = self.material.yarn_material(float(drawn.radius.mean()), drawn.mass_per_length)
+        material = material_of(drawn, self.material.name, self.material.values())
         with show_progress() as progress:
             return relax_yarns(
                 drawn, material=material, quality=self.quality, device=self.device, keep_shape=fabric,

@@ -90,6 +90,7 @@ class FollowCommand:
         from stitchmesh.simulation.dead_load import Gravity
         from stitchmesh.yarnrelax.follow_body import follow_body
         from stitchmesh.yarnrelax.follow_files import ANIMATION, REPORT, FollowFiles
+        from stitchmesh.yarnrelax.model.material import material_of
         from stitchmesh.yarnrelax.motion.moving_body import MovingBody
 
         names = ANIMATION, REPORT, *picture_names(self.pictures)
@@ -100,7 +101,7 @@ class FollowCommand:
         body = MovingBody(
             moving, friction=self.body_friction, thickness=self.body_thickness, carried=self._carried()
         )  # fmt: skip
-        material = self.material.yarn_material(float(yarns.radius.mean()), yarns.mass_per_length)
+        material = material_of(yarns, self.material.name, self.material.values())
         with output_folder(self.output, names) as folder, show_progress() as progress:
             kept = Checkpoints(folder, every=1)
             frames = follow_body(

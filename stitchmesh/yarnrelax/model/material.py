@@ -33,6 +33,7 @@ from stitchmesh.errors import ParameterError, check_positive
 from stitchmesh.yarn.yarn_presets import TWIST_OVER_BEND, Yarn, yarn_names
 
 if TYPE_CHECKING:
+    from stitchmesh.yarn import YarnSet
     from stitchmesh.yarnrelax.model.constants import Model
 
 DEFAULT_MATERIAL = "stitchmesh"
@@ -218,6 +219,27 @@ class YarnMaterial:
             compression=self.compression,
             k_twist=None if self.k_twist is None else self.k_twist * gamma,
         )
+
+
+def material_of(
+    yarns: YarnSet, material: str | YarnMaterial | None = None, stiffness: Mapping[str, float] | None = None
+) -> YarnMaterial:
+    """Return the material of yarns, for their mean radius.
+
+    Args:
+        yarns: the yarns.
+        material: a material for yarn of ``REFERENCE_RADIUS``, or its name; None for that of the yarn of which the
+            yarns were made (``YarnSet.made_of``), or the default material if none is known.
+        stiffness: new values of single fields, by name, for yarn of ``REFERENCE_RADIUS``.
+
+    Raises:
+        ParameterError: as for ``YarnMaterial.named``, or as for ``check_one_mass``.
+    """
+    check_one_mass(stiffness or {}, yarns.mass_per_length)
+    if material is None and yarns.made_of is not None:
+        material = YarnMaterial.of_yarn(yarns.made_of).of_radius(REFERENCE_RADIUS, yarns.made_of.core_radius)
+    known = material if isinstance(material, YarnMaterial) else YarnMaterial.named(material or DEFAULT_MATERIAL)
+    return known.changed(stiffness or {}).of_radius(float(yarns.radius.mean()))
 
 
 def _of_named_yarn(name: str) -> YarnMaterial:

@@ -22,7 +22,7 @@ from stitchmesh.progress import Progress, shown_progress
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.energies.confinement import Confinement
-from stitchmesh.yarnrelax.model.material import YarnMaterial
+from stitchmesh.yarnrelax.model.material import YarnMaterial, material_of
 from stitchmesh.yarnrelax.solvers.cell_strain import RelaxCell
 from stitchmesh.yarnrelax.together.cell_batch import CellBatch, CellProgress, RelaxedCell, relax_batch
 
@@ -85,7 +85,7 @@ def relax_cells(
     quality = quality_named(quality)
     _check(cells, {"materials": materials, "free": free, "planes": planes}, quality)
     if materials is None:
-        materials = [YarnMaterial.named().of_radius(float(yarns.radius.mean())) for yarns in cells]
+        materials = [material_of(yarns) for yarns in cells]
     given, most = list(zip(cells, materials, strict=True)), np.full(len(cells), quality.max_iterations)
     batch = CellBatch(given, free, planes, quality, device_named(device), most)
     with shown_progress(progress, partial(_report_cells, len(cells))) as report_cells:
