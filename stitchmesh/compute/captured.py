@@ -151,14 +151,13 @@ class CapturedLaunches:
         """Capture the launches, ``times`` times in a row, as graphs on a GPU and as tables on a CPU."""
         self.launches = list(launches)
         """They hold the arrays of the graphs."""
-        if device.is_cuda:
-            self._parts = _in_graphs(self.launches * times, device)
-        else:
-            self._parts = _in_tables(_in_a_row(self.launches) * times)
+        whole = self.launches * times
+        self.parts = _in_graphs(whole, device) if device.is_cuda else _in_tables(_in_a_row(whole))
+        """Graphs or tables, and the launches between them."""
 
     def launch(self) -> None:
         """Run all launches."""
-        for part in self._parts:
+        for part in self.parts:
             part.launch()
 
 

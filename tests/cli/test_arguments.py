@@ -71,7 +71,7 @@ def test_defaults_are_those_of_the_library():
     assert knit.garment.stitch_width is None and knit.garment.size == StitchMeasures()  # so the library decides
     assert knit.pattern_remainder == RecipePattern(pattern="rib2x2").remainder
     assert knit.garment.finish == library.finish == YarnFinish()
-    assert knit.garment.material.chosen(None) == RelaxOptions().material
+    assert knit.garment.material.name is RelaxOptions().material is None  # so the yarn, or the library, decides
     assert knit.garment.rest_lengths.rest_lengths() == RestLengths()
     assert SwatchOptions(**swatch.fabric.options(woven=False), period=swatch.period) == SwatchOptions()
 

@@ -136,7 +136,7 @@ def test_copies_and_zeros_are_parts_of_a_table(threads: int) -> None:
     assert not cleared.numpy().any() and np.array_equal(target.numpy(), source.numpy())
     assert strided.numpy().sum(axis=0).tolist() == [length, 0.0]
     assert np.array_equal(visits.numpy(), 2 + 2000 * np.arange(length))
-    assert [type(table) for table in captured.tables].count(LaunchTable) == 3  # a copy with gaps stays by itself
+    assert [type(table) for table in captured.parts].count(LaunchTable) == 3  # a copy with gaps stays by itself
 
 
 def test_a_table_whose_work_was_interrupted_is_done_and_can_be_launched_again(monkeypatch: pytest.MonkeyPatch) -> None:
