@@ -75,17 +75,9 @@ class CopyArray:
         return _of_words(copy_words, self.source, self.target)
 
 
-class Uncaptured:
-    """A launch that no graph can hold, so that it runs between two graphs; it is not part of ``Branches``."""
-
-    def launch(self) -> None:
-        """Do the work on the present stream."""
-        raise NotImplementedError
-
-
 @dataclass(frozen=True, eq=False)
-class GridBuild(Uncaptured):
-    """A launch that sorts points into a hash grid.
+class GridBuild:
+    """A launch that sorts points into a hash grid; a graph cannot hold it, nor can ``Branches`` or a ``CapturedLoop``.
 
     Warp copies the description of the grid (its arrays, and the width of its cells) from one place on the host, which
     all grids of a precision share. The replay of a graph would therefore describe the grid as the one that was built
@@ -216,7 +208,7 @@ class CapturedLoop:
 
 
 def _in_graphs(launches: Sequence[Any], device: wp.Device) -> list[Any]:
-    """Join neighbouring launches into graphs, and keep those that no graph can hold as they are."""
+    """Join neighbouring launches into graphs, between which grids are built."""
 
     def graph(members: Sequence[Any]) -> _Graph:
         streams = _streams_for(members, device)
@@ -224,7 +216,7 @@ def _in_graphs(launches: Sequence[Any], device: wp.Device) -> list[Any]:
             _launch_all(members, streams)
         return _Graph(capture.graph)
 
-    return _joined(launches, lambda launch: not isinstance(launch, Uncaptured), graph)
+    return _joined(launches, lambda launch: not isinstance(launch, GridBuild), graph)
 
 
 def _in_tables(launches: Sequence[Any]) -> list[Any]:

@@ -29,10 +29,11 @@ from numpy.typing import NDArray
 from stitchmesh.errors import FileError, ParameterError, YarnError, check_kind, check_positive
 from stitchmesh.io.contents import FilePath, suffix_of
 from stitchmesh.io.hdf5 import read_dataclass, write_dataclass
+from stitchmesh.io.mesh_formats.gltf_file import tubes_error
 from stitchmesh.io.path_kind import refuse_folder
 from stitchmesh.io.units import DEFAULT_UNIT, centimetres, check_unit_left_out
 from stitchmesh.io.yarn_formats import bcc
-from stitchmesh.io.yarn_formats.gltf import Detail, tubes_error, write_glb
+from stitchmesh.io.yarn_formats.gltf import DETAILS, Detail, write_glb
 from stitchmesh.io.yarn_formats.midpoint_curve import knots_of_polyline, polyline_of_knots
 from stitchmesh.io.yarn_formats.obj import read_obj_polylines, write_obj_polylines
 from stitchmesh.io.yarn_formats.pyp import check_pyp, read_pyp, write_pyp
@@ -135,15 +136,20 @@ def write_yarns(
         detail: level of detail of tubes in a glTF file: ``fine``, or ``coarse`` for a small file.
 
     Raises:
-        ParameterError: the unit, the kind of curve or the level of detail is unknown, a unit or tiles are given for a
-            format that cannot have them, or the tiles are not two whole numbers from 1.
+        ParameterError: the unit, the kind of curve or the level of detail is unknown, a unit, a coarse level or tiles
+            are given for a format that cannot have them, or the tiles are not two whole numbers from 1.
         YarnError: tiles are given for yarns that are not periodic.
         FileError: the suffix is unknown, the format cannot hold these yarns, or the file cannot be written.
     """
     scale = centimetres(unit)
     if curve not in BCC_CURVES:
         raise ParameterError(f"curve: got {curve!r}; expected one of {', '.join(BCC_CURVES)}")
-    yarn_format = FORMATS[suffix_of(path, FORMATS)]
+    if detail not in DETAILS:
+        raise ParameterError(f"detail: got {detail!r}; expected one of {', '.join(DETAILS)}")
+    suffix = suffix_of(path, FORMATS)
+    if detail != DETAILS[0] and suffix != ".glb":
+        raise ParameterError(f"detail: {fspath(path)} holds curves and no tubes; leave the detail out, or write .glb")
+    yarn_format = FORMATS[suffix]
     check_kind("write_yarns", yarns, YarnSet)
     if yarn_format.has_unit:
         check_unit_left_out(path, scale)

@@ -82,6 +82,11 @@ def test_a_swatch_that_is_not_at_rest_says_so() -> None:
     assert figures_of(row | {"converged": True}, None)[-1] == ("Drawn 20 % along the wales", "5 N/m")
 
 
-def test_a_pattern_that_the_library_does_not_have_is_refused() -> None:
-    with pytest.raises(ParameterError, match="ribb1x1"):
-        sm.SwatchBook(patterns=("ribb1x1",))
+@pytest.mark.parametrize(
+    ("names", "message"),
+    [(("ribb1x1",), "did you mean rib1x1"), (("../away.knit",), "got the path '../away.knit'"),
+     (("seed", "rib1x1", "seed"), "'seed': is given twice")],
+)  # fmt: skip
+def test_names_that_the_library_does_not_have_once_are_refused(names: tuple[str, ...], message: str) -> None:
+    with pytest.raises(ParameterError, match=message):
+        sm.SwatchBook(patterns=names)

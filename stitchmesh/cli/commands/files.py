@@ -91,6 +91,8 @@ class ConvertCommand:
         content = self.reading.read(self.file)
         if isinstance(content, FaceMesh) and suffix_of(self.output, (".smobj", *YARNS)) != ".smobj":
             content = face_yarns(content).yarns
+        if self.detail != "fine" and not isinstance(content, YarnSet):
+            raise ParameterError(f"detail: {self.file} is a {_kind_of(content)}; only tubes of yarns have a detail")
         if isinstance(content, YarnSet):
             write_yarns(self.output, content, tiles=self.tile, detail=self.detail)
         elif isinstance(content, FaceMesh):

@@ -25,7 +25,6 @@ from numpy.typing import NDArray
 from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.io.checked import check_value, parse_json
 from stitchmesh.io.contents import FilePath, read_bytes
-from stitchmesh.io.yarn_formats.gltf import holds_tubes, tubes_error
 from stitchmesh.mesh import FloatArray
 
 T = TypeVar("T")
@@ -36,6 +35,8 @@ CHUNK = struct.Struct("<I4s")
 """Head of a chunk: its length and its kind."""
 NUMBERS = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 """NumPy's names of the types of numbers."""
+TUBES = "yarns"
+"""First word of the names of meshes that are the tubes of yarns; ``read_mesh`` recognises a file of yarns by it."""
 COLUMNS = {"SCALAR": 1, "VEC3": 3, "VEC4": 4, "MAT4": 16}
 """Numbers of an element, for the kinds of accessors of corners, positions, joints with their weights, and matrices."""
 TRIANGLES = 4
@@ -356,3 +357,14 @@ def item_of(items: list[T], number: int | None, what: str) -> T:
     if number is None or not 0 <= number < len(items):
         raise ValueError(f"it names {what} {number} of {len(items)}")
     return items[number]
+
+
+def holds_tubes(names: Iterable[str]) -> bool:
+    """Return whether meshes with these names are the tubes of yarns."""
+    return any(name.split(" ")[0] == TUBES for name in names)
+
+
+def tubes_error(path: FilePath) -> FileError:
+    """Return the error of an attempt to read yarns, or a polygon mesh, from a file of tubes."""
+    found = "a glTF file of yarns holds tubes and not the curves of the yarns"
+    return FileError(f"{fspath(path)}: {found}; read the .h5 file of the yarns")

@@ -3,8 +3,9 @@
 """A leaf of the swatch book: what the page shows of one pattern, and the files that it offers.
 
 A page that is opened from a folder may load scripts and pictures, but no data. A leaf is therefore a script, which
-hands its content to the page. The centre lines of one repeat stand in it as 16-bit numbers over the box around them:
-their steps are below a thousandth of a yarn's radius. The page builds tubes from them and repeats these.
+hands its content to the page. The centre lines of one repeat stand in it as 16-bit numbers over the box around them. In
+a repeat of 10 cm a step is 0.00015 cm, less than a three-hundredth of the radius of ``dk``. The page builds tubes from
+them and repeats these.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ from stitchmesh.patterns.library import family_of
 from stitchmesh.periodic.charts.chart_files import chart_of, write_chart
 from stitchmesh.periodic.charts.chart_picture import chart_picture
 from stitchmesh.periodic.resolve_pattern import Source
+from stitchmesh.periodic.stretch import NEWTONS_PER_METRE
 from stitchmesh.render.colouring import colour_yarns
 from stitchmesh.render.pattern_sheet import written_repeat
 from stitchmesh.render.swatch_picture import swatch_image
@@ -46,8 +48,6 @@ SAMPLES = 3
 """Points of a centre line for each segment of a yarn."""
 STEPS = 32_767
 """Steps of a coordinate from the middle of its box to the border."""
-DYN_PER_CM_IN_NEWTON_PER_METRE = 1e-3
-"""1 dyn/cm in N/m."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,8 +60,8 @@ class Leaf:
     """Name as people say it."""
     family: str
     """Family of the pattern (``family_of``), or ``Woven``."""
-    stitches: float
-    """Stitches, or warps, in 10 cm."""
+    gauge: str
+    """Stitches, or warps, in 10 cm, in words."""
     content: Mapping[str, Any]
     """What the script of the leaf holds."""
 
@@ -98,8 +98,8 @@ def leaf_of(
         "written": written_repeat(source, gauge), "fabric": _fabric(yarns, tiles),
         "files": [f"{FILES}/{name}{ending}" for ending in (suffix, ".h5", ".bcc")],
     }  # fmt: skip
-    family = family_of(source) if isinstance(source, Pattern) else WOVEN
-    return Leaf(name, source.name, family, row["gauge.stitches"], content)
+    family, threads = (family_of(source), "stitches") if isinstance(source, Pattern) else (WOVEN, "warps")
+    return Leaf(name, source.name, family, f"{row['gauge.stitches']:.1f} {threads} in 10 cm", content)
 
 
 def script_of(leaf: Leaf) -> str:
@@ -114,14 +114,14 @@ def figures_of(row: Mapping[str, Any], reference: float | None) -> list[tuple[st
         ("Gauge", f"{row['gauge.stitches']:.1f} x {row['gauge.rows']:.1f} in 10 cm"),
         ("Thickness", f"{10.0 * row['thickness']:.1f} mm"),
         ("Weight", f"{1e4 * row['areal_density']:.0f} g/m²"),
-        ("Yarn in a stitch", f"{10.0 * row['loop_length']:.1f} mm"),
+        ("Yarn of a stitch or crossing", f"{10.0 * row['loop_length']:.1f} mm"),
     ]
     if reference is not None:
         figures.append(("Width beside stockinette", f"{row['wale_spacing'] / reference:.2f}"))
     for direction, name in (("course", "along the courses"), ("wale", "along the wales")):
         strains, tensions = (row.get(f"stretch_{direction}.{what}") for what in ("strain", "tension"))
         if strains and tensions:
-            tension = DYN_PER_CM_IN_NEWTON_PER_METRE * tensions[-1]
+            tension = NEWTONS_PER_METRE * tensions[-1]
             figures.append((f"Drawn {100.0 * strains[-1]:.0f} % {name}", f"{tension:.3g} N/m"))
     if not row["converged"]:
         figures.append(("Rest", f"not at rest, residual {row['residual']:.2g}"))

@@ -29,7 +29,7 @@ from stitchmesh.jobs.sweep.row import ERROR, YARNS
 from stitchmesh.jobs.sweep.run_sweep import run_sweep
 from stitchmesh.jobs.sweep.sweep import Kept, StretchMeasure, Sweep
 from stitchmesh.markup import Markup, joined, markup
-from stitchmesh.patterns.library import FAMILIES, pattern_names
+from stitchmesh.patterns.library import FAMILIES, pattern_names, unknown_name
 from stitchmesh.periodic.resolve_pattern import resolve_pattern
 from stitchmesh.periodic.swatch_options import KnitState
 from stitchmesh.periodic.weave.library import weave_names
@@ -51,7 +51,7 @@ class SwatchBook:
     """What a swatch book shows.
 
     Raises:
-        ParameterError: the library has no pattern or weave of a name, or the yarn is unknown.
+        ParameterError: the library has no pattern or weave of a name, a name stands twice, or the yarn is unknown.
     """
 
     patterns: tuple[str, ...] = ()
@@ -69,8 +69,14 @@ class SwatchBook:
 
     def __post_init__(self) -> None:
         Yarn.named(self.yarn)
-        for name in self.patterns:
-            resolve_pattern(name)
+        known = (*pattern_names(), *weave_names())
+        for number, name in enumerate(self.patterns):
+            if name != Path(name).stem:  # A leaf of this name would lie outside of its folder.
+                raise ParameterError(f"book: got the path {name!r}; expected a name that `stitchmesh patterns` lists")
+            if name not in known:
+                raise unknown_name("book: pattern", name, known, "patterns and weaves")
+            if name in self.patterns[:number]:
+                raise ParameterError(f"book: pattern {name!r}: is given twice; name each pattern once")
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -173,6 +179,5 @@ def _card(leaf: Leaf) -> Markup:
     return markup(
         '<li data-name="{}" data-family="{}"><a href="#{}"><img src="{}/{}-small.jpg" alt="{}, relaxed, right side" '
         'loading="lazy" width="160" height="160"><b>{}</b><span>{}</span></a></li>\n',
-        leaf.name, leaf.family, leaf.name, PICTURES, leaf.name, leaf.title, leaf.title,
-        f"{leaf.stitches:.1f} stitches in 10 cm",
+        leaf.name, leaf.family, leaf.name, PICTURES, leaf.name, leaf.title, leaf.title, leaf.gauge,
     )  # fmt: skip

@@ -146,9 +146,12 @@ def normals_of(path: Path, tree: dict) -> np.ndarray:
     return rows.reshape(-1, gltf.COARSE_SIDES, 4)[:, :, :3] / 127.0
 
 
-def test_an_unknown_level_of_detail_is_refused(tmp_path):
+def test_a_level_of_detail_that_a_file_cannot_have_is_refused(tmp_path):
     with pytest.raises(ParameterError, match="detail: got 'rough'; expected one of fine, coarse"):
         write_yarns(tmp_path / "y.glb", linked_and_open(), detail="rough")
+    with pytest.raises(ParameterError, match=r"detail: .*y\.bcc holds curves and no tubes"):
+        write_yarns(tmp_path / "y.bcc", linked_and_open(), detail="coarse")
+    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize("read", [read_yarns, read_any])
