@@ -224,7 +224,12 @@ def relax_summary(yarns: YarnSet, report: Mapping[str, Any]) -> list[str]:
     """Return the lines about relaxed yarns: the yarns, and their state."""
     count = f"{yarns.yarn_count:,} yarn{'s' if yarns.yarn_count > 1 else ''}"
     line = f"Relaxed {count}, {_length(yarns)}, {extent(yarns.points)}."
-    return [line, state_of(report), *dressed_lines(report)]
+    return [line, state_of(report), *dressed_lines(report), *material_lines(yarns.made_of if "made_of" in report else None)]
+
+
+def material_lines(made_of: Yarn | None) -> list[str]:
+    """Return one line on the yarn of which yarns were made, if it decided their material; none without one."""
+    return [] if made_of is None else [f"Material: that of the yarn {made_of.name}, of which these yarns were made."]
 
 
 def dressed_lines(report: Mapping[str, Any]) -> list[str]:

@@ -11,7 +11,7 @@ from tyro.conf import Positional
 
 from stitchmesh.cli.options import FOUND_RADIUS, READ_STITCHES, READ_YARNS, Device, Overwrite, QualityName, Threads
 from stitchmesh.cli.output_folder import output_folder
-from stitchmesh.cli.summary import AsJson, print_result
+from stitchmesh.cli.summary import AsJson, material_lines, print_result
 from stitchmesh.cli.words import DirectionWord, Flag, help_entry
 from stitchmesh.io.units import DEFAULT_UNIT
 from stitchmesh.mesh.upright import Y
@@ -92,7 +92,7 @@ class AnimateCommand:
                 files.add(frame)
             report = files.finish()
             draw_animation(files.frames(), cloth, folder, self.pictures, progress=progress)
-        lines = summary_lines(report["frames"])
+        lines = summary_lines(report["frames"]) + material_lines(yarns.made_of if self.material.name is None else None)
         lines.append(f"Wrote {folder / ANIMATION}; {folder / 'frames'} holds a file for each frame.")
         print_result(report, lines, as_json=self.json)
 

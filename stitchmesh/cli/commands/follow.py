@@ -19,7 +19,7 @@ from stitchmesh.cli.options import (
     Unit,
 )
 from stitchmesh.cli.output_folder import output_folder
-from stitchmesh.cli.summary import AsJson, print_result
+from stitchmesh.cli.summary import AsJson, material_lines, print_result
 from stitchmesh.cli.words import DirectionWord, Flag, help_entry
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.units import DEFAULT_UNIT
@@ -119,6 +119,7 @@ class FollowCommand:
         lines = [
             f"Simulated {len(report['frames'])} frames in {seconds:.3g} s.",
             f"Smallest distance of the yarns from the body, over the distance that they keep: {nearest:.2f}.",
+            *material_lines(yarns.made_of if self.material.name is None else None),
             f"Wrote {folder / ANIMATION}; {folder / 'frames'} holds a file for each frame.",
         ]
         print_result(report, lines, as_json=self.json)

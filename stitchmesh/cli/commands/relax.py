@@ -229,9 +229,6 @@ def _relax_to_file(
             write_history(folder / "convergence.csv", relaxed.history)
             plot_history(relaxed.history, folder, chosen_setting(relaxed.report) or quality)
     numbers = "--report DIR writes all numbers" if folder is None else f"{folder / 'report.json'} holds all numbers"
-    said: list[str] = []
-    if "made_of" in relaxed.report:
-        said.append(f"Material: that of the yarn {relaxed.report['made_of']}, of which these yarns were made.")
-    lines = [*relax_summary(relaxed.yarns, relaxed.report), *said, f"Wrote {output}; {numbers}."]
+    lines = [*relax_summary(relaxed.yarns, relaxed.report), f"Wrote {output}; {numbers}."]
     print_result(relaxed.report, lines, as_json=as_json)
     return relaxed

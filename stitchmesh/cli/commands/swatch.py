@@ -172,6 +172,7 @@ class SwatchCommand:
                 )
             else:
                 made = self._relaxed(source, options, budget, progress)
+            made = replace(made, yarns=replace(made.yarns, made_of=self.fabric.yarn.named()))
             report = self._report(source, options, made)
             if sized is not None:
                 report["sized"] = sized.report()

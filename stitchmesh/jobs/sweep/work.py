@@ -14,9 +14,11 @@ import os
 import socket
 import time
 import traceback
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from stitchmesh.compute.work_together import done_together
 from stitchmesh.errors import DisplayError, FileError, StitchMeshError
 from stitchmesh.io.atomic import write_text
 from stitchmesh.io.folder_lock import is_locked
@@ -69,15 +71,19 @@ def error_row(one: SweptJob, error: str, seconds: float = 0.0) -> Row:
 
 
 def _swatches(task: SweepTask, folder: Path) -> dict[str, Row]:
-    """Relax swatches, and return their rows."""
+    """Relax and stretch swatches, and return their rows; on a GPU all of them share launches."""
+    from stitchmesh.yarnrelax.together.relax_together import ways_together
+
     began = time.perf_counter()
     made = _relaxed(task, folder)
-    seconds = (time.perf_counter() - began) / len(task.jobs)
-    return {
-        one.key: error_row(one, found, seconds) if isinstance(found, str)
-        else _row_of(one, found, task.kept, folder, seconds)
-        for one, found in zip(task.jobs, made, strict=True)
-    }  # fmt: skip
+    computations = [partial(_row_of, one, found, task.kept, folder) for one, found in zip(task.jobs, made, strict=True)]
+    rows = list[Row]()
+    for row in done_together(computations, ways_together() if task.needs_gpu else {}):
+        if isinstance(row, StitchMeshError):  # of the machine: ``_row_of`` keeps the errors of jobs
+            raise row
+        rows.append(row)
+    own = _of_the_run((time.perf_counter() - began) / len(task.jobs))
+    return {one.key: row | own for one, row in zip(task.jobs, rows, strict=True)}
 
 
 def _relaxed(task: SweepTask, folder: Path) -> list[Swatch | str]:
@@ -121,16 +127,21 @@ def _request(job: Job) -> SwatchRequest:
     )  # fmt: skip
 
 
-def _row_of(one: SweptJob, found: Swatch, kept: Kept, folder: Path, seconds: float) -> Row:
-    """Return the row of a swatch, and write the files that the sweep keeps."""
-    began = time.perf_counter()
+def _row_of(one: SweptJob, found: Swatch | str, kept: Kept, folder: Path) -> Row:
+    """Return the row of a swatch or of its error, and write the files that the sweep keeps.
+
+    Raises:
+        FileError: the disk is full, or the folder cannot be written.
+    """
+    if isinstance(found, str):
+        return error_row(one, found)
     try:
         own = measures_of(found.report) | _files(one, found.yarns, found.fabric, kept, folder)
         for measure in kept.stretch:
             own |= _stretched(one.job, measure)
     except Exception as error:
-        return error_row(one, _fault_of(error, one, folder), seconds)
-    return inputs_of(one.job) | {ERROR: None} | own | _of_the_run(seconds + time.perf_counter() - began)
+        return error_row(one, _fault_of(error, one, folder))
+    return inputs_of(one.job) | {ERROR: None} | own
 
 
 def _garment(task: SweepTask, folder: Path) -> dict[str, Row]:

@@ -31,7 +31,7 @@ from stitchmesh.settings import declared_in
 from stitchmesh.simulation.dead_load import EARTH
 from stitchmesh.yarn.rest_length import RestLengths
 from stitchmesh.yarn.stitch_size import stitch_size
-from stitchmesh.yarn.yarn_presets import Yarn
+from stitchmesh.yarn.yarn_presets import Yarn, format_yarn
 from stitchmesh.yarngen.finish import YarnFinish
 from stitchmesh.yarnrelax.constraints.pins import Pins
 from stitchmesh.yarnrelax.model.material import NAMED
@@ -74,12 +74,11 @@ class YarnSettings:
     device: str = AUTOMATIC
 
     def generation(self, yarn: Yarn | None) -> dict[str, Any]:
-        """Return what decides the generated yarns, for JSON; the project's yarn has its own radii and its own mass."""
+        """Return what decides the generated yarns, for JSON; they carry the project's yarn, with its radii and its mass."""
         size = stitch_size(yarn, yarn_radius=self.yarn_radius or None)
-        own = {"drawn_radius": size.drawn_radius, "mass_per_length": size.mass_per_length}
         return {
             "quality": self.quality, "yarn_radius": size.yarn_radius, "bind_off": self.bind_off,
-            "cast_on": self.cast_on, **({} if yarn is None else own),
+            "cast_on": self.cast_on, **({} if yarn is None else {"yarn": format_yarn(yarn)}),
         }  # fmt: skip
 
     def knit_options(self, yarn: Yarn | None, relaxation: RelaxOptions | None = None) -> KnitOptions:
@@ -90,7 +89,7 @@ class YarnSettings:
         """
         size = stitch_size(yarn, yarn_radius=self.yarn_radius or None)
         return KnitOptions(
-            yarn_radius=size.yarn_radius, drawn_radius=size.drawn_radius, mass_per_length=size.mass_per_length,
+            yarn_radius=size.yarn_radius, drawn_radius=size.drawn_radius, mass_per_length=size.mass_per_length, yarn=yarn,
             finish=YarnFinish(bind_off=self.bind_off, cast_on=self.cast_on), quality=self.solver_quality(),
             device=None if self.device == AUTOMATIC else self.device, relaxation=relaxation or RelaxOptions(),
         )  # fmt: skip
