@@ -224,7 +224,8 @@ def relax_summary(yarns: YarnSet, report: Mapping[str, Any]) -> list[str]:
     """Return the lines about relaxed yarns: the yarns, and their state."""
     count = f"{yarns.yarn_count:,} yarn{'s' if yarns.yarn_count > 1 else ''}"
     line = f"Relaxed {count}, {_length(yarns)}, {extent(yarns.points)}."
-    return [line, state_of(report), *dressed_lines(report), *material_lines(yarns.made_of if "made_of" in report else None)]
+    made_of = yarns.made_of if "made_of" in report else None
+    return [line, state_of(report), *dressed_lines(report), *material_lines(made_of)]
 
 
 def material_lines(made_of: Yarn | None) -> list[str]:

@@ -74,7 +74,7 @@ class YarnSettings:
     device: str = AUTOMATIC
 
     def generation(self, yarn: Yarn | None) -> dict[str, Any]:
-        """Return what decides the generated yarns, for JSON; they carry the project's yarn, with its radii and its mass."""
+        """Return what decides the generated yarns, for JSON; they carry the project's yarn."""
         size = stitch_size(yarn, yarn_radius=self.yarn_radius or None)
         return {
             "quality": self.quality, "yarn_radius": size.yarn_radius, "bind_off": self.bind_off,
@@ -89,8 +89,8 @@ class YarnSettings:
         """
         size = stitch_size(yarn, yarn_radius=self.yarn_radius or None)
         return KnitOptions(
-            yarn_radius=size.yarn_radius, drawn_radius=size.drawn_radius, mass_per_length=size.mass_per_length, yarn=yarn,
-            finish=YarnFinish(bind_off=self.bind_off, cast_on=self.cast_on), quality=self.solver_quality(),
+            yarn_radius=size.yarn_radius, drawn_radius=size.drawn_radius, mass_per_length=size.mass_per_length,
+            yarn=yarn, finish=YarnFinish(bind_off=self.bind_off, cast_on=self.cast_on), quality=self.solver_quality(),
             device=None if self.device == AUTOMATIC else self.device, relaxation=relaxation or RelaxOptions(),
         )  # fmt: skip
 
