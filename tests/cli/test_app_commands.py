@@ -12,6 +12,7 @@ from stitchmesh.app.pages.swatch.state import read_state
 from stitchmesh.cli.main import main
 from stitchmesh.io.stitches import write_stitches
 from stitchmesh.mixed.scene.scene import read_scene, write_scene
+from stitchmesh.yarn.yarn_presets import Yarn
 from tests.app.project.projects import mesh_bytes
 from tests.cli.calls import refused, refused_without_files
 from tests.editing.fabrics import flat
@@ -94,6 +95,14 @@ def test_swatch_view_opens_the_designer_with_the_pattern(started):
     assert read_state(other.settings("Swatch")).design.dials.gamma == 1.0
 
 
+def test_swatch_view_takes_the_yarn_and_the_gauge(started):
+    project, _, _ = started("swatch", "rib2x2", "--view", "--yarn", "lace", "--columns", 2)
+    dials, yarn = read_state(project.settings("Swatch")).design.dials, Yarn.named("lace")
+    assert (dials.yarn_radius, dials.loop_length, dials.columns) == (yarn.core_radius, yarn.loop_length, 2)
+    wide, _, _ = started("swatch", "rib2x2", "--view", "--yarn", "lace", "--gauge", 20)
+    assert read_state(wide.settings("Swatch")).design.dials.loop_length > yarn.loop_length
+
+
 def test_drape_view_opens_the_page_with_the_scene(started, tmp_path):
     path = tmp_path / "swinging.toml"
     write_scene(path, SWINGING)
@@ -121,6 +130,7 @@ def test_view_opens_a_file_or_a_folder(started, tube_file, tmp_path):
         (["drape", "missing.toml", "--view"], "missing.toml"),
         (["drape", "scene.toml"], "needs -o DIR for its files, --view for the browser"),
         (["swatch", "plain"], "needs -o DIR for its files, or --view"),
+        (["swatch", "plain", "--view", "--spacing", "0.5"], "spacing has no effect beside --view"),
     ],
 )
 def test_wrong_words_give_one_line(started, capsys, tmp_path, monkeypatch, words, message):

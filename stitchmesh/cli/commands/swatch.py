@@ -125,7 +125,7 @@ class SwatchCommand:
                 effect beside the others.
         """
         if self.view:
-            own = SwatchFabric(gamma=self.fabric.gamma)
+            own = replace(self.fabric, spacing=None, longest_float=SwatchFabric.longest_float)  # what the dials take
             effective = SwatchCommand(self.pattern, fabric=own, threads=self.threads, view=True, serving=self.serving)
             self._refuse_others(effective, "--view", "the browser has dials and stitches of its own")
             self._open_in_browser()
@@ -251,11 +251,10 @@ class SwatchCommand:
         Raises:
             ParameterError: another option is given.
         """
-        others = [part.name for part in fields(self) if getattr(self, part.name) != getattr(effective, part.name)]
-        if "release" in others:
-            kept = vars(effective.release)
-            others = [name for name, value in vars(self.release).items() if value != kept[name]]
-        for name in others:
+        pairs = [(self, effective), (self.release, effective.release), (self.fabric, effective.fabric)]
+        differing = [each.name for own, kept in pairs for each in fields(own)
+                     if getattr(own, each.name) != getattr(kept, each.name)]  # fmt: skip
+        for name in [each for each in differing if each not in {"release", "fabric"}]:
             raise ParameterError(f"swatch: {name.replace('_', '-')} has no effect beside {beside}; {reason}")
 
     def _open_in_browser(self) -> None:
