@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import stitchmesh as sm
+from stitchmesh.app.pages.swatch.dial_panel import yarn_of_dials
 from stitchmesh.app.pages.yarns.settings import YarnSettings
 from stitchmesh.cli.commands.swatch import SwatchCommand
 from stitchmesh.cli.options import SwatchFabric
@@ -72,8 +73,8 @@ def of_a_swatch(name: str) -> tuple[float | None, ...]:
 
 
 def of_the_application(name: str) -> tuple[float | None, ...]:
-    given = YarnSettings().generation(name)
-    return given["yarn_radius"], given["drawn_radius"], given["mass_per_length"]
+    options = YarnSettings().knit_options(Yarn.named(name))
+    return options.yarn_radius, options.drawn_radius, options.mass_per_length
 
 
 WAYS: dict[str, Callable[[str], tuple[float | None, ...]]] = {
@@ -91,10 +92,13 @@ def test_what_a_yarn_states_arrives(way):
 def test_the_browser_designs_with_the_yarn_of_the_command():
     yarn = Yarn.named("aran")
     dials = SwatchDials(**SwatchCommand("stockinette", view=True, fabric=fabric_of("aran")).design_dials())
-    options = SwatchDesign(read_pattern("stockinette"), dials).options()
-    # the dial counts the mass of 100 m, so that one product and one quotient round
-    assert options["mass_per_length"] == pytest.approx(yarn.mass_per_length, rel=1e-15)
-    assert (options["yarn_radius"], options["loop_length"]) == (yarn.core_radius, yarn.loop_length)
+    design = SwatchDesign(read_pattern("stockinette"), dials)
+    options = design.options()
+    for name, own in (
+        ("mass_per_length", yarn.mass_per_length), ("yarn_radius", yarn.core_radius), ("loop_length", yarn.loop_length),
+    ):  # fmt: skip
+        assert options[name] == pytest.approx(own, rel=5e-4)  # a dial has four digits
+    assert yarn_of_dials(design) == yarn
 
 
 def test_a_swatch_of_a_named_yarn_weighs_what_its_yarn_weighs():

@@ -22,6 +22,7 @@ from stitchmesh.periodic.weave.weave import Weave
 from stitchmesh.quality import quality_named
 from stitchmesh.settings import check_settings, setting
 from stitchmesh.yarn.rest_length import HOLDING, SLIPS, RestLengths
+from stitchmesh.yarn.yarn_presets import Yarn
 from stitchmesh.yarnrelax import YarnMaterial
 
 STIFFNESSES = ("k_len", "k_length", "k_bend", "k_contact")
@@ -159,6 +160,17 @@ def acting_dials(source: Source) -> frozenset[str]:
     floats = {"floats"} if carries or cells & set(SLIPS) else set()
     held = {"held"} if cells & set(HOLDING) else set()
     return frozenset(common | {"loop_length", "columns", "rows"} | floats | held)
+
+
+def dials_of_yarn(yarn: Yarn, pattern: Source) -> dict[str, float]:
+    """Return the dials that a yarn sets: thickness, weight, stiffnesses, and in a knit the loops of its gauge."""
+    own, usual = YarnMaterial.of_yarn(yarn), YarnMaterial.named().of_radius(yarn.core_radius)
+    dials = {
+        "yarn_radius": yarn.core_radius, "loop_length": yarn.gauge.loop_length,
+        "mass": yarn.mass_per_length * HUNDRED_METRES,
+    } | {name: getattr(own, name) / getattr(usual, name) for name in STIFFNESSES}  # fmt: skip
+    acting = acting_dials(pattern)
+    return {name: float(f"{value:.4g}") for name, value in dials.items() if name in acting}
 
 
 def design_table(design: SwatchDesign) -> dict[str, Any]:

@@ -264,12 +264,18 @@ class SwatchCommand:
 
     def design_dials(self) -> dict[str, float]:
         """Return the dials of a design that the options of the fabric set."""
-        from stitchmesh.periodic.swatch_design import HUNDRED_METRES
+        from stitchmesh.periodic.resolve_pattern import resolve_pattern
+        from stitchmesh.periodic.swatch_design import dials_of_yarn
 
-        options = SwatchOptions(**self.fabric.options(woven=False))
-        dials = {name: getattr(options, name) for name in ("gamma", "yarn_radius", "columns", "rows")}
-        mass = {} if options.mass_per_length is None else {"mass": options.mass_per_length * HUNDRED_METRES}
-        return dials | {"loop_length": options.plain_loop} | mass
+        fabric, yarn = self.fabric, self.fabric.yarn.named()
+        options = SwatchOptions(**fabric.options(woven=False))
+        sizes = {"yarn_radius": options.yarn_radius, "loop_length": options.plain_loop}
+        repeat = {name: getattr(options, name) for name in ("gamma", "columns", "rows")}
+        if yarn is None:
+            return sizes | repeat
+        given = {"yarn_radius": fabric.yarn_radius, "loop_length": fabric.loop_length or fabric.yarn.gauge}
+        own = {name: value for name, value in sizes.items() if given[name] is not None}
+        return dials_of_yarn(yarn, resolve_pattern(self.pattern)) | own | repeat
 
     def _source(self) -> Pattern | Weave:
         """Return the pattern or the weave, with the colours of the options."""

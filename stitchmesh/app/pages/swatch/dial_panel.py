@@ -12,11 +12,9 @@ from stitchmesh.app.controls.controls import Controls
 from stitchmesh.app.controls.field_panel import Field, FieldPanel, Number, TickBox, setting_field
 from stitchmesh.app.pages.gauge_panel import GROUP, add_yarn_choice, name_of
 from stitchmesh.periodic.session.frames import Frame
-from stitchmesh.periodic.swatch_design import STIFFNESSES as STIFFNESS_FACTORS
-from stitchmesh.periodic.swatch_design import SwatchDesign, SwatchDials, acting_dials
+from stitchmesh.periodic.swatch_design import SwatchDesign, SwatchDials, acting_dials, dials_of_yarn
 from stitchmesh.yarn.yarn_description import LIBRARY
 from stitchmesh.yarn.yarn_presets import Yarn, yarn_names
-from stitchmesh.yarnrelax import YarnMaterial
 
 OPENED = ("Fabric", "Yarn lengths (factors)")
 """Groups that are open at first."""
@@ -56,21 +54,10 @@ SIZES = (
 """Field of ``SwatchDials``, the box that holds a size of the repeat, and the number of the held size."""
 
 
-def dials_of_yarn(yarn: Yarn, design: SwatchDesign) -> dict[str, float]:
-    """Return the dials that a yarn sets: thickness, weight, stiffnesses, and in a knit the loops of its gauge."""
-    own, usual = YarnMaterial.of_yarn(yarn), YarnMaterial.named().of_radius(yarn.core_radius)
-    dials = {
-        "yarn_radius": yarn.core_radius, "loop_length": yarn.gauge.loop_length,
-        "mass": 100.0 * yarn.grams_per_metre,  # g/m to g/100 m
-    } | {name: getattr(own, name) / getattr(usual, name) for name in STIFFNESS_FACTORS}  # fmt: skip
-    acting = acting_dials(design.pattern)
-    return {name: float(f"{value:.4g}") for name, value in dials.items() if name in acting}
-
-
 def yarn_of_dials(design: SwatchDesign) -> Yarn | None:
     """Return the yarn to which the dials of a design are set; None if they match no yarn."""
     for yarn in map(Yarn.named, (*yarn_names(), *LIBRARY)):
-        if all(getattr(design.dials, name) == value for name, value in dials_of_yarn(yarn, design).items()):
+        if all(getattr(design.dials, name) == value for name, value in dials_of_yarn(yarn, design.pattern).items()):
             return yarn
     return None
 
@@ -131,4 +118,4 @@ class DialPanel:
 
     def _take_yarn(self, yarn: Yarn | None) -> None:
         if yarn is not None:
-            self._changed(self._design.turned(**dials_of_yarn(yarn, self._design)))
+            self._changed(self._design.turned(**dials_of_yarn(yarn, self._design.pattern)))
