@@ -251,7 +251,8 @@ class SwatchCommand:
         Raises:
             ParameterError: another option is given.
         """
-        pairs = [(self, effective), (self.release, effective.release), (self.fabric, effective.fabric)]
+        pairs: list[tuple[Any, Any]] = [(self, effective)]
+        pairs += [(self.release, effective.release), (self.fabric, effective.fabric)]
         differing = [each.name for own, kept in pairs for each in fields(own)
                      if getattr(own, each.name) != getattr(kept, each.name)]  # fmt: skip
         for name in [each for each in differing if each not in {"release", "fabric"}]:
