@@ -3,8 +3,8 @@
 """Quantities of yarns with the units that people use, as numbers in CGS units.
 
 Pint knows the units of length, force and pressure, and the counts of yarns: tex, denier, metric (Nm) and English (Ne)
-counts. Counts of plied yarns are written as the trade does: ``2/28 Nm`` has two plies of Nm 28, and so has ``28/2 Ne``
-two plies of Ne 28.
+counts. The trade writes the count of a plied yarn in either order and its unit on either side: ``2/28 Nm``, ``28/2 Nm``
+and ``Nm 28/2`` have two plies of Nm 28. The smaller number is that of the plies.
 """
 
 from __future__ import annotations
@@ -36,7 +36,9 @@ UNIT = r"[A-Za-zµμ]+(?:\^?[2-4])?"
 QUANTITY = re.compile(rf"({NUMBER})\s*(/?\s*{UNIT}(?:\s*[*/ ]\s*{UNIT})*)")
 LONGEST = 60
 """Longest text of a quantity; pint calls itself for each factor of a unit."""
-PLIED = re.compile(r"(\d+)\s*/\s*(\d+(?:\.\d+)?)\s*(Nm|Ne)")
+NUMBER_OF_YARN = r"\d+(?:\.\d+)?"
+UNIT_FIRST = re.compile(rf"(Nm|Ne|tex|dtex|denier)\s*({NUMBER_OF_YARN}(?:\s*/\s*{NUMBER_OF_YARN})?)")
+PLIED = re.compile(rf"({NUMBER_OF_YARN})\s*/\s*({NUMBER_OF_YARN})\s*(Nm|Ne)")
 
 
 @functools.cache
@@ -70,15 +72,20 @@ def in_cgs(value: float | str, unit: str, what: str) -> float:
     return float(number)
 
 
+def _single_count(text: str) -> str:
+    """Return a count with its unit behind it, and that of a plied yarn as the count of one yarn of its mass."""
+    text = UNIT_FIRST.sub(r"\2 \1", text) if UNIT_FIRST.fullmatch(text) else text
+    plied = PLIED.fullmatch(text)
+    if plied is None:
+        return text
+    plies, single = sorted(map(float, plied.groups()[:2]))
+    return f"{single / plies} {plied[3]}" if plies >= 1.0 else text
+
+
 def _parsed(text: str, unit: str, what: str) -> float:
     import pint
 
-    plied = PLIED.fullmatch(text.strip())
-    if plied:
-        first, second, count = plied.groups()
-        plies, single = (first, second) if count == "Nm" else (second, first)
-        text = f"{float(single) / max(float(plies), 1.0)} {count}"
-    found = QUANTITY.fullmatch(text.strip())
+    found = QUANTITY.fullmatch(_single_count(text.strip()))
     refusal = ParameterError(f"{what}: got {text!r}; expected for example {EXAMPLES[unit]}")
     if not found or len(text) > LONGEST:
         raise refusal

@@ -33,6 +33,10 @@ COTTON: dict[str, Any] = {"linear_density": "28.1 tex", "diameter": "0.169 mm", 
         ("9 denier", LINEAR_DENSITY, 1e-5),
         ("10 dtex", LINEAR_DENSITY, 1e-5),
         ("2/28 Nm", LINEAR_DENSITY, 1e-2 / 14.0),  # 28 m of each of two plies weigh 1 g
+        ("Nm 28/2", LINEAR_DENSITY, 1e-2 / 14.0),
+        ("28/2 Nm", LINEAR_DENSITY, 1e-2 / 14.0),
+        ("Nm 14", LINEAR_DENSITY, 1e-2 / 14.0),
+        ("tex 72", LINEAR_DENSITY, 72e-5),
         ("20/2 Ne", LINEAR_DENSITY, 453.59237 / (10.0 * 840.0 * 91.44)),  # 840 yards of Ne 1 weigh a pound
         ("12 wpi", PER_LENGTH, 12.0 / 2.54),
         ("850/m", PER_LENGTH, 8.5),
