@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the site needs beyond the pages of ``docs/``: the pages of the root, pictures of the graphs, and no other host.
 
+A picture that the renderer would draw in another way now ends the build (``pictures.py``).
+
 ``CONTRIBUTING.md``, ``CHANGELOG.md`` and ``SECURITY.md`` stand in the root of the repository, where hosts of
 repositories look for them; the site shows them with links that start in ``docs/``. A Mermaid graph is drawn as SVG when
 the site is built, because the script that draws Mermaid in a browser would come from another host.
@@ -17,6 +19,7 @@ from typing import Any
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 from mermaid_svg import mermaid_to_svg
+from pictures import check
 
 ROOT_PAGES = {"CONTRIBUTING.md": "contributing.md", "CHANGELOG.md": "changelog.md", "SECURITY.md": "security.md"}
 """File of the root, and its name on the site."""
@@ -25,6 +28,20 @@ LINK = re.compile(r"\]\((?:docs/)?(?!https?:)([^)#]+)")
 REMOTE = re.compile(r"<(?:script|link|img|iframe|source)\b[^>]*(?:src|href)=\"?(?:https?:)?//[^>]*>")
 """What a browser loads by itself, from another host."""
 FENCE = re.compile(r"^```mermaid\n(.*?)^```$", re.DOTALL | re.MULTILINE)
+
+
+def on_pre_build(**_: Any) -> None:
+    """Refuse pictures that were drawn by other code than there is now.
+
+    Raises:
+        PluginError: there are some.
+    """
+    from mkdocs.exceptions import PluginError
+
+    try:
+        check()
+    except ValueError as error:
+        raise PluginError(str(error)) from None
 
 
 def on_files(files: Any, *, config: Any) -> Any:

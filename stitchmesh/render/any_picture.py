@@ -51,7 +51,8 @@ def render(
         path: a ``.png`` file; missing folders are created.
         tiles: numbers of periods of yarns that repeat, along the courses and along the wales; 5 by 5 by default.
         options: fields of ``PictureOptions``: ``view``, ``close_up``, ``extent``, ``size``, ``colour``, ``blend``,
-            ``background``, ``body``, ``fabric``, ``plies``, ``inset``, ``occlusion``, ``framed`` and ``colours``.
+            ``background``, ``body``, ``fabric``, ``plies``, ``inset``, ``occlusion``, ``scale_bar``, ``framed`` and
+            ``colours``.
 
     Raises:
         ParameterError: an option is unknown or not possible, or does not fit the object.

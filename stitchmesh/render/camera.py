@@ -14,6 +14,8 @@ VIEW_ANGLE = 24.0
 """Vertical view angle [degrees]; it is small, so that near and far stitches have about the same size."""
 MARGIN = 1.06
 """Size of the picture divided by the size that the object needs."""
+FLOOR_SEEN = (0.05, 0.95)
+"""Bounds of the sine of the elevation from which a floor is seen: 3 to 72 degrees."""
 
 
 @dataclass(frozen=True)
@@ -28,6 +30,19 @@ class Camera:
     """Direction that is vertical in the picture, shape (3,)."""
     side: FloatArray
     """Direction that points to the right in the picture, shape (3,)."""
+    floor: float | None = None
+    """Height of the floor on which the object stands [cm]; None if the ground is a wall behind it."""
+
+    @property
+    def towards(self) -> FloatArray:
+        """Unit direction to the camera, shape (3,)."""
+        depth = self.position - self.focus
+        return np.asarray(depth / np.linalg.norm(depth))
+
+    @property
+    def axes(self) -> FloatArray:
+        """Directions to the right, upwards and to the camera, shape (3, 3)."""
+        return np.stack([self.side, self.up, self.towards])
 
 
 def camera_around(
@@ -58,7 +73,9 @@ def camera_around(
     reach = np.maximum(offset[:, 0] / (half_height * aspect * part[0]), offset[:, 1] / (half_height * part[1]))
     distance = float((reach + place[:, 2] - middle[2]).max())
     focus = axes @ middle
-    return Camera(focus + distance * depth, focus, upright, side)
+    stands = FLOOR_SEEN[0] < depth[1] < FLOOR_SEEN[1]
+    floor = float(points[:, 1].min()) - clearance if stands else None
+    return Camera(focus + distance * depth, focus, upright, side, floor)
 
 
 def camera_at(focus: FloatArray, towards: FloatArray, up: FloatArray, height: float) -> Camera:

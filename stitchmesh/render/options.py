@@ -63,7 +63,9 @@ class PictureOptions:
     plies: int = 1
     """Number of twisted strands of each yarn; a smooth tube by default."""
     occlusion: bool = True
-    """Whether hollows are darker (ambient occlusion)."""
+    """Whether surfaces hide light from each other: hollows are darker, and the key light throws shadows."""
+    scale_bar: bool = True
+    """Whether the picture has a scale bar; a picture that is too small for it has none."""
     framed: FloatArray | None = None
     """Points that a picture of whole yarns shows [cm], shape (n, 3), such as those of all frames of an animation; those
     of the yarns and of the body by default."""

@@ -17,7 +17,6 @@ from stitchmesh.render.close_up import CloseUpPoints, CloseUpTarget, close_up_pa
 from stitchmesh.render.colouring import Coloured, colour_yarns
 from stitchmesh.render.options import DEFAULTS, PictureOptions
 from stitchmesh.render.stage import (
-    DUSK,
     KEY_LEFT,
     WHOLE,
     Viewport,
@@ -43,7 +42,7 @@ CLOSE_UP_SIDES, CLOSE_UP_SAMPLES = 16, 4
 """Sides of a tube and samples per segment in the close-up."""
 CLOSE_UP_EXTENT = 60.0
 """Default width of the region of a close-up, over the apparent yarn radius: about twelve stitches."""
-DETAIL = ((40_000, 10, 3), (120_000, 8, 2), (400_000, 6, 1))
+DETAIL = ((12_000, 16, 4), (40_000, 10, 3), (120_000, 8, 2), (400_000, 6, 1))
 """Levels of detail: largest number of segments, sides of a tube and samples per segment."""
 
 
@@ -74,12 +73,18 @@ class Layout:
         return radius * float(np.sqrt(CLOSE_UP_AREA / self.close_up_aspect(size)))
 
 
-BESIDE = Layout((WHOLE, (0.61, 0.03, 0.98, 0.97)), (0.61, 1.0), (0.39, 0.0))
-BELOW = Layout((WHOLE, (0.02, 0.03, 0.98, 0.6)), (1.0, 0.4), (0.0, -0.6))
+BESIDE_PARTS = (0.61, 0.76)
+"""Bounds of the part of the width that remains for an object beside its close-up; a wide object gets more."""
+BELOW = Layout((WHOLE, (0.02, 0.03, 0.98, 0.41)), (1.0, 0.57), (0.0, -0.43))
 ALONE = Layout((WHOLE,), (1.0, 1.0), (0.0, 0.0))
 
 
-def layout_for(points: FloatArray, towards: FloatArray, up: FloatArray, radius: float) -> Layout:
+def beside(part: float) -> Layout:
+    """Return the layout of an object beside its close-up, for the part of the width that remains for the object."""
+    return Layout((WHOLE, (part, 0.03, 0.98, 0.97)), (part, 1.0), (1.0 - part, 0.0))
+
+
+def layout_for(points: FloatArray, towards: FloatArray, up: FloatArray, radius: float, aspect: float) -> Layout:
     """Choose the layout for yarns; an object that is not larger than a close-up has no close-up.
 
     Args:
@@ -87,11 +92,12 @@ def layout_for(points: FloatArray, towards: FloatArray, up: FloatArray, radius: 
         towards: direction from the yarns to the camera, shape (3,).
         up: direction that is vertical in the picture, shape (3,).
         radius: yarn radius [cm].
+        aspect: width of the picture over its height.
     """
     width, height, _ = np.ptp(points @ picture_axes(towards, up), axis=0)
     if width * height < CLOSE_UP_AREA * radius**2:
         return ALONE
-    return BELOW if width > WIDE * height else BESIDE
+    return BELOW if width > WIDE * height else beside(float(np.clip(width / height / aspect, *BESIDE_PARTS)))
 
 
 def render_yarns(yarns: YarnSet, path: FilePath, options: PictureOptions = DEFAULTS) -> None:
@@ -138,8 +144,6 @@ def _render_whole(yarns: YarnSet, path: FilePath, options: PictureOptions, colou
         shade_hollows(plotter, 4 * radius, options)
         if layout is not ALONE:
             plotter.subplot(0, 1)
-            if options.background is None:
-                plotter.set_background(DUSK, all_renderers=False)
             height = layout.close_up_height(options.size, float(np.median(yarns.radius)))
             focus, normal = front_patch(
                 yarns.points, towards, up, 0.5 * height * min(layout.close_up_aspect(options.size), 1.0)
@@ -171,7 +175,7 @@ def _layout(yarns: YarnSet, towards: FloatArray, up: FloatArray, options: Pictur
     """Choose the layout; only a picture from the front, with room beside the object, has a close-up."""
     if not options.inset or options.view not in (None, FRONT) or options.body is not None:
         return ALONE
-    return layout_for(yarns.points, towards, up, float(np.median(yarns.radius)))
+    return layout_for(yarns.points, towards, up, float(np.median(yarns.radius)), options.aspect)
 
 
 def _centre(layout: Layout, part: tuple[float, float]) -> tuple[float, float]:

@@ -15,22 +15,22 @@ from stitchmesh.io.atomic import atomic_path
 from stitchmesh.io.contents import FilePath, suffix_of
 from stitchmesh.memory_need import check_memory, picture_memory
 from stitchmesh.mesh import Mesh
-from stitchmesh.mesh.palette import colour_text, parse_colour
+from stitchmesh.mesh.palette import colour_text, linear_colour, parse_colour, srgb_colour
 from stitchmesh.mesh.tube_mesh import TubeMesh
 from stitchmesh.render.camera import VIEW_ANGLE, Camera
+from stitchmesh.render.exposure import OVERSIZE, Seen, exposed, seen_by
 from stitchmesh.render.gl_probe import check_display
-from stitchmesh.render.lettering import Colour, draw_key, write_caption
+from stitchmesh.render.lettering import Colour, draw_key, draw_scale_bar, write_caption
 from stitchmesh.render.options import TRANSPARENT, PictureOptions
 from stitchmesh.render.plots.plot_file import import_matplotlib
 from stitchmesh.render.surface import add_faces
 
 if TYPE_CHECKING:
     import pyvista
+    from PIL.Image import Image as Picture
 
 PAPER = "#efece6"
 """Background colour at the top of a picture."""
-DUSK = "#57514b"
-"""Background colour of a close-up."""
 
 Viewport = tuple[float, float, float, float]
 """Left, lower, right and upper border of a panel, as parts of the picture."""
@@ -38,21 +38,10 @@ Viewport = tuple[float, float, float, float]
 WHOLE: Viewport = (0.0, 0.0, 1.0, 1.0)
 """The panel that covers the whole picture."""
 
-LIGHTS = (((-0.55, 0.75, 0.9), 1.15), ((0.9, 0.1, 0.6), 0.42), ((0.1, -0.6, 0.7), 0.2))
-"""Direction (to the right, upwards and to the camera) and intensity of each light.
-
-The key light is at the upper left, the fill light at the right, and a weak light below."""
-
-DIMMED = 210 / 255
-"""Factor of the sRGB colours of yarn; it is below 1, because the total intensity of the lights is above 1."""
+DARKEST, PALEST = 0.03, 0.94
+"""Reflectances of black and of white yarn, in linear light: no yarn swallows all light or returns all of it."""
 KEY_LEFT = 0.8
 """Left border of a legend of colours, divided by the width of the picture."""
-OVERSIZE = 2
-"""Width and height of the window over those of the picture; a pixel is the mean of a block of pixels of the window."""
-DEPTH_ROUNDING = 2.0**-10
-"""Rounding of places over their distance from the camera: VTK keeps them in half precision for ambient occlusion. A
-smaller bias would draw the steps of the rounded depth on smooth surfaces, like the contour lines of a map."""
-
 
 @contextmanager
 def picture(
@@ -91,18 +80,38 @@ def picture(
         plotter = pyvista.Plotter(
             off_screen=True, window_size=window, shape=(1, len(panels)), border=False, lighting="none"
         )
+        plotter.render_window.SetMultiSamples(0)  # Four pixels of the window are one of the picture.
         for renderer, viewport in zip(plotter.renderers, panels, strict=True):
             renderer.viewport = viewport
         try:
             _set_background(plotter, options.background)
             yield plotter
-            shot = plotter.screenshot(return_img=True, transparent_background=transparent)
-            image = Image.fromarray(shot).reduce(OVERSIZE)
+            image = Image.fromarray(exposed(plotter, transparent=transparent))
+            if options.scale_bar:
+                _draw_scale_bars(image, plotter, panels, bool(caption))
             write_caption(image, caption)
             draw_key(image, key, KEY_LEFT)
-            (image if options.colours is None else image.quantize(options.colours)).save(temporary, optimize=True)
+            (image if options.colours is None else image.quantize(options.colours)).save(temporary)
         finally:
             plotter.close()
+
+
+def _draw_scale_bars(
+    image: Picture, plotter: pyvista.Plotter, panels: tuple[Viewport, ...], has_caption: bool
+) -> None:
+    """Draw a scale bar into each panel whose scale differs from that of the panels before it."""
+    drawn: list[float] = []
+    for number, (renderer, (left, low, right, high)) in enumerate(zip(plotter.renderers, panels, strict=True)):
+        if renderer not in seen_by:
+            continue
+        pixels = 1.0 / seen_by[renderer].pixel(round((high - low) * image.height))
+        if any(np.isclose(pixels, other, rtol=0.01) for other in drawn):
+            continue
+        drawn.append(pixels)
+        above = [top for start, bottom, _, top in panels[number + 1 :] if start <= left + 0.03 and bottom <= low + 0.03]
+        bottom = max([low, *above]) * image.height
+        width = (right - left) * image.width
+        draw_scale_bar(image, (left * image.width, bottom), width, pixels, lifted=has_caption and low < 0.05)
 
 
 def _set_background(plotter: pyvista.Plotter, background: str | None) -> None:
@@ -124,45 +133,32 @@ def add_tubes(plotter: pyvista.Plotter, tubes: TubeMesh, colours: NDArray[np.uin
     surface = pyvista.PolyData.from_regular_faces(tubes.vertices.astype(np.float32), tubes.triangles)
     surface.point_data["Normals"] = tubes.normals.astype(np.float32)
     surface.point_data.active_normals_name = "Normals"
-    plotter.add_mesh(
-        surface, scalars=colours, rgb=True, smooth_shading=True, culling="back", ambient=0.16, diffuse=1.0,
-        specular=0.08, specular_power=6,
-    )  # fmt: skip
+    plotter.add_mesh(surface, scalars=colours, rgb=True, smooth_shading=True, culling="back")
 
 
 def dim_colours(colours: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Return sRGB colours that all lights of the scene together do not make brighter than the yarn."""
-    return np.round(DIMMED * colours).astype(np.uint8)
+    """Return sRGB colours as yarn reflects them: black yarn is not quite black, and white yarn not quite white."""
+    light = DARKEST + (PALEST - DARKEST) * linear_colour(colours / 255.0)
+    return np.round(255.0 * srgb_colour(light)).astype(np.uint8)
 
 
 def look(plotter: pyvista.Plotter, camera: Camera) -> None:
-    """Set the camera of the active panel, and place the lights relative to the camera."""
-    import pyvista
-
+    """Set the camera of the active panel; the lights stand beside the camera."""
     plotter.camera.position = camera.position
     plotter.camera.focal_point = camera.focus
     plotter.camera.up = camera.up
     plotter.camera.view_angle = VIEW_ANGLE
     plotter.reset_camera_clipping_range()
-    depth = camera.position - camera.focus
-    axes = np.stack([camera.side, camera.up, depth / np.linalg.norm(depth)])
-    for direction, intensity in LIGHTS:
-        place = camera.focus + np.array(direction) @ axes
-        light = pyvista.Light(position=place, focal_point=camera.focus, intensity=intensity, light_type="scene light")
-        plotter.add_light(light, only_active=True)
+    seen_by[plotter.renderer] = Seen(camera)
 
 
 def shade_hollows(plotter: pyvista.Plotter, reach: float, options: PictureOptions) -> None:
-    """Add ambient occlusion, which darkens hollows and makes loops distinguishable, if the options ask for it.
+    """Say how surfaces hide light from each other, which makes loops distinguishable, if the options ask for it.
 
     Args:
         plotter: the plotter; its active panel is changed.
-        reach: distance up to which surfaces occlude each other [cm]. It is larger where the camera is so far away that
-            rounding moves the surfaces by more.
+        reach: distance up to which surfaces hide the sky from each other [cm]; shadows of the key light are longer.
         options: options of the picture.
     """
-    if options.occlusion:
-        rounding = DEPTH_ROUNDING * float(plotter.camera.distance)
-        reach, bias = max(reach, 4.0 * rounding), max(0.05 * reach, rounding)
-        # The blur removes the noise of few samples.
-        plotter.enable_ssao(radius=reach, bias=bias, kernel_size=16, blur=True)
+    seen_by[plotter.renderer].reach = reach
+    seen_by[plotter.renderer].shaded = options.occlusion

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from stitchmesh.render.camera import VIEW_ANGLE, Camera, camera_around, camera_at, front_patch
-from stitchmesh.render.picture import ALONE, BELOW, BESIDE, layout_for
+from stitchmesh.render.picture import ALONE, BELOW, beside, layout_for
 from stitchmesh.render.view import view_directions
 
 
@@ -44,9 +44,9 @@ def test_points_with_their_clearance_stay_in_their_part_of_the_picture():
 
 def test_wide_objects_have_their_close_up_below_and_small_objects_have_none():
     towards, up = np.array([0, 0, 1.0]), np.array([0, 1.0, 0])
-    assert layout_for(cloud(50, 60, 20), towards, up, 0.1) is BESIDE
-    assert layout_for(cloud(90, 20, 1), towards, up, 0.1) is BELOW
-    assert layout_for(cloud(3, 4, 1), towards, up, 0.1) is ALONE
+    assert layout_for(cloud(50, 60, 20), towards, up, 0.1, 1.6) == beside(0.61)
+    assert layout_for(cloud(90, 20, 1), towards, up, 0.1, 1.6) is BELOW
+    assert layout_for(cloud(3, 4, 1), towards, up, 0.1, 1.6) is ALONE
 
 
 def test_a_garment_is_shown_upright_and_from_its_wide_side():

@@ -119,10 +119,10 @@ def test_a_transparent_background_lets_the_page_show_through(display, tmp_path):
 def test_a_chart_in_red_and_green_is_drawn_in_red_and_green(display, tmp_path):
     cell = replace(woven_cell(), palette=make_palette(["red", "green"]))
     cell = replace(cell, colour=np.arange(cell.yarn_count) % 2)
-    render(cell, tmp_path / "a.png", tiles=(2, 2), size=(200, 200), background="black")
+    render(cell, tmp_path / "a.png", tiles=(2, 2), size=(200, 200), background="black", scale_bar=False)
     red, green, blue = np.moveaxis(pixels(tmp_path / "a.png"), 2, 0)
     assert ((red > 100) & (green < 60)).mean() > 0.1 and ((green > 50) & (red < 40)).mean() > 0.1
-    assert blue.max() < 90  # neither colour has any blue; lights add a weak white gleam
+    assert blue.max() < 60  # neither colour has any blue, but yarn reflects 3 % of all light, which is 49 in sRGB
 
 
 def test_yarns_have_the_colours_of_their_palette_rows_stitches_or_one():

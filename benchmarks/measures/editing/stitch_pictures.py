@@ -87,7 +87,7 @@ def take_picture(stitch: Stitch) -> None:
     colours = colours_of(fabric, centre, yarns)[curves.control_point][tubes.ring]
     widest = max(VOCABULARY[stitch].n_bottom, VOCABULARY[stitch].n_top, 1)
     focus, height = np.array([widest / 2, STITCH_HEIGHT / 2, 0.0]), max(widest, NARROWEST) + BESIDE
-    options = PictureOptions(size=(SIZE, SIZE))
+    options = PictureOptions(size=(SIZE, SIZE), scale_bar=False)  # the unit is a stitch width
     with picture(path, options) as plotter:
         add_tubes(plotter, tubes, colours)
         look(plotter, camera_at(focus, np.array([0.0, 0.0, 1.0]), np.array([0.0, 1.0, 0.0]), height))

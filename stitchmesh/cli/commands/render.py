@@ -55,7 +55,9 @@ class RenderCommand:
     no_inset: Flag = False
     """no close-up beside the picture of whole yarns"""
     no_occlusion: Flag = False
-    """do not darken hollows"""
+    """no shadows, and no darker hollows"""
+    no_scale_bar: Flag = False
+    """no scale bar"""
     reading: Annotated[FileReading, arg(name="")] = field(default_factory=FileReading)
     overwrite: Overwrite = False
 
@@ -72,6 +74,7 @@ class RenderCommand:
             body=None if self.body is None else read_body(self.body, unit=self.body_unit, up=self.body_up or Y),
             fabric=None if self.stitches is None else read_stitches(self.stitches),
             plies=self.plies, tiles=self.tile, inset=not self.no_inset, occlusion=not self.no_occlusion,
+            scale_bar=not self.no_scale_bar,
         )  # fmt: skip
         say(f"wrote {self.output}: {self._seen()} of {self.file}")
 
